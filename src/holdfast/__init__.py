@@ -1,0 +1,51 @@
+"""How hard can you push here before something moves: robustness of rigid assemblies in frictional contact."""
+
+from holdfast.assembly.assembly import Assembly, assemble
+from holdfast.contacts.interface import Interface, Patch
+from holdfast.engines.contract import Claim, Status
+from holdfast.engines.graph.engine import Graph
+from holdfast.errors import GeometryError, HoldfastError, HoldfastWarning, SceneError, SolverError
+from holdfast.robustness.map import RobustnessMap, robustness_map
+from holdfast.robustness.query import LoadFactor, Robustness, load_factor, robustness
+from holdfast.robustness.request import Load
+from holdfast.robustness.stability import Stability, stability
+from holdfast.scene.body import Body
+from holdfast.scene.formats.files import load_scene, save_scene
+from holdfast.scene.friction import Friction
+from holdfast.scene.scene import Scene
+from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Assembly",
+    "Body",
+    "Box",
+    "Claim",
+    "Cylinder",
+    "Friction",
+    "GeometryError",
+    "Graph",
+    "HoldfastError",
+    "HoldfastWarning",
+    "Interface",
+    "Load",
+    "LoadFactor",
+    "Mesh",
+    "Patch",
+    "Robustness",
+    "RobustnessMap",
+    "Scene",
+    "SceneError",
+    "SolverError",
+    "Sphere",
+    "Stability",
+    "Status",
+    "assemble",
+    "load_factor",
+    "load_scene",
+    "robustness",
+    "robustness_map",
+    "save_scene",
+    "stability",
+]

@@ -1,0 +1,73 @@
+"""Array aliases and the one place where arrays from outside are checked; inside, arrays are read-only and trusted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from holdfast.errors import HoldfastError, SceneError, message
+
+Float: TypeAlias = NDArray[np.float64]
+Int: TypeAlias = NDArray[np.int64]
+Bool: TypeAlias = NDArray[np.bool_]
+
+
+def frozen(array: NDArray[Any]) -> NDArray[Any]:
+    """The same array, no longer writable."""
+    array.setflags(write=False)
+    return array
+
+
+def checked(
+    value: Any,  # noqa: ANN401 - anything a caller may pass
+    shape: Sequence[int | None],
+    where: str,
+    *,
+    error: type[HoldfastError] = SceneError,
+) -> Float:
+    """A read-only float64 copy of ``value`` with the given shape (None: any length); raises ``error`` otherwise."""
+    wanted = "(" + ", ".join("n" if s is None else str(s) for s in shape) + ")"
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise error(message(where, f"got {value!r:.80}", f"needs numbers of shape {wanted}")) from None
+    fits = array.ndim == len(shape) and all(s is None or s == n for s, n in zip(shape, array.shape, strict=True))
+    if not fits:
+        raise error(message(where, f"has shape {array.shape}", f"needs shape {wanted}"))
+    if not np.isfinite(array).all():
+        raise error(message(where, f"contains {_first_not_finite(array)}", "needs finite numbers"))
+    frozen(array)
+    return array
+
+
+def checked_number(
+    value: Any,  # noqa: ANN401 - anything a caller may pass
+    where: str,
+    *,
+    minimum: float | None = None,
+    above: float | None = None,
+    error: type[HoldfastError] = SceneError,
+) -> float:
+    """``value`` as a finite float, at least ``minimum`` or greater than ``above``; raises ``error`` otherwise."""
+    bound = f" >= {minimum:g}" if minimum is not None else f" > {above:g}" if above is not None else ""
+    remedy = f"needs a finite number{bound}"
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise error(message(where, f"got {value!r:.80}", remedy)) from None
+    if not np.isfinite(number) or (minimum is not None and number < minimum) or (above is not None and number <= above):
+        raise error(message(where, f"is {number:g}", remedy))
+    return number
+
+
+def unit(vector: Float) -> Float:
+    """``vector`` / its length, along the last axis."""
+    return np.asarray(vector / np.linalg.norm(vector, axis=-1, keepdims=True), dtype=np.float64)
+
+
+def _first_not_finite(array: Float) -> str:
+    index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+    return f"{array[index]} at index {index}"

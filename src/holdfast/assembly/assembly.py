@@ -1,0 +1,203 @@
+"""From a scene to an assembly: interfaces found or given, the graph they make, and what hangs in the air."""
+
+from __future__ import annotations
+
+import itertools
+import warnings
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from holdfast.arrays import Float, checked_number
+from holdfast.contacts.detect import DEFAULT_ANGLE, Tolerances, body_size, default_gap, find_interfaces, neighbours
+from holdfast.contacts.interface import Interface
+from holdfast.contacts.overlap import Overlap, distance, find_overlaps
+from holdfast.errors import HoldfastError, HoldfastWarning, SceneError, message
+from holdfast.scene.body import Body
+from holdfast.scene.scene import Scene
+
+FIXED = -1  # the node of the graph into which all fixed bodies are merged
+
+
+@dataclass(frozen=True, eq=False)
+class Assembly:
+    """Bodies and the interfaces between them.
+
+    Movable bodies are numbered 0..J-1 in scene order; all fixed bodies are the one node FIXED. ``overlaps`` are pairs
+    that share more volume than the tolerance explains; ``detected`` says whether the interfaces were searched for.
+    """
+
+    scene: Scene
+    interfaces: tuple[Interface, ...]
+    tolerances: Tolerances
+    overlaps: tuple[Overlap, ...] = ()
+    detected: bool = True
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """All bodies of the scene."""
+        return self.scene.bodies
+
+    @cached_property
+    def movable(self) -> tuple[Body, ...]:
+        """The J bodies that have rows in the equilibrium operator."""
+        return self.scene.movable
+
+    @cached_property
+    def index(self) -> dict[str, int]:
+        """Number of each body: 0..J-1, or FIXED."""
+        numbers = {body.name: k for k, body in enumerate(self.movable)}
+        return {body.name: numbers.get(body.name, FIXED) for body in self.bodies}
+
+    @cached_property
+    def ends(self) -> tuple[tuple[int, int], ...]:
+        """Body numbers (a, b) of every interface."""
+        return tuple((self.index[a], self.index[b]) for a, b in (i.bodies for i in self.interfaces))
+
+    @cached_property
+    def mu(self) -> tuple[float, ...]:
+        """Friction coefficient of every interface."""
+        return tuple(self.scene.mu(*interface.bodies) for interface in self.interfaces)
+
+    @cached_property
+    def com(self) -> Float:
+        """(J, 3) centres of mass in the world [m]: the reference points of all wrenches."""
+        return np.array([body.com_world for body in self.movable]).reshape(-1, 3)
+
+    @cached_property
+    def mass(self) -> Float:
+        """(J,) [kg]."""
+        return np.array([body.mass for body in self.movable], dtype=np.float64)
+
+    @cached_property
+    def gravity_wrench(self) -> Float:
+        """(6J,) weight of every body about its centre of mass."""
+        return body_forces(self.mass[:, None] * self.scene.gravity)
+
+    @cached_property
+    def weight(self) -> float:
+        """Total weight of the movable bodies [N]: the scale of forces."""
+        return float(self.mass.sum() * np.linalg.norm(self.scene.gravity))
+
+    @cached_property
+    def size(self) -> float:
+        """Diagonal of the box around the movable bodies [m]: the scale of lengths."""
+        if not self.movable:
+            return 1.0
+        corners = np.vstack([body.surface_world.vertices for body in self.movable])
+        return float(np.linalg.norm(np.ptp(corners, axis=0)))
+
+    @cached_property
+    def hanging(self) -> tuple[tuple[str, ...], ...]:
+        """Groups of bodies that no chain of interfaces ties to a fixed body."""
+        return tuple(
+            tuple(self.movable[k].name for k in group) for group in components(len(self.movable), self.ends) if group
+        )
+
+    @cached_property
+    def unmodelled(self) -> tuple[tuple[str, str], ...]:
+        """Pairs that touch within the gap although no patch was found: along an edge, at a point, or on curved faces.
+
+        Such contacts carry force in reality; an assembly that seems to fall may stand on them. Empty where the
+        interfaces were given.
+        """
+        if not self.detected:
+            return ()
+        joined = {frozenset(interface.bodies) for interface in self.interfaces}
+        gap = self.tolerances.gap
+        near = ((a, b) for a, b in neighbours(self.scene, gap) if frozenset((a.name, b.name)) not in joined)
+        return tuple((a.name, b.name) for a, b in near if _may_touch(a, b, gap))
+
+    def nearest_support(self, group: Sequence[str]) -> tuple[str, str, float] | None:
+        """Of a hanging group, the body nearest to one outside it: (inside, outside, distance [m])."""
+        inside = [self.scene.body(name) for name in group]
+        outside = [body for body in self.bodies if body.name not in group]
+        best: tuple[str, str, float] | None = None
+        reach = max(body_size(body) for body in inside)
+        for a, b in itertools.product(inside, outside):
+            found = distance(a, b, reach)
+            if found is not None and (best is None or found < best[2]):
+                best, reach = (a.name, b.name, found), found
+        return best
+
+
+def assemble(
+    scene: Scene,
+    gap: float | None = None,
+    angle: float | None = None,
+    pose_sigma: float | None = None,
+    interfaces: Iterable[Interface] | None = None,
+) -> Assembly:
+    """Find the contact interfaces of a scene, or take the given ones.
+
+    ``gap`` [m]: how far apart, or into each other, two faces may lie and still touch (a thousandth of the median body
+    size unless given); ``pose_sigma`` [m] sets it from the standard deviation of the poses (4σ). ``angle`` [deg]: how
+    far two faces may be from parallel (1 unless given). Bodies that overlap more than the gap raise a
+    HoldfastWarning that names them and the depth. Given interfaces are taken as complete and are not checked against
+    the meshes.
+    """
+    if gap is not None and pose_sigma is not None:
+        raise HoldfastError(message("assemble", f"gap = {gap!r} and pose_sigma = {pose_sigma!r}", "give one of them"))
+    if pose_sigma is not None:
+        gap = 4 * checked_number(pose_sigma, "assemble: pose_sigma", above=0)
+    tolerances = Tolerances(
+        default_gap(scene) if gap is None else checked_number(gap, "assemble: gap", above=0),
+        DEFAULT_ANGLE if angle is None else checked_number(angle, "assemble: angle", above=0),
+    )
+    if tolerances.angle >= 90:
+        raise HoldfastError(message("assemble", f"angle = {tolerances.angle:g} deg", "needs less than 90"))
+    if interfaces is not None:
+        given = tuple(interfaces)
+        _check_given(scene, given)
+        return Assembly(scene, given, tolerances, detected=False)
+    overlaps = find_overlaps(scene, tolerances.gap)
+    for overlap in overlaps:
+        a, b = overlap.bodies
+        problem = f"overlap by {overlap.depth * 1e3:.3g} mm, the gap tolerance is {tolerances.gap * 1e3:.3g} mm"
+        text = message(
+            f"bodies {a!r} and {b!r}", problem, "correct a pose, or raise gap; contacts there may be missing"
+        )
+        warnings.warn(text, HoldfastWarning, stacklevel=2)
+    return Assembly(scene, find_interfaces(scene, tolerances), tolerances, overlaps)
+
+
+def body_forces(forces: Float) -> Float:
+    """(6J,) wrenches of forces (J, 3) at the centres of mass."""
+    return np.hstack([forces, np.zeros_like(forces)]).reshape(-1)
+
+
+def components(count: int, ends: Iterable[tuple[int, int]]) -> list[list[int]]:
+    """Connected groups of 0..count-1 that no edge path ties to FIXED."""
+    parent = list(range(count + 1))  # the last one is FIXED
+
+    def root(k: int) -> int:
+        while parent[k] != k:
+            parent[k] = parent[parent[k]]
+            k = parent[k]
+        return k
+
+    for a, b in ends:
+        parent[root(a if a >= 0 else count)] = root(b if b >= 0 else count)
+    groups: dict[int, list[int]] = {}
+    for k in range(count):
+        groups.setdefault(root(k), []).append(k)
+    groups.pop(root(count), None)
+    return list(groups.values())
+
+
+def _may_touch(a: Body, b: Body, gap: float) -> bool:
+    found = distance(a, b, 2 * gap)
+    closed = all(getattr(body.shape, "is_closed", True) for body in (a, b))
+    return found <= gap if found is not None else not closed
+
+
+def _check_given(scene: Scene, interfaces: Sequence[Interface]) -> None:
+    for interface in interfaces:
+        if not hasattr(interface, "patches"):
+            problem = f"interfaces holds a {type(interface).__name__}"
+            raise SceneError(message("assemble", problem, "needs holdfast.Interface objects"))
+        a, b = (scene.body(name) for name in interface.bodies)
+        if a.fixed and b.fixed:
+            raise SceneError(message(f"interface {interface.bodies!r}", "joins two fixed bodies", "leave it out"))

@@ -1,0 +1,93 @@
+"""The contact nodes of an assembly and the equilibrium operator G over them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+from holdfast.arrays import Float, Int
+from holdfast.assembly.assembly import Assembly
+from holdfast.contacts.nodes import Sampling, interface_nodes
+from holdfast.rigid import tangents
+
+
+@dataclass(frozen=True, eq=False)
+class ContactNodes:
+    """I contact nodes; the force at node i is (f_n, f_t1, f_t2) along ``axes[i]`` and acts on body b, minus it on a.
+
+    ``points`` (I, 3) [m]; ``axes`` (I, 3, 3) rows normal (into b), t1, t2; ``mu`` (I,); ``weights`` (I,) tributary
+    areas [m²]; ``interface`` (I,) index; ``a``, ``b`` (I,) body numbers, FIXED for fixed ones.
+    """
+
+    points: Float
+    axes: Float
+    mu: Float
+    weights: Float
+    interface: Int
+    a: Int
+    b: Int
+
+    @property
+    def normals(self) -> Float:
+        """(I, 3), pointing into body b."""
+        return np.asarray(self.axes[:, 0])
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def world(self, forces: Float) -> Float:
+        """Local forces (I, 3) along the world axes."""
+        return np.asarray(np.einsum("ik,ikx->ix", forces, self.axes))
+
+    @cached_property
+    def spans(self) -> Int:
+        """(interfaces + 1,) where each interface's nodes begin; they stand in order."""
+        return np.searchsorted(self.interface, np.arange(self.interface.max(initial=-1) + 2))
+
+
+def contact_nodes(assembly: Assembly, count: int, sampling: Sampling) -> ContactNodes:
+    """``count`` nodes for every interface of the assembly."""
+    points, normals, weights, owner = [], [], [], []
+    for number, interface in enumerate(assembly.interfaces):
+        for patch, (nodes, areas) in zip(interface.patches, interface_nodes(interface, count, sampling), strict=True):
+            points.append(nodes)
+            weights.append(areas)
+            normals.append(np.broadcast_to(patch.normal, nodes.shape))
+            owner.append(np.full(len(nodes), number))
+    if not points:
+        empty = np.empty(0)
+        none = np.empty(0, dtype=np.int64)
+        return ContactNodes(empty.reshape(0, 3), empty.reshape(0, 3, 3), empty, empty, none, none, none)
+    normal = np.vstack(normals)
+    interface_of = np.concatenate(owner)
+    ends = np.array(assembly.ends, dtype=np.int64)[interface_of]
+    return ContactNodes(
+        np.vstack(points),
+        np.stack([normal, *tangents(normal)], axis=1),
+        np.array(assembly.mu)[interface_of],
+        np.concatenate(weights),
+        interface_of,
+        ends[:, 0],
+        ends[:, 1],
+    )
+
+
+def equilibrium_operator(assembly: Assembly, nodes: ContactNodes) -> sparse.csc_matrix:
+    """G (6J, 3I): contact forces to body wrenches (force, torque about the centre of mass), world axes (eq. 2-3)."""
+    rows, columns, values = [], [], []
+    columns_of = 3 * np.arange(len(nodes))
+    for body, sign in ((nodes.b, 1.0), (nodes.a, -1.0)):
+        free = np.flatnonzero(body >= 0)
+        force = sign * nodes.axes[free]
+        arm = nodes.points[free] - assembly.com[body[free]]
+        torque = np.cross(arm[:, None], force)
+        block = np.concatenate([force, torque], axis=2)  # (n, 3 components, 6 rows)
+        rows.append(np.broadcast_to((6 * body[free])[:, None, None] + np.arange(6), block.shape).ravel())
+        columns.append(np.broadcast_to(columns_of[free][:, None, None] + np.arange(3)[:, None], block.shape).ravel())
+        values.append(block.ravel())
+    shape = (6 * len(assembly.movable), 3 * len(nodes))
+    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+    return sparse.csc_matrix(entries, shape=shape)

@@ -1,0 +1,19 @@
+"""The one way of compiling a hot loop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import ParamSpec, TypeVar, cast
+
+import numba
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def compiled(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile ``function`` on its first call and keep the machine code on disk beside it."""
+    try:
+        return cast(Callable[P, R], numba.njit(cache=True)(function))
+    except RuntimeError:  # no writable folder for the machine code: compile in every process
+        return cast(Callable[P, R], numba.njit(function))

@@ -1,0 +1,1 @@
+"""Cone programs as values and their solution with certificates. Knows no physics."""

@@ -1,0 +1,141 @@
+"""Contact patches and interfaces as values."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+
+from holdfast.arrays import Float, checked, frozen, unit
+from holdfast.contacts import polygon as flat
+from holdfast.errors import GeometryError, message
+from holdfast.rigid import tangents
+
+FLATNESS = 0.02  # [-] how far a given polygon's corners may leave its plane, relative to its size
+
+InterfaceStatus = Literal["touching", "penetrating"]
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """A flat piece of contact.
+
+    ``polygon`` (k, 3) [m], counter-clockwise seen from the tip of ``normal`` (3,); ``holes`` (h, 3) run clockwise.
+    """
+
+    polygon: Float
+    normal: Float
+    holes: tuple[Float, ...] = ()
+
+    @cached_property
+    def frame(self) -> Float:
+        """(2, 3) tangents t1, t2 with t1 x t2 = normal; they depend on the normal alone."""
+        return np.array(tangents(self.normal))
+
+    @cached_property
+    def rings(self) -> tuple[Float, ...]:
+        """The outline and holes in the frame, relative to the first corner."""
+        return tuple((ring - self.polygon[0]) @ self.frame.T for ring in (self.polygon, *self.holes))
+
+    def lifted(self, points: Float) -> Float:
+        """Points (n, 2) of the frame in the world (n, 3)."""
+        return np.asarray(self.polygon[0] + points @ self.frame)
+
+    @cached_property
+    def _moments(self) -> Float:
+        return flat.polynomial_moments(self.rings)
+
+    @property
+    def area(self) -> float:
+        """[m²]."""
+        return float(self._moments[0])
+
+    @cached_property
+    def centroid(self) -> Float:
+        """(3,) [m]."""
+        return np.asarray(self.lifted(self._moments[None, 1:3] / self.area)[0])
+
+    @cached_property
+    def size(self) -> float:
+        """Largest extent along the frame's axes [m]."""
+        return float(np.ptp(self.rings[0], axis=0).max())
+
+    @cached_property
+    def width(self) -> float:
+        """Twice the area over the perimeter [m]: the thickness of a strip, about half that of a square."""
+        ring = self.rings[0]
+        return 2 * self.area / float(np.linalg.norm(ring - np.roll(ring, -1, axis=0), axis=1).sum())
+
+    @cached_property
+    def hull(self) -> Float:
+        """(m, 3) corners of the convex hull, counter-clockwise."""
+        return self.lifted(flat.convex_hull(self.rings[0], 1e-9 * self.size))
+
+    def flipped(self) -> Patch:
+        """The same patch seen from the other body."""
+        return Patch(self.polygon[::-1], -self.normal, tuple(hole[::-1] for hole in self.holes))
+
+
+@dataclass(frozen=True, eq=False)
+class Interface:
+    """All patches between two bodies; their normals point into the second one."""
+
+    bodies: tuple[str, str]
+    patches: tuple[Patch, ...]
+    status: InterfaceStatus
+    flags: tuple[str, ...]
+
+    def __init__(
+        self,
+        bodies: tuple[str, str],
+        polygon: Any = None,  # noqa: ANN401 - (k, 3) numbers, checked
+        normal: Any = None,  # noqa: ANN401 - (3,) numbers, checked
+        *,
+        patches: Sequence[Patch] = (),
+        status: InterfaceStatus = "touching",
+        flags: Sequence[str] = (),
+    ) -> None:
+        a, b = bodies
+        where = f"interface ({a!r}, {b!r})"
+        if a == b:
+            raise GeometryError(message(where, "joins a body with itself", "needs two bodies"))
+        if polygon is not None:
+            patches = (given_patch(polygon, normal, where), *patches)
+        if not patches:
+            raise GeometryError(message(where, "has no patches", "give polygon= and normal="))
+        set_ = object.__setattr__
+        set_(self, "bodies", (a, b))
+        set_(self, "patches", tuple(patches))
+        set_(self, "status", status)
+        set_(self, "flags", tuple(flags))
+
+    @property
+    def area(self) -> float:
+        """Sum over the patches [m²]."""
+        return sum(patch.area for patch in self.patches)
+
+
+def given_patch(polygon: Any, normal: Any, where: str) -> Patch:  # noqa: ANN401 - checked here
+    """A patch from a polygon (k, 3) and a normal (3,) given from outside, in either sense of rotation."""
+    corners = checked(polygon, (None, 3), f"{where}: polygon", error=GeometryError)
+    direction = checked(normal, (3,), f"{where}: normal", error=GeometryError)
+    if len(corners) < 3:
+        raise GeometryError(message(where, f"polygon has {len(corners)} corners", "needs at least 3"))
+    if not np.linalg.norm(direction) > 0:
+        raise GeometryError(message(where, "normal is zero", "needs a direction"))
+    normal_ = unit(direction)
+    centred = corners - corners.mean(0)
+    size = float(np.linalg.norm(centred, axis=1).max())
+    if np.abs(centred @ normal_).max() > FLATNESS * size:
+        tilt = float(np.abs(centred @ normal_).max())
+        raise GeometryError(message(where, f"corners leave the plane by {tilt:.3g} m", "split it into flat polygons"))
+    flattened = corners - np.outer(centred @ normal_, normal_)
+    patch = Patch(frozen(flattened), frozen(normal_))
+    if patch.area < 0:
+        patch = Patch(frozen(flattened[::-1].copy()), frozen(normal_))
+    if not patch.area > 1e-12 * size**2:
+        raise GeometryError(message(where, f"polygon has area {patch.area:.3g} m²", "needs a surface"))
+    return patch

@@ -1,0 +1,147 @@
+"""Flat polygons with holes: exact moments, hulls, and points inside."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+
+from holdfast.arrays import Bool, Float
+
+
+def signed_area(ring: Float) -> float:
+    """Area of a ring (k, 2), positive when counter-clockwise."""
+    x, y = ring.T
+    return float(np.dot(x, np.roll(y, -1)) - np.dot(np.roll(x, -1), y)) / 2
+
+
+def oriented(ring: Float, *, clockwise: bool = False) -> Float:
+    """The ring (k, 2), counter-clockwise unless asked otherwise."""
+    return np.asarray(ring[::-1] if (signed_area(ring) < 0) != clockwise else ring)
+
+
+def polynomial_moments(rings: Sequence[Float]) -> Float:
+    """(6,) integrals of 1, x, y, x², xy, y² over a polygon; outer ring counter-clockwise, holes clockwise (Green)."""
+    total = np.zeros(6)
+    for ring in rings:
+        x, y = ring.T
+        u, v = np.roll(x, -1), np.roll(y, -1)
+        cross = x * v - u * y
+        total += [
+            cross.sum() / 2,
+            ((x + u) * cross).sum() / 6,
+            ((y + v) * cross).sum() / 6,
+            ((x * x + x * u + u * u) * cross).sum() / 12,
+            ((x * (2 * y + v) + u * (y + 2 * v)) * cross).sum() / 24,
+            ((y * y + y * v + v * v) * cross).sum() / 12,
+        ]
+    return total
+
+
+def distance_moment(rings: Sequence[Float], centre: Float) -> float:
+    """Integral of the distance to ``centre`` over a polygon: the arm of uniform friction against twisting about it.
+
+    Each edge spans a triangle with the centre; with h its distance and s the coordinate along it, that triangle
+    contributes [h s sqrt(h² + s²) + h³ asinh(s/h)] / 6 between the edge's ends, signed by its sense.
+    """
+    total = 0.0
+    for ring in rings:
+        p = ring - centre
+        q = np.roll(p, -1, axis=0)
+        edge = q - p
+        length = np.linalg.norm(edge, axis=1)
+        keep = length > 0
+        p, q, edge = p[keep], q[keep], edge[keep] / length[keep, None]
+        h = p[:, 0] * edge[:, 1] - p[:, 1] * edge[:, 0]
+        safe = np.where(h == 0, 1.0, h)
+        for end, sign in ((q, 1.0), (p, -1.0)):
+            s = (end * edge).sum(1)
+            part = h * s * np.hypot(h, s) + np.where(h == 0, 0.0, h**3 * np.arcsinh(s / np.abs(safe)))
+            total += sign * float(part.sum()) / 6
+    return total
+
+
+def without_collinear(ring: Float, tolerance: float) -> Float:
+    """The ring (k, 2) without vertices nearer than ``tolerance`` to the line through their neighbours."""
+    points = list(ring)
+    changed = True
+    while changed and len(points) > 3:
+        changed = False
+        for i in range(len(points)):
+            a, b, c = points[i - 1], points[i], points[(i + 1) % len(points)]
+            chord = c - a
+            length = float(np.hypot(*chord))
+            height = abs(chord[0] * (b - a)[1] - chord[1] * (b - a)[0]) / length if length > 0 else 0.0
+            if height <= tolerance or float(np.hypot(*(b - a))) <= tolerance:
+                del points[i]
+                changed = True
+                break
+    return np.array(points)
+
+
+def convex_hull(points: Float, tolerance: float) -> Float:
+    """(m, 2) corners of the convex hull, counter-clockwise, collinear points dropped (monotone chain)."""
+    order = points[np.lexsort((points[:, 1], points[:, 0]))]
+
+    def chain(sequence: Float) -> list[Float]:
+        result: list[Float] = []
+        for p in sequence:
+            while len(result) >= 2:
+                a, b = result[-2], result[-1]
+                if (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]) > 0:
+                    break
+                result.pop()
+            result.append(p)
+        return result
+
+    lower, upper = chain(order), chain(order[::-1])
+    return without_collinear(np.array(lower[:-1] + upper[:-1]), tolerance)
+
+
+def smallest_rectangle(hull: Float) -> tuple[Float, Float, Float]:
+    """Rows of the (2, 2) axes along the hull edge that gives the smallest rectangle, and its bounds along them."""
+    edges = np.roll(hull, -1, axis=0) - hull
+    directions = edges / np.linalg.norm(edges, axis=1, keepdims=True)
+    across = np.column_stack([-directions[:, 1], directions[:, 0]])
+    extents = np.ptp(hull @ directions.T, axis=0) * np.ptp(hull @ across.T, axis=0)
+    best = int(np.argmin(np.round(extents / extents.max(), 9)))
+    axes = np.array([directions[best], across[best]])
+    along = hull @ axes.T
+    return axes, along.min(0), along.max(0)
+
+
+def shapely_polygon(rings: Sequence[Float]) -> shapely.Polygon:
+    """The polygon with the first ring as outline and the others as holes."""
+    return shapely.Polygon(rings[0], list(rings[1:]))
+
+
+def inside(polygon: shapely.Polygon, points: Float) -> Bool:
+    """(n,) whether points (n, 2) lie in the polygon, its boundary included."""
+    return np.asarray(shapely.intersects_xy(polygon, points[:, 0], points[:, 1]))
+
+
+def union(pieces: Sequence[Float], tolerance: float, smallest_hole: float) -> list[list[Float]]:
+    """The union of convex pieces (k, 2), as polygons [outline counter-clockwise, holes clockwise, ...].
+
+    Pieces clipped one by one miss each other along shared edges by rounding. The union is widened by ``tolerance``,
+    which closes such hairlines, and narrowed again with square corners, which restores every vertex. Holes narrower
+    than ``smallest_hole`` are left-out pieces, not holes.
+    """
+    merged = shapely.union_all([shapely.Polygon(piece) for piece in pieces])
+    if len(pieces) > 1:
+        for distance in (tolerance, -tolerance):
+            merged = merged.buffer(distance, join_style="mitre", mitre_limit=100)
+    parts = getattr(merged, "geoms", [merged])
+    result = []
+    for part in parts:
+        if not isinstance(part, shapely.Polygon) or part.is_empty:
+            continue
+        rings = [oriented(without_collinear(np.array(part.exterior.coords)[:-1], tolerance))]
+        rings += [
+            oriented(without_collinear(np.array(hole.coords)[:-1], tolerance), clockwise=True)
+            for hole in part.interiors
+            if 2 * shapely.Polygon(hole).area > smallest_hole * hole.length
+        ]
+        result.append(rings)
+    return result

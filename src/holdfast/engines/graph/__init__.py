@@ -1,0 +1,1 @@
+"""The method of Nadeau & Kelly: slip by maximum flow, topple by cuts of the contact interface graph."""

@@ -1,0 +1,321 @@
+"""Engine ``graph``: R = min(R_slip, R_top) (eq. 13)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from holdfast.arrays import Bool, Float, Int, checked_number
+from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.assembly.nodes import ContactNodes
+from holdfast.contacts.nodes import Sampling
+from holdfast.engines.contract import (
+    Capacity,
+    Claim,
+    Mechanism,
+    Mode,
+    Status,
+    Verdict,
+    no_capacity,
+)
+from holdfast.engines.graph import topple
+from holdfast.engines.graph.cuts import feasible_cuts
+from holdfast.engines.graph.slip import arc_capacities, slip_many
+from holdfast.engines.mechanism import describe
+from holdfast.engines.rest import Rest, find_rest
+from holdfast.errors import HoldfastError, message
+from holdfast.progress import report
+from holdfast.rigid import rotation_about
+
+NO_MOMENT = 1e-9  # loads with less power about an axis, relative to force times size, do not turn anything about it
+
+
+@dataclass(frozen=True)
+class Graph:
+    """The paper's method with its options.
+
+    ``nodes`` an interface (20), placed by ``sampling`` ("hull": corners first, then farthest points; "quadrature": a
+    grid). ``isolated``: every body is judged alone, its neighbours taken as fixed (the approximation the paper calls
+    [16]). ``immobile_above`` [kg]: heavier bodies count as fixed in the graph (Sec. VIII-C; their weight still
+    presses). ``mass_margin`` in [0, 1): all masses are taken smaller by this share (Sec. VIII-C), which scales every
+    answer. More than ``max_cuts`` feasible cuts raise SolverError.
+    """
+
+    nodes: int = 20
+    isolated: bool = False
+    sampling: Sampling = "hull"
+    immobile_above: float | None = None
+    mass_margin: float = 0.0
+    max_cuts: int = 20_000
+
+    name = "graph"
+    claim = Claim.ESTIMATED
+
+    def __post_init__(self) -> None:
+        margin = checked_number(self.mass_margin, "Graph: mass_margin", minimum=0)
+        if margin >= 1:
+            raise HoldfastError(message("Graph", f"mass_margin = {margin:g}", "needs 0 <= mass_margin < 1"))
+        if self.immobile_above is not None:
+            checked_number(self.immobile_above, "Graph: immobile_above", above=0)
+
+    def prepare(self, assembly: Assembly, standing: Float | None = None) -> GraphState:
+        """Contact forces at rest; cuts and axes follow when a query needs them."""
+        wrench = (1 - self.mass_margin) * assembly.gravity_wrench
+        if standing is not None:
+            wrench = wrench + standing
+        return GraphState(self, assembly, find_rest(assembly, wrench, self.nodes, self.sampling))
+
+
+@dataclass(frozen=True, eq=False)
+class _CutAxes:
+    """One feasible cut: its bodies (bit mask and numbers) and the axes about which it can turn.
+
+    ``twists`` (k, members, 6) about each member's centre of mass, ``torque`` (k,), ``mode`` (k,).
+    """
+
+    mask: int
+    members: Int
+    twists: Float
+    torque: Float
+    mode: tuple[Mode, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class GraphState:
+    """Engine ``graph`` with the contact forces of one assembly."""
+
+    engine: Graph
+    assembly: Assembly
+    rest: Rest
+
+    def verdict(self) -> Verdict:
+        """Stable where the force program has a solution (Sec. IV)."""
+        return self.rest.verdict
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """Simplifications the answers rest on."""
+        notes = []
+        if self.engine.isolated:
+            notes.append("every body judged alone, its neighbours taken as fixed: optimistic")
+        if self._immobile.any():
+            names = [body.name for body, still in zip(self.assembly.movable, self._immobile, strict=True) if still]
+            notes.append(f"taken as immobile (above {self.engine.immobile_above:g} kg): {', '.join(names)}: optimistic")
+        if self.engine.mass_margin:
+            notes.append(f"all masses taken {self.engine.mass_margin:.0%} smaller")
+        return tuple(notes)
+
+    def load_factor(self, W: Float) -> Capacity:
+        """Factors for load columns W (6J, n); all forces of one column must share one direction."""
+        count = W.shape[1]
+        verdict = self.rest.verdict
+        if verdict.status is not Status.STABLE:
+            moving = () if verdict.mechanism is None else verdict.mechanism.moving
+            status = Status.UNSTABLE if verdict.status is Status.UNSTABLE else Status.UNDECIDED
+            return no_capacity(count, status, moving, verdict.mechanism)
+        wrenches = W.T.reshape(count, -1, 6)
+        slip, slip_side = self._slip(wrenches)
+        top, which = self._topple(wrenches)
+        factor = np.minimum(slip, top)
+        mechanisms = _Mechanisms(self, wrenches, slip <= top, slip_side, which)
+        finite = np.isfinite(factor)
+        told = [mechanisms.of(k) if finite[k] else None for k in range(count)]
+        return Capacity(
+            factor,
+            np.zeros(count),
+            np.full(count, np.inf),
+            tuple(Status.FINITE if f else Status.INFINITE for f in finite),
+            tuple(() if t is None else t.moving for t in told),
+            tuple("none" if t is None else t.mode for t in told),
+            tuple(told),
+        )
+
+    @cached_property
+    def _immobile(self) -> Bool:
+        limit = self.engine.immobile_above
+        return np.asarray(self.assembly.mass > (np.inf if limit is None else limit))
+
+    @cached_property
+    def _graph(self) -> tuple[Int, Int]:
+        """Tails and heads of the interfaces; the fixed node, and every immobile body, is number J."""
+        count = len(self.assembly.movable)
+        number = np.where(self._immobile, count, np.arange(count))
+        ends = np.array(self.assembly.ends, dtype=np.int64).reshape(-1, 2)
+        mapped = np.where(ends == FIXED, count, number[np.maximum(ends, 0)]) if count else ends
+        return np.ascontiguousarray(mapped[:, 0]), np.ascontiguousarray(mapped[:, 1])
+
+    @property
+    def _nodes(self) -> ContactNodes:
+        return self.rest.nodes
+
+    @cached_property
+    def _cuts(self) -> list[int]:
+        """Bit masks over the J movable bodies, immobile ones never in."""
+        count = len(self.assembly.movable)
+        if self.engine.isolated:
+            return [1 << k for k in range(count) if not self._immobile[k]]
+        mobile = np.flatnonzero(~self._immobile)
+        compact = np.full(count + 1, len(mobile))
+        compact[mobile] = np.arange(len(mobile))
+        tails, heads = self._graph
+        edges = [(int(compact[a]), int(compact[b])) for a, b in zip(tails, heads, strict=True)]
+        cuts = feasible_cuts(len(mobile) + 1, edges, limit=self.engine.max_cuts)
+        if len(mobile) == count:
+            return cuts
+        return [sum(1 << int(mobile[k]) for k in range(len(mobile)) if cut >> k & 1) for cut in cuts]
+
+    def _slip(self, wrenches: Float) -> tuple[Float, Bool]:
+        """R_slip (n,) and who slides (n, J), for wrenches (n, J, 6)."""
+        forces = wrenches[:, :, :3]
+        size = np.linalg.norm(forces, axis=2)
+        loaded = size > 0
+        total = size.sum(1)
+        direction = np.divide(forces.sum(1), total[:, None], out=np.zeros((len(total), 3)), where=total[:, None] > 0)
+        if (np.abs(np.linalg.norm(direction, axis=1) - 1)[total > 0] > 1e-9).any():
+            problem = "a load combines forces of different directions, for which its slip rule is not defined"
+            raise HoldfastError(message("engine graph", problem, "use engine 'limit' or 'compliant' for it"))
+        single = (loaded.sum(1) == 1) & (not self.engine.isolated)
+        strength = np.full(len(total), np.inf)
+        side = np.zeros(loaded.shape, dtype=bool)
+        if single.any():
+            source = np.argmax(loaded, axis=1)
+            strength[single], side[single] = self._flows(source[single], direction[single])
+        for k in np.flatnonzero((total > 0) & ~single):
+            strength[k], side[k] = self._cut_slip(size[k] / total[k], direction[k])
+        return np.divide(strength, total, out=np.full(len(total), np.inf), where=total > 0), side
+
+    def _flows(self, source: Int, direction: Float) -> tuple[Float, Bool]:
+        """Maximum flows, one for each different pair of body and direction."""
+        keys = np.column_stack([source, np.round(direction, 9) + 0.0])
+        _, first, back = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+        count = len(self.assembly.movable)
+        tails, heads = self._graph
+        nodes = self._nodes
+        strength, side = slip_many(
+            self.rest.forces, nodes.axes, nodes.mu, nodes.interface, tails, heads, count + 1,
+            np.where(self._immobile, count, np.arange(count))[source[first]], np.ascontiguousarray(direction[first]),
+        )  # fmt: skip
+        back = back.reshape(-1)
+        return np.asarray(strength[back]), np.asarray(side[back, :-1])
+
+    def _cut_slip(self, share: Float, direction: Float) -> tuple[float, Bool]:
+        """Slip of loads on several bodies: over all cuts, capacity leaving it over load in it (Algorithm 3)."""
+        tails, heads = self._graph
+        nodes = self._nodes
+        capacity = arc_capacities(self.rest.forces, nodes.axes, nodes.mu, nodes.interface, len(tails), direction)
+        count = len(share)
+        best, best_side = np.inf, np.zeros(count, dtype=bool)
+        for mask in self._cuts:
+            inside = _bits(mask, count + 1)
+            load = float(share[inside[:-1]].sum())
+            if load <= 0:
+                continue
+            out = capacity[inside[tails] & ~inside[heads], 0].sum() + capacity[~inside[tails] & inside[heads], 1].sum()
+            if out / load < best:
+                best, best_side = float(out / load), inside[:-1]
+        return best, best_side
+
+    def _topple(self, wrenches: Float) -> tuple[Float, Int]:
+        """R_top (n,) and the (cut, axis) that gives it (n, 2), for wrenches (n, J, 6) (eq. 27, Algorithm 1)."""
+        count = len(wrenches)
+        best = np.full(count, np.inf)
+        which = np.full((count, 2), -1)
+        loaded = (wrenches != 0).any((0, 2))
+        scale = np.linalg.norm(wrenches[:, :, :3], axis=2).sum(1) * self.assembly.size
+        threshold = NO_MOMENT * (scale + np.linalg.norm(wrenches[:, :, 3:], axis=2).sum(1))
+        for number, cut in enumerate(self._cut_axes):
+            members = np.flatnonzero(loaded[cut.members])
+            if not len(cut.torque) or not len(members):
+                continue
+            power = np.zeros((len(cut.torque), count))
+            for m in members:
+                power += cut.twists[:, m] @ wrenches[:, cut.members[m]].T
+            turning = power > threshold
+            factor = np.divide(cut.torque[:, None], power, out=np.full(power.shape, np.inf), where=turning)
+            axis = np.argmin(factor, axis=0)
+            lowest = factor[axis, np.arange(count)]
+            better = lowest < best
+            best[better] = lowest[better]
+            which[better, 0], which[better, 1] = number, axis[better]
+        return best, which
+
+    @cached_property
+    def _cut_axes(self) -> list[_CutAxes]:
+        cuts = self._cuts
+        result = []
+        for number, mask in enumerate(cuts):
+            result.append(self._axes_of(mask))
+            if number % 50 == 0:
+                report("toppling axes of all cuts", number, len(cuts))
+        report("toppling axes of all cuts", len(cuts), len(cuts))
+        return result
+
+    @cached_property
+    def _corners(self) -> tuple[Float, ...]:
+        """Hull corners of each interface's patches: toppling axes run along polygon edges, not between nodes."""
+        return tuple(np.vstack([patch.hull for patch in i.patches]) for i in self.assembly.interfaces)
+
+    def _axes_of(self, mask: int) -> _CutAxes:
+        assembly, nodes = self.assembly, self._nodes
+        inside = np.append(_bits(mask, len(assembly.movable)), False)
+        tails, heads = self._graph
+        severed = inside[tails] != inside[heads]
+        members = np.flatnonzero(inside[:-1])
+        spans = nodes.spans
+        cut = np.concatenate([np.arange(spans[i], spans[i + 1]) for i in np.flatnonzero(severed)])
+        corners = np.vstack([self._corners[i] for i in np.flatnonzero(severed)])
+        size = float(np.linalg.norm(np.ptp(corners, axis=0)))
+        origins, axes = topple.toppling_axes(corners, size)
+        flat = np.zeros(len(axes), dtype=bool)
+        points, forces = nodes.points[cut], self.rest.forces[cut]
+        if topple.all_parallel(nodes.normals[cut], assembly.tolerances.angle):
+            centre, axis = topple.friction_axis(points, nodes.normals[cut], nodes.mu[cut], forces[:, 0])
+            origins, axes, flat = np.vstack([origins, centre]), np.vstack([axes, axis]), np.append(flat, True)
+        moving_is_a = inside[tails][nodes.interface[cut]]
+        torque, slides, opens = topple.axis_torques(
+            origins, axes, flat, points, np.ascontiguousarray(nodes.axes[cut]), forces, nodes.mu[cut], moving_is_a, size
+        )
+        free = np.flatnonzero(np.isfinite(torque) & (slides | opens))
+        senses = np.where(free % 2 == 0, 1.0, -1.0)[:, None] * axes[free // 2]
+        com = assembly.com[members]
+        twists = rotation_about(senses[:, None], origins[free // 2][:, None], com[None])
+        mode: list[Mode] = ["mixed" if slides[k] and opens[k] else "slip" if slides[k] else "topple" for k in free]
+        return _CutAxes(mask, members, twists, torque[free], tuple(mode))
+
+
+class _Mechanisms:
+    """Mechanisms of load columns, each different one described once."""
+
+    def __init__(self, state: GraphState, wrenches: Float, slips: Bool, side: Bool, which: Int) -> None:
+        self._state, self._wrenches, self._slips, self._side, self._which = state, wrenches, slips, side, which
+        self._known: dict[object, Mechanism] = {}
+
+    def of(self, column: int) -> Mechanism:
+        """The mechanism that limits one column."""
+        if self._slips[column]:
+            force = self._wrenches[column, :, :3].sum(0)
+            direction = force / np.linalg.norm(force)
+            key: object = (self._side[column].tobytes(), tuple(np.round(direction, 9)))
+        else:
+            key = tuple(self._which[column])
+        if key not in self._known:
+            self._known[key] = self._sliding(column, direction) if self._slips[column] else self._turning(column)
+        return self._known[key]
+
+    def _sliding(self, column: int, direction: Float) -> Mechanism:
+        twists = np.zeros((len(self._state.assembly.movable), 6))
+        twists[self._side[column], :3] = direction
+        return describe(self._state.assembly, twists, "slip")
+
+    def _turning(self, column: int) -> Mechanism:
+        number, axis = self._which[column]
+        cut = self._state._cut_axes[number]
+        twists = np.zeros((len(self._state.assembly.movable), 6))
+        twists[cut.members] = cut.twists[axis]
+        return describe(self._state.assembly, twists, cut.mode[axis])
+
+
+def _bits(mask: int, count: int) -> Bool:
+    return np.array([mask >> k & 1 for k in range(count)], dtype=bool)

@@ -1,0 +1,145 @@
+"""Toppling axes of a cut and the torque that contacts oppose to a turn about them (Sec. V-C2, V-C3).
+
+Signs: the moving side turns by +a about the axis, ``n`` is the inward normal of the stationary side, ``f`` the force of
+the moving side on it, v = (p - o) x a is minus the velocity of the moving side at p. Then v·n < 0 means that the motion
+is blocked, v·n > 0 that the contact opens and its preload f·v has to be overcome, v·n = 0 that it slides.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from holdfast.arrays import Bool, Float
+from holdfast.compiled import compiled
+from holdfast.engines.graph.slip import node_slip
+
+ON_AXIS = 1e-6  # of the size: a node nearer to the axis than this does not move
+SLIDING = 1e-6  # |v·n| / |v| below this counts as v·n = 0
+
+
+def toppling_axes(points: Float, size: float) -> tuple[Float, Float]:
+    """Origins (m, 3) and unit directions (m, 3) of the edges of the convex hull of contact corners (n, 3).
+
+    Facets in one plane and edges on one line count once. Flat and straight point sets give the edges of a polygon and
+    one line.
+    """
+    tolerance = ON_AXIS * size
+    centred = points - points.mean(0)
+    _, extents, directions = np.linalg.svd(centred, full_matrices=False)
+    spread = extents / np.sqrt(len(points))
+    if spread[0] <= tolerance:
+        return np.empty((0, 3)), np.empty((0, 3))
+    if len(spread) < 2 or spread[1] <= tolerance:
+        return points[:1], directions[:1]
+    if len(spread) < 3 or spread[2] <= tolerance:
+        segments = _flat_edges(centred @ directions[:2].T)
+    else:
+        segments = _solid_edges(centred)
+    return _lines(points[segments[:, 0]], points[segments[:, 1]], tolerance)
+
+
+def _flat_edges(flat: Float) -> np.ndarray[tuple[int, int], np.dtype[np.intp]]:
+    hull = ConvexHull(flat).vertices
+    return np.column_stack([hull, np.roll(hull, -1)])
+
+
+def _solid_edges(points: Float) -> np.ndarray[tuple[int, int], np.dtype[np.intp]]:
+    hull = ConvexHull(points)
+    facets = hull.simplices
+    edges = []
+    for k, facet in enumerate(facets):
+        for opposite in range(3):
+            other = hull.neighbors[k, opposite]
+            if other > k and hull.equations[k, :3] @ hull.equations[other, :3] < 1 - SLIDING**2 / 2:
+                edges.append([facet[(opposite + 1) % 3], facet[(opposite + 2) % 3]])
+    return np.array(edges, dtype=np.intp)
+
+
+def _lines(start: Float, end: Float, tolerance: float) -> tuple[Float, Float]:
+    """Each line once, from segments."""
+    direction = end - start
+    length = np.linalg.norm(direction, axis=1)
+    keep = length > tolerance
+    start, direction = start[keep], direction[keep] / length[keep, None]
+    unique: list[int] = []
+    for k in range(len(start)):
+        arms = start[k] - start[unique]
+        aligned = np.abs(direction[unique] @ direction[k]) > 1 - 1e-9
+        near = np.linalg.norm(np.cross(arms, direction[unique]), axis=1) <= tolerance
+        if not (aligned & near).any():
+            unique.append(k)
+    return start[unique], direction[unique]
+
+
+def friction_axis(points: Float, normals: Float, mu: Float, normal_force: Float) -> tuple[Float, Float]:
+    """Origin (1, 3) and direction (1, 3) of the axis across a cut whose normals are all parallel (Mason's centre).
+
+    The centre of friction is Σ μ f_n p / Σ μ f_n; the centroid where nothing presses.
+    """
+    share = mu * np.maximum(normal_force, 0)
+    if not share.sum() > 0:
+        share = np.ones(len(points))
+    return (share @ points / share.sum())[None], normals[:1]
+
+
+def all_parallel(normals: Float, angle: float) -> bool:
+    """Whether unit normals (n, 3) agree, up to sign, within ``angle`` [deg]."""
+    return bool(np.abs(normals @ normals[0]).min() >= np.cos(np.radians(angle)))
+
+
+@compiled
+def axis_torques(
+    origins: Float,
+    axes: Float,
+    flat: Bool,
+    points: Float,
+    frames: Float,
+    forces: Float,
+    mu: Float,
+    moving_is_a: Bool,
+    size: float,
+) -> tuple[Float, Bool, Bool]:
+    """For both senses (2m,) of every axis: resisting torque (inf: blocked), and whether nodes slide and open.
+
+    ``flat`` (m,) marks axes about which every node slides. Nodes: ``points`` (n, 3), ``frames`` (n, 3, 3) rows normal
+    into body b, t1, t2, ``forces`` (n, 3) on b in that frame, ``moving_is_a`` (n,) whether body a is the moving one.
+    """
+    m = len(origins)
+    torque = np.zeros(2 * m)
+    slides = np.zeros(2 * m, dtype=np.bool_)
+    opens = np.zeros(2 * m, dtype=np.bool_)
+    v = np.empty(3)
+    for k in range(2 * m):
+        line = k // 2
+        sense = 1.0 if k % 2 == 0 else -1.0
+        for i in range(len(points)):
+            arm0 = points[i, 0] - origins[line, 0]
+            arm1 = points[i, 1] - origins[line, 1]
+            arm2 = points[i, 2] - origins[line, 2]
+            a0, a1, a2 = sense * axes[line, 0], sense * axes[line, 1], sense * axes[line, 2]
+            v[0] = arm1 * a2 - arm2 * a1
+            v[1] = arm2 * a0 - arm0 * a2
+            v[2] = arm0 * a1 - arm1 * a0
+            speed = np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+            if speed <= ON_AXIS * size:
+                continue
+            side = 1.0 if moving_is_a[i] else -1.0  # turns the node's frame into the stationary side's
+            vn = side * (frames[i, 0, 0] * v[0] + frames[i, 0, 1] * v[1] + frames[i, 0, 2] * v[2])
+            v1 = side * (frames[i, 1, 0] * v[0] + frames[i, 1, 1] * v[1] + frames[i, 1, 2] * v[2])
+            v2 = side * (frames[i, 2, 0] * v[0] + frames[i, 2, 1] * v[1] + frames[i, 2, 2] * v[2])
+            if flat[line] or abs(vn) <= SLIDING * speed:
+                tangential = np.sqrt(v1 * v1 + v2 * v2)
+                strength = node_slip(
+                    forces[i, 0], forces[i, 1], forces[i, 2], mu[i], 0.0, -v1 / tangential, -v2 / tangential
+                )
+                torque[k] += strength * tangential
+                slides[k] = True
+            elif vn < 0.0:
+                torque[k] = np.inf
+                break
+            else:
+                torque[k] += forces[i, 0] * vn + forces[i, 1] * v1 + forces[i, 2] * v2
+                opens[k] = True
+        torque[k] = max(torque[k], 0.0)
+    return torque, slides, opens

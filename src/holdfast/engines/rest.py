@@ -1,0 +1,152 @@
+"""The assembly at rest: nodes, contact forces and the verdict that follows from them, with its evidence."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from holdfast.arrays import Float
+from holdfast.assembly.assembly import Assembly, body_forces
+from holdfast.assembly.nodes import ContactNodes, contact_nodes
+from holdfast.conic.solve import Outcome
+from holdfast.contacts.nodes import Sampling
+from holdfast.engines.contract import Certificate, ContactForces, Mechanism, Status, Verdict
+from holdfast.engines.forces import ACCEPTED_RESIDUAL, ForceSolution, solve_forces
+from holdfast.engines.mechanism import describe, mode_of, relative_velocity
+
+CERTIFIED = 1e-6  # a certificate may leave the dual cone by this share of its largest relative velocity
+NO_DILATANCY = 1e-6  # share of energy below which no force comes from dilatancy
+
+
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """Nodes with their forces (I, 3), local, [N] (zero where the assembly does not stand), and the verdict."""
+
+    nodes: ContactNodes
+    forces: Float
+    verdict: Verdict
+
+
+def find_rest(assembly: Assembly, wrench: Float, count: int, sampling: Sampling) -> Rest:
+    """Solve for contact forces that balance ``wrench`` (6J,); ``count`` nodes an interface.
+
+    Where the sampled nodes carry no equilibrium the corners of the patches decide: they can carry whatever the whole
+    patches can.
+    """
+    nodes = contact_nodes(assembly, count, sampling)
+    nothing = np.zeros((len(nodes), 3))
+    if not assembly.movable:
+        return Rest(nodes, nothing, _stable(assembly, nodes, nothing, 0.0, 0.0))
+    if assembly.hanging:
+        return Rest(nodes, nothing, _hanging(assembly, nodes, wrench))
+    solution = solve_forces(assembly, nodes, wrench)
+    if solution.outcome is Outcome.INFEASIBLE:
+        nodes = contact_nodes(assembly, count, "corners")
+        nothing = np.zeros((len(nodes), 3))
+        solution = solve_forces(assembly, nodes, wrench)
+    if solution.twists is not None:
+        return Rest(nodes, nothing, _falls(assembly, nodes, wrench, solution.twists))
+    if solution.forces is None or solution.residual > ACCEPTED_RESIDUAL:
+        return Rest(nodes, nothing, _undecided(_trouble(solution)))
+    return Rest(
+        nodes,
+        solution.forces,
+        _stable(assembly, nodes, solution.forces, solution.residual, solution.dilatancy),
+    )
+
+
+def _stable(assembly: Assembly, nodes: ContactNodes, forces: Float, residual: float, dilatancy: float) -> Verdict:
+    tangential = np.linalg.norm(forces[:, 1:], axis=1)
+    limit = nodes.mu * forces[:, 0]
+    loaded = forces[:, 0] > 1e-9 * max(assembly.weight, 1e-300)
+    usage = np.divide(tangential, limit, out=np.zeros(len(nodes)), where=loaded & (limit > 0))
+    contact = ContactForces(nodes.points, nodes.normals, nodes.world(forces), nodes.interface, usage)
+    needs_none = dilatancy <= NO_DILATANCY
+    reason = "contact forces balance every body" + (
+        "; elastic contacts would find them without slipping"
+        if needs_none
+        else "; but contacts would slip before they build up: they may rest on self-stress that nothing creates"
+    )
+    return Verdict(Status.STABLE, True, False if needs_none else None, contact, residual, None, None, reason)
+
+
+def _undecided(reason: str, *, mechanism: Mechanism | None = None, certificate: Certificate | None = None) -> Verdict:
+    return Verdict(Status.UNDECIDED, None, None, None, np.inf, mechanism, certificate, reason)
+
+
+def _trouble(solution: ForceSolution) -> str:
+    shown = "" if np.isinf(solution.residual) else f", residual {solution.residual:.1e} of the weight"
+    return f"the force program was not solved: {solution.outcome.value} ({solution.iterations} iterations{shown})"
+
+
+def _hanging(assembly: Assembly, nodes: ContactNodes, wrench: Float) -> Verdict:
+    """Bodies without a chain of contacts to a fixed body fall, unless they touch in a way that was not modelled."""
+    twists = np.zeros((len(assembly.movable), 6))
+    texts = []
+    for group in assembly.hanging:
+        members = [assembly.index[name] for name in group]
+        force = wrench.reshape(-1, 6)[members, :3].sum(0)
+        twists[members, :3] = force if np.linalg.norm(force) > 0 else assembly.scene.gravity
+        texts.append(_loose(assembly, group))
+    mechanism = describe(assembly, twists, "none")
+    doubt = _doubt(assembly, twists)
+    if doubt:
+        return _undecided(f"{'; '.join(texts)}; {doubt}", mechanism=mechanism)
+    power = float(wrench @ mechanism.twists.ravel())
+    return Verdict(Status.UNSTABLE, False, None, None, np.inf, mechanism, Certificate(power, 0.0), "; ".join(texts))
+
+
+def _loose(assembly: Assembly, group: tuple[str, ...]) -> str:
+    names = ", ".join(group[:6]) + (f" and {len(group) - 6} more" if len(group) > 6 else "")
+    nearest = assembly.nearest_support(group) if assembly.detected else None
+    text = f"unsupported: {names}: no chain of contacts leads to a fixed body"
+    if nearest is None:
+        return text
+    inside, outside, gap = nearest
+    tolerance = assembly.tolerances.gap
+    place = f"{inside} is {gap * 1e3:.3g} mm from {outside}"
+    if gap <= tolerance:
+        return f"{text}; {place}, touching only along an edge, at a point or on curved faces"
+    return f"{text}; {place} (the gap tolerance is {tolerance * 1e3:.3g} mm: raise gap if they should touch)"
+
+
+def _falls(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float) -> Verdict:
+    """UNSTABLE if the motion of the certificate really is one against which no contact can resist."""
+    velocity = relative_velocity(nodes, assembly.com, twists)
+    mechanism = describe(assembly, twists, mode_of(velocity, np.ones(len(nodes), dtype=bool)))
+    largest = float(np.linalg.norm(velocity, axis=1).max(initial=0))
+    excess = float((nodes.mu * np.linalg.norm(velocity[:, 1:], axis=1) - velocity[:, 0]).max(initial=0))
+    power = float(wrench @ mechanism.twists.ravel())
+    certificate = Certificate(power, excess / largest if largest > 0 else 0.0)
+    if not power > 0 or certificate.violation > CERTIFIED:
+        reason = f"the solver's proof of collapse does not hold up (violation {certificate.violation:.1e})"
+        return _undecided(reason, mechanism=mechanism, certificate=certificate)
+    doubt = _doubt(assembly, twists)
+    if doubt:
+        return _undecided(f"no equilibrium on the contacts found, but {doubt}", mechanism=mechanism)
+    reason = f"no contact forces balance every body: {mechanism.text}"
+    return Verdict(Status.UNSTABLE, False, None, None, np.inf, mechanism, certificate, reason)
+
+
+def _doubt(assembly: Assembly, twists: Float) -> str:
+    """Contacts outside the model that the motion would load: a reason not to call it a collapse."""
+    joined = {frozenset(interface.bodies) for interface in assembly.interfaces}
+    overlapping = [o.bodies for o in assembly.overlaps if frozenset(o.bodies) not in joined]
+    still = np.zeros(6)
+    for a, b in (*overlapping, *assembly.unmodelled):
+        at_origin = [
+            still
+            if k < 0
+            else np.concatenate([twists[k, :3] - np.cross(twists[k, 3:], assembly.com[k]), twists[k, 3:]])
+            for k in (assembly.index[a], assembly.index[b])
+        ]
+        if not np.allclose(at_origin[0], at_origin[1], atol=1e-9 * np.abs(twists).max()):
+            return f"{a} and {b} touch along an edge, at a point, on curved faces or overlap: this is not modelled"
+    return ""
+
+
+def weight_wrench(assembly: Assembly, acceleration: Float | None = None) -> Float:
+    """(6J,) weight, and the inertial forces of a common acceleration (3,) [m/s²]."""
+    pull = assembly.scene.gravity - (0 if acceleration is None else acceleration)
+    return body_forces(assembly.mass[:, None] * pull)

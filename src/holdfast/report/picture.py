@@ -1,0 +1,114 @@
+"""A robustness map as a picture: what to colour, what to outline, which forces to draw."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from holdfast.arrays import Float
+from holdfast.assembly.assembly import Assembly
+from holdfast.engines.contract import ContactForces, Status
+from holdfast.robustness.cells import Cells
+from holdfast.robustness.map import RobustnessMap
+from holdfast.viewer.picture import Arrow, HeatSurface, Picture, Solid
+
+LONGEST_FORCE = 0.18  # of the assembly's size: the largest contact force as an arrow
+WEAK_ARROW = 0.16  # of the assembly's size: length of the arrows at weakest points
+SHOWN_WEAKEST = 6
+
+
+def picture_of(result: RobustnessMap) -> Picture:
+    """The heat map with contacts, resting forces and the weakest push on each body."""
+    assembly = result.assembly
+    gravity = assembly.scene.gravity
+    heat = [_surface(result, name, cells) for name, cells in result.cells.items() if len(cells.points)]
+    return Picture(
+        title=_title(result),
+        subtitle=_subtitle(result),
+        heat=tuple(heat),
+        solids=_solids(result),
+        outlines=tuple(
+            ring for i in assembly.interfaces for patch in i.patches for ring in (patch.polygon, *patch.holes)
+        ),
+        contact_points=np.empty((0, 3)) if result.verdict.forces is None else result.verdict.forces.points,
+        contact_forces=() if result.verdict.forces is None else _force_arrows(assembly, result.verdict.forces),
+        weakest=_weak_arrows(result),
+        up=-gravity / np.linalg.norm(gravity),
+    )
+
+
+def _title(result: RobustnessMap) -> str:
+    name = result.assembly.scene.name or "assembly"
+    return f"{name}: largest push before something moves"
+
+
+def _subtitle(result: RobustnessMap) -> str:
+    verdict = {Status.STABLE: "stands", Status.UNSTABLE: "does not stand"}.get(result.verdict.status, "undecided")
+    return f"{verdict} · engine {result.engine} ({result.claim}) · {len(result.force):,} inward pushes"
+
+
+def _surface(result: RobustnessMap, name: str, cells: Cells) -> HeatSurface:
+    numbers = [k for k, body in enumerate(result.body) if body == name]
+    return HeatSurface(
+        name, cells.vertices, cells.triangles, cells.cell, cells.points, result.force[numbers],
+        tuple(_hover(result, k) for k in numbers),
+    )  # fmt: skip
+
+
+def _hover(result: RobustnessMap, k: int) -> str:
+    place = ", ".join(f"{v:.3f}" for v in result.points[k])
+    lines = [f"<b>{result.body[k]}</b> at ({place}) m", f"push inward: <b>{_newton(result.force[k])}</b>"]
+    if result.status[k] is Status.FINITE:
+        lines.append(f"{result.mode[k]}: {', '.join(result.moving[k])} moves")
+    elif result.status[k] is Status.INFINITE:
+        lines.append("no push moves anything")
+    else:
+        lines.append(str(result.status[k]))
+    return "<br>".join(lines)
+
+
+def _newton(force: float) -> str:
+    return "∞" if np.isinf(force) else f"{force:.3g} N"
+
+
+def _solids(result: RobustnessMap) -> tuple[Solid, ...]:
+    solids = [
+        Solid(body.name, body.surface_world.vertices, body.surface_world.faces, body.fixed)
+        for body in result.assembly.bodies
+        if body.name not in result.cells
+    ]
+    solids += [
+        Solid(name, cells.vertices, cells.triangles, False)
+        for name, cells in result.hidden.items()
+        if len(cells.points)
+    ]
+    return tuple(solids)
+
+
+def _force_arrows(assembly: Assembly, forces: ContactForces) -> tuple[Arrow, ...]:
+    """One arrow an interface: the total force on its second body, at the centre of pressure."""
+    arrows: list[tuple[Float, Float, str]] = []
+    for number, interface in enumerate(assembly.interfaces):
+        here = forces.interface == number
+        total = forces.force[here].sum(0)
+        normal = np.maximum((forces.force[here] * forces.normal[here]).sum(1), 0)
+        if not normal.sum() > 0:
+            continue
+        centre = normal @ forces.points[here] / normal.sum()
+        a, b = interface.bodies
+        arrows.append((centre, total, f"{a} on {b}: {np.linalg.norm(total):.3g} N"))
+    largest = max((float(np.linalg.norm(force)) for _, force, _ in arrows), default=1.0)
+    scale = LONGEST_FORCE * assembly.size / largest
+    return tuple(Arrow(centre - scale * force, centre, label) for centre, force, label in arrows)
+
+
+def _weak_arrows(result: RobustnessMap) -> tuple[Arrow, ...]:
+    length = WEAK_ARROW * result.assembly.size
+    return tuple(
+        Arrow(
+            np.array(weak.point) - length * np.array(weak.direction),
+            np.array(weak.point),
+            f"{weak.body}: {_newton(weak.force)}, {weak.mode}",
+        )
+        for weak in result.weakest_of_each_body()[:SHOWN_WEAKEST]
+        if np.isfinite(weak.force)
+    )

@@ -1,0 +1,107 @@
+"""Answers as tables for the terminal."""
+
+from __future__ import annotations
+
+import numpy as np
+from rich.box import SIMPLE_HEAD
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from holdfast.arrays import Bool, Float
+from holdfast.assembly.assembly import Assembly
+from holdfast.engines.contract import Status
+from holdfast.robustness.map import MapPoint, RobustnessMap
+from holdfast.robustness.stability import Stability
+
+_WORDS = {
+    Status.STABLE: ("stands", "bold green"),
+    Status.UNSTABLE: ("does not stand", "bold red"),
+    Status.UNDECIDED: ("undecided", "bold yellow"),
+}
+
+
+def stability_report(assembly: Assembly, result: Stability) -> RenderableType:
+    """Verdict, reason and contacts."""
+    word, style = _WORDS[result.status]
+    name = assembly.scene.name or "scene"
+    head = Text.assemble((name, "bold"), ": ", (word, style), f"  (engine {result.engine}: {result.claim})")
+    lines: list[RenderableType] = [head, Text(result.reason, style="dim")]
+    lines += [Text(f"note: {note}", style="yellow") for note in result.notes]
+    lines.append(_contacts(assembly, result))
+    return Group(*lines)
+
+
+def _contacts(assembly: Assembly, result: Stability) -> Table:
+    movable, interfaces = len(assembly.movable), len(assembly.interfaces)
+    table = Table(
+        title=f"{movable} movable bodies, {interfaces} interfaces (gap {assembly.tolerances.gap * 1e3:.3g} mm)",
+        title_justify="left",
+        box=SIMPLE_HEAD,
+    )
+    for heading in ("between", "area [cm²]", "μ", "normal force [N]", "friction used"):
+        table.add_column(heading, justify="left" if heading == "between" else "right")
+    shown = range(min(interfaces, 40))
+    for k in shown:
+        interface = assembly.interfaces[k]
+        force, usage = "-", "-"
+        if result.forces is not None:
+            here = result.forces.interface == k
+            pressing = (result.forces.force[here] * result.forces.normal[here]).sum()
+            tangential = np.linalg.norm(result.forces.force[here].sum(0) - _along(result, here))
+            force = f"{pressing:.3g}"
+            limit = assembly.mu[k] * pressing
+            usage = f"{tangential / limit:.0%}" if limit > 1e-9 * assembly.weight else "-"
+        a, b = interface.bodies
+        flags = f" ({', '.join(interface.flags)})" if interface.flags else ""
+        table.add_row(f"{a} - {b}{flags}", f"{interface.area * 1e4:.4g}", f"{assembly.mu[k]:g}", force, usage)
+    if interfaces > len(shown):
+        table.add_row(f"... and {interfaces - len(shown)} more", "", "", "", "")
+    return table
+
+
+def _along(result: Stability, here: Bool) -> Float:
+    assert result.forces is not None
+    force, normal = result.forces.force[here], result.forces.normal[here]
+    return np.asarray(((force * normal).sum(1, keepdims=True) * normal).sum(0))
+
+
+def map_report(result: RobustnessMap) -> RenderableType:
+    """The weakest point of every body."""
+    word, style = _WORDS[result.verdict.status]
+    name = result.assembly.scene.name or "scene"
+    head = Text.assemble(
+        (name, "bold"),
+        ": ",
+        (word, style),
+        f"  {len(result.force):,} inward pushes  (engine {result.engine}: {result.claim})",
+    )
+    table = Table(title="weakest push on each body", title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for heading in ("body", "force [N]", "at [mm]", "along", "what moves"):
+        table.add_column(
+            heading, justify="right" if heading == "force [N]" else "left", no_wrap=heading != "what moves"
+        )
+    weakest = result.weakest_of_each_body()
+    for weak in weakest[:30]:
+        table.add_row(*_row(weak))
+    if len(weakest) > 30:
+        table.add_row(f"... and {len(weakest) - 30} more", *[""] * 4)
+    notes = [Text(f"note: {note}", style="yellow") for note in result.notes]
+    reason = [] if result.verdict.status is Status.STABLE else [Text(result.verdict.reason, style="dim")]
+    return Group(head, *reason, *notes, table)
+
+
+def _row(weak: MapPoint) -> tuple[str, ...]:
+    if np.isinf(weak.force):
+        return weak.body, "∞", "", "", "nothing"
+    moving = ", ".join(weak.moving[:5]) + (f" and {len(weak.moving) - 5} more" if len(weak.moving) > 5 else "")
+    place = "(" + ", ".join(f"{1e3 * v:.0f}" for v in weak.point) + ")"
+    return weak.body, f"{weak.force:.4g}", place, _direction(weak.direction), f"{weak.mode}: {moving}"
+
+
+def _direction(values: tuple[float, float, float]) -> str:
+    """An axis by its name, anything else by its components."""
+    for axis, value in zip("xyz", values, strict=True):
+        if abs(value) > 1 - 1e-9:
+            return f"{'+' if value > 0 else '-'}{axis}"
+    return "(" + ", ".join(f"{v + 0.0:.2f}" for v in np.round(values, 2)) + ")"

@@ -1,0 +1,218 @@
+"""Cut a body's surface into cells of about one spacing, each with one query point on it."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from holdfast.arrays import Bool, Float, Int, unit
+from holdfast.compiled import compiled
+from holdfast.contacts.interface import Patch
+from holdfast.contacts.polygon import convex_hull, inside, shapely_polygon, smallest_rectangle
+from holdfast.rigid import tangents
+from holdfast.scene.shapes import Surface
+
+COPLANAR = 1e-8  # 1 - cos of the angle below which neighbouring triangles make one facet
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """Pieces of a surface, each with a query point.
+
+    ``points`` (C, 3) with outward ``normals`` (C, 3); ``triangles`` (T, 3) over ``vertices`` (V, 3) belong to ``cell``
+    (T,).
+    """
+
+    points: Float
+    normals: Float
+    vertices: Float
+    triangles: Int
+    cell: Int
+
+    def chosen(self, keep: Bool) -> Cells:
+        """Only the cells where ``keep`` (C,) is true."""
+        number = np.cumsum(keep) - 1
+        kept = keep[self.cell]
+        return Cells(
+            self.points[keep], self.normals[keep], self.vertices, self.triangles[kept], number[self.cell[kept]]
+        )
+
+
+def surface_cells(surface: Surface, spacing: float) -> Cells:
+    """Flat facets are cut by a grid along their smallest rectangle; small triangles of curved ones are clustered."""
+    facet = _facets(surface)
+    parts: list[Cells] = []
+    small = np.zeros(len(surface.faces), dtype=bool)
+    order = np.argsort(facet, kind="stable")
+    bounds = np.flatnonzero(np.diff(facet[order], prepend=-1, append=facet.max() + 1))
+    for start, end in itertools.pairwise(bounds):
+        members = order[start:end]
+        corners = surface.vertices[surface.faces[members]]
+        if np.ptp(corners.reshape(-1, 3), axis=0).max() < 1.5 * spacing:
+            small[members] = True
+        else:
+            parts.append(_gridded(corners, surface.normals[members[0]], spacing))
+    if small.any():
+        parts.append(_clustered(surface, np.flatnonzero(small), spacing))
+    return _joined(parts)
+
+
+def covered(cells: Cells, patches: list[Patch], gap: float) -> Bool:
+    """(C,) whether a cell's point lies on a contact patch, where nobody can push."""
+    result = np.zeros(len(cells.points), dtype=bool)
+    for patch in patches:
+        arm = cells.points - patch.polygon[0]
+        near = (np.abs(arm @ patch.normal) <= gap) & (np.abs(cells.normals @ patch.normal) > 0.9)
+        if near.any():
+            result[near] |= inside(shapely_polygon(patch.rings), arm[near] @ patch.frame.T)
+    return result
+
+
+def _facets(surface: Surface) -> Int:
+    """(F,) number of the flat facet each triangle belongs to: neighbours across an edge with one normal."""
+    faces = surface.faces
+    edges = np.sort(np.vstack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    owner = np.tile(np.arange(len(faces)), 3)
+    order = np.lexsort((edges[:, 1], edges[:, 0]))
+    same = (edges[order[1:]] == edges[order[:-1]]).all(1)
+    a, b = owner[order[:-1][same]], owner[order[1:][same]]
+    flat = (surface.normals[a] * surface.normals[b]).sum(1) > 1 - COPLANAR
+    links = sparse.coo_matrix((np.ones(flat.sum()), (a[flat], b[flat])), shape=(len(faces),) * 2)
+    return np.asarray(sparse.csgraph.connected_components(links, directed=False)[1], dtype=np.int64)
+
+
+def _gridded(corners: Float, normal: Float, spacing: float) -> Cells:
+    """One facet of triangles (n, 3, 3)."""
+    origin = corners[0, 0]
+    frame = np.array(tangents(normal))
+    plane = (corners - origin) @ frame.T
+    axes, low, high = smallest_rectangle(convex_hull(plane.reshape(-1, 2), 1e-9 * spacing))
+    aligned = plane @ axes.T - low
+    counts = np.maximum(np.ceil((high - low) / spacing - 1e-9), 1).astype(np.int64)
+    step = (high - low) / counts
+    pieces, sizes, cell = _grid_pieces(aligned, step, counts)
+    areas, centres = _centroids(pieces, sizes)
+    kept = areas > 1e-9 * step.prod()
+    pieces, sizes, cell, areas, centres = pieces[kept], sizes[kept], cell[kept], areas[kept], centres[kept]
+    used, cell = np.unique(cell, return_inverse=True)
+    total = np.bincount(cell, areas)
+    point = np.column_stack([np.bincount(cell, areas * centres[:, k]) for k in range(2)]) / total[:, None]
+    ragged = total < 0.999 * step.prod()
+    largest = np.lexsort((areas, cell))[np.append(np.flatnonzero(np.diff(np.sort(cell))), len(cell) - 1)]
+    point[ragged] = centres[largest[ragged]]
+
+    def lift(flat: Float) -> Float:
+        return np.asarray(origin + ((flat + low) @ axes) @ frame)
+
+    starts = np.concatenate([[0], np.cumsum(sizes)])
+    vertices = lift(np.vstack([piece[:size] for piece, size in zip(pieces, sizes, strict=True)]))
+    fans = [np.array([(s, s + k, s + k + 1) for k in range(1, n - 1)]) for s, n in zip(starts, sizes, strict=False)]
+    owner = np.repeat(cell, sizes - 2)
+    return Cells(lift(point), np.tile(normal, (len(used), 1)), vertices, np.vstack(fans), owner)
+
+
+def _centroids(pieces: Float, sizes: Int) -> tuple[Float, Float]:
+    """Areas (m,) and centroids (m, 2) of convex pieces (m, 8, 2)."""
+    areas, centres = np.zeros(len(pieces)), np.zeros((len(pieces), 2))
+    base = pieces[:, 0]
+    for k in range(1, pieces.shape[1] - 1):
+        live = k + 1 < sizes
+        p, q = pieces[:, k] - base, pieces[:, k + 1] - base
+        area = np.where(live, (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]) / 2, 0)
+        areas += area
+        centres += np.where(live[:, None], area[:, None] * (p + q) / 3, 0)
+    return np.abs(areas), base + centres / np.where(areas == 0, 1, areas)[:, None]
+
+
+@compiled
+def _grid_pieces(triangles: Float, step: Float, counts: Int) -> tuple[Float, Int, Int]:
+    """Triangles (n, 3, 2) cut by a grid: pieces (m, 8, 2), their corner counts and cell numbers."""
+    capacity = 256
+    pieces = np.zeros((capacity, 8, 2))
+    sizes = np.zeros(capacity, dtype=np.int64)
+    cells = np.zeros(capacity, dtype=np.int64)
+    found = 0
+    now = np.empty((8, 2))
+    then = np.empty((8, 2))
+    for t in range(len(triangles)):
+        first = np.empty(2, dtype=np.int64)
+        last = np.empty(2, dtype=np.int64)
+        for k in range(2):
+            low = min(triangles[t, 0, k], triangles[t, 1, k], triangles[t, 2, k])
+            high = max(triangles[t, 0, k], triangles[t, 1, k], triangles[t, 2, k])
+            first[k] = max(int(np.floor(low / step[k] - 1e-9)), 0)
+            last[k] = min(int(np.ceil(high / step[k] + 1e-9)), counts[k])
+        for i in range(first[0], last[0]):
+            for j in range(first[1], last[1]):
+                size = 3
+                now[:3] = triangles[t]
+                for side in range(4):
+                    k = side // 2
+                    sign = 1.0 if side % 2 == 0 else -1.0
+                    bound = ((i if k == 0 else j) + side % 2) * step[k]
+                    n = 0
+                    for c in range(size):
+                        d = (c + 1) % size
+                        hc = sign * (now[c, k] - bound)
+                        hd = sign * (now[d, k] - bound)
+                        if hc >= 0:
+                            then[n] = now[c]
+                            n += 1
+                        if (hc > 0 and hd < 0) or (hc < 0 and hd > 0):
+                            then[n] = now[c] + hc / (hc - hd) * (now[d] - now[c])
+                            n += 1
+                    size = n
+                    now[:size] = then[:size]
+                    if size < 3:
+                        break
+                if size < 3:
+                    continue
+                if found == capacity:
+                    capacity *= 2
+                    more = np.zeros((capacity, 8, 2))
+                    more[:found] = pieces
+                    pieces = more
+                    more_sizes = np.zeros(capacity, dtype=np.int64)
+                    more_sizes[:found] = sizes
+                    sizes = more_sizes
+                    more_cells = np.zeros(capacity, dtype=np.int64)
+                    more_cells[:found] = cells
+                    cells = more_cells
+                pieces[found, :size] = now[:size]
+                sizes[found] = size
+                cells[found] = i * counts[1] + j
+                found += 1
+    return pieces[:found], sizes[:found], cells[:found]
+
+
+def _clustered(surface: Surface, members: Int, spacing: float) -> Cells:
+    """Triangles in one cube of a lattice that face about the same way share a cell; its point is on the middle one."""
+    corners = surface.vertices[surface.faces[members]]
+    normals = surface.normals[members]
+    centres = corners.mean(1)
+    keys = np.hstack([np.floor(centres / spacing + 1e-9), np.round(normals * 1.2)]).astype(np.int64)
+    _, cell = np.unique(keys, axis=0, return_inverse=True)
+    cell = cell.reshape(-1)
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+    total = np.maximum(np.bincount(cell, areas), 1e-300)
+    middle = np.column_stack([np.bincount(cell, areas * centres[:, k]) for k in range(3)]) / total[:, None]
+    away = np.linalg.norm(centres - middle[cell], axis=1)
+    order = np.lexsort((away, cell))
+    nearest = order[np.flatnonzero(np.diff(cell[order], prepend=-1))]
+    triangles = np.arange(3 * len(members)).reshape(-1, 3)
+    return Cells(centres[nearest], unit(normals[nearest]), corners.reshape(-1, 3), triangles, cell)
+
+
+def _joined(parts: list[Cells]) -> Cells:
+    offsets = np.cumsum([0] + [len(part.vertices) for part in parts])
+    numbers = np.cumsum([0] + [len(part.points) for part in parts])
+    return Cells(
+        np.vstack([part.points for part in parts]),
+        np.vstack([part.normals for part in parts]),
+        np.vstack([part.vertices for part in parts]),
+        np.vstack([part.triangles + offset for part, offset in zip(parts, offsets, strict=False)]),
+        np.concatenate([part.cell + number for part, number in zip(parts, numbers, strict=False)]),
+    )

@@ -1,0 +1,158 @@
+"""Robustness over all exposed surfaces: inward pushes at a point of every cell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from holdfast.arrays import Float, checked_number
+from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.engines.contract import Claim, Mode, Status, Verdict
+from holdfast.errors import SceneError, message
+from holdfast.progress import report
+from holdfast.robustness.cells import Cells, covered, surface_cells
+from holdfast.robustness.query import never_moves
+from holdfast.robustness.request import EngineChoice, body_number, engine_of, push_columns
+
+MAX_POINTS = 2_000_000
+
+
+@dataclass(frozen=True)
+class MapPoint:
+    """One point of a map: a push of ``force`` along ``direction`` (inward) at ``point`` moves ``moving``."""
+
+    body: str
+    point: tuple[float, float, float]
+    direction: tuple[float, float, float]
+    force: float
+    status: Status
+    mode: Mode
+    moving: tuple[str, ...]
+    mechanism: str
+
+
+@dataclass(frozen=True, eq=False)
+class RobustnessMap:
+    """Robustness to inward pushes over the exposed surfaces of bodies.
+
+    ``points`` and outward ``normals`` (n, 3), ``body`` (n,) names, ``force`` (n,) [N] for a push along minus the
+    normal; ``status``, ``lower``, ``upper``, ``moving``, ``mode`` (n,) as in Robustness. ``cells`` holds the surface
+    pieces of each body that the points stand for (in the order of the points), ``hidden`` those that lie on contacts.
+    """
+
+    engine: str
+    claim: Claim
+    assembly: Assembly
+    verdict: Verdict
+    points: Float
+    normals: Float
+    body: tuple[str, ...]
+    force: Float
+    status: tuple[Status, ...]
+    lower: Float
+    upper: Float
+    moving: tuple[tuple[str, ...], ...]
+    mode: tuple[Mode, ...]
+    mechanism: tuple[str, ...]
+    cells: dict[str, Cells]
+    hidden: dict[str, Cells]
+    notes: tuple[str, ...]
+
+    def weakest(self) -> MapPoint:
+        """The point where the smallest push moves something (the first of equals); an infinite one if none does."""
+        return self.at(int(np.argmin(self.force)))
+
+    def weakest_of_each_body(self) -> tuple[MapPoint, ...]:
+        """The weakest point of every body, weakest body first."""
+        first: dict[str, int] = {}
+        for index in np.argsort(self.force, kind="stable"):
+            first.setdefault(self.body[index], int(index))
+        return tuple(self.at(index) for index in first.values())
+
+    def at(self, index: int) -> MapPoint:
+        """The point of that number."""
+        px, py, pz = (float(v) for v in self.points[index])
+        dx, dy, dz = (float(-v) for v in self.normals[index])
+        return MapPoint(
+            self.body[index],
+            (px, py, pz),
+            (dx, dy, dz),
+            float(self.force[index]),
+            self.status[index],
+            self.mode[index],
+            self.moving[index],
+            self.mechanism[index],
+        )
+
+
+def robustness_map(
+    assembly: Assembly,
+    bodies: Sequence[str] | None = None,
+    spacing: float = 0.01,
+    *,
+    engine: EngineChoice,
+) -> RobustnessMap:
+    """R for inward normal pushes over all exposed surfaces of ``bodies`` (all movable ones unless named).
+
+    ``spacing`` [m] is the distance of neighbouring points. Points on contact patches are left out: nobody can push
+    there.
+    """
+    step = checked_number(spacing, "robustness_map: spacing", above=0)
+    names = [body.name for body in assembly.movable] if bodies is None else list(bodies)
+    if not names:
+        raise SceneError(message("robustness_map", "there is no movable body", "name bodies, or free one"))
+    numbers = {name: body_number(assembly, name) for name in names}
+    _check_count(assembly, names, step)
+    method = engine_of(engine)
+    state = method.prepare(assembly)
+    shown: dict[str, Cells] = {}
+    hidden: dict[str, Cells] = {}
+    capacities = []
+    for done, (name, number) in enumerate(numbers.items()):
+        report("robustness of all surfaces", done, len(numbers))
+        cells = surface_cells(assembly.scene.body(name).surface_world, step)
+        patches = [patch for i in assembly.interfaces if name in i.bodies for patch in i.patches]
+        under = covered(cells, patches, assembly.tolerances.gap)
+        shown[name], hidden[name] = cells.chosen(~under), cells.chosen(under)
+        count = len(shown[name].points)
+        if number == FIXED:
+            capacities.append(never_moves(count))
+        else:
+            columns = push_columns(assembly, number, shown[name].points, -shown[name].normals)
+            capacities.append(state.load_factor(columns))
+    report("robustness of all surfaces", len(numbers), len(numbers))
+    return RobustnessMap(
+        method.name,
+        method.claim,
+        assembly,
+        state.verdict(),
+        np.vstack([cells.points for cells in shown.values()]),
+        np.vstack([cells.normals for cells in shown.values()]),
+        tuple(name for name, cells in shown.items() for _ in cells.points),
+        np.concatenate([c.factor for c in capacities]),
+        tuple(s for c in capacities for s in c.status),
+        np.concatenate([c.lower for c in capacities]),
+        np.concatenate([c.upper for c in capacities]),
+        tuple(m for c in capacities for m in c.moving),
+        tuple(m for c in capacities for m in c.mode),
+        tuple("" if m is None else m.text for c in capacities for m in c.mechanism),
+        shown,
+        hidden,
+        state.notes,
+    )
+
+
+def _check_count(assembly: Assembly, names: Sequence[str], spacing: float) -> None:
+    """Refuse a spacing that would take more points than memory, before taking any."""
+    area = 0.0
+    for name in names:
+        surface = assembly.scene.body(name).surface_world
+        a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
+        area += float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2
+    expected = area / spacing**2
+    if expected > MAX_POINTS:
+        problem = f"spacing {spacing:g} m gives about {expected:,.0f} points on {area:.3g} m²"
+        remedy = f"use {np.sqrt(area / MAX_POINTS) * 1.05:.2g} m or more, or name fewer bodies"
+        raise SceneError(message("robustness_map", problem, remedy))

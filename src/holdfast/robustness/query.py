@@ -1,0 +1,167 @@
+"""How hard may one push here: robustness at given points, and the factor of a set of loads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from holdfast.arrays import Float, checked, unit
+from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.engines.contract import Capacity, Claim, Mechanism, Mode, Status
+from holdfast.errors import SceneError, message
+from holdfast.robustness.request import (
+    EngineChoice,
+    Load,
+    body_number,
+    engine_of,
+    push_columns,
+    total_wrench,
+)
+from holdfast.scene.distance import distance_to_surface
+
+
+@dataclass(frozen=True, eq=False)
+class Robustness:
+    """The largest push at each of n points.
+
+    ``force`` (n,) [N], with ``status`` FINITE, INFINITE (force inf: no push moves anything), UNSTABLE (force 0: it
+    does not stand anyway) or UNDECIDED (force 0: not known). ``lower`` and ``upper`` (n,) [N] bound the true answer as
+    far as the engine can promise. ``moving``, ``mode`` ("slip", "topple", "mixed", "none") and ``mechanism`` (n,) tell
+    what gives way. ``points`` and ``directions`` (n, 3), world.
+    """
+
+    engine: str
+    claim: Claim
+    body: str
+    points: Float
+    directions: Float
+    force: Float
+    status: tuple[Status, ...]
+    lower: Float
+    upper: Float
+    moving: tuple[tuple[str, ...], ...]
+    mode: tuple[Mode, ...]
+    mechanism: tuple[Mechanism | None, ...]
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class LoadFactor:
+    """The largest ``factor`` by which a set of loads may be multiplied together; fields as in Robustness."""
+
+    engine: str
+    claim: Claim
+    factor: float
+    status: Status
+    lower: float
+    upper: float
+    moving: tuple[str, ...]
+    mode: Mode
+    mechanism: Mechanism | None
+    notes: tuple[str, ...]
+
+
+def robustness(
+    assembly: Assembly,
+    body: str,
+    points: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
+    directions: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
+    standing: Iterable[Load] = (),
+    *,
+    engine: EngineChoice,
+) -> Robustness:
+    """R(p, e): the largest force [N] at each point of ``body`` along each direction before anything moves (eq. 12).
+
+    ``points`` and ``directions`` are (n, 3) or (3,), world frame; a single one is repeated for the other; directions
+    need not be of unit length. ``standing`` loads act all the while. A point further from the body's surface than the
+    contact tolerance raises SceneError.
+    """
+    where = f"robustness of {body!r}"
+    p, e = _rows(points, f"{where}: points"), _rows(directions, f"{where}: directions")
+    count = max(len(p), len(e))
+    if len(p) not in (1, count) or len(e) not in (1, count):
+        problem = f"{len(p)} points and {len(e)} directions"
+        raise SceneError(message(where, problem, "needs equally many, or one of either"))
+    p, e = np.broadcast_to(p, (count, 3)), np.broadcast_to(e, (count, 3))
+    if not (np.linalg.norm(e, axis=1) > 0).all():
+        raise SceneError(message(where, "a direction is zero", "needs vectors with a length"))
+    e = unit(e)
+    number = body_number(assembly, body)
+    _check_on_surface(assembly, body, p, where)
+    method = engine_of(engine)
+    state = method.prepare(assembly, total_wrench(assembly, standing))
+    movable = number != FIXED
+    capacity = state.load_factor(push_columns(assembly, number, p, e)) if movable else never_moves(count)
+    return Robustness(
+        method.name,
+        method.claim,
+        body,
+        p,
+        e,
+        capacity.factor,
+        capacity.status,
+        capacity.lower,
+        capacity.upper,
+        capacity.moving,
+        capacity.mode,
+        capacity.mechanism,
+        state.notes,
+    )
+
+
+def load_factor(
+    assembly: Assembly,
+    loads: Iterable[Load],
+    standing: Iterable[Load] = (),
+    acceleration: Any = None,  # noqa: ANN401 - (3,) numbers, checked
+    *,
+    engine: EngineChoice,
+) -> LoadFactor:
+    """The largest factor by which all ``loads`` together may be multiplied before anything moves.
+
+    ``standing`` loads and the inertial forces of a support that accelerates by ``acceleration`` (3,) [m/s²] act all
+    the while, unscaled.
+    """
+    method = engine_of(engine)
+    W = total_wrench(assembly, loads)[:, None]
+    state = method.prepare(assembly, total_wrench(assembly, standing, acceleration))
+    capacity = state.load_factor(W) if W.any() else never_moves(1)
+    return LoadFactor(
+        method.name,
+        method.claim,
+        float(capacity.factor[0]),
+        capacity.status[0],
+        float(capacity.lower[0]),
+        float(capacity.upper[0]),
+        capacity.moving[0],
+        capacity.mode[0],
+        capacity.mechanism[0],
+        state.notes,
+    )
+
+
+def never_moves(count: int) -> Capacity:
+    """Loads on fixed bodies."""
+    inf = np.full(count, np.inf)
+    still: Mode = "none"
+    return Capacity(inf, inf, inf, (Status.INFINITE,) * count, ((),) * count, (still,) * count, (None,) * count)
+
+
+def _rows(value: Any, where: str) -> Float:  # noqa: ANN401
+    array = np.asarray(value, dtype=object)
+    return checked(value, (3,), where)[None] if array.ndim == 1 else checked(value, (None, 3), where)
+
+
+def _check_on_surface(assembly: Assembly, name: str, points: Float, where: str) -> None:
+    body = assembly.scene.body(name)
+    tolerance = assembly.tolerances.gap + body.shape.surface.sagitta
+    distance = distance_to_surface(points, body.surface_world)
+    worst = int(np.argmax(distance))
+    if distance[worst] > tolerance:
+        place = np.array2string(points[worst], precision=4, separator=", ")
+        problem = f"point {worst} at {place} is {distance[worst] * 1e3:.3g} mm from the surface"
+        remedy = f"needs points on the body (tolerance {tolerance * 1e3:.3g} mm), in world coordinates"
+        raise SceneError(message(where, problem, remedy))

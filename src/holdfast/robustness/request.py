@@ -1,0 +1,86 @@
+"""What a question consists of: an engine, loads, load columns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from holdfast.arrays import Float, checked
+from holdfast.assembly.assembly import FIXED, Assembly, body_forces
+from holdfast.engines.contract import Engine
+from holdfast.engines.graph.engine import Graph
+from holdfast.errors import HoldfastError, SceneError, message
+from holdfast.rigid import wrench_at
+
+ENGINES: dict[str, type[Graph]] = {"graph": Graph}
+
+EngineChoice: TypeAlias = str | Engine
+
+
+@dataclass(frozen=True, eq=False)
+class Load:
+    """A load on a body, world axes: ``force`` (3,) [N] at ``point`` (3,) [m], and ``moment`` (3,) [N m]."""
+
+    body: str
+    point: Float | None = None
+    force: Float | None = None
+    moment: Float | None = None
+
+    def __post_init__(self) -> None:
+        where = f"load on {self.body!r}"
+        if self.force is None and self.moment is None:
+            raise SceneError(message(where, "has neither force nor moment", "give one"))
+        if self.force is not None and self.point is None:
+            raise SceneError(message(where, "has a force but no point", "say where it acts"))
+        for name in ("point", "force", "moment"):
+            value = getattr(self, name)
+            object.__setattr__(self, name, np.zeros(3) if value is None else checked(value, (3,), f"{where}: {name}"))
+
+
+def engine_of(choice: EngineChoice) -> Engine:
+    """The engine of a name, or the instance itself."""
+    if isinstance(choice, str):
+        if choice not in ENGINES:
+            raise HoldfastError(message("engine", f"{choice!r} is unknown", f"known: {', '.join(ENGINES)}"))
+        return ENGINES[choice]()
+    if not hasattr(choice, "prepare"):
+        raise HoldfastError(
+            message("engine", f"got {choice!r:.60}", f"needs a name ({', '.join(ENGINES)}) or an engine")
+        )
+    return choice
+
+
+def total_wrench(assembly: Assembly, loads: Iterable[Load], acceleration: Any = None) -> Float:  # noqa: ANN401
+    """(6J,) sum of loads, and of the inertial forces under a common acceleration (3,) [m/s²] of the support."""
+    total = np.zeros(6 * len(assembly.movable))
+    for load in loads:
+        if not isinstance(load, Load):
+            raise SceneError(message("loads", f"hold a {type(load).__name__}", "needs holdfast.Load objects"))
+        k = body_number(assembly, load.body)
+        if k == FIXED:
+            continue  # the ground takes it
+        assert load.force is not None
+        assert load.point is not None
+        assert load.moment is not None
+        wrench = wrench_at(load.force, load.point, assembly.com[k])
+        wrench[3:] += load.moment
+        total[6 * k : 6 * k + 6] += wrench
+    if acceleration is not None:
+        total -= body_forces(assembly.mass[:, None] * checked(acceleration, (3,), "acceleration"))
+    return total
+
+
+def body_number(assembly: Assembly, name: str) -> int:
+    """The number of a body in the assembly; raises SceneError for an unknown one."""
+    assembly.scene.body(name)
+    return assembly.index[name]
+
+
+def push_columns(assembly: Assembly, number: int, points: Float, directions: Float) -> Float:
+    """W (6J, n): unit pushes along ``directions`` (n, 3) at ``points`` (n, 3) of body ``number``."""
+    W = np.zeros((6 * len(assembly.movable), len(points)))
+    W[6 * number : 6 * number + 6] = wrench_at(directions, points, assembly.com[number]).T
+    return W

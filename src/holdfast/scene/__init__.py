@@ -1,0 +1,1 @@
+"""What is there: bodies with shape, mass and pose, friction between them, gravity."""

@@ -1,0 +1,257 @@
+"""The native scene file, ``format: holdfast-scene/1``: its schema, reading and writing."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from holdfast.arrays import Float
+from holdfast.errors import SceneError, message
+from holdfast.rigid import pose_from
+from holdfast.scene.body import Body
+from holdfast.scene.friction import Combine, Friction
+from holdfast.scene.scene import Scene
+from holdfast.scene.shapes import Box, Cylinder, Mesh, Shape, Sphere
+
+FORMAT: Literal["holdfast-scene/1"] = "holdfast-scene/1"
+
+Triple = tuple[float, float, float]
+Quadruple = tuple[float, float, float, float]
+Matrix3 = tuple[Triple, Triple, Triple]
+Matrix4 = tuple[Quadruple, Quadruple, Quadruple, Quadruple]
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+
+class BoxModel(_Model):
+    """A cuboid centred on its frame."""
+
+    type: Literal["box"]
+    size: Triple = Field(description="edge lengths [m]")
+
+
+class CylinderModel(_Model):
+    """A cylinder about its z axis, centred on its frame."""
+
+    type: Literal["cylinder"]
+    radius: float = Field(description="[m]")
+    height: float = Field(description="[m]")
+    segments: int = Field(64, description="sides of the prism that contacts see")
+
+
+class SphereModel(_Model):
+    """A ball centred on its frame."""
+
+    type: Literal["sphere"]
+    radius: float = Field(description="[m]")
+    subdivisions: int = Field(3, ge=0, le=6, description="of the icosahedron that contacts see")
+
+
+class MeshModel(_Model):
+    """A triangle mesh, from a file beside the scene or written out."""
+
+    type: Literal["mesh"]
+    file: str | None = Field(None, description="OBJ, STL, PLY, GLB or OFF; relative to this scene file")
+    scale: float | Triple = Field(1.0, description="applied to the file's coordinates")
+    vertices: list[Triple] | None = Field(None, description="[m]")
+    faces: list[tuple[int, int, int]] | None = Field(None, description="outward winding")
+
+    @model_validator(mode="after")
+    def _one_source(self) -> MeshModel:
+        if (self.file is None) == (self.vertices is None) or (self.vertices is None) != (self.faces is None):
+            raise ValueError("needs either file, or vertices and faces")
+        return self
+
+
+class BodyModel(_Model):
+    """A rigid body. Its pose is given as ``pose``, or as ``position`` and ``orientation``."""
+
+    name: str
+    shape: Annotated[BoxModel | CylinderModel | SphereModel | MeshModel, Field(discriminator="type")]
+    mass: float | None = Field(None, description="[kg]")
+    density: float | None = Field(None, description="[kg/m³], instead of mass")
+    pose: Matrix4 | None = Field(None, description="4x4 body to world, rows")
+    position: Triple | None = Field(None, description="origin of the body frame in the world [m]")
+    orientation: Quadruple | None = Field(None, description="unit quaternion w, x, y, z, body to world")
+    com: Triple | None = Field(None, description="centre of mass in the body frame [m]")
+    inertia: Matrix3 | None = Field(None, description="about the centre of mass, body axes [kg m²]")
+    material: str | None = None
+    fixed: bool = False
+
+    @model_validator(mode="after")
+    def _one_pose(self) -> BodyModel:
+        if self.pose is not None and (self.position is not None or self.orientation is not None):
+            raise ValueError("needs either pose, or position and orientation")
+        if self.orientation is not None and abs(np.linalg.norm(self.orientation) - 1) > 1e-3:
+            raise ValueError(f"orientation has length {np.linalg.norm(self.orientation):.4g}, needs a unit quaternion")
+        return self
+
+
+class PairModel(_Model):
+    """Friction between two bodies or materials."""
+
+    between: tuple[str, str]
+    mu: float
+
+
+class FrictionModel(_Model):
+    """Static Coulomb friction."""
+
+    default: float | None = None
+    pairs: list[PairModel] = []
+    values: dict[str, float] = Field({}, description="one coefficient a body, for imported scenes; needs combine")
+    combine: Combine | None = Field(None, description="how two values make a pair's")
+
+
+class SceneModel(_Model):
+    """A holdfast scene: rigid bodies in frictional contact. SI units, z up unless gravity says otherwise."""
+
+    format: Literal["holdfast-scene/1"]
+    name: str = ""
+    gravity: Triple = (0.0, 0.0, -9.81)
+    friction: float | FrictionModel
+    bodies: list[BodyModel]
+
+
+def schema() -> dict[str, Any]:
+    """The JSON schema of the native scene file."""
+    return SceneModel.model_json_schema() | {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+
+
+def scene_from(data: Any, path: Path) -> Scene:  # noqa: ANN401 - plain data, checked here
+    """The scene that ``data`` describes; mesh paths are relative to ``path``."""
+    try:
+        model = SceneModel.model_validate(data)
+    except ValidationError as cause:
+        raise SceneError(_first_problem(cause, data, path)) from None
+    bodies = [_body(body, path) for body in model.bodies]
+    return Scene(bodies, _friction(model.friction), model.gravity, model.name)
+
+
+def data_from(scene: Scene, path: Path) -> dict[str, Any]:
+    """Plain data that ``scene_from`` turns back into an equal scene; mesh files are named relative to ``path``."""
+    friction = scene.friction
+    table: dict[str, Any] = {"default": friction.default}
+    table["pairs"] = [{"between": list(pair), "mu": mu} for pair, mu in friction.pairs.items()]
+    table["values"] = dict(friction.values)
+    table["combine"] = friction.combine
+    return {
+        "format": FORMAT,
+        "name": scene.name,
+        "gravity": scene.gravity.tolist(),
+        "friction": {key: value for key, value in table.items() if value not in (None, [], {})},
+        "bodies": [_body_data(body, path) for body in scene.bodies],
+    }
+
+
+def _body(model: BodyModel, path: Path) -> Body:
+    pose: Any = model.pose
+    if pose is None:
+        pose = pose_from(np.array(model.position or (0, 0, 0.0)), np.array(model.orientation or (1.0, 0, 0, 0)))
+    return Body(
+        model.name,
+        _shape(model.shape, path, model.name),
+        mass=model.mass,
+        density=model.density,
+        pose=pose,
+        com=_array(model.com),
+        inertia=_array(model.inertia),
+        material=model.material,
+        fixed=model.fixed,
+    )
+
+
+def _array(value: tuple[Any, ...] | None) -> Float | None:
+    return None if value is None else np.array(value, dtype=np.float64)
+
+
+def _shape(model: BoxModel | CylinderModel | SphereModel | MeshModel, path: Path, name: str) -> Shape:
+    match model:
+        case BoxModel():
+            return Box(np.array(model.size))
+        case CylinderModel():
+            return Cylinder(model.radius, model.height, model.segments)
+        case SphereModel():
+            return Sphere(model.radius, model.subdivisions)
+        case MeshModel(file=str(file)):
+            return Mesh.from_file(path.parent / file, scale=model.scale)
+    return Mesh(np.array(model.vertices), np.array(model.faces), where=f"body {name!r}: mesh")
+
+
+def _friction(model: float | FrictionModel) -> Friction:
+    if not isinstance(model, FrictionModel):
+        return Friction(default=model)
+    pairs: dict[tuple[str, str], float] = {}
+    for pair in model.pairs:
+        if pair.between in pairs or pair.between[::-1] in pairs:
+            raise SceneError(message("friction", f"pair {pair.between!r} stands twice", "give each pair once"))
+        pairs[pair.between] = pair.mu
+    return Friction(model.default, pairs, model.values, model.combine)
+
+
+def _body_data(body: Body, path: Path) -> dict[str, Any]:
+    assert body.pose is not None
+    data: dict[str, Any] = {"name": body.name, "shape": _shape_data(body.shape, path)}
+    if body.density is not None:
+        data["density"] = body.density
+    elif body.mass is not None:
+        data["mass"] = body.mass
+    data["pose"] = body.pose.tolist()
+    if body.com_given and body.com is not None:
+        data["com"] = body.com.tolist()
+    if body.inertia is not None:
+        data["inertia"] = body.inertia.tolist()
+    if body.material is not None:
+        data["material"] = body.material
+    if body.fixed:
+        data["fixed"] = True
+    return data
+
+
+def _shape_data(shape: Shape, path: Path) -> dict[str, Any]:
+    match shape:
+        case Box():
+            return {"type": "box", "size": shape.size.tolist()}
+        case Cylinder():
+            return {
+                "type": "cylinder",
+                "radius": shape.radius,
+                "height": shape.height,
+                "segments": shape.segments,
+            }
+        case Sphere():
+            return {"type": "sphere", "radius": shape.radius, "subdivisions": shape.subdivisions}
+        case Mesh(file=Path() as file):
+            relative = Path(os.path.relpath(file, path.parent)).as_posix()
+            return {"type": "mesh", "file": relative, "scale": list(shape.scale)}
+    return {"type": "mesh", "vertices": shape.vertices.tolist(), "faces": shape.faces.tolist()}
+
+
+def _first_problem(error: ValidationError, data: Any, path: Path) -> str:  # noqa: ANN401
+    """One line for the first of pydantic's findings, with the body's name instead of its number alone."""
+    first = error.errors()[0]
+    parts: list[str] = []
+    for key in first["loc"]:
+        if isinstance(key, int):
+            parts[-1] += f"[{key}]"
+        elif key not in ("box", "cylinder", "sphere", "mesh", "FrictionModel", "float"):
+            parts.append(str(key))
+    where = f"{path}: {'.'.join(parts) or 'scene'}"
+    match first["loc"]:
+        case ("bodies", int(index), *_) if isinstance(data, dict):
+            body = data["bodies"][index]
+            if isinstance(body, dict) and "name" in body:
+                where += f" (body {body['name']!r})"
+    value = first.get("input")
+    shown = f", got {value!r:.60}" if not isinstance(value, dict | list) else ""
+    more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
+    if first["type"] == "extra_forbidden":
+        return message(where, f"unknown key{more}", "`holdfast schema` prints the keys there are")
+    text = first["msg"].removeprefix("Value error, ")
+    return message(where, f"{text}{shown}{more}", "`holdfast schema` prints the format")

@@ -1,0 +1,60 @@
+"""Reader for block assemblies as polygon meshes with one friction coefficient (keys ``blocks``, ``interfaces``).
+
+The interfaces in such a file are another detector's; ``given_interfaces`` returns them as plain data, since a scene
+holds no contacts.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import manifold3d
+import numpy as np
+
+from holdfast.arrays import Float, Int, checked
+from holdfast.errors import GeometryError, SceneError, message
+from holdfast.rigid import tangents
+from holdfast.scene.body import Body
+from holdfast.scene.scene import Scene
+from holdfast.scene.shapes import Mesh
+
+
+def recognises(data: Any) -> bool:  # noqa: ANN401 - plain data
+    """Whether this is a block assembly."""
+    return isinstance(data, dict) and isinstance(data.get("blocks"), list)
+
+
+def scene_from(data: dict[str, Any], path: Path) -> Scene:
+    """The scene of a block assembly; faces may be non-triangular and non-convex."""
+    try:
+        bodies = [_body(block, path) for block in data["blocks"]]
+        return Scene(bodies, float(data["friction"]), data["gravity"], str(data.get("name", path.stem)))
+    except (KeyError, TypeError, ValueError, IndexError) as cause:
+        problem = f"is not a block assembly: {type(cause).__name__}: {cause}"
+        raise SceneError(
+            message(str(path), problem, "needs blocks (name, vertices, faces, mass, fixed), friction, gravity")
+        ) from cause
+
+
+def _body(block: dict[str, Any], path: Path) -> Body:
+    where = f"{path}: block {block['name']!r}"
+    vertices = checked(block["vertices"], (None, 3), f"{where}: vertices", error=GeometryError)
+    triangles = [triangulated(vertices, np.array(face)) for face in block["faces"]]
+    mesh = Mesh(vertices, np.vstack(triangles), where=where)
+    return Body(str(block["name"]), mesh, mass=block["mass"], fixed=bool(block["fixed"]))
+
+
+def triangulated(vertices: Float, face: Int) -> Int:
+    """(t, 3) triangles over the corners of a nearly flat, possibly non-convex polygon, wound like it."""
+    if len(face) == 3:
+        return face[None]
+    corners = vertices[face]
+    following = np.roll(corners, -1, axis=0)
+    area_vector = np.cross(corners, following).sum(0) / 2
+    if not np.linalg.norm(area_vector) > 0:
+        return np.column_stack([np.full(len(face) - 2, face[0]), face[1:-1], face[2:]])
+    t1, t2 = tangents(area_vector / np.linalg.norm(area_vector))
+    flat = np.column_stack([corners @ t1, corners @ t2])
+    flat = (flat - flat.mean(0)) / np.ptp(flat, axis=0).max()
+    return np.asarray(face[np.array(manifold3d.triangulate([flat]))], dtype=np.int64)

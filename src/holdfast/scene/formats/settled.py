@@ -1,0 +1,62 @@
+"""Reader for ``settled-scene/1``: objects from mesh files with a friction coefficient each, at rest."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from holdfast.errors import SceneError, message
+from holdfast.scene.body import Body
+from holdfast.scene.friction import Friction
+from holdfast.scene.scene import Scene
+from holdfast.scene.shapes import Mesh
+
+FORMAT = "settled-scene/1"
+
+
+def recognises(data: Any) -> bool:  # noqa: ANN401 - plain data
+    """Whether this is a settled scene."""
+    return isinstance(data, dict) and data.get("format") == FORMAT
+
+
+def scene_from(data: dict[str, Any], path: Path) -> Scene:
+    """The scene; the friction of a pair is the larger of its two values, as the format prescribes."""
+    try:
+        objects = data["objects"]
+        bodies = [_body(item, path) for item in objects]
+        values = {str(item["name"]): float(item["friction"]) for item in objects}
+        gravity = data["units"]["gravity"]
+        return Scene(bodies, Friction(values=values, combine="max"), gravity, str(data.get("name", path.stem)))
+    except (KeyError, TypeError, ValueError) as cause:
+        problem = f"is not a settled scene: {type(cause).__name__}: {cause}"
+        remedy = "needs units and objects (name, mesh, scale, pose, mass, friction, fixed)"
+        raise SceneError(message(str(path), problem, remedy)) from cause
+
+
+def _body(item: dict[str, Any], path: Path) -> Body:
+    sx, sy, sz = (float(s) for s in item["scale"])
+    mesh = Mesh.from_file(path.parent / item["mesh"], scale=(sx, sy, sz))
+    fixed = bool(item["fixed"])
+    return Body(
+        str(item["name"]),
+        mesh,
+        mass=None if fixed else item["mass"],
+        pose=_orthonormal(np.array(item["pose"], dtype=np.float64)),
+        com=None if item.get("com") is None else np.array(item["com"], dtype=np.float64),
+        fixed=fixed,
+    )
+
+
+def _orthonormal(pose: np.ndarray[Any, np.dtype[np.float64]]) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """The nearest rigid pose; the files print rotations with nine digits, which tilts faces by as much."""
+    if pose.shape != (4, 4) or not np.isfinite(pose).all():
+        return pose  # Body names what is wrong with it
+    u, _, vt = np.linalg.svd(pose[:3, :3])
+    rotation = u @ vt
+    if np.abs(rotation - pose[:3, :3]).max() > 1e-5:
+        return pose
+    result = pose.copy()
+    result[:3, :3] = rotation
+    return result

@@ -1,0 +1,115 @@
+"""YAML and JSON text as plain data, without code execution, recursion or silent loss."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Hashable
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from holdfast.errors import SceneError, message
+from holdfast.files import write_atomically
+
+MAX_YAML_BYTES = 8_000_000  # parsing takes about 1 s for 1 MB
+MAX_JSON_BYTES = 200_000_000
+MAX_DEPTH = 40
+
+
+class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
+    """Safe YAML in which a key that stands twice is an error instead of a silent replacement."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
+        seen: set[Any] = set()
+        for key_node, _ in node.value:
+            key = self.construct_object(key_node, deep=True)
+            if not isinstance(key, Hashable) or key in seen:
+                raise yaml.constructor.ConstructorError(None, None, f"key {key!r} twice", key_node.start_mark)
+            seen.add(key)
+        result: dict[Hashable, Any] = super().construct_mapping(node, deep)
+        return result
+
+
+def read(path: Path) -> Any:  # noqa: ANN401 - plain data
+    """The file's content as dicts, lists and scalars; raises SceneError naming file and line."""
+    where = str(path)
+    if not path.is_file():
+        raise SceneError(message(where, "no such scene file", "check the path"))
+    is_json = path.suffix.lower() == ".json"
+    limit = MAX_JSON_BYTES if is_json else MAX_YAML_BYTES
+    size = path.stat().st_size
+    if size > limit:
+        remedy = f"the limit is {limit:,}: keep meshes in files of their own"
+        raise SceneError(message(where, f"is {size:,} bytes", remedy))
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as cause:
+        raise SceneError(message(where, f"cannot be read: {cause}", "needs a readable UTF-8 text file")) from cause
+    return _json(text, where) if is_json else _yaml(text, where)
+
+
+def _json(text: str, where: str) -> Any:  # noqa: ANN401
+    def no_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        result = dict(pairs)
+        if len(result) < len(pairs):
+            names = [name for name, _ in pairs]
+            twice = next(name for name in names if names.count(name) > 1)
+            raise SceneError(message(where, f"key {twice!r} stands twice", "keep one"))
+        return result
+
+    try:
+        return json.loads(text, object_pairs_hook=no_repeats)
+    except json.JSONDecodeError as cause:
+        raise SceneError(message(f"{where}:{cause.lineno}", f"is not JSON: {cause.msg}", "check the file")) from cause
+    except RecursionError as cause:
+        raise SceneError(message(where, "is nested too deeply", f"the limit is {MAX_DEPTH} levels")) from cause
+
+
+def _yaml(text: str, where: str) -> Any:  # noqa: ANN401
+    try:
+        _refuse_aliases_and_depth(text, where)
+        return yaml.load(text, Loader=_Loader)
+    except yaml.YAMLError as cause:
+        mark = getattr(cause, "problem_mark", None)
+        line = f"{where}:{mark.line + 1}" if mark is not None else where
+        problem = getattr(cause, "problem", None) or str(cause).splitlines()[0]
+        raise SceneError(message(line, f"is not a YAML scene: {problem}", "check the file")) from cause
+    except (ValueError, RecursionError) as cause:
+        raise SceneError(message(where, f"is not a YAML scene: {cause}", "check the file")) from cause
+
+
+def _refuse_aliases_and_depth(text: str, where: str) -> None:
+    """Aliases can make a small file huge or endless, deep nesting can exhaust the stack; scenes need neither."""
+    depth = 0
+    for event in yaml.parse(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
+        line = f"{where}:{event.start_mark.line + 1}" if event.start_mark else where
+        if isinstance(event, yaml.AliasEvent):
+            raise SceneError(message(line, f"uses the alias *{event.anchor}", "write the value out"))
+        if isinstance(event, yaml.CollectionStartEvent):
+            depth += 1
+        elif isinstance(event, yaml.CollectionEndEvent):
+            depth -= 1
+        if depth > MAX_DEPTH:
+            raise SceneError(message(line, "is nested too deeply", f"the limit is {MAX_DEPTH} levels"))
+
+
+def write(path: Path, data: Any) -> None:  # noqa: ANN401
+    """Write plain data as JSON or YAML by the file's suffix; the file appears whole or not at all."""
+    if path.suffix.lower() == ".json":
+        text = json.dumps(data, indent=1, allow_nan=False) + "\n"
+    else:
+        text = yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)
+    write_atomically(path, text.encode())
+
+
+class _Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc]
+    """Safe YAML with rows of numbers on one line."""
+
+    def represent_list(self, data: list[Any]) -> yaml.SequenceNode:
+        flat = all(not isinstance(item, dict) for item in data)
+        node: yaml.SequenceNode = self.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=flat)
+        return node
+
+
+_Dumper.add_representer(list, _Dumper.represent_list)

@@ -1,0 +1,80 @@
+"""Static Coulomb friction, one coefficient for each pair of bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Literal, get_args
+
+from holdfast.arrays import checked_number
+from holdfast.errors import SceneError, message
+
+Combine = Literal["max", "min", "product"]
+
+_COMBINE: Mapping[str, Callable[[float, float], float]] = {
+    "max": max,
+    "min": min,
+    "product": lambda a, b: a * b,
+}
+
+
+@dataclass(frozen=True)
+class Friction:
+    """The friction table.
+
+    Looked up in this order: ``pairs`` by body names, then by a body name and a material, then by materials; then the
+    two bodies' own ``values`` through ``combine`` (formats that give one coefficient a body disagree on the rule, so
+    it has no default); then ``default``. Nothing is guessed: a touching pair without a coefficient is an error.
+    """
+
+    default: float | None = None
+    pairs: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    values: Mapping[str, float] = field(default_factory=dict)
+    combine: Combine | None = None
+
+    def __post_init__(self) -> None:
+        pairs: dict[tuple[str, str], float] = {}
+        for key, value in self.pairs.items():
+            if not isinstance(key, tuple) or len(key) != 2:
+                raise SceneError(message("friction", f"pair {key!r}", "needs two body or material names"))
+            a, b = sorted(key)
+            if (a, b) in pairs:
+                raise SceneError(message("friction", f"pair {key!r} stands twice", "give each pair once"))
+            pairs[a, b] = checked_number(value, f"friction of {key!r}", minimum=0)
+        values = {name: checked_number(v, f"friction of {name!r}", minimum=0) for name, v in self.values.items()}
+        if self.default is not None:
+            object.__setattr__(self, "default", checked_number(self.default, "friction: default", minimum=0))
+        if self.combine is not None and self.combine not in get_args(Combine):
+            raise SceneError(message("friction", f"combine = {self.combine!r}", "needs 'max', 'min' or 'product'"))
+        if values and self.combine is None:
+            problem = f"{len(values)} bodies have a value of their own but combine is not given"
+            raise SceneError(message("friction", problem, "say how two values make a pair's: max, min or product"))
+        object.__setattr__(self, "pairs", MappingProxyType(pairs))
+        object.__setattr__(self, "values", MappingProxyType(values))
+
+    def between(self, a: str, b: str, materials: Mapping[str, str | None]) -> float:
+        """The coefficient between bodies ``a`` and ``b``; ``materials`` names each body's material."""
+        for first in (a, materials.get(a)):
+            for second in (b, materials.get(b)):
+                if first is not None and second is not None:
+                    found = self.pairs.get((min(first, second), max(first, second)))
+                    if found is not None:
+                        return found
+        if self.combine is not None and a in self.values and b in self.values:
+            return _COMBINE[self.combine](self.values[a], self.values[b])
+        if self.default is None:
+            raise SceneError(message(f"friction of ({a!r}, {b!r})", "is not given", "add the pair or a default"))
+        return self.default
+
+    def check_names(self, bodies: Collection[str], materials: Collection[str]) -> None:
+        """Raise SceneError where the table names something that is neither a body nor a material."""
+        for key in self.pairs:
+            for name in key:
+                if name not in bodies and name not in materials:
+                    known = ", ".join(sorted({*bodies, *materials}))
+                    raise SceneError(message(f"friction of {key!r}", f"unknown name {name!r}", f"known: {known}"))
+        for name in self.values:
+            if name not in bodies:
+                remedy = f"known: {', '.join(sorted(bodies))}"
+                raise SceneError(message("friction", f"value for unknown body {name!r}", remedy))

@@ -1,0 +1,81 @@
+"""A scene: bodies, friction, gravity."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from holdfast.arrays import Float, checked
+from holdfast.errors import SceneError, message
+from holdfast.scene.body import Body
+from holdfast.scene.friction import Friction
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Bodies (at least one fixed), a friction table (or one coefficient for all), and gravity (3,) [m/s²]."""
+
+    bodies: tuple[Body, ...]
+    friction: Friction
+    gravity: Float
+    name: str
+
+    def __init__(
+        self,
+        bodies: Sequence[Body],
+        friction: Friction | float,
+        gravity: Sequence[float] | Float = (0.0, 0.0, -9.81),
+        name: str = "",
+    ) -> None:
+        set_ = object.__setattr__
+        set_(self, "bodies", tuple(bodies))
+        set_(self, "friction", friction if isinstance(friction, Friction) else Friction(default=friction))
+        set_(self, "gravity", checked(gravity, (3,), "scene: gravity"))
+        set_(self, "name", name)
+        self._check()
+
+    def _check(self) -> None:
+        for body in self.bodies:
+            if not isinstance(body, Body):
+                raise SceneError(message("scene", f"bodies holds a {type(body).__name__}", "needs Body objects"))
+        if not self.bodies:
+            raise SceneError(message("scene", "has no bodies", "needs at least one fixed body"))
+        names = [body.name for body in self.bodies]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise SceneError(message("scene", f"several bodies are named {twice[0]!r}", "names are unique"))
+        if not any(body.fixed for body in self.bodies):
+            problem = f"none of its {len(names)} bodies is fixed"
+            raise SceneError(message("scene", problem, "mark what carries the others with fixed=True"))
+        if not np.linalg.norm(self.gravity) > 0:
+            remedy = "contacts carry nothing without it: give a vector such as (0, 0, -9.81) m/s²"
+            raise SceneError(message("scene", "gravity is zero", remedy))
+        self.friction.check_names(names, {m for m in self.materials.values() if m is not None})
+
+    @cached_property
+    def materials(self) -> dict[str, str | None]:
+        """Each body's material."""
+        return {body.name: body.material for body in self.bodies}
+
+    @property
+    def movable(self) -> tuple[Body, ...]:
+        """The bodies that are not fixed, in order."""
+        return tuple(body for body in self.bodies if not body.fixed)
+
+    def body(self, name: str) -> Body:
+        """The body of that name; raises SceneError with the nearest names."""
+        for body in self.bodies:
+            if body.name == name:
+                return body
+        names = [body.name for body in self.bodies]
+        near = difflib.get_close_matches(str(name), names, n=1)
+        remedy = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(names[:20])}"
+        raise SceneError(message("scene", f"has no body named {name!r}", remedy))
+
+    def mu(self, a: str, b: str) -> float:
+        """The static friction coefficient between two bodies."""
+        return self.friction.between(a, b, self.materials)

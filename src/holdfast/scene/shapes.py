@@ -1,0 +1,256 @@
+"""Shapes of bodies in their own frame: each gives a closed triangle surface and its mass properties at unit density."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from holdfast.arrays import Float, Int, checked, checked_number, frozen
+from holdfast.errors import GeometryError, HoldfastWarning, message
+
+if TYPE_CHECKING:
+    import trimesh
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Triangles with outward normals: vertices (V, 3) [m], faces (F, 3).
+
+    ``sagitta`` [m]: how far the triangles lie inside the curved surface they stand for.
+    """
+
+    vertices: Float
+    faces: Int
+    sagitta: float = 0.0
+
+    @cached_property
+    def normals(self) -> Float:
+        """(F, 3) unit outward normals."""
+        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
+        cross = np.cross(b - a, c - a)
+        return np.asarray(cross / np.maximum(np.linalg.norm(cross, axis=1, keepdims=True), 1e-300))
+
+
+@dataclass(frozen=True)
+class MassProperties:
+    """Volume [m³], centre of mass (3,) [m] and inertia (3, 3) [m⁵] about it, at unit density, in the body frame."""
+
+    volume: float
+    com: Float
+    inertia: Float
+
+
+@dataclass(frozen=True)
+class Box:
+    """A cuboid centred on its frame; ``size`` (3,) edge lengths [m]."""
+
+    size: Float
+
+    def __post_init__(self) -> None:
+        size = checked(self.size, (3,), "Box: size", error=GeometryError)
+        if (size <= 0).any():
+            raise GeometryError(message("Box", f"size is {size.tolist()}", "needs three lengths > 0 [m]"))
+        object.__setattr__(self, "size", size)
+
+    @cached_property
+    def surface(self) -> Surface:
+        """Eight vertices, twelve triangles."""
+        corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * self.size / 2
+        quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+        faces = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))], dtype=np.int64)
+        return Surface(frozen(corners), frozen(faces))
+
+    @cached_property
+    def mass_properties(self) -> MassProperties:
+        """Exact."""
+        volume = float(self.size.prod())
+        squares = self.size**2
+        return MassProperties(volume, np.zeros(3), np.diag(squares.sum() - squares) * volume / 12)
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """A cylinder about its z axis, centred; ``radius`` and ``height`` [m].
+
+    Contacts see an inscribed prism with ``segments`` sides (its end faces are smaller by 2π²/(3 segments²)); mass
+    properties are those of the true cylinder.
+    """
+
+    radius: float
+    height: float
+    segments: int = 64
+
+    def __post_init__(self) -> None:
+        for name in ("radius", "height"):
+            value = checked_number(getattr(self, name), f"Cylinder: {name}", above=0, error=GeometryError)
+            object.__setattr__(self, name, value)
+        if self.segments < 3:
+            raise GeometryError(message("Cylinder", f"segments = {self.segments}", "needs at least 3"))
+
+    @cached_property
+    def surface(self) -> Surface:
+        """A prism with fanned end faces."""
+        n = self.segments
+        angle = 2 * np.pi * np.arange(n) / n
+        ring = np.column_stack([self.radius * np.cos(angle), self.radius * np.sin(angle), np.zeros(n)])
+        half = np.array([0, 0, self.height / 2])
+        vertices = np.vstack([ring - half, ring + half, [-half], [half]])
+        i = np.arange(n)
+        j = (i + 1) % n
+        sides = np.vstack([np.column_stack([i, j, j + n]), np.column_stack([i, j + n, i + n])])
+        caps = np.vstack(
+            [np.column_stack([np.full(n, 2 * n), j, i]), np.column_stack([np.full(n, 2 * n + 1), i + n, j + n])]
+        )
+        sagitta = self.radius * (1 - float(np.cos(np.pi / n)))
+        return Surface(frozen(vertices), frozen(np.vstack([sides, caps]).astype(np.int64)), sagitta)
+
+    @cached_property
+    def mass_properties(self) -> MassProperties:
+        """Exact, of the true cylinder."""
+        r2, h2 = self.radius**2, self.height**2
+        volume = np.pi * r2 * self.height
+        return MassProperties(volume, np.zeros(3), volume * np.diag([r2 / 4 + h2 / 12, r2 / 4 + h2 / 12, r2 / 2]))
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """A ball centred on its frame; ``radius`` [m]. Contacts see a subdivided icosahedron inside it."""
+
+    radius: float
+    subdivisions: int = 3
+
+    def __post_init__(self) -> None:
+        radius = checked_number(self.radius, "Sphere: radius", above=0, error=GeometryError)
+        object.__setattr__(self, "radius", radius)
+
+    @cached_property
+    def surface(self) -> Surface:
+        """20 · 4^subdivisions triangles."""
+        import trimesh
+
+        ball = trimesh.creation.icosphere(subdivisions=self.subdivisions, radius=self.radius)
+        sagitta = self.radius - float(np.linalg.norm(ball.triangles_center, axis=1).min())
+        return Surface(frozen(np.array(ball.vertices)), frozen(np.array(ball.faces, dtype=np.int64)), sagitta)
+
+    @cached_property
+    def mass_properties(self) -> MassProperties:
+        """Exact, of the true ball."""
+        volume = 4 / 3 * np.pi * self.radius**3
+        return MassProperties(volume, np.zeros(3), np.eye(3) * 0.4 * volume * self.radius**2)
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A triangle mesh: ``vertices`` (V, 3) [m], ``faces`` (F, 3) counter-clockwise seen from outside.
+
+    ``file`` and ``scale`` remember where it was read from, so that a saved scene can name the file instead of copying
+    it; ``vertices`` are already scaled.
+    """
+
+    vertices: Float
+    faces: Int
+    file: Path | None = None
+    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    where: str = field(default="Mesh", repr=False)
+
+    def __post_init__(self) -> None:
+        where = self.where
+        vertices = checked(self.vertices, (None, 3), f"{where}: vertices", error=GeometryError)
+        faces = checked(self.faces, (None, 3), f"{where}: faces", error=GeometryError)
+        if len(faces) == 0 or len(vertices) == 0:
+            raise GeometryError(message(where, "has no triangles", "needs a surface with at least four"))
+        if faces.min() < 0 or faces.max() >= len(vertices):
+            problem = f"a face names vertex {int(faces.max())} of {len(vertices)}"
+            raise GeometryError(message(where, problem, "needs indices into vertices"))
+        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "faces", frozen(faces.astype(np.int64)))
+
+    @classmethod
+    def from_file(cls, path: str | Path, *, scale: float | tuple[float, float, float] = 1.0) -> Mesh:
+        """Read OBJ, STL, PLY, GLB or OFF through trimesh; all pieces of the file become one body."""
+        path = Path(path)
+        factors = checked(np.broadcast_to(np.asarray(scale, dtype=float), 3), (3,), f"{path}: scale")
+        if (factors <= 0).any():
+            raise GeometryError(message(str(path), f"scale is {factors.tolist()}", "needs factors > 0"))
+        loaded = _load(path)
+        sx, sy, sz = (float(f) for f in factors)
+        return cls(np.array(loaded.vertices) * factors, np.array(loaded.faces), path, (sx, sy, sz), where=str(path))
+
+    @cached_property
+    def _solid(self) -> trimesh.Trimesh:
+        """The mesh welded, without degenerate or repeated faces, turned outward where it is closed."""
+        import trimesh
+
+        solid = trimesh.Trimesh(self.vertices, self.faces, process=False)
+        solid.merge_vertices(merge_tex=True, merge_norm=True)
+        solid.update_faces(solid.nondegenerate_faces(height=None) & solid.unique_faces())
+        solid.remove_unreferenced_vertices()
+        if len(solid.faces) == 0:
+            problem = f"all {len(self.faces)} triangles are degenerate"
+            raise GeometryError(message(self.where, problem, "needs a surface with area"))
+        if not solid.is_winding_consistent:
+            text = message(self.where, "its triangles are not wound consistently", "repair it: contacts may be missed")
+            warnings.warn(text, HoldfastWarning, stacklevel=2)
+        elif solid.is_watertight and solid.volume < 0:
+            solid.invert()
+        return solid
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether the surface bounds a volume."""
+        return bool(self._solid.is_watertight and self._solid.is_winding_consistent)
+
+    @cached_property
+    def surface(self) -> Surface:
+        """The welded mesh."""
+        vertices = np.array(self._solid.vertices, dtype=np.float64)
+        return Surface(frozen(vertices), frozen(np.array(self._solid.faces, dtype=np.int64)))
+
+    @cached_property
+    def mass_properties(self) -> MassProperties:
+        """Of the enclosed volume; raises GeometryError where the mesh does not close."""
+        if not self.is_closed:
+            remedy = "give mass=, com= (and inertia=) or a closed mesh"
+            raise GeometryError(message(self.where, "is not watertight, so its volume is unknown", remedy))
+        solid = self._solid
+        return MassProperties(
+            float(solid.volume), np.array(solid.center_mass), np.array(solid.moment_inertia) / solid.density
+        )
+
+
+Shape: TypeAlias = Box | Cylinder | Sphere | Mesh
+
+MESH_SUFFIXES = (".obj", ".stl", ".ply", ".glb", ".off")
+
+
+def _load(path: Path) -> trimesh.Trimesh:
+    import trimesh
+
+    where = str(path)
+    if not path.is_file():
+        raise GeometryError(message(where, "no such mesh file", "paths are relative to the scene file"))
+    if path.suffix.lower() not in MESH_SUFFIXES:
+        raise GeometryError(message(where, f"suffix {path.suffix!r}", f"reads {', '.join(MESH_SUFFIXES)}"))
+    try:
+        loaded = trimesh.load_scene(path, process=False).to_mesh()
+    except Exception as cause:  # trimesh's readers raise whatever the format's parser does
+        problem = f"cannot be read: {type(cause).__name__}: {cause}"
+        raise GeometryError(message(where, problem, "check the file, or export it again")) from cause
+    if not isinstance(loaded, trimesh.Trimesh) or len(loaded.faces) == 0:
+        raise GeometryError(message(where, "holds no triangles", "needs a surface mesh, not points or lines"))
+    return loaded
+
+
+def as_shape(value: Any, where: str) -> Shape:  # noqa: ANN401 - a shape or a trimesh.Trimesh
+    """``value`` itself if it is a shape; a Mesh for anything with ``vertices`` and ``faces``."""
+    if isinstance(value, Box | Cylinder | Sphere | Mesh):
+        return value
+    if hasattr(value, "vertices") and hasattr(value, "faces"):
+        return Mesh(value.vertices, value.faces, where=where)
+    remedy = "needs Box, Cylinder, Sphere, Mesh or a trimesh.Trimesh"
+    raise GeometryError(message(where, f"shape is a {type(value).__name__}", remedy))

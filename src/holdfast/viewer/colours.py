@@ -1,0 +1,166 @@
+"""The colour scale both renderers share: weak is dark crimson, strong is pale green, the rest stands apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Rgb = tuple[float, float, float]
+
+_LOG_RATIO: Final = 30.0
+# Weak points are what the picture is for: they are clamped only where they would squeeze all the rest, while a few
+# strong ones must not take the colours from the many weak ones.
+_BELOW_USUAL: Final = 1e-3
+_ABOVE_USUAL: Final = 2.0
+_OUTLIER_PERCENTILES: Final = (2.0, 90.0)
+_EQUAL_RELATIVE: Final = 1e-3
+_TICK_GAP: Final = 0.09
+_STOPS: Final = ("#6a0c42", "#b5173f", "#ea5a34", "#f9a63f", "#f3e06a", "#cdf3b4")
+_TABLE_SIZE: Final = 256
+
+_TO_LMS: Final = np.array(
+    [
+        [0.4122214708, 0.5363325363, 0.0514459929],
+        [0.2119034982, 0.6806995451, 0.1073969566],
+        [0.0883024619, 0.2817188376, 0.6299787005],
+    ]
+)
+_TO_LAB: Final = np.array(
+    [
+        [0.2104542553, 0.7936177850, -0.0040720468],
+        [1.9779984951, -2.4285922050, 0.4505937099],
+        [0.0259040371, 0.7827717662, -0.8086757660],
+    ]
+)
+
+
+class Tick(NamedTuple):
+    """A mark on the colour bar: its place from 0 (low end) to 1 (high end) and its text."""
+
+    position: float
+    label: str
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Maps finite positive forces [N] to 0..1; ``below`` and ``above`` tell that data lies beyond an end."""
+
+    low: float
+    high: float
+    log: bool
+    below: bool = False
+    above: bool = False
+
+    def position(self, values: ArrayLike) -> NDArray[np.float64]:
+        """Place of each force [N] on the scale, 0..1, clamped at the ends."""
+        force = np.clip(np.asarray(values, dtype=float), self.low, self.high)
+        if self.log:
+            place = np.log(force / self.low) / np.log(self.high / self.low)
+        else:
+            place = (force - self.low) / (self.high - self.low)
+        return np.asarray(np.clip(place, 0.0, 1.0), dtype=float)
+
+
+def rgb_of(hexadecimal: str) -> Rgb:
+    """Red, green and blue, 0..1, of "#rrggbb"."""
+    red, green, blue = (int(hexadecimal[k : k + 2], 16) / 255.0 for k in (1, 3, 5))
+    return red, green, blue
+
+
+def hex_of(rgb: ArrayLike) -> str:
+    """Return the "#rrggbb" text of red, green and blue, 0..1."""
+    return "#" + "".join(f"{round(float(c) * 255):02x}" for c in np.asarray(rgb, dtype=float))
+
+
+def oklab(rgb: ArrayLike) -> NDArray[np.float64]:
+    """OKLab coordinates (..., 3) of sRGB colours (..., 3), where equal distances look about equally different."""
+    srgb = np.asarray(rgb, dtype=float)
+    linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+    return np.asarray(np.cbrt(linear @ _TO_LMS.T) @ _TO_LAB.T, dtype=float)
+
+
+def _srgb(lab: NDArray[np.float64]) -> NDArray[np.float64]:
+    linear = np.clip((lab @ np.linalg.inv(_TO_LAB).T) ** 3 @ np.linalg.inv(_TO_LMS).T, 0.0, 1.0)
+    return np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
+def _perceptual_table() -> NDArray[np.float64]:
+    stops = oklab([rgb_of(stop) for stop in _STOPS])
+    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(stops, axis=0), axis=1))])
+    steps = np.linspace(0.0, length[-1], _TABLE_SIZE)
+    return _srgb(np.stack([np.interp(steps, length, stops[:, k]) for k in range(3)], axis=1))
+
+
+TABLE: Final = _perceptual_table()
+INFINITE: Final[Rgb] = rgb_of("#9fbbe0")
+ZERO: Final[Rgb] = rgb_of("#d400d4")
+FIXED: Final[Rgb] = rgb_of("#d3d2ce")
+COVERED: Final[Rgb] = rgb_of("#8d8b87")
+
+
+def scale_of(values: ArrayLike) -> Scale | None:
+    """Return the scale that fits these forces [N], or None where none is finite and positive."""
+    force = np.asarray(values, dtype=float).ravel()
+    force = force[np.isfinite(force) & (force > 0.0)]
+    if force.size == 0:
+        return None
+    low, high = float(force.min()), float(force.max())
+    if high - low <= _EQUAL_RELATIVE * high:
+        return Scale(0.5 * high, 1.5 * high, log=False)
+    usual_low, usual_high = (float(np.exp(p)) for p in np.percentile(np.log(force), _OUTLIER_PERCENTILES))
+    below, above = low < usual_low * _BELOW_USUAL, high > usual_high * _ABOVE_USUAL
+    low, high = (usual_low if below else low), (usual_high if above else high)
+    if high - low <= _EQUAL_RELATIVE * high:
+        low, high = 0.5 * high, 1.5 * high
+    return Scale(low, high, high / low > _LOG_RATIO, below, above)
+
+
+def sample(position: ArrayLike) -> NDArray[np.float64]:
+    """Colours (..., 3), 0..1, at places 0..1 of the scale."""
+    index = np.rint(np.asarray(position, dtype=float) * (_TABLE_SIZE - 1)).astype(np.int64)
+    return np.asarray(TABLE[index], dtype=float)
+
+
+def colours(scale: Scale | None, values: ArrayLike) -> NDArray[np.float64]:
+    """Colours (C, 3), 0..1, of forces (C,) [N]; not-a-number gets the colour of surfaces without a value."""
+    force = np.asarray(values, dtype=float)
+    rgb = np.tile(np.asarray(COVERED), (force.size, 1))
+    rgb[force <= 0.0] = ZERO
+    rgb[np.isposinf(force)] = INFINITE
+    on_scale = np.isfinite(force) & (force > 0.0)
+    if scale is not None:
+        rgb[on_scale] = sample(scale.position(force[on_scale]))
+    return rgb
+
+
+def number(value: float) -> str:
+    """Write a force with three significant digits, without an exponent wherever that stays short."""
+    text = f"{value:.3g}"
+    return f"{float(text):.0f}" if "e" in text and 1.0 <= value < 1e6 else text
+
+
+def ticks(scale: Scale) -> tuple[Tick, ...]:
+    """Return the marks of the colour bar: its ends, with ≤ or ≥ where data lies beyond, and round numbers."""
+    first = ("≤ " if scale.below else "") + number(scale.low)
+    last = ("≥ " if scale.above else "") + number(scale.high)
+    between = _decade_numbers(scale) if scale.log else _round_numbers(scale)
+    places = [(float(scale.position(value)), number(value)) for value in between]
+    kept = [Tick(place, label) for place, label in places if _TICK_GAP < place < 1.0 - _TICK_GAP]
+    return (Tick(0.0, first), *kept, Tick(1.0, last))
+
+
+def _decade_numbers(scale: Scale) -> list[float]:
+    decades = range(int(np.floor(np.log10(scale.low))), int(np.ceil(np.log10(scale.high))) + 1)
+    steps = (1, 2, 5) if len(decades) <= 3 else (1, 3) if len(decades) <= 5 else (1,)
+    skip = 1 + len(decades) // 10
+    return [step * 10.0**decade for decade in decades if decade % skip == 0 for step in steps]
+
+
+def _round_numbers(scale: Scale) -> list[float]:
+    raw = (scale.high - scale.low) / 5.0
+    power = 10.0 ** np.floor(np.log10(raw))
+    step = power * next(s for s in (1.0, 2.0, 2.5, 5.0, 10.0) if s * power >= raw * (1 - 1e-9))
+    return [float(k * step) for k in range(int(np.ceil(scale.low / step)), int(scale.high / step) + 1)]

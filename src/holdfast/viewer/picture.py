@@ -1,0 +1,62 @@
+"""What a heat-map picture shows, as plain arrays: the one thing both renderers take."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A body, or a part of its surface, drawn without a value (fixed bodies, covered faces)."""
+
+    name: str
+    vertices: NDArray[np.float64]  # (V, 3) world [m]
+    triangles: NDArray[np.int64]  # (T, 3) indices into vertices, outward winding
+    fixed: bool
+
+
+@dataclass(frozen=True)
+class HeatSurface:
+    """The exposed surface of one body, cut into cells; every cell shows the answer at its one query point."""
+
+    name: str
+    vertices: NDArray[np.float64]  # (V, 3) world [m]
+    triangles: NDArray[np.int64]  # (T, 3) indices into vertices, outward winding
+    cell: NDArray[np.int64]  # (T,) index of the triangle's cell, 0..C-1
+    points: NDArray[np.float64]  # (C, 3) query point of each cell, world [m]
+    force: NDArray[np.float64]  # (C,) robustness [N]; inf where no push moves anything
+    hover: tuple[str, ...]  # (C,) text shown under the pointer, lines separated by "<br>"
+
+
+@dataclass(frozen=True)
+class Arrow:
+    """An arrow from tail to head, world [m]; the head is where it acts."""
+
+    tail: NDArray[np.float64]  # (3,)
+    head: NDArray[np.float64]  # (3,)
+    label: str
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A robustness map ready to draw.
+
+    ``heat`` holds the coloured surfaces, ``solids`` the neutral ones; ``outlines`` are the contact patches as closed
+    polylines (k, 3); ``contact_points`` (m, 3) are the contact nodes; ``contact_forces`` are arrows of the contact
+    forces at rest, already scaled to metres; ``weakest`` are arrows of the weakest pushes, head at the pushed point.
+    ``up`` is the unit vector against gravity.
+    """
+
+    title: str
+    subtitle: str
+    heat: tuple[HeatSurface, ...]
+    solids: tuple[Solid, ...]
+    outlines: tuple[NDArray[np.float64], ...] = ()
+    contact_points: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
+    contact_forces: tuple[Arrow, ...] = ()
+    weakest: tuple[Arrow, ...] = ()
+    up: NDArray[np.float64] = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    value_name: str = "largest push [N]"
