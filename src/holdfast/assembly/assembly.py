@@ -108,7 +108,7 @@ class Assembly:
         joined = {frozenset(interface.bodies) for interface in self.interfaces}
         gap = self.tolerances.gap
         near = ((a, b) for a, b in neighbours(self.scene, gap) if frozenset((a.name, b.name)) not in joined)
-        return tuple((a.name, b.name) for a, b in near if _may_touch(a, b, gap))
+        return tuple((a.name, b.name) for a, b in near if distance(a, b, 1.001 * gap) is not None)
 
     def nearest_support(self, group: Sequence[str]) -> tuple[str, str, float] | None:
         """Of a hanging group, the body nearest to one outside it: (inside, outside, distance [m])."""
@@ -185,12 +185,6 @@ def components(count: int, ends: Iterable[tuple[int, int]]) -> list[list[int]]:
         groups.setdefault(root(k), []).append(k)
     groups.pop(root(count), None)
     return list(groups.values())
-
-
-def _may_touch(a: Body, b: Body, gap: float) -> bool:
-    found = distance(a, b, 2 * gap)
-    closed = all(getattr(body.shape, "is_closed", True) for body in (a, b))
-    return found <= gap if found is not None else not closed
 
 
 def _check_given(scene: Scene, interfaces: Sequence[Interface]) -> None:

@@ -56,79 +56,98 @@ def _within(triangles: Float, low: Float, high: Float) -> np.ndarray[tuple[int],
 
 
 @compiled
-def _half_plane(corners: Float, heights: Float, count: int, a: float, b: float, c: float) -> int:
-    """Keep the part of a polygon where a x + b y + c >= 0 (Sutherland-Hodgman), heights interpolated along."""
-    kept = np.empty_like(corners)
-    kept_heights = np.empty_like(heights)
+def _dot(a: Float, b: Float) -> float:
+    return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+@compiled
+def keep_half_plane(corners: Float, kept: Float, count: int, a: float, b: float, c: float) -> int:
+    """Keep the part of a polygon where a x + b y + c >= 0 (Sutherland-Hodgman); ``kept`` is room to work in."""
     n = 0
     for i in range(count):
-        j = (i + 1) % count
+        j = i + 1 if i + 1 < count else 0
         di = a * corners[i, 0] + b * corners[i, 1] + c
         dj = a * corners[j, 0] + b * corners[j, 1] + c
-        if di >= 0:
-            kept[n] = corners[i]
-            kept_heights[n] = heights[i]
+        if di >= 0.0:
+            kept[n, 0] = corners[i, 0]
+            kept[n, 1] = corners[i, 1]
             n += 1
-        if (di > 0 and dj < 0) or (di < 0 and dj > 0):
+        if (di > 0.0 and dj < 0.0) or (di < 0.0 and dj > 0.0):
             t = di / (di - dj)
-            kept[n] = corners[i] + t * (corners[j] - corners[i])
-            kept_heights[n] = heights[i] + t * (heights[j] - heights[i])
+            kept[n, 0] = corners[i, 0] + t * (corners[j, 0] - corners[i, 0])
+            kept[n, 1] = corners[i, 1] + t * (corners[j, 1] - corners[i, 1])
             n += 1
-    corners[:n] = kept[:n]
-    heights[:n] = kept_heights[:n]
+    for i in range(n):
+        corners[i, 0] = kept[i, 0]
+        corners[i, 1] = kept[i, 1]
     return n
 
 
 @compiled
 def _clip_pair(
-    tri_a: Float, normal_a: Float, tri_b: Float, normal_b: Float, gap: float, corners: Float, heights: Float
-) -> tuple[int, Float, Float, Float]:
-    """Clip one pair in the plane halfway between them; returns corner count, normal and tangents.
+    tri_a: Float, normal_a: Float, tri_b: Float, normal_b: Float, gap: float, room: Float, out: Float, normal: Float
+) -> int:
+    """Clip one pair in the plane halfway between them: corners to ``out`` (c, 3), direction to ``normal`` (3,).
 
-    ``corners`` (c, 2) are coordinates along t1, t2 from the first corner of a, ``heights`` (c, 2) the two planes'
-    heights along the normal.
+    ``room`` (4, MAX_CORNERS, 3) is memory to work in. Returns the number of corners, 0 where they do not meet.
     """
-    normal = normal_a - normal_b
-    normal = normal / np.sqrt((normal * normal).sum())
-    t1 = np.zeros(3)
-    k = 0 if abs(normal[0]) < 0.9 else 1
-    t1[k] = 1.0
-    t1 = t1 - normal[k] * normal
-    t1 = t1 / np.sqrt((t1 * t1).sum())
-    t2 = np.cross(normal, t1)
-    origin = tri_a[0]
-    slope_a = normal_a / (normal_a * normal).sum()
-    slope_b = normal_b / (normal_b * normal).sum()
-    offset_b = ((tri_b[0] - origin) * slope_b).sum()
-    flat_b = np.empty((3, 2))
+    corners, kept, flat_b, axes = room[0], room[1], room[2], room[3]
+    t1, t2 = axes[0], axes[1]
+    length = 0.0
+    for k in range(3):
+        normal[k] = normal_a[k] - normal_b[k]
+        length += normal[k] * normal[k]
+    seed = 0 if abs(normal[0]) < 0.9 * np.sqrt(length) else 1
+    for k in range(3):
+        normal[k] /= np.sqrt(length)
+    for k in range(3):
+        t1[k] = (1.0 if k == seed else 0.0) - normal[seed] * normal[k]
+    length = np.sqrt(_dot(t1, t1))
+    for k in range(3):
+        t1[k] /= length
+    t2[0] = normal[1] * t1[2] - normal[2] * t1[1]
+    t2[1] = normal[2] * t1[0] - normal[0] * t1[2]
+    t2[2] = normal[0] * t1[1] - normal[1] * t1[0]
     for i in range(3):
-        d = tri_a[i] - origin
-        corners[i, 0] = (d * t1).sum()
-        corners[i, 1] = (d * t2).sum()
-        e = tri_b[i] - origin
-        flat_b[i, 0] = (e * t1).sum()
-        flat_b[i, 1] = (e * t2).sum()
+        for m in range(2):
+            corners[i, m] = 0.0
+            flat_b[i, m] = 0.0
+            for k in range(3):
+                corners[i, m] += (tri_a[i, k] - tri_a[0, k]) * axes[m, k]
+                flat_b[i, m] += (tri_b[i, k] - tri_a[0, k]) * axes[m, k]
     count = 3
     # b is seen from below along the normal, so its corners run clockwise there
     for i in range(3):
         j = (i + 2) % 3
         ex = flat_b[j, 0] - flat_b[i, 0]
         ey = flat_b[j, 1] - flat_b[i, 1]
-        count = _half_plane(corners, heights, count, -ey, ex, ey * flat_b[i, 0] - ex * flat_b[i, 1])
+        count = keep_half_plane(corners, kept, count, -ey, ex, ey * flat_b[i, 0] - ex * flat_b[i, 1])
         if count < 3:
-            return 0, normal, t1, t2
-    # gap(x, y) = height of b's plane - height of a's plane, both linear
-    ax, ay = -(slope_a * t1).sum(), -(slope_a * t2).sum()
-    bx, by = -(slope_b * t1).sum(), -(slope_b * t2).sum()
-    gx, gy = bx - ax, by - ay
+            return 0
+    # heights of the two planes along the normal, linear in the coordinates: a: ax x + ay y, b: bx x + by y + level
+    slope_a, slope_b = _dot(normal_a, normal), _dot(normal_b, normal)
+    ax, ay = -_dot(normal_a, t1) / slope_a, -_dot(normal_a, t2) / slope_a
+    bx, by = -_dot(normal_b, t1) / slope_b, -_dot(normal_b, t2) / slope_b
+    level = 0.0
+    for k in range(3):
+        level += (tri_b[0, k] - tri_a[0, k]) * normal_b[k] / slope_b
     for sign in (-1.0, 1.0):
-        count = _half_plane(corners, heights, count, sign * gx, sign * gy, sign * offset_b + gap)
+        count = keep_half_plane(corners, kept, count, sign * (bx - ax), sign * (by - ay), sign * level + gap)
         if count < 3:
-            return 0, normal, t1, t2
+            return 0
     for i in range(count):
-        heights[i, 0] = ax * corners[i, 0] + ay * corners[i, 1]
-        heights[i, 1] = bx * corners[i, 0] + by * corners[i, 1] + offset_b
-    return count, normal, t1, t2
+        x, y = corners[i, 0], corners[i, 1]
+        middle = ((ax + bx) * x + (ay + by) * y + level) / 2
+        for k in range(3):
+            out[i, k] = tri_a[0, k] + x * t1[k] + y * t2[k] + middle * normal[k]
+    return count
+
+
+@compiled
+def _box(triangle: Float, low: Float, high: Float, margin: float) -> None:
+    for k in range(3):
+        low[k] = min(triangle[0, k], triangle[1, k], triangle[2, k]) - margin
+        high[k] = max(triangle[0, k], triangle[1, k], triangle[2, k]) + margin
 
 
 @compiled
@@ -138,59 +157,38 @@ def _clip_all(
     """All pairs whose boxes meet, with b sorted along ``axis`` so that a window of it is enough for each a."""
     capacity = 64
     out = np.zeros((capacity, MAX_CORNERS, 3))
-    counts = np.empty(capacity, dtype=np.int64)
-    normals = np.empty((capacity, 3))
+    counts = np.zeros(capacity, dtype=np.int64)
+    normals = np.zeros((capacity, 3))
     found = 0
     nb = len(tris_b)
     low_b = np.empty((nb, 3))
     high_b = np.empty((nb, 3))
+    widest = 0.0
     for j in range(nb):
-        for k in range(3):
-            low_b[j, k] = min(tris_b[j, 0, k], tris_b[j, 1, k], tris_b[j, 2, k]) - gap
-            high_b[j, k] = max(tris_b[j, 0, k], tris_b[j, 1, k], tris_b[j, 2, k]) + gap
-    widest = (high_b[:, axis] - low_b[:, axis]).max()
+        _box(tris_b[j], low_b[j], high_b[j], gap)
+        widest = max(widest, high_b[j, axis] - low_b[j, axis])
     starts = low_b[:, axis].copy()
-    corners = np.empty((MAX_CORNERS, 2))
-    heights = np.zeros((MAX_CORNERS, 2))
+    room = np.zeros((4, MAX_CORNERS, 3))
     low = np.empty(3)
     high = np.empty(3)
     for i in range(len(tris_a)):
-        for k in range(3):
-            low[k] = min(tris_a[i, 0, k], tris_a[i, 1, k], tris_a[i, 2, k])
-            high[k] = max(tris_a[i, 0, k], tris_a[i, 1, k], tris_a[i, 2, k])
-        first = np.searchsorted(starts, low[axis] - widest)
-        for j in range(first, nb):
+        _box(tris_a[i], low, high, 0.0)
+        for j in range(np.searchsorted(starts, low[axis] - widest), nb):
             if starts[j] > high[axis]:
                 break
-            if (
-                low_b[j, 0] > high[0]
-                or low_b[j, 1] > high[1]
-                or low_b[j, 2] > high[2]
-                or high_b[j, 0] < low[0]
-                or high_b[j, 1] < low[1]
-                or high_b[j, 2] < low[2]
-            ):
-                continue
-            if (normals_a[i] * normals_b[j]).sum() > -cos_angle:
-                continue
-            count, normal, t1, t2 = _clip_pair(tris_a[i], normals_a[i], tris_b[j], normals_b[j], gap, corners, heights)
-            if count < 3:
+            apart = False
+            for k in range(3):
+                apart = apart or low_b[j, k] > high[k] or high_b[j, k] < low[k]
+            if apart or _dot(normals_a[i], normals_b[j]) > -cos_angle:
                 continue
             if found == capacity:
+                out = np.concatenate((out, np.zeros((capacity, MAX_CORNERS, 3))))
+                counts = np.concatenate((counts, np.zeros(capacity, dtype=np.int64)))
+                normals = np.concatenate((normals, np.zeros((capacity, 3))))
                 capacity *= 2
-                grown = np.zeros((capacity, MAX_CORNERS, 3))
-                grown[:found] = out
-                out = grown
-                grown_counts = np.empty(capacity, dtype=np.int64)
-                grown_counts[:found] = counts
-                counts = grown_counts
-                grown_normals = np.empty((capacity, 3))
-                grown_normals[:found] = normals
-                normals = grown_normals
-            for c in range(count):
-                middle = (heights[c, 0] + heights[c, 1]) / 2
-                out[found, c] = tris_a[i, 0] + corners[c, 0] * t1 + corners[c, 1] * t2 + middle * normal
-            counts[found] = count
-            normals[found] = normal
-            found += 1
+            counts[found] = _clip_pair(
+                tris_a[i], normals_a[i], tris_b[j], normals_b[j], gap, room, out[found], normals[found]
+            )
+            if counts[found] >= 3:
+                found += 1
     return out[:found], counts[:found], normals[:found]

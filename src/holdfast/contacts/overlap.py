@@ -10,8 +10,11 @@ import numpy as np
 from holdfast.arrays import Float
 from holdfast.contacts.detect import neighbours
 from holdfast.scene.body import Body
+from holdfast.scene.distance import distance_to_surface
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Surface
+
+MOST_DISTANCES = 30_000_000  # corner-to-triangle distances worth taking: about a second
 
 
 @dataclass(frozen=True)
@@ -49,12 +52,28 @@ def find_overlaps(scene: Scene, tolerance: float) -> tuple[Overlap, ...]:
 
 
 def distance(a: Body, b: Body, search: float) -> float | None:
-    """Smallest distance of two solids [m], 0 where they meet; None beyond ``search`` or if one is not closed."""
+    """Smallest distance of two bodies [m], 0 where they meet; None beyond ``search``.
+
+    Exact for closed surfaces. Where one is open, the least distance of the corners of either to the other: never too
+    small.
+    """
     solid_a, solid_b = solid_of(a), solid_of(b)
-    if solid_a is None or solid_b is None:
-        return None
-    gap = float(solid_a.min_gap(solid_b, search))
+    if solid_a is not None and solid_b is not None:
+        gap = float(solid_a.min_gap(solid_b, search))
+    else:
+        gap = min(_corner_distance(a, b, search), _corner_distance(b, a, search))
     return gap if gap < search else None
+
+
+def _corner_distance(a: Body, b: Body, search: float) -> float:
+    surface = b.surface_world
+    low, high = surface.vertices.min(0) - search, surface.vertices.max(0) + search
+    corners = a.surface_world.vertices
+    near = corners[((corners >= low) & (corners <= high)).all(1)]
+    if not len(near):
+        return np.inf
+    stride = max(1, len(near) * len(surface.faces) // MOST_DISTANCES)
+    return float(distance_to_surface(near[::stride], surface).min())
 
 
 def _thickness(part: manifold3d.Manifold) -> float:

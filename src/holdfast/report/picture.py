@@ -12,8 +12,8 @@ from holdfast.robustness.map import RobustnessMap
 from holdfast.viewer.picture import Arrow, HeatSurface, Picture, Solid
 
 LONGEST_FORCE = 0.18  # of the assembly's size: the largest contact force as an arrow
-WEAK_ARROW = 0.16  # of the assembly's size: length of the arrows at weakest points
-SHOWN_WEAKEST = 6
+WEAK_ARROW = 0.12  # of the assembly's size: length of the arrows at weakest points
+SHOWN_WEAKEST = 5
 
 
 def picture_of(result: RobustnessMap) -> Picture:

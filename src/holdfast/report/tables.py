@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
+from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
@@ -40,7 +41,7 @@ def _contacts(assembly: Assembly, result: Stability) -> Table:
         box=SIMPLE_HEAD,
     )
     for heading in ("between", "area [cm²]", "μ", "normal force [N]", "friction used"):
-        table.add_column(heading, justify="left" if heading == "between" else "right")
+        table.add_column(escape(heading), justify="left" if heading == "between" else "right")
     shown = range(min(interfaces, 40))
     for k in shown:
         interface = assembly.interfaces[k]

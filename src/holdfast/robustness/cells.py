@@ -10,6 +10,7 @@ from scipy import sparse
 
 from holdfast.arrays import Bool, Float, Int, unit
 from holdfast.compiled import compiled
+from holdfast.contacts.clipping import keep_half_plane
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.polygon import convex_hull, inside, shapely_polygon, smallest_rectangle
 from holdfast.rigid import tangents
@@ -135,11 +136,10 @@ def _grid_pieces(triangles: Float, step: Float, counts: Int) -> tuple[Float, Int
     sizes = np.zeros(capacity, dtype=np.int64)
     cells = np.zeros(capacity, dtype=np.int64)
     found = 0
-    now = np.empty((8, 2))
-    then = np.empty((8, 2))
+    room = np.zeros((8, 2))
+    first = np.zeros(2, dtype=np.int64)
+    last = np.zeros(2, dtype=np.int64)
     for t in range(len(triangles)):
-        first = np.empty(2, dtype=np.int64)
-        last = np.empty(2, dtype=np.int64)
         for k in range(2):
             low = min(triangles[t, 0, k], triangles[t, 1, k], triangles[t, 2, k])
             high = max(triangles[t, 0, k], triangles[t, 1, k], triangles[t, 2, k])
@@ -147,44 +147,23 @@ def _grid_pieces(triangles: Float, step: Float, counts: Int) -> tuple[Float, Int
             last[k] = min(int(np.ceil(high / step[k] + 1e-9)), counts[k])
         for i in range(first[0], last[0]):
             for j in range(first[1], last[1]):
-                size = 3
-                now[:3] = triangles[t]
-                for side in range(4):
-                    k = side // 2
-                    sign = 1.0 if side % 2 == 0 else -1.0
-                    bound = ((i if k == 0 else j) + side % 2) * step[k]
-                    n = 0
-                    for c in range(size):
-                        d = (c + 1) % size
-                        hc = sign * (now[c, k] - bound)
-                        hd = sign * (now[d, k] - bound)
-                        if hc >= 0:
-                            then[n] = now[c]
-                            n += 1
-                        if (hc > 0 and hd < 0) or (hc < 0 and hd > 0):
-                            then[n] = now[c] + hc / (hc - hd) * (now[d] - now[c])
-                            n += 1
-                    size = n
-                    now[:size] = then[:size]
-                    if size < 3:
-                        break
-                if size < 3:
-                    continue
                 if found == capacity:
+                    pieces = np.concatenate((pieces, np.zeros((capacity, 8, 2))))
+                    sizes = np.concatenate((sizes, np.zeros(capacity, dtype=np.int64)))
+                    cells = np.concatenate((cells, np.zeros(capacity, dtype=np.int64)))
                     capacity *= 2
-                    more = np.zeros((capacity, 8, 2))
-                    more[:found] = pieces
-                    pieces = more
-                    more_sizes = np.zeros(capacity, dtype=np.int64)
-                    more_sizes[:found] = sizes
-                    sizes = more_sizes
-                    more_cells = np.zeros(capacity, dtype=np.int64)
-                    more_cells[:found] = cells
-                    cells = more_cells
-                pieces[found, :size] = now[:size]
-                sizes[found] = size
-                cells[found] = i * counts[1] + j
-                found += 1
+                now = pieces[found]
+                for c in range(3):
+                    for k in range(2):
+                        now[c, k] = triangles[t, c, k]
+                size = keep_half_plane(now, room, 3, 1.0, 0.0, -i * step[0])
+                size = keep_half_plane(now, room, size, -1.0, 0.0, (i + 1) * step[0])
+                size = keep_half_plane(now, room, size, 0.0, 1.0, -j * step[1])
+                size = keep_half_plane(now, room, size, 0.0, -1.0, (j + 1) * step[1])
+                if size >= 3:
+                    sizes[found] = size
+                    cells[found] = i * counts[1] + j
+                    found += 1
     return pieces[:found], sizes[:found], cells[:found]
 
 

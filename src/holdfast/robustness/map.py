@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from holdfast.arrays import Float, checked_number
+from holdfast.arrays import Float, Int, checked_number
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.engines.contract import Claim, Mode, Status, Verdict
 from holdfast.errors import SceneError, message
@@ -17,6 +18,7 @@ from holdfast.robustness.query import never_moves
 from holdfast.robustness.request import EngineChoice, body_number, engine_of, push_columns
 
 MAX_POINTS = 2_000_000
+SIGNIFICANT = 6  # digits of a force that count in a ranking
 
 
 @dataclass(frozen=True)
@@ -62,14 +64,22 @@ class RobustnessMap:
 
     def weakest(self) -> MapPoint:
         """The point where the smallest push moves something (the first of equals); an infinite one if none does."""
-        return self.at(int(np.argmin(self.force)))
+        return self.at(int(self._ranking[0]))
 
     def weakest_of_each_body(self) -> tuple[MapPoint, ...]:
         """The weakest point of every body, weakest body first."""
         first: dict[str, int] = {}
-        for index in np.argsort(self.force, kind="stable"):
+        for index in self._ranking:
             first.setdefault(self.body[index], int(index))
         return tuple(self.at(index) for index in first.values())
+
+    @cached_property
+    def _ranking(self) -> Int:
+        """(n,) points from weak to strong; forces that differ by rounding alone stay in the order of the points."""
+        with np.errstate(divide="ignore"):
+            magnitude = np.floor(np.log10(self.force)) - SIGNIFICANT
+        unit = np.where(np.isfinite(magnitude), 10.0 ** np.where(np.isfinite(magnitude), magnitude, 0), 1.0)
+        return np.argsort(np.round(self.force / unit) * unit, kind="stable")
 
     def at(self, index: int) -> MapPoint:
         """The point of that number."""

@@ -27,9 +27,9 @@ from holdfast.engines.mechanism import describe
 from holdfast.engines.rest import Rest, find_rest
 from holdfast.errors import HoldfastError, message
 from holdfast.progress import report
-from holdfast.rigid import rotation_about
+from holdfast.rigid import rotation_about, shift_twist
 
-NO_MOMENT = 1e-9  # loads with less power about an axis, relative to force times size, do not turn anything about it
+NO_MOMENT = 1e-5  # lever below which a load turns nothing, relative to the size: poses are not known better
 
 
 @dataclass(frozen=True)
@@ -70,12 +70,11 @@ class Graph:
 
 @dataclass(frozen=True, eq=False)
 class _CutAxes:
-    """One feasible cut: its bodies (bit mask and numbers) and the axes about which it can turn.
+    """One feasible cut: its bodies by number and the axes about which it can turn.
 
-    ``twists`` (k, members, 6) about each member's centre of mass, ``torque`` (k,), ``mode`` (k,).
+    ``twists`` (k, 6) of all its bodies about the assembly's centre, ``torque`` (k,) resisting, ``mode`` (k,).
     """
 
-    mask: int
     members: Int
     twists: Float
     torque: Float
@@ -222,24 +221,28 @@ class GraphState:
         count = len(wrenches)
         best = np.full(count, np.inf)
         which = np.full((count, 2), -1)
-        loaded = (wrenches != 0).any((0, 2))
         scale = np.linalg.norm(wrenches[:, :, :3], axis=2).sum(1) * self.assembly.size
         threshold = NO_MOMENT * (scale + np.linalg.norm(wrenches[:, :, 3:], axis=2).sum(1))
+        loaded = (wrenches != 0).any((0, 2))
+        central = wrenches.copy()
+        central[:, :, 3:] += np.cross(self.assembly.com - self._centre, wrenches[:, :, :3])
         for number, cut in enumerate(self._cut_axes):
-            members = np.flatnonzero(loaded[cut.members])
+            members = cut.members[loaded[cut.members]]
             if not len(cut.torque) or not len(members):
                 continue
-            power = np.zeros((len(cut.torque), count))
-            for m in members:
-                power += cut.twists[:, m] @ wrenches[:, cut.members[m]].T
-            turning = power > threshold
-            factor = np.divide(cut.torque[:, None], power, out=np.full(power.shape, np.inf), where=turning)
+            power = cut.twists @ central[:, members].sum(1).T
+            factor = np.divide(cut.torque[:, None], power, out=np.full(power.shape, np.inf), where=power > threshold)
             axis = np.argmin(factor, axis=0)
             lowest = factor[axis, np.arange(count)]
             better = lowest < best
             best[better] = lowest[better]
             which[better, 0], which[better, 1] = number, axis[better]
         return best, which
+
+    @cached_property
+    def _centre(self) -> Float:
+        """(3,) reference point of the cuts' twists."""
+        return np.asarray(self.assembly.com.mean(0))
 
     @cached_property
     def _cut_axes(self) -> list[_CutAxes]:
@@ -279,10 +282,9 @@ class GraphState:
         )
         free = np.flatnonzero(np.isfinite(torque) & (slides | opens))
         senses = np.where(free % 2 == 0, 1.0, -1.0)[:, None] * axes[free // 2]
-        com = assembly.com[members]
-        twists = rotation_about(senses[:, None], origins[free // 2][:, None], com[None])
+        twists = rotation_about(senses, origins[free // 2], self._centre)
         mode: list[Mode] = ["mixed" if slides[k] and opens[k] else "slip" if slides[k] else "topple" for k in free]
-        return _CutAxes(mask, members, twists, torque[free], tuple(mode))
+        return _CutAxes(members, twists, torque[free], tuple(mode))
 
 
 class _Mechanisms:
@@ -312,8 +314,10 @@ class _Mechanisms:
     def _turning(self, column: int) -> Mechanism:
         number, axis = self._which[column]
         cut = self._state._cut_axes[number]
-        twists = np.zeros((len(self._state.assembly.movable), 6))
-        twists[cut.members] = cut.twists[axis]
+        assembly = self._state.assembly
+        twists = np.zeros((len(assembly.movable), 6))
+        for body in cut.members:
+            twists[body] = shift_twist(cut.twists[axis], self._state._centre, assembly.com[body])
         return describe(self._state.assembly, twists, cut.mode[axis])
 
 

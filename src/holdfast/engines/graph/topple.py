@@ -46,14 +46,12 @@ def _flat_edges(flat: Float) -> np.ndarray[tuple[int, int], np.dtype[np.intp]]:
 
 def _solid_edges(points: Float) -> np.ndarray[tuple[int, int], np.dtype[np.intp]]:
     hull = ConvexHull(points)
-    facets = hull.simplices
-    edges = []
-    for k, facet in enumerate(facets):
-        for opposite in range(3):
-            other = hull.neighbors[k, opposite]
-            if other > k and hull.equations[k, :3] @ hull.equations[other, :3] < 1 - SLIDING**2 / 2:
-                edges.append([facet[(opposite + 1) % 3], facet[(opposite + 2) % 3]])
-    return np.array(edges, dtype=np.intp)
+    normals = hull.equations[:, :3]
+    facet, opposite = np.indices(hull.neighbors.shape)
+    other = hull.neighbors
+    folded = (normals[facet] * normals[other]).sum(-1) < 1 - SLIDING**2 / 2
+    facet, opposite = facet[(other > facet) & folded], opposite[(other > facet) & folded]
+    return np.column_stack([hull.simplices[facet, (opposite + k) % 3] for k in (1, 2)])
 
 
 def _lines(start: Float, end: Float, tolerance: float) -> tuple[Float, Float]:
@@ -62,14 +60,30 @@ def _lines(start: Float, end: Float, tolerance: float) -> tuple[Float, Float]:
     length = np.linalg.norm(direction, axis=1)
     keep = length > tolerance
     start, direction = start[keep], direction[keep] / length[keep, None]
-    unique: list[int] = []
-    for k in range(len(start)):
-        arms = start[k] - start[unique]
-        aligned = np.abs(direction[unique] @ direction[k]) > 1 - 1e-9
-        near = np.linalg.norm(np.cross(arms, direction[unique]), axis=1) <= tolerance
-        if not (aligned & near).any():
-            unique.append(k)
-    return start[unique], direction[unique]
+    new = _first_of_line(start, direction, tolerance)
+    return start[new], direction[new]
+
+
+@compiled
+def _first_of_line(start: Float, direction: Float, tolerance: float) -> Bool:
+    """Which segments (n,) do not lie on the line of an earlier one."""
+    new = np.ones(len(start), dtype=np.bool_)
+    for i in range(len(start)):
+        for j in range(i):
+            if not new[j]:
+                continue
+            along = 0.0
+            arm2 = 0.0
+            aligned = 0.0
+            for k in range(3):
+                arm = start[i, k] - start[j, k]
+                arm2 += arm * arm
+                along += arm * direction[j, k]
+                aligned += direction[i, k] * direction[j, k]
+            if abs(aligned) > 1 - 1e-9 and arm2 - along * along <= tolerance * tolerance:
+                new[i] = False
+                break
+    return new
 
 
 def friction_axis(points: Float, normals: Float, mu: Float, normal_force: Float) -> tuple[Float, Float]:
