@@ -24,8 +24,8 @@ from holdfast.engines.contract import Status
 from holdfast.engines.graph.engine import Graph
 from holdfast.errors import HoldfastError, HoldfastWarning, SolverError, message
 from holdfast.progress import listening
+from holdfast.report import save_html, save_png
 from holdfast.report.data import map_data, stability_data
-from holdfast.report.picture import picture_of
 from holdfast.report.tables import map_report, stability_report
 from holdfast.robustness.map import robustness_map
 from holdfast.robustness.request import ENGINES
@@ -34,8 +34,6 @@ from holdfast.scene.formats.files import load_scene, save_scene
 from holdfast.scene.formats.native import schema as scene_schema
 from holdfast.scene.scene import Scene
 from holdfast.shipped import SHIPPED, shipped_scene
-from holdfast.viewer.html import write_html
-from holdfast.viewer.png import write_png
 
 app = typer.Typer(
     name="holdfast",
@@ -102,9 +100,9 @@ def map_(
     with _progress():
         result = robustness_map(assembly, body, spacing, engine=method)
     if png is not None:
-        write_png(picture_of(result), png)
+        save_png(result, png)
     if html is not None:
-        write_html(picture_of(result), html)
+        save_html(result, html)
     if as_json:
         _print_json(map_data(result))
     else:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 
 from holdfast.arrays import Float
@@ -9,11 +11,23 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.engines.contract import ContactForces, Status
 from holdfast.robustness.cells import Cells
 from holdfast.robustness.map import RobustnessMap
+from holdfast.viewer.html import write_html
 from holdfast.viewer.picture import Arrow, HeatSurface, Picture, Solid
+from holdfast.viewer.png import write_png
 
 LONGEST_FORCE = 0.18  # of the assembly's size: the largest contact force as an arrow
 WEAK_ARROW = 0.12  # of the assembly's size: length of the arrows at weakest points
 SHOWN_WEAKEST = 5
+
+
+def save_png(result: RobustnessMap, path: str | os.PathLike[str]) -> None:
+    """Write the map as a PNG picture; needs no display."""
+    write_png(picture_of(result), path)
+
+
+def save_html(result: RobustnessMap, path: str | os.PathLike[str]) -> None:
+    """Write the map as one HTML page that opens offline: turn it, point at it, read the largest push there."""
+    write_html(picture_of(result), path)
 
 
 def picture_of(result: RobustnessMap) -> Picture:

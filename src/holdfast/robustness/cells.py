@@ -72,6 +72,45 @@ def covered(cells: Cells, patches: list[Patch], gap: float) -> Bool:
     return result
 
 
+def blocked(cells: Cells, obstacle: Surface, reach: float) -> Bool:
+    """(C,) whether ``obstacle`` stands less than ``reach`` [m] in front of a cell, so that nothing fits between."""
+    result = np.zeros(len(cells.points), dtype=bool)
+    low, high = obstacle.vertices.min(0) - reach, obstacle.vertices.max(0) + reach
+    near = np.flatnonzero(((cells.points >= low) & (cells.points <= high)).all(1))
+    if not len(near):
+        return result
+    triangles = obstacle.vertices[obstacle.faces]
+    bottom, top = cells.points[near].min(0) - reach, cells.points[near].max(0) + reach
+    triangles = triangles[((triangles.max(1) >= bottom) & (triangles.min(1) <= top)).all(1)]
+    result[near] = _hit(cells.points[near], cells.normals[near], triangles, reach)
+    return result
+
+
+@compiled
+def _hit(points: Float, normals: Float, triangles: Float, reach: float) -> Bool:
+    """Whether the segment from each point along its normal, ``reach`` long, meets a triangle (Möller-Trumbore)."""
+    result = np.zeros(len(points), dtype=np.bool_)
+    for i in range(len(points)):
+        d0, d1, d2 = normals[i, 0], normals[i, 1], normals[i, 2]
+        for t in range(len(triangles)):
+            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+            e0, e1, e2 = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+            f0, f1, f2 = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+            p0, p1, p2 = d1 * f2 - d2 * f1, d2 * f0 - d0 * f2, d0 * f1 - d1 * f0
+            det = e0 * p0 + e1 * p1 + e2 * p2
+            if det == 0.0:
+                continue
+            s0, s1, s2 = points[i, 0] - a[0], points[i, 1] - a[1], points[i, 2] - a[2]
+            u = (s0 * p0 + s1 * p1 + s2 * p2) / det
+            q0, q1, q2 = s1 * e2 - s2 * e1, s2 * e0 - s0 * e2, s0 * e1 - s1 * e0
+            v = (d0 * q0 + d1 * q1 + d2 * q2) / det
+            along = (f0 * q0 + f1 * q1 + f2 * q2) / det
+            if u >= 0.0 and v >= 0.0 and u + v <= 1.0 and 0.0 <= along <= reach:
+                result[i] = True
+                break
+    return result
+
+
 def _facets(surface: Surface) -> Int:
     """(F,) number of the flat facet each triangle belongs to: neighbours across an edge with one normal."""
     faces = surface.faces

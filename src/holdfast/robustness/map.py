@@ -13,7 +13,7 @@ from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.engines.contract import Claim, Mode, Status, Verdict
 from holdfast.errors import SceneError, message
 from holdfast.progress import report
-from holdfast.robustness.cells import Cells, covered, surface_cells
+from holdfast.robustness.cells import Cells, blocked, covered, surface_cells
 from holdfast.robustness.query import never_moves
 from holdfast.robustness.request import EngineChoice, body_number, engine_of, push_columns
 
@@ -106,8 +106,8 @@ def robustness_map(
 ) -> RobustnessMap:
     """R for inward normal pushes over all exposed surfaces of ``bodies`` (all movable ones unless named).
 
-    ``spacing`` [m] is the distance of neighbouring points. Points on contact patches are left out: nobody can push
-    there.
+    ``spacing`` [m] is the distance of neighbouring points. Points on contact patches, and points with another body
+    less than half a spacing in front of them, are left out: nobody can push there.
     """
     step = checked_number(spacing, "robustness_map: spacing", above=0)
     names = [body.name for body in assembly.movable] if bodies is None else list(bodies)
@@ -125,6 +125,9 @@ def robustness_map(
         cells = surface_cells(assembly.scene.body(name).surface_world, step)
         patches = [patch for i in assembly.interfaces if name in i.bodies for patch in i.patches]
         under = covered(cells, patches, assembly.tolerances.gap)
+        for other in assembly.bodies:
+            if other.name != name:
+                under |= blocked(cells, other.surface_world, step / 2)
         shown[name], hidden[name] = cells.chosen(~under), cells.chosen(under)
         count = len(shown[name].points)
         if number == FIXED:

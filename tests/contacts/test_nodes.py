@@ -1,0 +1,102 @@
+"""Nodes that stand for a patch: corners first, and weights that integrate over it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import shapely
+from scipy.integrate import dblquad
+
+import holdfast as hf
+from holdfast.contacts.interface import Patch
+from holdfast.contacts.nodes import interface_nodes
+
+UP = np.array([0.0, 0, 1])
+SHAPES = {
+    "square": [(0, 0), (0.1, 0), (0.1, 0.1), (0, 0.1)],
+    "strip": [(0, 0), (0.5, 0), (0.5, 0.02), (0, 0.02)],
+    "triangle": [(0, 0), (0.2, 0), (0.05, 0.1)],
+    "ell": [(0, 0), (0.2, 0), (0.2, 0.1), (0.1, 0.1), (0.1, 0.2), (0, 0.2)],
+    "disc": [(0.1 * np.cos(t), 0.1 * np.sin(t)) for t in 2 * np.pi * np.arange(40) / 40],
+    "tilted": [(0.3, 0.1), (0.6, 0.4), (0.5, 0.5), (0.2, 0.2)],
+}
+
+
+def interface(name: str) -> hf.Interface:
+    return hf.Interface(("a", "b"), [(x, y, 0) for x, y in SHAPES[name]], UP)
+
+
+def ring(inner: float) -> hf.Interface:
+    t = 2 * np.pi * np.arange(32) / 32
+    circle = np.column_stack([np.cos(t), np.sin(t), 0 * t])
+    return hf.Interface(("a", "b"), patches=[Patch(0.1 * circle, UP, (0.1 * inner * circle[::-1],))])
+
+
+@pytest.mark.parametrize("count", [5, 7, 20, 60])
+@pytest.mark.parametrize("name", SHAPES)
+def test_there_are_as_many_nodes_as_asked_and_they_lie_in_the_patch(name: str, count: int) -> None:
+    ((points, weights),) = interface_nodes(interface(name), count, "hull")
+    assert len(points) == len(weights) == count
+    assert len(np.unique(points.round(9), axis=0)) == count
+    polygon = shapely.Polygon(SHAPES[name]).buffer(1e-9)
+    assert shapely.contains_xy(polygon, points[:, 0], points[:, 1]).all()
+    np.testing.assert_allclose(points[:, 2], 0, atol=1e-15)
+
+
+@pytest.mark.parametrize("sampling", ["hull", "quadrature", "corners"])
+@pytest.mark.parametrize("name", SHAPES)
+def test_weights_are_positive_and_sum_to_the_area(name: str, sampling: str) -> None:
+    ((_, weights),) = interface_nodes(interface(name), 20, sampling)
+    assert (weights > 0).all()
+    assert weights.sum() == pytest.approx(shapely.Polygon(SHAPES[name]).area, rel=1e-9)
+
+
+@pytest.mark.parametrize("sampling", ["hull", "quadrature", "corners"])
+@pytest.mark.parametrize("name", ["square", "strip", "triangle", "ell", "tilted"])
+def test_hull_corners_are_nodes(name: str, sampling: str) -> None:
+    ((points, _),) = interface_nodes(interface(name), 20, sampling)
+    (patch,) = interface(name).patches
+    assert np.linalg.norm(patch.hull[:, None] - points, axis=2).min(1).max() < 1e-9
+
+
+@pytest.mark.parametrize("count", [12, 20, 40])
+@pytest.mark.parametrize("name", ["square", "strip", "tilted"])
+def test_rectangles_are_integrated_exactly(name: str, count: int) -> None:
+    """First and second moments, and the mean distance to the centroid."""
+    ((points, weights),) = interface_nodes(interface(name), count, "hull")
+    corners = np.array(SHAPES[name])
+    centre = corners.mean(0)
+    u, v = corners[1] - corners[0], corners[3] - corners[0]
+    area = abs(u[0] * v[1] - u[1] * v[0])
+    arms = points[:, :2] - centre
+    scale = area * np.hypot(*u)
+    np.testing.assert_allclose(weights @ arms, 0, atol=1e-9 * scale)
+    second = area * (np.outer(u, u) + np.outer(v, v)) / 12
+    np.testing.assert_allclose(np.einsum("i,ij,ik->jk", weights, arms, arms), second, atol=1e-9 * scale * np.hypot(*u))
+    a, b = np.hypot(*u), np.hypot(*v)
+    distance = 4 * dblquad(lambda y, x: np.hypot(x, y), 0, a / 2, 0, b / 2, epsrel=1e-11)[0]
+    assert weights @ np.linalg.norm(arms, axis=1) == pytest.approx(distance, rel=1e-7)
+
+
+def test_holes_hold_no_nodes() -> None:
+    ((points, weights),) = interface_nodes(ring(0.6), 20, "hull")
+    outer = 32 / 2 * np.sin(2 * np.pi / 32) * 0.01
+    assert np.linalg.norm(points, axis=1).min() > 0.06 * np.cos(np.pi / 32) - 1e-9
+    assert weights.sum() == pytest.approx(outer * (1 - 0.36), rel=1e-9)
+
+
+def test_patches_share_the_nodes_by_area() -> None:
+    pieces = [hf.Interface(("a", "b"), np.array([(0, 0, 0), (x, 0, 0), (x, 1, 0), (0, 1, 0)]), UP) for x in (3.0, 1.0)]
+    both = hf.Interface(("a", "b"), patches=[p.patches[0] for p in pieces])
+    found = interface_nodes(both, 20, "hull")
+    assert [len(points) for points, _ in found] == [15, 5]
+    assert [weights.sum() for _, weights in found] == pytest.approx([3, 1])
+
+
+@pytest.mark.parametrize(
+    ("count", "sampling", "match"),
+    [(3, "hull", r"3 nodes an interface; needs at least 4"), (20, "grid", r"sampling = 'grid'; needs 'hull'")],
+)
+def test_what_is_refused(count: int, sampling: str, match: str) -> None:
+    with pytest.raises(hf.HoldfastError, match=match):
+        interface_nodes(interface("square"), count, sampling)

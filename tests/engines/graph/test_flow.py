@@ -1,0 +1,121 @@
+"""Slip through the assembly: maximum flow, minimum cut, series and parallel (eq. 21-22, Fig. 7)."""
+
+import networkx as nx
+import numpy as np
+import pytest
+from graph_scenes import X, Z, block, floor, pair_friction, push
+
+from holdfast import Graph, Scene, assemble, robustness
+from holdfast.engines.contract import ContactForces
+from holdfast.engines.graph.engine import GraphState
+from holdfast.engines.graph.slip import max_flow
+from holdfast.shipped import shipped_scene
+
+
+def random_network(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
+    count, arcs = int(rng.integers(2, 9)), int(rng.integers(1, 18))
+    tails = rng.integers(count, size=arcs)
+    heads = (tails + rng.integers(1, count, size=arcs)) % count
+    capacity = rng.uniform(0, 10, size=(arcs, 2))
+    kind = rng.uniform(size=(arcs, 2))
+    capacity[kind < 0.2] = np.inf
+    capacity[kind > 0.85] = 0
+    return tails, heads, capacity, count
+
+
+def flow_by_networkx(tails: np.ndarray, heads: np.ndarray, capacity: np.ndarray, count: int) -> float:
+    graph = nx.DiGraph()
+    graph.add_nodes_from(range(count))
+    for tail, head, (there, back) in zip(tails.tolist(), heads.tolist(), capacity.tolist(), strict=True):
+        for a, b, room in ((tail, head, there), (head, tail, back)):
+            total = graph.get_edge_data(a, b, {"capacity": 0.0})["capacity"] + room
+            graph.add_edge(a, b, capacity=total)
+    for _, _, data in graph.edges(data=True):
+        if np.isinf(data["capacity"]):
+            del data["capacity"]
+    try:
+        return float(nx.maximum_flow_value(graph, 0, count - 1))
+    except nx.NetworkXUnbounded:
+        return float("inf")
+
+
+def test_flow_and_minimum_cut_of_random_networks() -> None:
+    rng = np.random.default_rng(22)
+    infinite = 0
+    for _ in range(400):
+        tails, heads, capacity, count = random_network(rng)
+        flow, side = max_flow(tails, heads, capacity, 0, count - 1, count)
+        assert flow == pytest.approx(flow_by_networkx(tails, heads, capacity, count), rel=1e-9, abs=1e-9)
+        if np.isinf(flow):
+            infinite += 1
+            continue
+        assert side[0]
+        assert not side[-1]
+        leaving = capacity[side[tails] & ~side[heads], 0].sum() + capacity[side[heads] & ~side[tails], 1].sum()
+        assert leaving == pytest.approx(flow, rel=1e-9, abs=1e-9)
+    assert 40 < infinite < 360
+
+
+def test_the_flow_leaves_its_capacities_alone() -> None:
+    capacity = np.array([[3.0, 1.0], [2.0, np.inf]])
+    before = capacity.copy()
+    assert max_flow(np.array([0, 1]), np.array([1, 2]), capacity, 0, 2, 3)[0] == 2
+    np.testing.assert_array_equal(capacity, before)
+
+
+@pytest.mark.parametrize("body", ["cube1", "cube2", "cube3"])
+def test_pressing_on_a_cube_of_a_stack_is_infinite(body: str) -> None:
+    """On undirected edges the cube's own pull-off force of 9.81 N would cap it."""
+    top = {"cube1": 0.1, "cube2": 0.2, "cube3": 0.3}[body]
+    assert push(assemble(shipped_scene("stack")), body, (0.01, 0, top), -Z) == np.inf
+
+
+def test_interfaces_in_series_take_the_weakest() -> None:
+    """Fig. 7a: tile3 (1 kg) on tile2 (2 kg) on tile1 (4 kg)."""
+    mu = {("tile2", "tile3"): 0.9, ("tile1", "tile2"): 0.2, ("floor", "tile1"): 0.5}
+    tiles = [block(f"tile{k + 1}", (0.2, 0.2, 0.01), (0, 0, 0.005 + 0.01 * k), m) for k, m in enumerate((4, 2, 1))]
+    assembly = assemble(Scene([floor(), *tiles], pair_friction(mu)))
+    weakest_below = {3: min(0.9 * 1, 0.2 * 3, 0.5 * 7), 2: min(0.2 * 3, 0.5 * 7), 1: 0.5 * 7}
+    for k, expected in weakest_below.items():
+        assert push(assembly, f"tile{k}", (0.1, 0, 0.01 * k - 0.005), -X) == pytest.approx(9.81 * expected)
+
+
+def test_interfaces_in_parallel_add_up() -> None:
+    """Fig. 7b: a slab on two fixed legs of different friction carries mu1 N/2 + mu2 N/2."""
+    legs = [block(name, (0.1, 0.2, 0.1), (x, 0, 0.05), fixed=True) for name, x in (("left", -0.3), ("right", 0.3))]
+    slab = block("slab", (0.7, 0.2, 0.02), (0, 0, 0.11), 3)
+    assembly = assemble(Scene([*legs, slab], pair_friction({("left", "slab"): 0.2, ("right", "slab"): 0.8})))
+    assert push(assembly, "slab", (-0.35, 0, 0.11), X) == pytest.approx(3 * 9.81 * (0.2 + 0.8) / 2)
+
+
+@pytest.mark.parametrize("name", ["stack", "table", "wall2x2", "slope_two", "cantilever", "arch"])
+def test_the_flow_equals_the_weakest_feasible_cut(name: str) -> None:
+    state = Graph().prepare(assemble(shipped_scene(name)))
+    count = len(state.assembly.movable)
+    rng = np.random.default_rng(3)
+    for body in range(count):
+        direction = rng.normal(size=(6, 3))
+        direction[0], direction[1] = Z, -Z
+        direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+        flows, sides = state._flows(np.full(6, body), direction)
+        for flow, side, e in zip(flows, sides, direction, strict=True):
+            share = np.eye(count)[body]
+            assert flow == pytest.approx(state._cut_slip(share, e)[0], rel=1e-9)
+            if np.isfinite(flow):
+                assert side[body]
+
+
+def test_who_slides_is_told() -> None:
+    assembly = assemble(shipped_scene("table"))
+    answer = robustness(assembly, "slab", (-0.25, 0, 0.225), X, engine="graph")
+    assert (answer.moving, answer.mode) == ((("slab",),), ("slip",))
+    # a leg's friction on the floor and that under the slab act in parallel
+    assert push(assembly, "leg_left", (-0.2, 0, 0.001), X) == pytest.approx(0.5 * 9.81 * (1 + 1) + 0.5 * 9.81 * 1)
+
+
+def test_the_state_holds_the_contact_forces_of_the_verdict() -> None:
+    state = Graph().prepare(assemble(shipped_scene("stack")))
+    assert isinstance(state, GraphState)
+    forces = state.verdict().forces
+    assert isinstance(forces, ContactForces)
+    np.testing.assert_allclose(np.bincount(forces.interface, forces.force @ Z), 9.81 * np.array([3, 2, 1]), rtol=1e-9)

@@ -1,0 +1,129 @@
+"""Factors of several loads, accelerations, moments and standing loads (Algorithm 3)."""
+
+import numpy as np
+import pytest
+from graph_scenes import X, Y, Z, block, cube_scene, floor
+
+from holdfast import Assembly, Graph, HoldfastError, Load, Scene, Status, assemble, load_factor, robustness
+from holdfast.shipped import shipped_scene
+
+
+def transport(assembly: Assembly, direction: np.ndarray, **options: object) -> float:
+    """Largest acceleration of the support along ``direction`` [m/s2]."""
+    loads = [Load(body.name, body.com_world, -body.mass * direction) for body in assembly.movable]
+    return load_factor(assembly, loads, engine=Graph(**options)).factor  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("height", [0.05, 0.1, 0.3])
+@pytest.mark.parametrize("direction", [X, -X, Y])
+def test_transport_of_a_box(height: float, direction: np.ndarray) -> None:
+    assembly = assemble(Scene([floor(), block("box", (0.1, 0.1, height), (0, 0, height / 2), 2.5)], 0.6))
+    assert transport(assembly, direction) == pytest.approx(min(0.6 * 9.81, 9.81 * 0.1 / height))
+
+
+def test_transport_of_a_stack_is_limited_by_the_whole_pile() -> None:
+    assert transport(assemble(shipped_scene("stack")), X) == pytest.approx(9.81 * 0.1 / 0.3)
+    cube = [block(f"c{k}", (0.1, 0.1, 0.02), (0, 0, 0.01 + 0.02 * k)) for k in range(3)]
+    assert transport(assemble(Scene([floor(), *cube], 0.6)), Y) == pytest.approx(0.6 * 9.81)
+
+
+@pytest.mark.parametrize(("direction", "expected"), [(Y, 3.270), (-Y, 11.77), (X, 5.78), (-X, 5.78)])
+def test_fig_15a_a_cube_on_a_movable_wedge(direction: np.ndarray, expected: float) -> None:
+    assert transport(assemble(shipped_scene("slope")), direction) == pytest.approx(expected, rel=5e-3)
+
+
+def test_fig_15a_by_hand() -> None:
+    """+Y: the cube turns over its lower edge; -Y: everything slides at mu g."""
+    tilt = np.arctan(0.5)
+    assembly = assemble(shipped_scene("slope"))
+    # about the lower edge the centre is 0.05 m uphill and 0.05 m out: g sin and a cos against g cos and a sin
+    over = 9.81 * (np.cos(tilt) - np.sin(tilt)) / (np.cos(tilt) + np.sin(tilt))
+    assert transport(assembly, Y) == pytest.approx(over, rel=1e-4)
+    assert transport(assembly, -Y) == pytest.approx(1.2 * 9.81, rel=1e-4)
+
+
+def test_fig_15b_a_second_cube_lowers_the_sideways_limit() -> None:
+    assert transport(assemble(shipped_scene("slope_two")), X) == pytest.approx(5.08, rel=5e-3)
+
+
+def test_pure_moments_on_a_cube() -> None:
+    assembly = assemble(cube_scene())
+    lever = 0.1 / 6 * (np.sqrt(2) + np.log(1 + np.sqrt(2)))
+    for moment, expected in ((X, 0.4905), (-X, 0.4905), (Y, 0.4905), (Z, 0.6 * 9.81 * lever), (-Z, 0.6 * 9.81 * lever)):
+        answer = load_factor(assembly, [Load("cube", moment=moment)], engine="graph")
+        assert answer.factor == pytest.approx(expected)
+        assert answer.status is Status.FINITE
+
+
+def test_a_couple_is_a_moment() -> None:
+    assembly = assemble(cube_scene())
+    couple = [Load("cube", (-0.05, 0, 0.05), 2 * Z), Load("cube", (0.05, 0, 0.05), -2 * Z)]
+    assert load_factor(assembly, couple, engine="graph").factor == pytest.approx(0.4905 / 0.2)
+
+
+def test_a_force_and_a_moment_act_together() -> None:
+    """1 N at half height and 0.05 N m about y turn like 2 N at half height."""
+    assembly = assemble(cube_scene(mu=3))
+    loads = [Load("cube", (0, 0, 0.05), X), Load("cube", moment=0.05 * Y)]
+    assert load_factor(assembly, loads, engine="graph").factor == pytest.approx(0.4905 / 0.1)
+    against = [Load("cube", (0, 0, 0.05), X), Load("cube", moment=-0.02 * Y)]
+    assert load_factor(assembly, against, engine="graph").factor == pytest.approx(0.4905 / 0.03)
+
+
+def test_loads_on_several_bodies_share_the_interfaces_below() -> None:
+    """1 N on each tile of a pile: tile k has the k-1 above it to carry through mu times their weight."""
+    tiles = [block(f"t{k}", (0.4, 0.4, 0.01), (0, 0, 0.005 + 0.01 * k), m) for k, m in enumerate((1, 2, 3))]
+    assembly = assemble(Scene([floor(), *tiles], 0.5))
+    for shares, expected in (((1, 1, 1), 0.5 * 6 / 3), ((0, 1, 4), 0.5 * min(6 / 5, 5 / 5, 3 / 4)), ((5, 1, 0), 0.5)):
+        loads = [Load(f"t{k}", (0, 0, 0.005 + 0.01 * k), share * X) for k, share in enumerate(shares) if share]
+        assert load_factor(assembly, loads, engine="graph").factor == pytest.approx(9.81 * expected)
+
+
+def test_factor_and_size_of_a_load_are_inverse() -> None:
+    assembly = assemble(shipped_scene("table"))
+    one, five = (load_factor(assembly, [Load("slab", (-0.25, 0, 0.225), s * X)], engine="graph").factor for s in (1, 5))
+    assert one == pytest.approx(5 * five)
+    assert one == pytest.approx(robustness(assembly, "slab", (-0.25, 0, 0.225), X, engine="graph").force[0])
+
+
+def test_standing_loads_act_unscaled() -> None:
+    assembly = assemble(cube_scene())
+    down = Load("cube", (0, 0, 0.1), -10 * Z)
+    along = [Load("cube", (-0.05, 0, 0.01), X)]
+    assert load_factor(assembly, along, [down], engine="graph").factor == pytest.approx(0.6 * 19.81)
+    side = Load("cube", (-0.05, 0, 0.01), 2 * X)
+    assert load_factor(assembly, along, [side], engine="graph").factor == pytest.approx(0.6 * 9.81 - 2, rel=1e-4)
+    assert robustness(assembly, "cube", (0.05, 0, 0.01), -X, [side], engine="graph").force[0] == pytest.approx(
+        0.6 * 9.81 + 2, rel=1e-4
+    )
+
+
+def test_a_standing_load_that_topples_it_leaves_nothing() -> None:
+    assembly = assemble(cube_scene())
+    answer = load_factor(
+        assembly, [Load("cube", (0, 0, 0.1), -Z)], [Load("cube", (-0.05, 0, 0.1), 5 * X)], engine="graph"
+    )
+    assert (answer.factor, answer.status, answer.moving) == (0, Status.UNSTABLE, ("cube",))
+
+
+def test_acceleration_of_the_support_uses_up_friction() -> None:
+    """At 1 m/s2 along x inertia pulls the cube by 1 N along -x."""
+    assembly = assemble(cube_scene())
+    for direction, expected in ((X, 5.886 + 1), (-X, 5.886 - 1)):
+        load = Load("cube", -0.05 * direction + 0.01 * Z, direction)
+        got = load_factor(assembly, [load], acceleration=(1, 0, 0), engine="graph").factor
+        assert got == pytest.approx(expected, rel=1e-4)
+
+
+def test_forces_of_different_directions_are_refused_with_a_remedy() -> None:
+    assembly = assemble(shipped_scene("stack"))
+    loads = [Load("cube1", (0, 0, 0.05), X), Load("cube2", (0, 0, 0.15), Y)]
+    with pytest.raises(HoldfastError, match="different directions.*'limit' or 'compliant'"):
+        load_factor(assembly, loads, engine="graph")
+    with pytest.raises(HoldfastError, match="different directions"):
+        load_factor(assembly, [loads[0], Load("cube2", (0, 0, 0.15), -X)], engine="graph")
+
+
+def test_loads_on_the_floor_move_nothing() -> None:
+    answer = load_factor(assemble(cube_scene()), [Load("floor", (0, 0, 0), X)], engine="graph")
+    assert (answer.factor, answer.status) == (np.inf, Status.INFINITE)

@@ -1,0 +1,189 @@
+"""Shapes and mass properties against closed forms; meshes that do not bound a volume."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+import holdfast as hf
+
+BOX = trimesh.creation.box((0.2, 0.3, 0.5))
+V, F = np.array(BOX.vertices), np.array(BOX.faces)
+SHAPES = {
+    "box": hf.Box((0.2, 0.3, 0.5)),
+    "cylinder": hf.Cylinder(0.1, 0.4),
+    "sphere": hf.Sphere(0.2),
+    "mesh": hf.Mesh(V, F),
+    "inside_out": hf.Mesh(V, F[:, ::-1]),
+    "ring": hf.Mesh(*(lambda m: (m.vertices, m.faces))(trimesh.creation.annulus(0.05, 0.1, 0.04))),
+}
+CLOSED_FORMS = {
+    "box": (0.03, np.array([0.34, 0.29, 0.13]) / 12),
+    "cylinder": (np.pi * 0.004, [0.01 / 4 + 0.16 / 12, 0.01 / 4 + 0.16 / 12, 0.01 / 2]),
+    "sphere": (4 / 3 * np.pi * 0.008, [0.4 * 0.04] * 3),
+    "mesh": (0.03, np.array([0.34, 0.29, 0.13]) / 12),
+    "inside_out": (0.03, np.array([0.34, 0.29, 0.13]) / 12),
+}
+
+
+@pytest.mark.parametrize("name", CLOSED_FORMS)
+def test_volume_and_inertia_are_the_closed_forms(name: str) -> None:
+    volume, moments = CLOSED_FORMS[name]
+    found = SHAPES[name].mass_properties
+    assert found.volume == pytest.approx(volume, rel=1e-12)
+    np.testing.assert_allclose(found.com, 0, atol=1e-15)
+    np.testing.assert_allclose(found.inertia, np.diag(moments) * volume, rtol=1e-12, atol=1e-15 * volume)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_surfaces_are_closed_and_face_outward(name: str) -> None:
+    shape = SHAPES[name]
+    surface = shape.surface
+    solid = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+    assert solid.is_watertight
+    assert solid.is_winding_consistent
+    assert 0 < solid.volume <= shape.mass_properties.volume * (1 + 1e-12)
+    np.testing.assert_allclose(np.linalg.norm(surface.normals, axis=1), 1, rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["cylinder", "sphere"])
+def test_the_sagitta_is_how_far_the_triangles_lie_inside(name: str) -> None:
+    shape = SHAPES[name]
+    surface = shape.surface
+    middles = surface.vertices[surface.faces].mean(1)
+    if name == "cylinder":
+        middles = surface.vertices[surface.faces[:128]].reshape(-1, 3, 3)[:, :2].mean(1)[:, :2]
+    inside = shape.radius - np.linalg.norm(middles, axis=1).min()
+    assert 0 < inside <= surface.sagitta * (1 + 1e-9) < 0.02 * shape.radius
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_density_gives_mass(name: str) -> None:
+    body = hf.Body("b", SHAPES[name], density=700)
+    assert body.mass == pytest.approx(700 * SHAPES[name].mass_properties.volume)
+
+
+def test_inertia_is_scaled_by_mass_and_moved_by_the_parallel_axis_theorem() -> None:
+    size, mass, com = np.array([0.2, 0.3, 0.5]), 3.0, np.array([0.01, -0.02, 0.2])
+    about_centre = mass / 12 * np.diag((size**2).sum() - size**2)
+    at_centre = hf.Body("b", hf.Box(size), mass=mass)
+    moved = hf.Body("b", hf.Box(size), mass=mass, com=com)
+    np.testing.assert_allclose(at_centre.inertia_com, about_centre, atol=1e-15)
+    steiner = mass * ((com @ com) * np.eye(3) - np.outer(com, com))
+    np.testing.assert_allclose(moved.inertia_com, about_centre + steiner, rtol=1e-12)
+    np.testing.assert_allclose(moved.com_world, com)
+
+
+def test_given_com_and_inertia_win() -> None:
+    inertia = np.diag([1.0, 2.0, 2.5])
+    body = hf.Body("b", hf.Box((1, 1, 1)), mass=1, com=(0.1, 0, 0), inertia=inertia)
+    np.testing.assert_array_equal(body.com, [0.1, 0, 0])
+    np.testing.assert_array_equal(body.inertia_com, inertia)
+
+
+def test_com_of_a_mesh_is_that_of_its_volume() -> None:
+    body = hf.Body("b", hf.Mesh(V + np.array([1, 2, 3]), F), mass=1)
+    np.testing.assert_allclose(body.com, [1, 2, 3], rtol=1e-12)
+
+
+def test_a_trimesh_is_taken_as_a_mesh() -> None:
+    body = hf.Body("b", BOX, density=1000)
+    assert isinstance(body.shape, hf.Mesh)
+    assert body.mass == pytest.approx(30)
+
+
+def test_an_inside_out_mesh_is_turned() -> None:
+    surface = SHAPES["inside_out"].surface
+    assert (surface.normals * surface.vertices[surface.faces].mean(1)).sum(1).min() > 0
+
+
+def test_a_cavity_is_kept() -> None:
+    inner = trimesh.creation.box((0.1, 0.1, 0.1))
+    hollow = hf.Mesh(np.vstack([V, inner.vertices]), np.vstack([F, inner.faces[:, ::-1] + len(V)]))
+    assert hollow.mass_properties.volume == pytest.approx(0.03 - 0.001)
+
+
+@pytest.mark.parametrize("as_shape", [lambda v, f: hf.Mesh(v, f), trimesh.Trimesh], ids=["Mesh", "Trimesh"])
+@pytest.mark.parametrize("options", [{"mass": 1}, {"density": 1000}])
+def test_a_mesh_that_does_not_close_needs_mass_and_com(as_shape: Any, options: dict[str, float]) -> None:
+    with pytest.raises(hf.GeometryError, match=r"watertight.*mass=, com=") as error:
+        hf.Body("leaky", as_shape(V, F[1:]), **options)
+    assert "leaky" in str(error.value)
+
+
+def test_a_mesh_that_does_not_close_is_taken_with_mass_and_com() -> None:
+    body = hf.Body("leaky", hf.Mesh(V, F[1:]), mass=1, com=(0, 0, 0))
+    assert body.mass == 1
+    assert not body.shape.is_closed
+
+
+def test_inconsistent_winding_warns() -> None:
+    faces = F.copy()
+    faces[0] = faces[0][::-1]
+    mesh = hf.Mesh(V, faces, where="body 'twisted'")
+    with pytest.warns(hf.HoldfastWarning, match=r"'twisted'.*wound.*repair"):
+        assert not mesh.is_closed
+
+
+FLAT = ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], [[0, 1, 2], [1, 3, 2], [0, 2, 3], [0, 3, 1]])
+
+
+@pytest.mark.parametrize("options", [{"mass": 1}, {"density": 1000}])
+def test_a_closed_mesh_without_volume_is_refused(options: dict[str, float]) -> None:
+    with np.errstate(all="ignore"), pytest.raises(hf.GeometryError, match=r"volume"):
+        hf.Body("flat", hf.Mesh(*FLAT), **options)
+
+
+def test_a_piece_that_is_inside_out_beside_another_is_not_taken_as_negative_mass() -> None:
+    """Two separate boxes, the second inside out: either turned, or an error that says so; never volume 0."""
+    mesh = hf.Mesh(np.vstack([V, V + 3]), np.vstack([F, F[:, ::-1] + len(V)]))
+    with np.errstate(all="ignore"):
+        try:
+            body = hf.Body("pair", mesh, density=1000)
+        except hf.GeometryError:
+            return
+    assert body.mass == pytest.approx(60)
+
+
+@pytest.mark.parametrize(
+    ("build", "match"),
+    [
+        (lambda: hf.Box((0, 1, 1)), r"Box: size is \[0.*needs three lengths > 0"),
+        (lambda: hf.Box((1, 1)), r"Box: size: has shape \(2,\); needs shape \(3"),
+        (lambda: hf.Box("abc"), r"Box: size: got 'abc'; needs numbers"),
+        (lambda: hf.Cylinder(-1, 1), r"Cylinder: radius: is -1; needs .* > 0"),
+        (lambda: hf.Cylinder(1, np.inf), r"Cylinder: height: is inf; needs"),
+        (lambda: hf.Cylinder(1, 1, 2), r"Cylinder: segments = 2; needs at least 3"),
+        (lambda: hf.Cylinder(1, 1, 8.5), r"Cylinder: segments.*8\.5; needs"),
+        (lambda: hf.Cylinder(1, 1, "a"), r"Cylinder: segments.*'a'; needs"),
+        (lambda: hf.Sphere(0), r"Sphere: radius: is 0; needs .* > 0"),
+        (lambda: hf.Sphere(1, -1), r"Sphere: subdivisions.*-1; needs"),
+        (lambda: hf.Mesh([[0, 0, np.nan]] * 3, [[0, 1, 2]]), r"vertices: contains nan at index \(0, 2\); needs"),
+        (lambda: hf.Mesh(V[:, :2], F), r"vertices: has shape \(8, 2\); needs shape \(n, 3\)"),
+        (lambda: hf.Mesh(V, F[:0]), r"no triangles; needs"),
+        (lambda: hf.Mesh(V, [[0, 1, 8]]), r"names vertex 8 of 8; needs"),
+        (lambda: hf.Mesh(V, [[0, 1, -2]]), r"names vertex -2 of 8; needs"),
+        (lambda: hf.Mesh(V, [[0, 1, 2.5]]), r"2\.5.*; needs"),
+        (lambda: hf.Mesh(V, [[0, 0, 0]]).surface, r"all 1 triangles are degenerate; needs"),
+        (lambda: hf.Mesh.from_file("a.obj", scale=0), r"a\.obj: scale is .*0.*; needs factors > 0"),
+        (lambda: hf.Mesh.from_file("a.obj", scale=(1, 2)), r"a\.obj: scale.*; needs"),
+        (lambda: hf.Mesh.from_file("a.obj", scale="big"), r"a\.obj: scale.*'big'; needs"),
+        (lambda: hf.Body("b", None, mass=1), r"body 'b': shape is a NoneType; needs Box"),
+        (lambda: hf.Body("b", hf.Box((1, 1, 1))), r"body 'b': has no mass; give mass= or density="),
+        (lambda: hf.Body("b", hf.Box((1, 1, 1)), mass=-2), r"body 'b': mass: is -2; needs"),
+        (lambda: hf.Body("b", hf.Box((1, 1, 1)), mass=10**400), r"body 'b': mass.*; needs"),
+        (lambda: hf.Body("b", hf.Box((1, 1, 1)), density=0), r"body 'b': density: is 0; needs"),
+        (lambda: hf.Body("b", hf.Box((1, 1, 1)), mass=1, density=2), r"body 'b': mass = 1 and density = 2; give one"),
+        (lambda: hf.Body("b", hf.Box((1, 1, 1)), mass=1, com=(0, 0)), r"body 'b': com: has shape \(2,\); needs"),
+        (lambda: hf.Body("b", hf.Box((1, 1, 1)), mass=1, inertia=-np.eye(3)), r"body 'b': inertia: .*; needs"),
+        (lambda: hf.Body("b", hf.Box((1, 1, 1)), mass=1, inertia=np.triu(np.ones((3, 3)))), r"symmetric; needs"),
+        (lambda: hf.Body("b", hf.Box((1, 1, 1)), mass=1, fixed="false"), r"body 'b': fixed.*'false'.*; "),
+        (lambda: hf.Body(" ", hf.Box((1, 1, 1)), mass=1), r"body: name is ' '; needs"),
+    ],
+)
+def test_errors_say_what_where_and_what_to_do(build: Any, match: str) -> None:
+    with pytest.raises(hf.HoldfastError, match=match):
+        build()
