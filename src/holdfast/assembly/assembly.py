@@ -153,13 +153,8 @@ def assemble(
         _check_given(scene, given)
         return Assembly(scene, given, tolerances, detected=False)
     overlaps = find_overlaps(scene, tolerances.gap)
-    for overlap in overlaps:
-        a, b = overlap.bodies
-        problem = f"overlap by {overlap.depth * 1e3:.3g} mm, the gap tolerance is {tolerances.gap * 1e3:.3g} mm"
-        text = message(
-            f"bodies {a!r} and {b!r}", problem, "correct a pose, or raise gap; contacts there may be missing"
-        )
-        warnings.warn(text, HoldfastWarning, stacklevel=2)
+    if overlaps:
+        warnings.warn(_overlap_warning(overlaps, tolerances.gap), HoldfastWarning, stacklevel=2)
     return Assembly(scene, find_interfaces(scene, tolerances), tolerances, overlaps)
 
 
@@ -185,6 +180,15 @@ def components(count: int, ends: Iterable[tuple[int, int]]) -> list[list[int]]:
         groups.setdefault(root(k), []).append(k)
     groups.pop(root(count), None)
     return list(groups.values())
+
+
+def _overlap_warning(overlaps: Sequence[Overlap], gap: float) -> str:
+    """One warning for all pairs, the deepest first."""
+    worst = sorted(overlaps, key=lambda overlap: -overlap.depth)[:5]
+    pairs = ", ".join(f"{a!r} and {b!r} by {o.depth * 1e3:.3g} mm" for o in worst for a, b in [o.bodies])
+    more = f" and {len(overlaps) - 5} more pairs" if len(overlaps) > 5 else ""
+    problem = f"{pairs}{more}; the gap tolerance is {gap * 1e3:.3g} mm"
+    return message("bodies overlap", problem, "correct the poses, or raise gap; contacts there may be missing")
 
 
 def _check_given(scene: Scene, interfaces: Sequence[Interface]) -> None:

@@ -13,6 +13,7 @@ from holdfast.arrays import Bool, Float, Int
 from holdfast.compiled import compiled
 
 DISCRIMINANT = 1e-9  # |d| below this counts as a push along the cone's own side
+ON_CONE = 1e-7  # c0 below this share of (mu f_n)² is solver noise of a force on the cone, whose root would be felt
 
 
 @compiled
@@ -29,7 +30,9 @@ def node_slip(fn: float, f1: float, f2: float, mu: float, en: float, e1: float, 
             return 0.0
         return np.inf if en >= 0.0 else max(fn, 0.0) / -en
     fn = max(fn, 0.0)
-    c0 = max(mu * mu * fn * fn - f1 * f1 - f2 * f2, 0.0)
+    c0 = mu * mu * fn * fn - f1 * f1 - f2 * f2
+    if c0 <= ON_CONE * mu * mu * fn * fn:
+        c0 = 0.0
     b = mu * mu * fn * en - f1 * e1 - f2 * e2
     d = mu * mu * en * en - et2
     if abs(d) <= DISCRIMINANT * (mu * mu * en * en + et2):
