@@ -13,6 +13,7 @@ from holdfast.errors import HoldfastError, SceneError, message
 Float: TypeAlias = NDArray[np.float64]
 Int: TypeAlias = NDArray[np.int64]
 Bool: TypeAlias = NDArray[np.bool_]
+Objects: TypeAlias = NDArray[np.object_]
 
 
 def frozen(array: NDArray[Any]) -> NDArray[Any]:
@@ -32,7 +33,7 @@ def checked(
     wanted = "(" + ", ".join("n" if s is None else str(s) for s in shape) + ")"
     try:
         array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise error(message(where, f"got {value!r:.80}", f"needs numbers of shape {wanted}")) from None
     fits = array.ndim == len(shape) and all(s is None or s == n for s, n in zip(shape, array.shape, strict=True))
     if not fits:
@@ -55,12 +56,20 @@ def checked_number(
     bound = f" >= {minimum:g}" if minimum is not None else f" > {above:g}" if above is not None else ""
     remedy = f"needs a finite number{bound}"
     try:
-        number = float(value)
-    except (TypeError, ValueError):
+        number = float(str(value) if isinstance(value, bool) else value)
+    except (TypeError, ValueError, OverflowError):
         raise error(message(where, f"got {value!r:.80}", remedy)) from None
     if not np.isfinite(number) or (minimum is not None and number < minimum) or (above is not None and number <= above):
         raise error(message(where, f"is {number:g}", remedy))
     return number
+
+
+def objects(values: Sequence[Any]) -> Objects:
+    """A read-only array (n,) of anything, so that answers of many points can be compared and chosen together."""
+    array = np.empty(len(values), dtype=object)
+    for k, value in enumerate(values):
+        array[k] = value
+    return frozen(array)
 
 
 def unit(vector: Float) -> Float:

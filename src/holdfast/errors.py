@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 
 class HoldfastError(Exception):
     """Base of every error that holdfast raises on purpose."""
@@ -21,6 +24,17 @@ class SolverError(HoldfastError):
 
 class HoldfastWarning(UserWarning):
     """Something an answer was given in spite of, such as bodies that overlap."""
+
+
+@contextmanager
+def located(where: str) -> Iterator[None]:
+    """Within this block errors say ``where`` first, unless they do already."""
+    try:
+        yield
+    except HoldfastError as cause:
+        if where in str(cause):
+            raise
+        raise type(cause)(f"{where}: {cause}") from cause
 
 
 def message(where: str, problem: str, remedy: str) -> str:

@@ -250,3 +250,11 @@ def test_a_deep_overlap_is_called_penetrating() -> None:
     with pytest.warns(hf.HoldfastWarning, match="overlap"):
         assembly = hf.assemble(scene)
     assert [i.status for i in assembly.interfaces] in ([], ["penetrating"])
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_motion_of_the_wall_loses_a_contact(seed: int) -> None:
+    """Clipped pieces meet along edges up to rounding; their union must neither fail nor drop one."""
+    scene = shipped_scene("bonded_wall")
+    expected = {i.bodies: pytest.approx(i.area, rel=1e-8) for i in hf.assemble(scene).interfaces}
+    assert {i.bodies: i.area for i in hf.assemble(turned(scene, motion(seed))).interfaces} == expected

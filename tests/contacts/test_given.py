@@ -64,7 +64,7 @@ def test_a_slightly_warped_polygon_is_flattened() -> None:
         (lambda: hf.Interface(("a", "b"), ELL * np.nan, UP), r"polygon: contains nan at index \(0, 0\); needs"),
         (lambda: hf.Interface(("a", "a"), ELL, UP), r"\('a', 'a'\): joins a body with itself; needs two"),
         (lambda: hf.Interface(("a", "b")), r"has no patches; give polygon= and normal="),
-        (lambda: hf.Interface(("a",), ELL, UP), r"\('a',\).*; needs two"),
+        (lambda: hf.Interface(("a",), ELL, UP), r"\('a',\).*; needs the names of two"),
         (lambda: hf.Interface(("a", "b"), [[0, 0, 0], [1, 1, 0], [1, 0, 0], [0, 2, 0]], UP), r"crosses itself.*; "),
     ],
 )

@@ -156,7 +156,7 @@ def test_a_piece_that_is_inside_out_beside_another_is_not_taken_as_negative_mass
         (lambda: hf.Box("abc"), r"Box: size: got 'abc'; needs numbers"),
         (lambda: hf.Cylinder(-1, 1), r"Cylinder: radius: is -1; needs .* > 0"),
         (lambda: hf.Cylinder(1, np.inf), r"Cylinder: height: is inf; needs"),
-        (lambda: hf.Cylinder(1, 1, 2), r"Cylinder: segments = 2; needs at least 3"),
+        (lambda: hf.Cylinder(1, 1, 2), r"Cylinder: segments: is 2; needs a whole number from 3"),
         (lambda: hf.Cylinder(1, 1, 8.5), r"Cylinder: segments.*8\.5; needs"),
         (lambda: hf.Cylinder(1, 1, "a"), r"Cylinder: segments.*'a'; needs"),
         (lambda: hf.Sphere(0), r"Sphere: radius: is 0; needs .* > 0"),

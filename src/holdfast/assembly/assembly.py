@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from holdfast.arrays import Float, checked_number
-from holdfast.contacts.detect import DEFAULT_ANGLE, Tolerances, body_size, default_gap, find_interfaces, neighbours
+from holdfast.contacts.detect import DEFAULT_ANGLE, Tolerances, box_distance, default_gap, find_interfaces, neighbours
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import Overlap, distance, find_overlaps
 from holdfast.errors import HoldfastError, HoldfastWarning, SceneError, message
@@ -115,9 +115,13 @@ class Assembly:
         inside = [self.scene.body(name) for name in group]
         outside = [body for body in self.bodies if body.name not in group]
         best: tuple[str, str, float] | None = None
-        reach = max(body_size(body) for body in inside)
-        for a, b in itertools.product(inside, outside):
-            found = distance(a, b, reach)
+        reach = float(np.linalg.norm(np.ptp(np.vstack([b.surface_world.vertices for b in self.bodies]), axis=0)))
+        pairs = list(itertools.product(inside, outside))
+        for least, k in sorted((box_distance(a, b), k) for k, (a, b) in enumerate(pairs)):
+            if least > reach:
+                break
+            a, b = pairs[k]
+            found = distance(a, b, 1.001 * reach)
             if found is not None and (best is None or found < best[2]):
                 best, reach = (a.name, b.name, found), found
         return best
@@ -155,7 +159,7 @@ def assemble(
     overlaps = find_overlaps(scene, tolerances.gap)
     if overlaps:
         warnings.warn(_overlap_warning(overlaps, tolerances.gap), HoldfastWarning, stacklevel=2)
-    return Assembly(scene, find_interfaces(scene, tolerances), tolerances, overlaps)
+    return Assembly(scene, _with_status(find_interfaces(scene, tolerances), overlaps), tolerances, overlaps)
 
 
 def body_forces(forces: Float) -> Float:
@@ -180,6 +184,16 @@ def components(count: int, ends: Iterable[tuple[int, int]]) -> list[list[int]]:
         groups.setdefault(root(k), []).append(k)
     groups.pop(root(count), None)
     return list(groups.values())
+
+
+def _with_status(interfaces: Sequence[Interface], overlaps: Sequence[Overlap]) -> tuple[Interface, ...]:
+    deep = {frozenset(overlap.bodies) for overlap in overlaps}
+    return tuple(
+        i
+        if frozenset(i.bodies) not in deep
+        else Interface(i.bodies, patches=i.patches, status="penetrating", flags=i.flags)
+        for i in interfaces
+    )
 
 
 def _overlap_warning(overlaps: Sequence[Overlap], gap: float) -> str:

@@ -117,13 +117,17 @@ def map_(
 def convert(
     source: SceneArgument,
     target: Annotated[Path, typer.Argument(metavar="TARGET", help="native scene file to write (.yaml or .json)")],
+    as_json: AsJson = False,
 ) -> None:
     """Write a scene in the native format, from any format that can be read."""
     scene = _scene(source)
     save_scene(scene, target)
-    out.print(
-        f"wrote {target}: {len(scene.bodies)} bodies, {len(scene.movable)} movable", highlight=False, soft_wrap=True
-    )
+    counts = {"written": str(target), "bodies": len(scene.bodies), "movable": len(scene.movable)}
+    if as_json:
+        _print_json(counts)
+    else:
+        text = f"wrote {target}: {counts['bodies']} bodies, {counts['movable']} movable"
+        out.print(text, highlight=False, soft_wrap=True)
 
 
 @app.command()

@@ -41,6 +41,12 @@ def body_size(body: Body) -> float:
     return float(np.linalg.norm(np.ptp(body.surface_world.vertices, axis=0)))
 
 
+def box_distance(a: Body, b: Body) -> float:
+    """Distance of the world bounding boxes [m]: never more than that of the bodies."""
+    va, vb = a.surface_world.vertices, b.surface_world.vertices
+    return float(np.linalg.norm(np.maximum(np.maximum(va.min(0) - vb.max(0), vb.min(0) - va.max(0)), 0)))
+
+
 def find_interfaces(scene: Scene, tolerances: Tolerances) -> tuple[Interface, ...]:
     """All interfaces between bodies of which at least one can move, in the order of the bodies."""
     interfaces = []

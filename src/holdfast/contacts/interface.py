@@ -98,6 +98,8 @@ class Interface:
         status: InterfaceStatus = "touching",
         flags: Sequence[str] = (),
     ) -> None:
+        if not isinstance(bodies, tuple | list) or len(bodies) != 2:
+            raise GeometryError(message("interface", f"bodies is {bodies!r}", "needs the names of two bodies"))
         a, b = bodies
         where = f"interface ({a!r}, {b!r})"
         if a == b:
@@ -138,4 +140,6 @@ def given_patch(polygon: Any, normal: Any, where: str) -> Patch:  # noqa: ANN401
         patch = Patch(frozen(flattened[::-1].copy()), frozen(normal_))
     if not patch.area > 1e-12 * size**2:
         raise GeometryError(message(where, f"polygon has area {patch.area:.3g} m²", "needs a surface"))
+    if not flat.shapely_polygon(patch.rings).is_valid:
+        raise GeometryError(message(where, "polygon crosses itself", "give its corners in order"))
     return patch

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal, get_args
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from holdfast.arrays import Float
 from holdfast.contacts import polygon as flat
@@ -13,8 +17,8 @@ from holdfast.errors import HoldfastError, message
 
 Sampling = Literal["hull", "quadrature", "corners"]
 
-LATTICE = 24  # candidate points across the longer side of a patch
-LEAST_SHARE = 0.1  # no corrected weight falls below this share of its tributary area
+LATTICE = 19  # candidate points along each side of a patch; odd, so that the middle is among them
+LEAST_SHARES = (0.1, 0.01)  # no corrected weight falls below this share of its tributary area; the larger if it can
 
 
 def interface_nodes(interface: Interface, count: int, sampling: Sampling) -> list[tuple[Float, Float]]:
@@ -40,17 +44,54 @@ def corner_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     return corners, np.full(len(corners), patch.area / len(corners))
 
 
+@dataclass(frozen=True)
+class _Sheet:
+    """A patch seen in the coordinates of its smallest rectangle, (0, 1) along both sides, the longer one first.
+
+    Distances are taken here: along a narrow strip farthest points would otherwise line up in its middle and miss how
+    it carries across.
+    """
+
+    patch: Patch
+    axes: Float
+    low: Float
+    size: Float
+    corners: Float
+
+    @classmethod
+    def of(cls, patch: Patch) -> _Sheet:
+        hull = flat.convex_hull(patch.rings[0], 1e-9 * patch.size)
+        axes, low, high = flat.smallest_rectangle(hull)
+        return cls(patch, axes, low, high - low, (hull @ axes.T - low) / (high - low))
+
+    def flat(self, unit: Float) -> Float:
+        """Points (n, 2) in the patch's frame."""
+        return np.asarray((self.low + unit * self.size) @ self.axes)
+
+    def kept(self, unit: Float, margin: float = 0.0) -> Float:
+        """Those of the points (n, 2) that lie on the patch, or within ``margin`` [m] of it."""
+        polygon = flat.shapely_polygon(self.patch.rings)
+        return unit[flat.inside(polygon.buffer(margin) if margin else polygon, self.flat(unit))]
+
+    @cached_property
+    def lattice(self) -> Float:
+        """Points (n, 2) spread evenly over the patch, each standing for the same area."""
+        u = (np.arange(LATTICE) + 0.5) / LATTICE
+        kept = self.kept(np.stack(np.meshgrid(u, u, indexing="ij"), -1).reshape(-1, 2))
+        return kept if len(kept) >= 8 else np.vstack([kept, self.corners])
+
+
 def hull_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     """Hull corners first, then farthest points: nodes (n, 2) in the patch's frame and weights (n,).
 
     Corners are taken as far as half the nodes go (at least four), so that a disc keeps nodes inside.
     """
-    corners = flat.convex_hull(patch.rings[0], 1e-9 * patch.size)
-    candidates = _lattice(patch)
+    sheet = _Sheet.of(patch)
+    corners = sheet.corners
     limit = len(corners) if len(corners) <= count // 2 else max(4, count // 2)
     chosen = _farthest(corners, corners[:1], min(limit, count))
-    chosen = _farthest(candidates, chosen, count)
-    return chosen, _weights(patch, chosen, candidates)
+    chosen = _farthest(sheet.lattice, chosen, count)
+    return sheet.flat(chosen), _weights(sheet, chosen)
 
 
 def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
@@ -58,56 +99,49 @@ def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
 
     On a rectangle the weights are close to Simpson's; elsewhere nodes outside the patch give way to its hull corners.
     """
-    corners = flat.convex_hull(patch.rings[0], 1e-9 * patch.size)
-    axes, low, high = flat.smallest_rectangle(corners)
-    size = high - low
-    across = max(2, round(float(np.sqrt(count * size[0] / size[1]))))
+    sheet = _Sheet.of(patch)
+    across = max(2, round(float(np.sqrt(count * sheet.size[0] / sheet.size[1]))))
     along = max(2, round(count / across))
-    u, v = np.linspace(low[0], high[0], across), np.linspace(low[1], high[1], along)
-    grid = np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2) @ axes
-    polygon = flat.shapely_polygon(patch.rings).buffer(1e-9 * patch.size)
-    inner = grid[flat.inside(polygon, grid)]
-    spacing = float(size.max()) / max(across - 1, along - 1)
-    apart = np.array([len(inner) == 0 or np.linalg.norm(inner - c, axis=1).min() > 0.3 * spacing for c in corners])
-    kept = corners[apart]
+    u, v = np.linspace(0, 1, across), np.linspace(0, 1, along)
+    inner = sheet.kept(np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2), 1e-9 * patch.size)
+    steps = np.array([across - 1, along - 1])
+    apart = np.array([not len(inner) or np.abs((inner - c) * steps).max(1).min() > 0.3 for c in sheet.corners])
+    kept = sheet.corners[apart]
     if len(kept) > count // 2:
         kept = _farthest(kept, kept[:1], max(4, count // 2))
     nodes = np.vstack([kept, inner])
-    return nodes, _weights(patch, nodes, _lattice(patch))
-
-
-def _lattice(patch: Patch) -> Float:
-    """Points (n, 2) spread evenly inside the patch, each standing for the same area."""
-    axes, low, high = flat.smallest_rectangle(flat.convex_hull(patch.rings[0], 1e-9 * patch.size))
-    size = high - low
-    step = float(size.max()) / LATTICE
-    counts = np.maximum(np.ceil(size / step), 6).astype(int)
-    u, v = (low[k] + (np.arange(counts[k]) + 0.5) * size[k] / counts[k] for k in range(2))
-    grid = np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2) @ axes
-    kept = grid[flat.inside(flat.shapely_polygon(patch.rings), grid)]
-    return kept if len(kept) >= 8 else np.vstack([kept, patch.rings[0]])
+    return sheet.flat(nodes), _weights(sheet, nodes)
 
 
 def _farthest(candidates: Float, chosen: Float, count: int) -> Float:
-    """``chosen`` grown to ``count`` points, each the candidate farthest from those before it."""
+    """``chosen`` grown to ``count`` points, each the candidate farthest from those before it.
+
+    Where the candidates are symmetric about the sheet's middle points come in opposite pairs: which of equally far
+    points is taken depends on how the patch is turned, and pairs keep that from showing.
+    """
+    opposite = np.asarray(cKDTree(candidates).query(1 - candidates)[1])
+    paired = np.abs(candidates[opposite] - (1 - candidates)).max() < 1e-6
     distance = np.min(((candidates[:, None] - chosen) ** 2).sum(-1), axis=1)
     points = list(chosen)
     while len(points) < count:
-        nearest = int(np.argmax(np.round(distance / max(distance.max(), 1e-300), 9)))
-        if distance[nearest] <= 0:
+        next_ = int(np.argmax(np.round(distance, 9)))
+        if distance[next_] <= 0:
             break
-        points.append(candidates[nearest])
-        distance = np.minimum(distance, ((candidates - candidates[nearest]) ** 2).sum(1))
+        for index in (next_, int(opposite[next_])) if paired else (next_,):
+            if len(points) < count and distance[index] > 0:
+                points.append(candidates[index])
+                distance = np.minimum(distance, ((candidates - candidates[index]) ** 2).sum(1))
     return np.array(points)
 
 
-def _weights(patch: Patch, nodes: Float, lattice: Float) -> Float:
+def _weights(sheet: _Sheet, unit: Float) -> Float:
     """Tributary areas, corrected as little as possible so that they integrate known moments of the patch exactly.
 
     The moments are area, first and second moments (linear pressure is then carried exactly) and the distance to the
     centroid (so is uniform friction against twisting). Fewer are matched where the nodes cannot.
     """
-    distances = ((lattice[:, None] - nodes) ** 2).sum(-1)
+    patch, nodes = sheet.patch, sheet.flat(unit)
+    distances = ((sheet.lattice[:, None] - unit) ** 2).sum(-1)
     cells = np.bincount(np.argmin(distances, axis=1), minlength=len(nodes)) + 0.5
     tributary: Float = cells / cells.sum() * patch.area
     raw = flat.polynomial_moments(patch.rings)
@@ -119,16 +153,15 @@ def _weights(patch: Patch, nodes: Float, lattice: Float) -> Float:
     second = [raw[3] - raw[0] * cx * cx, raw[4] - raw[0] * cx * cy, raw[5] - raw[0] * cy * cy]
     arm = flat.distance_moment(patch.rings, centre)
     wanted = np.array([raw[0], 0, 0, *(m / scale**2 for m in second), arm / scale])
-    for matched in (7, 6, 3):
-        corrected = _corrected(tributary, rows[:matched], wanted[:matched])
+    for matched, share in itertools.product((7, 6, 3), LEAST_SHARES):
+        corrected = _corrected(tributary, rows[:matched], wanted[:matched], share * tributary)
         if corrected is not None:
             return corrected
     return tributary
 
 
-def _corrected(tributary: Float, basis: Float, wanted: Float) -> Float | None:
-    """The weights nearest to ``tributary`` with ``basis @ weights = wanted``; None where some would be too small."""
-    floor = LEAST_SHARE * tributary
+def _corrected(tributary: Float, basis: Float, wanted: Float, floor: Float) -> Float | None:
+    """The weights nearest to ``tributary`` with ``basis @ weights = wanted`` and none below ``floor``; None if none."""
     free = np.ones(len(tributary), dtype=bool)
     weights = tributary
     while free.sum() > len(wanted):

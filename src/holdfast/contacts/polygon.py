@@ -100,13 +100,15 @@ def convex_hull(points: Float, tolerance: float) -> Float:
 
 
 def smallest_rectangle(hull: Float) -> tuple[Float, Float, Float]:
-    """Rows of the (2, 2) axes along the hull edge that gives the smallest rectangle, and its bounds along them."""
+    """The smallest rectangle around a hull (m, 2): rows of its (2, 2) axes, longer side first, and its bounds."""
     edges = np.roll(hull, -1, axis=0) - hull
     directions = edges / np.linalg.norm(edges, axis=1, keepdims=True)
     across = np.column_stack([-directions[:, 1], directions[:, 0]])
     extents = np.ptp(hull @ directions.T, axis=0) * np.ptp(hull @ across.T, axis=0)
     best = int(np.argmin(np.round(extents / extents.max(), 9)))
     axes = np.array([directions[best], across[best]])
+    if np.ptp(hull @ axes[0]) < np.ptp(hull @ axes[1]) * (1 - 1e-9):
+        axes = np.array([across[best], -directions[best]])
     along = hull @ axes.T
     return axes, along.min(0), along.max(0)
 
@@ -124,11 +126,14 @@ def inside(polygon: shapely.Polygon, points: Float) -> Bool:
 def union(pieces: Sequence[Float], tolerance: float, smallest_hole: float) -> list[list[Float]]:
     """The union of convex pieces (k, 2), as polygons [outline counter-clockwise, holes clockwise, ...].
 
-    Pieces clipped one by one miss each other along shared edges by rounding. The union is widened by ``tolerance``,
-    which closes such hairlines, and narrowed again with square corners, which restores every vertex. Holes narrower
-    than ``smallest_hole`` are left-out pieces, not holes.
+    Pieces clipped one by one miss each other along shared edges by rounding, and some are so thin that their corners
+    are out of order: their hulls are joined on a grid finer than ``tolerance``, the union is widened by ``tolerance``,
+    which closes hairlines, and narrowed again with square corners, which restores every vertex. Holes narrower than
+    ``smallest_hole`` are left-out pieces, not holes.
     """
-    merged = shapely.union_all([shapely.Polygon(piece) for piece in pieces])
+    hulls = shapely.convex_hull([shapely.MultiPoint(piece) for piece in pieces])
+    solid = [hull for hull in hulls if isinstance(hull, shapely.Polygon)]
+    merged = shapely.union_all(solid, grid_size=tolerance / 8)
     if len(pieces) > 1:
         for distance in (tolerance, -tolerance):
             merged = merged.buffer(distance, join_style="mitre", mitre_limit=100)

@@ -136,8 +136,8 @@ class Engine(Protocol):
         """What its answers promise."""
         ...
 
-    def prepare(self, assembly: Assembly, standing: Float | None = None) -> State:
-        """Ready the engine; ``standing`` (6J,) are wrenches that act besides weight."""
+    def prepare(self, assembly: Assembly, standing: Float | None = None, acceleration: Float | None = None) -> State:
+        """Ready the engine; ``standing`` (6J,) wrenches act besides weight, on a support with ``acceleration`` (3,)."""
         ...
 
 

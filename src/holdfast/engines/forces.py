@@ -72,10 +72,10 @@ def scaled_wrench(assembly: Assembly, wrench: Float) -> Float:
     return _row_scale(assembly) * wrench / assembly.weight
 
 
-def solve_forces(assembly: Assembly, nodes: ContactNodes, wrench: Float) -> ForceSolution:
+def solve_forces(assembly: Assembly, nodes: ContactNodes, wrench: Float, *, tolerance: float = 1e-10) -> ForceSolution:
     """Forces that balance ``wrench`` (6J,), or the motion that proves there are none."""
     program, G = force_program(assembly, nodes, wrench)
-    solution = solve(program)
+    solution = solve(program, tolerance=tolerance)
     if solution.outcome is Outcome.INFEASIBLE:
         twists = (_row_scale(assembly) * solution.z[: G.shape[0]]).reshape(-1, 6)
         return ForceSolution(solution.outcome, None, twists, np.inf, 0.0, solution.iterations)

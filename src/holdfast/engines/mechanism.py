@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from holdfast.arrays import Bool, Float
+from holdfast.arrays import Float
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes
 from holdfast.engines.contract import Mechanism, Mode
@@ -23,15 +23,17 @@ def relative_velocity(nodes: ContactNodes, com: Float, twists: Float) -> Float:
     return np.asarray(np.einsum("ikx,ix->ik", nodes.axes, velocity))
 
 
-def mode_of(velocity: Float, loaded: Bool) -> Mode:
-    """Whether contacts slide, open or both, from relative velocities (I, 3); only ``loaded`` nodes count if any do."""
+def mode_of(velocity: Float, mu: Float) -> Mode:
+    """Whether contacts slide, open or both, from relative velocities (I, 3) of a dual motion.
+
+    There a contact that slides also rises, by u_n = μ |u_t|: only what opens faster than that opens in earnest.
+    """
     speed = np.linalg.norm(velocity, axis=1)
     moving = (speed > AT_REST * speed.max(initial=0)) & (speed > 0)
-    if (moving & loaded).any():
-        moving &= loaded
     if not moving.any():
         return "none"
-    opens = velocity[moving, 0] > 0.01 * speed[moving]
+    rise = mu[moving] * np.linalg.norm(velocity[moving, 1:], axis=1)
+    opens = velocity[moving, 0] > 1.02 * rise + 0.01 * speed[moving]
     slides = ~opens
     if opens.any() and slides.any():
         return "mixed"

@@ -9,7 +9,6 @@ import numpy as np
 from holdfast.arrays import Float
 from holdfast.assembly.assembly import Assembly, body_forces
 from holdfast.assembly.nodes import ContactNodes, contact_nodes
-from holdfast.conic.solve import Outcome
 from holdfast.contacts.nodes import Sampling
 from holdfast.engines.contract import Certificate, ContactForces, Mechanism, Status, Verdict
 from holdfast.engines.forces import ACCEPTED_RESIDUAL, ForceSolution, solve_forces
@@ -40,20 +39,17 @@ def find_rest(assembly: Assembly, wrench: Float, count: int, sampling: Sampling)
         return Rest(nodes, nothing, _stable(assembly, nodes, nothing, 0.0, 0.0))
     if assembly.hanging:
         return Rest(nodes, nothing, _hanging(assembly, nodes, wrench))
-    solution = solve_forces(assembly, nodes, wrench)
-    if solution.outcome is Outcome.INFEASIBLE:
-        nodes = contact_nodes(assembly, count, "corners")
-        nothing = np.zeros((len(nodes), 3))
-        solution = solve_forces(assembly, nodes, wrench)
-    if solution.twists is not None:
-        return Rest(nodes, nothing, _falls(assembly, nodes, wrench, solution.twists))
-    if solution.forces is None or solution.residual > ACCEPTED_RESIDUAL:
-        return Rest(nodes, nothing, _undecided(_trouble(solution)))
-    return Rest(
-        nodes,
-        solution.forces,
-        _stable(assembly, nodes, solution.forces, solution.residual, solution.dilatancy),
-    )
+    corners = contact_nodes(assembly, count, "corners")
+    tried: list[str] = []
+    for points, tolerance in ((nodes, 1e-10), (corners, 1e-10), (corners, 1e-7)):
+        solution = solve_forces(assembly, points, wrench, tolerance=tolerance)
+        if solution.forces is not None and solution.residual <= ACCEPTED_RESIDUAL:
+            forces, residual = solution.forces, solution.residual
+            return Rest(points, forces, _stable(assembly, points, forces, residual, solution.dilatancy))
+        if solution.twists is not None and points is corners:
+            return Rest(points, np.zeros((len(points), 3)), _falls(assembly, points, wrench, solution.twists))
+        tried.append(_trouble(solution))
+    return Rest(nodes, nothing, _undecided("the force program was not solved: " + "; then ".join(tried)))
 
 
 def _stable(assembly: Assembly, nodes: ContactNodes, forces: Float, residual: float, dilatancy: float) -> Verdict:
@@ -77,7 +73,7 @@ def _undecided(reason: str, *, mechanism: Mechanism | None = None, certificate: 
 
 def _trouble(solution: ForceSolution) -> str:
     shown = "" if np.isinf(solution.residual) else f", residual {solution.residual:.1e} of the weight"
-    return f"the force program was not solved: {solution.outcome.value} ({solution.iterations} iterations{shown})"
+    return f"{solution.outcome.value} ({solution.iterations} iterations{shown})"
 
 
 def _hanging(assembly: Assembly, nodes: ContactNodes, wrench: Float) -> Verdict:
@@ -114,7 +110,7 @@ def _loose(assembly: Assembly, group: tuple[str, ...]) -> str:
 def _falls(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float) -> Verdict:
     """UNSTABLE if the motion of the certificate really is one against which no contact can resist."""
     velocity = relative_velocity(nodes, assembly.com, twists)
-    mechanism = describe(assembly, twists, mode_of(velocity, np.ones(len(nodes), dtype=bool)))
+    mechanism = describe(assembly, twists, mode_of(velocity, nodes.mu))
     largest = float(np.linalg.norm(velocity, axis=1).max(initial=0))
     excess = float((nodes.mu * np.linalg.norm(velocity[:, 1:], axis=1) - velocity[:, 0]).max(initial=0))
     power = float(wrench @ mechanism.twists.ravel())
@@ -147,6 +143,6 @@ def _doubt(assembly: Assembly, twists: Float) -> str:
 
 
 def weight_wrench(assembly: Assembly, acceleration: Float | None = None) -> Float:
-    """(6J,) weight, and the inertial forces of a common acceleration (3,) [m/s²]."""
+    """(6J,) weight, and the inertial forces of a support that accelerates by (3,) [m/s²]."""
     pull = assembly.scene.gravity - (0 if acceleration is None else acceleration)
     return body_forces(assembly.mass[:, None] * pull)

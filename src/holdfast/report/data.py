@@ -23,6 +23,8 @@ def plain(value: Any) -> Any:  # noqa: ANN401 - any result to plain data
     if isinstance(value, np.ndarray):
         return plain(value.tolist())
     if isinstance(value, float):
+        if math.isnan(value):
+            raise ValueError("an answer holds NaN: a defect in holdfast")
         return value if math.isfinite(value) else "inf" if value > 0 else "-inf"
     if isinstance(value, np.generic):
         return plain(value.item())

@@ -81,7 +81,7 @@ def _hover(result: RobustnessMap, k: int) -> str:
 
 
 def _newton(force: float) -> str:
-    return "∞" if np.isinf(force) else f"{force:.3g} N"
+    return "∞" if np.isinf(force) else f"{force:.0f} N" if force >= 1000 else f"{force:.3g} N"
 
 
 def _solids(result: RobustnessMap) -> tuple[Solid, ...]:

@@ -8,13 +8,12 @@ from functools import cached_property
 
 import numpy as np
 
-from holdfast.arrays import Float, Int, checked_number
-from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.arrays import Float, Int, Objects, checked_number, objects
+from holdfast.assembly.assembly import Assembly
 from holdfast.engines.contract import Claim, Mode, Status, Verdict
 from holdfast.errors import SceneError, message
 from holdfast.progress import report
 from holdfast.robustness.cells import Cells, blocked, covered, surface_cells
-from holdfast.robustness.query import never_moves
 from holdfast.robustness.request import EngineChoice, body_number, engine_of, push_columns
 
 MAX_POINTS = 2_000_000
@@ -40,8 +39,9 @@ class RobustnessMap:
     """Robustness to inward pushes over the exposed surfaces of bodies.
 
     ``points`` and outward ``normals`` (n, 3), ``body`` (n,) names, ``force`` (n,) [N] for a push along minus the
-    normal; ``status``, ``lower``, ``upper``, ``moving``, ``mode`` (n,) as in Robustness. ``cells`` holds the surface
-    pieces of each body that the points stand for (in the order of the points), ``hidden`` those that lie on contacts.
+    normal; ``status``, ``lower``, ``upper``, ``moving``, ``mode`` (n,) as in Robustness; ``mechanism`` (n,) in words.
+    ``cells`` holds the surface pieces of each body that the points stand for (in the order of the points), ``hidden``
+    those where nobody can push.
     """
 
     engine: str
@@ -50,14 +50,14 @@ class RobustnessMap:
     verdict: Verdict
     points: Float
     normals: Float
-    body: tuple[str, ...]
+    body: Objects
     force: Float
-    status: tuple[Status, ...]
+    status: Objects
     lower: Float
     upper: Float
-    moving: tuple[tuple[str, ...], ...]
-    mode: tuple[Mode, ...]
-    mechanism: tuple[str, ...]
+    moving: Objects
+    mode: Objects
+    mechanism: Objects
     cells: dict[str, Cells]
     hidden: dict[str, Cells]
     notes: tuple[str, ...]
@@ -103,16 +103,22 @@ def robustness_map(
     spacing: float = 0.01,
     *,
     engine: EngineChoice,
+    gap: float = 0.01,
 ) -> RobustnessMap:
     """R for inward normal pushes over all exposed surfaces of ``bodies`` (all movable ones unless named).
 
     ``spacing`` [m] is the distance of neighbouring points. Points on contact patches, and points with another body
-    less than half a spacing in front of them, are left out: nobody can push there.
+    less than half a spacing in front of them, are left out: nobody can push there. ``gap`` is the largest
+    (upper - lower) / upper wanted of engines that give bounds; ``graph`` gives none and takes no notice.
     """
     step = checked_number(spacing, "robustness_map: spacing", above=0)
+    checked_number(gap, "robustness_map: gap", above=0)
+    if isinstance(bodies, str):
+        raise SceneError(message("robustness_map", f"bodies is the text {bodies!r}", "needs a list of names"))
     names = [body.name for body in assembly.movable] if bodies is None else list(bodies)
     if not names:
-        raise SceneError(message("robustness_map", "there is no movable body", "name bodies, or free one"))
+        problem = "there is no movable body" if bodies is None else "bodies is empty"
+        raise SceneError(message("robustness_map", problem, "name bodies, or free one"))
     numbers = {name: body_number(assembly, name) for name in names}
     _check_count(assembly, names, step)
     method = engine_of(engine)
@@ -129,12 +135,8 @@ def robustness_map(
             if other.name != name:
                 under |= blocked(cells, other.surface_world, step / 2)
         shown[name], hidden[name] = cells.chosen(~under), cells.chosen(under)
-        count = len(shown[name].points)
-        if number == FIXED:
-            capacities.append(never_moves(count))
-        else:
-            columns = push_columns(assembly, number, shown[name].points, -shown[name].normals)
-            capacities.append(state.load_factor(columns))
+        columns = push_columns(assembly, number, shown[name].points, -shown[name].normals)
+        capacities.append(state.load_factor(columns))
     report("robustness of all surfaces", len(numbers), len(numbers))
     return RobustnessMap(
         method.name,
@@ -143,14 +145,14 @@ def robustness_map(
         state.verdict(),
         np.vstack([cells.points for cells in shown.values()]),
         np.vstack([cells.normals for cells in shown.values()]),
-        tuple(name for name, cells in shown.items() for _ in cells.points),
+        objects([name for name, cells in shown.items() for _ in cells.points]),
         np.concatenate([c.factor for c in capacities]),
-        tuple(s for c in capacities for s in c.status),
+        objects([s for c in capacities for s in c.status]),
         np.concatenate([c.lower for c in capacities]),
         np.concatenate([c.upper for c in capacities]),
-        tuple(m for c in capacities for m in c.moving),
-        tuple(m for c in capacities for m in c.mode),
-        tuple("" if m is None else m.text for c in capacities for m in c.mechanism),
+        objects([m for c in capacities for m in c.moving]),
+        objects([m for c in capacities for m in c.mode]),
+        objects(["" if m is None else m.text for c in capacities for m in c.mechanism]),
         shown,
         hidden,
         state.notes,

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from holdfast.arrays import Float, checked, unit
-from holdfast.assembly.assembly import FIXED, Assembly
-from holdfast.engines.contract import Capacity, Claim, Mechanism, Mode, Status
+from holdfast.arrays import Float, Objects, checked, objects, unit
+from holdfast.assembly.assembly import Assembly
+from holdfast.engines.contract import Claim, Mechanism, Mode, Status
 from holdfast.errors import SceneError, message
 from holdfast.robustness.request import (
     EngineChoice,
@@ -29,8 +29,8 @@ class Robustness:
 
     ``force`` (n,) [N], with ``status`` FINITE, INFINITE (force inf: no push moves anything), UNSTABLE (force 0: it
     does not stand anyway) or UNDECIDED (force 0: not known). ``lower`` and ``upper`` (n,) [N] bound the true answer as
-    far as the engine can promise. ``moving``, ``mode`` ("slip", "topple", "mixed", "none") and ``mechanism`` (n,) tell
-    what gives way. ``points`` and ``directions`` (n, 3), world.
+    far as the engine can promise. ``moving`` (names), ``mode`` ("slip", "topple", "mixed", "none") and ``mechanism``
+    (Mechanism or None), each (n,), tell what gives way. ``points`` and ``directions`` (n, 3), world.
     """
 
     engine: str
@@ -39,12 +39,12 @@ class Robustness:
     points: Float
     directions: Float
     force: Float
-    status: tuple[Status, ...]
+    status: Objects
     lower: Float
     upper: Float
-    moving: tuple[tuple[str, ...], ...]
-    mode: tuple[Mode, ...]
-    mechanism: tuple[Mechanism | None, ...]
+    moving: Objects
+    mode: Objects
+    mechanism: Objects
     notes: tuple[str, ...]
 
 
@@ -82,6 +82,8 @@ def robustness(
     where = f"robustness of {body!r}"
     p, e = _rows(points, f"{where}: points"), _rows(directions, f"{where}: directions")
     count = max(len(p), len(e))
+    if not count or not len(p) or not len(e):
+        raise SceneError(message(where, f"{len(p)} points and {len(e)} directions", "needs at least one of each"))
     if len(p) not in (1, count) or len(e) not in (1, count):
         problem = f"{len(p)} points and {len(e)} directions"
         raise SceneError(message(where, problem, "needs equally many, or one of either"))
@@ -93,8 +95,7 @@ def robustness(
     _check_on_surface(assembly, body, p, where)
     method = engine_of(engine)
     state = method.prepare(assembly, total_wrench(assembly, standing))
-    movable = number != FIXED
-    capacity = state.load_factor(push_columns(assembly, number, p, e)) if movable else never_moves(count)
+    capacity = state.load_factor(push_columns(assembly, number, p, e))
     return Robustness(
         method.name,
         method.claim,
@@ -102,12 +103,12 @@ def robustness(
         p,
         e,
         capacity.factor,
-        capacity.status,
+        objects(capacity.status),
         capacity.lower,
         capacity.upper,
-        capacity.moving,
-        capacity.mode,
-        capacity.mechanism,
+        objects(capacity.moving),
+        objects(capacity.mode),
+        objects(capacity.mechanism),
         state.notes,
     )
 
@@ -127,8 +128,9 @@ def load_factor(
     """
     method = engine_of(engine)
     W = total_wrench(assembly, loads)[:, None]
-    state = method.prepare(assembly, total_wrench(assembly, standing, acceleration))
-    capacity = state.load_factor(W) if W.any() else never_moves(1)
+    moved = None if acceleration is None else checked(acceleration, (3,), "load_factor: acceleration")
+    state = method.prepare(assembly, total_wrench(assembly, standing), moved)
+    capacity = state.load_factor(W)
     return LoadFactor(
         method.name,
         method.claim,
@@ -141,13 +143,6 @@ def load_factor(
         capacity.mechanism[0],
         state.notes,
     )
-
-
-def never_moves(count: int) -> Capacity:
-    """Loads on fixed bodies."""
-    inf = np.full(count, np.inf)
-    still: Mode = "none"
-    return Capacity(inf, inf, inf, (Status.INFINITE,) * count, ((),) * count, (still,) * count, (None,) * count)
 
 
 def _rows(value: Any, where: str) -> Float:  # noqa: ANN401

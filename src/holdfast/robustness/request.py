@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
 from holdfast.arrays import Float, checked
-from holdfast.assembly.assembly import FIXED, Assembly, body_forces
+from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.engines.contract import Engine
 from holdfast.engines.graph.engine import Graph
 from holdfast.errors import HoldfastError, SceneError, message
@@ -46,16 +46,18 @@ def engine_of(choice: EngineChoice) -> Engine:
         if choice not in ENGINES:
             raise HoldfastError(message("engine", f"{choice!r} is unknown", f"known: {', '.join(ENGINES)}"))
         return ENGINES[choice]()
-    if not hasattr(choice, "prepare"):
+    if isinstance(choice, type) or not hasattr(choice, "prepare"):
         raise HoldfastError(
             message("engine", f"got {choice!r:.60}", f"needs a name ({', '.join(ENGINES)}) or an engine")
         )
     return choice
 
 
-def total_wrench(assembly: Assembly, loads: Iterable[Load], acceleration: Any = None) -> Float:  # noqa: ANN401
-    """(6J,) sum of loads, and of the inertial forces under a common acceleration (3,) [m/s²] of the support."""
+def total_wrench(assembly: Assembly, loads: Iterable[Load]) -> Float:
+    """(6J,) sum of loads."""
     total = np.zeros(6 * len(assembly.movable))
+    if isinstance(loads, Load):
+        raise SceneError(message("loads", "is a single Load", "needs a list of loads"))
     for load in loads:
         if not isinstance(load, Load):
             raise SceneError(message("loads", f"hold a {type(load).__name__}", "needs holdfast.Load objects"))
@@ -68,8 +70,6 @@ def total_wrench(assembly: Assembly, loads: Iterable[Load], acceleration: Any = 
         wrench = wrench_at(load.force, load.point, assembly.com[k])
         wrench[3:] += load.moment
         total[6 * k : 6 * k + 6] += wrench
-    if acceleration is not None:
-        total -= body_forces(assembly.mass[:, None] * checked(acceleration, (3,), "acceleration"))
     return total
 
 
@@ -80,7 +80,8 @@ def body_number(assembly: Assembly, name: str) -> int:
 
 
 def push_columns(assembly: Assembly, number: int, points: Float, directions: Float) -> Float:
-    """W (6J, n): unit pushes along ``directions`` (n, 3) at ``points`` (n, 3) of body ``number``."""
+    """W (6J, n): unit pushes along ``directions`` (n, 3) at ``points`` (n, 3) of a body; none reach a fixed one."""
     W = np.zeros((6 * len(assembly.movable), len(points)))
-    W[6 * number : 6 * number + 6] = wrench_at(directions, points, assembly.com[number]).T
+    if number != FIXED:
+        W[6 * number : 6 * number + 6] = wrench_at(directions, points, assembly.com[number]).T
     return W

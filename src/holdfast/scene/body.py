@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from holdfast.arrays import Float, checked, checked_number, frozen
-from holdfast.errors import GeometryError, SceneError, message
+from holdfast.errors import GeometryError, SceneError, located, message
 from holdfast.rigid import checked_pose, transform
 from holdfast.scene.shapes import Shape, Surface, as_shape
 
@@ -37,7 +37,13 @@ class Body:
         if not isinstance(self.name, str) or not self.name.strip():
             raise SceneError(message("body", f"name is {self.name!r}", "needs a non-empty text"))
         where = f"body {self.name!r}"
+        with located(where):
+            self._check(where)
+
+    def _check(self, where: str) -> None:
         set_ = object.__setattr__
+        if not isinstance(self.fixed, bool | np.bool_):
+            raise SceneError(message(f"{where}: fixed", f"is {self.fixed!r}", "needs True or False"))
         set_(self, "shape", as_shape(self.shape, where))
         set_(self, "pose", checked_pose(np.eye(4) if self.pose is None else self.pose, f"{where}: pose"))
         set_(self, "com_given", self.com is not None)

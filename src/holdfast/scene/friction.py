@@ -35,8 +35,13 @@ class Friction:
 
     def __post_init__(self) -> None:
         pairs: dict[tuple[str, str], float] = {}
+        for name in ("pairs", "values"):
+            if not isinstance(getattr(self, name), Mapping):
+                raise SceneError(
+                    message("friction", f"{name} is a {type(getattr(self, name)).__name__}", "needs a dict")
+                )
         for key, value in self.pairs.items():
-            if not isinstance(key, tuple) or len(key) != 2:
+            if not isinstance(key, tuple) or len(key) != 2 or not all(isinstance(part, str) for part in key):
                 raise SceneError(message("friction", f"pair {key!r}", "needs two body or material names"))
             a, b = sorted(key)
             if (a, b) in pairs:

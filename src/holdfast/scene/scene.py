@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -26,16 +26,18 @@ class Scene:
 
     def __init__(
         self,
-        bodies: Sequence[Body],
+        bodies: Iterable[Body],
         friction: Friction | float,
         gravity: Sequence[float] | Float = (0.0, 0.0, -9.81),
         name: str = "",
     ) -> None:
         set_ = object.__setattr__
+        if not hasattr(bodies, "__iter__"):
+            raise SceneError(message("scene: bodies", f"is {bodies!r:.40}", "needs a list of Body objects"))
         set_(self, "bodies", tuple(bodies))
         set_(self, "friction", friction if isinstance(friction, Friction) else Friction(default=friction))
         set_(self, "gravity", checked(gravity, (3,), "scene: gravity"))
-        set_(self, "name", name)
+        set_(self, "name", str(name))
         self._check()
 
     def _check(self) -> None:

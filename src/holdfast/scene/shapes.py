@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import warnings
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -89,8 +90,7 @@ class Cylinder:
         for name in ("radius", "height"):
             value = checked_number(getattr(self, name), f"Cylinder: {name}", above=0, error=GeometryError)
             object.__setattr__(self, name, value)
-        if self.segments < 3:
-            raise GeometryError(message("Cylinder", f"segments = {self.segments}", "needs at least 3"))
+        object.__setattr__(self, "segments", _count(self.segments, "Cylinder: segments", 3, 10_000))
 
     @cached_property
     def surface(self) -> Surface:
@@ -127,6 +127,7 @@ class Sphere:
     def __post_init__(self) -> None:
         radius = checked_number(self.radius, "Sphere: radius", above=0, error=GeometryError)
         object.__setattr__(self, "radius", radius)
+        object.__setattr__(self, "subdivisions", _count(self.subdivisions, "Sphere: subdivisions", 0, 6))
 
     @cached_property
     def surface(self) -> Surface:
@@ -164,9 +165,10 @@ class Mesh:
         faces = checked(self.faces, (None, 3), f"{where}: faces", error=GeometryError)
         if len(faces) == 0 or len(vertices) == 0:
             raise GeometryError(message(where, "has no triangles", "needs a surface with at least four"))
-        if faces.min() < 0 or faces.max() >= len(vertices):
-            problem = f"a face names vertex {int(faces.max())} of {len(vertices)}"
-            raise GeometryError(message(where, problem, "needs indices into vertices"))
+        wrong = faces[(faces < 0) | (faces >= len(vertices)) | (faces != np.floor(faces))]
+        if len(wrong):
+            problem = f"a face names vertex {wrong[0]:g} of {len(vertices)}"
+            raise GeometryError(message(where, problem, "needs indices into vertices, whole numbers from 0"))
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "faces", frozen(faces.astype(np.int64)))
 
@@ -174,7 +176,8 @@ class Mesh:
     def from_file(cls, path: str | Path, *, scale: float | tuple[float, float, float] = 1.0) -> Mesh:
         """Read OBJ, STL, PLY, GLB or OFF through trimesh; all pieces of the file become one body."""
         path = Path(path)
-        factors = checked(np.broadcast_to(np.asarray(scale, dtype=float), 3), (3,), f"{path}: scale")
+        given = [scale] * 3 if isinstance(scale, int | float) else scale
+        factors = checked(given, (3,), f"{path}: scale", error=GeometryError)
         if (factors <= 0).any():
             raise GeometryError(message(str(path), f"scale is {factors.tolist()}", "needs factors > 0"))
         loaded = _load(path)
@@ -196,8 +199,8 @@ class Mesh:
         if not solid.is_winding_consistent:
             text = message(self.where, "its triangles are not wound consistently", "repair it: contacts may be missed")
             warnings.warn(text, HoldfastWarning, stacklevel=2)
-        elif solid.is_watertight and solid.volume < 0:
-            solid.invert()
+        elif solid.is_watertight:
+            _turn_outward(solid)
         return solid
 
     @property
@@ -218,14 +221,48 @@ class Mesh:
             remedy = "give mass=, com= (and inertia=) or a closed mesh"
             raise GeometryError(message(self.where, "is not watertight, so its volume is unknown", remedy))
         solid = self._solid
+        if not float(solid.volume) > LEAST_VOLUME * float(np.prod(solid.extents.clip(1e-300))):
+            problem = f"encloses a volume of {float(solid.volume):.3g} m³"
+            raise GeometryError(message(self.where, problem, "needs a solid: check for flat or inside-out pieces"))
         return MassProperties(
             float(solid.volume), np.array(solid.center_mass), np.array(solid.moment_inertia) / solid.density
         )
 
 
+def _turn_outward(solid: trimesh.Trimesh) -> None:
+    """Turn every closed piece that is inside out, in place; a shell inside another piece stays: it is a cavity."""
+    import trimesh
+
+    pieces = trimesh.graph.connected_components(solid.face_adjacency, nodes=np.arange(len(solid.faces)))
+    boxes, volumes = [], []
+    for piece in pieces:
+        corners = solid.triangles[piece]
+        boxes.append((corners.min((0, 1)), corners.max((0, 1))))
+        volumes.append(float(np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))))
+    faces = np.array(solid.faces)
+    for k, piece in enumerate(pieces):
+        low, high = boxes[k]
+        inside = any((lo < low).all() and (high < hi).all() for m, (lo, hi) in enumerate(boxes) if m != k)
+        if volumes[k] < 0 and not inside:
+            faces[piece] = faces[piece][:, ::-1]
+    solid.faces = faces
+
+
+LEAST_VOLUME = 1e-9  # of the bounding box: less is a closed surface without inside
+
 Shape: TypeAlias = Box | Cylinder | Sphere | Mesh
 
 MESH_SUFFIXES = (".obj", ".stl", ".ply", ".glb", ".off")
+
+
+def _count(value: int, where: str, least: int, most: int) -> int:
+    try:
+        number = operator.index(value)
+    except TypeError:
+        number = least - 1
+    if not least <= number <= most:
+        raise GeometryError(message(where, f"is {value!r}", f"needs a whole number from {least} to {most}"))
+    return number
 
 
 def _load(path: Path) -> trimesh.Trimesh:
@@ -238,6 +275,9 @@ def _load(path: Path) -> trimesh.Trimesh:
         raise GeometryError(message(where, f"suffix {path.suffix!r}", f"reads {', '.join(MESH_SUFFIXES)}"))
     try:
         loaded = trimesh.load_scene(path, process=False).to_mesh()
+    except ImportError as cause:  # trimesh asks a guesser of encodings about what is not UTF-8
+        problem = "cannot be read: neither text nor a complete binary file"
+        raise GeometryError(message(where, problem, "check the file, or export it again")) from cause
     except Exception as cause:  # trimesh's readers raise whatever the format's parser does
         problem = f"cannot be read: {type(cause).__name__}: {cause}"
         raise GeometryError(message(where, problem, "check the file, or export it again")) from cause

@@ -89,12 +89,12 @@ class Reference:
     def cuts(self, body: int) -> list[set[int]]:
         """Connected sets with the pushed body whose complement, the fixed node (-1) in it, is connected."""
         everything = {-1, *range(self.count)}
-        sets = []
-        for size in range(1, self.count + 1):
-            for chosen in itertools.combinations(range(self.count), size):
-                if body in chosen and self._connected(set(chosen)) and self._connected(everything - set(chosen)):
-                    sets.append(set(chosen))
-        return sets
+        sets = (
+            set(chosen)
+            for size in range(1, self.count + 1)
+            for chosen in itertools.combinations(range(self.count), size)
+        )
+        return [s for s in sets if body in s and self._connected(s) and self._connected(everything - s)]
 
     def _connected(self, group: set[int]) -> bool:
         reached = {min(group)}
@@ -105,7 +105,7 @@ class Reference:
             reached |= more
 
     def topple(self, body: int, p: Array, e: Array) -> float:
-        """Over all cuts and both senses of all axes: the virtual work the contacts resist with over that of the push."""
+        """Over all cuts and both senses of all axes: what the contacts resist with over what the push gains."""
         best = np.inf
         for group in self.cuts(body):
             severed = [k for k, (a, b) in enumerate(self.ends) if (a in group) != (b in group)]

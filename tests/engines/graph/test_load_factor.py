@@ -118,7 +118,7 @@ def test_acceleration_of_the_support_uses_up_friction() -> None:
 def test_forces_of_different_directions_are_refused_with_a_remedy() -> None:
     assembly = assemble(shipped_scene("stack"))
     loads = [Load("cube1", (0, 0, 0.05), X), Load("cube2", (0, 0, 0.15), Y)]
-    with pytest.raises(HoldfastError, match="different directions.*'limit' or 'compliant'"):
+    with pytest.raises(HoldfastError, match=r"different directions.*'limit' or 'compliant'"):
         load_factor(assembly, loads, engine="graph")
     with pytest.raises(HoldfastError, match="different directions"):
         load_factor(assembly, [loads[0], Load("cube2", (0, 0, 0.15), -X)], engine="graph")

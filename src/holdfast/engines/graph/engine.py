@@ -24,7 +24,7 @@ from holdfast.engines.graph import topple
 from holdfast.engines.graph.cuts import feasible_cuts
 from holdfast.engines.graph.slip import arc_capacities, slip_many
 from holdfast.engines.mechanism import describe
-from holdfast.engines.rest import Rest, find_rest
+from holdfast.engines.rest import Rest, find_rest, weight_wrench
 from holdfast.errors import HoldfastError, message
 from holdfast.progress import report
 from holdfast.rigid import rotation_about, shift_twist
@@ -40,7 +40,7 @@ class Graph:
     grid). ``isolated``: every body is judged alone, its neighbours taken as fixed (the approximation the paper calls
     [16]). ``immobile_above`` [kg]: heavier bodies count as fixed in the graph (Sec. VIII-C; their weight still
     presses). ``mass_margin`` in [0, 1): all masses are taken smaller by this share (Sec. VIII-C), which scales every
-    answer. More than ``max_cuts`` feasible cuts raise SolverError.
+    answer where no other loads stand on the assembly. More than ``max_cuts`` feasible cuts raise SolverError.
     """
 
     nodes: int = 20
@@ -60,9 +60,11 @@ class Graph:
         if self.immobile_above is not None:
             checked_number(self.immobile_above, "Graph: immobile_above", above=0)
 
-    def prepare(self, assembly: Assembly, standing: Float | None = None) -> GraphState:
+    def prepare(
+        self, assembly: Assembly, standing: Float | None = None, acceleration: Float | None = None
+    ) -> GraphState:
         """Contact forces at rest; cuts and axes follow when a query needs them."""
-        wrench = (1 - self.mass_margin) * assembly.gravity_wrench
+        wrench = (1 - self.mass_margin) * weight_wrench(assembly, acceleration)
         if standing is not None:
             wrench = wrench + standing
         return GraphState(self, assembly, find_rest(assembly, wrench, self.nodes, self.sampling))
@@ -114,7 +116,7 @@ class GraphState:
             moving = () if verdict.mechanism is None else verdict.mechanism.moving
             status = Status.UNSTABLE if verdict.status is Status.UNSTABLE else Status.UNDECIDED
             return no_capacity(count, status, moving, verdict.mechanism)
-        wrenches = W.T.reshape(count, -1, 6)
+        wrenches = W.T.reshape(count, len(self.assembly.movable), 6)
         slip, slip_side = self._slip(wrenches)
         top, which = self._topple(wrenches)
         factor = np.minimum(slip, top)

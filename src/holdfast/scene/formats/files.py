@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
-from holdfast.errors import SceneError, message
+from holdfast.errors import SceneError, located, message
 from holdfast.scene.formats import native, published, settled, text
 from holdfast.scene.scene import Scene
 
@@ -12,7 +13,11 @@ from holdfast.scene.scene import Scene
 def load_scene(path: str | Path) -> Scene:
     """Read a scene file: native YAML or JSON, or one of the neutral formats that ``holdfast convert`` takes."""
     path = Path(path)
-    data = text.read(path)
+    with located(str(path)):
+        return _scene_from(text.read(path), path)
+
+
+def _scene_from(data: Any, path: Path) -> Scene:  # noqa: ANN401 - plain data
     for reader in (published, settled):
         if reader.recognises(data):
             scene: Scene = reader.scene_from(data, path)

@@ -7,10 +7,19 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Tag,
+    ValidationError,
+    model_validator,
+)
 
 from holdfast.arrays import Float
-from holdfast.errors import SceneError, message
+from holdfast.errors import SceneError, located, message
 from holdfast.rigid import pose_from
 from holdfast.scene.body import Body
 from holdfast.scene.friction import Combine, Friction
@@ -19,8 +28,20 @@ from holdfast.scene.shapes import Box, Cylinder, Mesh, Shape, Sphere
 
 FORMAT: Literal["holdfast-scene/1"] = "holdfast-scene/1"
 
-Triple = tuple[float, float, float]
-Quadruple = tuple[float, float, float, float]
+
+def _no_truth_value(value: Any) -> Any:  # noqa: ANN401
+    if isinstance(value, bool):
+        raise ValueError("needs a number")
+    return value
+
+
+def _friction_kind(value: Any) -> str:  # noqa: ANN401
+    return "table" if isinstance(value, dict | BaseModel) else "number"
+
+
+Number = Annotated[float, BeforeValidator(_no_truth_value)]
+Triple = tuple[Number, Number, Number]
+Quadruple = tuple[Number, Number, Number, Number]
 Matrix3 = tuple[Triple, Triple, Triple]
 Matrix4 = tuple[Quadruple, Quadruple, Quadruple, Quadruple]
 
@@ -40,8 +61,8 @@ class CylinderModel(_Model):
     """A cylinder about its z axis, centred on its frame."""
 
     type: Literal["cylinder"]
-    radius: float = Field(description="[m]")
-    height: float = Field(description="[m]")
+    radius: Number = Field(description="[m]")
+    height: Number = Field(description="[m]")
     segments: int = Field(64, description="sides of the prism that contacts see")
 
 
@@ -49,7 +70,7 @@ class SphereModel(_Model):
     """A ball centred on its frame."""
 
     type: Literal["sphere"]
-    radius: float = Field(description="[m]")
+    radius: Number = Field(description="[m]")
     subdivisions: int = Field(3, ge=0, le=6, description="of the icosahedron that contacts see")
 
 
@@ -58,7 +79,7 @@ class MeshModel(_Model):
 
     type: Literal["mesh"]
     file: str | None = Field(None, description="OBJ, STL, PLY, GLB or OFF; relative to this scene file")
-    scale: float | Triple = Field(1.0, description="applied to the file's coordinates")
+    scale: Number | Triple = Field(1.0, description="applied to the file's coordinates")
     vertices: list[Triple] | None = Field(None, description="[m]")
     faces: list[tuple[int, int, int]] | None = Field(None, description="outward winding")
 
@@ -74,8 +95,8 @@ class BodyModel(_Model):
 
     name: str
     shape: Annotated[BoxModel | CylinderModel | SphereModel | MeshModel, Field(discriminator="type")]
-    mass: float | None = Field(None, description="[kg]")
-    density: float | None = Field(None, description="[kg/m³], instead of mass")
+    mass: Number | None = Field(None, description="[kg]")
+    density: Number | None = Field(None, description="[kg/m³], instead of mass")
     pose: Matrix4 | None = Field(None, description="4x4 body to world, rows")
     position: Triple | None = Field(None, description="origin of the body frame in the world [m]")
     orientation: Quadruple | None = Field(None, description="unit quaternion w, x, y, z, body to world")
@@ -97,15 +118,15 @@ class PairModel(_Model):
     """Friction between two bodies or materials."""
 
     between: tuple[str, str]
-    mu: float
+    mu: Number
 
 
 class FrictionModel(_Model):
     """Static Coulomb friction."""
 
-    default: float | None = None
+    default: Number | None = None
     pairs: list[PairModel] = []
-    values: dict[str, float] = Field({}, description="one coefficient a body, for imported scenes; needs combine")
+    values: dict[str, Number] = Field({}, description="one coefficient a body, for imported scenes; needs combine")
     combine: Combine | None = Field(None, description="how two values make a pair's")
 
 
@@ -115,7 +136,9 @@ class SceneModel(_Model):
     format: Literal["holdfast-scene/1"]
     name: str = ""
     gravity: Triple = (0.0, 0.0, -9.81)
-    friction: float | FrictionModel
+    friction: Annotated[
+        Annotated[Number, Tag("number")] | Annotated[FrictionModel, Tag("table")], Discriminator(_friction_kind)
+    ]
     bodies: list[BodyModel]
 
 
@@ -151,6 +174,11 @@ def data_from(scene: Scene, path: Path) -> dict[str, Any]:
 
 
 def _body(model: BodyModel, path: Path) -> Body:
+    with located(f"body {model.name!r}"):
+        return _built(model, path)
+
+
+def _built(model: BodyModel, path: Path) -> Body:
     pose: Any = model.pose
     if pose is None:
         pose = pose_from(np.array(model.position or (0, 0, 0.0)), np.array(model.orientation or (1.0, 0, 0, 0)))
@@ -240,7 +268,7 @@ def _first_problem(error: ValidationError, data: Any, path: Path) -> str:  # noq
     for key in first["loc"]:
         if isinstance(key, int):
             parts[-1] += f"[{key}]"
-        elif key not in ("box", "cylinder", "sphere", "mesh", "FrictionModel", "float"):
+        elif key not in ("box", "cylinder", "sphere", "mesh", "table", "number"):
             parts.append(str(key))
     where = f"{path}: {'.'.join(parts) or 'scene'}"
     match first["loc"]:

@@ -30,7 +30,7 @@ def scene_from(data: dict[str, Any], path: Path) -> Scene:
     try:
         bodies = [_body(block, path) for block in data["blocks"]]
         return Scene(bodies, float(data["friction"]), data["gravity"], str(data.get("name", path.stem)))
-    except (KeyError, TypeError, ValueError, IndexError) as cause:
+    except (KeyError, TypeError, ValueError, IndexError, OverflowError) as cause:
         problem = f"is not a block assembly: {type(cause).__name__}: {cause}"
         raise SceneError(
             message(str(path), problem, "needs blocks (name, vertices, faces, mass, fixed), friction, gravity")
@@ -42,7 +42,7 @@ def _body(block: dict[str, Any], path: Path) -> Body:
     vertices = checked(block["vertices"], (None, 3), f"{where}: vertices", error=GeometryError)
     triangles = [triangulated(vertices, np.array(face)) for face in block["faces"]]
     mesh = Mesh(vertices, np.vstack(triangles), where=where)
-    return Body(str(block["name"]), mesh, mass=block["mass"], fixed=bool(block["fixed"]))
+    return Body(str(block["name"]), mesh, mass=block["mass"], fixed=block["fixed"])
 
 
 def triangulated(vertices: Float, face: Int) -> Int:

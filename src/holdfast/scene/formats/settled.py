@@ -29,7 +29,7 @@ def scene_from(data: dict[str, Any], path: Path) -> Scene:
         values = {str(item["name"]): float(item["friction"]) for item in objects}
         gravity = data["units"]["gravity"]
         return Scene(bodies, Friction(values=values, combine="max"), gravity, str(data.get("name", path.stem)))
-    except (KeyError, TypeError, ValueError) as cause:
+    except (KeyError, TypeError, ValueError, OverflowError) as cause:
         problem = f"is not a settled scene: {type(cause).__name__}: {cause}"
         remedy = "needs units and objects (name, mesh, scale, pose, mass, friction, fixed)"
         raise SceneError(message(str(path), problem, remedy)) from cause
@@ -38,7 +38,7 @@ def scene_from(data: dict[str, Any], path: Path) -> Scene:
 def _body(item: dict[str, Any], path: Path) -> Body:
     sx, sy, sz = (float(s) for s in item["scale"])
     mesh = Mesh.from_file(path.parent / item["mesh"], scale=(sx, sy, sz))
-    fixed = bool(item["fixed"])
+    fixed = item["fixed"]
     return Body(
         str(item["name"]),
         mesh,

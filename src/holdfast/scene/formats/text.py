@@ -24,7 +24,9 @@ class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[mi
         seen: set[Any] = set()
         for key_node, _ in node.value:
             key = self.construct_object(key_node, deep=True)
-            if not isinstance(key, Hashable) or key in seen:
+            if not isinstance(key, Hashable):
+                raise yaml.constructor.ConstructorError(None, None, f"key {key!r} is no text", key_node.start_mark)
+            if key in seen:
                 raise yaml.constructor.ConstructorError(None, None, f"key {key!r} twice", key_node.start_mark)
             seen.add(key)
         result: dict[Hashable, Any] = super().construct_mapping(node, deep)
@@ -64,6 +66,8 @@ def _json(text: str, where: str) -> Any:  # noqa: ANN401
         raise SceneError(message(f"{where}:{cause.lineno}", f"is not JSON: {cause.msg}", "check the file")) from cause
     except RecursionError as cause:
         raise SceneError(message(where, "is nested too deeply", f"the limit is {MAX_DEPTH} levels")) from cause
+    except ValueError as cause:
+        raise SceneError(message(where, f"is not JSON: {cause}", "check the file")) from cause
 
 
 def _yaml(text: str, where: str) -> Any:  # noqa: ANN401

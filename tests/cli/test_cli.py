@@ -1,0 +1,252 @@
+"""The command line: exit codes, JSON, files; no traceback and nothing but the answer on stdout."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import subprocess
+import sys
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import holdfast as hf
+from holdfast.cli.main import run
+from holdfast.report.data import plain
+from holdfast.shipped.blocks import at, box, cube, floor
+
+
+class Answer:
+    """What one call printed, and its exit code."""
+
+    def __init__(self, code: int, out: str, err: str) -> None:
+        self.code, self.out, self.err = code, out, err
+
+
+@pytest.fixture
+def holdfast(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Any:
+    def call(*arguments: object) -> Answer:
+        monkeypatch.setattr(sys, "argv", ["holdfast", *map(str, arguments)])
+        with pytest.raises(SystemExit) as stopped:
+            run()
+        out, err = capsys.readouterr()
+        code = stopped.value.code
+        return Answer(code if isinstance(code, int) else 0 if code is None else 1, out, err)
+
+    return call
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """With a scene that falls, one that cannot be judged, and one that is bad."""
+    monkeypatch.chdir(tmp_path)
+    tower = [floor(), box("a", (0.1, 0.1, 0.1), 1, (0, 0, 0.05)), box("b", (0.1, 0.1, 0.1), 1, (0.06, 0, 0.15))]
+    hf.save_scene(hf.Scene(tower, 0.5), "falls.yaml")
+    ball = hf.Body("ball", hf.Sphere(0.05), mass=1, pose=at(0, 0, 0.05))
+    hf.save_scene(hf.Scene([floor(), ball], 0.5), "ball.yaml")
+    sunk = box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.04))
+    hf.save_scene(hf.Scene([floor(), sunk], 0.5), "sunk.yaml")
+    (tmp_path / "bad.yaml").write_text("a: 1\n")
+    return tmp_path
+
+
+def reject(constant: str) -> float:
+    raise AssertionError(f"{constant} is no JSON")
+
+
+def read(text: str) -> Any:
+    assert text.count("\n") == 1
+    return json.loads(text, parse_constant=reject)
+
+
+@pytest.mark.parametrize("as_json", [[], ["--json"]])
+@pytest.mark.parametrize("command", [["assess"], ["map", "--spacing", "0.05"]], ids=["assess", "map"])
+@pytest.mark.parametrize(
+    ("scene", "code"), [("table", 0), ("falls.yaml", 1), ("bad.yaml", 2), ("nowhere", 2), ("ball.yaml", 3)]
+)
+def test_exit_codes(scene: str, code: int, command: list[str], as_json: list[str], holdfast: Any, folder: Path) -> None:
+    answer = holdfast(command[0], scene, *command[1:], *as_json)
+    assert answer.code == code
+    if code == 2:
+        assert answer.out == ""
+        assert answer.err.startswith("error: ")
+        assert answer.err.count("\n") == 1
+    else:
+        assert answer.err == ""
+        assert answer.out
+    if as_json and code != 2:
+        read(answer.out)
+
+
+def test_the_json_of_assess_has_the_attributes(holdfast: Any) -> None:
+    data = read(holdfast("assess", "table", "--json").out)
+    assert {f.name for f in fields(hf.Stability)} <= set(data)
+    assert data["status"] == "stable"
+    assert data["claim"] == "estimated"
+    assert data["equilibrium_exists"] is True
+    assert len(data["interfaces"]) == 4
+    assert {"bodies", "area", "status", "flags", "patches"} <= set(data["interfaces"][0])
+
+
+def test_the_json_of_an_unstable_scene_spells_infinity(holdfast: Any, folder: Path) -> None:
+    data = read(holdfast("assess", "falls.yaml", "--json").out)
+    assert data["status"] == "unstable"
+    assert data["residual"] == "inf"
+    assert data["forces"] is None
+    assert "b" in data["moving"]
+    assert data["certificate"]["power"] > 0
+
+
+def test_the_json_of_map_has_the_attributes(holdfast: Any) -> None:
+    data = read(holdfast("map", "table", "--spacing", 0.05, "--json").out)
+    assert {"points", "normals", "body", "force", "status", "lower", "upper", "moving", "mode"} <= set(data)
+    n = len(data["force"])
+    assert all(len(data[name]) == n for name in ("points", "normals", "body", "status", "lower", "upper", "moving"))
+    assert set(data["upper"]) == {"inf"}
+    assert set(data["lower"]) == {0.0}
+    assert "inf" in data["force"]
+    assert data["weakest"]["force"] == pytest.approx(min(float(f) for f in data["force"]))
+    assert data["engine"] == "graph"
+    assert data["claim"] == "estimated"
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [(math.inf, "inf"), (-math.inf, "-inf"), (hf.Status.STABLE, "stable"), ((1, [2.5]), [1, [2.5]]), (None, None)],
+)
+def test_plain_data(value: Any, expected: Any) -> None:
+    assert plain(value) == expected
+
+
+def test_nan_never_becomes_a_number() -> None:
+    try:
+        said = plain(math.nan)
+    except ValueError:
+        return
+    assert said in ("nan", None)
+
+
+def test_one_body_can_be_mapped(holdfast: Any) -> None:
+    data = read(holdfast("map", "table", "--body", "slab", "--spacing", 0.05, "--json").out)
+    assert set(data["body"]) == {"slab"}
+
+
+@pytest.mark.parametrize("as_json", [[], ["--json"]])
+def test_map_writes_pictures(as_json: list[str], holdfast: Any, folder: Path) -> None:
+    answer = holdfast("map", "cube", "--spacing", 0.05, "--png", "m.png", "--html", "m.html", *as_json)
+    assert answer.code == 0
+    assert (folder / "m.png").read_bytes().startswith(b"\x89PNG\r\n\x1a\n")
+    assert "<html" in (folder / "m.html").read_text()[:2000].lower()
+    if as_json:
+        read(answer.out)
+    else:
+        assert "wrote m.png" in answer.out
+        assert "wrote m.html" in answer.out
+
+
+@pytest.mark.parametrize("target", ["--png", "--html"])
+def test_a_picture_that_cannot_be_written_is_an_error(target: str, holdfast: Any, folder: Path) -> None:
+    answer = holdfast("map", "cube", "--spacing", 0.1, target, "no/such/m.out")
+    assert answer.code == 2
+    assert "m.out: cannot be written" in answer.err
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["assess", "table", "--no-such-option"],
+        ["assess"],
+        ["frobnicate"],
+        ["map", "table", "--spacing", "wide"],
+        ["map", "table", "--spacing", "-1"],
+        ["map", "table", "--spacing", "1e-7"],
+        ["map", "table", "--body", "slb"],
+        ["map", "table", "--max-cuts", "many"],
+        ["assess", "table", "--engine", "grap"],
+        ["assess", "table", "--nodes", "2"],
+        ["assess", "table", "--gap", "nan"],
+        ["assess", "table", "--angle", "90"],
+        ["assess", "table", "--mass-margin", "1"],
+        ["convert", "table", "table.txt"],
+        ["convert", "table", "no/such/table.yaml"],
+    ],
+    ids=" ".join,
+)
+def test_wrong_usage_exits_with_2_and_says_why(arguments: list[str], holdfast: Any, folder: Path) -> None:
+    answer = holdfast(*arguments)
+    assert answer.code == 2
+    assert answer.out == ""
+    assert "rror: " in answer.err
+    assert "Traceback" not in answer.err
+
+
+@pytest.mark.parametrize(
+    "arguments", [["map", "bonded_wall", "--spacing", "0.2"], ["map", "table", "--max-cuts", "1", "--json"]]
+)
+def test_an_engine_without_an_answer_exits_with_3_and_the_remedy(arguments: list[str], holdfast: Any) -> None:
+    answer = holdfast(*arguments)
+    assert answer.code == 3
+    assert answer.out == ""
+    assert answer.err.startswith("no answer: engine graph: ")
+    assert "declare heavy bodies immobile" in answer.err
+    assert answer.err.count("\n") == 1
+
+
+def test_a_warning_goes_to_stderr_and_the_answer_to_stdout(holdfast: Any, folder: Path) -> None:
+    answer = holdfast("assess", "sunk.yaml", "--json")
+    assert answer.code == 3
+    assert read(answer.out)["overlaps"][0]["bodies"] == ["floor", "cube"]
+    assert re.match(r"warning: bodies.*overlap.*'floor' and 'cube'.* 10 mm", answer.err)
+    assert answer.err.count("\n") == 1
+
+
+@pytest.mark.parametrize("suffix", [".yaml", ".json"])
+def test_convert_writes_the_same_scene(suffix: str, holdfast: Any, folder: Path) -> None:
+    answer = holdfast("convert", "cube", f"cube{suffix}")
+    assert answer.code == 0
+    assert f"wrote cube{suffix}: 2 bodies, 1 movable" in answer.out
+    copy = hf.load_scene(f"cube{suffix}")
+    for a, b in zip(cube().bodies, copy.bodies, strict=True):
+        assert (a.name, a.mass, a.fixed) == (b.name, b.mass, b.fixed)
+        assert a.pose.tobytes() == b.pose.tobytes()
+    assert holdfast("assess", f"cube{suffix}").code == 0
+
+
+def test_the_schema_is_printed(holdfast: Any) -> None:
+    answer = holdfast("schema")
+    assert answer.code == 0
+    assert read(answer.out)["additionalProperties"] is False
+
+
+def test_version_and_help(holdfast: Any) -> None:
+    assert holdfast("--version").out.strip() == f"holdfast {hf.__version__}"
+    answer = holdfast("map", "--help")
+    assert answer.code == 0
+    assert "--spacing" in answer.out
+
+
+def test_a_defect_is_called_one(holdfast: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr("holdfast.cli.main.assemble", fail)
+    answer = holdfast("assess", "cube")
+    assert answer.code == 4
+    assert "defect in holdfast" in answer.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"), [(["assess", "cube", "--json"], 0), (["assess", "nowhere.yaml"], 2), (["--nonsense"], 2)]
+)
+def test_as_a_process(arguments: list[str], code: int) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "holdfast.cli.main", *arguments], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == code
+    assert "Traceback" not in done.stderr
+    if code == 0:
+        read(done.stdout)
+        assert done.stderr == ""

@@ -1,0 +1,262 @@
+"""The public names, their arguments and the attributes of results, as the design writes them."""
+
+from __future__ import annotations
+
+import inspect
+import subprocess
+import sys
+from typing import Any
+
+import numpy as np
+import pytest
+
+import holdfast as hf
+from holdfast.shipped.blocks import table
+
+TOP = (0.0, 0.0, 0.25)
+DOWN = (0.0, 0.0, -1.0)
+EDGE = (0.2499, 0.0, 0.25)
+SIGNATURES: dict[str, list[str]] = {
+    "load_scene": ["path"],
+    "save_scene": ["scene", "path"],
+    "Scene": ["bodies", "friction", "gravity"],
+    "Body": ["name", "shape", "mass", "density", "pose", "com", "inertia", "material", "fixed"],
+    "Box": ["size"],
+    "Cylinder": ["radius", "height"],
+    "Sphere": ["radius"],
+    "Mesh": ["vertices", "faces"],
+    "Friction": ["default", "pairs", "combine"],
+    "Interface": ["bodies", "polygon", "normal"],
+    "Load": ["body", "point", "force", "moment"],
+    "Graph": ["nodes", "isolated", "sampling"],
+    "assemble": ["scene", "gap", "angle", "pose_sigma", "interfaces"],
+    "stability": ["assembly", "loads", "engine"],
+    "robustness": ["assembly", "body", "points", "directions", "standing", "engine"],
+    "load_factor": ["assembly", "loads", "standing", "acceleration", "engine"],
+    "robustness_map": ["assembly", "bodies", "spacing", "engine", "gap"],
+}
+DEFAULTS: dict[str, dict[str, Any]] = {
+    "assemble": {"gap": None, "angle": None, "pose_sigma": None, "interfaces": None},
+    "stability": {"loads": ()},
+    "robustness": {"standing": ()},
+    "load_factor": {"standing": (), "acceleration": None},
+    "robustness_map": {"bodies": None, "spacing": 0.01},
+    "Graph": {"nodes": 20, "isolated": False, "sampling": "hull"},
+    "Body": {"fixed": False},
+    "Friction": {"combine": None},
+}
+
+
+@pytest.fixture(scope="module")
+def assembly() -> hf.Assembly:
+    return hf.assemble(table())
+
+
+@pytest.mark.parametrize("name", SIGNATURES)
+def test_arguments_have_their_names(name: str) -> None:
+    parameters = inspect.signature(getattr(hf, name)).parameters
+    assert [p for p in SIGNATURES[name] if p not in parameters] == []
+    for argument, value in DEFAULTS.get(name, {}).items():
+        assert parameters[argument].default == value
+
+
+@pytest.mark.parametrize("name", hf.__all__)
+def test_every_public_name_exists_and_is_documented(name: str) -> None:
+    assert inspect.getdoc(getattr(hf, name))
+
+
+def test_errors_are_one_family() -> None:
+    for error in (hf.SceneError, hf.GeometryError, hf.SolverError):
+        assert issubclass(error, hf.HoldfastError)
+    assert issubclass(hf.HoldfastError, Exception)
+    assert issubclass(hf.HoldfastWarning, UserWarning)
+
+
+def test_words_of_answers() -> None:
+    assert {c.name for c in hf.Claim} == {"EXISTS", "HOLDS", "ESTIMATED"}
+    assert {s.name for s in hf.Status} == {"STABLE", "UNSTABLE", "UNDECIDED", "FINITE", "INFINITE"}
+
+
+def test_an_assembly_shows_its_parts(assembly: hf.Assembly) -> None:
+    assert assembly.bodies == assembly.scene.bodies
+    for interface in assembly.interfaces:
+        assert len(interface.bodies) == 2
+        assert interface.area > 0
+        assert interface.status == "touching"
+        assert interface.flags == ()
+        for patch in interface.patches:
+            assert patch.polygon.shape[1:] == (3,)
+            assert patch.normal.shape == (3,)
+
+
+def questions(assembly: hf.Assembly, **options: Any) -> dict[str, Any]:
+    return {
+        "stability": hf.stability(assembly, **options),
+        "robustness": hf.robustness(assembly, "slab", EDGE, DOWN, **options),
+        "load_factor": hf.load_factor(assembly, [hf.Load("slab", EDGE, force=DOWN)], **options),
+        "robustness_map": hf.robustness_map(assembly, ["slab"], spacing=0.05, **options),
+    }
+
+
+@pytest.mark.parametrize("engine", ["graph", hf.Graph(), hf.Graph(nodes=12, isolated=True, sampling="quadrature")])
+def test_every_answer_names_its_engine_and_claim(assembly: hf.Assembly, engine: Any) -> None:
+    for answer in questions(assembly, engine=engine).values():
+        assert answer.engine == "graph"
+        assert answer.claim is hf.Claim.ESTIMATED
+        assert isinstance(answer.notes, tuple)
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda a: hf.stability(a),
+        lambda a: hf.robustness(a, "slab", TOP, DOWN),
+        lambda a: hf.load_factor(a, [hf.Load("slab", TOP, force=DOWN)]),
+        lambda a: hf.robustness_map(a),
+    ],
+)
+def test_engine_is_required(assembly: hf.Assembly, ask: Any) -> None:
+    with pytest.raises(TypeError, match="engine"):
+        ask(assembly)
+
+
+def test_stability_has_its_attributes(assembly: hf.Assembly) -> None:
+    s = hf.stability(assembly, engine="graph")
+    assert s.status is hf.Status.STABLE
+    assert s.equilibrium_exists is True
+    assert s.self_stress is False
+    assert 0 <= s.residual < 1e-7
+    assert (s.moving, s.mechanism, s.certificate) == ((), None, None)
+    assert s.forces.force.shape == s.forces.points.shape == s.forces.normal.shape
+
+
+@pytest.mark.parametrize(
+    ("points", "directions", "n"),
+    [
+        (TOP, DOWN, 1),
+        ([TOP], [DOWN], 1),
+        ([TOP, EDGE], DOWN, 2),
+        (TOP, [DOWN, (0, 0, 1), (0, 1, 0)], 3),
+        (np.array([TOP, EDGE]), np.array([DOWN, DOWN]), 2),
+    ],
+)
+def test_robustness_takes_one_or_many(assembly: hf.Assembly, points: Any, directions: Any, n: int) -> None:
+    r = hf.robustness(assembly, body="slab", points=points, directions=directions, standing=(), engine="graph")
+    assert r.force.shape == r.lower.shape == r.upper.shape == (n,)
+    assert len(r.status) == len(r.moving) == len(r.mode) == n
+    assert r.points.shape == r.directions.shape == (n, 3)
+    assert (r.lower == 0).all()
+    assert np.isposinf(r.upper).all()
+    assert not np.isnan(r.force).any()
+    for status, mode, force in zip(r.status, r.mode, r.force, strict=True):
+        assert status in (hf.Status.FINITE, hf.Status.INFINITE)
+        assert mode in ("slip", "topple", "mixed", "none")
+        assert (mode == "none") == np.isinf(force)
+
+
+def test_directions_need_no_unit_length(assembly: hf.Assembly) -> None:
+    one, seven = (
+        hf.robustness(assembly, "slab", EDGE, length * np.array(DOWN), engine="graph").force for length in (1, 7)
+    )
+    assert one == pytest.approx(seven, rel=1e-12)
+
+
+def test_a_load_factor_of_a_unit_push_is_the_robustness(assembly: hf.Assembly) -> None:
+    asked = questions(assembly, engine="graph")
+    factor = asked["load_factor"]
+    assert factor.factor == pytest.approx(asked["robustness"].force[0], rel=1e-12)
+    assert factor.lower == 0
+    assert factor.upper == np.inf
+    assert factor.moving == asked["robustness"].moving[0]
+    assert factor.mode == asked["robustness"].mode[0]
+    assert factor.status is hf.Status.FINITE
+
+
+def test_a_standing_load_changes_the_answer(assembly: hf.Assembly) -> None:
+    weight = hf.Load("slab", TOP, force=(0, 0, -10))
+    bare = hf.robustness(assembly, "slab", EDGE, DOWN, engine="graph").force[0]
+    loaded = hf.robustness(assembly, "slab", EDGE, DOWN, standing=[weight], engine="graph").force[0]
+    assert loaded > bare
+
+
+def test_nothing_moves_without_load(assembly: hf.Assembly) -> None:
+    assert hf.load_factor(assembly, [], engine="graph").factor == np.inf
+
+
+@pytest.mark.parametrize("off", [0.001, 0.1])
+def test_a_point_off_the_surface_raises(assembly: hf.Assembly, off: float) -> None:
+    match = rf"'slab': point 1 at \[.*\] is {off * 1e3:g} mm from the surface; needs points on the body \(tolerance"
+    with pytest.raises(hf.SceneError, match=match):
+        hf.robustness(assembly, "slab", [TOP, (0, 0, 0.25 + off)], DOWN, engine="graph")
+
+
+def test_a_point_within_the_tolerance_is_taken(assembly: hf.Assembly) -> None:
+    near = (0, 0, 0.25 + 0.9 * assembly.tolerances.gap)
+    assert hf.robustness(assembly, "slab", near, DOWN, engine="graph").status[0] is hf.Status.INFINITE
+
+
+@pytest.mark.parametrize(
+    ("options", "match"),
+    [
+        ({"directions": (0, 0, 0)}, r"direction is zero; needs"),
+        ({"points": (0, 0)}, r"points: has shape \(2,\); needs"),
+        ({"points": [[0, 0, 1], [1]]}, r"points: got .*; needs"),
+        ({"points": (0, 0, float("nan"))}, r"points: contains nan at index \(2,\); needs"),
+        ({"points": np.zeros((2, 3)), "directions": np.ones((3, 3))}, r"2 points and 3 directions; needs"),
+        ({"points": np.zeros((0, 3)), "directions": np.zeros((0, 3))}, r"points.*; needs"),
+        ({"body": "slb"}, r"'slb'; did you mean 'slab'"),
+        ({"engine": "grap"}, r"engine: 'grap' is unknown; known: graph"),
+        ({"engine": hf.Graph(nodes=2)}, r"2 nodes an interface; needs"),
+        ({"engine": hf.Graph(sampling="grid")}, r"sampling = 'grid'; needs"),
+    ],
+)
+def test_a_query_that_makes_no_sense_is_refused(assembly: hf.Assembly, options: dict[str, Any], match: str) -> None:
+    query = {"body": "slab", "points": TOP, "directions": DOWN, "engine": "graph"}
+    with pytest.raises(hf.HoldfastError, match=match):
+        hf.robustness(assembly, **{**query, **options})
+
+
+@pytest.mark.parametrize(
+    ("options", "match"),
+    [
+        ({"mass_margin": 1.0}, r"mass_margin = 1; needs 0 <= mass_margin < 1"),
+        ({"mass_margin": -0.1}, r"mass_margin: is -0\.1; needs"),
+        ({"immobile_above": 0}, r"immobile_above: is 0; needs"),
+    ],
+)
+def test_an_engine_option_that_makes_no_sense_is_refused(options: dict[str, Any], match: str) -> None:
+    with pytest.raises(hf.HoldfastError, match=match):
+        hf.Graph(**options)
+
+
+def test_answers_are_the_same_bit_for_bit_every_time() -> None:
+    first, second = (questions(hf.assemble(table()), engine="graph") for _ in range(2))
+    assert first["stability"].forces.force.tobytes() == second["stability"].forces.force.tobytes()
+    assert first["robustness"].force.tobytes() == second["robustness"].force.tobytes()
+    assert first["load_factor"].factor == second["load_factor"].factor
+    for name in ("points", "normals", "force", "lower", "upper"):
+        ours, theirs = (getattr(m["robustness_map"], name) for m in (first, second))
+        assert ours.tobytes() == theirs.tobytes()
+
+
+def test_results_cannot_be_changed(assembly: hf.Assembly) -> None:
+    for answer in questions(assembly, engine="graph").values():
+        with pytest.raises(AttributeError):
+            answer.engine = "other"
+
+
+def test_import_is_light() -> None:
+    heavy = (
+        "matplotlib",
+        "plotly",
+        "pyvista",
+        "mujoco",
+        "pybullet",
+        "typer",
+        "rich",
+        "holdfast.viewer",
+        "holdfast.cli",
+    )
+    code = f"import sys, holdfast; print([m for m in {heavy!r} if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
