@@ -79,7 +79,9 @@ def test_an_interface_of_an_unknown_body_suggests_the_nearest() -> None:
         hf.assemble(scene(), interfaces=[interface])
 
 
-def test_an_interface_between_fixed_bodies_is_refused() -> None:
+def test_an_interface_between_fixed_bodies_is_left_out() -> None:
     two = hf.Scene([floor(), hf.Body("wall", hf.Box((1, 1, 1)), fixed=True)], 0.5)
-    with pytest.raises(hf.SceneError, match=r"\('floor', 'wall'\): joins two fixed bodies; leave it out"):
-        hf.assemble(two, interfaces=[hf.Interface(("floor", "wall"), ELL, UP)])
+    assembly = hf.assemble(two, interfaces=[hf.Interface(("floor", "wall"), ELL, UP)])
+    assert assembly.interfaces == ()
+    assert hf.stability(assembly, engine="graph").status is hf.Status.STABLE
+    assert hf.robustness(assembly, "wall", (0, 0, 0.5), (0, 0, -1), engine="graph").force[0] == np.inf

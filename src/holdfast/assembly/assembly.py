@@ -140,7 +140,7 @@ def assemble(
     size unless given); ``pose_sigma`` [m] sets it from the standard deviation of the poses (4σ). ``angle`` [deg]: how
     far two faces may be from parallel (1 unless given). Bodies that overlap more than the gap raise a
     HoldfastWarning that names them and the depth. Given interfaces are taken as complete and are not checked against
-    the meshes.
+    the meshes; those between two fixed bodies are left out.
     """
     if gap is not None and pose_sigma is not None:
         raise HoldfastError(message("assemble", f"gap = {gap!r} and pose_sigma = {pose_sigma!r}", "give one of them"))
@@ -153,9 +153,7 @@ def assemble(
     if tolerances.angle >= 90:
         raise HoldfastError(message("assemble", f"angle = {tolerances.angle:g} deg", "needs less than 90"))
     if interfaces is not None:
-        given = tuple(interfaces)
-        _check_given(scene, given)
-        return Assembly(scene, given, tolerances, detected=False)
+        return Assembly(scene, _given(scene, interfaces), tolerances, detected=False)
     overlaps = find_overlaps(scene, tolerances.gap)
     if overlaps:
         warnings.warn(_overlap_warning(overlaps, tolerances.gap), HoldfastWarning, stacklevel=2)
@@ -205,11 +203,14 @@ def _overlap_warning(overlaps: Sequence[Overlap], gap: float) -> str:
     return message("bodies overlap", problem, "correct the poses, or raise gap; contacts there may be missing")
 
 
-def _check_given(scene: Scene, interfaces: Sequence[Interface]) -> None:
+def _given(scene: Scene, interfaces: Iterable[Interface]) -> tuple[Interface, ...]:
+    """The interfaces whose bodies can move against each other; those between fixed bodies carry nothing we ask for."""
+    kept = []
     for interface in interfaces:
         if not hasattr(interface, "patches"):
             problem = f"interfaces holds a {type(interface).__name__}"
             raise SceneError(message("assemble", problem, "needs holdfast.Interface objects"))
         a, b = (scene.body(name) for name in interface.bodies)
-        if a.fixed and b.fixed:
-            raise SceneError(message(f"interface {interface.bodies!r}", "joins two fixed bodies", "leave it out"))
+        if not (a.fixed and b.fixed):
+            kept.append(interface)
+    return tuple(kept)

@@ -244,7 +244,7 @@ class GraphState:
     @cached_property
     def _centre(self) -> Float:
         """(3,) reference point of the cuts' twists."""
-        return np.asarray(self.assembly.com.mean(0))
+        return np.asarray(self.assembly.com.mean(0)) if len(self.assembly.com) else np.zeros(3)
 
     @cached_property
     def _cut_axes(self) -> list[_CutAxes]:
