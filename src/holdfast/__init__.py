@@ -4,6 +4,7 @@ from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.engines.contract import Claim, Status
 from holdfast.engines.graph.engine import Graph
+from holdfast.engines.limit.engine import Limit
 from holdfast.errors import GeometryError, HoldfastError, HoldfastWarning, SceneError, SolverError
 from holdfast.robustness.map import RobustnessMap, robustness_map
 from holdfast.robustness.query import LoadFactor, Robustness, load_factor, robustness
@@ -29,6 +30,7 @@ __all__ = [
     "HoldfastError",
     "HoldfastWarning",
     "Interface",
+    "Limit",
     "Load",
     "LoadFactor",
     "Mesh",

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from holdfast.arrays import Float, Int
+from holdfast.arrays import Bool, Float, Int
 from holdfast.assembly.assembly import Assembly
 from holdfast.contacts.nodes import Sampling, interface_nodes
 from holdfast.rigid import tangents
@@ -41,6 +41,11 @@ class ContactNodes:
     def world(self, forces: Float) -> Float:
         """Local forces (I, 3) along the world axes."""
         return np.asarray(np.einsum("ik,ikx->ix", forces, self.axes))
+
+    def chosen(self, keep: Bool) -> ContactNodes:
+        """Only the nodes where ``keep`` (I,) is true."""
+        points, axes, mu, weights = self.points[keep], self.axes[keep], self.mu[keep], self.weights[keep]
+        return ContactNodes(points, axes, mu, weights, self.interface[keep], self.a[keep], self.b[keep])
 
     @cached_property
     def spans(self) -> Int:

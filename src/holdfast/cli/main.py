@@ -5,6 +5,7 @@ Exit codes: 0 stable, 1 not stable, 2 bad input, 3 undecided, 4 internal error.
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import sys
 import traceback
@@ -20,7 +21,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from holdfast import __version__
 from holdfast.assembly.assembly import Assembly, assemble
-from holdfast.engines.contract import Status
+from holdfast.engines.contract import Engine, Status
 from holdfast.engines.graph.engine import Graph
 from holdfast.errors import HoldfastError, HoldfastWarning, SolverError, message
 from holdfast.progress import listening
@@ -28,7 +29,7 @@ from holdfast.report import save_html, save_png
 from holdfast.report.data import map_data, stability_data
 from holdfast.report.tables import map_report, stability_report
 from holdfast.robustness.map import robustness_map
-from holdfast.robustness.request import ENGINES
+from holdfast.robustness.request import ENGINES, engine_of
 from holdfast.robustness.stability import stability
 from holdfast.scene.formats.files import load_scene, save_scene
 from holdfast.scene.formats.native import schema as scene_schema
@@ -185,10 +186,19 @@ def _scene(name: str) -> Scene:
     return shipped_scene(name)
 
 
-def _engine(name: str, **options: Any) -> Graph:  # noqa: ANN401 - options of the engine
-    if name not in ENGINES:
-        raise HoldfastError(message("--engine", f"{name!r} is unknown", f"known: {', '.join(ENGINES)}"))
-    return ENGINES[name](**options)
+def _engine(name: str, **options: Any) -> Engine:  # noqa: ANN401 - options of the engine
+    """The engine with the options that were changed; an option that it does not have is an error."""
+    choice = engine_of(name)
+    known = {field.name: field.default for field in dataclasses.fields(Graph)}
+    changed = {key: value for key, value in options.items() if value != known[key]}
+    if isinstance(choice, Graph):
+        return Graph(**changed)
+    if changed:
+        option = "--" + next(iter(changed)).replace("_", "-")
+        raise HoldfastError(
+            message(option, f"engine {name!r} has no such option", "leave it out, or use --engine graph")
+        )
+    return choice
 
 
 def _print_json(data: Any) -> None:  # noqa: ANN401

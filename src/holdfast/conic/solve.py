@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import clarabel
 import numpy as np
 from scipy import sparse
 
-from holdfast.arrays import Float
+from holdfast.arrays import Float, Int
 from holdfast.conic.program import ConeProgram
 
 
@@ -50,19 +50,37 @@ class ConeSolution:
     iterations: int
 
 
+class Prepared:
+    """A program set up once in the solver, whose entries of A may be changed between solves (same pattern)."""
+
+    def __init__(self, program: ConeProgram, *, tolerance: float = 1e-10, max_iterations: int = 200) -> None:
+        settings = clarabel.DefaultSettings()
+        settings.verbose = False
+        settings.max_iter = max_iterations
+        settings.max_threads = 1  # summation order, and with it the last digits, stay the same from run to run
+        settings.presolve_enable = False  # the solver takes new entries only for the program as it was given
+        settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
+        cones = [_CONES[kind](size) for kind, size in program.cones]
+        upper = sparse.triu(program.P, format="csc")
+        self._program = replace(program, A=program.A.copy())
+        self._solver = clarabel.DefaultSolver(upper, program.q, self._program.A, program.b, cones, settings)
+
+    def change(self, entries: Int, values: Float) -> None:
+        """Set the stored entries of A with these numbers (positions in ``A.data``, column by column)."""
+        self._program.A.data[entries] = values
+        self._solver.update(A=(entries, values))
+
+    def solve(self) -> ConeSolution:
+        """Solve the program as it now stands."""
+        answer = self._solver.solve()
+        outcome = _OUTCOMES.get(str(answer.status), Outcome.TROUBLE)
+        x, z = np.array(answer.x), np.array(answer.z)
+        return ConeSolution(outcome, x, z, violation(self._program, x), int(answer.iterations))
+
+
 def solve(program: ConeProgram, *, tolerance: float = 1e-10, max_iterations: int = 200) -> ConeSolution:
     """Solve ``program``; ``tolerance`` is on gap and feasibility, relative and absolute, so scale the data to 1."""
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    settings.max_iter = max_iterations
-    settings.max_threads = 1  # summation order, and with it the last digits, stay the same from run to run
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
-    cones = [_CONES[kind](size) for kind, size in program.cones]
-    upper = sparse.triu(program.P, format="csc")
-    answer = clarabel.DefaultSolver(upper, program.q, program.A, program.b, cones, settings).solve()
-    outcome = _OUTCOMES.get(str(answer.status), Outcome.TROUBLE)
-    x, z = np.array(answer.x), np.array(answer.z)
-    return ConeSolution(outcome, x, z, violation(program, x), int(answer.iterations))
+    return Prepared(program, tolerance=tolerance, max_iterations=max_iterations).solve()
 
 
 _CONES = {

@@ -12,6 +12,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, equilibrium_operator
 from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import ConeSolution, Outcome, solve
+from holdfast.engines.cones import EXACT, FrictionCone
 
 ACCEPTED_RESIDUAL = 1e-7  # of the total weight: forces with a larger equilibrium error are no answer
 
@@ -33,51 +34,46 @@ class ForceSolution:
     iterations: int
 
 
-def force_program(assembly: Assembly, nodes: ContactNodes, wrench: Float) -> tuple[ConeProgram, sparse.csc_matrix]:
-    """Min ½ Σ |f_i|²/w_i  s.t.  G f + wrench = 0, |f_t| <= μ f_n, in units of the total weight and size.
+def force_program(
+    assembly: Assembly, nodes: ContactNodes, wrench: Float, cone: FrictionCone = EXACT
+) -> tuple[ConeProgram, sparse.csc_matrix]:
+    """Min ½ Σ |f_i|²/w_i  s.t.  G f + wrench = 0, friction, in units of the total weight and size.
 
-    Rows: 6J equilibrium, then for μ = 0 nodes f_t = 0 and f_n >= 0, then a cone (μ f_n, f_t) a node. Returns the
-    program and the scaled G.
+    Rows: 6J equilibrium, then friction (``FrictionCone.rows``). Returns the program and the scaled G.
     """
     G = scaled_operator(assembly, equilibrium_operator(assembly, nodes))
-    count = len(nodes)
-    smooth = np.flatnonzero(nodes.mu == 0)
-    rough = np.flatnonzero(nodes.mu > 0)
-    scale = np.ones((count, 3))
-    scale[:, 0] = nodes.mu
-    picks = -sparse.diags(scale.ravel(), format="csr")
-    normals = -sparse.eye(3 * count, format="csr")
-    tangential = normals[np.sort(np.r_[3 * smooth + 1, 3 * smooth + 2])]
-    A = sparse.vstack([G, tangential, normals[3 * smooth], picks[(3 * rough[:, None] + np.arange(3)).ravel()]])
-    b = np.zeros(A.shape[0])
+    C, cones = cone.rows(nodes)
+    b = np.zeros(G.shape[0] + C.shape[0])
     b[: G.shape[0]] = -scaled_wrench(assembly, wrench)
-    share = nodes.weights / nodes.weights.mean() if count else nodes.weights
+    share = nodes.weights / nodes.weights.mean() if len(nodes) else nodes.weights
     P = sparse.diags(np.repeat(1 / share, 3), format="csc")
-    cones = (
-        ("zero", G.shape[0] + 2 * len(smooth)),
-        ("nonnegative", len(smooth)),
-        *((("second_order", 3),) * len(rough)),
-    )
-    kept = tuple((kind, size) for kind, size in cones if size)
-    return ConeProgram(P, np.zeros(3 * count), sparse.csc_matrix(A), b, kept), G  # type: ignore[arg-type]
+    A = sparse.csc_matrix(sparse.vstack([G, C]))
+    return ConeProgram(P, np.zeros(A.shape[1]), A, b, (("zero", G.shape[0]), *cones)), G
 
 
 def scaled_operator(assembly: Assembly, G: sparse.csc_matrix) -> sparse.csc_matrix:
     """G with torques in units of the assembly's size, so that all rows are of order one."""
-    return sparse.csc_matrix(sparse.diags(_row_scale(assembly)) @ G)
+    return sparse.csc_matrix(sparse.diags(row_scale(assembly)) @ G)
 
 
 def scaled_wrench(assembly: Assembly, wrench: Float) -> Float:
     """(6J,) in units of the total weight and size."""
-    return _row_scale(assembly) * wrench / assembly.weight
+    return row_scale(assembly) * wrench / assembly.weight
 
 
-def solve_forces(assembly: Assembly, nodes: ContactNodes, wrench: Float, *, tolerance: float = 1e-10) -> ForceSolution:
+def solve_forces(
+    assembly: Assembly,
+    nodes: ContactNodes,
+    wrench: Float,
+    *,
+    tolerance: float = 1e-10,
+    cone: FrictionCone = EXACT,
+) -> ForceSolution:
     """Forces that balance ``wrench`` (6J,), or the motion that proves there are none."""
-    program, G = force_program(assembly, nodes, wrench)
+    program, G = force_program(assembly, nodes, wrench, cone)
     solution = solve(program, tolerance=tolerance)
     if solution.outcome is Outcome.INFEASIBLE:
-        twists = (_row_scale(assembly) * solution.z[: G.shape[0]]).reshape(-1, 6)
+        twists = (row_scale(assembly) * solution.z[: G.shape[0]]).reshape(-1, 6)
         return ForceSolution(solution.outcome, None, twists, np.inf, 0.0, solution.iterations)
     if solution.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED):
         return ForceSolution(solution.outcome, None, None, np.inf, 0.0, solution.iterations)
@@ -87,12 +83,13 @@ def solve_forces(assembly: Assembly, nodes: ContactNodes, wrench: Float, *, tole
         forces * assembly.weight,
         None,
         _residual(nodes, G, forces, program.b[: G.shape[0]]),
-        _dilatancy(program, nodes, solution),
+        _dilatancy(program, nodes, solution) if cone.kind == "exact" else np.inf,
         solution.iterations,
     )
 
 
-def _row_scale(assembly: Assembly) -> Float:
+def row_scale(assembly: Assembly) -> Float:
+    """(6J,) 1 for forces, 1/size for torques."""
     return np.tile(np.repeat([1.0, 1 / assembly.size], 3), len(assembly.movable))
 
 

@@ -10,6 +10,7 @@ from holdfast.arrays import Float
 from holdfast.assembly.assembly import Assembly, body_forces
 from holdfast.assembly.nodes import ContactNodes, contact_nodes
 from holdfast.contacts.nodes import Sampling
+from holdfast.engines.cones import EXACT, FrictionCone
 from holdfast.engines.contract import Certificate, ContactForces, Mechanism, Status, Verdict
 from holdfast.engines.forces import ACCEPTED_RESIDUAL, ForceSolution, solve_forces
 from holdfast.engines.mechanism import describe, mode_of, relative_velocity
@@ -27,7 +28,7 @@ class Rest:
     verdict: Verdict
 
 
-def find_rest(assembly: Assembly, wrench: Float, count: int, sampling: Sampling) -> Rest:
+def find_rest(assembly: Assembly, wrench: Float, count: int, sampling: Sampling, cone: FrictionCone = EXACT) -> Rest:
     """Solve for contact forces that balance ``wrench`` (6J,); ``count`` nodes an interface.
 
     Where the sampled nodes carry no equilibrium the corners of the patches decide: they can carry whatever the whole
@@ -42,7 +43,7 @@ def find_rest(assembly: Assembly, wrench: Float, count: int, sampling: Sampling)
     corners = contact_nodes(assembly, count, "corners")
     tried: list[str] = []
     for points, tolerance in ((nodes, 1e-10), (corners, 1e-10), (corners, 1e-7)):
-        solution = solve_forces(assembly, points, wrench, tolerance=tolerance)
+        solution = solve_forces(assembly, points, wrench, tolerance=tolerance, cone=cone)
         if solution.forces is not None and solution.residual <= ACCEPTED_RESIDUAL:
             forces, residual = solution.forces, solution.residual
             return Rest(points, forces, _stable(assembly, points, forces, residual, solution.dilatancy))

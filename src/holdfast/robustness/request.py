@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -12,10 +12,11 @@ from holdfast.arrays import Float, checked
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.engines.contract import Engine
 from holdfast.engines.graph.engine import Graph
+from holdfast.engines.limit.engine import Limit
 from holdfast.errors import HoldfastError, SceneError, message
 from holdfast.rigid import wrench_at
 
-ENGINES: dict[str, type[Graph]] = {"graph": Graph}
+ENGINES: dict[str, Callable[[], Engine]] = {"graph": Graph, "limit": Limit}
 
 EngineChoice: TypeAlias = str | Engine
 

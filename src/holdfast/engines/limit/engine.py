@@ -1,0 +1,185 @@
+"""Engine ``limit``: max s such that G f + w_g + s w_e = 0, f in the friction cones, one solve a load."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+from holdfast.arrays import Float, Int
+from holdfast.assembly.assembly import Assembly
+from holdfast.conic.program import ConeProgram
+from holdfast.conic.solve import ConeSolution, Outcome, Prepared
+from holdfast.engines.cones import ConeChoice, FrictionCone
+from holdfast.engines.contract import Capacity, Claim, Mechanism, Status, Verdict, no_capacity
+from holdfast.engines.forces import force_program, row_scale, scaled_wrench
+from holdfast.engines.mechanism import describe, mode_of, relative_velocity
+from holdfast.engines.rest import Rest, find_rest, weight_wrench
+from holdfast.engines.self_stress import needs_self_stress
+
+MARGIN = 1e-7  # relative: bounds are moved outwards by the accuracy of the solver
+ACCEPTED = 1e-6  # residual of a solution, in units of the weight, above which it is no answer
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Static limit analysis over all corners of all patches, which carry whatever the patches can.
+
+    ``cone``: "exact", or a polygon of ``sides`` "inscribed" (cautious) or "circumscribed" (optimistic).
+    """
+
+    cone: ConeChoice = "exact"
+    sides: int = 8
+
+    name = "limit"
+    claim = Claim.EXISTS
+
+    def __post_init__(self) -> None:
+        FrictionCone(self.cone, self.sides)
+
+    def prepare(
+        self, assembly: Assembly, standing: Float | None = None, acceleration: Float | None = None
+    ) -> LimitState:
+        """Test s = 0 first: an assembly that does not stand must not score because a push would hold it."""
+        wrench = weight_wrench(assembly, acceleration)
+        if standing is not None:
+            wrench = wrench + standing
+        cone = FrictionCone(self.cone, self.sides)
+        rest = find_rest(assembly, wrench, 4, "corners", cone)
+        return LimitState(self, assembly, wrench, _judged(assembly, rest, wrench, cone))
+
+
+def _judged(assembly: Assembly, rest: Rest, wrench: Float, cone: FrictionCone) -> Rest:
+    """STABLE only where the equilibrium needs no self-stress, else UNDECIDED although one exists."""
+    verdict = rest.verdict
+    if verdict.status is not Status.STABLE:
+        return rest
+    needed = False if verdict.self_stress is False else needs_self_stress(assembly, rest.nodes, wrench, cone)
+    if needed is False:
+        reason = "an equilibrium exists that needs no self-stress"
+        return replace(rest, verdict=replace(verdict, self_stress=False, reason=reason))
+    reason = "an equilibrium exists, but it rests on contacts that would have to be pressed together by something else"
+    if needed is None:
+        reason = "an equilibrium exists; whether it needs self-stress was not settled"
+    return replace(rest, verdict=replace(verdict, status=Status.UNDECIDED, self_stress=needed, reason=reason))
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """One load: ``factor`` with bounds, ``status``, and the dual twists (6J,) scaled to unit load power, if finite."""
+
+    factor: float
+    lower: float
+    upper: float
+    status: Status
+    twists: Float | None
+
+
+@dataclass(frozen=True, eq=False)
+class LimitState:
+    """Engine ``limit`` with one program, set up once, for all loads of an assembly."""
+
+    engine: Limit
+    assembly: Assembly
+    wrench: Float
+    rest: Rest
+
+    def verdict(self) -> Verdict:
+        """Whether an equilibrium exists, and whether it needs self-stress."""
+        return self.rest.verdict
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Which polygon stands for the cone, if one does."""
+        if self.engine.cone == "exact":
+            return ()
+        errs = "cautious" if self.engine.cone == "inscribed" else "optimistic"
+        return (f"friction cone replaced by an {self.engine.cone} polygon of {self.engine.sides} sides: {errs}",)
+
+    def load_factor(self, W: Float) -> Capacity:
+        """Factors for load columns W (6J, n), each by a solve of its own."""
+        count = W.shape[1]
+        verdict = self.rest.verdict
+        if not verdict.equilibrium_exists:
+            moving = () if verdict.mechanism is None else verdict.mechanism.moving
+            status = Status.UNSTABLE if verdict.status is Status.UNSTABLE else Status.UNDECIDED
+            return no_capacity(count, status, moving, verdict.mechanism)
+        answers = [self.solve(W[:, k]) for k in range(count)]
+        told = [None if a.twists is None else self.mechanism(a.twists) for a in answers]
+        return Capacity(
+            np.array([a.factor for a in answers]),
+            np.array([a.lower for a in answers]),
+            np.array([a.upper for a in answers]),
+            tuple(a.status for a in answers),
+            tuple(() if t is None else t.moving for t in told),
+            tuple("none" if t is None else t.mode for t in told),
+            tuple(told),
+        )
+
+    def mechanism(self, twists: Float) -> Mechanism:
+        """The collapse mechanism of dual twists (6J,)."""
+        motion = twists.reshape(-1, 6)
+        velocity = relative_velocity(self.rest.nodes, self.assembly.com, motion)
+        return describe(self.assembly, motion, mode_of(velocity, self.rest.nodes.mu))
+
+    def solve(self, load: Float) -> Solved:
+        """The largest factor of one load (6J,)."""
+        scaled = scaled_wrench(self.assembly, load)
+        size = float(np.abs(scaled).max(initial=0))
+        if size == 0:
+            return Solved(np.inf, np.inf, np.inf, Status.INFINITE, None)
+        prepared, column = self._prepared
+        prepared.change(column, scaled / size)
+        solution = prepared.solve()
+        if solution.outcome is Outcome.UNBOUNDED and self._supports_itself(solution, scaled / size):
+            return Solved(np.inf, np.inf, np.inf, Status.INFINITE, None)
+        if solution.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED) or solution.residual > ACCEPTED:
+            return Solved(0.0, 0.0, np.inf, Status.UNDECIDED, None)
+        return self._bounded(solution, load, size)
+
+    def _bounded(self, solution: ConeSolution, load: Float, size: float) -> Solved:
+        """Bounds from both sides: s of the primal point, and gravity over load power of the dual mechanism."""
+        primal = max(float(solution.x[-1]), 0.0) / size
+        twists = row_scale(self.assembly) * solution.z[: len(load)]
+        power = float(twists @ load)
+        if not power > 0:
+            return Solved(0.0, 0.0, np.inf, Status.UNDECIDED, None)
+        dual = max(-float(twists @ self.wrench) / power, 0.0)
+        slack = MARGIN * max(primal, dual) + ACCEPTED * solution.residual / size
+        lower, upper = max(min(primal, dual) - slack, 0.0), max(primal, dual) + slack
+        return Solved(primal, lower, upper, Status.FINITE, twists / power)
+
+    def _supports_itself(self, solution: ConeSolution, column: Float) -> bool:
+        """Whether the ray of an unbounded program holds: contact forces in the cones that balance the load alone."""
+        ray = solution.x / max(float(solution.x[-1]), 1e-300)
+        if not solution.x[-1] > 0:
+            return False
+        program = self._program
+        balance = program.A[: len(column), :-1] @ ray[:-1] + column
+        forces = ray[:-1].reshape(-1, 3)
+        largest = max(float(np.abs(forces).max(initial=0)), 1.0)
+        excess = np.linalg.norm(forces[:, 1:], axis=1) - self.rest.nodes.mu * forces[:, 0]
+        if self.engine.cone == "circumscribed":
+            excess = excess - self.rest.nodes.mu * np.abs(forces[:, 0])  # corners stick out of the circle
+        return float(np.abs(balance).max()) <= 1e-5 * largest and float(excess.max(initial=0)) <= 1e-5 * largest
+
+    @cached_property
+    def _program(self) -> ConeProgram:
+        """Variables (f, s); the last column of A holds the load, in all equilibrium rows."""
+        cone = FrictionCone(self.engine.cone, self.engine.sides)
+        base, G = force_program(self.assembly, self.rest.nodes, self.wrench, cone)
+        rows = G.shape[0]
+        column = sparse.csc_matrix((np.ones(rows), (np.arange(rows), np.zeros(rows, int))), (base.A.shape[0], 1))
+        A = sparse.csc_matrix(sparse.hstack([base.A, column]))
+        count = A.shape[1]
+        return ConeProgram(
+            sparse.csc_matrix((count, count)), np.append(np.zeros(count - 1), -1.0), A, base.b, base.cones
+        )
+
+    @cached_property
+    def _prepared(self) -> tuple[Prepared, Int]:
+        program = self._program
+        rows = 6 * len(self.assembly.movable)
+        return Prepared(program, tolerance=1e-9), np.arange(program.A.nnz - rows, program.A.nnz)

@@ -1,0 +1,59 @@
+"""Whether an equilibrium needs self-stress: forces that bodies exert on each other although nothing loads them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy import sparse
+
+from holdfast.arrays import Bool, Float
+from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.nodes import ContactNodes, equilibrium_operator
+from holdfast.conic.program import ConeProgram
+from holdfast.conic.solve import Outcome, solve
+from holdfast.engines.cones import FrictionCone
+from holdfast.engines.forces import ACCEPTED_RESIDUAL, force_program, scaled_operator
+
+PRESSED = 1e-6  # of the total weight: nodes with less normal force do not count as pressed
+
+
+def self_stressed_nodes(assembly: Assembly, nodes: ContactNodes, cone: FrictionCone) -> Bool | None:
+    """(I,) which nodes can press although no load acts (G f = 0, f in the cones); None if that was not settled.
+
+    max Σ t_i with t_i <= f_n,i and t_i <= 1: such forces add up and may be scaled, so each t_i ends at 0 or 1.
+    """
+    G = scaled_operator(assembly, equilibrium_operator(assembly, nodes))
+    C, cones = cone.rows(nodes)
+    count = len(nodes)
+    normal = sparse.csr_matrix((-np.ones(count), (np.arange(count), 3 * np.arange(count))), (count, 3 * count))
+    forces = sparse.vstack([G, C, normal, sparse.csr_matrix((2 * count, 3 * count))])
+    eye = sparse.eye(count)
+    shares = sparse.vstack([sparse.csr_matrix((G.shape[0] + C.shape[0], count)), eye, eye, -eye])
+    A = sparse.csc_matrix(sparse.hstack([forces, shares]))
+    b = np.concatenate([np.zeros(G.shape[0] + C.shape[0] + count), np.ones(count), np.zeros(count)])
+    q = np.concatenate([np.zeros(3 * count), -np.ones(count)])
+    P = sparse.csc_matrix((4 * count, 4 * count))
+    program = ConeProgram(P, q, A, b, (("zero", G.shape[0]), *cones, ("nonnegative", 3 * count)))
+    solution = solve(program, tolerance=1e-8)
+    if solution.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED) or solution.residual > 1e-6:
+        return None
+    return np.asarray(solution.x[3 * count :] > 0.5)
+
+
+def needs_self_stress(assembly: Assembly, nodes: ContactNodes, wrench: Float, cone: FrictionCone) -> bool | None:
+    """Whether the equilibrium of ``wrench`` (6J,) with the least total normal force rests on self-stress.
+
+    Self-stress only adds normal force, so the least equilibrium has none to spare: if the contacts it presses cannot
+    stress each other, none is needed (False); if they can, the equilibrium is suspect (True). None: not settled.
+    """
+    program, _ = force_program(assembly, nodes, wrench, cone)
+    count = 3 * len(nodes)
+    q = np.zeros(count)
+    q[::3] = 1.0
+    solution = solve(replace(program, P=sparse.csc_matrix((count, count)), q=q), tolerance=1e-9)
+    if solution.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED) or solution.residual > ACCEPTED_RESIDUAL:
+        return None
+    pressed = nodes.chosen(solution.x[::3] > PRESSED)
+    stressed = self_stressed_nodes(assembly, pressed, cone)
+    return None if stressed is None else bool(stressed.any())
