@@ -30,7 +30,7 @@ def checked(
     error: type[HoldfastError] = SceneError,
 ) -> Float:
     """A read-only float64 copy of ``value`` with the given shape (None: any length); raises ``error`` otherwise."""
-    wanted = "(" + ", ".join("n" if s is None else str(s) for s in shape) + ")"
+    wanted = str(tuple(s if s is not None else "n" for s in shape)).replace("'", "")
     try:
         array = np.array(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):

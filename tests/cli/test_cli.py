@@ -149,9 +149,13 @@ def test_map_writes_pictures(as_json: list[str], holdfast: Any, folder: Path) ->
 
 @pytest.mark.parametrize("target", ["--png", "--html"])
 def test_a_picture_that_cannot_be_written_is_an_error(target: str, holdfast: Any, folder: Path) -> None:
-    answer = holdfast("map", "cube", "--spacing", 0.1, target, "no/such/m.out")
+    name = f"m.{target[2:]}"
+    answer = holdfast("map", "cube", "--spacing", 0.1, target, f"no/such/{name}")
     assert answer.code == 2
-    assert "m.out: cannot be written" in answer.err
+    assert f"{name}: cannot be written" in answer.err
+    answer = holdfast("map", "cube", "--spacing", 0.1, target, "m.jpg")
+    assert answer.code == 2
+    assert f"m.jpg does not end in .{target[2:]}" in answer.err
 
 
 @pytest.mark.parametrize(
@@ -218,7 +222,8 @@ def test_convert_writes_the_same_scene(suffix: str, holdfast: Any, folder: Path)
 def test_the_schema_is_printed(holdfast: Any) -> None:
     answer = holdfast("schema")
     assert answer.code == 0
-    assert read(answer.out)["additionalProperties"] is False
+    assert json.loads(answer.out)["additionalProperties"] is False
+    assert len(answer.out.splitlines()) > 100, "a person reads it too"
 
 
 def test_version_and_help(holdfast: Any) -> None:

@@ -18,6 +18,7 @@ from holdfast.errors import HoldfastError, HoldfastWarning, SceneError, message
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
+HUGE = 50.0  # [m] a movable body larger than this is suspected to be in other units
 FIXED = -1  # the node of the graph into which all fixed bodies are merged
 
 
@@ -142,6 +143,9 @@ def assemble(
     HoldfastWarning that names them and the depth. Given interfaces are taken as complete and are not checked against
     the meshes; those between two fixed bodies are left out.
     """
+    if not hasattr(scene, "movable"):
+        problem = f"got a {type(scene).__name__}"
+        raise HoldfastError(message("assemble", problem, "needs a Scene: hf.load_scene(path) reads one from a file"))
     if gap is not None and pose_sigma is not None:
         raise HoldfastError(message("assemble", f"gap = {gap!r} and pose_sigma = {pose_sigma!r}", "give one of them"))
     if pose_sigma is not None:
@@ -152,6 +156,7 @@ def assemble(
     )
     if tolerances.angle >= 90:
         raise HoldfastError(message("assemble", f"angle = {tolerances.angle:g} deg", "needs less than 90"))
+    _warn_of_units(scene, tolerances.gap)
     if interfaces is not None:
         return Assembly(scene, _given(scene, interfaces), tolerances, detected=False)
     overlaps = find_overlaps(scene, tolerances.gap)
@@ -182,6 +187,22 @@ def components(count: int, ends: Iterable[tuple[int, int]]) -> list[list[int]]:
         groups.setdefault(root(k), []).append(k)
     groups.pop(root(count), None)
     return list(groups.values())
+
+
+def _warn_of_units(scene: Scene, gap: float) -> None:
+    """Millimetres where metres are meant make contacts of everything, or of nothing: say so at once."""
+    across = {body.name: float(np.ptp(body.surface_world.vertices, axis=0).max()) for body in scene.movable}
+    widest = max(across, key=lambda name: across[name], default=None)
+    if widest is not None and across[widest] > HUGE:
+        problem = f"is {across[widest]:.3g} m across"
+        text = message(f"body {widest!r}", problem, "if its mesh is in millimetres, use scale 0.001")
+        warnings.warn(text, HoldfastWarning, stacklevel=3)
+    sizes = {body.name: float(np.ptp(body.shape.surface.vertices, axis=0).min()) for body in scene.movable}
+    thin = min(sizes, key=lambda name: sizes[name], default=None)
+    if thin is not None and gap > 0.5 * sizes[thin]:
+        problem = f"is {gap * 1e3:.3g} mm, but body {thin!r} is only {sizes[thin] * 1e3:.3g} mm thick"
+        text = message("gap", problem, "bodies may touch through it: gap is in metres, use a smaller one")
+        warnings.warn(text, HoldfastWarning, stacklevel=3)
 
 
 def _with_status(interfaces: Sequence[Interface], overlaps: Sequence[Overlap]) -> tuple[Interface, ...]:

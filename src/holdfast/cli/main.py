@@ -49,11 +49,11 @@ EXIT = {Status.STABLE: 0, Status.UNSTABLE: 1, Status.UNDECIDED: 3}
 BAD_INPUT, INTERNAL, STOPPED = 2, 4, 130
 
 SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="a scene file, or the name of a shipped scene")]
-Gap = Annotated[float | None, typer.Option(help="contact tolerance [m]; default: 1/1000 of the median body size")]
-Angle = Annotated[float | None, typer.Option(help="largest angle between touching faces [deg]; default: 1")]
+Gap = Annotated[float | None, typer.Option(help="contact tolerance in m; default: 1/1000 of the median body size")]
+Angle = Annotated[float | None, typer.Option(help="largest angle between touching faces in degrees; default: 1")]
 EngineName = Annotated[str, typer.Option("--engine", help=f"one of: {', '.join(ENGINES)}")]
 Nodes = Annotated[int, typer.Option(help="contact nodes an interface")]
-Immobile = Annotated[float | None, typer.Option(help="bodies heavier than this [kg] count as immobile (optimistic)")]
+Immobile = Annotated[float | None, typer.Option(help="bodies heavier than this (in kg) count as immobile (optimistic)")]
 Margin = Annotated[float, typer.Option(help="take all masses smaller by this share, 0 to 1")]
 MaxCuts = Annotated[int, typer.Option(help="refuse scenes with more feasible cuts than this")]
 AsJson = Annotated[bool, typer.Option("--json", help="print JSON; infinity is the text inf")]
@@ -83,7 +83,7 @@ def assess(
 def map_(
     scene: SceneArgument,
     engine: EngineName = "graph",
-    spacing: Annotated[float, typer.Option(help="distance of neighbouring points [m]")] = 0.01,
+    spacing: Annotated[float, typer.Option(help="distance of neighbouring points in m")] = 0.01,
     body: Annotated[list[str] | None, typer.Option(help="map this body only (may be repeated)")] = None,
     png: Annotated[Path | None, typer.Option(help="write a picture here")] = None,
     html: Annotated[Path | None, typer.Option(help="write an interactive page here (opens offline)")] = None,
@@ -96,6 +96,8 @@ def map_(
     as_json: AsJson = False,
 ) -> None:
     """Map the largest inward push over all exposed surfaces and name the weakest points."""
+    _check_suffix(png, ".png")
+    _check_suffix(html, ".html")
     method = _engine(engine, nodes=nodes, immobile_above=immobile_above, mass_margin=mass_margin, max_cuts=max_cuts)
     assembly: Assembly = assemble(_scene(scene), gap=gap, angle=angle)
     with _progress():
@@ -134,7 +136,7 @@ def convert(
 @app.command()
 def schema() -> None:
     """Print the JSON schema of the native scene file."""
-    _print_json(scene_schema())
+    _print_json(scene_schema(), indent=2)
 
 
 def _version(value: bool) -> None:
@@ -201,8 +203,13 @@ def _engine(name: str, **options: Any) -> Engine:  # noqa: ANN401 - options of t
     return choice
 
 
-def _print_json(data: Any) -> None:  # noqa: ANN401
-    sys.stdout.write(json.dumps(data, allow_nan=False) + "\n")
+def _check_suffix(path: Path | None, suffix: str) -> None:
+    if path is not None and path.suffix.lower() != suffix:
+        raise HoldfastError(message(f"--{suffix[1:]}", f"{path} does not end in {suffix}", f"name a {suffix} file"))
+
+
+def _print_json(data: Any, *, indent: int | None = None) -> None:  # noqa: ANN401
+    sys.stdout.write(json.dumps(data, allow_nan=False, indent=indent) + "\n")
 
 
 def _complain(kind: str, text: str) -> None:

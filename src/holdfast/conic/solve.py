@@ -63,6 +63,7 @@ class Prepared:
         cones = [_CONES[kind](size) for kind, size in program.cones]
         upper = sparse.triu(program.P, format="csc")
         self._program = replace(program, A=program.A.copy())
+        self._runs = cone_runs(program)
         self._solver = clarabel.DefaultSolver(upper, program.q, self._program.A, program.b, cones, settings)
 
     def change(self, entries: Int, values: Float) -> None:
@@ -75,7 +76,7 @@ class Prepared:
         answer = self._solver.solve()
         outcome = _OUTCOMES.get(str(answer.status), Outcome.TROUBLE)
         x, z = np.array(answer.x), np.array(answer.z)
-        return ConeSolution(outcome, x, z, violation(self._program, x), int(answer.iterations))
+        return ConeSolution(outcome, x, z, violation(self._program, x, self._runs), int(answer.iterations))
 
 
 def solve(program: ConeProgram, *, tolerance: float = 1e-10, max_iterations: int = 200) -> ConeSolution:
@@ -90,11 +91,11 @@ _CONES = {
 }
 
 
-def violation(program: ConeProgram, x: Float) -> float:
-    """How far b - A x is from the cones, in the largest component."""
+def violation(program: ConeProgram, x: Float, runs: list[tuple[str, int, int]] | None = None) -> float:
+    """How far b - A x is from the cones, in the largest component; ``runs`` as from ``cone_runs``, if at hand."""
     slack = program.b - program.A @ x
     worst, row = 0.0, 0
-    for kind, size, count in _runs(program):
+    for kind, size, count in cone_runs(program) if runs is None else runs:
         block = slack[row : row + size * count].reshape(count, size)
         row += size * count
         if not block.size:
@@ -104,11 +105,11 @@ def violation(program: ConeProgram, x: Float) -> float:
         elif kind == "nonnegative":
             worst = max(worst, float(-block.min()))
         else:
-            worst = max(worst, float((np.linalg.norm(block[:, 1:], axis=1) - block[:, 0]).max()))
+            worst = max(worst, float((np.sqrt((block[:, 1:] ** 2).sum(1)) - block[:, 0]).max()))
     return worst
 
 
-def _runs(program: ConeProgram) -> list[tuple[str, int, int]]:
+def cone_runs(program: ConeProgram) -> list[tuple[str, int, int]]:
     """Cones of one kind and size that follow each other: (kind, size, how many)."""
     runs: list[tuple[str, int, int]] = []
     for kind, size in program.cones:

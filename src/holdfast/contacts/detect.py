@@ -16,7 +16,8 @@ from holdfast.rigid import tangents
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
-RELATIVE_GAP = 1e-3  # default gap over the median size of the movable bodies
+RELATIVE_GAP = 1e-3  # default gap over the usual size of the movable bodies
+USUAL_OVER_SMALLEST = 5  # the usual size is the median, but not more than this times the smallest
 DEFAULT_ANGLE = 1.0  # [deg]
 NEGLIGIBLE_WIDTH = 1e-6  # patches narrower than this, relative to the smaller body, are rounding
 HAIRLINE = 1e-3  # of that width: gaps between pieces that belong together
@@ -31,9 +32,9 @@ class Tolerances:
 
 
 def default_gap(scene: Scene) -> float:
-    """A thousandth of the median bounding-box diagonal of the movable bodies [m]."""
-    bodies = scene.movable or scene.bodies
-    return RELATIVE_GAP * float(np.median([body_size(body) for body in bodies]))
+    """A thousandth of the usual bounding-box diagonal of the movable bodies [m]; a huge one does not raise it."""
+    sizes = [body_size(body) for body in scene.movable or scene.bodies]
+    return RELATIVE_GAP * min(float(np.median(sizes)), USUAL_OVER_SMALLEST * min(sizes))
 
 
 def body_size(body: Body) -> float:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from enum import StrEnum, auto
+from functools import cached_property
 from typing import Literal, Protocol
 
 import numpy as np
@@ -54,13 +56,19 @@ class ContactForces:
 class Mechanism:
     """How bodies begin to move: ``twists`` (J, 6) velocities of all movable bodies about their centres of mass.
 
-    Scaled so that the fastest point of the assembly's extent moves at about 1; zero for bodies at rest.
+    Scaled so that the fastest point of the assembly's extent moves at about 1; zero for bodies at rest. ``text`` tells
+    the motion of each group of bodies in words.
     """
 
     moving: tuple[str, ...]
     twists: Float
     mode: Mode
-    text: str
+    tell: Callable[[], str] = field(repr=False)
+
+    @cached_property
+    def text(self) -> str:
+        """The motion in words, composed when asked for: maps hold thousands of mechanisms that nobody reads."""
+        return self.tell()
 
 
 @dataclass(frozen=True)
@@ -113,8 +121,11 @@ class State(Protocol):
         """Whether the assembly stands under its weight and the standing loads."""
         ...
 
-    def load_factor(self, W: Float) -> Capacity:
-        """For each column of W (6J, n), wrenches on the movable bodies: the largest factor before motion."""
+    def load_factor(self, W: Float, gap: float | None = None) -> Capacity:
+        """For each column of W (6J, n), wrenches on the movable bodies: the largest factor before motion.
+
+        ``gap`` allows an engine that gives bounds to stop at (upper - lower) / upper <= gap.
+        """
         ...
 
     @property

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from holdfast.arrays import Float
@@ -23,30 +25,37 @@ def relative_velocity(nodes: ContactNodes, com: Float, twists: Float) -> Float:
     return np.asarray(np.einsum("ikx,ix->ik", nodes.axes, velocity))
 
 
-def mode_of(velocity: Float, mu: Float) -> Mode:
-    """Whether contacts slide, open or both, from relative velocities (I, 3) of a dual motion.
+def modes_of(velocities: Float, mu: Float) -> list[Mode]:
+    """Whether contacts slide, open or both, from relative velocities (k, I, 3) of k dual motions.
 
     There a contact that slides also rises, by u_n = μ |u_t|: only what opens faster than that opens in earnest.
     """
-    speed = np.linalg.norm(velocity, axis=1)
-    moving = (speed > AT_REST * speed.max(initial=0)) & (speed > 0)
-    if not moving.any():
-        return "none"
-    rise = mu[moving] * np.linalg.norm(velocity[moving, 1:], axis=1)
-    opens = velocity[moving, 0] > 1.02 * rise + 0.01 * speed[moving]
-    slides = ~opens
-    if opens.any() and slides.any():
-        return "mixed"
-    return "topple" if opens.any() else "slip"
+    sliding = np.sqrt((velocities[:, :, 1:] ** 2).sum(2))
+    speed = np.sqrt(velocities[:, :, 0] ** 2 + sliding**2)
+    moving = (speed > AT_REST * speed.max(1, initial=0)[:, None]) & (speed > 0)
+    opens = velocities[:, :, 0] > 1.02 * mu * sliding + 0.01 * speed
+    names: dict[tuple[bool, bool], Mode] = {
+        (False, False): "none",
+        (True, False): "topple",
+        (False, True): "slip",
+        (True, True): "mixed",
+    }
+    some_open, some_slide = (moving & opens).any(1), (moving & ~opens).any(1)
+    return [names[bool(o), bool(s)] for o, s in zip(some_open, some_slide, strict=True)]
 
 
 def describe(assembly: Assembly, twists: Float, mode: Mode) -> Mechanism:
-    """The mechanism of twists (J, 6), scaled to its fastest body, with the motion of each group in words."""
-    size = assembly.size
-    speeds = np.linalg.norm(twists[:, :3], axis=1) + size * np.linalg.norm(twists[:, 3:], axis=1)
+    """The mechanism of twists (J, 6), scaled to its fastest body."""
+    speeds = np.sqrt((twists[:, :3] ** 2).sum(1)) + assembly.size * np.sqrt((twists[:, 3:] ** 2).sum(1))
     top = speeds.max(initial=0)
     scaled = twists / top if top > 0 else twists
-    moving = [k for k in range(len(speeds)) if speeds[k] > AT_REST * top]
+    moving = [int(k) for k in np.flatnonzero(speeds > AT_REST * top)]
+    names = [body.name for body in assembly.movable]
+    return Mechanism(tuple(names[k] for k in moving), scaled, mode, partial(_told, assembly, scaled, moving))
+
+
+def _told(assembly: Assembly, scaled: Float, moving: list[int]) -> str:
+    """The motion of each group of bodies that move as one."""
     groups: list[tuple[list[int], Float]] = []
     for k in moving:
         at_origin = shift_twist(scaled[k], assembly.com[k], np.zeros(3))
@@ -58,12 +67,12 @@ def describe(assembly: Assembly, twists: Float, mode: Mode) -> Mechanism:
             groups.append(([k], at_origin))
     names = [body.name for body in assembly.movable]
     parts = [
-        f"{_listed([names[k] for k in members])} {_motion(motion, size, len(members) > 1)}"
+        f"{_listed([names[k] for k in members])} {_motion(motion, assembly.size, len(members) > 1)}"
         for members, motion in groups[:6]
     ]
     if len(groups) > 6:
         parts.append(f"and {len(groups) - 6} more groups move")
-    return Mechanism(tuple(names[k] for k in moving), scaled, mode, "; ".join(parts))
+    return "; ".join(parts)
 
 
 def _listed(names: list[str]) -> str:

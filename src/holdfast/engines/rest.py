@@ -10,10 +10,11 @@ from holdfast.arrays import Float
 from holdfast.assembly.assembly import Assembly, body_forces
 from holdfast.assembly.nodes import ContactNodes, contact_nodes
 from holdfast.contacts.nodes import Sampling
+from holdfast.engines.collapse import least_motion
 from holdfast.engines.cones import EXACT, FrictionCone
 from holdfast.engines.contract import Certificate, ContactForces, Mechanism, Status, Verdict
 from holdfast.engines.forces import ACCEPTED_RESIDUAL, ForceSolution, solve_forces
-from holdfast.engines.mechanism import describe, mode_of, relative_velocity
+from holdfast.engines.mechanism import describe, modes_of, relative_velocity
 
 CERTIFIED = 1e-6  # a certificate may leave the dual cone by this share of its largest relative velocity
 NO_DILATANCY = 1e-6  # share of energy below which no force comes from dilatancy
@@ -48,7 +49,11 @@ def find_rest(assembly: Assembly, wrench: Float, count: int, sampling: Sampling,
             forces, residual = solution.forces, solution.residual
             return Rest(points, forces, _stable(assembly, points, forces, residual, solution.dilatancy))
         if solution.twists is not None and points is corners:
-            return Rest(points, np.zeros((len(points), 3)), _falls(assembly, points, wrench, solution.twists))
+            least = least_motion(assembly, points, wrench)
+            verdict = None if least is None else _falls(assembly, points, wrench, least)
+            if verdict is None or verdict.status is not Status.UNSTABLE:
+                verdict = _falls(assembly, points, wrench, solution.twists)
+            return Rest(points, np.zeros((len(points), 3)), verdict)
         tried.append(_trouble(solution))
     return Rest(nodes, nothing, _undecided("the force program was not solved: " + "; then ".join(tried)))
 
@@ -61,9 +66,9 @@ def _stable(assembly: Assembly, nodes: ContactNodes, forces: Float, residual: fl
     contact = ContactForces(nodes.points, nodes.normals, nodes.world(forces), nodes.interface, usage)
     needs_none = dilatancy <= NO_DILATANCY
     reason = "contact forces balance every body" + (
-        "; elastic contacts would find them without slipping"
+        "; no contact has to slip for them to build up"
         if needs_none
-        else "; but contacts would slip before they build up: they may rest on self-stress that nothing creates"
+        else "; some contacts would slip while they build up: that they do build up is not shown (self_stress None)"
     )
     return Verdict(Status.STABLE, True, False if needs_none else None, contact, residual, None, None, reason)
 
@@ -103,15 +108,23 @@ def _loose(assembly: Assembly, group: tuple[str, ...]) -> str:
     inside, outside, gap = nearest
     tolerance = assembly.tolerances.gap
     place = f"{inside} is {gap * 1e3:.3g} mm from {outside}"
+    deep = [o.depth for o in assembly.overlaps if set(o.bodies) == {inside, outside}]
+    if deep:
+        return f"{text}; {inside} overlaps {outside} by {deep[0] * 1e3:.3g} mm: correct the pose"
     if gap <= tolerance:
-        return f"{text}; {place}, touching only along an edge, at a point or on curved faces"
+        angle = assembly.tolerances.angle
+        return (
+            f"{text}; {place}, but no faces meet within {angle:g} degrees: an edge, a point, a curved face, or a tilt"
+        )
+    if gap > 1:
+        return f"{text}; {inside} is {gap:.3g} m from {outside}, its nearest: are all poses in metres?"
     return f"{text}; {place} (the gap tolerance is {tolerance * 1e3:.3g} mm: raise gap if they should touch)"
 
 
 def _falls(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float) -> Verdict:
     """UNSTABLE if the motion of the certificate really is one against which no contact can resist."""
     velocity = relative_velocity(nodes, assembly.com, twists)
-    mechanism = describe(assembly, twists, mode_of(velocity, nodes.mu))
+    mechanism = describe(assembly, twists, modes_of(velocity[None], nodes.mu)[0])
     largest = float(np.linalg.norm(velocity, axis=1).max(initial=0))
     excess = float((nodes.mu * np.linalg.norm(velocity[:, 1:], axis=1) - velocity[:, 0]).max(initial=0))
     power = float(wrench @ mechanism.twists.ravel())
@@ -139,7 +152,9 @@ def _doubt(assembly: Assembly, twists: Float) -> str:
             for k in (assembly.index[a], assembly.index[b])
         ]
         if not np.allclose(at_origin[0], at_origin[1], atol=1e-9 * np.abs(twists).max()):
-            return f"{a} and {b} touch along an edge, at a point, on curved faces or overlap: this is not modelled"
+            if (a, b) in overlapping:
+                return f"{a} and {b} overlap, and what they carry there is not modelled"
+            return f"{a} and {b} touch along an edge, at a point or on curved faces, which is not modelled yet"
     return ""
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
+from holdfast.engines.contract import Mechanism
 from holdfast.robustness.map import MapPoint, RobustnessMap
 from holdfast.robustness.stability import Stability
 
@@ -18,6 +19,8 @@ def plain(value: Any) -> Any:  # noqa: ANN401 - any result to plain data
     """Dicts, lists, texts, numbers and None; keys are attribute names."""
     if isinstance(value, Enum):
         return value.value
+    if isinstance(value, Mechanism):
+        return {name: plain(getattr(value, name)) for name in ("moving", "twists", "mode", "text")}
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
     if isinstance(value, np.ndarray):

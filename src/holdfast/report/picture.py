@@ -8,7 +8,7 @@ import numpy as np
 
 from holdfast.arrays import Float
 from holdfast.assembly.assembly import Assembly
-from holdfast.engines.contract import ContactForces, Status
+from holdfast.engines.contract import Claim, ContactForces, Status
 from holdfast.robustness.cells import Cells
 from holdfast.robustness.map import RobustnessMap
 from holdfast.viewer.html import write_html
@@ -18,6 +18,11 @@ from holdfast.viewer.png import write_png
 LONGEST_FORCE = 0.18  # of the assembly's size: the largest contact force as an arrow
 WEAK_ARROW = 0.12  # of the assembly's size: length of the arrows at weakest points
 SHOWN_WEAKEST = 5
+
+_ZERO = {
+    Status.UNSTABLE: "the scene does not stand (0)",
+    Status.UNDECIDED: "not computed: the scene is undecided",
+}
 
 
 def save_png(result: RobustnessMap, path: str | os.PathLike[str]) -> None:
@@ -47,6 +52,7 @@ def picture_of(result: RobustnessMap) -> Picture:
         contact_forces=() if result.verdict.forces is None else _force_arrows(assembly, result.verdict.forces),
         weakest=_weak_arrows(result),
         up=-gravity / np.linalg.norm(gravity),
+        zero_name=_ZERO.get(result.verdict.status, "moves without a push (0)"),
     )
 
 
@@ -57,7 +63,8 @@ def _title(result: RobustnessMap) -> str:
 
 def _subtitle(result: RobustnessMap) -> str:
     verdict = {Status.STABLE: "stands", Status.UNSTABLE: "does not stand"}.get(result.verdict.status, "undecided")
-    return f"{verdict} · engine {result.engine} ({result.claim}) · {len(result.force):,} inward pushes"
+    caution = ", may be too high off-centre" if result.claim is Claim.ESTIMATED else ""
+    return f"{verdict} · engine {result.engine} ({result.claim}{caution}) · {len(result.force):,} inward pushes"
 
 
 def _surface(result: RobustnessMap, name: str, cells: Cells) -> HeatSurface:
@@ -124,5 +131,5 @@ def _weak_arrows(result: RobustnessMap) -> tuple[Arrow, ...]:
             f"{weak.body}: {_newton(weak.force)}, {weak.mode}",
         )
         for weak in result.weakest_of_each_body()[:SHOWN_WEAKEST]
-        if np.isfinite(weak.force)
+        if weak.status is Status.FINITE
     )

@@ -18,8 +18,9 @@ from holdfast.robustness.stability import Stability
 _WORDS = {
     Status.STABLE: ("stands", "bold green"),
     Status.UNSTABLE: ("does not stand", "bold red"),
-    Status.UNDECIDED: ("undecided", "bold yellow"),
+    Status.UNDECIDED: ("is undecided", "bold yellow"),
 }
+_AS_VERDICT = {Status.UNSTABLE: Status.UNSTABLE, Status.UNDECIDED: Status.UNDECIDED}
 
 
 def stability_report(assembly: Assembly, result: Stability) -> RenderableType:
@@ -80,7 +81,7 @@ def map_report(result: RobustnessMap) -> RenderableType:
     table = Table(title="weakest push on each body", title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for heading in ("body", "force [N]", "at [mm]", "along", "what moves"):
         table.add_column(
-            heading, justify="right" if heading == "force [N]" else "left", no_wrap=heading != "what moves"
+            escape(heading), justify="right" if heading == "force [N]" else "left", no_wrap=heading != "what moves"
         )
     weakest = result.weakest_of_each_body()
     for weak in weakest[:30]:
@@ -93,8 +94,10 @@ def map_report(result: RobustnessMap) -> RenderableType:
 
 
 def _row(weak: MapPoint) -> tuple[str, ...]:
-    if np.isinf(weak.force):
+    if weak.status is Status.INFINITE:
         return weak.body, "∞", "", "", "nothing"
+    if weak.status is not Status.FINITE:
+        return weak.body, "-", "", "", "not computed: the scene " + _WORDS[_AS_VERDICT[weak.status]][0]
     moving = ", ".join(weak.moving[:5]) + (f" and {len(weak.moving) - 5} more" if len(weak.moving) > 5 else "")
     place = "(" + ", ".join(f"{1e3 * v:.0f}" for v in weak.point) + ")"
     return weak.body, f"{weak.force:.4g}", place, _direction(weak.direction), f"{weak.mode}: {moving}"

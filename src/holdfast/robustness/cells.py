@@ -147,11 +147,14 @@ def _gridded(corners: Float, normal: Float, spacing: float) -> Cells:
     def lift(flat: Float) -> Float:
         return np.asarray(origin + ((flat + low) @ axes) @ frame)
 
-    starts = np.concatenate([[0], np.cumsum(sizes)])
-    vertices = lift(np.vstack([piece[:size] for piece, size in zip(pieces, sizes, strict=True)]))
-    fans = [np.array([(s, s + k, s + k + 1) for k in range(1, n - 1)]) for s, n in zip(starts, sizes, strict=False)]
-    owner = np.repeat(cell, sizes - 2)
-    return Cells(lift(point), np.tile(normal, (len(used), 1)), vertices, np.vstack(fans), owner)
+    starts = np.cumsum(sizes) - sizes
+    vertices = lift(pieces[np.arange(pieces.shape[1]) < sizes[:, None]])
+    fans, owner = [], []
+    for k in range(1, pieces.shape[1] - 1):
+        live = sizes > k + 1
+        fans.append(np.column_stack([starts[live], starts[live] + k, starts[live] + k + 1]))
+        owner.append(cell[live])
+    return Cells(lift(point), np.tile(normal, (len(used), 1)), vertices, np.vstack(fans), np.concatenate(owner))
 
 
 def _centroids(pieces: Float, sizes: Int) -> tuple[Float, Float]:

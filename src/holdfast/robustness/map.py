@@ -14,7 +14,7 @@ from holdfast.engines.contract import Claim, Mode, Status, Verdict
 from holdfast.errors import SceneError, message
 from holdfast.progress import report
 from holdfast.robustness.cells import Cells, blocked, covered, surface_cells
-from holdfast.robustness.request import EngineChoice, body_number, engine_of, push_columns
+from holdfast.robustness.request import EngineChoice, body_number, checked_assembly, engine_of, push_columns
 
 MAX_POINTS = 2_000_000
 SIGNIFICANT = 6  # digits of a force that count in a ranking
@@ -39,7 +39,7 @@ class RobustnessMap:
     """Robustness to inward pushes over the exposed surfaces of bodies.
 
     ``points`` and outward ``normals`` (n, 3), ``body`` (n,) names, ``force`` (n,) [N] for a push along minus the
-    normal; ``status``, ``lower``, ``upper``, ``moving``, ``mode`` (n,) as in Robustness; ``mechanism`` (n,) in words.
+    normal; ``status``, ``lower``, ``upper``, ``moving``, ``mode`` (n,) and ``mechanism`` (n,) as in Robustness.
     ``cells`` holds the surface pieces of each body that the points stand for (in the order of the points), ``hidden``
     those where nobody can push.
     """
@@ -93,7 +93,7 @@ class RobustnessMap:
             self.status[index],
             self.mode[index],
             self.moving[index],
-            self.mechanism[index],
+            "" if self.mechanism[index] is None else self.mechanism[index].text,
         )
 
 
@@ -111,6 +111,7 @@ def robustness_map(
     less than half a spacing in front of them, are left out: nobody can push there. ``gap`` is the largest
     (upper - lower) / upper wanted of engines that give bounds; ``graph`` gives none and takes no notice.
     """
+    checked_assembly(assembly)
     step = checked_number(spacing, "robustness_map: spacing", above=0)
     checked_number(gap, "robustness_map: gap", above=0)
     if isinstance(bodies, str):
@@ -136,7 +137,7 @@ def robustness_map(
                 under |= blocked(cells, other.surface_world, step / 2)
         shown[name], hidden[name] = cells.chosen(~under), cells.chosen(under)
         columns = push_columns(assembly, number, shown[name].points, -shown[name].normals)
-        capacities.append(state.load_factor(columns))
+        capacities.append(state.load_factor(columns, gap))
     report("robustness of all surfaces", len(numbers), len(numbers))
     return RobustnessMap(
         method.name,
@@ -152,7 +153,7 @@ def robustness_map(
         np.concatenate([c.upper for c in capacities]),
         objects([m for c in capacities for m in c.moving]),
         objects([m for c in capacities for m in c.mode]),
-        objects(["" if m is None else m.text for c in capacities for m in c.mechanism]),
+        objects([m for c in capacities for m in c.mechanism]),
         shown,
         hidden,
         state.notes,

@@ -16,6 +16,7 @@ from holdfast.robustness.request import (
     EngineChoice,
     Load,
     body_number,
+    checked_assembly,
     engine_of,
     push_columns,
     total_wrench,
@@ -79,6 +80,7 @@ def robustness(
     need not be of unit length. ``standing`` loads act all the while. A point further from the body's surface than the
     contact tolerance raises SceneError.
     """
+    checked_assembly(assembly)
     where = f"robustness of {body!r}"
     p, e = _rows(points, f"{where}: points"), _rows(directions, f"{where}: directions")
     count = max(len(p), len(e))
@@ -126,6 +128,7 @@ def load_factor(
     ``standing`` loads and the inertial forces of a support that accelerates by ``acceleration`` (3,) [m/s²] act all
     the while, unscaled.
     """
+    checked_assembly(assembly)
     method = engine_of(engine)
     W = total_wrench(assembly, loads)[:, None]
     moved = None if acceleration is None else checked(acceleration, (3,), "load_factor: acceleration")
@@ -157,6 +160,7 @@ def _check_on_surface(assembly: Assembly, name: str, points: Float, where: str) 
     worst = int(np.argmax(distance))
     if distance[worst] > tolerance:
         place = np.array2string(points[worst], precision=4, separator=", ")
-        problem = f"point {worst} at {place} is {distance[worst] * 1e3:.3g} mm from the surface"
+        away = f"{distance[worst] * 1e3:.3g} mm" if distance[worst] < 1 else f"{distance[worst]:.3g} m"
+        problem = f"point {worst} at {place} is {away} from the surface"
         remedy = f"needs points on the body (tolerance {tolerance * 1e3:.3g} mm), in world coordinates"
         raise SceneError(message(where, problem, remedy))

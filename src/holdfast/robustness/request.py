@@ -41,6 +41,14 @@ class Load:
             object.__setattr__(self, name, np.zeros(3) if value is None else checked(value, (3,), f"{where}: {name}"))
 
 
+def checked_assembly(value: object) -> Assembly:
+    """``value`` if it is an assembly; raises HoldfastError that says how to get one."""
+    if not isinstance(value, Assembly):
+        remedy = "needs an Assembly: hf.assemble(hf.load_scene(path)) makes one"
+        raise HoldfastError(message("assembly", f"got a {type(value).__name__}", remedy))
+    return value
+
+
 def engine_of(choice: EngineChoice) -> Engine:
     """The engine of a name, or the instance itself."""
     if isinstance(choice, str):

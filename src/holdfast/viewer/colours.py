@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 Rgb = tuple[float, float, float]
 
-_LOG_RATIO: Final = 30.0
+_LOG_RATIO: Final = 12.0
 # Weak points are what the picture is for: they are clamped only where they would squeeze all the rest, while a few
 # strong ones must not take the colours from the many weak ones.
 _BELOW_USUAL: Final = 1e-3

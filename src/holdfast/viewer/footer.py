@@ -165,7 +165,7 @@ def _draw_swatches(writer: Writer, picture: Picture, left: float, top: float) ->
 def _swatches(picture: Picture) -> list[tuple[str | tuple[float, ...], str]]:
     force = forces(picture)
     shown: list[tuple[bool, str | tuple[float, ...], str]] = [
-        (bool(np.any(force <= 0.0)), colours.ZERO, "does not stand by itself (0)"),
+        (bool(np.any(force <= 0.0)), colours.ZERO, picture.zero_name),
         (bool(np.any(np.isposinf(force))), colours.INFINITE, "no push moves it (∞)"),
         (any(solid.fixed for solid in picture.solids), colours.FIXED, "fixed body"),
         (any(not solid.fixed for solid in picture.solids), colours.COVERED, "covered, cannot be pushed"),

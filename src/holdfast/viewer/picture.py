@@ -47,7 +47,7 @@ class Picture:
     ``heat`` holds the coloured surfaces, ``solids`` the neutral ones; ``outlines`` are the contact patches as closed
     polylines (k, 3); ``contact_points`` (m, 3) are the contact nodes; ``contact_forces`` are arrows of the contact
     forces at rest, already scaled to metres; ``weakest`` are arrows of the weakest pushes, head at the pushed point.
-    ``up`` is the unit vector against gravity.
+    ``up`` is the unit vector against gravity; ``zero_name`` says what a force of 0 means here.
     """
 
     title: str
@@ -60,3 +60,4 @@ class Picture:
     weakest: tuple[Arrow, ...] = ()
     up: NDArray[np.float64] = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     value_name: str = "largest push [N]"
+    zero_name: str = "moves without a push (0)"

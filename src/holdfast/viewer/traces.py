@@ -131,7 +131,7 @@ def _heat_groups(picture: Picture, scale: colours.Scale | None) -> list[Group]:
     named = {
         "finite": ("largest push, by colour", _gradient()),
         "infinite": ("no push moves it (∞)", colours.hex_of(colours.INFINITE)),
-        "zero": ("does not stand by itself (0)", colours.hex_of(colours.ZERO)),
+        "zero": (picture.zero_name, colours.hex_of(colours.ZERO)),
         "none": ("no value", colours.hex_of(colours.COVERED)),
     }
     result = []

@@ -108,8 +108,8 @@ class GraphState:
             notes.append(f"all masses taken {self.engine.mass_margin:.0%} smaller")
         return tuple(notes)
 
-    def load_factor(self, W: Float) -> Capacity:
-        """Factors for load columns W (6J, n); all forces of one column must share one direction."""
+    def load_factor(self, W: Float, gap: float | None = None) -> Capacity:
+        """Factors for load columns W (6J, n); all forces of one column must share one direction. No use for ``gap``."""
         count = W.shape[1]
         verdict = self.rest.verdict
         if verdict.status is not Status.STABLE:

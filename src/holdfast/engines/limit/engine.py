@@ -10,12 +10,15 @@ from scipy import sparse
 
 from holdfast.arrays import Float, Int
 from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.nodes import equilibrium_operator
 from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import ConeSolution, Outcome, Prepared
 from holdfast.engines.cones import ConeChoice, FrictionCone
 from holdfast.engines.contract import Capacity, Claim, Mechanism, Status, Verdict, no_capacity
-from holdfast.engines.forces import force_program, row_scale, scaled_wrench
-from holdfast.engines.mechanism import describe, mode_of, relative_velocity
+from holdfast.engines.forces import force_program, row_scale
+from holdfast.engines.limit.certified import FLAT_GROUP, Cuts, certify
+from holdfast.engines.limit.solved import Solved
+from holdfast.engines.mechanism import describe, modes_of
 from holdfast.engines.rest import Rest, find_rest, weight_wrench
 from holdfast.engines.self_stress import needs_self_stress
 
@@ -67,17 +70,6 @@ def _judged(assembly: Assembly, rest: Rest, wrench: Float, cone: FrictionCone) -
 
 
 @dataclass(frozen=True, eq=False)
-class Solved:
-    """One load: ``factor`` with bounds, ``status``, and the dual twists (6J,) scaled to unit load power, if finite."""
-
-    factor: float
-    lower: float
-    upper: float
-    status: Status
-    twists: Float | None
-
-
-@dataclass(frozen=True, eq=False)
 class LimitState:
     """Engine ``limit`` with one program, set up once, for all loads of an assembly."""
 
@@ -98,16 +90,51 @@ class LimitState:
         errs = "cautious" if self.engine.cone == "inscribed" else "optimistic"
         return (f"friction cone replaced by an {self.engine.cone} polygon of {self.engine.sides} sides: {errs}",)
 
-    def load_factor(self, W: Float) -> Capacity:
-        """Factors for load columns W (6J, n), each by a solve of its own."""
+    def load_factor(self, W: Float, gap: float | None = None) -> Capacity:
+        """Factors for load columns W (6J, n), each by a solve of its own.
+
+        With ``gap`` columns that load a single body are bounded within (upper - lower) / upper <= gap from few solves
+        (certified.py); their factor is then the lower bound.
+        """
         count = W.shape[1]
         verdict = self.rest.verdict
         if not verdict.equilibrium_exists:
             moving = () if verdict.mechanism is None else verdict.mechanism.moving
             status = Status.UNSTABLE if verdict.status is Status.UNSTABLE else Status.UNDECIDED
             return no_capacity(count, status, moving, verdict.mechanism)
-        answers = [self.solve(W[:, k]) for k in range(count)]
-        told = [None if a.twists is None else self.mechanism(a.twists) for a in answers]
+        loaded = np.flatnonzero((W != 0).reshape(-1, 6, count).any((1, 2))) if count else np.empty(0)
+        if gap is None or count < FLAT_GROUP or len(loaded) != 1:
+            answers = [self.solve(W[:, k]) for k in range(count)]
+            return self._capacity(answers)
+        return self._certified(W, int(6 * loaded[0]), gap)
+
+    def _certified(self, W: Float, first: int, gap: float) -> Capacity:
+        bounds = certify(W, first, self.solve, self._cuts, gap, self.assembly.size / 4)
+        with np.errstate(divide="ignore"):
+            lower, upper = 1 / bounds.high, 1 / bounds.low
+        finite = (bounds.high > 0) & ~bounds.undecided
+        kinds = np.array([Status.INFINITE, Status.FINITE, Status.UNDECIDED], dtype=object)
+        status = kinds[np.where(bounds.undecided, 2, finite.astype(int))]
+        used = np.unique(bounds.cut[finite & (bounds.cut >= 0)])
+        rows = np.array([self._cuts.rows[k] for k in used]).reshape(len(used), len(W))
+        known = dict(zip((int(k) for k in used), self.mechanisms(rows), strict=True))
+        told = [known.get(int(k)) if f else None for k, f in zip(bounds.cut, finite, strict=True)]
+        return Capacity(
+            lower,
+            lower,
+            upper,
+            tuple(status),
+            tuple(() if t is None else t.moving for t in told),
+            tuple("none" if t is None else t.mode for t in told),
+            tuple(told),
+        )
+
+    def _capacity(self, answers: list[Solved]) -> Capacity:
+        told: list[Mechanism | None] = [None] * len(answers)
+        finite = [k for k, answer in enumerate(answers) if answer.twists is not None]
+        twists = np.array([answers[k].twists for k in finite]).reshape(len(finite), len(self.wrench))
+        for k, mechanism in zip(finite, self.mechanisms(twists), strict=True):
+            told[k] = mechanism
         return Capacity(
             np.array([a.factor for a in answers]),
             np.array([a.lower for a in answers]),
@@ -118,15 +145,19 @@ class LimitState:
             tuple(told),
         )
 
-    def mechanism(self, twists: Float) -> Mechanism:
-        """The collapse mechanism of dual twists (6J,)."""
-        motion = twists.reshape(-1, 6)
-        velocity = relative_velocity(self.rest.nodes, self.assembly.com, motion)
-        return describe(self.assembly, motion, mode_of(velocity, self.rest.nodes.mu))
+    @cached_property
+    def _cuts(self) -> Cuts:
+        return Cuts()
+
+    def mechanisms(self, twists: Float) -> list[Mechanism]:
+        """The collapse mechanisms of dual twists (k, 6J)."""
+        velocities = (self._gather @ twists.T).T.reshape(len(twists), -1, 3)
+        modes = modes_of(velocities, self.rest.nodes.mu)
+        return [describe(self.assembly, t.reshape(-1, 6), mode) for t, mode in zip(twists, modes, strict=True)]
 
     def solve(self, load: Float) -> Solved:
         """The largest factor of one load (6J,)."""
-        scaled = scaled_wrench(self.assembly, load)
+        scaled = self._row_scale / self.assembly.weight * load
         size = float(np.abs(scaled).max(initial=0))
         if size == 0:
             return Solved(np.inf, np.inf, np.inf, Status.INFINITE, None)
@@ -142,7 +173,7 @@ class LimitState:
     def _bounded(self, solution: ConeSolution, load: Float, size: float) -> Solved:
         """Bounds from both sides: s of the primal point, and gravity over load power of the dual mechanism."""
         primal = max(float(solution.x[-1]), 0.0) / size
-        twists = row_scale(self.assembly) * solution.z[: len(load)]
+        twists = self._row_scale * solution.z[: len(load)]
         power = float(twists @ load)
         if not power > 0:
             return Solved(0.0, 0.0, np.inf, Status.UNDECIDED, None)
@@ -164,6 +195,15 @@ class LimitState:
         if self.engine.cone == "circumscribed":
             excess = excess - self.rest.nodes.mu * np.abs(forces[:, 0])  # corners stick out of the circle
         return float(np.abs(balance).max()) <= 1e-5 * largest and float(excess.max(initial=0)) <= 1e-5 * largest
+
+    @cached_property
+    def _row_scale(self) -> Float:
+        return row_scale(self.assembly)
+
+    @cached_property
+    def _gather(self) -> sparse.csr_matrix:
+        """Gᵀ (3I, 6J): twists to relative velocities at the nodes."""
+        return sparse.csr_matrix(equilibrium_operator(self.assembly, self.rest.nodes).T)
 
     @cached_property
     def _program(self) -> ConeProgram:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import os
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -261,6 +262,10 @@ def _shape_data(shape: Shape, path: Path) -> dict[str, Any]:
     return {"type": "mesh", "vertices": shape.vertices.tolist(), "faces": shape.faces.tolist()}
 
 
+_MODELS = (BoxModel, CylinderModel, SphereModel, MeshModel, BodyModel, PairModel, FrictionModel, SceneModel)
+_KEYS = {"quaternion": "orientation"} | {key: key for model in _MODELS for key in model.model_fields}
+
+
 def _first_problem(error: ValidationError, data: Any, path: Path) -> str:  # noqa: ANN401
     """One line for the first of pydantic's findings, with the body's name instead of its number alone."""
     first = error.errors()[0]
@@ -280,6 +285,8 @@ def _first_problem(error: ValidationError, data: Any, path: Path) -> str:  # noq
     shown = f", got {value!r:.60}" if not isinstance(value, dict | list) else ""
     more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
     if first["type"] == "extra_forbidden":
-        return message(where, f"unknown key{more}", "`holdfast schema` prints the keys there are")
+        near = difflib.get_close_matches(str(first["loc"][-1]), _KEYS, n=1)
+        hint = f"did you mean {_KEYS[near[0]]!r}? " if near else ""
+        return message(where, f"unknown key{more}", f"{hint}`holdfast schema` prints the keys there are")
     text = first["msg"].removeprefix("Value error, ")
     return message(where, f"{text}{shown}{more}", "`holdfast schema` prints the format")

@@ -37,7 +37,8 @@ def read(path: Path) -> Any:  # noqa: ANN401 - plain data
     """The file's content as dicts, lists and scalars; raises SceneError naming file and line."""
     where = str(path)
     if not path.is_file():
-        raise SceneError(message(where, "no such scene file", "check the path"))
+        problem = "is a folder, not a scene file" if path.is_dir() else "no such scene file"
+        raise SceneError(message(where, problem, "check the path"))
     is_json = path.suffix.lower() == ".json"
     limit = MAX_JSON_BYTES if is_json else MAX_YAML_BYTES
     size = path.stat().st_size

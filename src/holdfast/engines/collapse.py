@@ -1,0 +1,51 @@
+"""Of all motions that no contact can resist, the one that moves least: the bodies that really fall, and no others."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+
+from holdfast.arrays import Float
+from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.nodes import ContactNodes, equilibrium_operator
+from holdfast.conic.program import ConeProgram
+from holdfast.conic.solve import Outcome, solve
+from holdfast.engines.forces import row_scale, scaled_operator, scaled_wrench
+
+NEGLIGIBLE = 1e-6  # of the fastest body: slower ones stand still
+
+
+def least_motion(assembly: Assembly, nodes: ContactNodes, wrench: Float) -> Float | None:
+    """Twists (J, 6) of least total speed with unit power of ``wrench`` (6J,), or None if that was not settled.
+
+    min Σ_j |q_j|  s.t.  u = Gᵀq in the dual cones (u_n >= μ |u_t|),  wrench · q = 1. Any point of this program proves
+    that no equilibrium exists (Farkas); the solver's own certificate is one too, but may move bystanders.
+    """
+    J = len(assembly.movable)
+    gather = sparse.csr_matrix(scaled_operator(assembly, equilibrium_operator(assembly, nodes)).T)
+    weight = np.ones((len(nodes), 3))
+    weight[:, 1:] = nodes.mu[:, None]
+    contacts = sparse.diags(weight.ravel()) @ gather
+    power = sparse.csr_matrix(scaled_wrench(assembly, wrench)[None])
+    rows, columns = np.arange(7 * J).reshape(J, 7), np.arange(6 * J).reshape(J, 6)
+    motion = sparse.csr_matrix((-np.ones(6 * J), (rows[:, 1:].ravel(), columns.ravel())), shape=(7 * J, 6 * J))
+    speed = sparse.csr_matrix((-np.ones(J), (rows[:, 0], np.arange(J))), shape=(7 * J, J))
+    A = sparse.csc_matrix(
+        sparse.hstack(
+            [
+                sparse.vstack([power, -contacts, motion]),
+                sparse.vstack([sparse.csr_matrix((1 + contacts.shape[0], J)), speed]),
+            ]
+        )
+    )
+    b = np.zeros(A.shape[0])
+    b[0] = 1.0
+    q = np.concatenate([np.zeros(6 * J), np.ones(J)])
+    cones = (("zero", 1), *((("second_order", 3),) * len(nodes)), *((("second_order", 7),) * J))
+    solution = solve(ConeProgram(sparse.csc_matrix((7 * J, 7 * J)), q, A, b, cones), tolerance=1e-9)  # type: ignore[arg-type]
+    if solution.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED):
+        return None
+    scaled = solution.x[: 6 * J].reshape(J, 6)
+    size = np.linalg.norm(scaled, axis=1)
+    scaled[size < NEGLIGIBLE * size.max(initial=0)] = 0.0
+    return np.asarray((row_scale(assembly) * scaled.ravel()).reshape(J, 6))

@@ -1,0 +1,84 @@
+"""Certified maps: every bound holds against direct solves, the gap is kept, few solves are needed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import trimesh
+
+import holdfast as hf
+from holdfast.engines.limit.engine import Limit, LimitState
+from holdfast.robustness.request import push_columns
+from holdfast.shipped import shipped_scene
+
+
+def checked(assembly: hf.Assembly, body: str, spacing: float, gap: float = 0.01) -> tuple[hf.RobustnessMap, int]:
+    """A map whose bounds are checked by 200 direct solves; the number of solves it took."""
+    solves = 0
+    original = LimitState.solve
+
+    def counted(state: LimitState, load: np.ndarray) -> object:
+        nonlocal solves
+        solves += 1
+        return original(state, load)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(LimitState, "solve", counted)
+        result = hf.robustness_map(assembly, [body], spacing, engine="limit", gap=gap)
+    finite = np.isfinite(result.upper)
+    assert (result.lower <= result.upper).all()
+    assert (result.lower[finite] >= (1 - gap) * result.upper[finite] * (1 - 1e-6)).all()
+    assert np.isinf(result.lower[~finite]).all(), "an infinite upper bound is an answer only with an infinite lower one"
+    np.testing.assert_array_equal(result.force, result.lower)
+    state = Limit().prepare(assembly)
+    picked = np.random.default_rng(3).choice(len(result.force), min(200, len(result.force)), replace=False)
+    columns = push_columns(assembly, assembly.index[body], result.points[picked], -result.normals[picked])
+    for k, column in zip(picked, columns.T, strict=True):
+        exact = state.solve(column).factor
+        assert result.lower[k] * (1 - 1e-6) <= exact <= result.upper[k] * (1 + 1e-6)
+    return result, solves
+
+
+@pytest.mark.parametrize(
+    ("scene", "body"), [("cube", "cube"), ("stack", "cube3"), ("table", "slab"), ("table", "leg_left"), ("arch", "v3")]
+)
+def test_flat_faces(scene: str, body: str) -> None:
+    assembly = hf.assemble(shipped_scene(scene))
+    result, solves = checked(assembly, body, 0.005)
+    assert solves < 0.35 * len(result.force)
+
+
+def test_a_wider_gap_needs_fewer_solves() -> None:
+    assembly = hf.assemble(shipped_scene("table"))
+    assert checked(assembly, "slab", 0.01, 0.1)[1] < checked(assembly, "slab", 0.01, 0.01)[1]
+
+
+def test_curved_surfaces() -> None:
+    pose = np.eye(4)
+    pose[2, 3] = 0.1
+    floor = shipped_scene("cube").body("floor")
+    mesh = trimesh.creation.cylinder(0.05, 0.2, sections=60)
+    assembly = hf.assemble(hf.Scene([floor, hf.Body("can", mesh, mass=1, pose=pose)], 0.5))
+    checked(assembly, "can", 0.01)
+
+
+def test_pushes_on_another_body_profit_from_cuts_already_known() -> None:
+    """Cuts are velocities of the whole assembly: they bound every load on every body."""
+    assembly = hf.assemble(shipped_scene("stack"))
+    state = Limit().prepare(assembly)
+    for body in ("cube3", "cube2"):
+        cells = hf.robustness_map(assembly, [body], 0.01, engine="graph")
+        columns = push_columns(assembly, assembly.index[body], cells.points, -cells.normals)
+        before = len(state._cuts.rows)
+        state.load_factor(columns, 0.01)
+        assert len(state._cuts.rows) > before
+    fresh = Limit().prepare(assembly)
+    fresh.load_factor(columns, 0.01)
+    assert len(state._cuts.rows) - before <= len(fresh._cuts.rows)
+
+
+def test_two_runs_agree_to_the_bit() -> None:
+    assembly = hf.assemble(shipped_scene("table"))
+    first, second = (hf.robustness_map(assembly, ["slab"], 0.02, engine="limit") for _ in range(2))
+    np.testing.assert_array_equal(first.lower, second.lower)
+    np.testing.assert_array_equal(first.upper, second.upper)
