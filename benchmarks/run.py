@@ -1,4 +1,4 @@
-"""Run the benchmarks: ``python -m benchmarks.run [accuracy] [pipeline] [growth] [--save] [--compare]``."""
+"""Run the benchmarks: ``python -m benchmarks.run [accuracy] [pipeline] [maps] [growth] [--save] [--compare]``."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import platform
 from pathlib import Path
 from typing import Any
 
-from benchmarks import accuracy, growth, pipeline
+from benchmarks import accuracy, growth, maps, pipeline
 
-SUITES = {"accuracy": accuracy.measure, "pipeline": pipeline.measure, "growth": growth.measure}
+SUITES = {"accuracy": accuracy.measure, "pipeline": pipeline.measure, "maps": maps.measure, "growth": growth.measure}
 RESULTS = Path(__file__).parent / "results"
 
 

@@ -9,6 +9,8 @@ from holdfast.errors import GeometryError, HoldfastError, HoldfastWarning, Scene
 from holdfast.robustness.map import RobustnessMap, robustness_map
 from holdfast.robustness.query import LoadFactor, Robustness, load_factor, robustness
 from holdfast.robustness.request import Load
+from holdfast.robustness.sensitivity import Sensitivity, WorstCase, sensitivity, worst_case
+from holdfast.robustness.sets import ConvexSet, admissible_wrenches, sustainable_accelerations
 from holdfast.robustness.stability import Stability, stability
 from holdfast.scene.body import Body
 from holdfast.scene.formats.files import load_scene, save_scene
@@ -23,6 +25,7 @@ __all__ = [
     "Body",
     "Box",
     "Claim",
+    "ConvexSet",
     "Cylinder",
     "Friction",
     "GeometryError",
@@ -39,15 +42,21 @@ __all__ = [
     "RobustnessMap",
     "Scene",
     "SceneError",
+    "Sensitivity",
     "SolverError",
     "Sphere",
     "Stability",
     "Status",
+    "WorstCase",
+    "admissible_wrenches",
     "assemble",
     "load_factor",
     "load_scene",
     "robustness",
     "robustness_map",
     "save_scene",
+    "sensitivity",
     "stability",
+    "sustainable_accelerations",
+    "worst_case",
 ]

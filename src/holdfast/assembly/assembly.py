@@ -11,7 +11,15 @@ from functools import cached_property
 import numpy as np
 
 from holdfast.arrays import Float, checked_number
-from holdfast.contacts.detect import DEFAULT_ANGLE, Tolerances, box_distance, default_gap, find_interfaces, neighbours
+from holdfast.contacts.detect import (
+    DEFAULT_ANGLE,
+    Tolerances,
+    body_size,
+    box_distance,
+    default_gap,
+    find_interfaces,
+    neighbours,
+)
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import Overlap, distance, find_overlaps
 from holdfast.errors import HoldfastError, HoldfastWarning, SceneError, message
@@ -81,6 +89,16 @@ class Assembly:
     def weight(self) -> float:
         """Total weight of the movable bodies [N]: the scale of forces."""
         return float(self.mass.sum() * np.linalg.norm(self.scene.gravity))
+
+    @cached_property
+    def equation_scale(self) -> Float:
+        """(6J,) factors that bring every body's equilibrium to order one: by its own weight and its own size.
+
+        In units of the whole assembly a light body beside a heavy one could fall unnoticed.
+        """
+        share = self.mass.sum() / self.mass
+        size = np.array([body_size(body) for body in self.movable])
+        return np.repeat(np.column_stack([share, share / size]).ravel(), 3)
 
     @cached_property
     def size(self) -> float:

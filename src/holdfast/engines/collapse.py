@@ -10,15 +10,15 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, equilibrium_operator
 from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import Outcome, solve
-from holdfast.engines.forces import row_scale, scaled_operator, scaled_wrench
+from holdfast.engines.forces import scaled_operator, scaled_wrench
 
 NEGLIGIBLE = 1e-6  # of the fastest body: slower ones stand still
 
 
 def least_motion(assembly: Assembly, nodes: ContactNodes, wrench: Float) -> Float | None:
-    """Twists (J, 6) of least total speed with unit power of ``wrench`` (6J,), or None if that was not settled.
+    """Twists (J, 6) of least total momentum with unit power of ``wrench`` (6J,), or None if that was not settled.
 
-    min Σ_j |q_j|  s.t.  u = Gᵀq in the dual cones (u_n >= μ |u_t|),  wrench · q = 1. Any point of this program proves
+    min Σ_j m_j |q_j|  s.t.  u = Gᵀq in the dual cones (u_n >= μ |u_t|), wrench · q = 1. Any point of it proves
     that no equilibrium exists (Farkas); the solver's own certificate is one too, but may move bystanders.
     """
     J = len(assembly.movable)
@@ -48,4 +48,4 @@ def least_motion(assembly: Assembly, nodes: ContactNodes, wrench: Float) -> Floa
     scaled = solution.x[: 6 * J].reshape(J, 6)
     size = np.linalg.norm(scaled, axis=1)
     scaled[size < NEGLIGIBLE * size.max(initial=0)] = 0.0
-    return np.asarray((row_scale(assembly) * scaled.ravel()).reshape(J, 6))
+    return np.asarray((assembly.equation_scale * scaled.ravel()).reshape(J, 6))

@@ -155,7 +155,6 @@ class Engine(Protocol):
 def no_capacity(count: int, status: Status, moving: tuple[str, ...], mechanism: Mechanism | None) -> Capacity:
     """Factor 0 for every column: the assembly does not stand, or it is not known whether it does."""
     zero = np.zeros(count)
+    upper = zero if status is Status.UNSTABLE else np.full(count, np.inf)
     mode: Mode = mechanism.mode if mechanism is not None else "none"
-    return Capacity(
-        zero, zero, np.full(count, np.inf), (status,) * count, (moving,) * count, (mode,) * count, (mechanism,) * count
-    )
+    return Capacity(zero, zero, upper, (status,) * count, (moving,) * count, (mode,) * count, (mechanism,) * count)

@@ -14,16 +14,18 @@ from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import ConeSolution, Outcome, solve
 from holdfast.engines.cones import EXACT, FrictionCone
 
-ACCEPTED_RESIDUAL = 1e-7  # of the total weight: forces with a larger equilibrium error are no answer
+ACCEPTED_RESIDUAL = 1e-7  # of each body's weight: forces with a larger equilibrium error are no answer
+NO_FORCE = 1e-6  # of the lighter body's weight: nodes with less normal force are not pressed
 
 
 @dataclass(frozen=True, eq=False)
 class ForceSolution:
     """``forces`` (I, 3) local [N] or None; ``twists`` (J, 6) of the certificate or None.
 
-    ``residual`` is the larger of equilibrium error and cone violation over the total weight, recomputed from G.
-    ``dilatancy`` is the share of elastic energy that the friction law's associated flow puts in: 0 means the forces
-    are also those of elastic contacts with plain Coulomb friction, so that no self-stress is needed.
+    ``residual`` is the largest equilibrium error over each body's own weight, or cone violation over the total one,
+    recomputed from the program's data. ``dilatancy`` is the normal force that the friction law's associated flow puts
+    in, over the lighter body's weight: 0 means that the forces are also those of elastic contacts with plain Coulomb
+    friction, so that no self-stress is needed.
     """
 
     outcome: Outcome
@@ -52,13 +54,13 @@ def force_program(
 
 
 def scaled_operator(assembly: Assembly, G: sparse.csc_matrix) -> sparse.csc_matrix:
-    """G with torques in units of the assembly's size, so that all rows are of order one."""
-    return sparse.csc_matrix(sparse.diags(row_scale(assembly)) @ G)
+    """G with every body's rows in units of its own weight and size, so that all are of order one."""
+    return sparse.csc_matrix(sparse.diags(assembly.equation_scale) @ G)
 
 
 def scaled_wrench(assembly: Assembly, wrench: Float) -> Float:
-    """(6J,) in units of the total weight and size."""
-    return row_scale(assembly) * wrench / assembly.weight
+    """(6J,) in the same units."""
+    return assembly.equation_scale * wrench / assembly.weight
 
 
 def solve_forces(
@@ -73,7 +75,7 @@ def solve_forces(
     program, G = force_program(assembly, nodes, wrench, cone)
     solution = solve(program, tolerance=tolerance)
     if solution.outcome is Outcome.INFEASIBLE:
-        twists = (row_scale(assembly) * solution.z[: G.shape[0]]).reshape(-1, 6)
+        twists = (assembly.equation_scale * solution.z[: G.shape[0]]).reshape(-1, 6)
         return ForceSolution(solution.outcome, None, twists, np.inf, 0.0, solution.iterations)
     if solution.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED):
         return ForceSolution(solution.outcome, None, None, np.inf, 0.0, solution.iterations)
@@ -82,29 +84,25 @@ def solve_forces(
         solution.outcome,
         forces * assembly.weight,
         None,
-        _residual(nodes, G, forces, program.b[: G.shape[0]]),
-        _dilatancy(program, nodes, solution) if cone.kind == "exact" else np.inf,
+        max(solution.residual, 0.0),
+        _dilatancy(assembly, nodes, solution) if cone.kind == "exact" else np.inf,
         solution.iterations,
     )
 
 
-def row_scale(assembly: Assembly) -> Float:
-    """(6J,) 1 for forces, 1/size for torques."""
-    return np.tile(np.repeat([1.0, 1 / assembly.size], 3), len(assembly.movable))
+def lighter_share(assembly: Assembly, nodes: ContactNodes) -> Float:
+    """(I,) mass of the lighter of a node's two bodies over the total: what counts as much force there."""
+    mass = np.append(assembly.mass, np.inf)  # FIXED is -1
+    return np.asarray(np.minimum(mass[nodes.a], mass[nodes.b]) / assembly.mass.sum())
 
 
-def _residual(nodes: ContactNodes, G: sparse.csc_matrix, forces: Float, balance: Float) -> float:
-    equilibrium = np.abs(G @ forces.ravel() - balance).max(initial=0.0)
-    excess = np.linalg.norm(forces[:, 1:], axis=1) - nodes.mu * forces[:, 0]
-    return float(max(equilibrium, excess.max(initial=0.0), -forces[:, 0].min(initial=0.0)))
-
-
-def _dilatancy(program: ConeProgram, nodes: ContactNodes, solution: ConeSolution) -> float:
+def _dilatancy(assembly: Assembly, nodes: ContactNodes, solution: ConeSolution) -> float:
+    """The largest normal force that slip alone puts into a pressed node, over the lighter body's weight."""
     rough = np.flatnonzero(nodes.mu > 0)
-    energy = float(solution.x @ (program.P @ solution.x))
-    if not len(rough) or not energy > 0:
+    if not len(rough):
         return 0.0
-    multiplier = solution.z[-3 * len(rough) :].reshape(-1, 3)[:, 0]
-    normal = solution.x.reshape(-1, 3)[rough, 0]
-    opening = np.maximum(nodes.mu[rough] * multiplier, 0)
-    return float(np.maximum(normal, 0) @ opening) / energy
+    share = (nodes.weights / nodes.weights.mean())[rough]
+    light = lighter_share(assembly, nodes)[rough]
+    opening = np.maximum(nodes.mu[rough] * solution.z[-3 * len(rough) :].reshape(-1, 3)[:, 0], 0)
+    pressed = solution.x.reshape(-1, 3)[rough, 0] > NO_FORCE * light
+    return float((share * opening / light)[pressed].max(initial=0.0))

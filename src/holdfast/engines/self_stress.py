@@ -13,9 +13,7 @@ from holdfast.assembly.nodes import ContactNodes, equilibrium_operator
 from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import Outcome, solve
 from holdfast.engines.cones import FrictionCone
-from holdfast.engines.forces import ACCEPTED_RESIDUAL, force_program, scaled_operator
-
-PRESSED = 1e-6  # of the total weight: nodes with less normal force do not count as pressed
+from holdfast.engines.forces import ACCEPTED_RESIDUAL, NO_FORCE, force_program, lighter_share, scaled_operator
 
 
 def self_stressed_nodes(assembly: Assembly, nodes: ContactNodes, cone: FrictionCone) -> Bool | None:
@@ -54,6 +52,6 @@ def needs_self_stress(assembly: Assembly, nodes: ContactNodes, wrench: Float, co
     solution = solve(replace(program, P=sparse.csc_matrix((count, count)), q=q), tolerance=1e-9)
     if solution.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED) or solution.residual > ACCEPTED_RESIDUAL:
         return None
-    pressed = nodes.chosen(solution.x[::3] > PRESSED)
+    pressed = nodes.chosen(solution.x[::3] > NO_FORCE * lighter_share(assembly, nodes))
     stressed = self_stressed_nodes(assembly, pressed, cone)
     return None if stressed is None else bool(stressed.any())

@@ -244,7 +244,8 @@ def compare(name: str, change: Change, sampling: str, rel: float) -> None:
 @pytest.mark.parametrize("name", ["cube", "stack", "table", "wall2x2", "slope_two", "cantilever", "v_groove"])
 def test_answers_on_the_corners_are_invariant(name: str, change: str) -> None:
     """At the corners of the patches, so that the placing of nodes has no part in it."""
-    compare(name, CHANGES[change], "corners", 1e-6)
+    # forces come from a solver at 1e-7 of a weight, and slip feels the root of what separates them from the cone
+    compare(name, CHANGES[change], "corners", 5e-6)
 
 
 @pytest.mark.parametrize("change", CHANGES)

@@ -15,7 +15,7 @@ from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import ConeSolution, Outcome, Prepared
 from holdfast.engines.cones import ConeChoice, FrictionCone
 from holdfast.engines.contract import Capacity, Claim, Mechanism, Status, Verdict, no_capacity
-from holdfast.engines.forces import force_program, row_scale
+from holdfast.engines.forces import force_program
 from holdfast.engines.limit.certified import FLAT_GROUP, Cuts, certify
 from holdfast.engines.limit.solved import Solved
 from holdfast.engines.mechanism import describe, modes_of
@@ -59,7 +59,7 @@ def _judged(assembly: Assembly, rest: Rest, wrench: Float, cone: FrictionCone) -
     verdict = rest.verdict
     if verdict.status is not Status.STABLE:
         return rest
-    needed = False if verdict.self_stress is False else needs_self_stress(assembly, rest.nodes, wrench, cone)
+    needed = needs_self_stress(assembly, rest.nodes, wrench, cone)
     if needed is False:
         reason = "an equilibrium exists that needs no self-stress"
         return replace(rest, verdict=replace(verdict, self_stress=False, reason=reason))
@@ -151,7 +151,7 @@ class LimitState:
 
     def mechanisms(self, twists: Float) -> list[Mechanism]:
         """The collapse mechanisms of dual twists (k, 6J)."""
-        velocities = (self._gather @ twists.T).T.reshape(len(twists), -1, 3)
+        velocities = (self._gather @ twists.T).T.reshape(len(twists), len(self.rest.nodes), 3)
         modes = modes_of(velocities, self.rest.nodes.mu)
         return [describe(self.assembly, t.reshape(-1, 6), mode) for t, mode in zip(twists, modes, strict=True)]
 
@@ -178,7 +178,8 @@ class LimitState:
         if not power > 0:
             return Solved(0.0, 0.0, np.inf, Status.UNDECIDED, None)
         dual = max(-float(twists @ self.wrench) / power, 0.0)
-        slack = MARGIN * max(primal, dual) + ACCEPTED * solution.residual / size
+        spill = float(np.abs(solution.z).sum()) * solution.residual * self.assembly.weight / power
+        slack = MARGIN * max(primal, dual) + spill
         lower, upper = max(min(primal, dual) - slack, 0.0), max(primal, dual) + slack
         return Solved(primal, lower, upper, Status.FINITE, twists / power)
 
@@ -198,7 +199,7 @@ class LimitState:
 
     @cached_property
     def _row_scale(self) -> Float:
-        return row_scale(self.assembly)
+        return self.assembly.equation_scale
 
     @cached_property
     def _gather(self) -> sparse.csr_matrix:

@@ -1,0 +1,96 @@
+"""Certified maps of ``limit`` beside the same engine's fastest single query (one program, re-used) on every point."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+import trimesh
+
+import holdfast as hf
+from holdfast.engines.limit.engine import Limit, LimitState
+from holdfast.robustness.request import push_columns
+from holdfast.shipped import shipped_scene
+
+CASES = (("cube", "cube"), ("stack", "cube3"), ("table", "slab"), ("table", "leg_left"))
+POINTS = 6000
+GAP = 0.01
+SAMPLE = 600  # single queries timed; each point costs the same
+CHECKED = 200
+RUNS = 3
+
+
+def measure() -> list[dict[str, Any]]:
+    rows = []
+    for scene, body in CASES:
+        assembly = hf.assemble(shipped_scene(scene))
+        x, y, z = assembly.scene.body(body).shape.size
+        rows.append(
+            _row(f"{scene}: {body}", assembly, body, float(np.sqrt(2 * (x * y + y * z + z * x) / POINTS / 1.12)))
+        )
+    for name, assembly in (("cylinder, 5,120 faces", _cylinder()), ("sphere, 5,120 faces", _sphere())):
+        rows.append(_row(name, assembly, "body", 0.0035))
+    return rows
+
+
+def _row(name: str, assembly: hf.Assembly, body: str, spacing: float) -> dict[str, Any]:
+    hf.robustness_map(assembly, [body], 4 * spacing, engine="limit")
+    original, solves = LimitState.solve, [0]
+
+    def counted(state: LimitState, load: np.ndarray) -> object:
+        solves[0] += 1
+        return original(state, load)
+
+    LimitState.solve = counted  # type: ignore[method-assign,assignment]
+    seconds = []
+    for _ in range(RUNS):
+        solves[0] = 0
+        start = time.perf_counter()
+        result = hf.robustness_map(assembly, [body], spacing, engine="limit", gap=GAP)
+        seconds.append(time.perf_counter() - start)
+    LimitState.solve = original  # type: ignore[method-assign]
+    count = len(result.force)
+    state = Limit().prepare(assembly)
+    picked = np.random.default_rng(0).choice(count, min(SAMPLE, count), replace=False)
+    columns = push_columns(assembly, assembly.index[body], result.points[picked], -result.normals[picked])
+    start = time.perf_counter()
+    exact = np.array([state.solve(column).factor for column in columns.T])
+    single = (time.perf_counter() - start) / len(picked)
+    low, high = result.lower[picked][:CHECKED] * (1 - 1e-6), result.upper[picked][:CHECKED] * (1 + 1e-6)
+    finite = np.isfinite(result.upper)
+    median = float(np.median(seconds))
+    return {
+        "case": name,
+        "points": count,
+        "map s": median,
+        "solves": solves[0],
+        "solves a point": solves[0] / count,
+        "µs a point": 1e6 * median / count,
+        "single query µs": 1e6 * single,
+        "times less": single * count / median,
+        "outside of 200": int(((exact[:CHECKED] < low) | (exact[:CHECKED] > high)).sum()),
+        "largest gap": float((1 - result.lower[finite] / result.upper[finite]).max()),
+    }
+
+
+def _standing(mesh: trimesh.Trimesh, height: float, interfaces: list[hf.Interface] | None) -> hf.Assembly:
+    pose = np.eye(4)
+    pose[2, 3] = height
+    floor = shipped_scene("cube").body("floor")
+    scene = hf.Scene([floor, hf.Body("body", mesh, mass=1, pose=pose)], 0.5)
+    return hf.assemble(scene, interfaces=interfaces)
+
+
+def _cylinder() -> hf.Assembly:
+    mesh = trimesh.creation.cylinder(0.05, 0.2, sections=80)
+    while len(mesh.faces) < 5000:
+        mesh = mesh.subdivide()
+    return _standing(mesh, 0.1, None)
+
+
+def _sphere() -> hf.Assembly:
+    """A ball with a worn foot: detection finds no flat contact on a sphere, so it is given."""
+    angle = np.linspace(0, 2 * np.pi, 32, endpoint=False)
+    foot = 0.02 * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(32)])
+    return _standing(trimesh.creation.icosphere(4, 0.05), 0.05, [hf.Interface(("floor", "body"), foot, (0, 0, 1))])
