@@ -13,7 +13,7 @@ from holdfast.engines.limit.engine import Limit
 from holdfast.robustness.request import push_columns
 from holdfast.shipped.blocks import wall
 
-SHAPES = ((2, 2), (4, 2), (4, 3), (4, 4), (23, 1), (9, 5), (19, 5), (29, 7), (50, 10))
+SHAPES = ((2, 2), (4, 2), (4, 3), (4, 4), (5, 4), (8, 3), (9, 5), (19, 5), (29, 7), (50, 10))
 SPACING = 0.02
 
 

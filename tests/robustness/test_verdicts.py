@@ -115,7 +115,7 @@ def test_contact_forces_balance_the_weight() -> None:
         for k, sign in zip(assembly.ends[i], (-1, 1), strict=True):
             if k >= 0:
                 total[k] += sign * np.concatenate([f, np.cross(p - assembly.com[k], f)])
-    np.testing.assert_allclose(total.ravel(), -assembly.gravity_wrench, atol=1e-6 * assembly.weight)
+    np.testing.assert_allclose(total.ravel(), -assembly.weight_wrench(), atol=1e-6 * assembly.weight)
     normal = (forces.force * forces.normal).sum(1)
     assert normal.min() > -1e-6 * assembly.weight
     assert (forces.usage <= 1 + 1e-5).all()

@@ -80,10 +80,10 @@ class Assembly:
         """(J,) [kg]."""
         return np.array([body.mass for body in self.movable], dtype=np.float64)
 
-    @cached_property
-    def gravity_wrench(self) -> Float:
-        """(6J,) weight of every body about its centre of mass."""
-        return body_forces(self.mass[:, None] * self.scene.gravity)
+    def weight_wrench(self, acceleration: Float | None = None) -> Float:
+        """(6J,) weight of every body, and its inertial force on a support that accelerates by (3,) [m/s²]."""
+        pull = self.scene.gravity - (0 if acceleration is None else acceleration)
+        return body_forces(self.mass[:, None] * pull)
 
     @cached_property
     def weight(self) -> float:

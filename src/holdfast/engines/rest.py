@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from holdfast.arrays import Float
-from holdfast.assembly.assembly import Assembly, body_forces
+from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, contact_nodes
 from holdfast.contacts.nodes import Sampling
 from holdfast.engines.collapse import least_motion
@@ -156,9 +156,3 @@ def _doubt(assembly: Assembly, twists: Float) -> str:
                 return f"{a} and {b} overlap, and what they carry there is not modelled"
             return f"{a} and {b} touch along an edge, at a point or on curved faces, which is not modelled yet"
     return ""
-
-
-def weight_wrench(assembly: Assembly, acceleration: Float | None = None) -> Float:
-    """(6J,) weight, and the inertial forces of a support that accelerates by (3,) [m/s²]."""
-    pull = assembly.scene.gravity - (0 if acceleration is None else acceleration)
-    return body_forces(assembly.mass[:, None] * pull)

@@ -24,7 +24,7 @@ from holdfast.engines.graph import topple
 from holdfast.engines.graph.cuts import feasible_cuts
 from holdfast.engines.graph.slip import arc_capacities, slip_many
 from holdfast.engines.mechanism import describe
-from holdfast.engines.rest import Rest, find_rest, weight_wrench
+from holdfast.engines.rest import Rest, find_rest
 from holdfast.errors import HoldfastError, message
 from holdfast.progress import report
 from holdfast.rigid import rotation_about, shift_twist
@@ -64,7 +64,7 @@ class Graph:
         self, assembly: Assembly, standing: Float | None = None, acceleration: Float | None = None
     ) -> GraphState:
         """Contact forces at rest; cuts and axes follow when a query needs them."""
-        wrench = (1 - self.mass_margin) * weight_wrench(assembly, acceleration)
+        wrench = (1 - self.mass_margin) * assembly.weight_wrench(acceleration)
         if standing is not None:
             wrench = wrench + standing
         return GraphState(self, assembly, find_rest(assembly, wrench, self.nodes, self.sampling))

@@ -19,7 +19,7 @@ from holdfast.engines.forces import force_program
 from holdfast.engines.limit.certified import FLAT_GROUP, Cuts, certify
 from holdfast.engines.limit.solved import Solved
 from holdfast.engines.mechanism import describe, modes_of
-from holdfast.engines.rest import Rest, find_rest, weight_wrench
+from holdfast.engines.rest import Rest, find_rest
 from holdfast.engines.self_stress import needs_self_stress
 
 MARGIN = 1e-7  # relative: bounds are moved outwards by the accuracy of the solver
@@ -46,7 +46,7 @@ class Limit:
         self, assembly: Assembly, standing: Float | None = None, acceleration: Float | None = None
     ) -> LimitState:
         """Test s = 0 first: an assembly that does not stand must not score because a push would hold it."""
-        wrench = weight_wrench(assembly, acceleration)
+        wrench = assembly.weight_wrench(acceleration)
         if standing is not None:
             wrench = wrench + standing
         cone = FrictionCone(self.cone, self.sides)
