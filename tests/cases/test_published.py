@@ -60,3 +60,17 @@ def test_detected_areas_are_the_published_ones(path: Path) -> None:
         published[pair] = published.get(pair, 0.0) + hf.Interface(tuple(i["between"]), i["polygon"], i["normal"]).area
     found = {frozenset(i.bodies): i.area for i in hf.assemble(scene, angle=ANGLE.get(path.stem)).interfaces}
     assert {pair: pytest.approx(area, rel=2e-3) for pair, area in published.items()} == found
+
+
+@shared.needed
+@pytest.mark.parametrize("engine", ["graph", "limit"])
+def test_armadillo_stands_on_our_interfaces_at_the_tolerance_its_data_needs(engine: str) -> None:
+    """Its blocks have warped faces and overlap by up to 30 mm: at 50 mm and 20 degrees all its contacts are found."""
+    (path,) = [p.values[0] for p in shared.paths("published") if p.id == "armadillo"]
+    scene = hf.load_scene(path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", hf.HoldfastWarning)
+        assembly = hf.assemble(scene, gap=0.05, angle=20)
+    published = {frozenset(i["between"]) for i in shared.contents(path)["interfaces"]}
+    assert {frozenset(i.bodies) for i in assembly.interfaces} == published
+    assert hf.stability(assembly, engine=engine).equilibrium_exists is True

@@ -44,18 +44,20 @@ def modes_of(velocities: Float, mu: Float) -> list[Mode]:
     return [names[bool(o), bool(s)] for o, s in zip(some_open, some_slide, strict=True)]
 
 
-def describe(assembly: Assembly, twists: Float, mode: Mode) -> Mechanism:
-    """The mechanism of twists (J, 6), scaled to its fastest body."""
+def describe(assembly: Assembly, nodes: ContactNodes, twists: Float, mode: Mode, *, dual: bool) -> Mechanism:
+    """The mechanism of twists (J, 6), scaled to its fastest body; ``dual`` ones rise by μ where they slide."""
     speeds = np.sqrt((twists[:, :3] ** 2).sum(1)) + assembly.size * np.sqrt((twists[:, 3:] ** 2).sum(1))
     top = speeds.max(initial=0)
     scaled = twists / top if top > 0 else twists
     moving = [int(k) for k in np.flatnonzero(speeds > AT_REST * top)]
     names = [body.name for body in assembly.movable]
-    return Mechanism(tuple(names[k] for k in moving), scaled, mode, partial(_told, assembly, scaled, moving))
+    return Mechanism(
+        tuple(names[k] for k in moving), scaled, mode, partial(_told, assembly, nodes, scaled, moving, dual)
+    )
 
 
-def _told(assembly: Assembly, scaled: Float, moving: list[int]) -> str:
-    """The motion of each group of bodies that move as one."""
+def _told(assembly: Assembly, nodes: ContactNodes, scaled: Float, moving: list[int], dual: bool) -> str:
+    """The motion of each group of bodies that move as one, then which contacts slide and which open."""
     groups: list[tuple[list[int], Float]] = []
     for k in moving:
         at_origin = shift_twist(scaled[k], assembly.com[k], np.zeros(3))
@@ -72,7 +74,20 @@ def _told(assembly: Assembly, scaled: Float, moving: list[int]) -> str:
     ]
     if len(groups) > 6:
         parts.append(f"and {len(groups) - 6} more groups move")
-    return "; ".join(parts)
+    return "; ".join(parts + _contacts(assembly, nodes, scaled, dual))
+
+
+def _contacts(assembly: Assembly, nodes: ContactNodes, scaled: Float, dual: bool) -> list[str]:
+    velocity = relative_velocity(nodes, assembly.com, scaled)
+    fastest = float(np.abs(velocity).max(initial=0))
+    said: dict[Mode, list[str]] = {"slip": [], "topple": [], "mixed": []}
+    for number, interface in enumerate(assembly.interfaces):
+        here = slice(nodes.spans[number], nodes.spans[number + 1])
+        if np.abs(velocity[here]).max(initial=0) > 1e-4 * fastest:
+            rise = nodes.mu[here] if dual else np.zeros_like(nodes.mu[here])
+            said.setdefault(modes_of(velocity[here][None], rise)[0], []).append("-".join(interface.bodies))
+    words: tuple[tuple[Mode, str], ...] = (("slip", "slides"), ("topple", "opens"), ("mixed", "slides and opens"))
+    return [f"{word}: {_listed(said[mode])}" for mode, word in words if said[mode]]
 
 
 def _listed(names: list[str]) -> str:

@@ -91,7 +91,7 @@ def _hanging(assembly: Assembly, nodes: ContactNodes, wrench: Float) -> Verdict:
         force = wrench.reshape(-1, 6)[members, :3].sum(0)
         twists[members, :3] = force if np.linalg.norm(force) > 0 else assembly.scene.gravity
         texts.append(_loose(assembly, group))
-    mechanism = describe(assembly, twists, "none")
+    mechanism = describe(assembly, nodes, twists, "none", dual=True)
     doubt = _doubt(assembly, twists)
     if doubt:
         return _undecided(f"{'; '.join(texts)}; {doubt}", mechanism=mechanism)
@@ -124,7 +124,7 @@ def _loose(assembly: Assembly, group: tuple[str, ...]) -> str:
 def _falls(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float) -> Verdict:
     """UNSTABLE if the motion of the certificate really is one against which no contact can resist."""
     velocity = relative_velocity(nodes, assembly.com, twists)
-    mechanism = describe(assembly, twists, modes_of(velocity[None], nodes.mu)[0])
+    mechanism = describe(assembly, nodes, twists, modes_of(velocity[None], nodes.mu)[0], dual=True)
     largest = float(np.linalg.norm(velocity, axis=1).max(initial=0))
     excess = float((nodes.mu * np.linalg.norm(velocity[:, 1:], axis=1) - velocity[:, 0]).max(initial=0))
     power = float(wrench @ mechanism.twists.ravel())

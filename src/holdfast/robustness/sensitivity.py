@@ -134,7 +134,7 @@ def sensitivity(
         {name: float(v) for name, v in zip(names, -motion[:, :3] @ assembly.scene.gravity, strict=True)},
         dict(zip(names, d_com, strict=True)),
         -solved.factor * np.cross(e, motion[number, 3:]),
-        describe(assembly, motion, "none").moving,
+        describe(assembly, state.rest.nodes, motion, "none", dual=True).moving,
     )
 
 

@@ -311,7 +311,7 @@ class _Mechanisms:
     def _sliding(self, column: int, direction: Float) -> Mechanism:
         twists = np.zeros((len(self._state.assembly.movable), 6))
         twists[self._side[column], :3] = direction
-        return describe(self._state.assembly, twists, "slip")
+        return describe(self._state.assembly, self._state.rest.nodes, twists, "slip", dual=False)
 
     def _turning(self, column: int) -> Mechanism:
         number, axis = self._which[column]
@@ -320,7 +320,7 @@ class _Mechanisms:
         twists = np.zeros((len(assembly.movable), 6))
         for body in cut.members:
             twists[body] = shift_twist(cut.twists[axis], self._state._centre, assembly.com[body])
-        return describe(self._state.assembly, twists, cut.mode[axis])
+        return describe(assembly, self._state.rest.nodes, twists, cut.mode[axis], dual=False)
 
 
 def _bits(mask: int, count: int) -> Bool:

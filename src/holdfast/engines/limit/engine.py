@@ -153,7 +153,11 @@ class LimitState:
         """The collapse mechanisms of dual twists (k, 6J)."""
         velocities = (self._gather @ twists.T).T.reshape(len(twists), len(self.rest.nodes), 3)
         modes = modes_of(velocities, self.rest.nodes.mu)
-        return [describe(self.assembly, t.reshape(-1, 6), mode) for t, mode in zip(twists, modes, strict=True)]
+        nodes = self.rest.nodes
+        return [
+            describe(self.assembly, nodes, t.reshape(-1, 6), mode, dual=True)
+            for t, mode in zip(twists, modes, strict=True)
+        ]
 
     def solve(self, load: Float) -> Solved:
         """The largest factor of one load (6J,)."""
@@ -165,7 +169,8 @@ class LimitState:
         prepared.change(column, scaled / size)
         solution = prepared.solve()
         if solution.outcome is Outcome.UNBOUNDED and self._supports_itself(solution, scaled / size):
-            return Solved(np.inf, np.inf, np.inf, Status.INFINITE, None)
+            ray = solution.x[:-1].reshape(-1, 3) / solution.x[-1] * self.assembly.weight * size
+            return Solved(np.inf, np.inf, np.inf, Status.INFINITE, None, self.rest.nodes.world(ray))
         if solution.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED) or solution.residual > ACCEPTED:
             return Solved(0.0, 0.0, np.inf, Status.UNDECIDED, None)
         return self._bounded(solution, load, size)

@@ -10,10 +10,15 @@ from holdfast.engines.contract import Status
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """``factor`` with bounds, ``status``, and the dual twists (6J,) scaled to unit load power, if finite."""
+    """``factor`` with bounds and ``status``, and what proves it.
+
+    Finite: the dual ``twists`` (6J,), scaled to unit load power. Infinite: the ``ray`` (I, 3) [N], world: forces on
+    each node's second body that balance the load alone, so that any multiple of it is carried.
+    """
 
     factor: float
     lower: float
     upper: float
     status: Status
     twists: Float | None
+    ray: Float | None = None
