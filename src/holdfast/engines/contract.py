@@ -101,8 +101,8 @@ class Verdict:
 class Capacity:
     """For each load column: the largest ``factor`` (n,) by which it may be multiplied, with bounds, and what gives way.
 
-    ``status`` (n,) FINITE, INFINITE, UNSTABLE (factor 0) or UNDECIDED (factor 0); ``moving`` and ``mode`` (n,).
-    ``describe(k)`` gives the mechanism of column k.
+    ``status`` (n,) FINITE, INFINITE, UNSTABLE (factor 0) or UNDECIDED (factor 0); ``moving``, ``mode`` and
+    ``mechanism`` (n,), None where nothing gives way.
     """
 
     factor: Float
