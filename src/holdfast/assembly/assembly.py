@@ -155,7 +155,7 @@ def assemble(
 ) -> Assembly:
     """Find the contact interfaces of a scene, or take the given ones.
 
-    ``gap`` [m]: how far apart, or into each other, two faces may lie and still touch (a thousandth of the median body
+    ``gap`` [m]: how far apart, or into each other, two faces may lie and still touch (a thousandth of the usual body
     size unless given); ``pose_sigma`` [m] sets it from the standard deviation of the poses (4σ). ``angle`` [deg]: how
     far two faces may be from parallel (1 unless given). Bodies that overlap more than the gap raise a
     HoldfastWarning that names them and the depth. Given interfaces are taken as complete and are not checked against

@@ -49,7 +49,7 @@ EXIT = {Status.STABLE: 0, Status.UNSTABLE: 1, Status.UNDECIDED: 3}
 BAD_INPUT, INTERNAL, STOPPED = 2, 4, 130
 
 SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="a scene file, or the name of a shipped scene")]
-Gap = Annotated[float | None, typer.Option(help="contact tolerance in m; default: 1/1000 of the median body size")]
+Gap = Annotated[float | None, typer.Option(help="contact tolerance in m; default: 1/1000 of the usual body size")]
 Angle = Annotated[float | None, typer.Option(help="largest angle between touching faces in degrees; default: 1")]
 EngineName = Annotated[str, typer.Option("--engine", help=f"one of: {', '.join(ENGINES)}")]
 Nodes = Annotated[int, typer.Option(help="contact nodes an interface")]

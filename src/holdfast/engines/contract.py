@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum, auto
 from functools import cached_property
@@ -113,6 +113,26 @@ class Capacity:
     mode: tuple[Mode, ...]
     mechanism: tuple[Mechanism | None, ...]
 
+    @classmethod
+    def told(
+        cls,
+        factor: Float,
+        lower: Float,
+        upper: Float,
+        status: Sequence[Status],
+        mechanisms: Sequence[Mechanism | None],
+    ) -> Capacity:
+        """The capacity whose ``moving`` and ``mode`` are those of its mechanisms."""
+        return cls(
+            factor,
+            lower,
+            upper,
+            tuple(status),
+            tuple(() if m is None else m.moving for m in mechanisms),
+            tuple("none" if m is None else m.mode for m in mechanisms),
+            tuple(mechanisms),
+        )
+
 
 class State(Protocol):
     """An engine made ready for one assembly under given standing loads; factors are shared by all queries."""
@@ -152,9 +172,9 @@ class Engine(Protocol):
         ...
 
 
-def no_capacity(count: int, status: Status, moving: tuple[str, ...], mechanism: Mechanism | None) -> Capacity:
+def no_capacity(count: int, verdict: Verdict) -> Capacity:
     """Factor 0 for every column: the assembly does not stand, or it is not known whether it does."""
+    status = Status.UNSTABLE if verdict.status is Status.UNSTABLE else Status.UNDECIDED
     zero = np.zeros(count)
     upper = zero if status is Status.UNSTABLE else np.full(count, np.inf)
-    mode: Mode = mechanism.mode if mechanism is not None else "none"
-    return Capacity(zero, zero, upper, (status,) * count, (moving,) * count, (mode,) * count, (mechanism,) * count)
+    return Capacity.told(zero, zero, upper, [status] * count, [verdict.mechanism] * count)

@@ -84,7 +84,7 @@ def solve_forces(
         solution.outcome,
         forces * assembly.weight,
         None,
-        max(solution.residual, 0.0),
+        solution.residual,
         _dilatancy(assembly, nodes, solution) if cone.kind == "exact" else np.inf,
         solution.iterations,
     )

@@ -15,6 +15,7 @@ from holdfast.engines.cones import EXACT, FrictionCone
 from holdfast.engines.contract import Certificate, ContactForces, Mechanism, Status, Verdict
 from holdfast.engines.forces import ACCEPTED_RESIDUAL, ForceSolution, solve_forces
 from holdfast.engines.mechanism import describe, modes_of, relative_velocity
+from holdfast.rigid import shift_twist
 
 CERTIFIED = 1e-6  # a certificate may leave the dual cone by this share of its largest relative velocity
 NO_DILATANCY = 1e-6  # share of energy below which no force comes from dilatancy
@@ -41,14 +42,18 @@ def find_rest(assembly: Assembly, wrench: Float, count: int, sampling: Sampling,
         return Rest(nodes, nothing, _stable(assembly, nodes, nothing, 0.0, 0.0))
     if assembly.hanging:
         return Rest(nodes, nothing, _hanging(assembly, nodes, wrench))
-    corners = contact_nodes(assembly, count, "corners")
     tried: list[str] = []
-    for points, tolerance in ((nodes, 1e-10), (corners, 1e-10), (corners, 1e-7)):
+    points, attempts = nodes, [("corners", 1e-10), ("corners", 1e-7)]
+    if sampling != "corners":
+        attempts.insert(0, (sampling, 1e-10))
+    for kind, tolerance in attempts:
+        if kind != sampling and points is nodes:
+            points = contact_nodes(assembly, count, "corners")
         solution = solve_forces(assembly, points, wrench, tolerance=tolerance, cone=cone)
         if solution.forces is not None and solution.residual <= ACCEPTED_RESIDUAL:
             forces, residual = solution.forces, solution.residual
             return Rest(points, forces, _stable(assembly, points, forces, residual, solution.dilatancy))
-        if solution.twists is not None and points is corners:
+        if solution.twists is not None and kind == "corners":
             least = least_motion(assembly, points, wrench)
             verdict = None if least is None else _falls(assembly, points, wrench, least)
             if verdict is None or verdict.status is not Status.UNSTABLE:
@@ -146,9 +151,7 @@ def _doubt(assembly: Assembly, twists: Float) -> str:
     still = np.zeros(6)
     for a, b in (*overlapping, *assembly.unmodelled):
         at_origin = [
-            still
-            if k < 0
-            else np.concatenate([twists[k, :3] - np.cross(twists[k, 3:], assembly.com[k]), twists[k, 3:]])
+            still if k < 0 else shift_twist(twists[k], assembly.com[k], np.zeros(3))
             for k in (assembly.index[a], assembly.index[b])
         ]
         if not np.allclose(at_origin[0], at_origin[1], atol=1e-9 * np.abs(twists).max()):

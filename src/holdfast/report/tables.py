@@ -20,7 +20,6 @@ _WORDS = {
     Status.UNSTABLE: ("does not stand", "bold red"),
     Status.UNDECIDED: ("is undecided", "bold yellow"),
 }
-_AS_VERDICT = {Status.UNSTABLE: Status.UNSTABLE, Status.UNDECIDED: Status.UNDECIDED}
 
 
 def stability_report(assembly: Assembly, result: Stability) -> RenderableType:
@@ -97,7 +96,7 @@ def _row(weak: MapPoint) -> tuple[str, ...]:
     if weak.status is Status.INFINITE:
         return weak.body, "∞", "", "", "nothing"
     if weak.status is not Status.FINITE:
-        return weak.body, "-", "", "", "not computed: the scene " + _WORDS[_AS_VERDICT[weak.status]][0]
+        return weak.body, "-", "", "", "not computed: the scene " + _WORDS[weak.status][0]
     moving = ", ".join(weak.moving[:5]) + (f" and {len(weak.moving) - 5} more" if len(weak.moving) > 5 else "")
     place = "(" + ", ".join(f"{1e3 * v:.0f}" for v in weak.point) + ")"
     return weak.body, f"{weak.force:.4g}", place, _direction(weak.direction), f"{weak.mode}: {moving}"

@@ -113,9 +113,7 @@ class GraphState:
         count = W.shape[1]
         verdict = self.rest.verdict
         if verdict.status is not Status.STABLE:
-            moving = () if verdict.mechanism is None else verdict.mechanism.moving
-            status = Status.UNSTABLE if verdict.status is Status.UNSTABLE else Status.UNDECIDED
-            return no_capacity(count, status, moving, verdict.mechanism)
+            return no_capacity(count, verdict)
         wrenches = W.T.reshape(count, len(self.assembly.movable), 6)
         slip, slip_side = self._slip(wrenches)
         top, which = self._topple(wrenches)
@@ -123,15 +121,8 @@ class GraphState:
         mechanisms = _Mechanisms(self, wrenches, slip <= top, slip_side, which)
         finite = np.isfinite(factor)
         told = [mechanisms.of(k) if finite[k] else None for k in range(count)]
-        return Capacity(
-            factor,
-            np.zeros(count),
-            np.full(count, np.inf),
-            tuple(Status.FINITE if f else Status.INFINITE for f in finite),
-            tuple(() if t is None else t.moving for t in told),
-            tuple("none" if t is None else t.mode for t in told),
-            tuple(told),
-        )
+        status = [Status.FINITE if f else Status.INFINITE for f in finite]
+        return Capacity.told(factor, np.zeros(count), np.full(count, np.inf), status, told)
 
     @cached_property
     def _immobile(self) -> Bool:

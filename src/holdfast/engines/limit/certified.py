@@ -29,17 +29,13 @@ Solve = Callable[[Float], Solved]
 
 @dataclass
 class Cuts:
-    """Half-spaces of loads, shared by all bodies: γ(w) >= rows @ w for w (6J,); and mechanisms that nothing resists."""
+    """Half-spaces of loads, shared by all bodies: γ(w) >= rows @ w for w (6J,)."""
 
     rows: list[Float] = field(default_factory=list)
-    free: list[Float] = field(default_factory=list)
 
     def learn(self, solved: Solved) -> int | None:
-        """Take the cut of a solve; returns its number."""
-        if solved.twists is None:
-            return None
-        if not solved.upper > 0:
-            self.free.append(solved.twists)
+        """Take the cut of a solve; returns its number, None where it proves none."""
+        if solved.twists is None or not solved.upper > 0:
             return None
         self.rows.append(solved.twists / solved.upper)
         return len(self.rows) - 1

@@ -99,9 +99,7 @@ class LimitState:
         count = W.shape[1]
         verdict = self.rest.verdict
         if not verdict.equilibrium_exists:
-            moving = () if verdict.mechanism is None else verdict.mechanism.moving
-            status = Status.UNSTABLE if verdict.status is Status.UNSTABLE else Status.UNDECIDED
-            return no_capacity(count, status, moving, verdict.mechanism)
+            return no_capacity(count, verdict)
         loaded = np.flatnonzero((W != 0).reshape(-1, 6, count).any((1, 2))) if count else np.empty(0)
         if gap is None or count < FLAT_GROUP or len(loaded) != 1:
             answers = [self.solve(W[:, k]) for k in range(count)]
@@ -119,15 +117,7 @@ class LimitState:
         rows = np.array([self._cuts.rows[k] for k in used]).reshape(len(used), len(W))
         known = dict(zip((int(k) for k in used), self.mechanisms(rows), strict=True))
         told = [known.get(int(k)) if f else None for k, f in zip(bounds.cut, finite, strict=True)]
-        return Capacity(
-            lower,
-            lower,
-            upper,
-            tuple(status),
-            tuple(() if t is None else t.moving for t in told),
-            tuple("none" if t is None else t.mode for t in told),
-            tuple(told),
-        )
+        return Capacity.told(lower, lower, upper, status.tolist(), told)
 
     def _capacity(self, answers: list[Solved]) -> Capacity:
         told: list[Mechanism | None] = [None] * len(answers)
@@ -135,15 +125,8 @@ class LimitState:
         twists = np.array([answers[k].twists for k in finite]).reshape(len(finite), len(self.wrench))
         for k, mechanism in zip(finite, self.mechanisms(twists), strict=True):
             told[k] = mechanism
-        return Capacity(
-            np.array([a.factor for a in answers]),
-            np.array([a.lower for a in answers]),
-            np.array([a.upper for a in answers]),
-            tuple(a.status for a in answers),
-            tuple(() if t is None else t.moving for t in told),
-            tuple("none" if t is None else t.mode for t in told),
-            tuple(told),
-        )
+        factor, lower, upper = np.array([(a.factor, a.lower, a.upper) for a in answers]).reshape(-1, 3).T
+        return Capacity.told(factor, lower, upper, [a.status for a in answers], told)
 
     @cached_property
     def _cuts(self) -> Cuts:
@@ -161,7 +144,7 @@ class LimitState:
 
     def solve(self, load: Float) -> Solved:
         """The largest factor of one load (6J,)."""
-        scaled = self._row_scale / self.assembly.weight * load
+        scaled = self.assembly.equation_scale / self.assembly.weight * load
         size = float(np.abs(scaled).max(initial=0))
         if size == 0:
             return Solved(np.inf, np.inf, np.inf, Status.INFINITE, None)
@@ -178,7 +161,7 @@ class LimitState:
     def _bounded(self, solution: ConeSolution, load: Float, size: float) -> Solved:
         """Bounds from both sides: s of the primal point, and gravity over load power of the dual mechanism."""
         primal = max(float(solution.x[-1]), 0.0) / size
-        twists = self._row_scale * solution.z[: len(load)]
+        twists = self.assembly.equation_scale * solution.z[: len(load)]
         power = float(twists @ load)
         if not power > 0:
             return Solved(0.0, 0.0, np.inf, Status.UNDECIDED, None)
@@ -201,10 +184,6 @@ class LimitState:
         if self.engine.cone == "circumscribed":
             excess = excess - self.rest.nodes.mu * np.abs(forces[:, 0])  # corners stick out of the circle
         return float(np.abs(balance).max()) <= 1e-5 * largest and float(excess.max(initial=0)) <= 1e-5 * largest
-
-    @cached_property
-    def _row_scale(self) -> Float:
-        return self.assembly.equation_scale
 
     @cached_property
     def _gather(self) -> sparse.csr_matrix:
