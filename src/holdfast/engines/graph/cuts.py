@@ -73,7 +73,7 @@ def _closed(inside: int, masks: Sequence[int], fixed: int, everything: int) -> i
 def _too_many(limit: int, bodies: int) -> SolverError:
     problem = f"{bodies} movable bodies have more than {limit:,} feasible cuts, and their number grows exponentially"
     remedy = (
-        "use engine 'limit', whose work grows slowly, declare heavy bodies immobile with Graph(immobile_above=kg) or "
-        "fixed=True, assess a part of the scene, or allow more with Graph(max_cuts=...)"
+        "declare heavy bodies immobile with Graph(immobile_above=kg) or fixed=True, assess a part of the scene, "
+        "allow more with Graph(max_cuts=...), or use engine 'limit', whose work grows slowly"
     )
     return SolverError(message("engine graph", problem, remedy))
