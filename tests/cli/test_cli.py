@@ -11,6 +11,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import holdfast as hf
@@ -45,8 +46,10 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     tower = [floor(), box("a", (0.1, 0.1, 0.1), 1, (0, 0, 0.05)), box("b", (0.1, 0.1, 0.1), 1, (0.06, 0, 0.15))]
     hf.save_scene(hf.Scene(tower, 0.5), "falls.yaml")
-    ball = hf.Body("ball", hf.Sphere(0.05), mass=1, pose=at(0, 0, 0.05))
-    hf.save_scene(hf.Scene([floor(), ball], 0.5), "ball.yaml")
+    turned = np.array([np.cos(np.pi / 8), 0, np.sin(np.pi / 8), 0])
+    below = hf.Body("below", hf.Box((0.1, 0.1, 0.1)), pose=at(0, 0, 0.05 * np.sqrt(2), turned), fixed=True)
+    above = hf.Body("above", hf.Box((0.1, 0.1, 0.1)), mass=1, pose=at(0, 0, 0.15 * np.sqrt(2), turned))
+    hf.save_scene(hf.Scene([below, above], 0.5), "ridges.yaml")
     sunk = box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.04))
     hf.save_scene(hf.Scene([floor(), sunk], 0.5), "sunk.yaml")
     (tmp_path / "bad.yaml").write_text("a: 1\n")
@@ -65,7 +68,7 @@ def read(text: str) -> Any:
 @pytest.mark.parametrize("as_json", [[], ["--json"]])
 @pytest.mark.parametrize("command", [["assess"], ["map", "--spacing", "0.05"]], ids=["assess", "map"])
 @pytest.mark.parametrize(
-    ("scene", "code"), [("table", 0), ("falls.yaml", 1), ("bad.yaml", 2), ("nowhere", 2), ("ball.yaml", 3)]
+    ("scene", "code"), [("table", 0), ("falls.yaml", 1), ("bad.yaml", 2), ("nowhere", 2), ("ridges.yaml", 3)]
 )
 def test_exit_codes(scene: str, code: int, command: list[str], as_json: list[str], holdfast: Any, folder: Path) -> None:
     answer = holdfast(command[0], scene, *command[1:], *as_json)

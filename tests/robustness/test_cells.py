@@ -10,7 +10,7 @@ import holdfast as hf
 from holdfast.contacts.polygon import inside, shapely_polygon
 from holdfast.robustness.cells import Cells, covered, surface_cells
 from holdfast.scene.distance import distance_to_surface
-from holdfast.scene.shapes import Surface
+from holdfast.scene.surface import Surface
 from holdfast.shipped import shipped_scene
 
 ELL = trimesh.creation.extrude_polygon(

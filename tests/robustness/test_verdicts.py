@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.shipped.blocks import about_y, at, box, cube, floor, table, wall
+from holdfast.shipped.blocks import about_x, about_y, at, box, cube, floor, table, wall
 
 SIDE = (0.1, 0.1, 0.1)
 
@@ -39,27 +39,42 @@ def test_a_body_far_from_everything_is_named() -> None:
     assert "unsupported: a: no chain of contacts" in verdict(box("a", SIDE, 1, (0, 0, 5))).reason
 
 
-@pytest.mark.parametrize(
-    "body",
-    [
-        hf.Body("it", hf.Sphere(0.05), mass=1, pose=at(0, 0, 0.05)),
-        hf.Body("it", hf.Box(SIDE), mass=1, pose=at(0, 0, 0.05 * np.sqrt(2), about_y(np.pi / 4))),
-        hf.Body("it", hf.Cylinder(0.05, 0.2), mass=1, pose=at(0, 0, 0.05, about_y(np.pi / 2))),
-    ],
-    ids=["sphere", "cube on edge", "lying cylinder"],
-)
-def test_a_contact_that_is_not_modelled_is_undecided_and_not_unstable(body: hf.Body) -> None:
-    result = verdict(body)
-    if result.status != hf.Status.STABLE:  # a lying cylinder may rest on one of its facets
-        assert result.status == hf.Status.UNDECIDED
-        assert result.equilibrium_exists is None
-        assert "it" in result.reason
-        assert "floor" in result.reason
-        assert "edge" in result.reason
+ROLLING = {
+    "sphere": hf.Body("it", hf.Sphere(0.05), mass=1, pose=at(0, 0, 0.05)),
+    "cube on edge": hf.Body("it", hf.Box(SIDE), mass=1, pose=at(0, 0, 0.05 * np.sqrt(2), about_y(np.pi / 4))),
+    "lying cylinder": hf.Body("it", hf.Cylinder(0.05, 0.2), mass=1, pose=at(0, 0, 0.05, about_x(np.pi / 2))),
+}
 
 
-def test_a_ball_on_the_floor_is_undecided() -> None:
-    assert verdict(hf.Body("it", hf.Sphere(0.05), mass=1, pose=at(0, 0, 0.05))).status == hf.Status.UNDECIDED
+@pytest.mark.parametrize("engine", ["limit", "graph"])
+@pytest.mark.parametrize("name", ROLLING)
+def test_a_body_on_a_point_or_a_line_stands_but_nothing_keeps_it_from_turning(name: str, engine: str) -> None:
+    body = ROLLING[name]
+    assembly = hf.assemble(hf.Scene([floor(), body], 0.5))
+    assert hf.stability(assembly, engine=engine).equilibrium_exists
+    top = [0, 0, body.surface_world.vertices[:, 2].max()]
+    pushes = hf.robustness(assembly, "it", np.array([top, top, top]), np.array([[1, 0, 0], [-1, 0, 0], [0, 0, -1]]), engine=engine)
+    np.testing.assert_allclose(pushes.force, [0, 0, np.inf], atol=1e-6)
+    if name != "sphere":  # along the line friction holds, or it tips over the line's end
+        side = [0, -0.05 if name == "cube on edge" else -0.1, body.com_world[2]]
+        along = hf.robustness(assembly, "it", side, (0, 1, 0), engine=engine)
+        assert along.force[0] == pytest.approx(0.5 * 9.81, rel=1e-3)
+
+
+def ridges() -> hf.Scene:
+    """A cube on its edge along the edge of another: sharp on sharp, no direction of contact is defined."""
+    below = hf.Body("below", hf.Box(SIDE), pose=at(0, 0, 0.05 * np.sqrt(2), about_y(np.pi / 4)), fixed=True)
+    above = hf.Body("it", hf.Box(SIDE), mass=1, pose=at(0, 0, 0.15 * np.sqrt(2), about_y(np.pi / 4)))
+    return hf.Scene([below, above], 0.5)
+
+
+@pytest.mark.parametrize("engine", ["limit", "graph"])
+def test_sharp_on_sharp_is_undecided_and_not_unstable(engine: str) -> None:
+    result = hf.stability(hf.assemble(ridges()), engine=engine)
+    assert result.status == hf.Status.UNDECIDED
+    assert result.equilibrium_exists is None
+    for word in ("it", "below", "edge"):
+        assert word in result.reason
 
 
 @pytest.mark.parametrize("offset", [0.2, 0.3])

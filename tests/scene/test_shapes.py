@@ -120,12 +120,104 @@ def test_a_mesh_that_does_not_close_is_taken_with_mass_and_com() -> None:
     assert not body.shape.is_closed
 
 
-def test_inconsistent_winding_warns() -> None:
+@pytest.mark.parametrize("count", [1, 5, 6, 7, 11])
+def test_flipped_faces_are_turned_back_and_reported(count: int) -> None:
+    """Half-flipped faces would silently halve contact areas."""
     faces = F.copy()
-    faces[0] = faces[0][::-1]
-    mesh = hf.Mesh(V, faces, where="body 'twisted'")
-    with pytest.warns(hf.HoldfastWarning, match=r"'twisted'.*wound.*repair"):
-        assert not mesh.is_closed
+    faces[:count] = faces[:count, ::-1]
+    mesh = hf.Mesh(V, faces)
+    assert mesh.is_closed
+    assert mesh.report.flipped == count
+    assert mesh.report.oriented
+    assert mesh.mass_properties.volume == pytest.approx(0.03)
+    assert (mesh.surface.normals * mesh.surface.vertices[mesh.surface.faces].mean(1)).sum(1).min() > 0
+
+
+def test_a_surface_with_one_side_is_flagged() -> None:
+    """A Moebius strip cannot be wound alike."""
+    turns = 24
+    t = 2 * np.pi * np.arange(turns) / turns
+    rims = [
+        np.column_stack([(1 + w * np.cos(t / 2)) * np.cos(t), (1 + w * np.cos(t / 2)) * np.sin(t), w * np.sin(t / 2)])
+        for w in (-0.3, 0.3)
+    ]
+    k = np.arange(turns - 1)
+    faces = np.vstack([np.column_stack([k, k + 1, k + turns]), np.column_stack([k + 1, k + 1 + turns, k + turns])])
+    last = turns - 1
+    faces = np.vstack([faces, [[last, turns, last + turns], [turns, 0, last + turns]]])
+    mesh = hf.Mesh(np.vstack(rims), faces, where="body 'strip'")
+    with pytest.warns(hf.HoldfastWarning, match=r"'strip'.*inside cannot be told"):
+        assert not mesh.report.oriented
+    assert mesh.report.open_edges == 2 * turns
+
+
+@pytest.mark.parametrize("inward", [False, True])
+def test_an_open_mesh_is_turned_outward_by_the_volume_it_nearly_bounds(inward: bool) -> None:
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=0.1)
+    faces = np.array(ball.faces)[5:]
+    mesh = hf.Mesh(ball.vertices, faces[:, ::-1] if inward else faces)
+    assert mesh.report.open_edges > 0
+    assert mesh.report.oriented
+    assert mesh.report.flipped == (len(faces) if inward else 0)
+    assert not mesh.is_closed
+    assert (mesh.surface.normals * mesh.surface.vertices[mesh.surface.faces].mean(1)).sum(1).min() > 0
+
+
+def test_the_report_counts_what_was_mended() -> None:
+    vertices = np.vstack([V, V])  # every face has corners of its own copy
+    faces = np.vstack([F[:6], F[6:] + len(V), F[:1], [[0, 0, 1]]])
+    report = hf.Mesh(vertices, faces).report
+    assert (report.welded, report.duplicate, report.degenerate) == (len(V), 1, 1) or report.welded > 0
+    assert report.duplicate == 1
+    assert report.degenerate == 1
+    assert report.closed
+    assert report.pieces == 1
+    assert "1 duplicate faces left out" in str(report)
+
+
+def rough(noise: float, seed: int, levels: int = 6) -> trimesh.Trimesh:
+    """A box of 0.2 x 0.15 x 0.1 m in small triangles whose vertices are off by a normal deviate [m]."""
+    mesh = trimesh.creation.box((0.2, 0.15, 0.1))
+    for _ in range(levels):
+        mesh = mesh.subdivide()
+    mesh.merge_vertices()
+    rng = np.random.default_rng(seed)
+    mesh.vertices = mesh.vertices + rng.normal(scale=noise, size=mesh.vertices.shape)
+    return mesh
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("noise", [2e-4, 5e-4])
+def test_the_faces_of_a_noisy_scan_are_fitted_and_their_residual_told(noise: float, seed: int) -> None:
+    scan = rough(noise, seed)
+    mesh = hf.Mesh(scan.vertices, scan.faces, noise=noise)
+    planes = mesh.report.planes
+    assert len(planes) == 6
+    truth = np.vstack([np.eye(3), -np.eye(3)])
+    offsets = {0: 0.1, 1: 0.075, 2: 0.05}
+    for axis, direction in enumerate(truth):
+        (plane,) = (p for p in planes if np.array(p.normal) @ direction > 0.9)
+        assert np.array(plane.normal) @ direction > np.cos(np.radians(0.2))
+        assert plane.offset == pytest.approx(offsets[axis % 3], abs=noise / 3)
+        assert plane.residual == pytest.approx(noise, rel=0.2)
+    face_area = 2 * (0.2 * 0.15 + 0.15 * 0.1 + 0.1 * 0.2)
+    assert sum(p.area for p in planes) > 0.95 * face_area
+    assert "6 planes fitted" in str(mesh.report)
+
+
+def test_a_round_scan_stays_round() -> None:
+    """Nothing flat is invented on a ball."""
+    ball = trimesh.creation.icosphere(subdivisions=5, radius=0.1)
+    ball.vertices = ball.vertices + np.random.default_rng(0).normal(scale=2e-4, size=ball.vertices.shape)
+    mesh = hf.Mesh(ball.vertices, ball.faces, noise=2e-4)
+    assert sum(p.area for p in mesh.report.planes) < 0.25 * 4 * np.pi * 0.01
+    assert np.linalg.norm(mesh.surface.vertices, axis=1).min() > 0.1 - 2e-3
+
+
+@pytest.mark.parametrize("noise", [-1e-4, np.nan, "much"])
+def test_noise_that_makes_no_sense_is_refused(noise: Any) -> None:
+    with pytest.raises(hf.GeometryError, match=r"Mesh: noise"):
+        hf.Mesh(V, F, noise=noise)
 
 
 FLAT = ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], [[0, 1, 2], [1, 3, 2], [0, 2, 3], [0, 3, 1]])

@@ -13,11 +13,11 @@ import numpy as np
 from holdfast.arrays import Float, checked_number
 from holdfast.contacts.detect import (
     DEFAULT_ANGLE,
+    SIGMAS,
     Tolerances,
-    body_size,
     box_distance,
     default_gap,
-    find_interfaces,
+    find_contacts,
     neighbours,
 )
 from holdfast.contacts.interface import Interface
@@ -35,13 +35,15 @@ class Assembly:
     """Bodies and the interfaces between them.
 
     Movable bodies are numbered 0..J-1 in scene order; all fixed bodies are the one node FIXED. ``overlaps`` are pairs
-    that share more volume than the tolerance explains; ``detected`` says whether the interfaces were searched for.
+    that share more volume than the tolerance explains, ``occluded`` those that would touch if no third body lay between
+    them; ``detected`` says whether the interfaces were searched for.
     """
 
     scene: Scene
     interfaces: tuple[Interface, ...]
     tolerances: Tolerances
     overlaps: tuple[Overlap, ...] = ()
+    occluded: tuple[tuple[str, str], ...] = ()
     detected: bool = True
 
     @property
@@ -97,7 +99,7 @@ class Assembly:
         In units of the whole assembly a light body beside a heavy one could fall unnoticed.
         """
         share = self.mass.sum() / self.mass
-        size = np.array([body_size(body) for body in self.movable])
+        size = np.array([body.size for body in self.movable])
         return np.repeat(np.column_stack([share, share / size]).ravel(), 3)
 
     @cached_property
@@ -117,17 +119,21 @@ class Assembly:
 
     @cached_property
     def unmodelled(self) -> tuple[tuple[str, str], ...]:
-        """Pairs that touch within the gap although no patch was found: along an edge, at a point, or on curved faces.
+        """Pairs that come within the gap without a contact that has a normal: sharp corner on corner or on edge.
 
         Such contacts carry force in reality; an assembly that seems to fall may stand on them. Empty where the
         interfaces were given.
         """
         if not self.detected:
             return ()
-        joined = {frozenset(interface.bodies) for interface in self.interfaces}
-        gap = self.tolerances.gap
-        near = ((a, b) for a, b in neighbours(self.scene, gap) if frozenset((a.name, b.name)) not in joined)
-        return tuple((a.name, b.name) for a, b in near if distance(a, b, 1.001 * gap) is not None)
+        known = {frozenset(interface.bodies) for interface in self.interfaces} | {frozenset(p) for p in self.occluded}
+        near = neighbours(self.scene, self.tolerances.widest(self.scene))
+        return tuple(
+            (a.name, b.name)
+            for a, b in near
+            if frozenset((a.name, b.name)) not in known
+            and distance(a, b, 1.001 * self.tolerances.between(a, b).gap) is not None
+        )
 
     def nearest_support(self, group: Sequence[str]) -> tuple[str, str, float] | None:
         """Of a hanging group, the body nearest to one outside it: (inside, outside, distance [m])."""
@@ -150,37 +156,48 @@ def assemble(
     scene: Scene,
     gap: float | None = None,
     angle: float | None = None,
-    pose_sigma: float | None = None,
+    pose_sigma: float | tuple[float, float] | None = None,
     interfaces: Iterable[Interface] | None = None,
 ) -> Assembly:
     """Find the contact interfaces of a scene, or take the given ones.
 
-    ``gap`` [m]: how far apart, or into each other, two faces may lie and still touch (a thousandth of the usual body
-    size unless given); ``pose_sigma`` [m] sets it from the standard deviation of the poses (4σ). ``angle`` [deg]: how
-    far two faces may be from parallel (1 unless given). Bodies that overlap more than the gap raise a
-    HoldfastWarning that names them and the depth. Given interfaces are taken as complete and are not checked against
-    the meshes; those between two fixed bodies are left out.
+    ``gap`` [m]: how far apart, or into each other, two surfaces may lie and still touch (a thousandth of the usual body
+    size unless given). ``angle`` [deg]: how far two faces may be from parallel (1 unless given). ``pose_sigma``: the
+    standard deviation of the poses' positions [m], or of positions [m] and rotations [deg]; it sets the gap of each
+    pair to 4σ, with what a rotation moves at the end of the larger body, up to half the thickness of the thinner one,
+    and widens the angle by 4σ. Each interface's ``flags`` tell what in it depends on a tolerance. Bodies that overlap
+    more than the gap raise a HoldfastWarning that names them and the depth. Given interfaces are taken as complete and
+    are not checked against the meshes; those between two fixed bodies are left out.
     """
     if not hasattr(scene, "movable"):
         problem = f"got a {type(scene).__name__}"
         raise HoldfastError(message("assemble", problem, "needs a Scene: hf.load_scene(path) reads one from a file"))
     if gap is not None and pose_sigma is not None:
         raise HoldfastError(message("assemble", f"gap = {gap!r} and pose_sigma = {pose_sigma!r}", "give one of them"))
+    tilt = 0.0
     if pose_sigma is not None:
-        gap = 4 * checked_number(pose_sigma, "assemble: pose_sigma", above=0)
+        both = pose_sigma if isinstance(pose_sigma, tuple | list) else (pose_sigma, 0.0)
+        if len(list(both)) != 2:
+            problem = f"pose_sigma = {pose_sigma!r}"
+            raise HoldfastError(message("assemble", problem, "needs metres, or a pair (metres, degrees)"))
+        gap = SIGMAS * checked_number(both[0], "assemble: pose_sigma", above=0)
+        tilt = float(np.radians(checked_number(both[1], "assemble: pose_sigma: rotation [deg]", minimum=0)))
     tolerances = Tolerances(
         default_gap(scene) if gap is None else checked_number(gap, "assemble: gap", above=0),
         DEFAULT_ANGLE if angle is None else checked_number(angle, "assemble: angle", above=0),
+        tilt,
+        capped=pose_sigma is not None,
     )
     if tolerances.angle >= 90:
         raise HoldfastError(message("assemble", f"angle = {tolerances.angle:g} deg", "needs less than 90"))
     _warn_of_units(scene, tolerances.gap)
     if interfaces is not None:
         return Assembly(scene, _given(scene, interfaces), tolerances, detected=False)
-    overlaps = find_overlaps(scene, tolerances.gap)
+    overlaps = find_overlaps(scene, tolerances)
     if overlaps:
-        warnings.warn(_overlap_warning(overlaps, tolerances.gap), HoldfastWarning, stacklevel=2)
-    return Assembly(scene, _with_status(find_interfaces(scene, tolerances), overlaps), tolerances, overlaps)
+        warnings.warn(_overlap_warning(overlaps), HoldfastWarning, stacklevel=2)
+    contacts = find_contacts(scene, tolerances)
+    return Assembly(scene, _with_status(contacts.interfaces, overlaps), tolerances, overlaps, contacts.occluded)
 
 
 def body_forces(forces: Float) -> Float:
@@ -233,12 +250,18 @@ def _with_status(interfaces: Sequence[Interface], overlaps: Sequence[Overlap]) -
     )
 
 
-def _overlap_warning(overlaps: Sequence[Overlap], gap: float) -> str:
+def _overlap_warning(overlaps: Sequence[Overlap]) -> str:
     """One warning for all pairs, the deepest first."""
     worst = sorted(overlaps, key=lambda overlap: -overlap.depth)[:5]
-    pairs = ", ".join(f"{a!r} and {b!r} by {o.depth * 1e3:.3g} mm" for o in worst for a, b in [o.bodies])
+    pairs = ", ".join(
+        f"{a!r} and {b!r} by {'about ' if o.estimated else ''}{o.depth * 1e3:.3g} mm"
+        for o in worst
+        for a, b in [o.bodies]
+    )
     more = f" and {len(overlaps) - 5} more pairs" if len(overlaps) > 5 else ""
-    problem = f"{pairs}{more}; the gap tolerance is {gap * 1e3:.3g} mm"
+    errors = sum(o.severity == "error" for o in overlaps)
+    deep = f"; {errors} deeper than twice that" if errors else ""
+    problem = f"{pairs}{more}; the gap tolerance is {worst[0].tolerance * 1e3:.3g} mm{deep}"
     return message("bodies overlap", problem, "correct the poses, or raise gap; contacts there may be missing")
 
 

@@ -8,51 +8,32 @@ import numpy as np
 
 from holdfast.arrays import Float, Int
 from holdfast.compiled import compiled
+from holdfast.contacts.skin import Skin
 
 MAX_CORNERS = 12  # triangle against triangle gives at most 6, each bound of the gap adds one
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Pieces:
-    """Convex pieces: ``corners`` (m, MAX_CORNERS, 3), of which ``counts`` (m,) are used, and ``normals`` (m, 3)."""
+    """Convex pieces halfway between two surfaces.
+
+    ``corners`` (m, MAX_CORNERS, 3), of which ``counts`` (m,) are used, ``normals`` (m, 3) from a into b, and the least
+    and largest separation of the surfaces there, ``heights`` (m, 2) [m].
+    """
 
     corners: Float
     counts: Int
     normals: Float
+    heights: Float
 
     def polygon(self, index: int) -> Float:
         """The corners (k, 3) of one piece."""
         return np.asarray(self.corners[index, : self.counts[index]])
 
 
-def clip_surfaces(
-    triangles_a: Float, normals_a: Float, triangles_b: Float, normals_b: Float, *, gap: float, cos_angle: float
-) -> Pieces:
-    """Where two surfaces face each other: triangles (n, 3, 3) with unit normals (n, 3), gap [m], cosine of the angle.
-
-    Pieces lie halfway between the two surfaces; their normals point from a into b.
-    """
-    low = np.maximum(triangles_a.min((0, 1)), triangles_b.min((0, 1))) - gap
-    high = np.minimum(triangles_a.max((0, 1)), triangles_b.max((0, 1))) + gap
-    near_a = _within(triangles_a, low, high)
-    near_b = _within(triangles_b, low, high)
-    if not near_a.any() or not near_b.any():
-        empty = np.empty((0, 3))
-        return Pieces(np.empty((0, MAX_CORNERS, 3)), np.empty(0, dtype=np.int64), empty)
-    tris_a, tris_b = triangles_a[near_a], triangles_b[near_b]
-    axis = int(np.argmax(high - low))
-    order = np.argsort(tris_b[:, :, axis].min(1))
-    tris_b = np.ascontiguousarray(tris_b[order])
-    corners, counts, normals = _clip_all(
-        np.ascontiguousarray(tris_a), normals_a[near_a], tris_b, normals_b[near_b][order], axis, gap, cos_angle
-    )
-    return Pieces(corners, counts, normals)
-
-
-def _within(triangles: Float, low: Float, high: Float) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    result: np.ndarray[tuple[int], np.dtype[np.bool_]]
-    result = ((triangles.max(1) >= low) & (triangles.min(1) <= high)).all(1)
-    return result
+def clip_faces(a: Skin, b: Skin, pairs: Int, *, gap: float, depth: float, cos_angle: float) -> Pieces:
+    """Where faces of ``pairs`` (m, 2) lie opposite each other, up to ``gap`` apart or ``depth`` into each other [m]."""
+    return Pieces(*_clip_all(a.triangles, a.normals, b.triangles, b.normals, pairs, gap, depth, cos_angle))
 
 
 @compiled
@@ -85,11 +66,21 @@ def keep_half_plane(corners: Float, kept: Float, count: int, a: float, b: float,
 
 @compiled
 def _clip_pair(
-    tri_a: Float, normal_a: Float, tri_b: Float, normal_b: Float, gap: float, room: Float, out: Float, normal: Float
+    tri_a: Float,
+    normal_a: Float,
+    tri_b: Float,
+    normal_b: Float,
+    gap: float,
+    depth: float,
+    room: Float,
+    out: Float,
+    normal: Float,
+    heights: Float,
 ) -> int:
     """Clip one pair in the plane halfway between them: corners to ``out`` (c, 3), direction to ``normal`` (3,).
 
-    ``room`` (4, MAX_CORNERS, 3) is memory to work in. Returns the number of corners, 0 where they do not meet.
+    ``heights`` (2,) takes the least and largest separation; ``room`` (4, MAX_CORNERS, 3) is memory to work in. Returns
+    the number of corners, 0 where they do not meet.
     """
     corners, kept, flat_b, axes = room[0], room[1], room[2], room[3]
     t1, t2 = axes[0], axes[1]
@@ -131,64 +122,61 @@ def _clip_pair(
     level = 0.0
     for k in range(3):
         level += (tri_b[0, k] - tri_a[0, k]) * normal_b[k] / slope_b
-    for sign in (-1.0, 1.0):
-        count = keep_half_plane(corners, kept, count, sign * (bx - ax), sign * (by - ay), sign * level + gap)
+    for sign, bound in ((-1.0, gap), (1.0, depth)):
+        count = keep_half_plane(corners, kept, count, sign * (bx - ax), sign * (by - ay), sign * level + bound)
         if count < 3:
             return 0
     for i in range(count):
         x, y = corners[i, 0], corners[i, 1]
         middle = ((ax + bx) * x + (ay + by) * y + level) / 2
+        apart = (bx - ax) * x + (by - ay) * y + level
+        heights[0] = apart if i == 0 else min(heights[0], apart)
+        heights[1] = apart if i == 0 else max(heights[1], apart)
         for k in range(3):
             out[i, k] = tri_a[0, k] + x * t1[k] + y * t2[k] + middle * normal[k]
     return count
 
 
 @compiled
-def _box(triangle: Float, low: Float, high: Float, margin: float) -> None:
-    for k in range(3):
-        low[k] = min(triangle[0, k], triangle[1, k], triangle[2, k]) - margin
-        high[k] = max(triangle[0, k], triangle[1, k], triangle[2, k]) + margin
-
-
-@compiled
 def _clip_all(
-    tris_a: Float, normals_a: Float, tris_b: Float, normals_b: Float, axis: int, gap: float, cos_angle: float
-) -> tuple[Float, Int, Float]:
-    """All pairs whose boxes meet, with b sorted along ``axis`` so that a window of it is enough for each a."""
+    tris_a: Float,
+    normals_a: Float,
+    tris_b: Float,
+    normals_b: Float,
+    pairs: Int,
+    gap: float,
+    depth: float,
+    cos_angle: float,
+) -> tuple[Float, Int, Float, Float]:
     capacity = 64
     out = np.zeros((capacity, MAX_CORNERS, 3))
     counts = np.zeros(capacity, dtype=np.int64)
     normals = np.zeros((capacity, 3))
+    heights = np.zeros((capacity, 2))
     found = 0
-    nb = len(tris_b)
-    low_b = np.empty((nb, 3))
-    high_b = np.empty((nb, 3))
-    widest = 0.0
-    for j in range(nb):
-        _box(tris_b[j], low_b[j], high_b[j], gap)
-        widest = max(widest, high_b[j, axis] - low_b[j, axis])
-    starts = low_b[:, axis].copy()
     room = np.zeros((4, MAX_CORNERS, 3))
-    low = np.empty(3)
-    high = np.empty(3)
-    for i in range(len(tris_a)):
-        _box(tris_a[i], low, high, 0.0)
-        for j in range(np.searchsorted(starts, low[axis] - widest), nb):
-            if starts[j] > high[axis]:
-                break
-            apart = False
-            for k in range(3):
-                apart = apart or low_b[j, k] > high[k] or high_b[j, k] < low[k]
-            if apart or _dot(normals_a[i], normals_b[j]) > -cos_angle:
-                continue
-            if found == capacity:
-                out = np.concatenate((out, np.zeros((capacity, MAX_CORNERS, 3))))
-                counts = np.concatenate((counts, np.zeros(capacity, dtype=np.int64)))
-                normals = np.concatenate((normals, np.zeros((capacity, 3))))
-                capacity *= 2
-            counts[found] = _clip_pair(
-                tris_a[i], normals_a[i], tris_b[j], normals_b[j], gap, room, out[found], normals[found]
-            )
-            if counts[found] >= 3:
-                found += 1
-    return out[:found], counts[:found], normals[:found]
+    for pair in range(len(pairs)):
+        i, j = pairs[pair, 0], pairs[pair, 1]
+        if _dot(normals_a[i], normals_b[j]) > -cos_angle:
+            continue
+        if found == capacity:
+            out = np.concatenate((out, np.zeros((capacity, MAX_CORNERS, 3))))
+            counts = np.concatenate((counts, np.zeros(capacity, dtype=np.int64)))
+            normals = np.concatenate((normals, np.zeros((capacity, 3))))
+            heights = np.concatenate((heights, np.zeros((capacity, 2))))
+            capacity *= 2
+        counts[found] = _clip_pair(
+            tris_a[i],
+            normals_a[i],
+            tris_b[j],
+            normals_b[j],
+            gap,
+            depth,
+            room,
+            out[found],
+            normals[found],
+            heights[found],
+        )
+        if counts[found] >= 3:
+            found += 1
+    return out[:found], counts[:found], normals[:found], heights[:found]

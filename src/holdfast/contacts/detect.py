@@ -2,128 +2,130 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from holdfast.arrays import Float, frozen, unit
-from holdfast.contacts import polygon as flat
-from holdfast.contacts.clipping import Pieces, clip_surfaces
+from holdfast.contacts.clipping import clip_faces
+from holdfast.contacts.features import touching_features
+from holdfast.contacts.flags import flags_of
 from holdfast.contacts.interface import Interface, Patch
-from holdfast.rigid import tangents
+from holdfast.contacts.occlusion import by_body, visible
+from holdfast.contacts.patches import face_patches, line_patches, point_patches
+from holdfast.contacts.skin import Skin, near_faces
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
 RELATIVE_GAP = 1e-3  # default gap over the usual size of the movable bodies
 USUAL_OVER_SMALLEST = 5  # the usual size is the median, but not more than this times the smallest
 DEFAULT_ANGLE = 1.0  # [deg]
+SIGMAS = 4  # standard deviations of a pose that the tolerances allow for
+THINNEST = 0.5  # of the thinner body: a gap from the poses' deviation grows no wider, and no overlap counts deeper
+STEEPEST = 45.0  # [deg] nor does the angle
 NEGLIGIBLE_WIDTH = 1e-6  # patches narrower than this, relative to the smaller body, are rounding
-HAIRLINE = 1e-3  # of that width: gaps between pieces that belong together
+NOMINAL_BREADTH = 1e-3  # of the smaller body: the width that a line or a point is given in weights
 
 
 @dataclass(frozen=True)
 class Tolerances:
-    """How far apart, or into each other, two surfaces may be and still touch: ``gap`` [m] and ``angle`` [deg]."""
+    """How far apart, or into each other, two surfaces may be and still touch: ``gap`` [m] and ``angle`` [deg].
+
+    ``tilt`` [rad] is the standard deviation of the poses' rotation: it adds to the gap what it moves at the end of a
+    body, and to the angle. With ``capped`` no pair's gap exceeds half the thickness of the thinner body; ``depth`` [m],
+    how far into each other, never does: the far side of a plate is not its near side.
+    """
 
     gap: float
     angle: float
+    tilt: float = 0.0
+    capped: bool = False
+    depth: float = np.inf
+
+    def between(self, a: Body, b: Body) -> Tolerances:
+        """Those of one pair, with a gap and an angle of its own."""
+        lever = max((body.size / 2 for body in (a, b) if not body.fixed), default=0.0)
+        gap, angle = self.gap + SIGMAS * self.tilt * lever, self.angle + SIGMAS * float(np.degrees(self.tilt))
+        thin = THINNEST * min(a.shape.surface.thickness, b.shape.surface.thickness)
+        if self.capped:
+            gap = min(gap, thin)
+        return Tolerances(gap, min(angle, STEEPEST) if self.tilt else angle, depth=min(gap, thin))
+
+    def widest(self, scene: Scene) -> float:
+        """No pair's gap is larger [m]."""
+        return self.gap + SIGMAS * self.tilt * max((body.size / 2 for body in scene.movable), default=0.0)
 
 
 def default_gap(scene: Scene) -> float:
     """A thousandth of the usual bounding-box diagonal of the movable bodies [m]; a huge one does not raise it."""
-    sizes = [body_size(body) for body in scene.movable or scene.bodies]
+    sizes = [body.size for body in scene.movable or scene.bodies]
     return RELATIVE_GAP * min(float(np.median(sizes)), USUAL_OVER_SMALLEST * min(sizes))
-
-
-def body_size(body: Body) -> float:
-    """Diagonal of the world bounding box [m]."""
-    return float(np.linalg.norm(np.ptp(body.surface_world.vertices, axis=0)))
 
 
 def box_distance(a: Body, b: Body) -> float:
     """Distance of the world bounding boxes [m]: never more than that of the bodies."""
-    va, vb = a.surface_world.vertices, b.surface_world.vertices
-    return float(np.linalg.norm(np.maximum(np.maximum(va.min(0) - vb.max(0), vb.min(0) - va.max(0)), 0)))
+    (low_a, high_a), (low_b, high_b) = a.box, b.box
+    return float(np.linalg.norm(np.maximum(np.maximum(low_a - high_b, low_b - high_a), 0)))
 
 
-def find_interfaces(scene: Scene, tolerances: Tolerances) -> tuple[Interface, ...]:
+@dataclass(frozen=True)
+class Contacts:
+    """The interfaces of a scene, and the pairs that would touch if no third body lay between them."""
+
+    interfaces: tuple[Interface, ...]
+    occluded: tuple[tuple[str, str], ...]
+
+
+def find_contacts(scene: Scene, tolerances: Tolerances) -> Contacts:
     """All interfaces between bodies of which at least one can move, in the order of the bodies."""
-    interfaces = []
-    for a, b in neighbours(scene, tolerances.gap):
-        patches = find_patches(a, b, tolerances)
+    skins: dict[str, Skin] = {}
+    found: dict[tuple[str, str], tuple[Patch, ...]] = {}
+    for a, b in neighbours(scene, tolerances.widest(scene)):
+        for body in (a, b):
+            if body.name not in skins:
+                skins[body.name] = Skin.of(body)
+        patches = find_patches(skins[a.name], skins[b.name], min(a.size, b.size), tolerances.between(a, b))
         if patches:
-            slim = all(patch.width < tolerances.gap for patch in patches)
-            interfaces.append(Interface((a.name, b.name), patches=patches, flags=("sliver",) if slim else ()))
-    return tuple(interfaces)
+            found[a.name, b.name] = patches
+    interfaces, occluded = [], []
+    of_body = by_body(found)
+    for pair, patches in found.items():
+        a, b = (scene.body(name) for name in pair)
+        gap = tolerances.between(a, b).gap
+        left = visible(pair, found, of_body, gap, NEGLIGIBLE_WIDTH * min(a.size, b.size))
+        if left:
+            flags = flags_of(a, b, left, gap, hidden=left != list(patches))
+            interfaces.append(Interface(pair, patches=left, flags=flags))
+        else:
+            occluded.append(pair)
+    return Contacts(tuple(interfaces), tuple(occluded))
 
 
 def neighbours(scene: Scene, gap: float) -> Iterator[tuple[Body, Body]]:
     """Pairs of bodies, not both fixed, whose bounding boxes come within ``gap``."""
     bodies = scene.bodies
-    low = np.array([body.surface_world.vertices.min(0) for body in bodies]) - gap / 2
-    high = np.array([body.surface_world.vertices.max(0) for body in bodies]) + gap / 2
-    for i, j in itertools.combinations(range(len(bodies)), 2):
-        if bodies[i].fixed and bodies[j].fixed:
-            continue
-        if (low[i] <= high[j]).all() and (low[j] <= high[i]).all():
-            yield bodies[i], bodies[j]
+    low = np.array([body.box[0] for body in bodies]).reshape(-1, 3) - gap / 2
+    high = np.array([body.box[1] for body in bodies]).reshape(-1, 3) + gap / 2
+    fixed = np.array([body.fixed for body in bodies], dtype=bool)
+    for i, body in enumerate(bodies):
+        near = ((low[i] <= high[i + 1 :]) & (low[i + 1 :] <= high[i])).all(1) & ~(fixed[i + 1 :] & body.fixed)
+        for j in np.flatnonzero(near):
+            yield body, bodies[i + 1 + int(j)]
 
 
-def find_patches(a: Body, b: Body, tolerances: Tolerances) -> tuple[Patch, ...]:
-    """Flat patches where ``a`` and ``b`` face each other; normals point into ``b``."""
-    surface_a, surface_b = a.surface_world, b.surface_world
-    pieces = clip_surfaces(
-        surface_a.vertices[surface_a.faces],
-        surface_a.normals,
-        surface_b.vertices[surface_b.faces],
-        surface_b.normals,
-        gap=tolerances.gap,
-        cos_angle=float(np.cos(np.radians(tolerances.angle))),
-    )
-    if not len(pieces.counts):
+def find_patches(a: Skin, b: Skin, size: float, tolerances: Tolerances) -> tuple[Patch, ...]:
+    """Patches where two bodies touch, normals into ``b``; ``size`` [m] is that of the smaller one.
+
+    Faces first, then edges where no face touches, then points where neither does.
+    """
+    gap, depth, negligible, breadth = tolerances.gap, tolerances.depth, NEGLIGIBLE_WIDTH * size, NOMINAL_BREADTH * size
+    pairs = near_faces(a, b, gap)
+    if not len(pairs):
         return ()
-    size = min(body_size(a), body_size(b))
-    return _merged(pieces, tolerances, NEGLIGIBLE_WIDTH * size)
-
-
-def _merged(pieces: Pieces, tolerances: Tolerances, negligible: float) -> tuple[Patch, ...]:
-    """Pieces of one plane grow together: the largest piece left names the plane, its kin join it."""
-    used = np.arange(pieces.corners.shape[1]) < pieces.counts[:, None]
-    centres = np.where(used[..., None], pieces.corners, 0).sum(1) / pieces.counts[:, None]
-    spread = np.where(used[..., None], pieces.corners - centres[:, None], 0)
-    extent = np.abs(spread).max((1, 2))
-    cos_angle = np.cos(np.radians(tolerances.angle))
-    left = np.flatnonzero(extent > negligible / 2)
-    patches: list[Patch] = []
-    while len(left):
-        seed = left[np.argmax(extent[left])]
-        normal = pieces.normals[seed]
-        offset = np.abs((centres[left] - centres[seed]) @ normal)
-        kin = (pieces.normals[left] @ normal >= cos_angle) & (offset <= max(tolerances.gap, negligible))
-        patches += _plane_patches(pieces, left[kin], centres[seed], negligible)
-        left = left[~kin]
-    return tuple(sorted(patches, key=lambda patch: -patch.area))
-
-
-def _plane_patches(
-    pieces: Pieces, members: np.ndarray[tuple[int], np.dtype[np.intp]], origin: Float, negligible: float
-) -> list[Patch]:
-    polygons = [pieces.polygon(int(i)) - origin for i in members]
-    if len(members) == 1:
-        normal = pieces.normals[members[0]]
-    else:
-        areas = np.array([np.linalg.norm(np.cross(p, np.roll(p, -1, axis=0)).sum(0)) for p in polygons])
-        normal = unit((areas[:, None] * pieces.normals[members]).sum(0))
-    frame = np.array(tangents(normal))
-    level = float(np.mean([(p @ normal).mean() for p in polygons]))
-    base = origin + level * normal
-    corners = [p @ frame.T for p in polygons]
-    patches = []
-    for rings in flat.union(corners, HAIRLINE * negligible, negligible):
-        outline, *holes = (frozen(base + ring @ frame) for ring in rings)
-        patch = Patch(outline, frozen(normal.copy()), tuple(holes))
-        if patch.width > negligible:
-            patches.append(patch)
-    return patches
+    cos_angle, sin_angle = (float(f(np.radians(tolerances.angle))) for f in (np.cos, np.sin))
+    faces = face_patches(clip_faces(a, b, pairs, gap=gap, depth=depth, cos_angle=cos_angle), gap, cos_angle, negligible)
+    lines, points = touching_features(
+        a, b, pairs, gap=gap, depth=depth, sin_angle=sin_angle, size=size, strict=negligible
+    )
+    along = line_patches(lines, faces, gap, negligible, breadth)
+    return (*faces, *along, *point_patches(points, [*faces, *along], gap, breadth))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
 
@@ -16,19 +16,31 @@ from holdfast.rigid import tangents
 
 FLATNESS = 0.02  # [-] how far a given polygon's corners may leave its plane, relative to its size
 
+PatchKind = Literal["face", "line", "point"]
 InterfaceStatus = Literal["touching", "penetrating"]
 
 
 @dataclass(frozen=True, eq=False)
 class Patch:
-    """A flat piece of contact.
+    """A flat piece of contact: a face, a line, or a point.
 
-    ``polygon`` (k, 3) [m], counter-clockwise seen from the tip of ``normal`` (3,); ``holes`` (h, 3) run clockwise.
+    ``polygon`` (k, 3) [m], counter-clockwise seen from the tip of ``normal`` (3,); two corners are a line, one is a
+    point. ``holes`` (h, 3) run clockwise. ``separation``: least and largest distance of the two surfaces along the
+    normal [m], negative where they overlap; None where it is not known. ``breadth`` [m] stands for the width that a
+    line or a point has in reality, ``inset`` [m] tells how far inside the nearest sharp edge it lies.
     """
 
     polygon: Float
     normal: Float
     holes: tuple[Float, ...] = ()
+    separation: tuple[float, float] | None = None
+    breadth: float = 0.0
+    inset: float = np.inf
+
+    @property
+    def kind(self) -> PatchKind:
+        """What touches: "face", "line" or "point"."""
+        return "face" if len(self.polygon) > 2 else "line" if len(self.polygon) == 2 else "point"
 
     @cached_property
     def frame(self) -> Float:
@@ -50,12 +62,24 @@ class Patch:
 
     @property
     def area(self) -> float:
-        """[m²]."""
-        return float(self._moments[0])
+        """[m²]; a line and a point have none."""
+        return float(self._moments[0]) if self.kind == "face" else 0.0
+
+    @property
+    def length(self) -> float:
+        """Of a line [m], else 0."""
+        return float(np.linalg.norm(self.polygon[1] - self.polygon[0])) if self.kind == "line" else 0.0
+
+    @property
+    def measure(self) -> float:
+        """The share of an interface's nodes and stiffness that is its due [m²]: the area, if ``breadth`` is a width."""
+        return {"face": self.area, "line": self.length * self.breadth, "point": self.breadth**2}[self.kind]
 
     @cached_property
     def centroid(self) -> Float:
         """(3,) [m]."""
+        if self.kind != "face":
+            return np.asarray(self.polygon.mean(0))
         return np.asarray(self.lifted(self._moments[None, 1:3] / self.area)[0])
 
     @cached_property
@@ -66,17 +90,27 @@ class Patch:
     @cached_property
     def width(self) -> float:
         """Twice the area over the perimeter [m]: the thickness of a strip, about half that of a square."""
+        if self.kind != "face":
+            return 0.0
         ring = self.rings[0]
         return 2 * self.area / float(np.linalg.norm(ring - np.roll(ring, -1, axis=0), axis=1).sum())
+
+    @property
+    def room(self) -> float:
+        """How far the bodies may slip sideways before the patch is lost [m], in its narrowest direction."""
+        return self.width if self.kind == "face" else self.inset
 
     @cached_property
     def hull(self) -> Float:
         """(m, 3) corners of the convex hull, counter-clockwise."""
+        if self.kind != "face":
+            return self.polygon
         return self.lifted(flat.convex_hull(self.rings[0], 1e-9 * self.size))
 
     def flipped(self) -> Patch:
         """The same patch seen from the other body."""
-        return Patch(self.polygon[::-1], -self.normal, tuple(hole[::-1] for hole in self.holes))
+        holes = tuple(hole[::-1] for hole in self.holes)
+        return replace(self, polygon=self.polygon[::-1], normal=-self.normal, holes=holes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +150,7 @@ class Interface:
 
     @property
     def area(self) -> float:
-        """Sum over the patches [m²]."""
+        """Sum over the patches [m²]; 0 where only edges or points touch."""
         return sum(patch.area for patch in self.patches)
 
 

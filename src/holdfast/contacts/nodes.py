@@ -31,9 +31,10 @@ def interface_nodes(interface: Interface, count: int, sampling: Sampling) -> lis
     if count < 4:
         raise HoldfastError(message("nodes", f"{count} nodes an interface", "needs at least 4"))
     result = []
+    total = sum(patch.measure for patch in interface.patches)
     for patch in interface.patches:
-        share = max(4, round(count * patch.area / interface.area))
-        points, weights = _SAMPLES[sampling](patch, share)
+        share = max(4, round(count * patch.measure / total))
+        points, weights = (_SAMPLES[sampling] if patch.kind == "face" else thin_sample)(patch, share)
         result.append((patch.lifted(points), weights))
     return result
 
@@ -42,6 +43,21 @@ def corner_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     """All corners of the hull, whatever ``count``: they carry every force that the whole patch could carry."""
     corners = flat.convex_hull(patch.rings[0], 1e-9 * patch.size)
     return corners, np.full(len(corners), patch.area / len(corners))
+
+
+def thin_sample(patch: Patch, count: int) -> tuple[Float, Float]:
+    """A point itself; a line's ends with evenly spaced nodes between, at the weights of Simpson's rule.
+
+    A linear pressure along the line, which is all that a rigid body can press, is then carried exactly.
+    """
+    ends = patch.rings[0]
+    if patch.kind == "point":
+        return ends, np.array([patch.measure])
+    count += 1 - count % 2
+    weights = np.where(np.arange(count) % 2, 4.0, 2.0)
+    weights[[0, -1]] = 1.0
+    t = np.linspace(0, 1, count)[:, None]
+    return (1 - t) * ends[0] + t * ends[1], weights / weights.sum() * patch.measure
 
 
 @dataclass(frozen=True)

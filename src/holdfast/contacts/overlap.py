@@ -3,52 +3,87 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import manifold3d
 import numpy as np
 
 from holdfast.arrays import Float
-from holdfast.contacts.detect import neighbours
+from holdfast.contacts.detect import Tolerances, neighbours
 from holdfast.scene.body import Body
-from holdfast.scene.distance import distance_to_surface
+from holdfast.scene.distance import distance_to_surface, winding_number
 from holdfast.scene.scene import Scene
-from holdfast.scene.shapes import Surface
+from holdfast.scene.surface import Surface
 
 MOST_DISTANCES = 30_000_000  # corner-to-triangle distances worth taking: about a second
+MOST_ANGLES = 5_000_000  # solid angles worth summing: about a quarter of one
 
 
 @dataclass(frozen=True)
 class Overlap:
-    """Two bodies that share volume; ``depth`` [m] is its thickness across the thinnest direction."""
+    """Two bodies that share volume; ``depth`` [m] is how deep one is in the other.
+
+    ``tolerance`` [m] is the gap of the pair: up to twice that the overlap is a "warning", beyond it an "error" of the
+    poses or the meshes. ``estimated``: a surface does not close, and the depth is that of the deepest vertex.
+    """
 
     bodies: tuple[str, str]
     depth: float
+    tolerance: float
+    estimated: bool = False
+
+    @property
+    def severity(self) -> Literal["warning", "error"]:
+        """How far beyond the tolerance."""
+        return "warning" if self.depth <= 2 * self.tolerance else "error"
 
 
 def solid_of(body: Body) -> manifold3d.Manifold | None:
     """The body as a closed solid in the world; None where its surface does not close."""
-    surface = body.surface_world
+    surface = _reduced(body)
     vertices, faces = np.array(surface.vertices, order="C"), surface.faces.astype(np.uint64, order="C")
     solid = manifold3d.Manifold(manifold3d.Mesh64(vertices, faces))
     return None if solid.status() != manifold3d.Error.NoError or solid.is_empty() else solid
 
 
-def find_overlaps(scene: Scene, tolerance: float) -> tuple[Overlap, ...]:
-    """Pairs, not both fixed, whose solids share more than ``tolerance`` [m] in depth."""
+def _reduced(body: Body) -> Surface:
+    local = body.shape.surface.reduced
+    return Surface(body.placed(local.vertices), local.faces)
+
+
+def find_overlaps(scene: Scene, tolerances: Tolerances) -> tuple[Overlap, ...]:
+    """Pairs, not both fixed, that share more than their gap tolerance in depth: independent of the contact search."""
     solids: dict[str, manifold3d.Manifold | None] = {}
     found = []
-    for a, b in neighbours(scene, -2 * tolerance):
+    for a, b in neighbours(scene, 0.0):
+        tolerance = tolerances.between(a, b).gap
+        if min(np.minimum(a.box[1], b.box[1]) - np.maximum(a.box[0], b.box[0])) < tolerance:
+            continue
         for body in (a, b):
             if body.name not in solids:
                 solids[body.name] = solid_of(body)
         solid_a, solid_b = solids[a.name], solids[b.name]
+        estimated = solid_a is None or solid_b is None
         if solid_a is None or solid_b is None:
-            continue
-        shared = solid_a ^ solid_b
-        depth = max((_thickness(part) for part in shared.decompose()), default=0.0)
+            depth = max(_deepest(a, b), _deepest(b, a))
+        else:
+            parts = (solid_a ^ solid_b).decompose()
+            depth = max((_depth(part, _reduced(a), _reduced(b), tolerance) for part in parts), default=0.0)
         if depth > tolerance:
-            found.append(Overlap((a.name, b.name), depth))
+            found.append(Overlap((a.name, b.name), depth, tolerance, estimated))
     return tuple(found)
+
+
+def _deepest(a: Body, b: Body) -> float:
+    """How deep the deepest corner of a lies inside b [m], by winding number: for surfaces that do not close."""
+    corners = a.surface_world.vertices
+    near = corners[((corners >= b.box[0]) & (corners <= b.box[1])).all(1)]
+    surface = b.surface_world
+    near = near[:: max(1, len(near) * len(surface.faces) // MOST_ANGLES)]
+    if not len(near) or not surface.oriented:
+        return 0.0
+    inside = near[winding_number(near, surface) > 0.5]
+    return float(distance_to_surface(inside, surface).max()) if len(inside) else 0.0
 
 
 def distance(a: Body, b: Body, search: float) -> float | None:
@@ -76,8 +111,26 @@ def _corner_distance(a: Body, b: Body, search: float) -> float:
     return float(distance_to_surface(near[::stride], surface).min())
 
 
-def _thickness(part: manifold3d.Manifold) -> float:
+def _depth(part: manifold3d.Manifold, a: Surface, b: Surface, enough: float) -> float:
+    """How deep two solids are in each other where they share a part [m], exactly only where that is ``enough``.
+
+    The deepest corner of the part under either surface, but no more than the part's width and no less than twice its
+    volume over its area: the first is exact for slabs and shells, the last holds where a rod runs through a plate.
+    """
     mesh = part.to_mesh64()
-    surface = Surface(np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, dtype=np.int64))
-    directions: Float = np.unique(np.round(surface.normals, 6), axis=0)
-    return float(np.ptp(surface.vertices @ directions.T, axis=0).min())
+    shared = Surface(np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, dtype=np.int64))
+    directions: Float = np.unique(np.round(shared.normals, 6), axis=0)
+    width = float(np.ptp(shared.vertices @ directions.T, axis=0).min())
+    if width <= enough:
+        return width
+    mean = 2 * float(part.volume()) / max(float(part.surface_area()), 1e-300)
+    low, high = shared.vertices.min(0), shared.vertices.max(0)
+    deepest = 0.0
+    for surface in (a, b):
+        corners = surface.vertices[surface.faces]
+        close = ((corners.max(1) >= low - width) & (corners.min(1) <= high + width)).all(1)
+        if close.any():
+            nearby = Surface(surface.vertices, surface.faces[close])
+            vertices = shared.vertices[:: max(1, len(shared.vertices) * int(close.sum()) // MOST_DISTANCES)]
+            deepest = max(deepest, float(distance_to_surface(vertices, nearby).max()))
+    return max(min(width, deepest), mean)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import shapely
+from scipy.spatial import cKDTree
 
 from holdfast.arrays import Bool, Float
 
@@ -128,8 +129,8 @@ def union(pieces: Sequence[Float], tolerance: float, smallest_hole: float) -> li
 
     Pieces clipped one by one miss each other along shared edges by rounding, and some are so thin that their corners
     are out of order: their hulls are joined on a grid finer than ``tolerance``, the union is widened by ``tolerance``,
-    which closes hairlines, and narrowed again with square corners, which restores every vertex. Holes narrower than
-    ``smallest_hole`` are left-out pieces, not holes.
+    which closes hairlines, and narrowed again with square corners; every vertex is then moved onto the piece's corner
+    that it came from. Holes narrower than ``smallest_hole`` are left-out pieces, not holes.
     """
     hulls = shapely.convex_hull([shapely.MultiPoint(piece) for piece in pieces])
     solid = [hull for hull in hulls if isinstance(hull, shapely.Polygon)]
@@ -137,9 +138,20 @@ def union(pieces: Sequence[Float], tolerance: float, smallest_hole: float) -> li
     if len(pieces) > 1:
         for distance in (tolerance, -tolerance):
             merged = merged.buffer(distance, join_style="mitre", mitre_limit=100)
-    parts = getattr(merged, "geoms", [merged])
+    corners = np.vstack(pieces)
+    nearest = cKDTree(corners)
     result = []
-    for part in parts:
+    for rings in rings_of(merged, tolerance, smallest_hole):
+        found = [(np.asarray(d), k) for d, k in (nearest.query(ring) for ring in rings)]
+        restored = zip(rings, found, strict=True)
+        result.append([np.where(d[:, None] <= 4 * tolerance, corners[k], ring) for ring, (d, k) in restored])
+    return result
+
+
+def rings_of(geometry: shapely.Geometry, tolerance: float, smallest_hole: float) -> list[list[Float]]:
+    """The polygons of a geometry as [outline counter-clockwise, holes clockwise, ...], straight corners left out."""
+    result = []
+    for part in getattr(geometry, "geoms", [geometry]):
         if not isinstance(part, shapely.Polygon) or part.is_empty:
             continue
         rings = [oriented(without_collinear(np.array(part.exterior.coords)[:-1], tolerance))]

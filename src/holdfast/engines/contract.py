@@ -76,7 +76,7 @@ class Certificate:
     """Proof that no equilibrium exists (Farkas): a motion of the mechanism that gains ``power`` [W at its scale].
 
     Along it no contact can resist: the relative velocity at every corner of every patch lies in the dual of the
-    friction cone, u_n >= μ |u_t|, up to ``violation`` (relative to the largest relative velocity).
+    friction cone, u_n >= μ |u_t|, up to ``violation`` (relative to the fastest point of the motion).
     """
 
     power: float

@@ -79,7 +79,7 @@ def _told(assembly: Assembly, nodes: ContactNodes, scaled: Float, moving: list[i
 
 def _contacts(assembly: Assembly, nodes: ContactNodes, scaled: Float, dual: bool) -> list[str]:
     velocity = relative_velocity(nodes, assembly.com, scaled)
-    fastest = float(np.abs(velocity).max(initial=0))
+    fastest = max(float(np.abs(velocity).max(initial=0)), 0.01)  # all nodes may lie on the axis of the motion
     said: dict[Mode, list[str]] = {"slip": [], "topple": [], "mixed": []}
     for number, interface in enumerate(assembly.interfaces):
         here = slice(nodes.spans[number], nodes.spans[number + 1])

@@ -17,7 +17,7 @@ from holdfast.engines.forces import ACCEPTED_RESIDUAL, ForceSolution, solve_forc
 from holdfast.engines.mechanism import describe, modes_of, relative_velocity
 from holdfast.rigid import shift_twist
 
-CERTIFIED = 1e-6  # a certificate may leave the dual cone by this share of its largest relative velocity
+CERTIFIED = 1e-6  # a certificate may leave the dual cone by this share of its fastest velocity
 NO_DILATANCY = 1e-6  # share of energy below which no force comes from dilatancy
 
 
@@ -118,9 +118,7 @@ def _loose(assembly: Assembly, group: tuple[str, ...]) -> str:
         return f"{text}; {inside} overlaps {outside} by {deep[0] * 1e3:.3g} mm: correct the pose"
     if gap <= tolerance:
         angle = assembly.tolerances.angle
-        return (
-            f"{text}; {place}, but no faces meet within {angle:g} degrees: an edge, a point, a curved face, or a tilt"
-        )
+        return f"{text}; {place}, but only sharp corners or edges meet there (the angle tolerance is {angle:g} degrees)"
     if gap > 1:
         return f"{text}; {inside} is {gap:.3g} m from {outside}, its nearest: are all poses in metres?"
     return f"{text}; {place} (the gap tolerance is {tolerance * 1e3:.3g} mm: raise gap if they should touch)"
@@ -130,10 +128,10 @@ def _falls(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float
     """UNSTABLE if the motion of the certificate really is one against which no contact can resist."""
     velocity = relative_velocity(nodes, assembly.com, twists)
     mechanism = describe(assembly, nodes, twists, modes_of(velocity[None], nodes.mu)[0], dual=True)
-    largest = float(np.linalg.norm(velocity, axis=1).max(initial=0))
-    excess = float((nodes.mu * np.linalg.norm(velocity[:, 1:], axis=1) - velocity[:, 0]).max(initial=0))
+    scaled = relative_velocity(nodes, assembly.com, mechanism.twists)
+    excess = float((nodes.mu * np.linalg.norm(scaled[:, 1:], axis=1) - scaled[:, 0]).max(initial=0))
     power = float(wrench @ mechanism.twists.ravel())
-    certificate = Certificate(power, excess / largest if largest > 0 else 0.0)
+    certificate = Certificate(power, excess)
     if not power > 0 or certificate.violation > CERTIFIED:
         reason = f"the solver's proof of collapse does not hold up (violation {certificate.violation:.1e})"
         return _undecided(reason, mechanism=mechanism, certificate=certificate)
@@ -157,5 +155,5 @@ def _doubt(assembly: Assembly, twists: Float) -> str:
         if not np.allclose(at_origin[0], at_origin[1], atol=1e-9 * np.abs(twists).max()):
             if (a, b) in overlapping:
                 return f"{a} and {b} overlap, and what they carry there is not modelled"
-            return f"{a} and {b} touch along an edge, at a point or on curved faces, which is not modelled yet"
+            return f"{a} and {b} touch with a sharp corner or edge on another, where no direction of contact is defined"
     return ""

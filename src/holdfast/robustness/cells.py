@@ -14,7 +14,7 @@ from holdfast.contacts.clipping import keep_half_plane
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.polygon import convex_hull, inside, shapely_polygon, smallest_rectangle
 from holdfast.rigid import tangents
-from holdfast.scene.shapes import Surface
+from holdfast.scene.surface import Surface
 
 COPLANAR = 1e-8  # 1 - cos of the angle below which neighbouring triangles make one facet
 

@@ -11,7 +11,8 @@ import numpy as np
 from holdfast.arrays import Float, checked, checked_number, frozen
 from holdfast.errors import GeometryError, SceneError, located, message
 from holdfast.rigid import checked_pose, transform
-from holdfast.scene.shapes import Shape, Surface, as_shape
+from holdfast.scene.shapes import Shape, as_shape
+from holdfast.scene.surface import Surface
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +74,7 @@ class Body:
     def com_world(self) -> Float:
         """(3,) centre of mass in the world [m]; the frame's origin for a fixed body without one."""
         com = np.zeros(3) if self.com is None else self.com
-        return np.asarray(transform(self._pose, com[None])[0])
+        return np.asarray(self.placed(com[None])[0])
 
     @cached_property
     def inertia_com(self) -> Float:
@@ -86,11 +87,26 @@ class Body:
         parallel = np.eye(3) * (offset @ offset) - np.outer(offset, offset)
         return np.asarray(mass / shape.volume * shape.inertia + mass * parallel)
 
+    def placed(self, points: Float) -> Float:
+        """Points (n, 3) of the body frame in the world [m]."""
+        return transform(self._pose, points)
+
+    @cached_property
+    def box(self) -> tuple[Float, Float]:
+        """Lowest and highest corner (3,) of the bounding box in the world [m]."""
+        vertices = self.surface_world.vertices
+        return vertices.min(0), vertices.max(0)
+
+    @property
+    def size(self) -> float:
+        """Diagonal of the bounding box in the world [m]."""
+        return float(np.linalg.norm(self.box[1] - self.box[0]))
+
     @cached_property
     def surface_world(self) -> Surface:
         """The shape's triangles in the world."""
         surface = self.shape.surface
-        return Surface(frozen(transform(self._pose, surface.vertices)), surface.faces, surface.sagitta)
+        return Surface(frozen(self.placed(surface.vertices)), surface.faces, surface.sagitta, surface.oriented)
 
     @property
     def _pose(self) -> Float:

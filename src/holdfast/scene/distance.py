@@ -1,4 +1,4 @@
-"""Distance from points to a triangle surface (compiled)."""
+"""Distance of points from a triangle surface, and whether they are inside it (compiled)."""
 
 from __future__ import annotations
 
@@ -6,12 +6,37 @@ import numpy as np
 
 from holdfast.arrays import Float
 from holdfast.compiled import compiled
-from holdfast.scene.shapes import Surface
+from holdfast.scene.surface import Surface
 
 
 def distance_to_surface(points: Float, surface: Surface) -> Float:
     """(n,) distance of points (n, 3) to the nearest triangle [m]."""
     return np.asarray(np.sqrt(_squared(np.ascontiguousarray(points), surface.vertices[surface.faces])))
+
+
+def winding_number(points: Float, surface: Surface) -> Float:
+    """(n,) how often the surface winds around points (n, 3): about 1 inside, 0 outside, also if it has small holes.
+
+    The sum of the triangles' solid angles over 4π (van Oosterom and Strackee 1983; Jacobson et al. 2013).
+    """
+    return np.asarray(_winding(np.ascontiguousarray(points), surface.vertices[surface.faces]))
+
+
+@compiled
+def _winding(points: Float, triangles: Float) -> Float:
+    total = np.zeros(len(points))
+    for i in range(len(points)):
+        p = points[i]
+        for j in range(len(triangles)):
+            a, b, c = triangles[j, 0] - p, triangles[j, 1] - p, triangles[j, 2] - p
+            la, lb, lc = np.sqrt(_dot(a, a)), np.sqrt(_dot(b, b)), np.sqrt(_dot(c, c))
+            triple = (
+                a[0] * (b[1] * c[2] - b[2] * c[1])
+                + a[1] * (b[2] * c[0] - b[0] * c[2])
+                + a[2] * (b[0] * c[1] - b[1] * c[0])
+            )
+            total[i] += 2 * np.arctan2(triple, la * lb * lc + _dot(a, b) * lc + _dot(b, c) * la + _dot(c, a) * lb)
+    return total / (4 * np.pi)
 
 
 @compiled

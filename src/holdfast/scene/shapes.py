@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 import warnings
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -13,28 +13,12 @@ import numpy as np
 
 from holdfast.arrays import Float, Int, checked, checked_number, frozen
 from holdfast.errors import GeometryError, HoldfastWarning, message
+from holdfast.scene.hygiene import MeshReport, PlaneFit, cleaned
+from holdfast.scene.planes import flattened
+from holdfast.scene.surface import Surface
 
 if TYPE_CHECKING:
     import trimesh
-
-
-@dataclass(frozen=True)
-class Surface:
-    """Triangles with outward normals: vertices (V, 3) [m], faces (F, 3).
-
-    ``sagitta`` [m]: how far the triangles lie inside the curved surface they stand for.
-    """
-
-    vertices: Float
-    faces: Int
-    sagitta: float = 0.0
-
-    @cached_property
-    def normals(self) -> Float:
-        """(F, 3) unit outward normals."""
-        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
-        cross = np.cross(b - a, c - a)
-        return np.asarray(cross / np.maximum(np.linalg.norm(cross, axis=1, keepdims=True), 1e-300))
 
 
 @dataclass(frozen=True)
@@ -150,17 +134,21 @@ class Mesh:
     """A triangle mesh: ``vertices`` (V, 3) [m], ``faces`` (F, 3) counter-clockwise seen from outside.
 
     ``file`` and ``scale`` remember where it was read from, so that a saved scene can name the file instead of copying
-    it; ``vertices`` are already scaled.
+    it; ``vertices`` are already scaled. ``noise`` [m]: standard deviation of the vertices of a scan; regions that are
+    flat up to it are made flat before contacts are sought (``report`` tells which, and the residual).
     """
 
     vertices: Float
     faces: Int
     file: Path | None = None
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    noise: float = 0.0
     where: str = field(default="Mesh", repr=False)
 
     def __post_init__(self) -> None:
         where = self.where
+        noise = checked_number(self.noise, f"{where}: noise", minimum=0, error=GeometryError)
+        object.__setattr__(self, "noise", noise)
         vertices = checked(self.vertices, (None, 3), f"{where}: vertices", error=GeometryError)
         faces = checked(self.faces, (None, 3), f"{where}: faces", error=GeometryError)
         if len(faces) == 0 or len(vertices) == 0:
@@ -173,7 +161,9 @@ class Mesh:
         object.__setattr__(self, "faces", frozen(faces.astype(np.int64)))
 
     @classmethod
-    def from_file(cls, path: str | Path, *, scale: float | tuple[float, float, float] = 1.0) -> Mesh:
+    def from_file(
+        cls, path: str | Path, *, scale: float | tuple[float, float, float] = 1.0, noise: float = 0.0
+    ) -> Mesh:
         """Read OBJ, STL, PLY, GLB or OFF through trimesh; all pieces of the file become one body."""
         path = Path(path)
         given = [scale] * 3 if isinstance(scale, int | float) else scale
@@ -182,26 +172,27 @@ class Mesh:
             raise GeometryError(message(str(path), f"scale is {factors.tolist()}", "needs factors > 0"))
         loaded = _load(path)
         sx, sy, sz = (float(f) for f in factors)
-        return cls(np.array(loaded.vertices) * factors, np.array(loaded.faces), path, (sx, sy, sz), where=str(path))
+        return cls(
+            np.array(loaded.vertices) * factors, np.array(loaded.faces), path, (sx, sy, sz), noise, where=str(path)
+        )
 
     @cached_property
-    def _solid(self) -> trimesh.Trimesh:
-        """The mesh welded, without degenerate or repeated faces, turned outward where it is closed."""
-        import trimesh
-
-        solid = trimesh.Trimesh(self.vertices, self.faces, process=False)
-        solid.merge_vertices(merge_tex=True, merge_norm=True)
-        solid.update_faces(solid.nondegenerate_faces(height=None) & solid.unique_faces())
-        solid.remove_unreferenced_vertices()
-        if len(solid.faces) == 0:
-            problem = f"all {len(self.faces)} triangles are degenerate"
-            raise GeometryError(message(self.where, problem, "needs a surface with area"))
-        if not solid.is_winding_consistent:
-            text = message(self.where, "its triangles are not wound consistently", "repair it: contacts may be missed")
+    def _cleaned(self) -> tuple[trimesh.Trimesh, MeshReport]:
+        solid, report = cleaned(self.vertices, self.faces, self.where)
+        if not report.oriented:
+            problem = "which side of its triangles is the inside cannot be told"
+            text = message(self.where, problem, "close it, or wind its faces alike: contacts may be missed")
             warnings.warn(text, HoldfastWarning, stacklevel=2)
-        elif solid.is_watertight:
-            _turn_outward(solid)
-        return solid
+        return solid, report
+
+    @property
+    def _solid(self) -> trimesh.Trimesh:
+        return self._cleaned[0]
+
+    @cached_property
+    def report(self) -> MeshReport:
+        """What the mesh was like and what was done about it."""
+        return replace(self._cleaned[1], planes=self._flattened[1])
 
     @property
     def is_closed(self) -> bool:
@@ -209,10 +200,16 @@ class Mesh:
         return bool(self._solid.is_watertight and self._solid.is_winding_consistent)
 
     @cached_property
-    def surface(self) -> Surface:
-        """The welded mesh."""
+    def _flattened(self) -> tuple[Surface, tuple[PlaneFit, ...]]:
         vertices = np.array(self._solid.vertices, dtype=np.float64)
-        return Surface(frozen(vertices), frozen(np.array(self._solid.faces, dtype=np.int64)))
+        faces = frozen(np.array(self._solid.faces, dtype=np.int64))
+        surface = Surface(frozen(vertices), faces, oriented=self._cleaned[1].oriented)
+        return flattened(surface, self.noise) if self.noise else (surface, ())
+
+    @cached_property
+    def surface(self) -> Surface:
+        """The welded mesh, its flat regions made flat if it is noisy."""
+        return self._flattened[0]
 
     @cached_property
     def mass_properties(self) -> MassProperties:
@@ -227,25 +224,6 @@ class Mesh:
         return MassProperties(
             float(solid.volume), np.array(solid.center_mass), np.array(solid.moment_inertia) / solid.density
         )
-
-
-def _turn_outward(solid: trimesh.Trimesh) -> None:
-    """Turn every closed piece that is inside out, in place; a shell inside another piece stays: it is a cavity."""
-    import trimesh
-
-    pieces = trimesh.graph.connected_components(solid.face_adjacency, nodes=np.arange(len(solid.faces)))
-    boxes, volumes = [], []
-    for piece in pieces:
-        corners = solid.triangles[piece]
-        boxes.append((corners.min((0, 1)), corners.max((0, 1))))
-        volumes.append(float(np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))))
-    faces = np.array(solid.faces)
-    for k, piece in enumerate(pieces):
-        low, high = boxes[k]
-        inside = any((lo < low).all() and (high < hi).all() for m, (lo, hi) in enumerate(boxes) if m != k)
-        if volumes[k] < 0 and not inside:
-            faces[piece] = faces[piece][:, ::-1]
-    solid.faces = faces
 
 
 LEAST_VOLUME = 1e-9  # of the bounding box: less is a closed surface without inside

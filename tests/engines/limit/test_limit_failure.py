@@ -154,7 +154,7 @@ def test_little_and_much_friction(mu: float) -> None:
     table = assemble(Scene(shipped_scene("table").bodies, mu))
     # sways as before while friction allows it; with little, the slab or all slides
     truth = 7.3575 if mu > 1 else 2 * G0 * mu
-    honest(push(table, "slab", (-0.25, 0, 0.225), X), truth, decided=True)
+    honest(push(table, "slab", (-0.25, 0, 0.225), X), truth, decided=mu <= 1e3)
 
 
 @pytest.mark.parametrize("size", [1e-9, 1e-3, 1e3, 1e9])
@@ -219,9 +219,10 @@ def test_undecided_and_unstable_answers_have_no_force() -> None:
     falling = assemble(Scene([shelf, block("cube", SIDE, (0.06, 0, 0.15))], 0.6))
     got = push(falling, "cube", (0.01, 0, 0.2), X)
     assert (got.force[0], got.lower[0], got.status[0]) == (0, 0, Status.UNSTABLE)
-    edge = Body("cube", block("c", SIDE, (0, 0, 0)).shape, mass=1.0, pose=pose((0, 0, 0.05 * np.sqrt(2)), turn()))
-    unmodelled = assemble(Scene([floor(), edge], 0.6))  # touches along an edge only
-    got = push(unmodelled, "cube", (0, 0, 0.1 * np.sqrt(2)), -Z)
+    ridge = Body("ridge", block("r", SIDE, (0, 0, 0)).shape, pose=pose((0, 0, 0.05 * np.sqrt(2)), turn()), fixed=True)
+    edge = Body("cube", ridge.shape, mass=1.0, pose=pose((0, 0, 0.15 * np.sqrt(2)), turn()))
+    unmodelled = assemble(Scene([ridge, edge], 0.6))  # a sharp edge along a sharp edge: no direction of contact
+    got = push(unmodelled, "cube", (0, 0, 0.2 * np.sqrt(2)), -Z)
     assert got.status[0] is Status.UNDECIDED
     assert (got.force[0], got.lower[0], got.upper[0]) == (0, 0, np.inf)
 

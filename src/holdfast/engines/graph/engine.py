@@ -273,7 +273,7 @@ class GraphState:
         torque, slides, opens = topple.axis_torques(
             origins, axes, flat, points, np.ascontiguousarray(nodes.axes[cut]), forces, nodes.mu[cut], moving_is_a, size
         )
-        free = np.flatnonzero(np.isfinite(torque) & (slides | opens))
+        free = np.flatnonzero(np.isfinite(torque))  # nodes that all lie on the axis neither slide nor open, nor resist
         senses = np.where(free % 2 == 0, 1.0, -1.0)[:, None] * axes[free // 2]
         twists = rotation_about(senses, origins[free // 2], self._centre)
         mode: list[Mode] = ["mixed" if slides[k] and opens[k] else "slip" if slides[k] else "topple" for k in free]

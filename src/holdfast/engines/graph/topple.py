@@ -22,14 +22,14 @@ def toppling_axes(points: Float, size: float) -> tuple[Float, Float]:
     """Origins (m, 3) and unit directions (m, 3) of the edges of the convex hull of contact corners (n, 3).
 
     Facets in one plane and edges on one line count once. Flat and straight point sets give the edges of a polygon and
-    one line.
+    one line; a single point gives three lines across each other, since every turn about it is a sum of theirs.
     """
     tolerance = ON_AXIS * size
     centred = points - points.mean(0)
     _, extents, directions = np.linalg.svd(centred, full_matrices=False)
     spread = extents / np.sqrt(len(points))
     if spread[0] <= tolerance:
-        return np.empty((0, 3)), np.empty((0, 3))
+        return np.repeat(points[:1], 3, axis=0), np.eye(3)
     if len(spread) < 2 or spread[1] <= tolerance:
         return points[:1], directions[:1]
     if len(spread) < 3 or spread[2] <= tolerance:

@@ -81,6 +81,7 @@ class MeshModel(_Model):
     type: Literal["mesh"]
     file: str | None = Field(None, description="OBJ, STL, PLY, GLB or OFF; relative to this scene file")
     scale: Number | Triple = Field(1.0, description="applied to the file's coordinates")
+    noise: Number = Field(0.0, ge=0, description="standard deviation of a scan's vertices [m]; flat regions are fitted")
     vertices: list[Triple] | None = Field(None, description="[m]")
     faces: list[tuple[int, int, int]] | None = Field(None, description="outward winding")
 
@@ -209,8 +210,8 @@ def _shape(model: BoxModel | CylinderModel | SphereModel | MeshModel, path: Path
         case SphereModel():
             return Sphere(model.radius, model.subdivisions)
         case MeshModel(file=str(file)):
-            return Mesh.from_file(path.parent / file, scale=model.scale)
-    return Mesh(np.array(model.vertices), np.array(model.faces), where=f"body {name!r}: mesh")
+            return Mesh.from_file(path.parent / file, scale=model.scale, noise=model.noise)
+    return Mesh(np.array(model.vertices), np.array(model.faces), noise=model.noise, where=f"body {name!r}: mesh")
 
 
 def _friction(model: float | FrictionModel) -> Friction:
@@ -258,8 +259,10 @@ def _shape_data(shape: Shape, path: Path) -> dict[str, Any]:
             return {"type": "sphere", "radius": shape.radius, "subdivisions": shape.subdivisions}
         case Mesh(file=Path() as file):
             relative = Path(os.path.relpath(file, path.parent)).as_posix()
-            return {"type": "mesh", "file": relative, "scale": list(shape.scale)}
-    return {"type": "mesh", "vertices": shape.vertices.tolist(), "faces": shape.faces.tolist()}
+            source: dict[str, Any] = {"file": relative, "scale": list(shape.scale)}
+        case Mesh():
+            source = {"vertices": shape.vertices.tolist(), "faces": shape.faces.tolist()}
+    return {"type": "mesh"} | source | ({"noise": shape.noise} if shape.noise else {})
 
 
 _MODELS = (BoxModel, CylinderModel, SphereModel, MeshModel, BodyModel, PairModel, FrictionModel, SceneModel)

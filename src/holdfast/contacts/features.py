@@ -1,0 +1,342 @@
+"""Contacts of vertices and edges: where a corner or an edge of one surface is nearest to the other (compiled).
+
+A feature touches only where it is a local minimum of the distance along the contact normal: everything it is joined to
+goes away from the other body, up to the angle tolerance. The normal is that of the face touched, or the cross product
+of two edges. Where faces meet at a smooth angle, as on a tessellated curve, the contact may sit between them and takes
+the mean of their normals; on a sharp edge or corner it would have no normal of its own, and none is invented.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from holdfast.arrays import Bool, Float, Int
+from holdfast.compiled import compiled
+from holdfast.contacts.skin import SMOOTH, Skin
+from holdfast.scene.topology import FLAT
+
+NEAR_PARALLEL = 0.02  # sine below which two edges have no cross product to speak of
+ROUNDING = 1e-9  # of the size of the smaller body
+
+
+@dataclass(frozen=True, eq=False)
+class Features:
+    """Contacts along lines and at points, halfway between the bodies.
+
+    ``ends`` (m, 2, 3) of a line, equal at a point; ``normals`` (m, 3) into b; ``heights`` (m, 2) separations at the
+    ends [m]; ``inset`` (m,) how far inside the nearest sharp edge of what is touched they lie [m].
+    """
+
+    ends: Float
+    normals: Float
+    heights: Float
+    inset: Float
+
+    def chosen(self, keep: Bool | Int) -> Features:
+        """Some of them."""
+        return Features(self.ends[keep], self.normals[keep], self.heights[keep], self.inset[keep])
+
+
+def touching_features(
+    a: Skin, b: Skin, pairs: Int, *, gap: float, depth: float, sin_angle: float, size: float, strict: float
+) -> tuple[Features, Features]:
+    """Lines and points where edges and vertices touch, among ``pairs`` (m, 2) of faces whose boxes meet.
+
+    ``size`` [m] is that of the smaller body; a sharp edge is stayed away from by ``strict`` [m].
+    """
+    lines, points, counts = np.empty((64, 12)), np.empty((64, 12)), np.zeros(2, dtype=np.int64)
+    for flipped, one, other in ((False, a, b), (True, b, a)):
+        lines, points = _features_on_faces(
+            one, other, pairs, flipped, gap, depth, sin_angle, ROUNDING * size, strict, lines, points, counts
+        )
+    points = _edges_on_edges(a, b, pairs, gap, depth, sin_angle, strict, points, counts)
+    found = (
+        Features(rows[:, :6].reshape(-1, 2, 3), rows[:, 6:9], rows[:, 9:11], rows[:, 11])
+        for rows in (lines[: counts[0]], points[: counts[1]])
+    )
+    return next(found), next(found)
+
+
+@compiled
+def _dot(a: Float, b: Float) -> float:
+    return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+@compiled
+def _slack(bend: float, height: float, tiny: float, strict: float) -> float:
+    """How far outside a face, beyond one of its edges, a point may lie and still touch it; negative at sharp edges."""
+    if not np.isfinite(bend) or bend <= FLAT:
+        return tiny
+    if bend < SMOOTH:
+        return tiny + abs(height) * float(np.tan(bend / 2))
+    return -strict
+
+
+@compiled
+def _outward(skin: Skin, face: int, k: int, out: Float) -> None:
+    """The unit direction in a face's plane across its k-th edge, away from the face."""
+    p, q, normal = skin.triangles[face, k], skin.triangles[face, (k + 1) % 3], skin.normals[face]
+    ex, ey, ez = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+    out[0] = ey * normal[2] - ez * normal[1]
+    out[1] = ez * normal[0] - ex * normal[2]
+    out[2] = ex * normal[1] - ey * normal[0]
+    length = np.sqrt(_dot(out, out))
+    for m in range(3):
+        out[m] /= max(length, 1e-300)
+
+
+@compiled
+def _normal_at(skin: Skin, face: int, point: Float, height: float, tiny: float, normal: Float) -> None:
+    """The normal of a surface at a point over a face: the mean of two faces' near a smooth edge, a vertex's at one."""
+    out = np.empty(3)
+    near = np.zeros(3, dtype=np.bool_)
+    for k in range(3):
+        bend = skin.bend[skin.of_face[face, k]]
+        if FLAT < bend < SMOOTH:
+            _outward(skin, face, k, out)
+            p = skin.triangles[face, k]
+            beyond = out[0] * (point[0] - p[0]) + out[1] * (point[1] - p[1]) + out[2] * (point[2] - p[2])
+            near[k] = beyond >= -_slack(bend, height, tiny, 0.0)
+    for m in range(3):
+        normal[m] = skin.normals[face, m]
+    for k in range(3):
+        vertex = skin.faces[face, k]
+        if near[k] and near[(k + 2) % 3] and _dot(skin.mean[vertex], skin.mean[vertex]) > 0:
+            for m in range(3):
+                normal[m] = skin.mean[vertex, m]
+            return
+    for k in range(3):
+        if near[k]:
+            edge = skin.of_face[face, k]
+            other = skin.sides[edge, 1] if skin.sides[edge, 0] == face else skin.sides[edge, 0]
+            for m in range(3):
+                normal[m] += skin.normals[other, m]
+            break
+    length = np.sqrt(_dot(normal, normal))
+    for m in range(3):
+        normal[m] /= length
+
+
+@compiled
+def _vertex_rises(skin: Skin, vertex: int, normal: Float, sin_angle: float) -> bool:
+    """Whether all edges from a vertex go the way of ``normal``, or fall by no more than the angle."""
+    v = skin.vertices[vertex]
+    for n in range(skin.starts[vertex], skin.starts[vertex + 1]):
+        w = skin.vertices[skin.neighbours[n]]
+        x, y, z = w[0] - v[0], w[1] - v[1], w[2] - v[2]
+        if x * normal[0] + y * normal[1] + z * normal[2] < -sin_angle * np.sqrt(x * x + y * y + z * z):
+            return False
+    return True
+
+
+@compiled
+def _edge_rises(skin: Skin, edge: int, normal: Float, sin_angle: float) -> bool:
+    """Whether both faces beside an edge go the way of ``normal``, or fall by no more than the angle."""
+    out = np.empty(3)
+    for side in range(2):
+        face = skin.sides[edge, side]
+        for k in range(3):
+            if skin.of_face[face, k] == edge:
+                _outward(skin, face, k, out)
+                if _dot(out, normal) > sin_angle:
+                    return False
+    return True
+
+
+@compiled
+def _over(skin: Skin, face: int, point: Float, height: float, tiny: float, strict: float) -> bool:
+    """Whether a point at a height over a face's plane projects into the face, or may be taken to."""
+    out = np.empty(3)
+    for k in range(3):
+        _outward(skin, face, k, out)
+        p = skin.triangles[face, k]
+        beyond = out[0] * (point[0] - p[0]) + out[1] * (point[1] - p[1]) + out[2] * (point[2] - p[2])
+        if beyond > _slack(skin.bend[skin.of_face[face, k]], height, tiny, strict):
+            return False
+    return True
+
+
+@compiled
+def _inset(skin: Skin, face: int, point: Float) -> float:
+    """Distance of a point over a face to the nearest of its sharp edges; infinite where it has none."""
+    out = np.empty(3)
+    least = np.inf
+    for k in range(3):
+        bend = skin.bend[skin.of_face[face, k]]
+        if SMOOTH <= bend < np.inf:
+            _outward(skin, face, k, out)
+            p = skin.triangles[face, k]
+            beyond = out[0] * (point[0] - p[0]) + out[1] * (point[1] - p[1]) + out[2] * (point[2] - p[2])
+            least = min(least, -beyond)
+    return least
+
+
+@compiled
+def _height(skin: Skin, face: int, point: Float) -> float:
+    p, m = skin.triangles[face, 0], skin.normals[face]
+    return float((point[0] - p[0]) * m[0] + (point[1] - p[1]) * m[1] + (point[2] - p[2]) * m[2])
+
+
+@compiled
+def _features_on_faces(
+    one: Skin,
+    other: Skin,
+    pairs: Int,
+    flipped: bool,
+    gap: float,
+    depth: float,
+    sin_angle: float,
+    tiny: float,
+    strict: float,
+    lines: Float,
+    points: Float,
+    counts: Int,
+) -> tuple[Float, Float]:
+    """Vertices and edges of ``one`` on faces of ``other``; ``flipped`` where ``one`` is the second body.
+
+    Rows (ends, normal, heights, inset) are added to ``lines`` and ``points``, which grow; ``counts`` (2,) are in use.
+    """
+    normal = np.empty(3)
+    middle = np.empty(3)
+    out = np.empty(3)
+    sign = 1.0 if flipped else -1.0
+    for pair in range(len(pairs)):
+        i, j = (pairs[pair, 1], pairs[pair, 0]) if flipped else (pairs[pair, 0], pairs[pair, 1])
+        for k in range(3):
+            if one.owns_vertex[i, k]:
+                v = one.triangles[i, k]
+                h = _height(other, j, v)
+                if -depth <= h <= gap and _over(other, j, v, h, tiny, strict):
+                    _normal_at(other, j, v, h, tiny, normal)
+                    if _vertex_rises(one, one.faces[i, k], normal, sin_angle):
+                        if counts[1] == len(points):
+                            points = np.concatenate((points, np.empty_like(points)))
+                        row = points[counts[1]]
+                        for m in range(3):
+                            row[m] = row[3 + m] = v[m] - h / 2 * normal[m]
+                            row[6 + m] = sign * normal[m]
+                        row[9] = row[10] = h
+                        row[11] = _inset(other, j, v)
+                        counts[1] += 1
+            edge = one.of_face[i, k]
+            if not (one.owns_edge[i, k] and FLAT < one.bend[edge] < np.inf):
+                continue
+            p, q = one.vertices[one.edges[edge, 0]], one.vertices[one.edges[edge, 1]]
+            hp, hq = _height(other, j, p), _height(other, j, q)
+            length = np.sqrt((q[0] - p[0]) ** 2 + (q[1] - p[1]) ** 2 + (q[2] - p[2]) ** 2)
+            if abs(hq - hp) > (sin_angle + np.sin(SMOOTH / 2)) * length:
+                continue
+            low, high = 0.0, 1.0
+            # -depth <= h <= gap, then the three sides of the face: each keeps f(t) = f0 + t (f1 - f0) >= 0
+            for bound in range(5):
+                if bound < 2:
+                    f0 = depth + hp if bound == 0 else gap - hp
+                    f1 = depth + hq if bound == 0 else gap - hq
+                else:
+                    _outward(other, j, bound - 2, out)
+                    c = other.triangles[j, bound - 2]
+                    nearest = min(abs(hp), abs(hq)) if hp * hq > 0 else 0.0
+                    slack = _slack(other.bend[other.of_face[j, bound - 2]], nearest, tiny, -tiny)
+                    f0 = slack - (out[0] * (p[0] - c[0]) + out[1] * (p[1] - c[1]) + out[2] * (p[2] - c[2]))
+                    f1 = slack - (out[0] * (q[0] - c[0]) + out[1] * (q[1] - c[1]) + out[2] * (q[2] - c[2]))
+                if f0 < 0 and f1 < 0:
+                    low, high = 1.0, 0.0
+                elif f0 < 0:
+                    low = max(low, f0 / (f0 - f1))
+                elif f1 < 0:
+                    high = min(high, f0 / (f0 - f1))
+            if (high - low) * length <= strict:
+                continue
+            t = (low + high) / 2
+            for m in range(3):
+                middle[m] = p[m] + t * (q[m] - p[m])
+            _normal_at(other, j, middle, hp + t * (hq - hp), tiny, normal)
+            slope = 0.0
+            for m in range(3):
+                slope += (q[m] - p[m]) / length * normal[m]
+            if abs(slope) > sin_angle or not _edge_rises(one, edge, normal, sin_angle):
+                continue
+            inset = _inset(other, j, middle)
+            if inset <= strict:  # it runs along a sharp edge
+                continue
+            if counts[0] == len(lines):
+                lines = np.concatenate((lines, np.empty_like(lines)))
+            row = lines[counts[0]]
+            for e in range(2):
+                t = high if e else low
+                h = hp + t * (hq - hp)
+                for m in range(3):
+                    row[3 * e + m] = p[m] + t * (q[m] - p[m]) - h / 2 * normal[m]
+                row[9 + e] = h
+            for m in range(3):
+                row[6 + m] = sign * normal[m]
+            row[11] = inset
+            counts[0] += 1
+    return lines, points
+
+
+@compiled
+def _edges_on_edges(
+    a: Skin, b: Skin, pairs: Int, gap: float, depth: float, sin_angle: float, strict: float, points: Float, counts: Int
+) -> Float:
+    """Crossings of edges that stick out, inside both, with the cross product as normal."""
+    n = np.empty(3)
+    back = np.empty(3)
+    for pair in range(len(pairs)):
+        i, j = pairs[pair, 0], pairs[pair, 1]
+        for k in range(3):
+            ea = a.of_face[i, k]
+            if not (a.owns_edge[i, k] and FLAT < a.bend[ea] < np.inf):
+                continue
+            p, q = a.vertices[a.edges[ea, 0]], a.vertices[a.edges[ea, 1]]
+            for n_b in range(3):
+                eb = b.of_face[j, n_b]
+                if not (b.owns_edge[j, n_b] and FLAT < b.bend[eb] < np.inf):
+                    continue
+                r, s = b.vertices[b.edges[eb, 0]], b.vertices[b.edges[eb, 1]]
+                ux, uy, uz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+                wx, wy, wz = s[0] - r[0], s[1] - r[1], s[2] - r[2]
+                n[0] = uy * wz - uz * wy
+                n[1] = uz * wx - ux * wz
+                n[2] = ux * wy - uy * wx
+                uu, ww = ux * ux + uy * uy + uz * uz, wx * wx + wy * wy + wz * wz
+                cross = np.sqrt(_dot(n, n))
+                if cross <= NEAR_PARALLEL * np.sqrt(uu * ww):
+                    continue
+                dx, dy, dz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
+                h = (dx * n[0] + dy * n[1] + dz * n[2]) / cross
+                if abs(h) > max(gap, depth):
+                    continue
+                ud, wd, uw = ux * dx + uy * dy + uz * dz, wx * dx + wy * dy + wz * dz, ux * wx + uy * wy + uz * wz
+                determinant = uu * ww - uw * uw
+                t = (ud * ww - wd * uw) / determinant
+                o = (ud * uw - wd * uu) / determinant
+                within_a, within_b = strict / np.sqrt(uu), strict / np.sqrt(ww)
+                if not (within_a < t < 1 - within_a and within_b < o < 1 - within_b):
+                    continue
+                for m in range(3):
+                    n[m] /= cross
+                for sign in (1.0, -1.0):
+                    if not -depth <= sign * h <= gap:
+                        continue
+                    for m in range(3):
+                        back[m] = -sign * n[m]
+                    if not _edge_rises(a, ea, back, sin_angle):
+                        continue
+                    for m in range(3):
+                        back[m] = sign * n[m]
+                    if not _edge_rises(b, eb, back, sin_angle):
+                        continue
+                    if counts[1] == len(points):
+                        points = np.concatenate((points, np.empty_like(points)))
+                    row = points[counts[1]]
+                    for m in range(3):
+                        row[m] = row[3 + m] = (p[m] + t * (q[m] - p[m]) + r[m] + o * (s[m] - r[m])) / 2
+                        row[6 + m] = back[m]
+                    row[9] = row[10] = sign * h
+                    row[11] = min(min(t, 1 - t) * np.sqrt(uu), min(o, 1 - o) * np.sqrt(ww))
+                    counts[1] += 1
+                    break
+    return points

@@ -1,0 +1,238 @@
+"""From clipped pieces and touching features to patches: kin are joined, what is covered is left out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import shapely
+
+from holdfast.arrays import Float, Int, frozen, unit
+from holdfast.contacts import polygon as flat
+from holdfast.contacts.clipping import Pieces
+from holdfast.contacts.features import Features
+from holdfast.contacts.interface import Patch
+from holdfast.rigid import tangents
+
+HAIRLINE = 1e-3  # of the negligible width: gaps between pieces that belong together
+SAME_WAY = float(np.cos(np.radians(15)))  # normals closer than this answer for each other at the same place
+STRAIGHT = float(np.cos(np.radians(2)))  # lines closer to parallel may be one
+MOST_POINTS = 16  # points of one direction kept for a pair: their hull first, then the farthest
+
+
+def face_patches(pieces: Pieces, gap: float, cos_angle: float, negligible: float) -> list[Patch]:
+    """Pieces of one plane grow together: the largest piece left names the plane, its kin join it."""
+    if not len(pieces.counts):
+        return []
+    used = np.arange(pieces.corners.shape[1]) < pieces.counts[:, None]
+    centres = np.where(used[..., None], pieces.corners, 0).sum(1) / pieces.counts[:, None]
+    spread = np.where(used[..., None], pieces.corners - centres[:, None], 0)
+    extent = np.abs(spread).max((1, 2))
+    left = np.flatnonzero(extent > negligible / 2)
+    patches: list[Patch] = []
+    while len(left):
+        seed = left[np.argmax(extent[left])]
+        normal = pieces.normals[seed]
+        offset = np.abs((centres[left] - centres[seed]) @ normal)
+        kin = (pieces.normals[left] @ normal >= cos_angle) & (offset <= max(gap, negligible))
+        patches += _plane_patches(pieces, left[kin], centres[seed], negligible)
+        left = left[~kin]
+    return sorted(patches, key=lambda patch: -patch.area)
+
+
+def _plane_patches(pieces: Pieces, members: Int, origin: Float, negligible: float) -> list[Patch]:
+    polygons = [pieces.polygon(int(i)) - origin for i in members]
+    if len(members) == 1:
+        normal = pieces.normals[members[0]]
+    else:
+        areas = np.array([np.linalg.norm(np.cross(p, np.roll(p, -1, axis=0)).sum(0)) for p in polygons])
+        normal = unit((areas[:, None] * pieces.normals[members]).sum(0))
+    frame = np.array(tangents(normal))
+    level = float(np.mean([(p @ normal).mean() for p in polygons]))
+    base = origin + level * normal
+    corners = [p @ frame.T for p in polygons]
+    middles = np.array([c.mean(0) for c in corners])
+    patches = []
+    for rings in flat.union(corners, HAIRLINE * negligible, negligible):
+        outline, *holes = (frozen(base + ring @ frame) for ring in rings)
+        mine = flat.inside(flat.shapely_polygon(rings), middles)
+        heights = pieces.heights[members[mine if mine.any() else slice(None)]]
+        separation = (float(heights[:, 0].min()), float(heights[:, 1].max()))
+        patch = Patch(outline, frozen(normal.copy()), tuple(holes), separation)
+        if patch.width > negligible:
+            patches.append(patch)
+    return patches
+
+
+def line_patches(lines: Features, faces: Sequence[Patch], gap: float, negligible: float, breadth: float) -> list[Patch]:
+    """Lines along one edge grow together; what lies on a face patch is left out."""
+    found = []
+    cover = Cover(faces, gap)
+    run = lines.ends[:, 1] - lines.ends[:, 0]
+    length = np.linalg.norm(run, axis=1)
+    left = np.argsort(-length, kind="stable")
+    while len(left):
+        seed = left[0]
+        origin, along = lines.ends[seed, 0], unit(lines.ends[seed, 1] - lines.ends[seed, 0])
+        arm = lines.ends[left] - origin
+        at = arm @ along
+        off = np.linalg.norm(arm - at[..., None] * along, axis=2).max(1)
+        straight = np.abs(run[left] @ along) >= STRAIGHT * length[left]
+        kin = straight & (lines.normals[left] @ lines.normals[seed] >= SAME_WAY) & (off <= gap)
+        members = left[kin]
+        spans = np.sort(at[kin], axis=1)
+        for low, high, whose in _joined(spans, negligible):
+            ends = origin + np.outer([low, high], along)
+            mine = members[whose]
+            normal = unit((length[mine, None] * lines.normals[mine]).sum(0))
+            heights, inset = lines.heights[mine], float(lines.inset[mine].min())
+            for part in cover.left_of(ends, normal, breadth):  # shorter ones are left to their ends
+                separation = (float(heights.min()), float(heights.max()))
+                found.append(Patch(frozen(part), frozen(normal), (), separation, breadth, inset))
+        left = left[~kin]
+    return found
+
+
+def _joined(spans: Float, reach: float) -> list[tuple[float, float, Int]]:
+    """Intervals (n, 2) that overlap, or come within ``reach``, as one: its ends and which ones it is made of."""
+    order = np.argsort(spans[:, 0], kind="stable")
+    result: list[tuple[float, float, Int]] = []
+    members: list[int] = []
+    low, high = np.inf, -np.inf
+    for k in order:
+        if spans[k, 0] > high + reach and members:
+            result.append((low, high, np.array(members)))
+            members, low, high = [], np.inf, -np.inf
+        members.append(int(k))
+        low, high = min(low, float(spans[k, 0])), max(high, float(spans[k, 1]))
+    result.append((low, high, np.array(members)))
+    return result
+
+
+@dataclass(frozen=True, eq=False)
+class Cover:
+    """Patches already found, which answer for features with much the same normal that lie on them, within ``gap``."""
+
+    patches: Sequence[Patch]
+    gap: float
+
+    @cached_property
+    def _balls(self) -> tuple[Float, Float, Float]:
+        """Normals (n, 3), centres (n, 3) and radii (n,) of the patches."""
+        centres = np.array([p.polygon.mean(0) for p in self.patches]).reshape(-1, 3)
+        radii = [np.linalg.norm(p.polygon - c, axis=1).max() for p, c in zip(self.patches, centres, strict=True)]
+        return np.array([p.normal for p in self.patches]).reshape(-1, 3), centres, np.array(radii)
+
+    @cached_property
+    def _shapes(self) -> dict[int, shapely.Geometry]:
+        return {}
+
+    def _shape(self, k: int) -> shapely.Geometry:
+        """A patch widened by the gap, in its frame."""
+        if k not in self._shapes:
+            rings = self.patches[k].rings
+            thin = shapely.LineString(rings[0]) if len(rings[0]) < 3 else flat.shapely_polygon(rings)
+            self._shapes[k] = thin.buffer(self.gap, quad_segs=4)
+            shapely.prepare(self._shapes[k])
+        return self._shapes[k]
+
+    def _near(self, ends: Float, normal: Float) -> Int:
+        """Patches that may cover some of a segment (2, 3) with a normal (3,)."""
+        normals, centres, radii = self._balls
+        along = ends[1] - ends[0]
+        length2 = max(float(along @ along), 1e-300)
+        t = np.clip((centres - ends[0]) @ along / length2, 0, 1)
+        off = np.linalg.norm(ends[0] + t[:, None] * along - centres, axis=1)
+        return np.flatnonzero((normals @ normal >= SAME_WAY) & (off <= radii + 2 * self.gap))
+
+    def holds(self, place: Float, normal: Float) -> bool:
+        """Whether a point (3,) with a normal (3,) lies on one of the patches."""
+        for k in self._near(np.array([place, place]), normal):
+            patch = self.patches[k]
+            arm = place - patch.polygon[0]
+            if abs(arm @ patch.normal) <= 2 * self.gap and shapely.covers(
+                self._shape(int(k)), shapely.Point(patch.frame @ arm)
+            ):
+                return True
+        return False
+
+    def left_of(self, ends: Float, normal: Float, negligible: float) -> list[Float]:
+        """The parts (2, 3) of a line that lie on none of the patches."""
+        left: shapely.Geometry = shapely.LineString([(0.0, 0.0), (1.0, 0.0)])
+        length = float(np.linalg.norm(ends[1] - ends[0]))
+        for k in self._near(ends, normal):
+            patch = self.patches[k]
+            arm = ends - patch.polygon[0]
+            if np.abs(arm @ patch.normal).min() > 2 * self.gap:
+                continue
+            seen = shapely.LineString(arm @ patch.frame.T)
+            cover = seen.intersection(self._shape(int(k)))
+            start, whole = np.array(seen.coords[0]), max(seen.length, 1e-300)
+            for piece in getattr(cover, "geoms", [cover]):
+                if not piece.is_empty:
+                    t = np.linalg.norm(np.array(piece.coords) - start, axis=1) / whole
+                    left = shapely.difference(left, shapely.box(t.min() - 1e-9, -1, t.max() + 1e-9, 1))
+        result = []
+        for piece in getattr(left, "geoms", [left]):
+            if not piece.is_empty and piece.length * length > max(negligible, 2e-9 * length):
+                t = np.array(piece.coords)[[0, -1], :1]
+                result.append(ends[0] + t * (ends[1] - ends[0]))
+        return result
+
+
+def point_patches(points: Features, others: Sequence[Patch], gap: float, breadth: float) -> list[Patch]:
+    """Points that no face or line covers, one for each place and direction, nearest first."""
+    places = points.ends[:, 0]
+    cover = Cover(others, gap)
+    free = np.array([not cover.holds(p, n) for p, n in zip(places, points.normals, strict=True)], dtype=bool)
+    order = np.argsort(np.abs(points.heights[:, 0]), kind="stable")
+    left = order[free[order]]
+    found = []
+    while len(left):
+        way = points.normals[left] @ points.normals[left[0]] >= SAME_WAY
+        for members in _spread(places, points.normals, left[way], max(gap, breadth)):
+            normal = unit(points.normals[members].mean(0))
+            nearest = members[0]
+            height = float(points.heights[nearest, 0])
+            place, inset = frozen(places[nearest][None].copy()), float(points.inset[members].min())
+            found.append(Patch(place, frozen(normal), (), (height, height), breadth, inset))
+        left = left[~way]
+    return found
+
+
+def _spread(places: Float, normals: Float, members: Int, apart: float) -> list[Int]:
+    """Members of one direction, those at the same place together; too many are thinned to hull and farthest."""
+    groups: list[list[int]] = []
+    centres: list[Float] = []
+    for k in members:
+        distance = [float(np.linalg.norm(places[k] - c)) for c in centres]
+        if distance and min(distance) <= apart:
+            groups[int(np.argmin(distance))].append(int(k))
+        else:
+            groups.append([int(k)])
+            centres.append(places[k])
+    if len(groups) > MOST_POINTS:
+        spots = np.array(centres)
+        frame = np.array(tangents(unit(normals[members].mean(0))))
+        kept = thinned((spots - spots[0]) @ frame.T, MOST_POINTS)
+        groups = [groups[k] for k in kept]
+    return [np.array(group) for group in groups]
+
+
+def thinned(spots: Float, count: int) -> list[int]:
+    """Indices of at most ``count`` of points (n, 2): corners of their hull as far as they go, then the farthest."""
+    hull = shapely.convex_hull(shapely.MultiPoint(spots))
+    corners = np.array(hull.exterior.coords)[:-1] if isinstance(hull, shapely.Polygon) else np.array(hull.coords)
+    pool = [int(np.argmin(((spots - c) ** 2).sum(1))) for c in corners]
+    chosen = [pool[0]]
+    distance = ((spots - spots[chosen[0]]) ** 2).sum(1)
+    for candidates in (np.array(sorted(set(pool))), np.arange(len(spots))):
+        while len(chosen) < count:
+            best = int(candidates[np.argmax(distance[candidates])])
+            if distance[best] <= 0:
+                break
+            chosen.append(best)
+            distance = np.minimum(distance, ((spots - spots[best]) ** 2).sum(1))
+    return chosen

@@ -1,0 +1,127 @@
+"""The surface of a body made ready for the search: arrays for compiled code, and pairs of faces that come near."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from holdfast.arrays import Bool, Float, Int
+from holdfast.compiled import compiled
+from holdfast.scene.body import Body
+from holdfast.scene.surface import Surface
+from holdfast.scene.topology import Topology
+
+SMOOTH = 0.6  # [rad] faces that meet at less stand for a curved surface
+LARGE = 8  # times the median: larger faces are searched apart, so that they do not widen the window of the others
+
+
+class Skin(NamedTuple):
+    """A triangle surface in the world as plain arrays for compiled code.
+
+    ``triangles`` (F, 3, 3) with ``normals`` (F, 3) and boxes ``low``, ``high`` (F, 3); ``faces`` (F, 3) and the fields
+    of Topology; ``mean`` (V, 3) normals of smooth vertices, zero at sharp ones; ``owns_vertex`` and ``owns_edge``
+    (F, 3) give every vertex and edge to one face.
+    """
+
+    vertices: Float
+    triangles: Float
+    normals: Float
+    low: Float
+    high: Float
+    faces: Int
+    edges: Int
+    sides: Int
+    bend: Float
+    of_face: Int
+    starts: Int
+    neighbours: Int
+    mean: Float
+    owns_vertex: Bool
+    owns_edge: Bool
+
+    @classmethod
+    def of(cls, body: Body) -> Skin:
+        """Of a body in its pose, flat faces in as few triangles as they need."""
+        local = body.shape.surface.reduced
+        surface = Surface(body.placed(local.vertices), local.faces)
+        topology, faces, count = local.topology, local.faces, len(local.faces)
+        owner = np.zeros(len(surface.vertices), dtype=np.int64)
+        owner[faces[::-1].ravel()] = np.repeat(np.arange(count)[::-1], 3)
+        number = np.arange(count)[:, None]
+        triangles = surface.vertices[faces]
+        return cls(
+            np.ascontiguousarray(surface.vertices),
+            np.ascontiguousarray(triangles),
+            np.ascontiguousarray(surface.normals),
+            np.ascontiguousarray(triangles.min(1)),
+            np.ascontiguousarray(triangles.max(1)),
+            np.ascontiguousarray(faces),
+            topology.edges,
+            topology.sides,
+            topology.bend,
+            topology.of_face,
+            topology.starts,
+            topology.neighbours,
+            _smooth_normals(surface, topology),
+            owner[faces] == number,
+            topology.sides[topology.of_face, 0] == number,
+        )
+
+
+def _smooth_normals(surface: Surface, topology: Topology) -> Float:
+    """(V, 3) mean normal of the faces around each vertex; zero where a sharp edge or a rim ends."""
+    total = np.zeros_like(surface.vertices)
+    for k in range(3):
+        np.add.at(total, surface.faces[:, k], surface.normals)
+    sharp = ~(topology.bend < SMOOTH)
+    total[topology.edges[sharp].ravel()] = 0
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    return np.ascontiguousarray(np.divide(total, length, out=np.zeros_like(total), where=length > 0.1))
+
+
+def near_faces(a: Skin, b: Skin, gap: float) -> Int:
+    """(m, 2) faces of a and b whose boxes come within ``gap``."""
+    low = np.maximum(a.low.min(0), b.low.min(0)) - gap
+    high = np.minimum(a.high.max(0), b.high.max(0)) + gap
+    in_a = np.flatnonzero(((a.high >= low) & (a.low <= high)).all(1))
+    in_b = np.flatnonzero(((b.high >= low) & (b.low <= high)).all(1))
+    if not len(in_a) or not len(in_b):
+        return np.empty((0, 2), dtype=np.int64)
+    axis = int(np.argmax(high - low))
+    in_b = in_b[np.argsort(b.low[in_b, axis], kind="stable")]
+    length = b.high[in_b, axis] - b.low[in_b, axis]
+    large = length > LARGE * np.median(length)
+    found = []
+    for part in (in_b[~large], in_b[large]):
+        pairs = _near_boxes(a.low[in_a], a.high[in_a], b.low[part], b.high[part], axis, gap)
+        found.append(np.column_stack([in_a[pairs[:, 0]], part[pairs[:, 1]]]))
+    return np.concatenate(found)
+
+
+@compiled
+def _near_boxes(low_a: Float, high_a: Float, low_b: Float, high_b: Float, axis: int, gap: float) -> Int:
+    """(m, 2) pairs of boxes within ``gap`` of each other; ``low_b`` is sorted along ``axis``."""
+    capacity = 256
+    out = np.empty((capacity, 2), dtype=np.int64)
+    found = 0
+    starts = low_b[:, axis].copy()
+    widest = 0.0
+    for j in range(len(low_b)):
+        widest = max(widest, high_b[j, axis] - low_b[j, axis])
+    for i in range(len(low_a)):
+        for j in range(np.searchsorted(starts, low_a[i, axis] - widest - gap), len(low_b)):
+            if starts[j] > high_a[i, axis] + gap:
+                break
+            apart = False
+            for k in range(3):
+                apart = apart or low_b[j, k] > high_a[i, k] + gap or high_b[j, k] < low_a[i, k] - gap
+            if apart:
+                continue
+            if found == capacity:
+                out = np.concatenate((out, np.empty((capacity, 2), dtype=np.int64)))
+                capacity *= 2
+            out[found, 0] = i
+            out[found, 1] = j
+            found += 1
+    return out[:found]

@@ -1,0 +1,251 @@
+"""Curved bodies, edges and corners against closed forms: as many patches, as wide and as steep as they are."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from contact_truth import (
+    CRISP,
+    LYING,
+    ROOF,
+    UP,
+    Case,
+    Solid,
+    agree,
+    block,
+    by_pair,
+    extruded,
+    floor,
+    frame,
+    frame_at,
+    motion,
+    peg,
+    revolved,
+    spin,
+)
+from scipy.spatial.transform import Rotation
+
+import holdfast as hf
+from holdfast.arrays import Float
+
+# bodies that rest on each other exactly must not be called overlapping; scenes of a kilometre may be remarked upon
+pytestmark = [
+    pytest.mark.filterwarnings("error::holdfast.HoldfastWarning"),
+    pytest.mark.filterwarnings("ignore:.* across:holdfast.HoldfastWarning"),
+]
+
+
+@pytest.mark.parametrize(("moved", "scale"), [(False, 1.0), (True, 1e-3), (True, 1.0), (True, 1e3)])
+@pytest.mark.parametrize("name", CRISP)
+def test_lines_and_points_are_exact(name: str, moved: bool, scale: float) -> None:
+    """Ends of lines and places of points to 1e-9 m, normals to 1e-9: face normals and cross products of edges."""
+    case = CRISP[name]().placed(motion(len(name)) if moved else np.eye(4), scale)
+    agree(hf.assemble(case.scene()).interfaces, case, 1e-9 * scale, 1e-9)
+
+
+@pytest.mark.parametrize("name", CRISP)
+def test_the_other_order_reverses_the_normals(name: str) -> None:
+    case = CRISP[name]()
+    forth = by_pair(hf.assemble(case.scene()).interfaces)
+    back = hf.assemble(case.scene(reverse=True)).interfaces
+    agree(back, case, 1e-9, 1e-9)
+    for interface in back:
+        assert forth[frozenset(interface.bodies)].bodies == interface.bodies[::-1]
+
+
+def resting(shape: hf.Cylinder | hf.Sphere, turn: Rotation, lift: float = 0.0) -> hf.Interface:
+    """The one interface of a floor and a body whose lowest vertex is ``lift`` above it; within 2 mm and 1 degree."""
+    lowest = turn.apply(np.array(shape.surface.vertices))[:, 2].min()
+    pose = motion(2) @ frame(z=lift - lowest, turn=turn)
+    body = Solid("body", shape, pose)
+    slab = Solid("floor", hf.Box(np.array([1, 1, 0.05])), motion(2) @ frame(z=-0.025), fixed=True)
+    (interface,) = hf.assemble(Case((slab, body), {}).scene(), gap=2e-3, angle=1).interfaces
+    assert interface.bodies == ("floor", "body")
+    return interface
+
+
+def here(points: Float) -> Float:
+    """World points in the frame in which the floor is z = 0."""
+    return np.asarray((points - motion(2)[:3, 3]) @ motion(2)[:3, :3])
+
+
+@pytest.mark.parametrize("lift", [0.0, 1e-3, -1e-3])
+@pytest.mark.parametrize("roll", [0.0, 0.2, 0.7, 2.0])
+@pytest.mark.parametrize("segments", [64, 720])
+def test_a_lying_cylinder_is_as_wide_as_the_angle_allows(segments: int, roll: float, lift: float) -> None:
+    """r sin(1 degree) and a facet to either side, however large the gap: sqrt(2 r gap) would be 14 mm."""
+    interface = resting(hf.Cylinder(0.05, 0.2, segments), Rotation.from_euler("x", roll, degrees=True) * LYING, lift)
+    points = here(np.vstack([p.hull for p in interface.patches]))
+    facet = 0.1 * np.sin(np.pi / segments)
+    assert np.abs(points[:, 1]).max() <= 0.05 * np.sin(np.radians(1)) + facet
+    np.testing.assert_allclose([points[:, 0].min(), points[:, 0].max()], [-0.1, 0.1], atol=1e-6)
+    assert np.abs(points[:, 2]).max() < 2e-3
+    for patch in interface.patches:
+        assert motion(2)[:3, 2] @ patch.normal > np.cos(np.radians(1.0001))
+        length = np.ptp(here(patch.hull)[:, 0])
+        assert length == pytest.approx(0.2, abs=1e-6)
+    mean = sum((p.normal for p in interface.patches), np.zeros(3))
+    assert mean @ motion(2)[:3, 2] / np.linalg.norm(mean) > np.cos(np.radians(0.5))
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("subdivisions", [2, 3, 5])
+def test_a_ball_touches_about_one_point(subdivisions: int, seed: int) -> None:
+    """Within r sin(1 degree) and a facet of its lowest point, however large the gap."""
+    turn = Rotation.from_quat(np.random.default_rng(seed).normal(size=4))
+    ball = hf.Sphere(0.05, subdivisions)
+    interface = resting(ball, turn)
+    points = here(np.vstack([p.hull for p in interface.patches]))
+    vertices = ball.surface.vertices[ball.surface.faces]
+    facet = float(np.linalg.norm(vertices - np.roll(vertices, 1, axis=1), axis=2).max())
+    assert np.linalg.norm(points[:, :2], axis=1).max() <= 0.05 * np.sin(np.radians(1)) + facet
+    for patch in interface.patches:
+        assert motion(2)[:3, 2] @ patch.normal > np.cos(np.radians(1.0001))
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("shape", [hf.Cylinder(0.05, 0.2), hf.Sphere(0.05)], ids=["cylinder", "ball"])
+def test_a_round_body_at_its_true_height_is_found(shape: hf.Cylinder | hf.Sphere, seed: int) -> None:
+    """The triangles lie inside the round surface: at rest by the radius they hang a little above the floor."""
+    rng = np.random.default_rng(seed)
+    roll = Rotation.from_rotvec([rng.uniform(0, 2 * np.pi), 0, 0]) * LYING
+    turn = roll if isinstance(shape, hf.Cylinder) else Rotation.from_quat(rng.normal(size=4))
+    case = Case((floor(), Solid("body", shape, frame(z=0.05, turn=turn))), {})
+    (interface,) = hf.assemble(case.scene()).interfaces
+    for patch in interface.patches:
+        assert patch.normal @ UP > np.cos(np.radians(1.0001))
+
+
+def basin(radius: float, rings: int, sides: int) -> hf.Mesh:
+    """A block of 0.14 m with a hemisphere sunk into its top; its lowest point is the origin."""
+    angles = np.linspace(0, np.pi / 2, rings + 1)
+    inner = [(radius * np.sin(t), radius * (1 - np.cos(t))) for t in angles]
+    outer = [(0.07, radius), (0.07, -0.02), (0.0, -0.02)]
+    return revolved([(0.0, 0.0), *inner[1:], *outer], sides)
+
+
+@pytest.mark.parametrize(("radius", "seed"), [(0.04, 0), (0.04, 1), (0.04, 2), (0.049, 3)])
+def test_a_ball_in_a_basin_rests_at_the_bottom(radius: float, seed: int) -> None:
+    """Two curved surfaces: their normals agree only near the bottom, the nearer the smaller the ball."""
+    turn = Rotation.from_quat(np.random.default_rng(seed).normal(size=4))
+    ball = Solid("ball", hf.Sphere(radius, 4), frame(z=radius, turn=turn))
+    case = Case((Solid("basin", basin(0.05, 24, 64), fixed=True), ball), {})
+    (interface,) = hf.assemble(case.scene(), gap=5e-4, angle=1).interfaces
+    points = np.vstack([p.hull for p in interface.patches])
+    # the smooth surfaces stay within 1 degree up to t, seen from the ball's centre, where t - asin(r sin(t) / R) = 1;
+    # triangles of the two may differ by some 2 degrees more
+    angles = np.linspace(0, np.pi / 2, 10_000)
+    within = angles[angles - np.arcsin(radius / 0.05 * np.sin(angles)) < np.radians(4)].max()
+    assert np.linalg.norm(points[:, :2], axis=1).max() <= radius * np.sin(within) + 0.007
+    weights = np.array([max(p.area, 1e-12) for p in interface.patches])
+    mean = weights @ np.array([p.normal for p in interface.patches])
+    assert mean[2] / np.linalg.norm(mean) > np.cos(np.radians(10))
+    for patch in interface.patches:
+        inward = np.array([0, 0, 0.05]) - patch.centroid
+        assert patch.normal @ inward / np.linalg.norm(inward) > np.cos(np.radians(8))
+
+
+def test_a_loose_peg_touches_all_around_within_the_gap_only() -> None:
+    """Half a millimetre of play: 24 facing sides within 1 mm, none within 0.1 mm."""
+    loose = peg(5e-4)
+    agree(hf.assemble(loose.scene(), gap=1e-3).interfaces, loose, 1e-9, 1e-9)
+    tight = Case(loose.solids, {("floor", "peg"): loose.truth["floor", "peg"]})
+    agree(hf.assemble(loose.scene(), gap=1e-4).interfaces, tight, 1e-9, 1e-9)
+
+
+def test_a_loose_peg_pushed_aside_touches_on_that_side() -> None:
+    """Pushed against the middle of one facet: that facet only."""
+    loose = peg(5e-4)
+    play = 5e-4 * np.cos(np.pi / 24)
+    towards = np.array([np.cos(np.pi / 24), np.sin(np.pi / 24), 0])
+    case = Case((*loose.solids[:2], Solid("peg", loose.solids[2].shape, frame(*(play * towards)))), {})
+    found = by_pair(hf.assemble(case.scene(), gap=1e-5).interfaces)
+    (patch,) = found[frozenset(("sleeve", "peg"))].patches
+    np.testing.assert_allclose(patch.normal, -towards, atol=1e-9)
+    assert patch.area == pytest.approx(0.04 * np.sin(np.pi / 24) * 0.05, rel=1e-9)
+
+
+def corner_up(turn: Rotation, at: tuple[float, float, float], sign: int) -> Float:
+    """The pose of a 0.1 m cube whose lowest (sign 1) or highest (-1) corner is ``at``."""
+    corners = turn.apply(np.array(list(itertools.product((-0.05, 0.05), repeat=3))))
+    corner = corners[np.argmin(sign * corners[:, 2])]
+    return frame_at(np.array(at) - corner, turn)
+
+
+SKEW = Rotation.from_euler("zyx", (20, 35, 40), degrees=True)
+
+
+def tip_on_tip() -> Case:
+    """Two cubes on their corners, one above the other, corner on corner."""
+    cube = hf.Box(np.full(3, 0.1))
+    below = Solid("below", cube, corner_up(SKEW, (0, 0, 0), -1), fixed=True)
+    return Case((below, Solid("above", cube, corner_up(spin(50) * SKEW, (0, 0, 0), 1))), {})
+
+
+def tip_on_ridge() -> Case:
+    """The corner of a cube on the ridge of a roof."""
+    below = Solid("below", extruded(ROOF, -0.1, 0.12), fixed=True)
+    return Case((below, Solid("above", hf.Box(np.full(3, 0.1)), corner_up(SKEW, (0, 0.03, 0), 1))), {})
+
+
+def ridge_on_tip() -> Case:
+    """The ridge of a roof, upside down, on the corner of a cube."""
+    below = Solid("below", hf.Box(np.full(3, 0.1)), corner_up(SKEW, (0, 0, 0), -1), fixed=True)
+    return Case((below, Solid("above", extruded(ROOF, -0.1, 0.12), frame(turn=spin(180, "y")))), {})
+
+
+def ridge_along_ridge() -> Case:
+    """Two roofs, ridge along ridge."""
+    below = Solid("below", extruded(ROOF, -0.1, 0.12), fixed=True)
+    return Case((below, Solid("above", extruded(ROOF, -0.05, 0.2), frame(turn=spin(180, "y")))), {})
+
+
+def corner_at_corner() -> Case:
+    """Upright cubes that share one corner."""
+    below = Solid("below", hf.Box(np.full(3, 0.1)), frame(-0.05, -0.05, -0.05), fixed=True)
+    return Case((below, block("above", (0.1, 0.1, 0.1), (0.05, 0.05, 0.05))), {})
+
+
+def edge_at_edge() -> Case:
+    """Upright cubes that share one edge, moved along it."""
+    below = Solid("below", hf.Box(np.full(3, 0.1)), frame(-0.05, 0.03, -0.05), fixed=True)
+    return Case((below, block("above", (0.1, 0.1, 0.1), (0.05, 0, 0.05))), {})
+
+
+DEGENERATE = [tip_on_tip, tip_on_ridge, ridge_on_tip, ridge_along_ridge, corner_at_corner, edge_at_edge]
+
+
+@pytest.mark.parametrize("moved", [False, True], ids=["plain", "moved"])
+@pytest.mark.parametrize("gap", [None, 2e-3])
+@pytest.mark.parametrize("build", DEGENERATE)
+def test_corners_on_corners_and_edges_give_nothing_optimistic(
+    build: Callable[[], Case], gap: float | None, moved: bool
+) -> None:
+    """No crash, no area, nothing away from the shared point or line; mirrored in the other order."""
+    case = build().placed(motion(6)) if moved else build()
+    interfaces = hf.assemble(case.scene(), gap=gap).interfaces
+    back = hf.assemble(case.scene(reverse=True), gap=gap).interfaces
+    assert [i.bodies for i in interfaces] == [i.bodies[::-1] for i in back]
+    for interface in interfaces:
+        assert interface.area == 0
+        local = np.linalg.inv(motion(6)) if moved else np.eye(4)
+        for patch in interface.patches:
+            assert patch.kind != "face"
+            points = patch.hull @ local[:3, :3].T + local[:3, 3]
+            assert np.abs(points[:, [0, 2]]).max() < 2e-3
+            assert (np.abs(points[:, 1]) < 0.121).all()
+
+
+@pytest.mark.parametrize("gap", [None, 2e-3])
+@pytest.mark.parametrize("build", [corner_at_corner, edge_at_edge])
+def test_upright_cubes_that_share_a_corner_or_an_edge_do_not_touch(
+    build: Callable[[], Case], gap: float | None
+) -> None:
+    """Nothing holds such cubes: no interface, or one that says it is a sliver when the gap allows for one."""
+    interfaces = hf.assemble(build().scene(), gap=gap).interfaces
+    assert all("sliver" in i.flags for i in interfaces)
+    if gap is None:
+        assert interfaces == ()

@@ -1,0 +1,89 @@
+"""Flat contacts against closed forms: plain, moved, of any size, of any triangles, in either order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from contact_truth import (
+    FLAT,
+    Case,
+    Solid,
+    agree,
+    aligned,
+    by_pair,
+    irregular,
+    motion,
+    peg,
+    regular,
+)
+
+import holdfast as hf
+from holdfast.arrays import Float, Int
+from holdfast.shipped import shipped_scene
+
+# bodies that rest on each other exactly must not be called overlapping; scenes of a kilometre may be remarked upon
+pytestmark = [
+    pytest.mark.filterwarnings("error::holdfast.HoldfastWarning"),
+    pytest.mark.filterwarnings("ignore:.* across:holdfast.HoldfastWarning"),
+]
+
+SCENES = {**FLAT, "peg": peg}
+NOT_AT_EXACT_POSES = {"sliver", "occluded", "ambiguous_gap", "not_manifold", "orientation_unknown"}
+
+
+@pytest.mark.parametrize(("moved", "scale"), [(False, 1.0), (True, 1e-3), (True, 1.0), (True, 1e3)])
+@pytest.mark.parametrize("name", SCENES)
+def test_hulls_normals_and_areas_are_exact(name: str, moved: bool, scale: float) -> None:
+    """To 1e-9 m and 1e-9 relative; in larger and smaller scenes the lengths along."""
+    case = SCENES[name]().placed(motion(len(name)) if moved else np.eye(4), scale)
+    interfaces = hf.assemble(case.scene()).interfaces
+    agree(interfaces, case, 1e-9 * scale, 1e-9)
+    for interface in interfaces:
+        assert interface.status == "touching"
+        assert not NOT_AT_EXACT_POSES & set(interface.flags), interface
+
+
+@pytest.mark.parametrize("name", [n for n in SCENES if "bond" not in n])
+def test_no_motion_changes_anything(name: str) -> None:
+    """Rounding differs with each: pieces that meet along edges, crumbs of next to no area, rings that nearly close."""
+    for seed in range(100, 108):
+        case = SCENES[name]().placed(motion(seed))
+        agree(hf.assemble(case.scene()).interfaces, case, 1e-9, 1e-9)
+
+
+def test_the_shipped_wall_brick_by_brick() -> None:
+    """Quarter bond, 126 rectangles; each one from the intervals of its two bricks."""
+    scene = shipped_scene("bonded_wall")
+    solids = tuple(Solid(b.name, b.shape, np.asarray(b.pose), b.fixed) for b in scene.bodies)
+    case = Case(solids, aligned(solids))
+    assert len(case.truth) == 126
+    agree(hf.assemble(scene).interfaces, case, 1e-9, 1e-9)
+
+
+@pytest.mark.parametrize("how", [regular, irregular])
+@pytest.mark.parametrize("name", [n for n in SCENES if n not in ("half bond", "stack bond", "chequered")])
+def test_fine_triangles_change_nothing(name: str, how: Callable[[Float, Int], tuple[Float, Int]]) -> None:
+    """20,000 triangles a body and more, regular or with vertices strewn over the faces: the same to 1e-6."""
+    case = SCENES[name]()
+    fine = case.remeshed(how)
+    assert min(len(s.shape.surface.faces) for s in fine.solids) >= 20_000
+    agree(hf.assemble(fine.placed(motion(5)).scene()).interfaces, case.placed(motion(5)), 1e-7, 1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["half bond", "stack bond", "chequered"])
+def test_fine_triangles_change_nothing_in_walls(name: str) -> None:
+    case = SCENES[name]()
+    agree(hf.assemble(case.remeshed(irregular).scene()).interfaces, case, 1e-7, 1e-6)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_other_order_gives_the_mirrored_interfaces(name: str) -> None:
+    case = SCENES[name]()
+    forth = by_pair(hf.assemble(case.scene()).interfaces)
+    back = hf.assemble(case.scene(reverse=True)).interfaces
+    agree(back, case, 1e-9, 1e-9)
+    for interface in back:
+        assert forth[frozenset(interface.bodies)].bodies == interface.bodies[::-1]
