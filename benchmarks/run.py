@@ -1,4 +1,4 @@
-"""Run the benchmarks: ``python -m benchmarks.run [accuracy] [pipeline] [maps] [growth] [--save] [--compare]``."""
+"""Run the benchmarks: ``python -m benchmarks.run [SUITE ...] [--save] [--compare]``; all suites unless named."""
 
 from __future__ import annotations
 
@@ -9,9 +9,16 @@ import platform
 from pathlib import Path
 from typing import Any
 
-from benchmarks import accuracy, growth, maps, pipeline
+from benchmarks import accuracy, contacts, growth, maps, pipeline
 
-SUITES = {"accuracy": accuracy.measure, "pipeline": pipeline.measure, "maps": maps.measure, "growth": growth.measure}
+SUITES = {
+    "accuracy": accuracy.measure,
+    "contacts": contacts.measure,
+    "pipeline": pipeline.measure,
+    "maps": maps.measure,
+    "growth": growth.measure,
+}
+PLOTS = {"growth": growth.plot, "contacts": contacts.plot}
 RESULTS = Path(__file__).parent / "results"
 
 
@@ -70,8 +77,8 @@ def main() -> None:
             data = {"suite": name, "machine": machine(), "rows": rows}
             (RESULTS / f"{name}.json").write_text(json.dumps(data, indent=1, allow_nan=False) + "\n")
             (RESULTS / f"{name}.md").write_text(f"# {name}\n\n{table(rows)}\n")
-    if options.save and (not options.suites or "growth" in options.suites):
-        growth.plot(json.loads((RESULTS / "growth.json").read_text())["rows"], RESULTS / "growth.png")
+            if name in PLOTS:
+                PLOTS[name](rows, RESULTS / f"{name}.png")
 
 
 if __name__ == "__main__":

@@ -106,8 +106,10 @@ def test_a_ball_touches_about_one_point(subdivisions: int, seed: int) -> None:
         assert motion(2)[:3, 2] @ patch.normal > np.cos(np.radians(1.0001))
 
 
-@pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("shape", [hf.Cylinder(0.05, 0.2), hf.Sphere(0.05)], ids=["cylinder", "ball"])
+@pytest.mark.parametrize("seed", [0, 1, 16, 33])
+@pytest.mark.parametrize(
+    "shape", [hf.Cylinder(0.05, 0.2), hf.Cylinder(0.05, 0.2, 24), hf.Sphere(0.05)], ids=["cylinder", "coarse", "ball"]
+)
 def test_a_round_body_at_its_true_height_is_found(shape: hf.Cylinder | hf.Sphere, seed: int) -> None:
     """The triangles lie inside the round surface: at rest by the radius they hang a little above the floor."""
     rng = np.random.default_rng(seed)

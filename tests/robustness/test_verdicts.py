@@ -53,7 +53,9 @@ def test_a_body_on_a_point_or_a_line_stands_but_nothing_keeps_it_from_turning(na
     assembly = hf.assemble(hf.Scene([floor(), body], 0.5))
     assert hf.stability(assembly, engine=engine).equilibrium_exists
     top = [0, 0, body.surface_world.vertices[:, 2].max()]
-    pushes = hf.robustness(assembly, "it", np.array([top, top, top]), np.array([[1, 0, 0], [-1, 0, 0], [0, 0, -1]]), engine=engine)
+    pushes = hf.robustness(
+        assembly, "it", np.array([top, top, top]), np.array([[1, 0, 0], [-1, 0, 0], [0, 0, -1]]), engine=engine
+    )
     np.testing.assert_allclose(pushes.force, [0, 0, np.inf], atol=1e-6)
     if name != "sphere":  # along the line friction holds, or it tips over the line's end
         side = [0, -0.05 if name == "cube on edge" else -0.1, body.com_world[2]]

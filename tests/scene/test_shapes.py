@@ -175,7 +175,7 @@ def test_the_report_counts_what_was_mended() -> None:
     assert "1 duplicate faces left out" in str(report)
 
 
-def rough(noise: float, seed: int, levels: int = 6) -> trimesh.Trimesh:
+def rough(noise: float, seed: int, levels: int = 5) -> trimesh.Trimesh:
     """A box of 0.2 x 0.15 x 0.1 m in small triangles whose vertices are off by a normal deviate [m]."""
     mesh = trimesh.creation.box((0.2, 0.15, 0.1))
     for _ in range(levels):
@@ -207,7 +207,7 @@ def test_the_faces_of_a_noisy_scan_are_fitted_and_their_residual_told(noise: flo
 
 def test_a_round_scan_stays_round() -> None:
     """Nothing flat is invented on a ball."""
-    ball = trimesh.creation.icosphere(subdivisions=5, radius=0.1)
+    ball = trimesh.creation.icosphere(subdivisions=4, radius=0.1)
     ball.vertices = ball.vertices + np.random.default_rng(0).normal(scale=2e-4, size=ball.vertices.shape)
     mesh = hf.Mesh(ball.vertices, ball.faces, noise=2e-4)
     assert sum(p.area for p in mesh.report.planes) < 0.25 * 4 * np.pi * 0.01

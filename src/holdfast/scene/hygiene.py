@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 LEAST_ROUND = 0.005  # of area to the power 3/2 (a ball has 0.094): an open piece with less volume has no inside
 
+SCRAP = 0.01  # of the whole area: loose pieces of a scan with less do not put its orientation in doubt
+
 
 @dataclass(frozen=True)
 class PlaneFit:
@@ -147,6 +149,7 @@ def _turn_pieces(corners: Float, flip: Bool, labels: Int, pieces: int, closed: B
     """
     sign = np.where(flip, -1.0, 1.0)
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    sizes = np.linalg.norm(cross, axis=1) / 2
     known = True
     boxes = []
     for piece in range(pieces):
@@ -159,9 +162,9 @@ def _turn_pieces(corners: Float, flip: Bool, labels: Int, pieces: int, closed: B
         low, high = boxes[piece]
         inside = any((lo < low).all() and (high < hi).all() for k, (lo, hi) in enumerate(boxes) if k != piece)
         if not closed[piece]:
-            area = float(np.linalg.norm(cross[members], axis=1).sum()) / 2
+            area = float(sizes[members].sum())
             if abs(volume) < LEAST_ROUND * area**1.5:
-                known = False
+                known &= area < SCRAP * float(sizes.sum())
                 continue
         if volume < 0 and not inside:
             flip[members] ^= True

@@ -15,6 +15,7 @@ ABSORBED = np.cos(np.radians(60))  # and raw normals this close, where a region 
 LEAST_FACES = 24
 LEAST_ACROSS = 15.0  # standard deviations: a smaller region cannot be told from noise
 MOST_RESIDUAL = 1.3  # standard deviations, root mean square: a bulge that fills the band has 1.7
+BULGE = 0.5  # standard deviations between the middle of a region and its rim, on average
 ROUNDS = 6  # of growing and fitting
 
 
@@ -112,6 +113,8 @@ class _Patchwork:
                 break
             members = grown
             normal, offset = self.fitted(members)
+            if self.bulge(members, normal) > 2 * BULGE * self.noise:
+                break
         return members, normal, offset
 
     def flat(self, members: Int, normal: Float, offset: float) -> bool:
@@ -119,7 +122,17 @@ class _Patchwork:
         if len(members) < LEAST_FACES or self.area[members].sum() < (LEAST_ACROSS * self.noise) ** 2:
             return False
         away = self.corners[members] @ normal - offset
-        return float(np.sqrt((away**2).mean())) <= MOST_RESIDUAL * self.noise
+        residual = float(np.sqrt((away**2).mean()))
+        return residual <= MOST_RESIDUAL * self.noise and self.bulge(members, normal) <= BULGE * self.noise
+
+    def bulge(self, members: Int, normal: Float) -> float:
+        """How much higher the inner half of a region lies than the outer half, on average [m]: 0 on a plane."""
+        centre = (self.area[members, None] * self.centres[members]).sum(0) / self.area[members].sum()
+        arm = self.centres[members] - centre
+        height = arm @ normal
+        radius = np.linalg.norm(arm - height[:, None] * normal, axis=1)
+        inner = radius <= np.median(radius)
+        return float(abs(height[inner].mean() - height[~inner].mean())) if not inner.all() else 0.0
 
     def fill(self, label: Int, planes: list[tuple[Float, float]]) -> None:
         """Grow every region over loose neighbours within its band, up to where it meets others, in place."""

@@ -181,7 +181,7 @@ def subdivided_square(n: int) -> np.ndarray:
         (square()[:3], 3),
         (square()[:2], 1),
         (np.linspace(0, 1, 5)[:, None] * X, 1),
-        (np.zeros((3, 3)), 0),
+        (np.zeros((3, 3)), 3),
     ],
     ids=["square", "grid", "cube", "grids", "pyramid", "triangle", "segment", "line", "point"],
 )
