@@ -183,7 +183,8 @@ def test_bodies_beyond_the_gap_are_not_joined(distance: float) -> None:
     cubes = [
         block("flat", (0.1, 0.1, 0.1), (0, 0, 0.05 + distance)),
         Solid("edge", hf.Box(np.full(3, 0.1)), tipped),
-        Solid("ball", hf.Sphere(0.05), frame(-0.2, 0, 0.05 + distance)),
+        # a ball's triangles lie inside it by up to the sagitta, which is added to its gap
+        Solid("ball", hf.Sphere(0.05), frame(-0.2, 0, 0.05 + distance + hf.Sphere(0.05).surface.sagitta)),
     ]
     assert hf.assemble(Case((floor(), *cubes), {}).scene(), gap=1e-3).interfaces == ()
 

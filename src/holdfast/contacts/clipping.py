@@ -2,38 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from holdfast.arrays import Float, Int
 from holdfast.compiled import compiled
+from holdfast.contacts.facing import Piece
 from holdfast.contacts.skin import Skin
 
 MAX_CORNERS = 12  # triangle against triangle gives at most 6, each bound of the gap adds one
 
 
-@dataclass(frozen=True, eq=False)
-class Pieces:
-    """Convex pieces halfway between two surfaces.
-
-    ``corners`` (m, MAX_CORNERS, 3), of which ``counts`` (m,) are used, ``normals`` (m, 3) from a into b, and the least
-    and largest separation of the surfaces there, ``heights`` (m, 2) [m].
-    """
-
-    corners: Float
-    counts: Int
-    normals: Float
-    heights: Float
-
-    def polygon(self, index: int) -> Float:
-        """The corners (k, 3) of one piece."""
-        return np.asarray(self.corners[index, : self.counts[index]])
-
-
-def clip_faces(a: Skin, b: Skin, pairs: Int, *, gap: float, depth: float, cos_angle: float) -> Pieces:
+def clip_faces(a: Skin, b: Skin, pairs: Int, *, gap: float, depth: float, cos_angle: float) -> list[Piece]:
     """Where faces of ``pairs`` (m, 2) lie opposite each other, up to ``gap`` apart or ``depth`` into each other [m]."""
-    return Pieces(*_clip_all(a.triangles, a.normals, b.triangles, b.normals, pairs, gap, depth, cos_angle))
+    corners, counts, normals, heights = _clip_all(
+        a.triangles, a.normals, b.triangles, b.normals, pairs, gap, depth, cos_angle
+    )
+    return [
+        Piece((corners[k, : counts[k]],), normals[k], (float(heights[k, 0]), float(heights[k, 1])))
+        for k in range(len(counts))
+    ]
 
 
 @compiled

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from holdfast.contacts.clipping import clip_faces
+from holdfast.contacts.facing import facing_polygons
 from holdfast.contacts.features import touching_features
 from holdfast.contacts.flags import flags_of
 from holdfast.contacts.interface import Interface, Patch
@@ -31,9 +32,10 @@ NOMINAL_BREADTH = 1e-3  # of the smaller body: the width that a line or a point 
 class Tolerances:
     """How far apart, or into each other, two surfaces may be and still touch: ``gap`` [m] and ``angle`` [deg].
 
-    ``tilt`` [rad] is the standard deviation of the poses' rotation: it adds to the gap what it moves at the end of a
-    body, and to the angle. With ``capped`` no pair's gap exceeds half the thickness of the thinner body; ``depth`` [m],
-    how far into each other, never does: the far side of a plate is not its near side.
+    Round shapes lie inside their true surface by their sagitta: between two bodies it is added to the gap. ``tilt``
+    [rad] is the standard deviation of the poses' rotation: it adds to the gap what it moves at the end of a body, and
+    to the angle. With ``capped`` no pair's gap exceeds half the thickness of the thinner body; ``depth`` [m], how far
+    into each other, never does: the far side of a plate is not its near side.
     """
 
     gap: float
@@ -46,6 +48,7 @@ class Tolerances:
         """Those of one pair, with a gap and an angle of its own."""
         lever = max((body.size / 2 for body in (a, b) if not body.fixed), default=0.0)
         gap, angle = self.gap + SIGMAS * self.tilt * lever, self.angle + SIGMAS * float(np.degrees(self.tilt))
+        gap += a.shape.surface.sagitta + b.shape.surface.sagitta
         thin = THINNEST * min(a.shape.surface.thickness, b.shape.surface.thickness)
         if self.capped:
             gap = min(gap, thin)
@@ -53,7 +56,8 @@ class Tolerances:
 
     def widest(self, scene: Scene) -> float:
         """No pair's gap is larger [m]."""
-        return self.gap + SIGMAS * self.tilt * max((body.size / 2 for body in scene.movable), default=0.0)
+        lever = max((body.size / 2 for body in scene.movable), default=0.0)
+        return self.gap + SIGMAS * self.tilt * lever + 2 * max(body.shape.surface.sagitta for body in scene.bodies)
 
 
 def default_gap(scene: Scene) -> float:
@@ -84,7 +88,7 @@ def find_contacts(scene: Scene, tolerances: Tolerances) -> Contacts:
         for body in (a, b):
             if body.name not in skins:
                 skins[body.name] = Skin.of(body)
-        patches = find_patches(skins[a.name], skins[b.name], min(a.size, b.size), tolerances.between(a, b))
+        patches = find_patches(a, b, skins[a.name], skins[b.name], tolerances.between(a, b))
         if patches:
             found[a.name, b.name] = patches
     interfaces, occluded = [], []
@@ -113,19 +117,20 @@ def neighbours(scene: Scene, gap: float) -> Iterator[tuple[Body, Body]]:
             yield body, bodies[i + 1 + int(j)]
 
 
-def find_patches(a: Skin, b: Skin, size: float, tolerances: Tolerances) -> tuple[Patch, ...]:
-    """Patches where two bodies touch, normals into ``b``; ``size`` [m] is that of the smaller one.
-
-    Faces first, then edges where no face touches, then points where neither does.
-    """
-    gap, depth, negligible, breadth = tolerances.gap, tolerances.depth, NEGLIGIBLE_WIDTH * size, NOMINAL_BREADTH * size
-    pairs = near_faces(a, b, gap)
+def find_patches(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Tolerances) -> tuple[Patch, ...]:
+    """Patches where two bodies touch, normals into ``b``: faces, edges where no face touches, points where neither."""
+    gap, depth, size = tolerances.gap, tolerances.depth, min(a.size, b.size)
+    negligible, breadth = NEGLIGIBLE_WIDTH * size, NOMINAL_BREADTH * size
+    pairs = near_faces(skin_a, skin_b, gap)
     if not len(pairs):
         return ()
     cos_angle, sin_angle = (float(f(np.radians(tolerances.angle))) for f in (np.cos, np.sin))
-    faces = face_patches(clip_faces(a, b, pairs, gap=gap, depth=depth, cos_angle=cos_angle), gap, cos_angle, negligible)
+    locals_ = a.shape.surface.reduced, b.shape.surface.reduced
+    large, small = facing_polygons(skin_a, skin_b, *locals_, pairs, gap=gap, depth=depth, cos_angle=cos_angle)
+    pieces = [*large, *clip_faces(skin_a, skin_b, small, gap=gap, depth=depth, cos_angle=cos_angle)]
+    faces = face_patches(pieces, gap, cos_angle, negligible)
     lines, points = touching_features(
-        a, b, pairs, gap=gap, depth=depth, sin_angle=sin_angle, size=size, strict=negligible
+        skin_a, skin_b, pairs, gap=gap, depth=depth, sin_angle=sin_angle, size=size, strict=negligible
     )
     along = line_patches(lines, faces, gap, negligible, breadth)
     return (*faces, *along, *point_patches(points, [*faces, *along], gap, breadth))

@@ -155,6 +155,11 @@ def _over(skin: Skin, face: int, point: Float, height: float, tiny: float, stric
         beyond = out[0] * (point[0] - p[0]) + out[1] * (point[1] - p[1]) + out[2] * (point[2] - p[2])
         if beyond > _slack(skin.bend[skin.of_face[face, k]], height, tiny, strict):
             return False
+        if abs(beyond) <= strict:  # at a sharp corner, even where the edges of this face that meet there are not
+            x, y, z = point[0] - p[0], point[1] - p[1], point[2] - p[2]
+            sharp = _dot(skin.mean[skin.faces[face, k]], skin.mean[skin.faces[face, k]]) == 0
+            if sharp and x * x + y * y + z * z - height * height <= strict * strict:
+                return False
     return True
 
 

@@ -93,7 +93,8 @@ class Patch:
         if self.kind != "face":
             return 0.0
         ring = self.rings[0]
-        return 2 * self.area / float(np.linalg.norm(ring - np.roll(ring, -1, axis=0), axis=1).sum())
+        perimeter = float(np.linalg.norm(ring - np.roll(ring, -1, axis=0), axis=1).sum())
+        return 2 * self.area / perimeter if perimeter > 0 else 0.0
 
     @property
     def room(self) -> float:

@@ -11,7 +11,7 @@ import shapely
 
 from holdfast.arrays import Float, Int, frozen, unit
 from holdfast.contacts import polygon as flat
-from holdfast.contacts.clipping import Pieces
+from holdfast.contacts.facing import Piece
 from holdfast.contacts.features import Features
 from holdfast.contacts.interface import Patch
 from holdfast.rigid import tangents
@@ -22,45 +22,43 @@ STRAIGHT = float(np.cos(np.radians(2)))  # lines closer to parallel may be one
 MOST_POINTS = 16  # points of one direction kept for a pair: their hull first, then the farthest
 
 
-def face_patches(pieces: Pieces, gap: float, cos_angle: float, negligible: float) -> list[Patch]:
+def face_patches(pieces: Sequence[Piece], gap: float, cos_angle: float, negligible: float) -> list[Patch]:
     """Pieces of one plane grow together: the largest piece left names the plane, its kin join it."""
-    if not len(pieces.counts):
+    if not pieces:
         return []
-    used = np.arange(pieces.corners.shape[1]) < pieces.counts[:, None]
-    centres = np.where(used[..., None], pieces.corners, 0).sum(1) / pieces.counts[:, None]
-    spread = np.where(used[..., None], pieces.corners - centres[:, None], 0)
-    extent = np.abs(spread).max((1, 2))
+    centres = np.array([piece.rings[0].mean(0) for piece in pieces])
+    extent = np.array([np.abs(p.rings[0] - c).max() for p, c in zip(pieces, centres, strict=True)])
+    normals = np.array([piece.normal for piece in pieces])
     left = np.flatnonzero(extent > negligible / 2)
     patches: list[Patch] = []
     while len(left):
         seed = left[np.argmax(extent[left])]
-        normal = pieces.normals[seed]
-        offset = np.abs((centres[left] - centres[seed]) @ normal)
-        kin = (pieces.normals[left] @ normal >= cos_angle) & (offset <= max(gap, negligible))
-        patches += _plane_patches(pieces, left[kin], centres[seed], negligible)
+        offset = np.abs((centres[left] - centres[seed]) @ normals[seed])
+        kin = (normals[left] @ normals[seed] >= cos_angle) & (offset <= max(gap, negligible))
+        patches += _plane_patches([pieces[k] for k in left[kin]], centres[seed], negligible)
         left = left[~kin]
     return sorted(patches, key=lambda patch: -patch.area)
 
 
-def _plane_patches(pieces: Pieces, members: Int, origin: Float, negligible: float) -> list[Patch]:
-    polygons = [pieces.polygon(int(i)) - origin for i in members]
-    if len(members) == 1:
-        normal = pieces.normals[members[0]]
-    else:
-        areas = np.array([np.linalg.norm(np.cross(p, np.roll(p, -1, axis=0)).sum(0)) for p in polygons])
-        normal = unit((areas[:, None] * pieces.normals[members]).sum(0))
+def _plane_patches(pieces: Sequence[Piece], origin: Float, negligible: float) -> list[Patch]:
+    rings = [[ring - origin for ring in piece.rings] for piece in pieces]
+    normal = pieces[0].normal
+    if len(pieces) > 1:
+        areas = [np.linalg.norm(np.cross(r, np.roll(r, -1, axis=0)).sum(0)) for r, *_ in rings]
+        normal = unit(np.array(areas) @ np.array([piece.normal for piece in pieces]))
     frame = np.array(tangents(normal))
-    level = float(np.mean([(p @ normal).mean() for p in polygons]))
+    level = float(np.mean([(r @ normal).mean() for r, *_ in rings]))
     base = origin + level * normal
-    corners = [p @ frame.T for p in polygons]
-    middles = np.array([c.mean(0) for c in corners])
+    flats = [[ring @ frame.T for ring in piece] for piece in rings]
+    middles = np.array([piece[0].mean(0) for piece in flats])
+    all_heights = np.array([piece.heights for piece in pieces])
     patches = []
-    for rings in flat.union(corners, HAIRLINE * negligible, negligible):
-        outline, *holes = (frozen(base + ring @ frame) for ring in rings)
-        mine = flat.inside(flat.shapely_polygon(rings), middles)
-        heights = pieces.heights[members[mine if mine.any() else slice(None)]]
+    for outline, *holes in flat.union(flats, HAIRLINE * negligible, negligible):
+        mine = flat.inside(flat.shapely_polygon([outline, *holes]), middles)
+        heights = all_heights[mine] if mine.any() else all_heights
         separation = (float(heights[:, 0].min()), float(heights[:, 1].max()))
-        patch = Patch(outline, frozen(normal.copy()), tuple(holes), separation)
+        lifted = [frozen(base + ring @ frame) for ring in (outline, *holes)]
+        patch = Patch(lifted[0], frozen(np.array(normal)), tuple(lifted[1:]), separation)
         if patch.width > negligible:
             patches.append(patch)
     return patches

@@ -124,21 +124,22 @@ def inside(polygon: shapely.Polygon, points: Float) -> Bool:
     return np.asarray(shapely.intersects_xy(polygon, points[:, 0], points[:, 1]))
 
 
-def union(pieces: Sequence[Float], tolerance: float, smallest_hole: float) -> list[list[Float]]:
-    """The union of convex pieces (k, 2), as polygons [outline counter-clockwise, holes clockwise, ...].
+def union(pieces: Sequence[Sequence[Float]], tolerance: float, smallest_hole: float) -> list[list[Float]]:
+    """The union of polygons [outline, holes ...] of (k, 2), as [outline counter-clockwise, holes clockwise].
 
     Pieces clipped one by one miss each other along shared edges by rounding, and some are so thin that their corners
-    are out of order: their hulls are joined on a grid finer than ``tolerance``, the union is widened by ``tolerance``,
-    which closes hairlines, and narrowed again with square corners; every vertex is then moved onto the piece's corner
-    that it came from. Holes narrower than ``smallest_hole`` are left-out pieces, not holes.
+    are out of order: they are joined on a grid finer than ``tolerance``, the union is widened by ``tolerance``, which
+    closes hairlines, and narrowed again with square corners; every vertex is then moved onto the piece's corner that it
+    came from. Holes narrower than ``smallest_hole`` are left-out pieces, not holes.
     """
-    hulls = shapely.convex_hull([shapely.MultiPoint(piece) for piece in pieces])
-    solid = [hull for hull in hulls if isinstance(hull, shapely.Polygon)]
+    if len(pieces) == 1:
+        return rings_of(shapely_polygon(pieces[0]), tolerance, smallest_hole)
+    whole = [shapely_polygon(rings) for rings in pieces]
+    solid = [polygon if polygon.is_valid else shapely.convex_hull(polygon) for polygon in whole]
     merged = shapely.union_all(solid, grid_size=tolerance / 8)
-    if len(pieces) > 1:
-        for distance in (tolerance, -tolerance):
-            merged = merged.buffer(distance, join_style="mitre", mitre_limit=100)
-    corners = np.vstack(pieces)
+    for distance in (tolerance, -tolerance):
+        merged = merged.buffer(distance, join_style="mitre", mitre_limit=100)
+    corners = np.vstack([ring for rings in pieces for ring in rings])
     nearest = cKDTree(corners)
     result = []
     for rings in rings_of(merged, tolerance, smallest_hole):
@@ -152,7 +153,7 @@ def rings_of(geometry: shapely.Geometry, tolerance: float, smallest_hole: float)
     """The polygons of a geometry as [outline counter-clockwise, holes clockwise, ...], straight corners left out."""
     result = []
     for part in getattr(geometry, "geoms", [geometry]):
-        if not isinstance(part, shapely.Polygon) or part.is_empty:
+        if not isinstance(part, shapely.Polygon) or part.is_empty or not part.area > 0:
             continue
         rings = [oriented(without_collinear(np.array(part.exterior.coords)[:-1], tolerance))]
         rings += [

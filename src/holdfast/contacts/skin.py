@@ -21,7 +21,7 @@ class Skin(NamedTuple):
 
     ``triangles`` (F, 3, 3) with ``normals`` (F, 3) and boxes ``low``, ``high`` (F, 3); ``faces`` (F, 3) and the fields
     of Topology; ``mean`` (V, 3) normals of smooth vertices, zero at sharp ones; ``owns_vertex`` and ``owns_edge``
-    (F, 3) give every vertex and edge to one face.
+    (F, 3) give every vertex and edge to one face; ``facet`` (F,) is the large flat face a triangle is part of, or -1.
     """
 
     vertices: Float
@@ -39,6 +39,7 @@ class Skin(NamedTuple):
     mean: Float
     owns_vertex: Bool
     owns_edge: Bool
+    facet: Int
 
     @classmethod
     def of(cls, body: Body) -> Skin:
@@ -66,6 +67,7 @@ class Skin(NamedTuple):
             _smooth_normals(surface, topology),
             owner[faces] == number,
             topology.sides[topology.of_face, 0] == number,
+            local.facets.label,
         )
 
 

@@ -83,10 +83,11 @@ def cleaned(vertices: Float, faces: Int, where: str) -> tuple[trimesh.Trimesh, M
     solid = trimesh.Trimesh(vertices, faces, process=False)
     solid.merge_vertices(merge_tex=True, merge_norm=True)
     welded = len(np.unique(faces)) - len(np.unique(solid.faces))
-    proper, unique = solid.nondegenerate_faces(height=None), solid.unique_faces()
+    corners = np.sort(solid.faces, axis=1)
+    proper, unique = (corners[:, 1:] != corners[:, :-1]).all(1), solid.unique_faces()  # needles hold a mesh together
     solid.update_faces(proper & unique)
     solid.remove_unreferenced_vertices()
-    if len(solid.faces) == 0:
+    if len(solid.faces) == 0 or not solid.area > 0:
         raise GeometryError(message(where, f"all {len(faces)} triangles are degenerate", "needs a surface with area"))
     report = MeshReport(welded, int((~proper).sum()), int((proper & ~unique).sum()))
     return solid, _oriented(solid, report)

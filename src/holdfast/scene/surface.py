@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from holdfast.arrays import Float, Int, frozen
+from holdfast.scene.facets import Facets, balanced
 from holdfast.scene.topology import Topology
 
 STRAIGHT = 1e-8  # of its size: how far a surface may bend and still count as flat when triangles are left out
@@ -52,13 +53,27 @@ class Surface:
         import manifold3d
 
         size = float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
-        mesh = manifold3d.Mesh64(np.array(self.vertices, order="C"), self.faces.astype(np.uint64, order="C"))
+        start = self._balanced()  # a fan's hub with many spokes is slow to take out
+        mesh = manifold3d.Mesh64(np.array(start.vertices, order="C"), start.faces.astype(np.uint64, order="C"))
         solid = manifold3d.Manifold(mesh)
         if solid.status() != manifold3d.Error.NoError or solid.is_empty():
-            return self
+            return start
         fewer = solid.simplify(STRAIGHT * size)
-        if fewer.num_tri() >= len(self.faces) or not fewer.num_tri():
+        if not 0 < fewer.num_tri() < len(start.faces):
+            return start
+        read = fewer.to_mesh64()
+        vertices, faces = np.array(read.vert_properties[:, :3]), np.array(read.tri_verts, dtype=np.int64)
+        return replace(self, vertices=frozen(vertices), faces=frozen(faces))._balanced()
+
+    def _balanced(self) -> Surface:
+        """The same surface, its large convex faces cut so that they are searched fast."""
+        if not self.facets.rings:
             return self
-        found = fewer.to_mesh64()
-        vertices = np.array(found.vert_properties[:, :3])
-        return Surface(frozen(vertices), frozen(np.array(found.tri_verts, dtype=np.int64)), self.sagitta, self.oriented)
+        faces = balanced(self.vertices, self.faces, self.facets)
+        used, numbers = np.unique(faces, return_inverse=True)
+        return replace(self, vertices=frozen(self.vertices[used]), faces=frozen(numbers.reshape(faces.shape)))
+
+    @cached_property
+    def facets(self) -> Facets:
+        """Its flat faces of many triangles."""
+        return Facets.of(self.vertices, self.faces, self.normals, self.topology)

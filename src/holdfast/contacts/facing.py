@@ -1,0 +1,101 @@
+"""Large flat faces opposite each other: polygon against polygon, exact however many triangles they are made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from holdfast.arrays import Float, Int, unit
+from holdfast.contacts import polygon as flat
+from holdfast.contacts.skin import Skin
+from holdfast.rigid import tangents
+from holdfast.scene.surface import Surface
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """A polygon halfway between two surfaces: ``rings`` (k, 3), the outline and holes; ``normal`` (3,) from a into b.
+
+    ``heights``: least and largest separation of the surfaces there [m].
+    """
+
+    rings: tuple[Float, ...]
+    normal: Float
+    heights: tuple[float, float]
+
+
+def facing_polygons(
+    a: Skin, b: Skin, local_a: Surface, local_b: Surface, pairs: Int, *, gap: float, depth: float, cos_angle: float
+) -> tuple[list[Piece], Int]:
+    """Where large faces lie opposite each other, and the ``pairs`` (m, 2) of triangles that are left to look at.
+
+    A large face meets a large face as a whole, and the triangles of small faces one by one.
+    """
+    large_a, large_b = a.facet[pairs[:, 0]], b.facet[pairs[:, 1]]
+    whole = (large_a >= 0) | (large_b >= 0)
+    opposed = (a.normals[pairs[:, 0]] * b.normals[pairs[:, 1]]).sum(1) <= -cos_angle
+    keys_a = np.where(large_a >= 0, large_a, -1 - pairs[:, 0])
+    keys_b = np.where(large_b >= 0, large_b, -1 - pairs[:, 1])
+    pieces = []
+    for key_a, key_b in np.unique(np.column_stack([keys_a, keys_b])[whole & opposed], axis=0):
+        rings_a, normal_a = _outline(a, local_a, int(key_a))
+        rings_b, normal_b = _outline(b, local_b, int(key_b))
+        pieces += _shared(rings_a, normal_a, rings_b, normal_b, gap, depth)
+    return pieces, pairs[~whole]
+
+
+def _outline(skin: Skin, local: Surface, key: int) -> tuple[list[Float], Float]:
+    """Rings in the world and the outward normal of a large face, or of a triangle, numbered -1 downwards."""
+    if key < 0:
+        return [skin.triangles[-1 - key]], skin.normals[-1 - key]
+    rings = [skin.vertices[ring] for ring in local.facets.rings[key]]
+    return rings, unit(np.cross(rings[0] - rings[0][0], np.roll(rings[0], -1, axis=0) - rings[0][0]).sum(0))
+
+
+def _shared(
+    rings_a: list[Float], normal_a: Float, rings_b: list[Float], normal_b: Float, gap: float, depth: float
+) -> list[Piece]:
+    """The overlap of two polygons seen along the mean of their normals, where they are near enough to each other."""
+    normal = unit(normal_a - normal_b)
+    frame = np.array(tangents(normal))
+    origin = rings_a[0][0]
+
+    def plane(rings: list[Float], own: Float) -> tuple[Float, float]:
+        """Height along ``normal`` as slopes (2,) and level: h = slopes · x + level."""
+        slopes = -(frame @ own) / (normal @ own)
+        return slopes, float((rings[0][0] - origin) @ own / (normal @ own))
+
+    (slope_a, level_a), (slope_b, level_b) = plane(rings_a, normal_a), plane(rings_b, normal_b)
+    seen_a, seen_b = (flat.shapely_polygon([(r - origin) @ frame.T for r in rings]) for rings in (rings_a, rings_b))
+    shared: shapely.Geometry = shapely.intersection(seen_a, seen_b)
+    slope, level = slope_b - slope_a, level_b - level_a
+    for sign, bound in ((-1.0, gap), (1.0, depth)):
+        shared = _kept(shared, sign * slope, sign * level + bound)
+    result = []
+    for part in getattr(shared, "geoms", [shared]):
+        if isinstance(part, shapely.Polygon) and not part.is_empty:
+            rings = [np.array(ring.coords)[:-1] for ring in (part.exterior, *part.interiors)]
+            heights = rings[0] @ slope + level
+            middle = [(r @ (slope_a + slope_b) + level_a + level_b) / 2 for r in rings]
+            lifted = tuple(origin + r @ frame + m[:, None] * normal for r, m in zip(rings, middle, strict=True))
+            result.append(Piece(lifted, normal, (float(heights.min()), float(heights.max()))))
+    return result
+
+
+def _kept(shape: shapely.Geometry, slope: Float, level: float) -> shapely.Geometry:
+    """The part of a shape where slope · x + level >= 0."""
+    points = shapely.get_coordinates(shape)
+    if not len(points) or (points @ slope + level).min() >= 0:
+        return shape
+    steep = float(np.linalg.norm(slope))
+    if (points @ slope + level).max() < 0 or steep == 0:
+        return shapely.Polygon()
+    along = slope / steep
+    across = np.array([-along[1], along[0]])
+    reach = 2 * float(np.ptp(points, axis=0).max()) + float(np.abs(points).max())
+    foot = -level / steep * along
+    corners = [foot - reach * across, foot + reach * across]
+    corners += [corners[1] + 2 * reach * along, corners[0] + 2 * reach * along]
+    return shapely.intersection(shape, shapely.Polygon(corners))
