@@ -13,11 +13,14 @@ from holdfast.engines.compliant.newton import dot, newton, unbalance, worst
 PEAK, ENDLESS, LOST = 1, 2, 0
 KIND = 0  # entry of what follow tells
 
-TOLERANCE = 1e-9  # residual of points on the path
-FALLEN = 0.95  # share of the peak at which the path has clearly fallen
+TOLERANCE = 1e-7  # residual of points on the path
+FALLEN = 0.99  # share of the peak at which the path has clearly fallen
 NEW_PEAK = 1e-5  # relative: what counts as a higher peak
-FLAT = 2e-5  # relative rise that the path would still bring if its slope fell as 1/length², below which it is flat
+FLAT = 1e-4  # relative rise that the path would still bring if its slope fell as 1/length², below which it is flat
 REFINED = 5e-5  # relative accuracy of the peak
+FARTHEST = 1e8  # length over the size of the rest state at which rounding would show
+FASTEST = 4.0  # growth of the step from one point to the next
+TURN = 0.3  # share of a step that its correction should be
 POINTS = 400  # on a path
 LATE = 60  # points without a new peak after which there is none to come
 
@@ -38,7 +41,7 @@ def _turn(work: Work, t: Float, first: float) -> float:
             total += work.rhs[i, 1] ** 2
         if total > best:
             best, body = total, j
-    size = first * work.ask[3] / np.sqrt(best)
+    size = first * work.ask[3] / max(np.sqrt(best), 1e-300)
     for i in range(n):
         t[i] = size * work.rhs[i, 1]
         work.c[i] = t[i] if i // 6 == body else 0.0
@@ -70,7 +73,7 @@ def follow(
     inner, s, trial_s, origin = np.zeros(3), np.zeros(1), np.zeros(1), np.zeros(n)
     q, trial, t = start.copy(), start.copy(), np.zeros(n)
     qa, ta, ca, qb, tb, cp = q.copy(), np.zeros(n), np.zeros(n), q.copy(), np.zeros(n), np.zeros(n)
-    plane = np.zeros(n)
+    plane, aimed = np.zeros(n), np.zeros(n)
     told[:] = 0.0
     peak[:] = start
     work.ask[0], work.ask[1], work.ask[2] = 0.0, 0.0, 0.0
@@ -93,10 +96,12 @@ def follow(
     while points < POINTS:
         trial[:] = q + step * t
         trial_s[0] = s[0] + step * slope
+        aimed[:] = trial
         exact = TOLERANCE * max(1.0, 1e-7 * length / elastic, 0.01 * strength * abs(s[0]))
-        newton(m, work, 1.0, trial, trial_s, dot(work.c, trial), exact, 12, origin, inner, sparse)
+        newton(m, work, 1.0, trial, trial_s, dot(work.c, trial), exact, 8, origin, inner, sparse)
         solved += inner[1] + 1
-        if inner[0] == 0.0:
+        backward = first * work.ask[3] < 0  # behind its plane the path would come back: rather another branch
+        if inner[0] == 0.0 or (backward and shortened < 3):
             shortened += 1
             if shortened < 4:
                 step *= 0.3
@@ -140,12 +145,16 @@ def follow(
             slope = _turn(work, t, first)
             if not closed:
                 qb[:], tb[:], sb, pb, closed = trial, t, trial_s[0], slope, True
+        turned = np.abs(trial - aimed).max() / max(np.abs(aimed - q).max(), 1e-300)
         q[:] = trial
         s[0] = trial_s[0]
         length += step
         told[2], told[5], told[6] = s[0], points, length / elastic
-        if s[0] < FALLEN * highest or length >= 100 * at_peak or late > LATE:
+        if s[0] < FALLEN * highest or length >= (10 if slope < 0 else 100) * at_peak or late > LATE:
             told[0] = 1.0
+            break
+        if length > FARTHEST * elastic:
+            told[0], told[3] = 1.0, max(slope * length, 0.0) if s[0] >= highest else 0.0
             break
         if abs(slope) * length > FLAT * abs(s[0]):
             flat_since = np.inf
@@ -154,7 +163,7 @@ def follow(
             break
         else:
             flat_since = min(flat_since, length)
-        if slope > 0 and abs(slope * length / s[0] - 1) < 0.05:
+        if slope > 0 and abs(slope * length - s[0]) < 0.05 * s[0]:
             similar = min(similar, length)
             if length >= 10 * similar and length > 100 * elastic:
                 similar = length
@@ -174,14 +183,13 @@ def follow(
                 peak[:] = q
         else:
             similar = np.inf
-        growth = 6.0 if inner[1] <= 2 else 3.0 if inner[1] <= 4 else 2.0 if inner[1] <= 7 else 1.2
-        step = min(growth * step, 9 * length)
+        step = min(step * min(max(TURN / max(turned, 1e-9), 0.7), FASTEST), 3 * length)
     motion[:] = t
     failed = 0
-    for _ in range(12):
+    for _ in range(20):
         h = dot(ca, qb) - dot(ca, qa)
         along = dot(ca, tb)
-        if not closed or told[0] == 0.0 or h <= 0 or failed > 2:
+        if not closed or told[0] == 0.0 or h <= 0 or failed > 5:
             break
         falling = pb / along if along > 0 else 0.0
         x, estimate = 0.5 * h, sa + pa * h
@@ -191,8 +199,8 @@ def follow(
         told[3] = max(estimate - highest, 0.0)
         if told[3] <= REFINED * highest:
             break
-        x = min(max(x, 0.1 * h), 0.9 * h) * 0.3**failed
-        share = x / h
+        x = min(max(x, 0.1 * h), 0.9 * h) * 0.2**failed
+        share = x / h if failed == 0 else 0.0
         back = (h - x) / along if along > 0 else 0.0
         trial[:] = (1 - share) * (qa + x * ta) + share * (qb - back * tb)
         trial_s[0] = (1 - share) * (sa + pa * x) + share * sb
@@ -202,6 +210,7 @@ def follow(
         if inner[0] == 0.0:
             failed += 1
             continue
+        failed = 0
         slope = _turn(work, t, first)
         if trial_s[0] > highest:
             highest = trial_s[0]
