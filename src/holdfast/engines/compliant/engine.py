@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,7 +15,7 @@ from holdfast.engines.compliant import path
 from holdfast.engines.compliant import settle as rest
 from holdfast.engines.compliant.law import Elastic, Stiffness, elastic_model, force_unit, levers
 from holdfast.engines.compliant.linear import SparseSolver, Work, make_work
-from holdfast.engines.compliant.verdict import Settled, judged, settled
+from holdfast.engines.compliant.verdict import judged, settled
 from holdfast.engines.contract import Capacity, Claim, Mechanism, Status, Verdict, no_capacity
 from holdfast.engines.mechanism import describe, modes_of
 from holdfast.engines.rest import find_rest
@@ -23,9 +23,12 @@ from holdfast.errors import HoldfastError, message
 
 DENSE = 150  # unknowns up to which dense elimination in compiled code is faster than sparse LU
 FEWEST = 2  # nodes along a side
-FINER = 3  # times as many nodes along a side in the grid that the discretisation estimate looks at
-SAFETY = 1.5  # the estimate is of first order: this much of it is taken
+FINER = 2  # times as many nodes along a side for the discretisation estimate
+SAFETY = 2.0  # errors fall at least in proportion to the nodes' distance
 FLOOR = 2e-3  # relative: what it is at least
+LARGE = 0.05  # a relative change above which the path on the finer nodes is followed as a whole
+ACCURACY = 1e-3  # relative, of a peak found by verdicts
+MOST_VERDICTS = 40
 CHUNK = 64  # motions described at a time
 
 
@@ -34,8 +37,8 @@ class Compliant:
     """Elastic contacts without adhesion, Coulomb friction without dilatancy: what comes to rest, and up to which load.
 
     ``nodes`` along each side of a square patch (others have as many in all); ``stiffness_ratio`` tangential over normal
-    stiffness; ``stiffness`` [N/m³] per area: None or a number for equal contacts (it drops out), or one for each pair of
-    names, where pairs that are not named have 1.
+    stiffness; ``stiffness`` [N/m³] per area: None or a number for equal contacts (it drops out), or one for each pair
+    of names, where pairs that are not named have 1.
     """
 
     nodes: int = 7
@@ -59,13 +62,15 @@ class Compliant:
     ) -> CompliantState:
         """Let the assembly come to rest: all load paths start there."""
         wrench = assembly.weight_wrench(acceleration)
-        if standing is not None:
-            wrench = wrench + standing
-        nodes = contact_nodes(assembly, self.nodes**2, "quadrature")
+        return self.on(assembly, wrench if standing is None else wrench + standing)
+
+    def on(self, assembly: Assembly, wrench: Float, nodes: ContactNodes | None = None) -> CompliantState:
+        """The state under ``wrench`` (6J,), on ``nodes`` of one's own choice if given."""
+        if nodes is None:
+            nodes = contact_nodes(assembly, self.nodes**2, "quadrature")
         if not assembly.movable or assembly.hanging:
-            return CompliantState(
-                self, assembly, wrench, nodes, None, find_rest(assembly, wrench, 4, "corners").verdict
-            )
+            verdict = find_rest(assembly, wrench, 4, "corners").verdict
+            return CompliantState(self, assembly, wrench, nodes, None, verdict)
         system = System.of(elastic_model(assembly, nodes, wrench, self.stiffness_ratio, self.stiffness))
         end = settled(system.model, system.work, system.sparse)
         verdict = judged(assembly, nodes, wrench, system.model, force_unit(assembly, wrench), end)
@@ -90,8 +95,12 @@ class System:
 
 @dataclass(frozen=True, eq=False)
 class Paths:
-    """The load paths of k columns: ``kind`` (k,), ``peak`` (k,) of s, ``last`` s, how far the peak may be above
-    (``short``), the linear systems solved; q at the peak, the motion at the end and the adjoint (k, 6J)."""
+    """The load paths of k columns.
+
+    ``kind`` (k,), ``peak`` (k,) of s, ``last`` s (residual strength), how far the peak may be above (``short``), the
+    linear systems solved (``solves``); q at the peak, ``motion`` at the end, ``plane`` across which the peak was found
+    (k, 6J).
+    """
 
     kind: Int
     peak: Float
@@ -100,7 +109,7 @@ class Paths:
     solves: Float
     q: Float
     motion: Float
-    adjoint: Float
+    plane: Float
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,60 +147,104 @@ class CompliantState:
         told: list[Mechanism | None] = [None] * count
         if len(loaded):
             paths = self.paths(W[:, loaded])
+            self._by_verdicts(W[:, loaded], paths)
             peak, below = self._bounded(W[:, loaded], paths)
             kinds = {path.PEAK: Status.FINITE, path.ENDLESS: Status.INFINITE, path.LOST: Status.UNDECIDED}
             factor[loaded], lower[loaded] = peak, below
             finite = np.flatnonzero(paths.kind == path.PEAK)
             mechanisms = self.mechanisms(paths.motion[finite])
-            for k, mechanism in zip(finite, mechanisms, strict=True):
+            for k, mechanism in zip(finite.tolist(), mechanisms, strict=True):
                 told[loaded[k]] = mechanism
-            for k, column in enumerate(loaded):
+            for k, column in enumerate(loaded.tolist()):
                 status[column] = kinds[int(paths.kind[k])]
         return Capacity.told(factor, lower, upper, status, told)
 
     def paths(self, W: Float) -> Paths:
         """Follow the load paths of columns W (6J, k), none of them zero."""
         shape = (W.shape[1], len(self.wrench))
-        q, motion, adjoint, told = np.zeros(shape), np.zeros(shape), np.zeros(shape), np.zeros((shape[0], 8))
+        q, motion, plane, told = np.zeros(shape), np.zeros(shape), np.zeros(shape), np.zeros((shape[0], 8))
         if self.system is not None and self.start is not None:
             m, work, sparse = self.system.model, self.system.work, self.system.sparse
             loads = self._loads(W)
             if sparse is None:
-                path.follow_dense(m, work, self.start, loads, q, motion, adjoint, told)
+                path.follow_dense(m, work, self.start, loads, q, motion, plane, told)
             else:
                 for k in range(shape[0]):
-                    path.follow(m, work, self.start, loads[k], q[k], motion[k], adjoint[k], told[k], sparse)
+                    path.follow(m, work, self.start, loads[k], q[k], motion[k], plane[k], told[k], sparse)
         kind = told[:, path.KIND].astype(np.int64)
-        return Paths(kind, told[:, 1], told[:, 2], told[:, 3], told[:, 4], q, motion, adjoint)
+        return Paths(kind, told[:, 1], told[:, 2], told[:, 3], told[:, 4], q, motion, plane)
+
+    def _by_verdicts(self, W: Float, paths: Paths) -> None:
+        """Where a path was lost, close in on its peak by whether the assembly comes to rest under weight and load.
+
+        From the highest load that the path did reach, upwards; the answer is entered in ``paths`` if it moves above.
+        """
+        if self.system is None or self.start is None:
+            return
+        model, work, sparse = self.system.model, self.system.work, self.system.sparse
+        loads = self._loads(W)
+        for k in np.flatnonzero(paths.kind == path.LOST).tolist():
+            held, step, moves = float(paths.peak[k]), 1e-3, np.inf
+            for _ in range(MOST_VERDICTS):
+                s = (held + moves) / 2 if np.isfinite(moves) else held * (1 + step)
+                if not held > 0 or moves - held <= ACCURACY * held:
+                    break
+                end = settled(model._replace(wrench=model.wrench + s * loads[k]), work, sparse)
+                if end.how == rest.REST:
+                    held, step = s, 4 * step
+                elif end.how == rest.DRIFT:
+                    moves = s
+                    paths.motion[k] = end.drift
+                else:
+                    break
+            if held > 0 and moves - held <= ACCURACY * held:
+                paths.kind[k], paths.peak[k] = path.PEAK, held
 
     def _loads(self, W: Float) -> Float:
         """(k, 6J) in the units of the model."""
         return np.ascontiguousarray((W.T * levers(self.assembly)) / force_unit(self.assembly, self.wrench))
 
     def _bounded(self, W: Float, paths: Paths) -> tuple[Float, Float]:
-        """Factors, and the same less what a finer grid of nodes and a finer path would take away."""
-        finite = paths.kind == path.PEAK
-        change = np.zeros(len(finite))
-        shown = np.flatnonzero(finite)
-        path.missed(
-            self._fine,
-            self._loads(W[:, shown]),
-            paths.peak[shown],
-            paths.q[shown],
-            paths.adjoint[shown],
-            change[: len(shown)],
+        """Factors, and the same less the discretisation estimate.
+
+        The estimate is SAFETY times the change of the load when the displacement of the peak is taken up by FINER times
+        as many nodes each way, and at least FLOOR. Where that is not found, or comes out large, the whole path is
+        followed on those nodes; where that fails too, the lower bound is 0.
+        """
+        peaked = np.flatnonzero(paths.kind == path.PEAK)
+        factor = np.where(paths.kind == path.ENDLESS, np.inf, 0.0)
+        factor[peaked] = paths.peak[peaked]
+        finer = self._at_peaks(self._loads(W[:, peaked]), factor[peaked], paths.q[peaked], paths.plane[peaked])
+        unsure = np.flatnonzero((finer < 0) | (np.abs(finer - factor[peaked]) > LARGE * factor[peaked]))
+        if len(unsure):
+            again = self._fine.paths(W[:, peaked[unsure]])
+            whole = np.where(again.kind == path.PEAK, again.peak, np.where(again.kind == path.ENDLESS, np.inf, -1.0))
+            finer[unsure] = whole
+        known = np.maximum(finer, 0.0)
+        fall = np.where(
+            known < factor[peaked], factor[peaked] - known, np.minimum(known, 2 * factor[peaked]) - factor[peaked]
         )
-        factor = np.where(finite, paths.peak, np.where(paths.kind == path.ENDLESS, np.inf, 0.0))
-        estimate = np.zeros(len(finite))
-        estimate[shown] = SAFETY * np.abs(change[: len(shown)]) + FLOOR * paths.peak[shown]
-        return factor, np.maximum(factor - estimate, 0.0)
+        estimate = SAFETY * fall + FLOOR * factor[peaked]
+        lower = factor.copy()
+        lower[peaked] = np.maximum(factor[peaked] - estimate, 0.0)
+        return factor, lower
+
+    def _at_peaks(self, loads: Float, s: Float, q: Float, plane: Float) -> Float:
+        """The loads (k,) at the displacements of peaks (s, q) on the finer nodes, -1 where not found."""
+        found = np.full(len(s), -1.0)
+        system = self._fine.system
+        if system is not None and system.sparse is None:
+            path.again_dense(system.model, system.work, loads, s, q, plane, found)
+        elif system is not None:
+            for k in range(len(s)):
+                found[k] = path.again(system.model, system.work, loads[k], s[k], q[k], plane[k], system.sparse)
+        return found
 
     @cached_property
-    def _fine(self) -> Elastic:
-        """The model on a grid that is finer by ``FINER`` each way."""
-        nodes = contact_nodes(self.assembly, (FINER * self.engine.nodes) ** 2, "quadrature")
-        engine = self.engine
-        return elastic_model(self.assembly, nodes, self.wrench, engine.stiffness_ratio, engine.stiffness)
+    def _fine(self) -> CompliantState:
+        """The same on more nodes."""
+        engine = replace(self.engine, nodes=FINER * self.engine.nodes)
+        return engine.on(self.assembly, self.wrench)
 
     def mechanisms(self, motions: Float) -> list[Mechanism]:
         """The mechanisms of motions (k, 6J) in the units of the model."""

@@ -1,10 +1,10 @@
 """A second algorithm for the same model: convex programs, and the dilatancy of their friction law cancelled.
 
 Repeat: minimise ½ Σ (f_n² + |f_t|²/ρ) / k + Σ φ f_n subject to equilibrium and the friction cones; read the slip z_t of
-every node from the cone's dual; set φ = μ |z_t| (Cadoux; Acary, Cadoux, Lemaréchal, Malick, "A formulation of the
-linear discrete Coulomb friction problem via convex optimization", ZAMM 91 (2011), Sec. 3). Associated friction would
+every node from the cone's dual; set φ = μ |z_t| (Acary, Cadoux, Lemaréchal, Malick, "A formulation of the linear
+discrete Coulomb friction problem via convex optimization", ZAMM 91 (2011), Sec. 3). Associated friction would
 open a sliding contact by μ |z_t|; at the fixed point φ takes exactly that back. Where no equilibrium exists the first
-program says so; where one exists but the contacts never come to rest on it, φ grows for ever, at the rate of the motion.
+program says so; where one exists but the contacts never come to rest on it, φ grows for ever at a constant rate.
 """
 
 from __future__ import annotations
@@ -98,4 +98,4 @@ def _mixed(inputs: list[Float], outputs: list[Float]) -> Float:
     steps = np.diff(residual, axis=0).T
     weights, *_ = np.linalg.lstsq(steps, residual[-1], rcond=1e-8)
     mixed = outputs[-1] - np.diff(np.array(outputs), axis=0).T @ weights
-    return np.maximum(mixed, 0.0)
+    return np.asarray(np.maximum(mixed, 0.0))

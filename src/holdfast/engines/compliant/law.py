@@ -184,7 +184,7 @@ def add_wrench(m: Elastic, p: int, F: Float, factor: float, r: Float) -> None:
 
 @compiled
 def evaluate(m: Elastic, weight: float, q: Float, r: Float, K: Float, v: Float, F: Float) -> int:
-    """r (6J,) = weight · wrench + G f(Gᵀ q), and K (P, 6, 6): minus the derivative of every sheet's wrench.
+    """R (6J,) = weight · wrench + G f(Gᵀ q), and K (P, 6, 6): minus the derivative of every sheet's wrench.
 
     ``v``, ``F`` (6,) are scratch. Returns a number that tells which nodes are open, stuck or sliding.
     """
@@ -264,7 +264,7 @@ def evaluate(m: Elastic, weight: float, q: Float, r: Float, K: Float, v: Float, 
 
 @compiled
 def node_forces(m: Elastic, q: Float, f: Float) -> None:
-    """f (I, 3) = (f_n, f_t1, f_t2) on body b at every node, in total weights."""
+    """F (I, 3) = (f_n, f_t1, f_t2) on body b at every node, in total weights."""
     v = np.empty(6)
     for p in range(len(m.a)):
         sheet_twist(m, p, q, v)

@@ -21,14 +21,14 @@ from holdfast.compiled import compilable, compiled
 from holdfast.engines.compliant.law import Elastic
 
 SINGULAR = 0.0
-VISCOSITY, TRANSPOSED, CORNER, SIGN = 0, 1, 2, 3  # entries of Work.ask
+VISCOSITY, CORNER, SIGN = 0, 1, 2  # entries of Work.ask
 
 
 class Work(NamedTuple):
-    """A system and scratch: ``K`` (P, 6, 6), ``w``, ``c`` (n,), right-hand sides ``rhs`` (n + 1, 2), ``ask`` (4,).
+    """A system and scratch.
 
-    ``ask`` holds ε, whether the transposed system is meant, d, and, once solved, the sign of the determinant (0:
-    singular). ``A`` (n + 1, n + 1) is for the dense solution; ``r``, ``trial``, ``v``, ``F`` are scratch.
+    ``K`` (P, 6, 6); ``w``, ``c`` (n,); right-hand sides ``rhs`` (n + 1, 2). ``ask`` (3,) holds ε, d and, once solved,
+    the sign of the determinant (0: singular). ``A`` (n + 1, n + 1) is for the dense solution, the rest is scratch.
     """
 
     K: Float
@@ -52,7 +52,7 @@ def make_work(m: Elastic, *, dense: bool) -> Work:
         np.zeros(n),
         np.zeros(n),
         np.zeros((n + 1, 2)),
-        np.zeros(4),
+        np.zeros(3),
         square,
         np.zeros(n),
         np.zeros(n),
@@ -103,12 +103,8 @@ def dense_solve(m: Elastic, work: Work) -> None:
     for i in range(n):
         A[i, n] = -work.w[i]
         A[n, i] = work.c[i]
-    A[n, n] = work.ask[2]
+    A[n, n] = work.ask[1]
     size = n + 1
-    if work.ask[1] > 0:
-        for i in range(size):
-            for j in range(i):
-                A[i, j], A[j, i] = A[j, i], A[i, j]
     sign = 1.0
     for i in range(size):
         top = 0.0
@@ -125,7 +121,7 @@ def dense_solve(m: Elastic, work: Work) -> None:
             if abs(A[i, c]) > abs(A[pivot, c]):
                 pivot = i
         if not abs(A[pivot, c]) > 0:
-            work.ask[3] = 0.0
+            work.ask[2] = 0.0
             return
         if pivot != c:
             sign = -sign
@@ -150,7 +146,7 @@ def dense_solve(m: Elastic, work: Work) -> None:
             two -= A[c, j] * rhs[j, 1]
         rhs[c, 0] = one / A[c, c]
         rhs[c, 1] = two / A[c, c]
-    work.ask[3] = sign
+    work.ask[2] = sign
 
 
 @compiled
@@ -185,7 +181,7 @@ class SparseSolver:
 
     def solve(self, work: Work) -> None:
         """Solve the system of ``work`` in place."""
-        viscosity, transposed, corner, _ = work.ask
+        viscosity, corner, _ = work.ask
         _blocks(self._m, work.K, viscosity, self._blocks)
         values = np.concatenate([self._blocks.ravel()[self._kept], -work.w, work.c, [corner]])
         used = values != 0
@@ -197,10 +193,7 @@ class SparseSolver:
         except RuntimeError:  # exactly singular
             work.ask[SIGN] = SINGULAR
             return
-        if transposed:
-            work.rhs[:] = factors.solve(work.rhs, trans="T") * scale[:, None]
-        else:
-            work.rhs[:] = factors.solve(work.rhs * scale[:, None])
+        work.rhs[:] = factors.solve(work.rhs * scale[:, None])
         diagonal = factors.U.diagonal()
         sign = np.sign(diagonal).prod() * _parity(factors.perm_r) * _parity(factors.perm_c)
         work.ask[SIGN] = sign if np.isfinite(work.rhs).all() else SINGULAR
@@ -219,5 +212,5 @@ def _parity(permutation: Int) -> float:
     """1 for even permutations, -1 for odd ones: by the number of cycles."""
     n = len(permutation)
     graph = sparse.csr_matrix((np.ones(n), (np.arange(n), permutation)), shape=(n, n))
-    cycles = int(connected_components(graph, directed=False, return_labels=False))
+    cycles, _ = connected_components(graph, directed=False)
     return 1.0 if (n - cycles) % 2 == 0 else -1.0

@@ -59,7 +59,7 @@ def squared(m: Elastic, r: Float) -> float:
 
 @compiled
 def dot(a: Float, b: Float) -> float:
-    """a · b."""
+    """A · b."""
     total = 0.0
     for i in range(len(a)):
         total += a[i] * b[i]
@@ -102,7 +102,7 @@ def newton(
         if not np.isfinite(error) or (not done and (step == most or slow > 3)):
             return
         solve(m, work, sparse)
-        if work.ask[3] == 0.0:
+        if work.ask[2] == 0.0:
             return
         if done:
             told[0] = 1.0

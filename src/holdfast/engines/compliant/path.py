@@ -6,7 +6,7 @@ import numpy as np
 
 from holdfast.arrays import Float
 from holdfast.compiled import compilable, compiled
-from holdfast.engines.compliant.law import Elastic, evaluate, next_change
+from holdfast.engines.compliant.law import Elastic, next_change
 from holdfast.engines.compliant.linear import SparseSolver, Work, solve
 from holdfast.engines.compliant.newton import dot, newton, unbalance, worst
 
@@ -41,7 +41,7 @@ def _turn(work: Work, t: Float, first: float) -> float:
             total += work.rhs[i, 1] ** 2
         if total > best:
             best, body = total, j
-    size = first * work.ask[3] / max(np.sqrt(best), 1e-300)
+    size = first * work.ask[2] / max(np.sqrt(best), 1e-300)
     for i in range(n):
         t[i] = size * work.rhs[i, 1]
         work.c[i] = t[i] if i // 6 == body else 0.0
@@ -56,7 +56,7 @@ def follow(
     load: Float,
     peak: Float,
     motion: Float,
-    adjoint: Float,
+    plane: Float,
     told: Float,
     sparse: SparseSolver | None,
 ) -> None:
@@ -66,17 +66,17 @@ def follow(
     stops it. Where no step succeeds, a node is about to change its state: the path is then continued from just behind
     that change. In the end ``told`` (8,) holds: PEAK, ENDLESS or LOST; the peak of s; the last s; by how much the peak
     may be missed; the systems solved; the points; the length reached over the size of the rest state. ``peak`` is q at
-    the peak (ENDLESS: under the load alone), ``motion`` the direction of the path at its end, ``adjoint`` (6J,) minus
-    the change of s per unbalanced wrench, at the peak.
+    the peak (ENDLESS: under the load alone), ``plane`` (6J,) the direction across which it was found, ``motion`` the
+    direction of the path at its end.
     """
     n = len(start)
     inner, s, trial_s, origin = np.zeros(3), np.zeros(1), np.zeros(1), np.zeros(n)
     q, trial, t = start.copy(), start.copy(), np.zeros(n)
     qa, ta, ca, qb, tb, cp = q.copy(), np.zeros(n), np.zeros(n), q.copy(), np.zeros(n), np.zeros(n)
-    plane, aimed = np.zeros(n), np.zeros(n)
+    aimed = np.zeros(n)
     told[:] = 0.0
     peak[:] = start
-    work.ask[0], work.ask[1], work.ask[2] = 0.0, 0.0, 0.0
+    work.ask[0], work.ask[1] = 0.0, 0.0
     work.w[:] = load
     work.c[:] = load
     strength = worst(m, load)
@@ -85,7 +85,7 @@ def follow(
     if inner[0] == 0.0:
         return
     solved = 1.0
-    first = work.ask[3] if work.rhs[n, 1] > 0 else -work.ask[3]  # the sign of the stiffness's determinant
+    first = work.ask[2] if work.rhs[n, 1] > 0 else -work.ask[2]  # the sign of the stiffness's determinant
     slope = _turn(work, t, first)
     step = min(0.1 / (strength * slope), 10 * elastic) if slope > 0 else 1e-3 * elastic
     length, at_peak, flat_since, similar = 0.0, 0.0, np.inf, np.inf
@@ -100,7 +100,7 @@ def follow(
         exact = TOLERANCE * max(1.0, 1e-7 * length / elastic, 0.01 * strength * abs(s[0]))
         newton(m, work, 1.0, trial, trial_s, dot(work.c, trial), exact, 8, origin, inner, sparse)
         solved += inner[1] + 1
-        backward = first * work.ask[3] < 0  # behind its plane the path would come back: rather another branch
+        backward = first * work.ask[2] < 0  # behind its plane the path would come back: rather another branch
         if inner[0] == 0.0 or (backward and shortened < 3):
             shortened += 1
             if shortened < 4:
@@ -119,7 +119,7 @@ def follow(
             work.rhs[n, 1] = 1.0
             solve(m, work, sparse)
             solved += 1
-            if work.ask[3] == 0.0:
+            if work.ask[2] == 0.0:
                 break
             slope = _turn(work, t, first)
             step = min(100 * step, 0.1 * (elastic + length))
@@ -170,7 +170,7 @@ def follow(
                 peak[:] = q / s[0]
                 plane[:] = work.c
                 work.c[:] = 0.0
-                work.ask[2] = 1.0
+                work.ask[1] = 1.0
                 trial_s[0] = 1.0
                 newton(m, work, 0.0, peak, trial_s, 0.0, TOLERANCE * strength, 12, origin, inner, sparse)
                 solved += inner[1] + 1
@@ -178,7 +178,7 @@ def follow(
                     told[0], told[1], told[4] = 2.0, np.inf, solved
                     motion[:] = t
                     return
-                work.ask[2] = 0.0
+                work.ask[1] = 0.0
                 work.c[:] = plane
                 peak[:] = q
         else:
@@ -219,38 +219,35 @@ def follow(
             qa[:], ta[:], ca[:], sa, pa = trial, t, work.c, trial_s[0], slope
         else:
             qb[:], tb[:], sb, pb = trial, t, trial_s[0], slope
-    told[1] = highest
-    work.c[:] = cp
-    unbalance(m, work, 1.0, peak, highest, origin)
-    work.ask[1] = 1.0
-    work.rhs[:] = 0.0
-    work.rhs[n, 0] = -1.0
-    solve(m, work, sparse)
-    work.ask[1] = 0.0
-    told[4] = solved + 1
-    adjoint[:] = work.rhs[:n, 0]
-    if work.ask[3] == 0.0:
-        adjoint[:] = 0.0
+    told[1], told[4] = highest, solved
+    plane[:] = cp
 
 
 @compiled
 def follow_dense(
-    m: Elastic, work: Work, start: Float, loads: Float, peak: Float, motion: Float, adjoint: Float, told: Float
+    m: Elastic, work: Work, start: Float, loads: Float, peak: Float, motion: Float, plane: Float, told: Float
 ) -> None:
     """``follow`` with dense elimination for loads (n, 6J), into rows of the results."""
     for k in range(len(loads)):
-        follow(m, work, start, loads[k], peak[k], motion[k], adjoint[k], told[k], None)
+        follow(m, work, start, loads[k], peak[k], motion[k], plane[k], told[k], None)
+
+
+@compilable
+def again(m: Elastic, work: Work, load: Float, s: float, q: Float, plane: Float, sparse: SparseSolver | None) -> float:
+    """The load at the displacement of a peak (s, q), plane · q, on the nodes of another model; -1 if not found."""
+    inner, found, trial, origin = np.zeros(3), np.zeros(1), q.copy(), np.zeros(len(q))
+    work.ask[:] = 0.0
+    work.w[:] = load
+    work.c[:] = plane
+    found[0] = s
+    newton(
+        m, work, 1.0, trial, found, dot(plane, q), TOLERANCE * max(1.0, worst(m, load) * s), 20, origin, inner, sparse
+    )
+    return found[0] if inner[0] > 0 else -1.0
 
 
 @compiled
-def missed(m: Elastic, load: Float, s: Float, q: Float, adjoint: Float, out: Float) -> None:
-    """By how much s (k,) would change on the nodes of ``m``, to first order: -adjoint · (what is unbalanced there).
-
-    ``q``, ``adjoint``, ``load`` (k, 6J) belong to peaks found on other nodes of the same patches.
-    """
-    r, K, v, F = np.zeros(len(m.wrench)), np.zeros_like(m.bonded), np.zeros(6), np.zeros(6)
+def again_dense(m: Elastic, work: Work, loads: Float, s: Float, q: Float, plane: Float, found: Float) -> None:
+    """``again`` by dense elimination for k peaks, into ``found`` (k,)."""
     for k in range(len(s)):
-        evaluate(m, 1.0, q[k], r, K, v, F)
-        out[k] = 0.0
-        for i in range(len(r)):
-            out[k] -= adjoint[k, i] * (r[i] + s[k] * load[k, i])
+        found[k] = again(m, work, loads[k], s[k], q[k], plane[k], None)

@@ -31,14 +31,14 @@ def settle(
 ) -> None:
     """Find q (6J,) at rest under ``weight`` times the wrench and no load.
 
-    In the end ``told[0]`` is REST, DRIFT (then ``drift`` (6J,) is its velocity) or LOST, told[1] the Newton steps taken,
-    told[2] the ε reached.
+    In the end ``told[0]`` is REST, DRIFT (then ``drift`` (6J,) is its velocity) or LOST, ``told[1]`` the Newton steps
+    taken, ``told[2]`` the ε reached.
     """
     n = len(q)
     inner, s, origin, old = np.zeros(3), np.zeros(1), np.zeros(n), np.zeros(n)
     work.w[:] = 0.0
     work.c[:] = 0.0
-    work.ask[0], work.ask[1], work.ask[2] = 0.0, 0.0, 1.0
+    work.ask[0], work.ask[1] = 0.0, 1.0
     told[0], told[1], told[2] = 0.0, 0.0, 1.0
     bonded = q.copy()
     newton(m, work, weight, q, s, 0.0, EXACT, 30, origin, inner, sparse)
