@@ -99,7 +99,7 @@ def newton(
         done = error <= tolerance
         slow = slow + 1 if error > 0.5 * before else 0
         before = error
-        if not np.isfinite(error) or (not done and (step == most or slow > 3)):
+        if not np.isfinite(error) or (not done and (step == most or slow > max(3, most // 4))):
             return
         solve(m, work, sparse)
         if work.ask[2] == 0.0:
