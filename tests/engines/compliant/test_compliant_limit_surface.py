@@ -13,10 +13,11 @@ from scipy.optimize import brentq, minimize
 
 from holdfast import Compliant
 
-MU, HALF, CELLS = 0.6, 0.05, 60
-_u = (np.arange(CELLS) + 0.5) / CELLS * 2 * HALF - HALF
+MU, HALF, SIDE = 0.6, 0.05, 61
+_u = np.linspace(-HALF, HALF, SIDE)
+_share = np.where(np.abs(_u) < HALF, 1.0, 0.5) * 2 * HALF / (SIDE - 1)
 POINTS = np.stack(np.meshgrid(_u, _u, indexing="ij"), -1).reshape(-1, 2)
-AREA = (2 * HALF / CELLS) ** 2
+AREA = np.outer(_share, _share).ravel()
 BASIS = np.column_stack([np.ones(len(POINTS)), POINTS])
 
 
@@ -26,18 +27,18 @@ def pressure(normal: float, first: np.ndarray) -> np.ndarray | None:
     z = np.array([normal / (4 * HALF**2), 0, 0])
     for _ in range(200):
         p = np.maximum(BASIS @ z, 0)
-        left = wanted - AREA * BASIS.T @ p
+        left = wanted - BASIS.T @ (AREA * p)
         if np.abs(left).max() <= 1e-10 * normal:
             return p
-        pressed = BASIS[p > 0]
-        if len(pressed) < 8:
+        pressed = p > 0
+        if pressed.sum() < 3:
             return None
         try:
-            step = np.linalg.solve(AREA * pressed.T @ pressed, left)
+            step = np.linalg.solve((BASIS[pressed].T * AREA[pressed]) @ BASIS[pressed], left)
         except np.linalg.LinAlgError:
             return None
         tried = [z + t * step for t in (1, 0.5, 0.25, 0.1)]
-        z = min(tried, key=lambda z: 0.5 * AREA * (np.maximum(BASIS @ z, 0) ** 2).sum() - wanted @ z)
+        z = min(tried, key=lambda z: 0.5 * AREA @ np.maximum(BASIS @ z, 0) ** 2 - wanted @ z)
     return None
 
 
@@ -51,7 +52,7 @@ def capacity(p: np.ndarray, load: np.ndarray) -> float:
     def dissipation(free: np.ndarray) -> float:
         vx, vy, spin = (base + free @ across) / scale
         speed = np.hypot(vx - spin * POINTS[:, 1], vy + spin * POINTS[:, 0])
-        return MU * AREA * float(p @ speed)
+        return MU * float((AREA * p) @ speed)
 
     starts = [np.zeros(2), *(0.7 * np.linalg.norm(base) * np.array(s) for s in ((1, 0), (-1, 0), (0, 1), (0, -1)))]
     best = min(starts, key=dissipation)

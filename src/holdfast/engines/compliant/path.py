@@ -16,6 +16,7 @@ KIND = 0  # entry of what follow tells
 TOLERANCE = 1e-7  # residual of points on the path
 FALLEN = 0.99  # share of the peak at which the path has clearly fallen
 NEW_PEAK = 1e-5  # relative: what counts as a higher peak
+FAINT = 1e-8  # drag while forces under the load alone are sought
 FLAT = 1e-4  # relative rise that the path would still bring if its slope fell as 1/length², below which it is flat
 REFINED = 5e-5  # relative accuracy of the peak
 FARTHEST = 1e8  # length over the size of the rest state at which rounding would show
@@ -170,11 +171,14 @@ def follow(
                 peak[:] = q / s[0]
                 plane[:] = work.c
                 work.c[:] = 0.0
-                work.ask[1] = 1.0
+                work.ask[0], work.ask[1] = FAINT, 1.0  # bodies that the load does not reach float: a faint drag holds them
                 trial_s[0] = 1.0
-                newton(m, work, 0.0, peak, trial_s, 0.0, TOLERANCE * strength, 12, origin, inner, sparse)
+                trial[:] = peak
+                newton(m, work, 0.0, peak, trial_s, 0.0, TOLERANCE * strength, 12, trial, inner, sparse)
                 solved += inner[1] + 1
-                if inner[0] > 0:
+                work.ask[0] = 0.0
+                unbalance(m, work, 0.0, peak, 1.0, origin)
+                if inner[0] > 0 and worst(m, work.r) <= 10 * TOLERANCE * strength:
                     told[0], told[1], told[4] = 2.0, np.inf, solved
                     motion[:] = t
                     return

@@ -21,6 +21,7 @@ REST, DRIFT, LOST = 1, 2, 0
 
 EXACT = 1e-11  # residual of a state at rest, each body's in its own weight
 LOOSE = 1e-9  # residual on the way
+ROUNDING = 1e-6  # of LOOSE for every size of the bonded displacement: what rounding costs far out
 STEADY = 0.01  # a drift whose rate changes by less than this is steady
 DECADES = 1e4  # over so much of ε it must be steady
 
@@ -52,7 +53,8 @@ def settle(
     while drag > 1e-13 and told[1] < 3000:
         old[:] = q
         work.ask[0] = drag
-        newton(m, work, weight, q, s, 0.0, LOOSE, 25, origin, inner, sparse)
+        rounding = np.abs(q).max() / max(np.abs(bonded).max(), 1e-300)
+        newton(m, work, weight, q, s, 0.0, LOOSE * max(1.0, ROUNDING * rounding), 25, origin, inner, sparse)
         told[1] += inner[1] + 1
         if inner[0] == 0.0:
             q[:] = old
