@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from compliant_scenes import SMALL, X, columns, even_grid, random_pushes, shipped, strength
+from compliant_scenes import SMALL, X, block, columns, even_grid, floor, random_pushes, shipped, strength
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -14,25 +14,36 @@ OFF = ("cube", (-0.05, 0.045, 0.02), X)
 
 @pytest.mark.parametrize("stiffness", [1e3, 1e6, 1e9])
 def test_stiffness_drops_out(stiffness: float) -> None:
-    assert strength(shipped("cube"), *OFF, stiffness=stiffness) == pytest.approx(strength(shipped("cube"), *OFF), rel=1e-6)
+    assert strength(shipped("cube"), *OFF, stiffness=stiffness) == pytest.approx(
+        strength(shipped("cube"), *OFF), rel=1e-6
+    )
     named = {i.bodies: stiffness for i in shipped("table").interfaces}
     point, direction = (0.2, -0.1, 0.225), (0.2, 1, 0)
     one, other = (strength(shipped("table"), "slab", point, direction, stiffness=s) for s in (named, None))
     assert one == pytest.approx(other, rel=1e-4)
 
 
-def test_unequal_stiffness_sends_the_load_to_the_stiffer_leg() -> None:
-    def share(ratio: float) -> float:
-        engine = Compliant(stiffness={("floor", "leg_left"): ratio, ("leg_left", "slab"): ratio})
-        forces = hf.stability(shipped("table_on_three") if False else shipped("wall2x2"), engine=engine)
-        return float(forces.residual)
+def test_unequal_stiffness_sends_the_load_to_the_stiffer_support() -> None:
+    """A slab on three legs: how much the middle one carries depends on its stiffness."""
+    legs = [block(f"leg{k}", (0.05, 0.2, 0.2), (x, 0, 0.1)) for k, x in enumerate((-0.2, 0, 0.2))]
+    assembly = assemble(Scene([floor(), *legs, block("slab", (0.5, 0.2, 0.05), (0, 0, 0.225), 3.0)], 0.5))
 
-    assert share(3.0) <= 1e-8
+    def carried(ratio: float) -> float:
+        named = dict.fromkeys((("floor", "leg1"), ("leg1", "slab")), ratio)
+        forces = hf.stability(assembly, engine=Compliant(stiffness=named)).forces
+        joint = [{"leg1", "slab"} == set(i.bodies) for i in assembly.interfaces].index(True)
+        return float(np.abs(forces.force[forces.interface == joint, 2]).sum())
+
+    total = 3 * 9.81
+    assert carried(1.0) == pytest.approx(total / 3, rel=1e-6)  # equal weights on the floor's contacts sink alike
+    assert carried(1.0) < carried(3.0) < carried(1e3) <= total * (1 + 1e-9)
 
 
 @pytest.mark.parametrize("ratio", [0.5, 0.75])
 def test_tangential_stiffness_matters_little(ratio: float) -> None:
-    assert strength(shipped("cube"), *OFF, stiffness_ratio=ratio) == pytest.approx(strength(shipped("cube"), *OFF), rel=0.01)
+    assert strength(shipped("cube"), *OFF, stiffness_ratio=ratio) == pytest.approx(
+        strength(shipped("cube"), *OFF), rel=0.01
+    )
 
 
 def moved(scene: Scene, motion: np.ndarray, order: list[int], prefix: str) -> Scene:
@@ -169,7 +180,8 @@ def test_no_load_is_carried_for_ever() -> None:
 
 
 @pytest.mark.parametrize(
-    "options", [{"nodes": 1}, {"nodes": 2.5}, {"stiffness_ratio": 0}, {"stiffness": -1.0}, {"stiffness": {("a", "b"): 0}}]
+    "options",
+    [{"nodes": 1}, {"nodes": 2.5}, {"stiffness_ratio": 0}, {"stiffness": -1.0}, {"stiffness": {("a", "b"): 0}}],
 )
 def test_wrong_options_raise(options: dict) -> None:
     with pytest.raises(hf.HoldfastError):

@@ -106,7 +106,9 @@ def test_the_law_is_homogeneous(name: str) -> None:
     _, _, m = model(name)
     q = np.random.default_rng(4).normal(size=len(m.wrench))
     for factor in (1e-3, 1e5):
-        np.testing.assert_allclose(unbalance(m, factor * q) - m.wrench, factor * (unbalance(m, q) - m.wrench), rtol=1e-9)
+        np.testing.assert_allclose(
+            unbalance(m, factor * q) - m.wrench, factor * (unbalance(m, q) - m.wrench), rtol=1e-9
+        )
 
 
 @pytest.mark.parametrize("name", SCENES)

@@ -1,8 +1,8 @@
 """An independent referee: rigid blocks whose friction follows from a rotation, on pressure that equilibrium gives.
 
-Pressure is linear over the patch where it presses, p = max(0, a + b x + c y), from vertical balance alone. For that
-pressure the friction of a sliding motion v is -μ p v/|v|, and the largest load factor is the least of dissipation over
-power among all plane motions (the limit surface, by brute quadrature). The load that equals its own capacity is R; below
+Pressure is linear where the patch presses, p = max(0, a + b x + c y), from vertical balance alone. For that
+pressure the friction of a motion v is -μ p v/|v|, and the largest load factor is the least of dissipation over
+power among all plane motions (the limit surface, by brute quadrature). A load that equals its own capacity is R; below
 it the block may also tip, where no pressure balances any more. No displacement, no stiffness, no path.
 """
 

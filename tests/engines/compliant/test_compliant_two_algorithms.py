@@ -6,7 +6,7 @@ from compliant_scenes import X, columns, random_pushes, shipped
 
 from holdfast import Compliant
 from holdfast.engines.compliant.fixed_point import Fixed, fixed_point
-from holdfast.engines.compliant.law import levers, node_forces
+from holdfast.engines.compliant.law import node_forces
 from holdfast.engines.compliant.path import PEAK
 
 
@@ -14,9 +14,14 @@ def outcome(state, wrench: np.ndarray, most: int = 150) -> Fixed:
     return fixed_point(state.assembly, state.nodes, wrench, state.system.model.k, most=most).outcome
 
 
-@pytest.mark.parametrize("name", ["cube", "stack", "table", "wall2x2", "v_groove"])
-def test_rests_below_the_peak_and_moves_above(name: str) -> None:
-    """Verdicts must never contradict the path; near collapse the plain iteration may stay undecided."""
+@pytest.mark.parametrize(
+    ("name", "decided"), [("cube", 1.0), ("stack", 0.9), ("table", 1.0), ("tall_table", 0.8), ("v_groove", 0.5)]
+)
+def test_rests_below_the_peak_and_moves_above(name: str, decided: float) -> None:
+    """Verdicts must never contradict the path; near collapse the plain iteration may stay undecided.
+
+    Walls are left out: bricks that meet head to head can come to rest in other ways than the path's.
+    """
     assembly = shipped(name)
     state = Compliant(nodes=5).prepare(assembly)
     W = columns(assembly, random_pushes(assembly, 8, 21))
@@ -29,7 +34,7 @@ def test_rests_below_the_peak_and_moves_above(name: str) -> None:
         assert above is not Fixed.RESTS
         answers += [below, above]
     assert len(answers) >= 10
-    assert sum(a is not Fixed.UNDECIDED for a in answers) >= 0.6 * len(answers)
+    assert sum(a is not Fixed.UNDECIDED for a in answers) >= decided * len(answers)
 
 
 @pytest.mark.parametrize("name", ["cube", "stack", "table", "arch", "slope"])
@@ -49,6 +54,5 @@ def test_no_equilibrium_and_no_way_to_it() -> None:
     wedged = Compliant(nodes=5).on(shipped("wedged"), shipped("wedged").weight_wrench())
     found = fixed_point(shipped("wedged"), wedged.nodes, wedged.wrench, wedged.nodes.weights)
     assert found.outcome is Fixed.MOVES
-    motion = levers(shipped("wedged")) * found.twists.ravel()
-    assert motion[2] < 0
-    assert abs(motion[2]) == pytest.approx(np.abs(motion).max())
+    assert found.twists[0, 2] < 0
+    assert -found.twists[0, 2] == pytest.approx(np.abs(found.twists).max())

@@ -102,7 +102,9 @@ def test_what_nothing_presses_together_falls() -> None:
     assert result.equilibrium_exists is True
     assert result.self_stress is True
     assert result.moving == ("cube",)
-    np.testing.assert_allclose(result.mechanism.twists[0] / np.abs(result.mechanism.twists).max(), [0, 0, -1, 0, 0, 0], atol=1e-6)
+    np.testing.assert_allclose(
+        result.mechanism.twists[0] / np.abs(result.mechanism.twists).max(), [0, 0, -1, 0, 0, 0], atol=1e-6
+    )
     assert "drift" in result.reason
     pushed = hf.robustness(shipped("wedged"), "cube", (-0.05, 0, 0.15), X, engine="compliant")
     assert pushed.status[0] is Status.UNSTABLE

@@ -68,6 +68,9 @@ def fixed_point(
         if solution.outcome is Outcome.INFEASIBLE:
             return FixedPoint(Fixed.MOVES, None, twist, count)
         if solution.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED) or solution.residual > ACCEPTED_RESIDUAL:
+            if accelerated and outputs:  # it leapt too far
+                accelerated, grown, phi = False, [], outputs[-1]
+                continue
             return FixedPoint(Fixed.UNDECIDED, None, None, count)
         slip = np.zeros(len(nodes))
         slip[rough] = np.linalg.norm(solution.z[-3 * int(rough.sum()) :].reshape(-1, 3)[:, 1:], axis=1)
@@ -83,7 +86,7 @@ def fixed_point(
         if not accelerated and len(grown) > LONG:
             recent = np.array(grown[-LONG:])
             if np.abs(recent - recent[-1]).max() <= STEADY * np.abs(recent[-1]).max():
-                return FixedPoint(Fixed.MOVES, None, twists[-2] - twists[-1], count)
+                return FixedPoint(Fixed.MOVES, None, twists[-1] - twists[-2], count)
         inputs.append(phi)
         outputs.append(wanted)
         phi = _mixed(inputs[-MEMORY:], outputs[-MEMORY:]) if accelerated else wanted

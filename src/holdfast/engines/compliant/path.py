@@ -171,7 +171,10 @@ def follow(
                 peak[:] = q / s[0]
                 plane[:] = work.c
                 work.c[:] = 0.0
-                work.ask[0], work.ask[1] = FAINT, 1.0  # bodies that the load does not reach float: a faint drag holds them
+                work.ask[0], work.ask[1] = (
+                    FAINT,
+                    1.0,
+                )  # bodies that the load does not reach float: a faint drag holds them
                 trial_s[0] = 1.0
                 trial[:] = peak
                 newton(m, work, 0.0, peak, trial_s, 0.0, TOLERANCE * strength, 12, trial, inner, sparse)
