@@ -36,6 +36,12 @@ def test_pull_up_and_press_down() -> None:
         assert pressed.mechanism[0] is None
 
 
+@pytest.mark.parametrize("x", [0.02941, 0.03529])
+def test_pulled_off_over_a_corner_until_the_last_contact_opens(x: float) -> None:
+    """On the diagonal: no contact is left beyond the peak, and no stiffness that a path could follow."""
+    assert strength(cube(), "cube", (x, x, 0), Z) == pytest.approx(G0 * 0.05 / (0.05 + x), rel=1e-3)
+
+
 @pytest.mark.parametrize("share", [0.5, 0.99, 1.01, 2.0])
 def test_oblique_press_is_endless_within_the_friction_cone_only(share: float) -> None:
     got = strength(cube(0.6), "cube", (0, 0, 0), (share * 0.6, 0, -1))

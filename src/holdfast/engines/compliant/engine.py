@@ -27,7 +27,7 @@ FINER = 2  # times as many nodes along a side for the discretisation estimate
 SAFETY = 2.0  # errors fall at least in proportion to the nodes' distance
 FLOOR = 2e-3  # relative: what it is at least
 LARGE = 0.05  # a relative change above which the path on the finer nodes is followed as a whole
-ACCURACY = 1e-3  # relative, of a peak found by verdicts
+ACCURACY = 2e-4  # relative, of a peak found by verdicts
 MOST_VERDICTS = 40
 CHUNK = 64  # motions described at a time
 
@@ -184,7 +184,7 @@ class CompliantState:
         model, work, sparse = self.system.model, self.system.work, self.system.sparse
         loads = self._loads(W)
         for k in np.flatnonzero(paths.kind == path.LOST).tolist():
-            held, step, moves = float(paths.peak[k]), 1e-3, np.inf
+            held, step, moves = float(paths.peak[k]), 1e-4, np.inf
             for _ in range(MOST_VERDICTS):
                 s = (held + moves) / 2 if np.isfinite(moves) else held * (1 + step)
                 if not held > 0 or moves - held <= ACCURACY * held:

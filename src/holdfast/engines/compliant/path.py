@@ -120,7 +120,10 @@ def follow(
             work.rhs[n, 1] = 1.0
             solve(m, work, sparse)
             solved += 1
-            if work.ask[2] == 0.0:
+            if work.ask[2] == 0.0:  # a body has lost its last contact
+                if s[0] > highest:
+                    highest = s[0]
+                    peak[:] = q
                 break
             slope = _turn(work, t, first)
             step = min(100 * step, 0.1 * (elastic + length))
