@@ -28,6 +28,7 @@ SAFETY = 2.0  # errors fall at least in proportion to the nodes' distance
 FLOOR = 2e-3  # relative: what it is at least
 LARGE = 0.05  # a relative change above which the path on the finer nodes is followed as a whole
 ACCURACY = 2e-4  # relative, of a peak found by verdicts
+ROUGH = 5e-3  # the same where verdicts close to the peak were not to be had
 MOST_VERDICTS = 40
 CHUNK = 64  # motions described at a time
 
@@ -187,18 +188,19 @@ class CompliantState:
             held, step, moves = float(paths.peak[k]), 1e-4, np.inf
             for _ in range(MOST_VERDICTS):
                 s = (held + moves) / 2 if np.isfinite(moves) else held * (1 + step)
-                if not held > 0 or moves - held <= ACCURACY * held:
+                if not held > 0 or (np.isinf(moves) and step > 1) or moves - held <= ACCURACY * held:
                     break
                 end = settled(model._replace(wrench=model.wrench + s * loads[k]), work, sparse)
                 if end.how == rest.REST:
-                    held, step = s, 4 * step
+                    held = s
                 elif end.how == rest.DRIFT:
                     moves = s
                     paths.motion[k] = end.drift
-                else:
+                elif np.isfinite(moves):
                     break
-            if held > 0 and moves - held <= ACCURACY * held:
-                paths.kind[k], paths.peak[k] = path.PEAK, held
+                step *= 4
+            if held > 0 and moves - held <= ROUGH * held:
+                paths.kind[k], paths.peak[k], paths.short[k] = path.PEAK, held, moves - held
 
     def _loads(self, W: Float) -> Float:
         """(k, 6J) in the units of the model."""
