@@ -2,6 +2,7 @@
 
 from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.contacts.interface import Interface, Patch
+from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.contract import Claim, Status
 from holdfast.engines.graph.engine import Graph
 from holdfast.engines.limit.engine import Limit
@@ -25,6 +26,7 @@ __all__ = [
     "Body",
     "Box",
     "Claim",
+    "Compliant",
     "ConvexSet",
     "Cylinder",
     "Friction",

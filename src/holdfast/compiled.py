@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import ParamSpec, TypeVar, cast
 
 import numba
+from numba.extending import register_jitable
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -17,3 +18,8 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
         return cast(Callable[P, R], numba.njit(cache=True)(function))
     except RuntimeError:  # no writable folder for the machine code: compile in every process
         return cast(Callable[P, R], numba.njit(function))
+
+
+def compilable(function: Callable[P, R]) -> Callable[P, R]:
+    """Leave ``function`` to Python, but let compiled functions that call it compile it as a part of themselves."""
+    return cast(Callable[P, R], register_jitable(function))

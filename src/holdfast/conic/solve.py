@@ -71,6 +71,10 @@ class Prepared:
         self._program.A.data[entries] = values
         self._solver.update(A=(entries, values))
 
+    def aim(self, q: Float) -> None:
+        """Set the linear cost (n,)."""
+        self._solver.update(q=q)
+
     def solve(self) -> ConeSolution:
         """Solve the program as it now stands."""
         answer = self._solver.solve()

@@ -60,15 +60,20 @@ def find_rest(assembly: Assembly, wrench: Float, count: int, sampling: Sampling,
                 verdict = _falls(assembly, points, wrench, solution.twists)
             return Rest(points, np.zeros((len(points), 3)), verdict)
         tried.append(_trouble(solution))
-    return Rest(nodes, nothing, _undecided("the force program was not solved: " + "; then ".join(tried)))
+    return Rest(nodes, nothing, undecided("the force program was not solved: " + "; then ".join(tried)))
 
 
-def _stable(assembly: Assembly, nodes: ContactNodes, forces: Float, residual: float, dilatancy: float) -> Verdict:
+def contact_forces(assembly: Assembly, nodes: ContactNodes, forces: Float) -> ContactForces:
+    """Local forces (I, 3) [N] as a result."""
     tangential = np.linalg.norm(forces[:, 1:], axis=1)
     limit = nodes.mu * forces[:, 0]
     loaded = forces[:, 0] > 1e-9 * max(assembly.weight, 1e-300)
     usage = np.divide(tangential, limit, out=np.zeros(len(nodes)), where=loaded & (limit > 0))
-    contact = ContactForces(nodes.points, nodes.normals, nodes.world(forces), nodes.interface, usage)
+    return ContactForces(nodes.points, nodes.normals, nodes.world(forces), nodes.interface, usage)
+
+
+def _stable(assembly: Assembly, nodes: ContactNodes, forces: Float, residual: float, dilatancy: float) -> Verdict:
+    contact = contact_forces(assembly, nodes, forces)
     needs_none = dilatancy <= NO_DILATANCY
     reason = "contact forces balance every body" + (
         "; no contact has to slip for them to build up"
@@ -78,7 +83,8 @@ def _stable(assembly: Assembly, nodes: ContactNodes, forces: Float, residual: fl
     return Verdict(Status.STABLE, True, False if needs_none else None, contact, residual, None, None, reason)
 
 
-def _undecided(reason: str, *, mechanism: Mechanism | None = None, certificate: Certificate | None = None) -> Verdict:
+def undecided(reason: str, *, mechanism: Mechanism | None = None, certificate: Certificate | None = None) -> Verdict:
+    """No verdict, and why."""
     return Verdict(Status.UNDECIDED, None, None, None, np.inf, mechanism, certificate, reason)
 
 
@@ -97,9 +103,9 @@ def _hanging(assembly: Assembly, nodes: ContactNodes, wrench: Float) -> Verdict:
         twists[members, :3] = force if np.linalg.norm(force) > 0 else assembly.scene.gravity
         texts.append(_loose(assembly, group))
     mechanism = describe(assembly, nodes, twists, "none", dual=True)
-    doubt = _doubt(assembly, twists)
+    doubt = doubt_of(assembly, twists)
     if doubt:
-        return _undecided(f"{'; '.join(texts)}; {doubt}", mechanism=mechanism)
+        return undecided(f"{'; '.join(texts)}; {doubt}", mechanism=mechanism)
     power = float(wrench @ mechanism.twists.ravel())
     return Verdict(Status.UNSTABLE, False, None, None, np.inf, mechanism, Certificate(power, 0.0), "; ".join(texts))
 
@@ -134,15 +140,15 @@ def _falls(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float
     certificate = Certificate(power, excess)
     if not power > 0 or certificate.violation > CERTIFIED:
         reason = f"the solver's proof of collapse does not hold up (violation {certificate.violation:.1e})"
-        return _undecided(reason, mechanism=mechanism, certificate=certificate)
-    doubt = _doubt(assembly, twists)
+        return undecided(reason, mechanism=mechanism, certificate=certificate)
+    doubt = doubt_of(assembly, twists)
     if doubt:
-        return _undecided(f"no equilibrium on the contacts found, but {doubt}", mechanism=mechanism)
+        return undecided(f"no equilibrium on the contacts found, but {doubt}", mechanism=mechanism)
     reason = f"no contact forces balance every body: {mechanism.text}"
     return Verdict(Status.UNSTABLE, False, None, None, np.inf, mechanism, certificate, reason)
 
 
-def _doubt(assembly: Assembly, twists: Float) -> str:
+def doubt_of(assembly: Assembly, twists: Float) -> str:
     """Contacts outside the model that the motion would load: a reason not to call it a collapse."""
     joined = {frozenset(interface.bodies) for interface in assembly.interfaces}
     overlapping = [o.bodies for o in assembly.overlaps if frozenset(o.bodies) not in joined]

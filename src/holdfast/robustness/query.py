@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from holdfast.arrays import Float, Objects, checked, objects, unit
 from holdfast.assembly.assembly import Assembly
-from holdfast.engines.contract import Claim, Mechanism, Mode, Status
-from holdfast.errors import SceneError, message
+from holdfast.engines.contract import Capacity, Claim, Engine, Mechanism, Mode, Status
+from holdfast.engines.limit.engine import Limit
+from holdfast.errors import HoldfastError, SceneError, message
 from holdfast.robustness.request import (
     EngineChoice,
     Load,
@@ -73,11 +74,13 @@ def robustness(
     standing: Iterable[Load] = (),
     *,
     engine: EngineChoice,
+    bound: bool = False,
 ) -> Robustness:
     """R(p, e): the largest force [N] at each point of ``body`` along each direction before anything moves (eq. 12).
 
     ``points`` and ``directions`` are (n, 3) or (3,), world frame; a single one is repeated for the other; directions
-    need not be of unit length. ``standing`` loads act all the while. A point further from the body's surface than the
+    need not be of unit length. ``standing`` loads act all the while. ``bound`` asks engine ``compliant`` for ``upper``:
+    above it no equilibrium exists, by engine ``limit``. A point further from the body's surface than the
     contact tolerance raises SceneError.
     """
     checked_assembly(assembly)
@@ -96,8 +99,11 @@ def robustness(
     number = body_number(assembly, body)
     _check_on_surface(assembly, body, p, where)
     method = engine_of(engine)
-    state = method.prepare(assembly, total_wrench(assembly, standing))
-    capacity = state.load_factor(push_columns(assembly, number, p, e))
+    W, held = push_columns(assembly, number, p, e), total_wrench(assembly, standing)
+    state = method.prepare(assembly, held)
+    capacity = state.load_factor(W)
+    if bound:
+        capacity = _bounded(capacity, method, assembly, W, held, None)
     return Robustness(
         method.name,
         method.claim,
@@ -122,18 +128,22 @@ def load_factor(
     acceleration: Any = None,  # noqa: ANN401 - (3,) numbers, checked
     *,
     engine: EngineChoice,
+    bound: bool = False,
 ) -> LoadFactor:
     """The largest factor by which all ``loads`` together may be multiplied before anything moves.
 
     ``standing`` loads and the inertial forces of a support that accelerates by ``acceleration`` (3,) [m/s²] act all
-    the while, unscaled.
+    the while, unscaled. ``bound`` as in ``robustness``.
     """
     checked_assembly(assembly)
     method = engine_of(engine)
     W = total_wrench(assembly, loads)[:, None]
     moved = None if acceleration is None else checked(acceleration, (3,), "load_factor: acceleration")
-    state = method.prepare(assembly, total_wrench(assembly, standing), moved)
+    held = total_wrench(assembly, standing)
+    state = method.prepare(assembly, held, moved)
     capacity = state.load_factor(W)
+    if bound:
+        capacity = _bounded(capacity, method, assembly, W, held, moved)
     return LoadFactor(
         method.name,
         method.claim,
@@ -146,6 +156,19 @@ def load_factor(
         capacity.mechanism[0],
         state.notes,
     )
+
+
+def _bounded(
+    capacity: Capacity, method: Engine, assembly: Assembly, W: Float, standing: Float, acceleration: Float | None
+) -> Capacity:
+    """The capacity with upper bounds by limit analysis over the corners of the patches, which contain all nodes."""
+    if method.claim is Claim.ESTIMATED:
+        remedy = "engine graph is not ordered against limit: ask 'compliant', or 'limit' itself"
+        raise HoldfastError(message("bound", f"asked of engine {method.name!r}", remedy))
+    if method.claim is Claim.EXISTS:
+        return capacity
+    certain = Limit().prepare(assembly, standing, acceleration).load_factor(W)
+    return replace(capacity, upper=np.minimum(capacity.upper, certain.upper))
 
 
 def _rows(value: Any, where: str) -> Float:  # noqa: ANN401

@@ -10,13 +10,14 @@ import numpy as np
 
 from holdfast.arrays import Float, checked
 from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.contract import Engine
 from holdfast.engines.graph.engine import Graph
 from holdfast.engines.limit.engine import Limit
 from holdfast.errors import HoldfastError, SceneError, message
 from holdfast.rigid import wrench_at
 
-ENGINES: dict[str, Callable[[], Engine]] = {"graph": Graph, "limit": Limit}
+ENGINES: dict[str, Callable[[], Engine]] = {"graph": Graph, "limit": Limit, "compliant": Compliant}
 
 EngineChoice: TypeAlias = str | Engine
 

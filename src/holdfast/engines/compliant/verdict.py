@@ -1,0 +1,110 @@
+"""Whether an assembly comes to rest on elastic contacts, with a positive reason either way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from holdfast.arrays import Float
+from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.nodes import ContactNodes, equilibrium_operator
+from holdfast.engines.compliant import settle as rest
+from holdfast.engines.compliant.fixed_point import Fixed, fixed_point
+from holdfast.engines.compliant.law import Elastic, levers, node_forces
+from holdfast.engines.compliant.linear import CORNER, SparseSolver, Work, solve
+from holdfast.engines.contract import Mechanism, Status, Verdict
+from holdfast.engines.mechanism import describe, modes_of, relative_velocity
+from holdfast.engines.rest import contact_forces, doubt_of, find_rest, undecided
+
+BALANCED = 1e-8  # residual of a rest state over the total weight, beyond which it is none
+BALANCED_EACH = 1e-7  # the same over each body's own weight
+
+
+@dataclass(frozen=True, eq=False)
+class Settled:
+    """The end of ``settle``: ``how`` (REST, DRIFT or LOST), displacement ``q`` and ``drift`` (6J,), ``steps``, ε."""
+
+    how: int
+    q: Float
+    drift: Float
+    steps: int
+    drag: float
+
+
+def settled(m: Elastic, work: Work, sparse: SparseSolver | None, weight: float = 1.0) -> Settled:
+    """Start from bonded contacts and let them come to rest, or not."""
+    n = len(m.wrench)
+    q, drift, told = np.zeros(n), np.zeros(n), np.zeros(3)
+    work.K[:] = m.bonded
+    work.w[:] = work.c[:] = work.ask[:] = 0.0
+    work.ask[CORNER] = 1.0
+    work.rhs[:] = 0.0
+    work.rhs[:n, 0] = weight * m.wrench
+    solve(m, work, sparse)
+    q[:] = work.rhs[:n, 0]
+    if sparse is None:
+        rest.settle_dense(m, work, weight, q, drift, told)
+    else:
+        rest.settle(m, work, weight, q, drift, told, sparse)
+    return Settled(int(told[0]), q, drift, int(told[1]), float(told[2]))
+
+
+def judged(assembly: Assembly, nodes: ContactNodes, wrench: Float, m: Elastic, unit: float, end: Settled) -> Verdict:
+    """The verdict that follows from how ``settle`` ended under ``wrench`` (6J,) [N, N m], forces in units [N]."""
+    if end.how == rest.REST:
+        forces = np.zeros((len(nodes), 3))
+        node_forces(m, end.q, forces)
+        total, each = unbalanced(assembly, nodes, forces * unit, wrench)
+        if total <= BALANCED and each <= BALANCED_EACH:
+            return _stands(assembly, nodes, forces * unit, total)
+    certain = find_rest(assembly, wrench, 4, "corners").verdict
+    if certain.status is Status.UNSTABLE:
+        return certain
+    if end.how == rest.DRIFT:
+        twists = (levers(assembly) * end.drift).reshape(-1, 6)
+        return _drifts(assembly, nodes, twists, certain.equilibrium_exists)
+    if certain.equilibrium_exists:
+        other = fixed_point(assembly, nodes, wrench, m.k, m.rho)
+        if other.outcome is Fixed.RESTS and other.forces is not None:
+            total, each = unbalanced(assembly, nodes, other.forces, wrench)
+            if each <= BALANCED_EACH:
+                return _stands(assembly, nodes, other.forces, total)
+        if other.outcome is Fixed.MOVES and other.twists is not None:
+            return _drifts(assembly, nodes, other.twists, True)
+    tried = (
+        f"Newton's method with ever less drag came to no end ({end.steps} steps, drag {end.drag:.0e}), nor did the "
+        f"convex fixed point; limit analysis: {certain.reason}"
+    )
+    return undecided(tried)
+
+
+def unbalanced(assembly: Assembly, nodes: ContactNodes, forces: Float, wrench: Float) -> tuple[float, float]:
+    """What contact forces (I, 3) leave of ``wrench``: over the total weight, and over each body's own."""
+    left = equilibrium_operator(assembly, nodes) @ forces.ravel() + wrench
+    weight = assembly.weight or float(np.abs(wrench).max(initial=0.0)) or 1.0
+    total = float(np.abs(left * levers(assembly)).max(initial=0.0)) / weight
+    return total, float(np.abs(left * assembly.equation_scale).max(initial=0.0)) / weight
+
+
+def _stands(assembly: Assembly, nodes: ContactNodes, forces: Float, residual: float) -> Verdict:
+    contact = contact_forces(assembly, nodes, forces)
+    reason = "elastic contacts with friction come to rest: their forces balance every body"
+    return Verdict(Status.STABLE, True, False, contact, residual, None, None, reason)
+
+
+def motion_of(assembly: Assembly, nodes: ContactNodes, twists: Float) -> Mechanism:
+    """The mechanism of a motion (J, 6) that elastic contacts make: without dilatancy."""
+    velocity = relative_velocity(nodes, assembly.com, twists)
+    mode = modes_of(velocity[None], np.zeros(len(nodes)))[0]
+    return describe(assembly, nodes, twists, mode, dual=False)
+
+
+def _drifts(assembly: Assembly, nodes: ContactNodes, twists: Float, exists: bool | None) -> Verdict:
+    mechanism = motion_of(assembly, nodes, twists)
+    doubt = doubt_of(assembly, twists)
+    if doubt:
+        return undecided(f"the contacts found do not bring it to rest, but {doubt}", mechanism=mechanism)
+    more = ", although an equilibrium exists: nothing presses the contacts that it needs" if exists else ""
+    reason = f"elastic contacts do not come to rest{more}; a steady drift remains: {mechanism.text}"
+    return Verdict(Status.UNSTABLE, exists, True if exists else None, None, np.inf, mechanism, None, reason)

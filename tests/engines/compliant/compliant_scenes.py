@@ -1,0 +1,93 @@
+"""Scenes, random pushes and node grids that the tests of engine ``compliant`` share."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from holdfast import Assembly, Body, Box, Compliant, Scene, assemble, robustness
+from holdfast.assembly.nodes import ContactNodes, contact_nodes
+from holdfast.robustness.request import push_columns
+from holdfast.shipped import shipped_scene
+
+Array = NDArray[np.float64]
+
+G0 = 9.81  # [m/s2]
+X, Y, Z = np.eye(3)
+SMALL = ["cube", "stack", "table", "tall_table", "wall2x2", "slope", "slope_two", "cantilever", "arch", "v_groove"]
+SMALL += ["wedged_floor", "tabletop"]
+STANDING = [*SMALL, "bonded_wall"]
+
+
+@cache
+def shipped(name: str) -> Assembly:
+    return assemble(shipped_scene(name))
+
+
+def block(name: str, size: ArrayLike, centre: ArrayLike, mass: float = 1.0, *, fixed: bool = False) -> Body:
+    pose = np.eye(4)
+    pose[:3, 3] = centre
+    return Body(name, Box(np.asarray(size, dtype=float)), mass=None if fixed else mass, pose=pose, fixed=fixed)
+
+
+def floor() -> Body:
+    return block("floor", (2, 2, 0.1), (0, 0, -0.05), fixed=True)
+
+
+def cube(mu: float = 0.6, mass: float = 1.0, gravity: ArrayLike = (0, 0, -G0), height: float = 0.1) -> Assembly:
+    body = block("cube", (0.1, 0.1, height), (0, 0, height / 2), mass)
+    return assemble(Scene([floor(), body], mu, np.asarray(gravity, dtype=float)))
+
+
+def strength(assembly: Assembly, body: str, point: ArrayLike, direction: ArrayLike, **options: object) -> float:
+    answer = robustness(assembly, body, point, direction, engine=Compliant(**options))  # type: ignore[arg-type]
+    return float(answer.force[0])
+
+
+def random_pushes(assembly: Assembly, count: int, seed: int) -> list[tuple[str, Array, Array]]:
+    """(body, point, unit direction): half of them level, where answers are finite."""
+    rng = np.random.default_rng(seed)
+    found = []
+    for k in range(count):
+        body = assembly.movable[rng.integers(len(assembly.movable))]
+        surface = body.surface_world
+        corners = surface.vertices[surface.faces[rng.integers(len(surface.faces))]]
+        direction = rng.normal(size=3) * (1, 1, k % 2)
+        found.append((body.name, rng.dirichlet([2, 2, 2]) @ corners, direction / np.linalg.norm(direction)))
+    return found
+
+
+def columns(assembly: Assembly, pushes: list[tuple[str, Array, Array]]) -> Array:
+    return np.column_stack([push_columns(assembly, assembly.index[b], p[None], e[None])[:, 0] for b, p, e in pushes])
+
+
+def even_grid(assembly: Assembly, side: int) -> ContactNodes:
+    """``side`` x ``side`` nodes on every (rectangular, level) patch with the weights of the trapezoidal rule."""
+    nodes = contact_nodes(assembly, 4, "quadrature")
+    parts = []
+    for number, interface in enumerate(assembly.interfaces):
+        (patch,) = interface.patches
+        low, high = patch.polygon.min(0), patch.polygon.max(0)
+        u = np.linspace(0, 1, side)
+        share = np.ones(side)
+        share[[0, -1]] = 0.5
+        x, y = np.meshgrid(u, u, indexing="ij")
+        points = low + np.stack([x, y, np.zeros_like(x)], -1).reshape(-1, 3) * (high - low)
+        weights = np.outer(share, share).ravel()
+        parts.append((number, points, weights / weights.sum() * patch.area))
+    first = nodes.spans[:-1]
+    owner = np.concatenate([np.full(len(p), n) for n, p, _ in parts])
+    take = first[owner]
+    return replace(
+        nodes.chosen(np.ones(len(nodes), dtype=bool)),
+        points=np.vstack([p for _, p, _ in parts]),
+        axes=nodes.axes[take],
+        mu=nodes.mu[take],
+        weights=np.concatenate([w for _, _, w in parts]),
+        interface=owner,
+        a=nodes.a[take],
+        b=nodes.b[take],
+    )

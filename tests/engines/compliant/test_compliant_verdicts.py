@@ -1,0 +1,129 @@
+"""What comes to rest on elastic contacts, and what does not although an equilibrium exists."""
+
+import json
+import warnings
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from compliant_scenes import SMALL, STANDING, X, shipped
+
+import holdfast as hf
+from holdfast import Status, stability
+from holdfast.engines.compliant.settle import REST, settle_dense
+from holdfast.engines.compliant.verdict import settled, unbalanced
+
+CASES = Path(__file__).parents[4] / "shared" / "cases"
+PUBLISHED = [pytest.param(p, id=p.stem) for p in sorted((CASES / "published").glob("*.json"))]
+needed = pytest.mark.skipif(not PUBLISHED, reason=f"needs the case files in {CASES}")
+STAND_UNCHECKED = {"bridge", "snake", "shelf_stable", "concave_long_0", "cube_curve_short", "armadillo"}
+SELF_STRESSED = {"model_A", "wedge_a_x90", "wedge_a_xy3090"}
+ANGLE = {"cube_curve_short": 5.0}  # its faces are warped
+
+
+@cache
+def case(path: Path) -> tuple[dict, hf.Scene]:
+    return json.loads(path.read_text()), hf.load_scene(path)
+
+
+def check(path: Path, assembly: hf.Assembly) -> None:
+    expected = case(path)[0]["expected"]
+    stands = expected["stands"] if expected["stands"] is not None else path.stem in STAND_UNCHECKED
+    result = stability(assembly, engine="compliant")
+    assert result.status is (Status.STABLE if stands else Status.UNSTABLE)
+    if stands:
+        assert result.residual <= 1e-8
+        assert result.self_stress is False
+        forces = result.forces
+        assert (np.einsum("ix,ix->i", forces.force, forces.normal) >= 0).all()
+        assert forces.usage.max() <= 1 + 1e-9
+    else:
+        assert result.moving
+        assert result.mechanism is not None
+        assert result.equilibrium_exists is expected["equilibrium_exists"]
+        assert (result.certificate is None) == (path.stem in SELF_STRESSED)
+
+
+@needed
+@pytest.mark.parametrize("path", PUBLISHED)
+def test_published_interfaces(path: Path) -> None:
+    data, scene = case(path)
+    given = [hf.Interface(tuple(i["between"]), i["polygon"], i["normal"]) for i in data["interfaces"]]
+    check(path, hf.assemble(scene, interfaces=given))
+
+
+@needed
+@pytest.mark.parametrize("path", PUBLISHED)
+def test_detected_interfaces(path: Path) -> None:
+    if path.stem == "armadillo":
+        pytest.skip("385 pairs of its blocks overlap: it needs a gap of 50 mm and 20 degrees, tested below")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", hf.HoldfastWarning)
+        check(path, hf.assemble(case(path)[1], angle=ANGLE.get(path.stem)))
+
+
+@needed
+@pytest.mark.parametrize(
+    ("name", "tolerances"),
+    [
+        ("jenga12", {}),
+        ("lack_table", {"gap": 1e-3, "angle": 3}),
+        ("masonry_wall", {}),
+        ("masonry_crossvault", {}),
+    ],
+)
+def test_settled_scenes_stand(name: str, tolerances: dict) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", hf.HoldfastWarning)
+        assembly = hf.assemble(hf.load_scene(CASES / "settled" / f"{name}.json"), **tolerances)
+    result = stability(assembly, engine="compliant")
+    assert result.status is Status.STABLE
+    assert result.residual <= 1e-8
+
+
+@pytest.mark.parametrize("name", STANDING)
+def test_shipped_scenes_stand(name: str) -> None:
+    assembly = shipped(name)
+    state = hf.Compliant().prepare(assembly)
+    result = state.verdict()
+    assert result.status is Status.STABLE
+    local = np.einsum("ikx,ix->ik", state.nodes.axes, result.forces.force)
+    total, each = unbalanced(assembly, state.nodes, local, state.wrench)
+    assert total <= 1e-8
+    assert each <= 1e-7
+    assert result.residual == pytest.approx(total)
+
+
+def test_what_nothing_presses_together_falls() -> None:
+    """A cube between two walls that it only touches: an equilibrium exists, and nothing brings it about."""
+    result = stability(shipped("wedged"), engine="compliant")
+    assert result.status is Status.UNSTABLE
+    assert result.equilibrium_exists is True
+    assert result.self_stress is True
+    assert result.moving == ("cube",)
+    np.testing.assert_allclose(
+        result.mechanism.twists[0] / np.abs(result.mechanism.twists).max(), [0, 0, -1, 0, 0, 0], atol=1e-6
+    )
+    assert "drift" in result.reason
+    pushed = hf.robustness(shipped("wedged"), "cube", (-0.05, 0, 0.15), X, engine="compliant")
+    assert pushed.status[0] is Status.UNSTABLE
+    assert pushed.force[0] == 0
+
+
+def test_standing_loads_count() -> None:
+    for share, status in ((0.99, Status.STABLE), (1.01, Status.UNSTABLE)):
+        push = hf.Load("slab", (-0.25, 0, 0.225), force=share * 7.3575 * X)
+        assert stability(shipped("table"), [push], engine="compliant").status is status
+
+
+@pytest.mark.parametrize("name", SMALL)
+def test_rest_does_not_depend_on_the_way_there(name: str) -> None:
+    """From bonded contacts by Newton's method, or through all the drag: the same forces."""
+    state = hf.Compliant().prepare(shipped(name))
+    m, work = state.system.model, state.system.work
+    q, drift, told = np.zeros(len(m.wrench)), np.zeros(len(m.wrench)), np.zeros(3)
+    settle_dense(m, work, 1.0, q, drift, told)  # from no displacement at all
+    assert told[0] == REST
+    again = settled(m, work, None)
+    np.testing.assert_allclose(q, again.q, atol=1e-6 * np.abs(q).max())
