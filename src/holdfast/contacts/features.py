@@ -26,17 +26,15 @@ class Features:
     """Contacts along lines and at points, halfway between the bodies.
 
     ``ends`` (m, 2, 3) of a line, equal at a point; ``normals`` (m, 3) into b; ``heights`` (m, 2) separations at the
-    ends [m]; ``inset`` (m,) how far inside the nearest sharp edge of what is touched they lie [m].
+    ends [m]; ``inset`` (m,) how far inside the nearest sharp edge of what is touched they lie [m]; ``blended`` (m,)
+    whether the normal is a mean of several faces'.
     """
 
     ends: Float
     normals: Float
     heights: Float
     inset: Float
-
-    def chosen(self, keep: Bool | Int) -> Features:
-        """Some of them."""
-        return Features(self.ends[keep], self.normals[keep], self.heights[keep], self.inset[keep])
+    blended: Bool
 
 
 def touching_features(
@@ -46,14 +44,14 @@ def touching_features(
 
     ``size`` [m] is that of the smaller body; a sharp edge is stayed away from by ``strict`` [m].
     """
-    lines, points, counts = np.empty((64, 12)), np.empty((64, 12)), np.zeros(2, dtype=np.int64)
+    lines, points, counts = np.empty((64, 13)), np.empty((64, 13)), np.zeros(2, dtype=np.int64)
     for flipped, one, other in ((False, a, b), (True, b, a)):
         lines, points = _features_on_faces(
             one, other, pairs, flipped, gap, depth, sin_angle, ROUNDING * size, strict, lines, points, counts
         )
     points = _edges_on_edges(a, b, pairs, gap, depth, sin_angle, strict, points, counts)
     found = (
-        Features(rows[:, :6].reshape(-1, 2, 3), rows[:, 6:9], rows[:, 9:11], rows[:, 11])
+        Features(rows[:, :6].reshape(-1, 2, 3), rows[:, 6:9], rows[:, 9:11], rows[:, 11], rows[:, 12] > 0)
         for rows in (lines[: counts[0]], points[: counts[1]])
     )
     return next(found), next(found)
@@ -88,8 +86,11 @@ def _outward(skin: Skin, face: int, k: int, out: Float) -> None:
 
 
 @compiled
-def _normal_at(skin: Skin, face: int, point: Float, height: float, tiny: float, normal: Float) -> None:
-    """The normal of a surface at a point over a face: the mean of two faces' near a smooth edge, a vertex's at one."""
+def _normal_at(skin: Skin, face: int, point: Float, height: float, tiny: float, normal: Float) -> float:
+    """The normal of a surface at a point over a face: the mean of two faces' near a smooth edge, a vertex's at one.
+
+    Returns 1.0 where it is such a mean, else 0.0.
+    """
     out = np.empty(3)
     near = np.zeros(3, dtype=np.bool_)
     for k in range(3):
@@ -106,7 +107,7 @@ def _normal_at(skin: Skin, face: int, point: Float, height: float, tiny: float, 
         if near[k] and near[(k + 2) % 3] and _dot(skin.mean[vertex], skin.mean[vertex]) > 0:
             for m in range(3):
                 normal[m] = skin.mean[vertex, m]
-            return
+            return 1.0
     for k in range(3):
         if near[k]:
             edge = skin.of_face[face, k]
@@ -117,6 +118,7 @@ def _normal_at(skin: Skin, face: int, point: Float, height: float, tiny: float, 
     length = np.sqrt(_dot(normal, normal))
     for m in range(3):
         normal[m] /= length
+    return 1.0 if near.any() else 0.0
 
 
 @compiled
@@ -214,7 +216,7 @@ def _features_on_faces(
                 v = one.triangles[i, k]
                 h = _height(other, j, v)
                 if -depth <= h <= gap and _over(other, j, v, h, tiny, strict):
-                    _normal_at(other, j, v, h, tiny, normal)
+                    blended = _normal_at(other, j, v, h, tiny, normal)
                     if _vertex_rises(one, one.faces[i, k], normal, sin_angle):
                         if counts[1] == len(points):
                             points = np.concatenate((points, np.empty_like(points)))
@@ -224,6 +226,7 @@ def _features_on_faces(
                             row[6 + m] = sign * normal[m]
                         row[9] = row[10] = h
                         row[11] = _inset(other, j, v)
+                        row[12] = blended
                         counts[1] += 1
             edge = one.of_face[i, k]
             if not (one.owns_edge[i, k] and FLAT < one.bend[edge] < np.inf):
@@ -257,7 +260,7 @@ def _features_on_faces(
             t = (low + high) / 2
             for m in range(3):
                 middle[m] = p[m] + t * (q[m] - p[m])
-            _normal_at(other, j, middle, hp + t * (hq - hp), tiny, normal)
+            blended = _normal_at(other, j, middle, hp + t * (hq - hp), tiny, normal)
             slope = 0.0
             for m in range(3):
                 slope += (q[m] - p[m]) / length * normal[m]
@@ -278,6 +281,7 @@ def _features_on_faces(
             for m in range(3):
                 row[6 + m] = sign * normal[m]
             row[11] = inset
+            row[12] = blended
             counts[0] += 1
     return lines, points
 
@@ -341,6 +345,7 @@ def _edges_on_edges(
                         row[m] = row[3 + m] = (p[m] + t * (q[m] - p[m]) + r[m] + o * (s[m] - r[m])) / 2
                         row[6 + m] = back[m]
                     row[9] = row[10] = sign * h
+                    row[12] = 0.0
                     row[11] = min(min(t, 1 - t) * np.sqrt(uu), min(o, 1 - o) * np.sqrt(ww))
                     counts[1] += 1
                     break

@@ -14,10 +14,12 @@ from holdfast.contacts import polygon as flat
 from holdfast.contacts.facing import Piece
 from holdfast.contacts.features import Features
 from holdfast.contacts.interface import Patch
+from holdfast.contacts.skin import SMOOTH
 from holdfast.rigid import tangents
 
 HAIRLINE = 1e-3  # of the negligible width: gaps between pieces that belong together
 SAME_WAY = float(np.cos(np.radians(15)))  # normals closer than this answer for each other at the same place
+BLENDED = float(np.cos(SMOOTH))  # a mean of normals strays further from that of a face it belongs to
 STRAIGHT = float(np.cos(np.radians(2)))  # lines closer to parallel may be one
 MOST_POINTS = 16  # points of one direction kept for a pair: their hull first, then the farthest
 
@@ -86,7 +88,9 @@ def line_patches(lines: Features, faces: Sequence[Patch], gap: float, negligible
             mine = members[whose]
             normal = unit((length[mine, None] * lines.normals[mine]).sum(0))
             heights, inset = lines.heights[mine], float(lines.inset[mine].min())
-            for part in cover.left_of(ends, normal, breadth):  # shorter ones are left to their ends
+            for part in cover.left_of(
+                ends, normal, breadth, bool(lines.blended[mine].all())
+            ):  # shorter ones are left to their ends
                 separation = (float(heights.min()), float(heights.max()))
                 found.append(Patch(frozen(part), frozen(normal), (), separation, breadth, inset))
         left = left[~kin]
@@ -136,18 +140,18 @@ class Cover:
             shapely.prepare(self._shapes[k])
         return self._shapes[k]
 
-    def _near(self, ends: Float, normal: Float) -> Int:
+    def _near(self, ends: Float, normal: Float, blended: bool) -> Int:
         """Patches that may cover some of a segment (2, 3) with a normal (3,)."""
         normals, centres, radii = self._balls
         along = ends[1] - ends[0]
         length2 = max(float(along @ along), 1e-300)
         t = np.clip((centres - ends[0]) @ along / length2, 0, 1)
         off = np.linalg.norm(ends[0] + t[:, None] * along - centres, axis=1)
-        return np.flatnonzero((normals @ normal >= SAME_WAY) & (off <= radii + 2 * self.gap))
+        return np.flatnonzero((normals @ normal >= (BLENDED if blended else SAME_WAY)) & (off <= radii + 2 * self.gap))
 
-    def holds(self, place: Float, normal: Float) -> bool:
+    def holds(self, place: Float, normal: Float, blended: bool) -> bool:
         """Whether a point (3,) with a normal (3,) lies on one of the patches."""
-        for k in self._near(np.array([place, place]), normal):
+        for k in self._near(np.array([place, place]), normal, blended):
             patch = self.patches[k]
             arm = place - patch.polygon[0]
             if abs(arm @ patch.normal) <= 2 * self.gap and shapely.covers(
@@ -156,11 +160,11 @@ class Cover:
                 return True
         return False
 
-    def left_of(self, ends: Float, normal: Float, negligible: float) -> list[Float]:
+    def left_of(self, ends: Float, normal: Float, negligible: float, blended: bool) -> list[Float]:
         """The parts (2, 3) of a line that lie on none of the patches."""
         left: shapely.Geometry = shapely.LineString([(0.0, 0.0), (1.0, 0.0)])
         length = float(np.linalg.norm(ends[1] - ends[0]))
-        for k in self._near(ends, normal):
+        for k in self._near(ends, normal, blended):
             patch = self.patches[k]
             arm = ends - patch.polygon[0]
             if np.abs(arm @ patch.normal).min() > 2 * self.gap:
@@ -184,7 +188,8 @@ def point_patches(points: Features, others: Sequence[Patch], gap: float, breadth
     """Points that no face or line covers, one for each place and direction, nearest first."""
     places = points.ends[:, 0]
     cover = Cover(others, gap)
-    free = np.array([not cover.holds(p, n) for p, n in zip(places, points.normals, strict=True)], dtype=bool)
+    told = zip(places, points.normals, points.blended, strict=True)
+    free = np.array([not cover.holds(place, normal, bool(blended)) for place, normal, blended in told], dtype=bool)
     order = np.argsort(np.abs(points.heights[:, 0]), kind="stable")
     left = order[free[order]]
     found = []

@@ -1,0 +1,134 @@
+"""What referees have in common: verdicts with the figures behind them, load search, and contact grids of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from holdfast.arrays import Float, checked, unit
+from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.assembly.nodes import ContactNodes
+from holdfast.contacts import polygon as flat
+from holdfast.contacts.interface import Patch
+from holdfast.errors import HoldfastError, message
+from holdfast.rigid import tangents, wrench_at
+
+RECTANGLE = 1e-6  # relative: by how much less than its smallest rectangle a patch may cover
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Whether an assembly comes to rest under a load, and what was seen.
+
+    ``holds`` is None where neither rest nor motion was seen. ``drift`` [m]: how far contact nodes moved against each
+    other under the load, at most; ``speed`` [m/s]: how fast they did in the end; ``steps`` of time.
+    """
+
+    holds: bool | None
+    drift: float
+    speed: float
+    steps: int
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A load search [N]: ``held`` is the largest load seen to hold, ``moves`` the smallest seen to move (or inf).
+
+    ``held`` is 0 where the assembly does not stand. ``undecided`` counts the loads at which neither was seen;
+    ``jump`` is the largest displacement at which a load came to rest, over that of the load before it.
+    """
+
+    held: float
+    moves: float
+    undecided: int
+    jump: float
+    steps: int
+
+    @property
+    def force(self) -> float:
+        """The middle of the bracket [N]; inf where nothing moved."""
+        return (self.held + self.moves) / 2
+
+    @property
+    def width(self) -> float:
+        """Half the bracket over its middle."""
+        return (self.moves - self.held) / (self.moves + self.held) if 0 < self.moves < np.inf else 0.0
+
+
+def close_in(trial: Callable[[float], Trial], start: float, most: float, accuracy: float) -> Peak:
+    """Raise a load from ``start`` [N] by factors of 1.5 until it moves or exceeds ``most`` [N]; then bisect."""
+    held, moves, undecided, steps, drift, jump = 0.0, np.inf, 0, 0, 0.0, 1.0
+    load = start
+    while moves - held > accuracy * moves and held < most:
+        seen = trial(load)
+        steps += seen.steps
+        if seen.holds:
+            held, jump, drift = load, max(jump, seen.drift / drift if drift else 1.0), seen.drift
+        elif seen.holds is None:
+            undecided += 1
+            if undecided > 3:
+                break
+            load = (load + held) / 2 if np.isinf(moves) else 0.25 * held + 0.75 * load
+            continue
+        else:
+            moves = load
+        load = 1.5 * held if np.isinf(moves) else (held + moves) / 2
+    return Peak(held, moves, undecided, jump, steps)
+
+
+def push(assembly: Assembly, body: str, point: Float, direction: Float) -> Float:
+    """(6J,) wrenches of a unit push at ``point`` (3,) [m] of a body along ``direction`` (3,), world axes."""
+    assembly.scene.body(body)
+    k = assembly.index[body]
+    if k == FIXED:
+        raise HoldfastError(message("referee", f"body {body!r} is fixed", "push a movable one"))
+    where = f"push on {body!r}"
+    at, along = checked(point, (3,), f"{where}: point"), checked(direction, (3,), f"{where}: direction")
+    if not np.any(along):
+        raise HoldfastError(message(where, "direction is zero", "needs a direction"))
+    wrench = np.zeros(6 * len(assembly.movable))
+    wrench[6 * k : 6 * k + 6] = wrench_at(unit(along), at, assembly.com[k])
+    return wrench
+
+
+def grid_nodes(assembly: Assembly, side: int) -> ContactNodes:
+    """``side`` x ``side`` contact nodes on every patch, which must be a rectangle, boundary included.
+
+    The weights [m²] are those of the trapezoidal rule: corners count a quarter, edges half. ``side`` = 2 leaves the
+    corners alone.
+    """
+    if side < 2:
+        raise HoldfastError(message("grid_nodes", f"side = {side}", "needs at least 2"))
+    share = np.ones(side)
+    share[[0, -1]] = 0.5
+    weights = np.outer(share, share).ravel()
+    weights /= weights.sum()
+    u = np.linspace(0, 1, side)
+    square = np.stack(np.meshgrid(u, u, indexing="ij"), -1).reshape(-1, 2)
+    points, areas, normals, owner = [], [], [], []
+    for number, interface in enumerate(assembly.interfaces):
+        for patch in interface.patches:
+            axes, low, high = _rectangle(patch, interface.bodies)
+            points.append(patch.lifted((low + square * (high - low)) @ axes))
+            areas.append(weights * patch.area)
+            normals.append(np.broadcast_to(patch.normal, (side * side, 3)))
+            owner.append(np.full(side * side, number))
+    normal = np.vstack(normals)
+    of = np.concatenate(owner)
+    ends = np.array(assembly.ends, dtype=np.int64)[of]
+    frame = np.stack([normal, *tangents(normal)], axis=1)
+    mu = np.array(assembly.mu)[of]
+    return ContactNodes(np.vstack(points), frame, mu, np.concatenate(areas), of, ends[:, 0], ends[:, 1])
+
+
+def _rectangle(patch: Patch, bodies: tuple[str, str]) -> tuple[Float, Float, Float]:
+    """Axes (2, 2), low and high corner (2,) [m] of a rectangular patch in its own frame; an error for any other."""
+    where = f"contact of {bodies[0]!r} and {bodies[1]!r}"
+    if patch.kind != "face":
+        raise HoldfastError(message(where, f"is a {patch.kind}", "grids need faces: give nodes of your own"))
+    axes, low, high = flat.smallest_rectangle(flat.convex_hull(patch.rings[0], 1e-9 * patch.size))
+    if patch.area < (1 - RECTANGLE) * float(np.prod(high - low)):
+        raise HoldfastError(message(where, "is no rectangle", "grids need rectangles: give nodes of your own"))
+    return axes, low, high
