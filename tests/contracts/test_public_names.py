@@ -35,6 +35,18 @@ SIGNATURES: dict[str, list[str]] = {
     "robustness": ["assembly", "body", "points", "directions", "standing", "engine", "bound"],
     "load_factor": ["assembly", "loads", "standing", "acceleration", "engine", "bound"],
     "robustness_map": ["assembly", "bodies", "spacing", "engine", "gap"],
+    "robustness_under": [
+        "assembly",
+        "body",
+        "points",
+        "directions",
+        "standing",
+        "pose_sigma",
+        "mu_interval",
+        "samples",
+        "seed",
+        "engine",
+    ],
 }
 DEFAULTS: dict[str, dict[str, Any]] = {
     "assemble": {"gap": None, "angle": None, "pose_sigma": None, "interfaces": None},
@@ -42,6 +54,13 @@ DEFAULTS: dict[str, dict[str, Any]] = {
     "robustness": {"standing": ()},
     "load_factor": {"standing": (), "acceleration": None, "bound": False},
     "robustness_map": {"bodies": None, "spacing": 0.01},
+    "robustness_under": {
+        "pose_sigma": None,
+        "mu_interval": None,
+        "samples": 100,
+        "engine": "compliant",
+        "standing": (),
+    },
     "Graph": {"nodes": 20, "isolated": False, "sampling": "hull"},
     "Compliant": {"nodes": 7, "stiffness_ratio": 1.0, "stiffness": None},
     "Body": {"fixed": False},
