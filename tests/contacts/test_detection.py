@@ -253,17 +253,17 @@ def test_a_deep_overlap_is_called_penetrating() -> None:
     assert [i.status for i in assembly.interfaces] in ([], ["penetrating"])
 
 
-@pytest.mark.parametrize(("share", "severity", "touches"), [(1.5, "warning", True), (2.5, "error", False)])
-def test_an_overlap_up_to_twice_the_gap_touches_with_a_warning(share: float, severity: str, touches: bool) -> None:
+@pytest.mark.parametrize(("share", "severity"), [(1.5, "warning"), (2.5, "error")])
+def test_an_overlap_beyond_the_gap_is_named_and_leaves_the_verdict_open(share: float, severity: str) -> None:
+    """No contact is taken deeper than the gap: through a thin wall the far side would count as the near one."""
     scene = hf.Scene([floor(), box("cube", SIDE, 1, (0, 0, 0.05 - share * 1e-3))], 0.5)
     with pytest.warns(hf.HoldfastWarning, match="overlap"):
         assembly = hf.assemble(scene, gap=1e-3)
     (overlap,) = assembly.overlaps
     assert overlap.depth == pytest.approx(share * 1e-3, rel=1e-6)
     assert overlap.severity == severity
-    assert [i.status for i in assembly.interfaces] == ["penetrating"] * touches
-    expected = hf.Status.STABLE if touches else hf.Status.UNDECIDED
-    assert hf.stability(assembly).status is expected
+    assert assembly.interfaces == ()
+    assert hf.stability(assembly).status is hf.Status.UNDECIDED
 
 
 @pytest.mark.parametrize(("sigma", "thin", "gap"), [(1e-3, 0.1, 4e-3), (1e-3, 4e-3, 2e-3)])

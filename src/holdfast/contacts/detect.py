@@ -22,7 +22,6 @@ RELATIVE_GAP = 1e-3  # default gap over the usual size of the movable bodies
 USUAL_OVER_SMALLEST = 5  # the usual size is the median, but not more than this times the smallest
 DEFAULT_ANGLE = 1.0  # [deg]
 SIGMAS = 4  # standard deviations of a pose that the tolerances allow for
-WARNED = 2  # times the gap: overlaps up to it touch, with a warning
 THINNEST = 0.5  # of the thinner body: a gap from the poses' deviation grows no wider, and no overlap counts deeper
 STEEPEST = 45.0  # [deg] nor does the angle
 NEGLIGIBLE_WIDTH = 1e-6  # patches narrower than this, relative to the smaller body, are rounding
@@ -36,8 +35,7 @@ class Tolerances:
     Round shapes lie inside their true surface by their sagitta: between two bodies it is added to the gap. ``tilt``
     [rad] is the standard deviation of the poses' rotation: it adds to the gap what it moves at the end of a body, and
     to the angle. With ``capped`` no pair's gap exceeds half the thickness of the thinner body; ``depth`` [m], how far
-    into each other (twice the gap, with a warning beyond once), never does: the far side of a plate is not its near
-    side.
+    into each other, never does either: the far side of a plate is not its near side.
     """
 
     gap: float
@@ -54,7 +52,7 @@ class Tolerances:
         thin = THINNEST * min(a.shape.surface.thickness, b.shape.surface.thickness)
         if self.capped:
             gap = min(gap, thin)
-        return Tolerances(gap, min(angle, STEEPEST) if self.tilt else angle, depth=min(WARNED * gap, thin))
+        return Tolerances(gap, min(angle, STEEPEST) if self.tilt else angle, depth=min(gap, thin))
 
     def widest(self, scene: Scene) -> float:
         """No pair's gap is larger [m]."""
