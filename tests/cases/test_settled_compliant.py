@@ -7,20 +7,10 @@ import pytest
 from shared import FOLDER, needed
 
 import holdfast as hf
-from holdfast.arrays import Float
-from holdfast.robustness.cells import surface_cells
-from holdfast.robustness.request import push_columns
+from benchmarks.reliability import SETTLED, random_pushes
 
 # the engine that settled them used convex parts: the meshes show gaps, which these tolerances allow for
-AT_REST: dict[str, dict[str, float]] = {
-    "beam_frame": {"gap": 3e-3},
-    "jenga12": {"gap": 5e-4},
-    "kitchen_place": {"gap": 3e-3, "angle": 3},
-    "lack_table": {"gap": 1e-3},
-    "leaning": {"gap": 3e-3},
-    "masonry_crossvault": {},
-    "masonry_wall": {},
-}
+AT_REST: dict[str, dict[str, float]] = {**SETTLED, "masonry_crossvault": {}}
 PUSHED = ("beam_frame", "lack_table", "leaning")
 
 pytestmark = [needed, pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")]
@@ -51,25 +41,11 @@ def test_the_tilted_bowl_has_support_on_one_side_only() -> None:
     assert hf.stability(settled("dishes", gap=5e-3)).status is hf.Status.STABLE
 
 
-def pushes(assembly: hf.Assembly, count: int, seed: int) -> Float:
-    rng = np.random.default_rng(seed)
-    columns = []
-    for _ in range(count):
-        number = int(rng.integers(len(assembly.movable)))
-        surface = assembly.movable[number].surface_world
-        cells = surface_cells(surface, float(np.ptp(surface.vertices, axis=0).max()) / 8)
-        k = int(rng.integers(len(cells.points)))
-        direction = rng.normal(size=3)
-        direction *= -np.sign(direction @ cells.normals[k]) / np.linalg.norm(direction)
-        columns.append(push_columns(assembly, number, cells.points[k][None], direction[None])[:, 0])
-    return np.array(columns).T
-
-
 @pytest.mark.parametrize("name", PUSHED)
 def test_no_push_exceeds_limit_analysis(name: str) -> None:
     """A path that throws a body far out once balanced it by rounding: 4 % too much on one of these."""
     assembly = settled(name, **AT_REST[name])
-    W = pushes(assembly, 50, 77)
+    W = random_pushes(assembly, 50, 77)
     found, certain = hf.Compliant().prepare(assembly).load_factor(W), hf.Limit().prepare(assembly).load_factor(W)
     decided = np.array([status is not hf.Status.UNDECIDED for status in found.status])
     assert decided.mean() > 0.95

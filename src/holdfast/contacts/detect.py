@@ -121,7 +121,7 @@ def find_patches(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Toler
     """Patches where two bodies touch, normals into ``b``: faces, edges where no face touches, points where neither."""
     gap, depth, size = tolerances.gap, tolerances.depth, min(a.size, b.size)
     negligible, breadth = NEGLIGIBLE_WIDTH * size, NOMINAL_BREADTH * size
-    pairs = near_faces(skin_a, skin_b, max(gap, depth))
+    pairs = near_faces(skin_a, skin_b, gap)
     if not len(pairs):
         return ()
     cos_angle, sin_angle = (float(f(np.radians(tolerances.angle))) for f in (np.cos, np.sin))

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from holdfast.arrays import Bool, Float, Int
-from holdfast.compiled import compiled
+from holdfast.compiled import compiled, dot3
 from holdfast.contacts.skin import SMOOTH, Skin
 from holdfast.scene.topology import FLAT
 
@@ -58,11 +58,6 @@ def touching_features(
 
 
 @compiled
-def _dot(a: Float, b: Float) -> float:
-    return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
-
-
-@compiled
 def _slack(bend: float, height: float, tiny: float, strict: float) -> float:
     """How far outside a face, beyond one of its edges, a point may lie and still touch it; negative at sharp edges."""
     if not np.isfinite(bend) or bend <= FLAT:
@@ -90,7 +85,7 @@ def _normal_at(skin: Skin, face: int, point: Float, height: float, tiny: float, 
         normal[m] = skin.normals[face, m]
     for k in range(3):
         vertex = skin.faces[face, k]
-        if near[k] and near[(k + 2) % 3] and _dot(skin.mean[vertex], skin.mean[vertex]) > 0:
+        if near[k] and near[(k + 2) % 3] and dot3(skin.mean[vertex], skin.mean[vertex]) > 0:
             for m in range(3):
                 normal[m] = skin.mean[vertex, m]
             return 1.0
@@ -101,7 +96,7 @@ def _normal_at(skin: Skin, face: int, point: Float, height: float, tiny: float, 
             for m in range(3):
                 normal[m] += skin.normals[other, m]
             break
-    length = np.sqrt(_dot(normal, normal))
+    length = np.sqrt(dot3(normal, normal))
     for m in range(3):
         normal[m] /= length
     return 1.0 if near.any() else 0.0
@@ -127,7 +122,7 @@ def _edge_rises(skin: Skin, edge: int, normal: Float, sin_angle: float) -> bool:
         for k in range(3):
             if skin.of_face[face, k] == edge:
                 out = skin.outward[face, k]
-                if _dot(out, normal) > sin_angle:
+                if dot3(out, normal) > sin_angle:
                     return False
     return True
 
@@ -143,7 +138,7 @@ def _over(skin: Skin, face: int, point: Float, height: float, tiny: float, stric
             return False
         if abs(beyond) <= strict:  # at a sharp corner, even where the edges of this face that meet there are not
             x, y, z = point[0] - p[0], point[1] - p[1], point[2] - p[2]
-            sharp = _dot(skin.mean[skin.faces[face, k]], skin.mean[skin.faces[face, k]]) == 0
+            sharp = dot3(skin.mean[skin.faces[face, k]], skin.mean[skin.faces[face, k]]) == 0
             if sharp and x * x + y * y + z * z - height * height <= strict * strict:
                 return False
     return True
@@ -293,12 +288,12 @@ def _edges_on_edges(
                 n[1] = uz * wx - ux * wz
                 n[2] = ux * wy - uy * wx
                 uu, ww = ux * ux + uy * uy + uz * uz, wx * wx + wy * wy + wz * wz
-                cross = np.sqrt(_dot(n, n))
+                cross = np.sqrt(dot3(n, n))
                 if cross <= NEAR_PARALLEL * np.sqrt(uu * ww):
                     continue
                 dx, dy, dz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
                 h = (dx * n[0] + dy * n[1] + dz * n[2]) / cross
-                if abs(h) > max(gap, depth):
+                if abs(h) > gap:  # depth is never more
                     continue
                 ud, wd, uw = ux * dx + uy * dy + uz * dz, wx * dx + wy * dy + wz * dz, ux * wx + uy * wy + uz * wz
                 determinant = uu * ww - uw * uw

@@ -46,8 +46,7 @@ class Skin(NamedTuple):
     @classmethod
     def of(cls, body: Body) -> Skin:
         """Of a body in its pose, flat faces in as few triangles as they need."""
-        local = body.shape.surface.reduced
-        surface = Surface(body.placed(local.vertices), local.faces)
+        local, surface = body.shape.surface.reduced, body.reduced_world
         topology, faces, count = local.topology, local.faces, len(local.faces)
         owner = np.zeros(len(surface.vertices), dtype=np.int64)
         owner[faces[::-1].ravel()] = np.repeat(np.arange(count)[::-1], 3)
