@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from holdfast.arrays import Float, Objects, checked, objects, unit
+from holdfast.arrays import Float, Objects, checked, checked_pushes, objects
 from holdfast.assembly.assembly import Assembly
 from holdfast.engines.contract import Capacity, Claim, Engine, Mechanism, Mode, Status
 from holdfast.engines.limit.engine import Limit
@@ -86,17 +86,7 @@ def robustness(
     """
     checked_assembly(assembly)
     where = f"robustness of {body!r}"
-    p, e = _rows(points, f"{where}: points"), _rows(directions, f"{where}: directions")
-    count = max(len(p), len(e))
-    if not count or not len(p) or not len(e):
-        raise SceneError(message(where, f"{len(p)} points and {len(e)} directions", "needs at least one of each"))
-    if len(p) not in (1, count) or len(e) not in (1, count):
-        problem = f"{len(p)} points and {len(e)} directions"
-        raise SceneError(message(where, problem, "needs equally many, or one of either"))
-    p, e = np.broadcast_to(p, (count, 3)), np.broadcast_to(e, (count, 3))
-    if not (np.linalg.norm(e, axis=1) > 0).all():
-        raise SceneError(message(where, "a direction is zero", "needs vectors with a length"))
-    e = unit(e)
+    p, e = checked_pushes(points, directions, where)
     number = body_number(assembly, body)
     _check_on_surface(assembly, body, p, where)
     method = engine_of(engine)
@@ -170,11 +160,6 @@ def _bounded(
         return capacity
     certain = Limit().prepare(assembly, standing, acceleration).load_factor(W)
     return replace(capacity, upper=np.minimum(capacity.upper, certain.upper))
-
-
-def _rows(value: Any, where: str) -> Float:  # noqa: ANN401
-    array = np.asarray(value, dtype=object)
-    return checked(value, (3,), where)[None] if array.ndim == 1 else checked(value, (None, 3), where)
 
 
 def _check_on_surface(assembly: Assembly, name: str, points: Float, where: str) -> None:
