@@ -52,8 +52,6 @@ def checked_pushes(
     """Points (n, 3) and unit directions (n, 3) from (n, 3) or (3,) each, a single one repeated for the other."""
     p, e = _rows(points, f"{where}: points"), _rows(directions, f"{where}: directions")
     count = max(len(p), len(e))
-    if not count or not len(p) or not len(e):
-        raise SceneError(message(where, f"{len(p)} points and {len(e)} directions", "needs at least one of each"))
     if len(p) not in (1, count) or len(e) not in (1, count):
         problem = f"{len(p)} points and {len(e)} directions"
         raise SceneError(message(where, problem, "needs equally many, or one of either"))

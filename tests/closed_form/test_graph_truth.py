@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from decoupled_truth import truth_cube, truth_stack, truth_table
 
 import holdfast as hf
 from holdfast.shipped import shipped_scene
+from holdfast.truth.decoupled import truth_cube, truth_stack, truth_table
 
 EDGE = 1e-3  # [m] closer to an edge the class of a push may differ by rounding
 

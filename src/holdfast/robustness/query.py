@@ -87,6 +87,8 @@ def robustness(
     checked_assembly(assembly)
     where = f"robustness of {body!r}"
     p, e = checked_pushes(points, directions, where)
+    if not len(p):
+        raise SceneError(message(where, "got no points", "needs at least one"))
     number = body_number(assembly, body)
     _check_on_surface(assembly, body, p, where)
     method = engine_of(engine)

@@ -80,21 +80,17 @@ def pile(assembly: Assembly) -> list[Joint]:
         problem = f"{count} movable bodies and {len(assembly.interfaces)} interfaces"
         raise SceneError(message(WHERE, problem, "needs a column: one interface under each body"))
     order: list[int] = []
-    found = []
+    found: list[tuple[int, bool]] = []  # interface, and whether its normal points up the column
     below = FIXED
-    for _ in range(count):
-        next_up = [
-            (k, a == below)
-            for k, (a, b) in enumerate(assembly.ends)
-            if below in (a, b) and (b if a == below else a) not in order and (a, b) != (below, below)
-        ]
-        next_up = [(k, upward) for k, upward in next_up if all(k != used for used, _ in found)]
-        if len(next_up) != 1:
+    while len(found) < count:
+        used = {number for number, _ in found}
+        onward = [(k, a == below) for k, (a, b) in enumerate(assembly.ends) if below in (a, b) and k not in used]
+        if len(onward) != 1:
             name = "the ground" if below == FIXED else repr(assembly.movable[below].name)
-            problem = f"{len(next_up)} bodies stand on {name}"
+            problem = f"{len(onward)} bodies stand on {name}"
             raise SceneError(message(WHERE, problem, "needs a column, one body on the other"))
-        found.append(next_up[0])
-        k, upward = next_up[0]
+        found.append(onward[0])
+        k, upward = onward[0]
         below = assembly.ends[k][1 if upward else 0]
         order.append(below)
     return [_joint(assembly, k, upward, tuple(order[level:])) for level, (k, upward) in enumerate(found)]
@@ -118,7 +114,8 @@ def use(load: Float, mu: float, half: Float) -> float:
         return 0.0
     if normal <= 0 or mu == 0:
         return np.inf
-    z, part, count = linear_pressure(half, load[4] / normal, load[5] / normal)
+    z, part, count, at = linear_pressure(half, load[4] / normal, load[5] / normal)
+    along[2] -= at[0] * along[1] - at[1] * along[0]  # about the resultant of pressure: the scale of a small part
     factor = sustained(z, part, count, along / normal)
     return 1 / (mu * factor) if factor > 0 else np.nan if np.isnan(factor) else np.inf
 

@@ -95,37 +95,53 @@ def friction(z: Float, part: Float, count: int, reach: float, v: Float) -> Float
 def sustained(z: Float, part: Float, count: int, load: Float) -> float:
     """The largest factor of ``load`` (f_x, f_y, m) that friction of coefficient 1 holds; NaN if not found.
 
-    The least dissipation among the motions v with load·v = 1: convex and smooth, so Newton's method with halved steps.
-    Its second derivatives are differences of F. Lengths are measured by the part's reach, so that velocities compare.
+    The least dissipation among the motions v with load·v = 1. It is convex in v, so any start leads there; others than
+    the first are for rounding on hair-thin parts. Lengths are measured by the part's reach, so that velocities compare.
     """
     reach = 0.0
     for k in range(count):
         reach = max(reach, np.hypot(part[k, 0], part[k, 1]))
     scale = np.array([1.0, 1.0, reach])
     e = load / scale
-    e = e / np.linalg.norm(e)
+    length = np.linalg.norm(e)
+    e /= length
     first = np.zeros(3)
     first[np.argmin(np.abs(e))] = 1.0
     first = np.cross(e, first)
     first /= np.linalg.norm(first)
     second = np.cross(e, first)
-    v = e.copy()  # scaled: e·v = 1 throughout
+    for a, b in ((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)):
+        least = least_dissipation(z, part, count, scale, e + a * first + b * second, first, second)
+        if not np.isnan(least):
+            return float(least / length)
+    return np.nan
+
+
+@compiled
+def least_dissipation(z: Float, part: Float, count: int, scale: Float, v: Float, first: Float, second: Float) -> float:
+    """The minimum of dissipation over the plane through ``v`` along two unit vectors; NaN if not found.
+
+    ``v`` and the plane are in velocities divided by ``scale`` (3,). Newton's method with halved steps; its second
+    derivatives are differences of the gradient F.
+    """
+    reach = scale[2]
     F = friction(z, part, count, reach, v / scale) / scale
     for _ in range(STEPS):
         slope = np.array([F @ first, F @ second])
         size = np.linalg.norm(F)
         if np.linalg.norm(slope) <= FLAT * size:
-            return F @ v / np.linalg.norm(load / scale)
+            return float(F @ v)
         small = STEP * np.linalg.norm(v)
         d1 = (friction(z, part, count, reach, (v + small * first) / scale) / scale - F) / small
         d2 = (friction(z, part, count, reach, (v + small * second) / scale) / scale - F) / small
         a, b, c = d1 @ first, 0.5 * (d1 @ second + d2 @ first), d2 @ second
-        least = 1e-9 * size / np.linalg.norm(v)
-        a, c = max(a, 0.0) + least, max(c, 0.0) + least
+        stiff = 1e-9 * size / np.linalg.norm(v)
+        a, c = np.maximum(a, 0.0) + stiff, np.maximum(c, 0.0) + stiff
         det = a * c - b * b
-        if det <= 0:
-            b, det = 0.0, a * c
-        step = -(np.array([c, a]) * slope - b * slope[::-1]) / det
+        step = -slope / np.array([a, c])
+        if det > 0:
+            step = -np.array([c * slope[0] - b * slope[1], a * slope[1] - b * slope[0]]) / det
+        step *= min(1.0, np.linalg.norm(v) / np.linalg.norm(step))  # where the curvature is next to nothing
         dissipated, falls = F @ v, slope @ step
         share = 1.0
         while share > 1e-9:
@@ -140,5 +156,4 @@ def sustained(z: Float, part: Float, count: int, load: Float) -> float:
             break
         v, F = tried, G
     slope = np.array([F @ first, F @ second])
-    fine = np.linalg.norm(slope) <= ENOUGH * np.linalg.norm(F)
-    return F @ v / np.linalg.norm(load / scale) if fine else np.nan
+    return float(F @ v) if np.linalg.norm(slope) <= ENOUGH * np.linalg.norm(F) else np.nan

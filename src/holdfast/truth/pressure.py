@@ -52,7 +52,7 @@ def moments(part: Float, count: int) -> Float:
 
 @compiled
 def corner_pressure(u: float, v: float) -> Float:
-    """z (3,): pressure max(0, z0 + z1 u + z2 v) on [0, 2]² with resultant 1 at (u, v), 0 < u, v <= 1; NaN if not found.
+    """Z (3,): pressure max(0, z0 + z1 u + z2 v) on [0, 2]² with resultant 1 at (u, v), 0 < u, v <= 1; NaN if not found.
 
     z is the minimum of the convex ψ(z) = ½ ∫ max(0, z·φ)² - z·(1, u, v): its gradient is the imbalance. Newton's method
     with the Hessian of the part in touch, shortened until ψ falls.
@@ -83,20 +83,23 @@ def corner_pressure(u: float, v: float) -> Float:
 
 
 @compiled
-def linear_pressure(half: Float, x: float, y: float) -> tuple[Float, Float, int]:
+def linear_pressure(half: Float, x: float, y: float) -> tuple[Float, Float, int, Float]:
     """Pressure with resultant 1 at (x, y) on the rectangle |x| <= half[0], |y| <= half[1]: what equilibrium leaves.
 
-    Returns z (3,), p = z0 + z1 x + z2 y, the part in touch as corners (5, 2) counter-clockwise about the rectangle's
-    centre, and their number. A resultant outside, or within ``EDGE`` of the edge, is moved to there.
+    Returns z (3,), p = z0 + z1 ξ + z2 η, the part in touch as corners (5, 2) counter-clockwise, both in coordinates
+    (ξ, η) about the resultant, the number of corners, and the resultant's place (2,): (x, y), but not nearer to the
+    edge than ``EDGE``.
     """
     hx, hy = half[0], half[1]
     sx, sy = (1.0 if x >= 0 else -1.0), (1.0 if y >= 0 else -1.0)
-    corner = corner_pressure(max(1 - abs(x) / hx, EDGE), max(1 - abs(y) / hy, EDGE))
+    u, v = max(1 - abs(x) / hx, EDGE), max(1 - abs(y) / hy, EDGE)
+    corner = corner_pressure(u, v)
     part, count = touching(corner)
-    # u = 1 - sx x / hx, v = 1 - sy y / hy
-    z = np.array([corner[0] + corner[1] + corner[2], -sx * corner[1] / hx, -sy * corner[2] / hy]) / (hx * hy)
+    # the square's u = 1 - sx x / hx and v = 1 - sy y / hy, and a pressure of resultant 1 is 1 / (hx hy) as large here
+    level = corner[0] + corner[1] * u + corner[2] * v
+    z = np.array([level, -sx * corner[1] / hx, -sy * corner[2] / hy]) / (hx * hy)
     placed = np.empty((5, 2))
     for k in range(count):
         source = k if sx * sy > 0 else count - 1 - k  # a mirror image runs clockwise
-        placed[k, 0], placed[k, 1] = sx * hx * (1 - part[source, 0]), sy * hy * (1 - part[source, 1])
-    return z, placed, count
+        placed[k, 0], placed[k, 1] = sx * hx * (u - part[source, 0]), sy * hy * (v - part[source, 1])
+    return z, placed, count, np.array([sx * hx * (1 - u), sy * hy * (1 - v)])
