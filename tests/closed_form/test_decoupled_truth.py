@@ -17,13 +17,17 @@ from decoupled_bruteforce import (
 )
 from scipy.integrate import quad
 
+from holdfast import Scene as SceneOf
+from holdfast import assemble
 from holdfast.arrays import Float
 from holdfast.errors import SceneError
+from holdfast.shipped import shipped_scene
 from holdfast.truth.decoupled import (
     CUBE_LEVER,
     LEG_LEVER,
     SLAB_LEVER,
     distance_integral,
+    robustness,
     truth_cube,
     truth_stack,
     truth_table,
@@ -217,3 +221,25 @@ def test_brute_force_finds_every_cut_of_the_table() -> None:
             ["slab", "leg_left", "leg_right"],
         )
     }
+
+
+def test_the_scene_is_recognised() -> None:
+    for name, body in (("cube", "cube"), ("stack", "cube2"), ("table", "leg_left")):
+        box = next(b for b in shipped_scene(name).bodies if b.name == body)
+        low, high = box.box
+        point = np.array([low[0], 0.5 * (low[1] + high[1]), 0.3 * low[2] + 0.7 * high[2]])
+        by_name = robustness(name, body, point, X)
+        assert np.isfinite(by_name).all()
+        np.testing.assert_array_equal(robustness(assemble(shipped_scene(name)), body, point, X), by_name)
+
+
+def test_other_scenes_are_refused() -> None:
+    with pytest.raises(SceneError, match="needs the shipped scene"):
+        robustness(assemble(shipped_scene("tall_table")), "slab", (0, 0, 0.65), -Z)
+    cubes = shipped_scene("cube")
+    with pytest.raises(SceneError, match="needs the shipped scene"):
+        robustness(assemble(SceneOf(cubes.bodies, 0.5)), "cube", (0, 0, 0.1), -Z)
+    with pytest.raises(SceneError, match="was not worked out"):
+        robustness("arch", "keystone", (0, 0, 0.1), -Z)
+    with pytest.raises(SceneError, match="not in this scene"):
+        robustness("cube", "lamp", (0, 0, 0.1), -Z)

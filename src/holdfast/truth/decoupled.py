@@ -71,7 +71,7 @@ def robustness(
 
 
 def recognised(assembly: Assembly) -> str:
-    """ "cube", "stack" or "table": the scene that was worked out by hand; SceneError for any other."""
+    """Which scene worked out by hand this is: "cube", "stack" or "table"; SceneError for any other."""
     cube = (CUBE_SIDE,) * 3
     level = CUBE_SIDE / 2
     known = {
