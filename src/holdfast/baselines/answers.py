@@ -105,8 +105,10 @@ def _answer(peak: Peak, most: float, nothing: float) -> Answer:
         if peak.undecided:
             return Status.UNDECIDED, 0.0, 0.0, np.inf
         return Status.UNSTABLE, 0.0, 0.0, 0.0
-    if peak.held >= most and np.isinf(peak.moves):
-        return Status.INFINITE, np.inf, peak.held, np.inf
+    if np.isinf(peak.moves):
+        if peak.held >= (1 - 1e-9) * most:  # 100 halvings of a range end next to its end
+            return Status.INFINITE, np.inf, peak.held, np.inf
+        return Status.UNDECIDED, 0.0, peak.held, np.inf
     if peak.moves - peak.held > max(WIDEST * peak.moves, nothing):
         return Status.UNDECIDED, 0.0, peak.held, peak.moves
     return Status.FINITE, peak.force, peak.held, peak.moves

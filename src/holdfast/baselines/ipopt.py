@@ -12,9 +12,8 @@ What the paper leaves open, and what is chosen here:
   A negative s, which says that the weight alone is not carried, counts as infeasible.
 - "Unbounded" is IPOPT's Diverging_Iterates. Solved_To_Acceptable_Level counts as solved. Whatever else IPOPT ends with
   (restoration failed, too few degrees of freedom, a search direction too small) is undecided.
-- Contact points: 20 an interface as this package samples them, unless given.
 
-Engine ``limit`` solves the same program, exactly or over polygons, with certificates: ``holdfast.Limit``.
+Engine ``limit`` solves the same program over the exact cone or over polygons, with certificates (``holdfast.Limit``).
 
 Optional: ``pip install 'holdfast[simulators]'`` (casadi, which brings IPOPT).
 """
@@ -51,14 +50,15 @@ def optimised(
     *,
     sides: int = 4,
     nodes: ContactNodes | None = None,
+    seed: int = 0,
 ) -> Answers:
     """R(p, e) as printed, one solve a push; ``points`` and ``directions`` as in ``robustness``.
 
-    ``nodes``: POINTS an interface unless given.
+    ``nodes``: the paper's random ones, POINTS an interface, from ``seed`` unless given.
     """
     checked_assembly(assembly)
     p, e, W = pushes(assembly, body, points, directions, f"optimised robustness of {body!r}")
-    nodes = contact_nodes(assembly, POINTS, "hull") if nodes is None else nodes
+    nodes = contact_nodes(assembly, POINTS, "paper", seed) if nodes is None else nodes
     solver, limits = _program(assembly, nodes, FrictionCone("inscribed", sides))
     found = []
     for column in W.T:
