@@ -37,7 +37,7 @@ test-slow: $(VENV)/.simulators
 test-referees: $(VENV)/.simulators
 	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -m referee
 
-benchmark: $(VENV)/.ready
+benchmark: $(VENV)/.simulators
 	$(BIN)/holdfast benchmark all --compare
 
 clean:
