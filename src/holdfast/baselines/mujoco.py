@@ -6,7 +6,7 @@ collide. MuJoCo's contacts are regularised: normal ones are damped springs, fric
 per tributary area, as in engine ``compliant``; MuJoCo's own choice, equal time constants, would make contacts of heavy
 bodies stiffer. Geometry is exact: bodies tilt and points move, by some 1e-6 m before anything gives way.
 
-Optional: ``pip install 'holdfast[referees]'``.
+Optional: ``pip install 'holdfast[simulators]'``.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import numpy as np
 from holdfast.arrays import Float
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.nodes import ContactNodes
-from holdfast.baselines.search import Peak, Trial, close_in, fallen, grid_nodes, push
+from holdfast.baselines.search import Peak, Trial, climb, grid_nodes, push
 from holdfast.errors import HoldfastError, message
 
 SIDE = 5  # nodes along a side unless given
@@ -39,8 +39,6 @@ LOOK = 250  # steps between looks
 FAR = 1e-3  # sizes of the assembly: what drifts farther under the load moves
 SLOW = 5e-5  # sizes of the assembly a second: what is slower in the end rests, what stays faster moves
 STAYS = 0.8  # of the speed half way: what is not slower than that in the end keeps moving
-FIRST = 0.05  # total weights: the first load
-ENDLESS = 30.0  # total weights up to which is searched
 PASSIVE = {"contype": "0", "conaffinity": "0", "mass": "0"}  # touches in the pairs that are named alone
 
 
@@ -49,7 +47,7 @@ def holds(assembly: Assembly, load: Float | None = None, nodes: ContactNodes | N
 
     ``nodes``: grids of SIDE x SIDE on every (rectangular) patch unless given.
     """
-    world = World(assembly, grid_nodes(assembly, SIDE) if nodes is None else nodes)
+    world = World(assembly, nodes)
     return world.weighed if load is None or not world.weighed.holds else world.trial(load)
 
 
@@ -66,18 +64,14 @@ def peak(
 
     Every load is tried from rest under the weight alone, to ``accuracy`` times the load. ``nodes`` as in ``holds``.
     """
-    column = push(assembly, body, point, direction)
-    world = World(assembly, grid_nodes(assembly, SIDE) if nodes is None else nodes)
-    if not world.weighed.holds:
-        return fallen(world.weighed)
-    weight = assembly.weight
-    return close_in(lambda load: world.trial(load * column), FIRST * weight, ENDLESS * weight, accuracy)
+    return climb(World(assembly, nodes), assembly.weight, push(assembly, body, point, direction), accuracy)
 
 
 class World:
-    """An assembly in MuJoCo, at rest under its weight. ``weighed``: how that went."""
+    """An assembly in MuJoCo, at rest under its weight. ``weighed``: how that went. ``nodes`` as in ``holds``."""
 
-    def __init__(self, assembly: Assembly, nodes: ContactNodes) -> None:
+    def __init__(self, assembly: Assembly, nodes: ContactNodes | None = None) -> None:
+        nodes = grid_nodes(assembly, SIDE) if nodes is None else nodes
         self.assembly, self.nodes = assembly, nodes
         self.mujoco = _mujoco()
         self.model: Any = self.mujoco.MjModel.from_xml_string(describe(assembly, nodes))
@@ -220,5 +214,5 @@ def _mujoco() -> ModuleType:
     try:
         return importlib.import_module("mujoco")
     except ImportError:
-        remedy = "pip install 'holdfast[referees]'"
+        remedy = "pip install 'holdfast[simulators]'"
         raise HoldfastError(message("referee mujoco", "MuJoCo is not installed", remedy)) from None

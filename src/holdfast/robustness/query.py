@@ -8,22 +8,20 @@ from typing import Any
 
 import numpy as np
 
-from holdfast.arrays import Float, Objects, checked, checked_pushes, objects
+from holdfast.arrays import Float, Objects, checked, objects
 from holdfast.assembly.assembly import Assembly
 from holdfast.engines.contract import Capacity, Claim, Engine, Mechanism, Mode, Status
 from holdfast.engines.limit.engine import Limit
-from holdfast.errors import HoldfastError, SceneError, message
+from holdfast.errors import HoldfastError, message
 from holdfast.robustness.request import (
     DEFAULT_ENGINE,
     EngineChoice,
     Load,
-    body_number,
     checked_assembly,
     engine_of,
-    push_columns,
+    pushes,
     total_wrench,
 )
-from holdfast.scene.distance import distance_to_surface
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,14 +83,9 @@ def robustness(
     contact tolerance raises SceneError.
     """
     checked_assembly(assembly)
-    where = f"robustness of {body!r}"
-    p, e = checked_pushes(points, directions, where)
-    if not len(p):
-        raise SceneError(message(where, "got no points", "needs at least one"))
-    number = body_number(assembly, body)
-    _check_on_surface(assembly, body, p, where)
+    p, e, W = pushes(assembly, body, points, directions, f"robustness of {body!r}")
     method = engine_of(engine)
-    W, held = push_columns(assembly, number, p, e), total_wrench(assembly, standing)
+    held = total_wrench(assembly, standing)
     state = method.prepare(assembly, held)
     capacity = state.load_factor(W)
     if bound:
@@ -162,16 +155,3 @@ def _bounded(
         return capacity
     certain = Limit().prepare(assembly, standing, acceleration).load_factor(W)
     return replace(capacity, upper=np.minimum(capacity.upper, certain.upper))
-
-
-def _check_on_surface(assembly: Assembly, name: str, points: Float, where: str) -> None:
-    body = assembly.scene.body(name)
-    tolerance = assembly.tolerances.gap + body.shape.surface.sagitta
-    distance = distance_to_surface(points, body.surface_world)
-    worst = int(np.argmax(distance))
-    if distance[worst] > tolerance:
-        place = np.array2string(points[worst], precision=4, separator=", ")
-        away = f"{distance[worst] * 1e3:.3g} mm" if distance[worst] < 1 else f"{distance[worst]:.3g} m"
-        problem = f"point {worst} at {place} is {away} from the surface"
-        remedy = f"needs points on the body (tolerance {tolerance * 1e3:.3g} mm), in world coordinates"
-        raise SceneError(message(where, problem, remedy))
