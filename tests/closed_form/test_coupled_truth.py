@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from coupled_bruteforce import brute_force
+from coupled_bruteforce import brute_force, capacity, pressure
 
 import holdfast as hf
 from holdfast.rigid import pose_from, transform
@@ -166,6 +166,21 @@ def test_inside_the_cone_nothing_moves(cube: hf.Assembly) -> None:
         assert np.isinf(force) == infinite
         if not infinite:  # s e_x = mu (W + s |e_z|)
             assert force == pytest.approx(0.6 * G0 / (slope - 0.6) * np.linalg.norm(e), rel=1e-6)
+
+
+def test_giving_way_before_being_held_for_ever(cube: hf.Assembly) -> None:
+    """The loads a contact holds are no convex set: this push moves the cube, though a far larger one would not."""
+    point, e = np.array([0.05, 0.04207218, 0.00271537]), np.array([-0.26291727, 0.42104838, -0.86809722])
+    force = truth(cube, "cube", point, e)
+
+    def used(s: float) -> float:
+        moment = np.cross(point, e)
+        p = pressure(G0 - s * e[2], s * np.array([moment[1], -moment[0]]))
+        assert p is not None
+        return s / capacity(p, np.array([e[0], e[1], moment[2]]))
+
+    assert used(0.98 * force) < 1 < used(1.02 * force)
+    assert used(1e5 * G0) < 1
 
 
 def test_cubes_above_only_weigh(cube: hf.Assembly, stack: hf.Assembly) -> None:
