@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import sys
 
 import numpy as np
 import pytest
@@ -216,10 +215,3 @@ def test_pybullet_refuses_what_it_cannot_hold() -> None:
     pairs = {tuple(sorted(i.bodies)): 0.3 + 0.05 * k for k, i in enumerate(bricks.interfaces)}
     with pytest.raises(HoldfastError, match="product over both bodies"):
         pybullet.holds(assemble(Scene(bricks.bodies, Friction(0.5, pairs=pairs))))
-
-
-def test_a_missing_pybullet_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delitem(sys.modules, "pybullet", raising=False)
-    monkeypatch.setitem(sys.modules, "pybullet", None)
-    with pytest.raises(HoldfastError, match=r"pip install 'holdfast\[simulators\]'"):
-        pybullet.holds(block())

@@ -53,10 +53,10 @@ CONVEX = 1e-6  # sizes of a body: by how much a convex shape may stick out of th
 SMOOTH = 1e-9  # stands for friction 0
 
 
-def printed(assembly: Assembly, body: str, point: Float, direction: Float) -> Peak:
+def printed(assembly: Assembly, body: str, point: Float, direction: Float, *, step: float = PRINTED_STEP) -> Peak:
     """Algorithm 2 as printed: a push [N] at ``point`` (3,) [m] of ``body`` along ``direction`` (3,), world axes."""
     column = push(assembly, body, point, direction)
-    return World(assembly, PRINTED_STEP, PRINTED_ITERATIONS).printed(column)
+    return World(assembly, step, PRINTED_ITERATIONS).printed(column)
 
 
 def holds(assembly: Assembly, load: Float | None = None) -> Trial:
