@@ -62,10 +62,11 @@ def robustness(
     force = np.full(len(p), np.inf)
     for joint in joints:
         rest, carried = joint.load / weight, number in joint.above
-        if first_motion(rest, np.zeros(6), joint.mu, joint.half) == 0:
+        if first_motion(rest, np.zeros(6), joint.mu, joint.half, np.inf) == 0:
             return np.zeros(len(p))
         for k in range(len(p) if carried else 0):
-            found = first_motion(rest, contact_load(e[k], p[k], joint), joint.mu, joint.half)
+            push = contact_load(e[k], p[k], joint)
+            found = first_motion(rest, push, joint.mu, joint.half, force[k] / weight)
             if np.isnan(found):
                 problem = f"no limit found for the push at {p[k]} along {e[k]}"
                 raise SolverError(message(WHERE, problem, "report this push: every one should have a limit"))
@@ -121,13 +122,13 @@ def use(load: Float, mu: float, half: Float) -> float:
 
 
 @compiled
-def first_motion(rest: Float, push: Float, mu: float, half: Float) -> float:
-    """The first s at which a contact gives way under rest + s push; inf if never, 0 if it does not hold at s = 0.
+def first_motion(rest: Float, push: Float, mu: float, half: Float, most: float) -> float:
+    """The first s at which a contact gives way under rest + s push, at most ``most``; 0 if it does not hold at s = 0.
 
     Friction and pressure are homogeneous, so s from 0 to infinity is the way (1 - τ) rest + τ push, 0 <= τ <= 1, whose
     end is the push alone. Toppling, where the pressure's resultant reaches a side, is linear in τ.
     """
-    tip = 2.0
+    tip = most / (1 + most) if np.isfinite(most) else 1.0
     for axis in range(2):
         for sign in (-1.0, 1.0):
             inside = half[axis] * rest[3] + sign * rest[4 + axis]
@@ -136,7 +137,7 @@ def first_motion(rest: Float, push: Float, mu: float, half: Float) -> float:
                 return 0.0
             if change < -NOTHING * half[axis]:
                 tip = min(tip, inside / (inside - change))
-    end = min(tip, 1.0)
+    end = tip
     before = worst = use(rest, mu, half)
     if before > 1 + ROUNDING:
         return 0.0

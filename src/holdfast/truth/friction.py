@@ -11,12 +11,12 @@ FAR = 3.0  # [-] times the patch's reach: further away the centre of rotation is
 STEPS = 100  # of Newton; five to ten are usual
 STEP = 1e-4  # [-] of the motion, over which second derivatives are taken
 NEAR = 1e-3  # [-] of friction's size: below this slope steps are judged by the slope
-FLAT = 1e-7  # [-] of friction's size: a slope that ends the search
+FLAT = 1e-6  # [-] of friction's size: a slope that ends the search
 ENOUGH = 1e-4  # [-] a slope to be content with where rounding allows no less; the value errs by its square
 
 # Gauss-Legendre on [0, 1]
-NODES = 0.5 + 0.5 * np.polynomial.legendre.leggauss(8)[0]
-WEIGHTS = 0.5 * np.polynomial.legendre.leggauss(8)[1]
+NODES = 0.5 + 0.5 * np.polynomial.legendre.leggauss(6)[0]
+WEIGHTS = 0.5 * np.polynomial.legendre.leggauss(6)[1]
 
 
 @compiled
