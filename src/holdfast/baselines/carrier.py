@@ -12,14 +12,14 @@ Contacts as in ``baselines/mujoco.py``. Optional: ``pip install 'holdfast[refere
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from holdfast.arrays import Float, checked, unit
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes
-from holdfast.baselines.mujoco import describe, equal_stiffness, imported, node_motion
+from holdfast.baselines.mujoco import _mujoco, describe, equal_stiffness, node_motion
 from holdfast.baselines.search import grid_nodes
 
 SIDE = 5  # nodes along a side unless given
@@ -32,6 +32,9 @@ RATES = (8.0, 1.0, 0.1)  # [m/s³] of the ramps
 BACK = 2.5  # a slower ramp starts that many times what a body that slides freely needs to reach SPEED before its end
 MOST = 60.0  # [m/s²] at which a ramp ends
 LOOK = 10  # steps between looks
+
+
+Mark: TypeAlias = tuple[float, Float]  # a level and MuJoCo's state there
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,7 @@ class Carrier:
         """``nodes``: grids of SIDE x SIDE on every (rectangular) patch unless given; ``gravity`` of a tilted tray."""
         self.assembly, self.step = assembly, step
         self.nodes = grid_nodes(assembly, SIDE) if nodes is None else nodes
-        self.mujoco = imported()
+        self.mujoco = _mujoco()
         load = float(assembly.mass.sum())
         self.model: Any = self.mujoco.MjModel.from_xml_string(describe(assembly, self.nodes, HEAVY * load, step))
         equal_stiffness(self.model, self.nodes, step)
@@ -84,12 +87,14 @@ class Carrier:
             level, state = next(((a, s) for a, s in reversed(marks) if a <= min(early, calm)), (0.0, self.start))
         return Ramp(found, calm, self.steps - begun)
 
-    def _ramp(self, way: Float, rate: float, level: float, state: Float) -> tuple[float, float, list[tuple[float, Float]]]:
+    def _ramp(
+        self, way: Float, rate: float, level: float, state: Float
+    ) -> tuple[float, float, list[tuple[float, Float]]]:
         """Levels where the nodes exceed SPEED and up to where they rest, and states on the way there by level."""
         self.mujoco.mj_setState(self.model, self.data, state, self.mujoco.mjtState.mjSTATE_INTEGRATION)
         self.mujoco.mj_forward(self.model, self.data)
         a = calm = level
-        marks: list[tuple[float, Float]] = []
+        marks: list[Mark] = []
         while a < MOST:
             marks.append((a, self._state()))
             for _ in range(LOOK):

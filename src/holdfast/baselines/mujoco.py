@@ -41,7 +41,6 @@ SLOW = 5e-5  # sizes of the assembly a second: what is slower in the end rests, 
 STAYS = 0.8  # of the speed half way: what is not slower than that in the end keeps moving
 FIRST = 0.05  # total weights: the first load
 ENDLESS = 30.0  # total weights up to which is searched
-SLIDES = 2  # MuJoCo's number of a slide joint
 PASSIVE = {"contype": "0", "conaffinity": "0", "mass": "0"}  # touches in the pairs that are named alone
 
 
@@ -80,7 +79,7 @@ class World:
 
     def __init__(self, assembly: Assembly, nodes: ContactNodes) -> None:
         self.assembly, self.nodes = assembly, nodes
-        self.mujoco = imported()
+        self.mujoco = _mujoco()
         self.model: Any = self.mujoco.MjModel.from_xml_string(describe(assembly, nodes))
         equal_stiffness(self.model, nodes)
         self.data: Any = self.mujoco.MjData(self.model)
@@ -210,7 +209,7 @@ def _leaves(nodes: ContactNodes, i: int, flat: float) -> bool:
     return bool(turned or abs((nodes.points[i] - nodes.points[i - 1]) @ nodes.axes[i, 0]) > flat)
 
 
-def equal_stiffness(model: Any, nodes: ContactNodes, step: float = STEP) -> None:  # noqa: ANN401 - MuJoCo has no types
+def equal_stiffness(model: Any, nodes: ContactNodes, step: float = STEP) -> None:  # noqa: ANN401 - it has no types
     """Give every pair a spring in proportion to its tributary area.
 
     MuJoCo's constraint i yields by R_i = (1 - d_i) / d_i A_i (A_i the inverse masses of both bodies) and is driven by
@@ -218,8 +217,8 @@ def equal_stiffness(model: Any, nodes: ContactNodes, step: float = STEP) -> None
     the powers of d that MuJoCo puts on them, that is a spring in proportion to area.
     """
     inverse = model.body_invweight0[1:, 0]
-    if not model.njnt or model.jnt_type[-1] != SLIDES:
-        inverse = np.append(inverse, 0.0)  # the last one is FIXED: the world, or a carrier
+    if model.nv % 6 == 0:  # the last one is FIXED: a carrier, which has three joints, or the world
+        inverse = np.append(inverse, 0.0)
     share = nodes.weights * (inverse[nodes.a] + inverse[nodes.b])
     share *= IMPEDANCE / share.mean()
     d = share / (1 + share)
@@ -238,7 +237,7 @@ def _text(values: Float) -> str:
     return " ".join(repr(float(v)) for v in values)
 
 
-def imported() -> ModuleType:
+def _mujoco() -> ModuleType:
     try:
         return importlib.import_module("mujoco")
     except ImportError:
