@@ -128,7 +128,7 @@ def tilted(assembly: Assembly, tilt: Any) -> Assembly:  # noqa: ANN401 - (3,) or
         pose[:3, :3] = checked(tilt, (3, 3), where)
         turn = checked_pose(pose, where)[:3, :3]
     else:
-        turn = Rotation.from_rotvec(checked(tilt, (3,), where)).as_matrix()
+        turn = Rotation.from_rotvec(np.array(checked(tilt, (3,), where))).as_matrix()
     scene = checked_assembly(assembly).scene
     return replace(assembly, scene=Scene(scene.bodies, scene.friction, turn.T @ scene.gravity, scene.name))
 
