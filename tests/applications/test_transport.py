@@ -39,7 +39,7 @@ def limits(assembly: hf.Assembly, *directions: np.ndarray, **options: Any) -> np
 @pytest.mark.parametrize("height", [0.05, 0.3])
 def test_a_box_slips_or_topples(height: float, engine: str) -> None:
     t = hf.transport_limits(carried(height), 7 * np.array([X, -X, Y, -Y]), engine=engine)
-    slips = MU < 0.1 / height
+    slips = 0.1 / height > MU
     assert t.acceleration == pytest.approx(G * min(MU, 0.1 / height), rel=1e-4)
     assert set(t.mode) == {"slip" if slips else "topple"}
     assert set(t.moving) == {("box",)}
