@@ -23,7 +23,7 @@ from holdfast.baselines.mujoco import _mujoco, describe, equal_stiffness, node_m
 from holdfast.baselines.search import grid_nodes
 
 SIDE = 5  # nodes along a side unless given
-STEP = 2e-4  # [s]
+STEP = 5e-4  # [s]
 SPEED = 0.05  # [m/s] of contact nodes against each other: the assembly moves
 CALM = 2e-3  # [m/s]: below that it rests
 HEAVY = 100.0  # mass of the carrier over that of its load: how little the load's motion slows it down
@@ -51,31 +51,29 @@ class Ramp:
 
 
 class Carrier:
-    """An assembly on its carrier in MuJoCo, at rest."""
+    """An assembly on its carrier in MuJoCo, before it drives off. ``rests``: whether nothing moves by then."""
 
-    def __init__(
-        self, assembly: Assembly, nodes: ContactNodes | None = None, *, gravity: Float | None = None, step: float = STEP
-    ) -> None:
-        """``nodes``: grids of SIDE x SIDE on every (rectangular) patch unless given; ``gravity`` of a tilted tray."""
+    def __init__(self, assembly: Assembly, nodes: ContactNodes | None = None, *, step: float = STEP) -> None:
+        """``nodes``: grids of SIDE x SIDE on every (rectangular) patch unless given; ``step`` of time [s]."""
         self.assembly, self.step = assembly, step
         self.nodes = grid_nodes(assembly, SIDE) if nodes is None else nodes
         self.mujoco = _mujoco()
         load = float(assembly.mass.sum())
         self.model: Any = self.mujoco.MjModel.from_xml_string(describe(assembly, self.nodes, HEAVY * load, step))
         equal_stiffness(self.model, self.nodes, step)
-        if gravity is not None:
-            self.model.opt.gravity[:] = gravity
         self.total = (1 + HEAVY) * load
         self.data: Any = self.mujoco.MjData(self.model)
         self.mujoco.mj_forward(self.model, self.data)
         self.steps = 0
         for _ in range(round(SETTLE / step)):
             self._advance(np.zeros(3))
-        self.start = self._state()
+        self.start, self.rests = self._state(), self.speed() < SPEED
 
     def limit(self, direction: Float, rates: tuple[float, ...] = RATES) -> Ramp:
         """Raise the acceleration along ``direction`` (3,), scene axes, until something moves; ever slower ramps."""
         way = unit(checked(direction, (3,), "carrier: direction"))
+        if not self.rests:
+            return Ramp(0.0, 0.0, 0)
         begun = self.steps
         level, state = 0.0, self.start
         found = calm = 0.0

@@ -86,7 +86,8 @@ def _png(picture: PolarPicture) -> bytes:
     writer = Writer(page, canvas, 1.0)
     writer.put(60, 50, writer.clipped(picture.title, 27.0, width - 120, bold=True), 27.0, bold=True)
     writer.put(60, 80, writer.clipped(picture.subtitle, 16.0, width - 120), 16.0, colour=GREY)
-    _draw_curves(figure, picture)
+    left, top, side = _POLAR
+    draw_curves(_box(figure, left + 40, top + 10, side - 80, side - 80, projection="polar"), picture)
     below = _draw_footprints(figure, writer, picture) if picture.footprints else 150.0
     _draw_legend(writer, picture, below)
     stream = BytesIO()
@@ -100,9 +101,8 @@ def _box(figure: Figure, left: float, top: float, width: float, height: float, *
     return figure.add_axes((left / w, 1 - (top + height) / h, width / w, height / h), **options)
 
 
-def _draw_curves(figure: Figure, picture: PolarPicture) -> None:
-    left, top, side = _POLAR
-    axes: PolarAxes = _box(figure, left + 40, top + 10, side - 80, side - 80, projection="polar")
+def draw_curves(axes: PolarAxes, picture: PolarPicture) -> None:
+    """Draw all curves into polar axes, the first on top."""
     axes.set_facecolor("none")
     finite = np.concatenate([curve.radius[np.isfinite(curve.radius)] for curve in picture.curves])
     end = 1.12 * float(finite.max(initial=0.0)) or 1.0
@@ -127,11 +127,14 @@ def _draw_curves(figure: Figure, picture: PolarPicture) -> None:
         if only:
             axes.fill(angle, shown, color=colour, alpha=0.08, lw=0)
         marker, line = _MARKERS[k % len(_MARKERS)], _LINES[k % len(_LINES)]
-        axes.plot(angle, shown, line, color=colour, lw=1.6 if not marker else 1.0, alpha=0.9 if not marker else 0.45)
+        if not marker:
+            axes.plot(angle, shown, line, color=colour, lw=1.6, alpha=0.9, label=curve.name)
         if marker:
             hollow = marker != "o"
             face = "none" if hollow else colour
-            axes.plot(angle[:-1], shown[:-1], marker, ms=5.5, mfc=face, mec=colour, mew=1.0, ls="none", clip_on=False)
+            axes.plot(angle, shown, line, color=colour, lw=1.0, alpha=0.45)
+            dots: dict[str, Any] = {"ms": 5.5, "mfc": face, "mec": colour, "mew": 1.0, "ls": "none"}
+            axes.plot(angle[:-1], shown[:-1], marker, **dots, clip_on=False, label=curve.name)
 
 
 def _free_angle(picture: PolarPicture) -> float:
