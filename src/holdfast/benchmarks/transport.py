@@ -32,10 +32,6 @@ METHODS: Mapping[str, Engine] = {
 SIMULATION = "simulation"
 STEP, SIDE = 1e-3, 2  # of the simulation: [s], and corners alone, which are all that accelerations along lines need
 PAPER = {"graph": 0.63, "polygon 8": 3.6, SIMULATION: 38.0}  # [s] for the second scene
-WRITTEN = {  # m/s² as the paper prints them: by scene, then axis
-    "slope": {"+Y": 3.27, "-Y": 11.8},
-    "slope_two": {},
-}
 
 
 def cases() -> Mapping[str, Case]:
@@ -76,12 +72,12 @@ def _row(scene: str, method: str, curve: Float, seconds: float | str, exact: Flo
     for axis, k in AXES.items():
         row[axis] = float(curve[k]) if len(curve) else ""
     if len(curve):
-        row["over limit %"] = float(100 * (curve / exact - 1).max())
-        row["under limit %"] = float(100 * (1 - curve / exact).max())
+        row["most off limit %"] = float(100 * np.abs(curve / exact - 1).max())
     if len(curve) and len(simulated):
-        off = np.abs(curve / simulated - 1)
-        row["median off simulation %"] = float(100 * np.median(off))
-        row["worst off simulation %"] = float(100 * off.max())
+        off = curve / simulated - 1
+        row["median off simulation %"] = float(100 * np.median(np.abs(off)))
+        row["most above simulation %"] = float(100 * off.max())
+        row["most below simulation %"] = float(-100 * off.min())
     row["curve"] = [float(value) for value in curve]
     return row
 
@@ -101,10 +97,10 @@ def plot(rows: list[Row], file: BinaryIO) -> None:
         curves = [_curve(row) for row in rows if row["case"].startswith(f"{scene}: ") and row["curve"]]
         curves.sort(key=lambda curve: ORDER.index(curve.name))
         draw_curves(axes, PolarPicture(scene, "", ("+x", "+y", "−x", "−y"), tuple(curves)))  # type: ignore[arg-type]
-        axes.set_title(f"{('one cube', 'two cubes')[k]}: largest acceleration [m/s²]", fontweight="bold", pad=18)
-    handles, labels = axes.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
-    figure.savefig(file, dpi=110, format="png")
+        axes.set_title(f"{('one cube', 'two cubes')[k]}: largest acceleration [m/s²]", fontweight="bold", pad=22)
+    handles, labels = axes.get_legend_handles_labels()  # the first is drawn last
+    figure.legend(handles[::-1], labels[::-1], loc="outside lower center", ncols=len(labels), frameon=False)
+    figure.savefig(file, dpi=110, format="png", bbox_inches="tight", pad_inches=0.2)
 
 
 ORDER = (SIMULATION, "limit", "graph", "polygon 8", "polygon 4", "compliant")  # as styles of curves follow each other
