@@ -37,6 +37,13 @@ def test_it_says_what_gives_way_where(transport: Any) -> None:
     assert "11.77" in out
 
 
+def test_a_long_story_is_told_in_twelve_parts(transport: Any) -> None:
+    code, out, _ = transport("tabletop", "--engine", "limit", "--directions", 48)
+    assert code == 0
+    assert out.count("°") == 12 * 3
+    assert "upper_book" in out
+
+
 def test_the_json_has_the_attributes(transport: Any) -> None:
     code, out, _ = transport("cube", "--directions", 8, "--json")
     data = json.loads(out)

@@ -17,6 +17,8 @@ from holdfast.report.transport import level_angles
 from holdfast.robustness.map import MapPoint, RobustnessMap
 from holdfast.robustness.stability import Stability
 
+ARCS = 12  # rows of directions at most
+
 _WORDS = {
     Status.STABLE: ("stands", "bold green"),
     Status.UNSTABLE: ("does not stand", "bold red"),
@@ -105,7 +107,7 @@ def _row(weak: MapPoint) -> tuple[str, ...]:
 
 
 def transport_report(result: TransportLimits) -> RenderableType:
-    """Level directions by their angle from the first axis, those in which the same gives way together."""
+    """Level directions by their angle: those in which the same gives way together, or ARCS even parts of the circle."""
     word, style = _WORDS[result.verdict.status]
     count = len(result.directions)
     head = Text.assemble(
@@ -123,14 +125,14 @@ def transport_report(result: TransportLimits) -> RenderableType:
         table.add_column(escape(heading), justify="left" if name else "right", no_wrap=not name)
     angle = np.round(np.degrees(level_angles(result)), 1)
     arcs = _arcs(result)
-    for arc in arcs[:30]:
+    if len(arcs) > ARCS:
+        arcs = [part.tolist() for part in np.array_split(np.arange(count), ARCS)]
+    for arc in arcs:
         least = arc[int(np.argmin(result.acceleration[arc]))]
         first, last, at = (f"{angle[k]:g}°" for k in (arc[0], arc[-1], least))
         figures = ["∞" if np.isinf(v) else f"{v:.4g}" for v in (result.acceleration[least], result.lower[least])]
         lower = figures[1] if result.lower.any() else "-"
         table.add_row(first, last, figures[0], lower, at, _gives_way(result, least))
-    if len(arcs) > 30:
-        table.add_row(f"... {len(arcs) - 30} more", *[""] * 5)
     return Group(head, *notes, table)
 
 
