@@ -1,5 +1,13 @@
 """How hard can you push here before something moves: robustness of rigid assemblies in frictional contact."""
 
+from holdfast.applications.transport import (
+    TransportLimits,
+    horizontal_directions,
+    inertial_loads,
+    safe_time_scale,
+    tilted,
+    transport_limits,
+)
 from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.engines.compliant.engine import Compliant
@@ -51,17 +59,23 @@ __all__ = [
     "Sphere",
     "Stability",
     "Status",
+    "TransportLimits",
     "WorstCase",
     "admissible_wrenches",
     "assemble",
+    "horizontal_directions",
+    "inertial_loads",
     "load_factor",
     "load_scene",
     "robustness",
     "robustness_map",
     "robustness_under",
+    "safe_time_scale",
     "save_scene",
     "sensitivity",
     "stability",
     "sustainable_accelerations",
+    "tilted",
+    "transport_limits",
     "worst_case",
 ]

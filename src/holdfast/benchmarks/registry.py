@@ -9,7 +9,7 @@ from holdfast.benchmarks.suite import Suite
 from holdfast.errors import HoldfastError, message
 
 # modules of this package, each with a SUITE of the same name
-SUITES = ("baselines", "contacts", "maps", "pipeline", "reliability", "scaling", "table1")
+SUITES = ("baselines", "contacts", "maps", "pipeline", "reliability", "scaling", "table1", "transport")
 
 
 def suite(name: str) -> Suite:

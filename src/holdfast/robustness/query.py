@@ -89,7 +89,7 @@ def robustness(
     state = method.prepare(assembly, held)
     capacity = state.load_factor(W)
     if bound:
-        capacity = _bounded(capacity, method, assembly, W, held, None)
+        capacity = bounded(capacity, method, assembly, W, held, None)
     return Robustness(
         method.name,
         method.claim,
@@ -129,7 +129,7 @@ def load_factor(
     state = method.prepare(assembly, held, moved)
     capacity = state.load_factor(W)
     if bound:
-        capacity = _bounded(capacity, method, assembly, W, held, moved)
+        capacity = bounded(capacity, method, assembly, W, held, moved)
     return LoadFactor(
         method.name,
         method.claim,
@@ -144,7 +144,7 @@ def load_factor(
     )
 
 
-def _bounded(
+def bounded(
     capacity: Capacity, method: Engine, assembly: Assembly, W: Float, standing: Float, acceleration: Float | None
 ) -> Capacity:
     """The capacity with upper bounds by limit analysis over the corners of the patches, which contain all nodes."""
