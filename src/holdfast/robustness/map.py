@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from holdfast.arrays import Float, Int, Objects, checked_number, objects
+from holdfast.arrays import Bool, Float, Int, Objects, checked_number, objects
 from holdfast.assembly.assembly import Assembly
 from holdfast.engines.contract import Claim, Mode, Status, Verdict
 from holdfast.errors import SceneError, message
@@ -22,7 +22,10 @@ SIGNIFICANT = 6  # digits of a force that count in a ranking
 
 @dataclass(frozen=True)
 class MapPoint:
-    """One point of a map: a push of ``force`` along ``direction`` (inward) at ``point`` moves ``moving``."""
+    """One point of a map: a push of ``force`` along ``direction`` (inward) at ``point`` moves ``moving``.
+
+    Where not ``solved``, ``force`` was interpolated, with a stated relative ``error``.
+    """
 
     body: str
     point: tuple[float, float, float]
@@ -32,6 +35,8 @@ class MapPoint:
     mode: Mode
     moving: tuple[str, ...]
     mechanism: str
+    solved: bool
+    error: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +46,8 @@ class RobustnessMap:
     ``points`` and outward ``normals`` (n, 3), ``body`` (n,) names, ``force`` (n,) [N] for a push along minus the
     normal; ``status``, ``lower``, ``upper``, ``moving``, ``mode`` (n,) and ``mechanism`` (n,) as in Robustness.
     ``cells`` holds the surface pieces of each body that the points stand for (in the order of the points), ``hidden``
-    those where nobody can push.
+    those where nobody can push. ``solved`` (n,) tells which points were solved, ``error`` (n,) the stated relative error
+    of ``force`` where it was interpolated between them (0 elsewhere).
     """
 
     engine: str
@@ -58,6 +64,8 @@ class RobustnessMap:
     moving: Objects
     mode: Objects
     mechanism: Objects
+    solved: Bool
+    error: Float
     cells: dict[str, Cells]
     hidden: dict[str, Cells]
     notes: tuple[str, ...]
@@ -94,6 +102,8 @@ class RobustnessMap:
             self.mode[index],
             self.moving[index],
             "" if self.mechanism[index] is None else self.mechanism[index].text,
+            bool(self.solved[index]),
+            float(self.error[index]),
         )
 
 
@@ -109,7 +119,8 @@ def robustness_map(
 
     ``spacing`` [m] is the distance of neighbouring points. Points on contact patches, and points with another body
     less than half a spacing in front of them, are left out: nobody can push there. ``gap`` is the largest
-    (upper - lower) / upper wanted of engines that give bounds; ``graph`` gives none and takes no notice.
+    (upper - lower) / upper wanted of engines that give bounds. ``compliant`` interpolates between points that it solved
+    until the expected relative error is at most ``gap``; three times that is stated. ``graph`` takes no notice.
     """
     checked_assembly(assembly)
     step = checked_number(spacing, "robustness_map: spacing", above=0)
@@ -154,6 +165,8 @@ def robustness_map(
         objects([m for c in capacities for m in c.moving]),
         objects([m for c in capacities for m in c.mode]),
         objects([m for c in capacities for m in c.mechanism]),
+        np.concatenate([c.solved for c in capacities]),
+        np.concatenate([c.error for c in capacities]),
         shown,
         hidden,
         state.notes,

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
 from scipy import sparse
 
-from holdfast.arrays import Float, Int, checked_number
+from holdfast.arrays import Bool, Float, Int, checked_number
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, contact_nodes, equilibrium_operator
 from holdfast.engines.compliant import path
 from holdfast.engines.compliant import settle as rest
+from holdfast.engines.compliant.interpolated import UNKNOWN, survey
 from holdfast.engines.compliant.law import Elastic, Stiffness, elastic_model, force_unit, levers
 from holdfast.engines.compliant.linear import SparseSolver, Work, make_work
 from holdfast.engines.compliant.verdict import judged, settled
@@ -31,6 +32,8 @@ ACCURACY = 2e-4  # relative, of a peak found by verdicts
 ROUGH = 5e-3  # the same where verdicts close to the peak were not to be had
 MOST_VERDICTS = 40
 CHUNK = 64  # motions described at a time
+MANY = 40  # columns on one body from which on it pays to interpolate
+KINDS = {path.PEAK: Status.FINITE, path.ENDLESS: Status.INFINITE, path.LOST: Status.UNDECIDED}
 
 
 @dataclass(frozen=True)
@@ -100,7 +103,7 @@ class Paths:
 
     ``kind`` (k,), ``peak`` (k,) of s, ``last`` s (residual strength), how far the peak may be above (``short``), the
     linear systems solved (``solves``); q at the peak, ``motion`` at the end, ``plane`` across which the peak was found
-    (k, 6J).
+    (k, 6J); ``cut`` (k, 6J), or (k, 0) if not wanted: peak / peak' = cut · load' [load in W's units] to first order.
     """
 
     kind: Int
@@ -111,6 +114,24 @@ class Paths:
     q: Float
     motion: Float
     plane: Float
+    cut: Float
+
+
+def _joined(parts: list[Paths]) -> Paths:
+    """All paths, in the order of the parts."""
+    return Paths(*(np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Paths)))
+
+
+@dataclass(frozen=True, eq=False)
+class Answers:
+    """What is known of k columns: ``kind`` of path.py, factors and their lower bounds, and as in Capacity."""
+
+    kind: Int
+    factor: Float
+    lower: Float
+    mechanisms: list[Mechanism | None]
+    solved: Bool
+    error: Float
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +158,8 @@ class CompliantState:
     def load_factor(self, W: Float, gap: float | None = None) -> Capacity:
         """For each column of W (6J, n) the peak of its load path; ``lower`` is that less the discretisation estimate.
 
-        ``gap`` is not used: every column is followed along its own path.
+        With ``gap`` MANY columns on one body are interpolated between paths (interpolated.py) with expected errors of
+        at most ``gap``: ``lower`` then also lies below what the stated error allows.
         """
         count = W.shape[1]
         if self.rest.status is not Status.STABLE:
@@ -146,34 +168,109 @@ class CompliantState:
         factor, lower, upper = np.full(count, np.inf), np.full(count, np.inf), np.full(count, np.inf)
         status = [Status.INFINITE] * count
         told: list[Mechanism | None] = [None] * count
+        solved, error = np.ones(count, dtype=bool), np.zeros(count)
         if len(loaded):
-            paths = self.paths(W[:, loaded])
-            self._by_verdicts(W[:, loaded], paths)
-            peak, below = self._bounded(W[:, loaded], paths)
-            kinds = {path.PEAK: Status.FINITE, path.ENDLESS: Status.INFINITE, path.LOST: Status.UNDECIDED}
-            factor[loaded], lower[loaded] = peak, below
-            finite = np.flatnonzero(paths.kind == path.PEAK)
-            mechanisms = self.mechanisms(paths.motion[finite])
-            for k, mechanism in zip(finite.tolist(), mechanisms, strict=True):
-                told[loaded[k]] = mechanism
+            asked = W[:, loaded]
+            bodies = np.flatnonzero((asked != 0).reshape(-1, 6, len(loaded)).any((1, 2)))
+            if gap is None or len(loaded) < MANY or len(bodies) > 1:
+                answers = self._each(asked)
+            else:
+                answers = self._surveyed(asked, 6 * int(bodies[0]), gap)
+            factor[loaded], lower[loaded] = answers.factor, answers.lower
+            solved[loaded], error[loaded] = answers.solved, answers.error
             for k, column in enumerate(loaded.tolist()):
-                status[column] = kinds[int(paths.kind[k])]
-        return Capacity.told(factor, lower, upper, status, told)
+                told[column], status[column] = answers.mechanisms[k], KINDS[int(answers.kind[k])]
+        return Capacity.told(factor, lower, upper, status, told, solved, error)
 
-    def paths(self, W: Float) -> Paths:
-        """Follow the load paths of columns W (6J, k), none of them zero."""
+    def _each(self, W: Float) -> Answers:
+        """Every column of W (6J, k) along its own path."""
+        paths = self.paths(W)
+        self._by_verdicts(W, paths)
+        return self._answers(W, paths)
+
+    def _answers(self, W: Float, paths: Paths) -> Answers:
+        """What the paths of columns W (6J, k) say."""
+        factor, lower = self._bounded(W, paths)
+        told: list[Mechanism | None] = [None] * len(factor)
+        finite = np.flatnonzero(paths.kind == path.PEAK)
+        for k, mechanism in zip(finite.tolist(), self.mechanisms(paths.motion[finite]), strict=True):
+            told[k] = mechanism
+        return Answers(paths.kind, factor, lower, told, np.ones(len(factor), dtype=bool), np.zeros(len(factor)))
+
+    def _surveyed(self, W: Float, first: int, gap: float) -> Answers:
+        """Columns W (6J, k) that load one body, at rows ``first`` to ``first + 6``: few paths, the rest interpolated."""
+        known: list[Paths] = []
+        order: list[Int] = []
+
+        def follow(indices: Int) -> tuple[Int, Float, Float]:
+            paths = self.paths(W[:, indices], cuts=True)
+            self._by_verdicts(W[:, indices], paths)
+            known.append(paths)
+            order.append(indices)
+            with np.errstate(divide="ignore"):
+                value = np.where(paths.kind == path.PEAK, 1 / paths.peak, 0.0)
+            return paths.kind, value, value[:, None] * paths.cut[:, first : first + 6]
+
+        found = survey(np.ascontiguousarray(W[first : first + 6].T), follow, gap)
+        between = np.flatnonzero(found.kind == UNKNOWN)
+        endless = between[found.value[between] == 0]
+        if len(endless):
+            lost = endless[~self._carried(W[:, endless], found.corner[endless], found.share[endless], order, known)]
+            follow(lost)
+            between = np.setdiff1d(between, lost)
+        done = np.concatenate(order)
+        place = np.zeros(W.shape[1], dtype=np.int64)
+        place[done] = np.arange(len(done))
+        solved = self._answers(W[:, done], _joined(known))
+        kind, factor, lower = solved.kind[place], solved.factor[place], solved.lower[place]
+        told = [solved.mechanisms[k] for k in place]
+        corner, nearest = place[found.corner[between]], np.argmax(found.share[between], axis=1)
+        error = np.zeros(len(place))
+        is_solved = np.ones(len(place), dtype=bool)
+        is_solved[between] = False
+        error[between] = found.error[between]
+        kind[between] = solved.kind[corner[:, 0]]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            factor[between] = 1 / found.value[between]
+            share = np.where(np.isinf(solved.factor), 1.0, solved.lower / solved.factor)[corner].min(1)
+            lower[between] = factor[between] * np.maximum(1 - error[between], 0.0) * share
+        for k, column in enumerate(between.tolist()):
+            told[column] = solved.mechanisms[corner[k, nearest[k]]]
+        return Answers(kind, factor, lower, told, is_solved, error)
+
+    def _carried(self, W: Float, corner: Int, share: Float, order: list[Int], known: list[Paths]) -> Bool:
+        """(k,) whether forces of the law balance loads W (6J, k) alone, found from those at solved columns around."""
+        place = np.zeros(int(max(indices.max(initial=0) for indices in order)) + 1, dtype=np.int64)
+        done = np.concatenate(order)
+        place[done] = np.arange(len(done))
+        alone = np.concatenate([paths.q for paths in known])
+        q = np.einsum("kc,kcx->kx", share, alone[place[corner]])
+        found = np.zeros(len(q), dtype=bool)
+        loads = self._loads(W)
+        if self.system is not None and self.system.sparse is None:
+            path.carried_dense(self.system.model, self.system.work, loads, q, found)
+        elif self.system is not None:
+            for k in range(len(q)):
+                found[k] = path.carried(self.system.model, self.system.work, loads[k], q[k], self.system.sparse)
+        return found
+
+    def paths(self, W: Float, *, cuts: bool = False) -> Paths:
+        """Follow the load paths of columns W (6J, k), none of them zero; ``cuts``: say how peaks answer to loads."""
         shape = (W.shape[1], len(self.wrench))
+        cut = np.zeros(shape if cuts else (len(W.T), 0))
         q, motion, plane, told = np.zeros(shape), np.zeros(shape), np.zeros(shape), np.zeros((shape[0], 8))
         if self.system is not None and self.start is not None:
             m, work, sparse = self.system.model, self.system.work, self.system.sparse
             loads = self._loads(W)
             if sparse is None:
-                path.follow_dense(m, work, self.start, loads, q, motion, plane, told)
+                path.follow_dense(m, work, self.start, loads, q, motion, plane, cut, told)
             else:
                 for k in range(shape[0]):
-                    path.follow(m, work, self.start, loads[k], q[k], motion[k], plane[k], told[k], sparse)
+                    path.follow(m, work, self.start, loads[k], q[k], motion[k], plane[k], cut[k], told[k], sparse)
         kind = told[:, path.KIND].astype(np.int64)
-        return Paths(kind, told[:, 1], told[:, 2], told[:, 3], told[:, 4], q, motion, plane)
+        if cuts:
+            cut *= levers(self.assembly) / force_unit(self.assembly, self.wrench)
+        return Paths(kind, told[:, 1], told[:, 2], told[:, 3], told[:, 4], q, motion, plane, cut)
 
     def _by_verdicts(self, W: Float, paths: Paths) -> None:
         """Where a path was lost, close in on its peak by whether the assembly comes to rest under weight and load.

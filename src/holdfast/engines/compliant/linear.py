@@ -21,14 +21,15 @@ from holdfast.compiled import compilable, compiled
 from holdfast.engines.compliant.law import Elastic
 
 SINGULAR = 0.0
-VISCOSITY, CORNER, SIGN = 0, 1, 2  # entries of Work.ask
+VISCOSITY, CORNER, SIGN, TRANSPOSED = 0, 1, 2, 3  # entries of Work.ask
 
 
 class Work(NamedTuple):
     """A system and scratch.
 
-    ``K`` (P, 6, 6); ``w``, ``c`` (n,); right-hand sides ``rhs`` (n + 1, 2). ``ask`` (3,) holds ε, d and, once solved,
-    the sign of the determinant (0: singular). ``A`` (n + 1, n + 1) is for the dense solution, the rest is scratch.
+    ``K`` (P, 6, 6); ``w``, ``c`` (n,); right-hand sides ``rhs`` (n + 1, 2). ``ask`` (4,) holds ε, d, once solved the
+    sign of the determinant (0: singular), and 1 where the transposed system is meant. ``A`` (n + 1, n + 1) is for the
+    dense solution, the rest is scratch.
     """
 
     K: Float
@@ -52,7 +53,7 @@ def make_work(m: Elastic, *, dense: bool) -> Work:
         np.zeros(n),
         np.zeros(n),
         np.zeros((n + 1, 2)),
-        np.zeros(3),
+        np.zeros(4),
         square,
         np.zeros(n),
         np.zeros(n),
@@ -105,6 +106,10 @@ def dense_solve(m: Elastic, work: Work) -> None:
         A[n, i] = work.c[i]
     A[n, n] = work.ask[1]
     size = n + 1
+    if work.ask[3] > 0:
+        for i in range(size):
+            for j in range(i):
+                A[i, j], A[j, i] = A[j, i], A[i, j]
     sign = 1.0
     for i in range(size):
         top = 0.0
@@ -181,7 +186,7 @@ class SparseSolver:
 
     def solve(self, work: Work) -> None:
         """Solve the system of ``work`` in place."""
-        viscosity, corner, _ = work.ask
+        viscosity, corner, _, transposed = work.ask
         _blocks(self._m, work.K, viscosity, self._blocks)
         values = np.concatenate([self._blocks.ravel()[self._kept], -work.w, work.c, [corner]])
         used = values != 0
@@ -193,7 +198,10 @@ class SparseSolver:
         except RuntimeError:  # exactly singular
             work.ask[SIGN] = SINGULAR
             return
-        work.rhs[:] = factors.solve(work.rhs * scale[:, None])
+        if transposed:
+            work.rhs[:] = factors.solve(work.rhs, trans="T") * scale[:, None]
+        else:
+            work.rhs[:] = factors.solve(work.rhs * scale[:, None])
         diagonal = factors.U.diagonal()
         sign = np.sign(diagonal).prod() * _parity(factors.perm_r) * _parity(factors.perm_c)
         work.ask[SIGN] = sign if np.isfinite(work.rhs).all() else SINGULAR

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from holdfast.arrays import Float
+from holdfast.arrays import Bool, Float
 from holdfast.compiled import compilable, compiled
 from holdfast.engines.compliant.law import Elastic, next_change
 from holdfast.engines.compliant.linear import SparseSolver, Work, solve
@@ -50,6 +50,65 @@ def _turn(work: Work, t: Float, first: float) -> float:
 
 
 @compilable
+def _resistance(
+    m: Elastic, work: Work, c: Float, qa: Float, qb: Float, s: float, cut: Float, sparse: SparseSolver | None
+) -> None:
+    """How the peak between the points qa and qb answers to other loads: peak / peak' = cut · load' to first order.
+
+    ``cut`` (6J,) is the left null vector of the stiffness, cut · load = 1. Where a node changes its state at the peak,
+    it is the mean of the vectors from both sides under which moving along the path changes nothing.
+    """
+    n = len(cut)
+    cut[:] = 0.0
+    work.c[:] = c
+    work.ask[0], work.ask[1], work.ask[3] = 0.0, 0.0, 1.0
+    before = 0.0
+    for side in range(2):
+        unbalance(m, work, 1.0, qa if side == 0 else qb, s, qa)
+        work.rhs[:] = 0.0
+        work.rhs[n, 0] = -1.0
+        solve(m, work, sparse)
+        if work.ask[2] == 0.0:
+            break
+        slope = -work.rhs[n, 0]
+        if side == 0:
+            before = slope
+            cut[:] = work.rhs[:n, 0]
+        else:
+            share = 1.0 if abs(slope) < abs(before) else 0.0
+            if before > 0 > slope:
+                share = before / (before - slope)
+            cut[:] = (1 - share) * cut + share * work.rhs[:n, 0]
+    work.ask[3] = 0.0
+
+
+@compilable
+def _alone(m: Elastic, work: Work, strength: float, q: Float, inner: Float, sparse: SparseSolver | None) -> bool:
+    """Whether forces of this law balance the load work.w alone, found from q, which they change."""
+    one, anchor = np.ones(1), q.copy()
+    work.c[:] = 0.0
+    work.ask[0], work.ask[1] = FAINT, 1.0  # bodies that the load does not reach float: a faint drag holds them
+    newton(m, work, 0.0, q, one, 0.0, TOLERANCE * strength, 12, anchor, inner, sparse)
+    work.ask[0], work.ask[1] = 0.0, 0.0
+    unbalance(m, work, 0.0, q, 1.0, anchor)
+    return bool(inner[0] > 0 and worst(m, work.r) <= 10 * TOLERANCE * strength)
+
+
+@compilable
+def carried(m: Elastic, work: Work, load: Float, q: Float, sparse: SparseSolver | None) -> bool:
+    """Whether forces of this law balance the load (6J,) alone, found from q (6J,), which they change."""
+    work.w[:] = load
+    return _alone(m, work, worst(m, load), q, np.zeros(3), sparse)
+
+
+@compiled
+def carried_dense(m: Elastic, work: Work, loads: Float, q: Float, found: Bool) -> None:
+    """``carried`` by dense elimination for k loads, into ``found`` (k,)."""
+    for k in range(len(loads)):
+        found[k] = carried(m, work, loads[k], q[k], None)
+
+
+@compilable
 def follow(
     m: Elastic,
     work: Work,
@@ -58,6 +117,7 @@ def follow(
     peak: Float,
     motion: Float,
     plane: Float,
+    cut: Float,
     told: Float,
     sparse: SparseSolver | None,
 ) -> None:
@@ -68,7 +128,8 @@ def follow(
     that change. In the end ``told`` (8,) holds: PEAK, ENDLESS or LOST; the peak of s; the last s; by how much the peak
     may be missed; the systems solved; the points; the length reached over the size of the rest state. ``peak`` is q at
     the peak (ENDLESS: under the load alone), ``plane`` (6J,) the direction across which it was found, ``motion`` the
-    direction of the path at its end.
+    direction of the path at its end. ``cut`` (6J,) tells how the peak answers to other loads (_resistance); empty (0,)
+    if that is not wanted.
     """
     n = len(start)
     inner, s, trial_s, origin = np.zeros(3), np.zeros(1), np.zeros(1), np.zeros(n)
@@ -173,22 +234,12 @@ def follow(
                 similar = length
                 peak[:] = q / s[0]
                 plane[:] = work.c
-                work.c[:] = 0.0
-                work.ask[0], work.ask[1] = (
-                    FAINT,
-                    1.0,
-                )  # bodies that the load does not reach float: a faint drag holds them
-                trial_s[0] = 1.0
-                trial[:] = peak
-                newton(m, work, 0.0, peak, trial_s, 0.0, TOLERANCE * strength, 12, trial, inner, sparse)
+                carried = _alone(m, work, strength, peak, inner, sparse)
                 solved += inner[1] + 1
-                work.ask[0] = 0.0
-                unbalance(m, work, 0.0, peak, 1.0, origin)
-                if inner[0] > 0 and worst(m, work.r) <= 10 * TOLERANCE * strength:
+                if carried:
                     told[0], told[1], told[4] = 2.0, np.inf, solved
                     motion[:] = t
                     return
-                work.ask[1] = 0.0
                 work.c[:] = plane
                 peak[:] = q
         else:
@@ -229,17 +280,20 @@ def follow(
             qa[:], ta[:], ca[:], sa, pa = trial, t, work.c, trial_s[0], slope
         else:
             qb[:], tb[:], sb, pb = trial, t, trial_s[0], slope
-    told[1], told[4] = highest, solved
     plane[:] = cp
+    if len(cut) > 0 and told[0] > 0:
+        _resistance(m, work, ca, qa, qb if closed else qa, highest, cut, sparse)
+        solved += 2
+    told[1], told[4] = highest, solved
 
 
 @compiled
 def follow_dense(
-    m: Elastic, work: Work, start: Float, loads: Float, peak: Float, motion: Float, plane: Float, told: Float
+    m: Elastic, work: Work, start: Float, loads: Float, peak: Float, motion: Float, plane: Float, cut: Float, told: Float
 ) -> None:
     """``follow`` with dense elimination for loads (n, 6J), into rows of the results."""
     for k in range(len(loads)):
-        follow(m, work, start, loads[k], peak[k], motion[k], plane[k], told[k], None)
+        follow(m, work, start, loads[k], peak[k], motion[k], plane[k], cut[k], told[k], None)
 
 
 @compilable
