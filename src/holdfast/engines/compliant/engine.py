@@ -186,73 +186,77 @@ class CompliantState:
         """Every column of W (6J, k) along its own path."""
         paths = self.paths(W)
         self._by_verdicts(W, paths)
-        return self._answers(W, paths)
-
-    def _answers(self, W: Float, paths: Paths) -> Answers:
-        """What the paths of columns W (6J, k) say."""
         factor, lower = self._bounded(W, paths)
-        told: list[Mechanism | None] = [None] * len(factor)
+        told = self._told(paths)
+        return Answers(paths.kind, factor, lower, told, np.ones(len(told), dtype=bool), np.zeros(len(told)))
+
+    def _told(self, paths: Paths) -> list[Mechanism | None]:
+        """What gives way at the end of each path."""
+        told: list[Mechanism | None] = [None] * len(paths.kind)
         finite = np.flatnonzero(paths.kind == path.PEAK)
         for k, mechanism in zip(finite.tolist(), self.mechanisms(paths.motion[finite]), strict=True):
             told[k] = mechanism
-        return Answers(paths.kind, factor, lower, told, np.ones(len(factor), dtype=bool), np.zeros(len(factor)))
+        return told
 
     def _surveyed(self, W: Float, first: int, gap: float) -> Answers:
         """Columns W (6J, k) that load one body, at rows ``first`` to ``first + 6``: few paths, the rest interpolated."""
         known: list[Paths] = []
         order: list[Int] = []
 
-        def follow(indices: Int) -> tuple[Int, Float, Float]:
+        told: list[Mechanism | None] = []
+        numbers: dict[tuple[str, ...], int] = {}
+
+        def follow(indices: Int) -> tuple[Int, Float, Float, Int]:
             paths = self.paths(W[:, indices], cuts=True)
             self._by_verdicts(W[:, indices], paths)
             known.append(paths)
             order.append(indices)
             with np.errstate(divide="ignore"):
                 value = np.where(paths.kind == path.PEAK, 1 / paths.peak, 0.0)
-            return paths.kind, value, value[:, None] * paths.cut[:, first : first + 6]
+            fresh = self._told(paths)
+            told.extend(fresh)
+            motion = [-1 if m is None else numbers.setdefault((m.mode, *m.moving), len(numbers)) for m in fresh]
+            return paths.kind, value, value[:, None] * paths.cut[:, first : first + 6], np.array(motion)
 
         found = survey(np.ascontiguousarray(W[first : first + 6].T), follow, gap)
         between = np.flatnonzero(found.kind == UNKNOWN)
         endless = between[found.value[between] == 0]
         if len(endless):
-            lost = endless[~self._carried(W[:, endless], found.corner[endless], found.share[endless], order, known)]
+            lost = endless[~self._carried(W, endless, order, known)]
             follow(lost)
             between = np.setdiff1d(between, lost)
         done = np.concatenate(order)
         place = np.zeros(W.shape[1], dtype=np.int64)
         place[done] = np.arange(len(done))
-        solved = self._answers(W[:, done], _joined(known))
-        kind, factor, lower = solved.kind[place], solved.factor[place], solved.lower[place]
-        told = [solved.mechanisms[k] for k in place]
+        paths = _joined(known)
+        peak, below = self._bounded(W[:, done], paths)
+        kind, factor, lower = paths.kind[place], peak[place], below[place]
+        mechanisms = [told[k] for k in place]
         corner, nearest = place[found.corner[between]], np.argmax(found.share[between], axis=1)
-        error = np.zeros(len(place))
-        is_solved = np.ones(len(place), dtype=bool)
-        is_solved[between] = False
-        error[between] = found.error[between]
-        kind[between] = solved.kind[corner[:, 0]]
+        error, solved = np.zeros(len(place)), np.ones(len(place), dtype=bool)
+        error[between], solved[between] = found.error[between], False
+        kind[between] = paths.kind[corner[:, 0]]
         with np.errstate(divide="ignore", invalid="ignore"):
             factor[between] = 1 / found.value[between]
-            share = np.where(np.isinf(solved.factor), 1.0, solved.lower / solved.factor)[corner].min(1)
+            share = np.where(np.isinf(peak), 1.0, below / peak)[corner].min(1)
             lower[between] = factor[between] * np.maximum(1 - error[between], 0.0) * share
         for k, column in enumerate(between.tolist()):
-            told[column] = solved.mechanisms[corner[k, nearest[k]]]
-        return Answers(kind, factor, lower, told, is_solved, error)
+            mechanisms[column] = told[corner[k, nearest[k]]]
+        return Answers(kind, factor, lower, mechanisms, solved, error)
 
-    def _carried(self, W: Float, corner: Int, share: Float, order: list[Int], known: list[Paths]) -> Bool:
-        """(k,) whether forces of the law balance loads W (6J, k) alone, found from those at solved columns around."""
-        place = np.zeros(int(max(indices.max(initial=0) for indices in order)) + 1, dtype=np.int64)
+    def _carried(self, W: Float, between: Int, order: list[Int], known: list[Paths]) -> Bool:
+        """(k,) whether forces of the law balance the columns ``between`` of W alone, found from those of endless paths."""
         done = np.concatenate(order)
-        place[done] = np.arange(len(done))
-        alone = np.concatenate([paths.q for paths in known])
-        q = np.einsum("kc,kcx->kx", share, alone[place[corner]])
-        found = np.zeros(len(q), dtype=bool)
-        loads = self._loads(W)
+        endless = np.concatenate([paths.kind for paths in known]) == path.ENDLESS
+        start = np.concatenate([paths.q for paths in known])[endless]
+        loads = self._loads(W[:, np.concatenate([done[endless], between])])
+        q = np.vstack([start, np.zeros((len(between), len(W)))])
+        found = np.arange(len(q)) < len(start)
         if self.system is not None and self.system.sparse is None:
             path.carried_dense(self.system.model, self.system.work, loads, q, found)
         elif self.system is not None:
-            for k in range(len(q)):
-                found[k] = path.carried(self.system.model, self.system.work, loads[k], q[k], self.system.sparse)
-        return found
+            path.carried(self.system.model, self.system.work, loads, q, found, self.system.sparse)
+        return np.asarray(found[len(start) :])
 
     def paths(self, W: Float, *, cuts: bool = False) -> Paths:
         """Follow the load paths of columns W (6J, k), none of them zero; ``cuts``: say how peaks answer to loads."""

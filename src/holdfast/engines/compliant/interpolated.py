@@ -24,11 +24,12 @@ from holdfast.engines.directions import flat_groups, moment_frame
 STATED = 3.0  # stated over expected error
 WIDER = 1.5  # stated error over the distance of the answer from what bounds it
 KINK = 0.1  # the same over the distance of values and planes, which is large where slopes differ
+MIXED = 0.4  # the same where not all corners move in the same way
 FLOOR = 5e-3  # relative: what the finite number of nodes alone may hide
 UNTESTED = 24  # points that no triangle holds without a path inside
 UNKNOWN = -1  # kind of a push without a path
 
-Follow = Callable[[Int], tuple[Int, Float, Float]]
+Follow = Callable[[Int], tuple[Int, Float, Float, Int]]
 
 
 @dataclass
@@ -58,10 +59,11 @@ class Survey:
 def survey(loads: Float, follow: Follow, gap: float) -> Survey:
     """Values of γ at loads (n, 6) on one body with expected errors of at most ``gap``; STATED times that is stated.
 
-    ``follow(indices)`` gives kinds, γ and its derivatives (k, 6) by the load.
+    ``follow(indices)`` gives kinds, γ, its derivatives (k, 6) by the load, and numbers of what gives way.
     """
     count = len(loads)
     kind, value, slopes = np.full(count, UNKNOWN), np.zeros(count), np.zeros((count, 6))
+    motion = np.zeros(count, dtype=np.int64)
     error, corner, share = np.zeros(count), np.tile(np.arange(count)[:, None], 3), np.tile([1.0, 0.0, 0.0], (count, 1))
     groups, rest = flat_groups(loads)
     faces, wanted = [], [rest]
@@ -74,7 +76,7 @@ def survey(loads: Float, follow: Follow, gap: float) -> Survey:
         fan = [(corners[0], a, b) for a, b in zip(corners[1:-1], corners[2:], strict=True)]
         faces.append(Face(members, places, np.array(fan)))
         wanted.append(members[corners])
-    _solve(np.unique(np.concatenate(wanted)), follow, kind, value, slopes)
+    _solve(np.unique(np.concatenate(wanted)), follow, kind, value, slopes, motion)
     while faces:
         picked, open_faces = [], []
         for face in faces:
@@ -84,7 +86,7 @@ def survey(loads: Float, follow: Follow, gap: float) -> Survey:
             where, weights = located(face.places, face.triangles, asked)
             within = face.members[face.triangles[where]]
             points = face.members[asked]
-            middle, spread = _between(loads, points, within, weights, kind, value, slopes)
+            middle, spread = _between(loads, points, within, weights, kind, value, slopes, motion)
             stated = face.wider * spread + FLOOR
             chosen = _doubtful(where, weights, spread, stated, STATED * gap)
             value[points], error[points], corner[points], share[points] = middle, stated, within, weights
@@ -95,7 +97,7 @@ def survey(loads: Float, follow: Follow, gap: float) -> Survey:
             break
         fresh = np.concatenate(picked)
         expected = value[fresh]
-        _solve(fresh, follow, kind, value, slopes)
+        _solve(fresh, follow, kind, value, slopes, motion)
         miss = dict(zip(fresh.tolist(), np.abs(value[fresh] - expected).tolist(), strict=True))
         for face, added in open_faces:
             for k in added.tolist():
@@ -121,9 +123,9 @@ def _places(loads: Float) -> Float:
     return np.ascontiguousarray((chart - low) / size)
 
 
-def _solve(indices: Int, follow: Follow, kind: Int, value: Float, slopes: Float) -> None:
+def _solve(indices: Int, follow: Follow, kind: Int, value: Float, slopes: Float, motion: Int) -> None:
     if len(indices):
-        kind[indices], value[indices], slopes[indices] = follow(indices)
+        kind[indices], value[indices], slopes[indices], motion[indices] = follow(indices)
 
 
 def _doubtful(where: Int, weights: Float, spread: Float, stated: Float, most: float) -> Int:
@@ -137,7 +139,7 @@ def _doubtful(where: Int, weights: Float, spread: Float, stated: Float, most: fl
 
 @compiled
 def _between(
-    loads: Float, points: Int, corners: Int, shares: Float, kind: Int, value: Float, slopes: Float
+    loads: Float, points: Int, corners: Int, shares: Float, kind: Int, value: Float, slopes: Float, motion: Int
 ) -> tuple[Float, Float]:
     """γ at points within triangles, and how far apart the estimates are, relative; inf where corners are not alike."""
     middle, spread = np.zeros(len(points)), np.zeros(len(points))
@@ -170,7 +172,9 @@ def _between(
         low, high = min(top, flat), max(top, flat)
         if dented > 1e-3:
             low, high = min(bottom, flat), max(top, flat)
+        alike = motion[corners[n, 0]] == motion[corners[n, 1]] == motion[corners[n, 2]]
+        kink = KINK if alike else MIXED
         best = min(max((flat + touching) / 2, low), high)
         middle[n] = best
-        spread[n] = np.inf if min(low, touching) <= 0 else max(best / low - 1, 1 - best / high, KINK * (flat / touching - 1))
+        spread[n] = np.inf if min(low, touching) <= 0 else max(best / low - 1, 1 - best / high, kink * (flat / touching - 1))
     return middle, spread

@@ -83,29 +83,59 @@ def _resistance(
 
 
 @compilable
-def _alone(m: Elastic, work: Work, strength: float, q: Float, inner: Float, sparse: SparseSolver | None) -> bool:
+def _alone(
+    m: Elastic, work: Work, strength: float, q: Float, most: int, inner: Float, sparse: SparseSolver | None
+) -> bool:
     """Whether forces of this law balance the load work.w alone, found from q, which they change."""
     one, anchor = np.ones(1), q.copy()
     work.c[:] = 0.0
     work.ask[0], work.ask[1] = FAINT, 1.0  # bodies that the load does not reach float: a faint drag holds them
-    newton(m, work, 0.0, q, one, 0.0, TOLERANCE * strength, 12, anchor, inner, sparse)
+    newton(m, work, 0.0, q, one, 0.0, TOLERANCE * strength, most, anchor, inner, sparse)
     work.ask[0], work.ask[1] = 0.0, 0.0
     unbalance(m, work, 0.0, q, 1.0, anchor)
     return bool(inner[0] > 0 and worst(m, work.r) <= 10 * TOLERANCE * strength)
 
 
 @compilable
-def carried(m: Elastic, work: Work, load: Float, q: Float, sparse: SparseSolver | None) -> bool:
-    """Whether forces of this law balance the load (6J,) alone, found from q (6J,), which they change."""
-    work.w[:] = load
-    return _alone(m, work, worst(m, load), q, np.zeros(3), sparse)
+def carried(m: Elastic, work: Work, loads: Float, q: Float, known: Bool, sparse: SparseSolver | None) -> None:
+    """Which loads (k, 6J) are balanced by forces of this law alone: ``known`` (k,), to which others are added.
+
+    ``q`` (k, 6J) are the displacements under loads known to be; from the nearest of them each other one is tried once,
+    near ones first.
+    """
+    count = len(loads)
+    inner = np.zeros(3)
+    source = np.zeros(count, dtype=np.int64)
+    distance = np.full(count, np.inf)
+    tried = known.copy()
+    fresh = np.flatnonzero(known)
+    while True:
+        nearest = np.inf
+        best = -1
+        for k in range(count):
+            if tried[k]:
+                continue
+            for f in fresh:
+                away = ((loads[k] - loads[f]) ** 2).sum()
+                if away < distance[k]:
+                    distance[k], source[k] = away, f
+            if distance[k] < nearest:
+                nearest, best = distance[k], k
+        if best < 0:
+            return
+        tried[best] = True
+        fresh = np.zeros(0, dtype=np.int64)
+        q[best] = q[source[best]]
+        work.w[:] = loads[best]
+        if _alone(m, work, worst(m, loads[best]), q[best], 40, inner, sparse):
+            known[best] = True
+            fresh = np.full(1, best)
 
 
 @compiled
-def carried_dense(m: Elastic, work: Work, loads: Float, q: Float, found: Bool) -> None:
-    """``carried`` by dense elimination for k loads, into ``found`` (k,)."""
-    for k in range(len(loads)):
-        found[k] = carried(m, work, loads[k], q[k], None)
+def carried_dense(m: Elastic, work: Work, loads: Float, q: Float, known: Bool) -> None:
+    """``carried`` with dense elimination."""
+    carried(m, work, loads, q, known, None)
 
 
 @compilable
@@ -234,7 +264,7 @@ def follow(
                 similar = length
                 peak[:] = q / s[0]
                 plane[:] = work.c
-                carried = _alone(m, work, strength, peak, inner, sparse)
+                carried = _alone(m, work, strength, peak, 12, inner, sparse)
                 solved += inner[1] + 1
                 if carried:
                     told[0], told[1], told[4] = 2.0, np.inf, solved
