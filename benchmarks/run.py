@@ -9,13 +9,14 @@ import platform
 from pathlib import Path
 from typing import Any
 
-from benchmarks import accuracy, contacts, growth, maps, pipeline
+from benchmarks import accuracy, compliant_maps, contacts, growth, maps, pipeline
 
 SUITES = {
     "accuracy": accuracy.measure,
     "contacts": contacts.measure,
     "pipeline": pipeline.measure,
     "maps": maps.measure,
+    "compliant": compliant_maps.measure,
     "growth": growth.measure,
 }
 PLOTS = {"growth": growth.plot, "contacts": contacts.plot}

@@ -46,8 +46,8 @@ class RobustnessMap:
     ``points`` and outward ``normals`` (n, 3), ``body`` (n,) names, ``force`` (n,) [N] for a push along minus the
     normal; ``status``, ``lower``, ``upper``, ``moving``, ``mode`` (n,) and ``mechanism`` (n,) as in Robustness.
     ``cells`` holds the surface pieces of each body that the points stand for (in the order of the points), ``hidden``
-    those where nobody can push. ``solved`` (n,) tells which points were solved, ``error`` (n,) the stated relative error
-    of ``force`` where it was interpolated between them (0 elsewhere).
+    those where nobody can push. ``solved`` (n,) tells which points were solved, ``error`` (n,) the stated relative
+    error of ``force`` where it was interpolated between them (0 elsewhere).
     """
 
     engine: str

@@ -199,7 +199,7 @@ class CompliantState:
         return told
 
     def _surveyed(self, W: Float, first: int, gap: float) -> Answers:
-        """Columns W (6J, k) that load one body, at rows ``first`` to ``first + 6``: few paths, the rest interpolated."""
+        """Columns W (6J, k) that load one body, at rows ``first`` to ``first + 6``: few paths, the rest between."""
         known: list[Paths] = []
         order: list[Int] = []
 
@@ -245,7 +245,7 @@ class CompliantState:
         return Answers(kind, factor, lower, mechanisms, solved, error)
 
     def _carried(self, W: Float, between: Int, order: list[Int], known: list[Paths]) -> Bool:
-        """(k,) whether forces of the law balance the columns ``between`` of W alone, found from those of endless paths."""
+        """(k,) whether forces of the law balance the columns ``between`` of W alone, found from endless paths."""
         done = np.concatenate(order)
         endless = np.concatenate([paths.kind for paths in known]) == path.ENDLESS
         start = np.concatenate([paths.q for paths in known])[endless]

@@ -15,10 +15,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from holdfast.arrays import Bool, Float, Int
+from holdfast.arrays import Float, Int
 from holdfast.compiled import compiled
 from holdfast.engines.compliant import path
-from holdfast.engines.compliant.triangles import hull, inserted, located
+from holdfast.engines.compliant.triangles import fan, hull, inserted, located
 from holdfast.engines.directions import flat_groups, moment_frame
 
 STATED = 3.0  # stated over expected error
@@ -73,8 +73,7 @@ def survey(loads: Float, follow: Follow, gap: float) -> Survey:
         if len(corners) < 3:
             wanted.append(members)
             continue
-        fan = [(corners[0], a, b) for a, b in zip(corners[1:-1], corners[2:], strict=True)]
-        faces.append(Face(members, places, np.array(fan)))
+        faces.append(Face(members, places, fan(corners)))
         wanted.append(members[corners])
     _solve(np.unique(np.concatenate(wanted)), follow, kind, value, slopes, motion)
     while faces:
@@ -176,5 +175,7 @@ def _between(
         kink = KINK if alike else MIXED
         best = min(max((flat + touching) / 2, low), high)
         middle[n] = best
-        spread[n] = np.inf if min(low, touching) <= 0 else max(best / low - 1, 1 - best / high, kink * (flat / touching - 1))
+        spread[n] = (
+            np.inf if min(low, touching) <= 0 else max(best / low - 1, 1 - best / high, kink * (flat / touching - 1))
+        )
     return middle, spread

@@ -199,7 +199,7 @@ class SparseSolver:
             work.ask[SIGN] = SINGULAR
             return
         if transposed:
-            work.rhs[:] = factors.solve(work.rhs, trans="T") * scale[:, None]
+            work.rhs[:] = factors.solve(work.rhs, "T") * scale[:, None]
         else:
             work.rhs[:] = factors.solve(work.rhs * scale[:, None])
         diagonal = factors.U.diagonal()

@@ -319,7 +319,15 @@ def follow(
 
 @compiled
 def follow_dense(
-    m: Elastic, work: Work, start: Float, loads: Float, peak: Float, motion: Float, plane: Float, cut: Float, told: Float
+    m: Elastic,
+    work: Work,
+    start: Float,
+    loads: Float,
+    peak: Float,
+    motion: Float,
+    plane: Float,
+    cut: Float,
+    told: Float,
 ) -> None:
     """``follow`` with dense elimination for loads (n, 6J), into rows of the results."""
     for k in range(len(loads)):

@@ -30,6 +30,11 @@ def hull(points: Float) -> Int:
     return chain[: max(size, 0)].copy()
 
 
+def fan(corners: Int) -> Int:
+    """The triangles (k - 2, 3) of a convex polygon with ``corners`` (k,) from its first one."""
+    return np.column_stack([np.full(len(corners) - 2, corners[0]), corners[1:-1], corners[2:]])
+
+
 @compiled
 def _area(points: Float, a: int, b: int, c: int) -> float:
     """Twice the signed area."""
