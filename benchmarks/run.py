@@ -9,7 +9,7 @@ import platform
 from pathlib import Path
 from typing import Any
 
-from benchmarks import accuracy, compliant_maps, contacts, growth, maps, pipeline
+from benchmarks import accuracy, compliant_maps, contacts, growth, maps, pipeline, reliability
 
 SUITES = {
     "accuracy": accuracy.measure,
@@ -18,6 +18,7 @@ SUITES = {
     "maps": maps.measure,
     "compliant": compliant_maps.measure,
     "growth": growth.measure,
+    "reliability": reliability.measure,
 }
 PLOTS = {"growth": growth.plot, "contacts": contacts.plot}
 RESULTS = Path(__file__).parent / "results"
@@ -38,10 +39,11 @@ def machine() -> dict[str, Any]:
 
 def table(rows: list[dict[str, Any]]) -> str:
     """Rows as a Markdown table."""
-    heads = list(rows[0])
+    heads = list(dict.fromkeys(key for row in rows for key in row))
     lines = ["| " + " | ".join(heads) + " |", "|" + "---|" * len(heads)]
     for row in rows:
-        cells = [f"{v:.3g}" if isinstance(v, float) else str(v) for v in row.values()]
+        values = [row.get(head, "") for head in heads]
+        cells = [f"{v:.3g}" if isinstance(v, float) else str(v) for v in values]
         lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines)
 

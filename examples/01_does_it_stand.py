@@ -18,7 +18,7 @@ ground = hf.Body("ground", hf.Box((1, 1, 0.1)), pose=ground_pose, fixed=True)
 for offset in (0.0, 0.06):
     bodies = [ground, cube("bottom", 0, 0.05), cube("middle", offset, 0.15), cube("top", offset, 0.25)]
     assembly = hf.assemble(hf.Scene(bodies, friction=0.6))
-    result = hf.stability(assembly, engine="graph")
+    result = hf.stability(assembly)
     print(f"middle cube {offset * 100:.0f} cm out: {result.status}")
     print(f"  {result.reason}")
     if result.certificate is not None:

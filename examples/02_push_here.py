@@ -6,7 +6,7 @@ from holdfast.shipped import shipped_scene
 assembly = hf.assemble(shipped_scene("table"))
 points = [(-0.25, 0.0, 0.225), (-0.24, 0.0, 0.25), (0.0, 0.0, 0.25), (0.2, -0.1, 0.225)]
 directions = [(1, 0, 0), (0, 0, -1), (0, 0, -1), (0, 1, 0)]
-r = hf.robustness(assembly, body="slab", points=points, directions=directions, engine="graph")
+r = hf.robustness(assembly, body="slab", points=points, directions=directions)
 print(f"engine {r.engine}, claim: {r.claim}")
 for k in range(len(points)):
     what = r.mechanism[k].text if r.mechanism[k] else "nothing moves"

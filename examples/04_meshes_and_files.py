@@ -33,4 +33,4 @@ assembly = hf.assemble(hf.load_scene(folder / "shelf.yaml"))
 for interface in assembly.interfaces:
     a, b = interface.bodies
     print(f"{a} - {b}: {interface.area * 1e4:.2f} cm², μ {assembly.scene.mu(a, b)}")
-print("weakest:", hf.robustness_map(assembly, engine="graph").weakest())
+print("weakest:", hf.robustness_map(assembly).weakest())

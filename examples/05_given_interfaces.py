@@ -20,5 +20,5 @@ feet = [
     for x, y in ((-0.04, -0.04), (0.04, -0.04), (0.0, 0.04))
 ]
 assembly = hf.assemble(scene, interfaces=feet)
-r = hf.robustness(assembly, "cube", (0.05, 0, 0.09), (-1, 0, 0), engine="graph")
+r = hf.robustness(assembly, "cube", (0.05, 0, 0.09), (-1, 0, 0))
 print(f"a push near the top: {r.force[0]:.3f} N, {r.mode[0]}")

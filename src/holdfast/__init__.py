@@ -13,6 +13,7 @@ from holdfast.robustness.request import Load
 from holdfast.robustness.sensitivity import Sensitivity, WorstCase, sensitivity, worst_case
 from holdfast.robustness.sets import ConvexSet, admissible_wrenches, sustainable_accelerations
 from holdfast.robustness.stability import Stability, stability
+from holdfast.robustness.under import RobustnessUnder, robustness_under
 from holdfast.scene.body import Body
 from holdfast.scene.formats.files import load_scene, save_scene
 from holdfast.scene.friction import Friction
@@ -42,6 +43,7 @@ __all__ = [
     "Patch",
     "Robustness",
     "RobustnessMap",
+    "RobustnessUnder",
     "Scene",
     "SceneError",
     "Sensitivity",
@@ -56,6 +58,7 @@ __all__ = [
     "load_scene",
     "robustness",
     "robustness_map",
+    "robustness_under",
     "save_scene",
     "sensitivity",
     "stability",

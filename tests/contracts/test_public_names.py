@@ -35,6 +35,18 @@ SIGNATURES: dict[str, list[str]] = {
     "robustness": ["assembly", "body", "points", "directions", "standing", "engine", "bound"],
     "load_factor": ["assembly", "loads", "standing", "acceleration", "engine", "bound"],
     "robustness_map": ["assembly", "bodies", "spacing", "engine", "gap"],
+    "robustness_under": [
+        "assembly",
+        "body",
+        "points",
+        "directions",
+        "standing",
+        "pose_sigma",
+        "mu_interval",
+        "samples",
+        "seed",
+        "engine",
+    ],
 }
 DEFAULTS: dict[str, dict[str, Any]] = {
     "assemble": {"gap": None, "angle": None, "pose_sigma": None, "interfaces": None},
@@ -42,6 +54,13 @@ DEFAULTS: dict[str, dict[str, Any]] = {
     "robustness": {"standing": ()},
     "load_factor": {"standing": (), "acceleration": None, "bound": False},
     "robustness_map": {"bodies": None, "spacing": 0.01},
+    "robustness_under": {
+        "pose_sigma": None,
+        "mu_interval": None,
+        "samples": 100,
+        "engine": "compliant",
+        "standing": (),
+    },
     "Graph": {"nodes": 20, "isolated": False, "sampling": "hull"},
     "Compliant": {"nodes": 7, "stiffness_ratio": 1.0, "stiffness": None},
     "Body": {"fixed": False},
@@ -114,12 +133,13 @@ def test_every_answer_names_its_engine_and_claim(assembly: hf.Assembly, engine: 
         lambda a: hf.stability(a),
         lambda a: hf.robustness(a, "slab", TOP, DOWN),
         lambda a: hf.load_factor(a, [hf.Load("slab", TOP, force=DOWN)]),
-        lambda a: hf.robustness_map(a),
+        lambda a: hf.robustness_map(a, spacing=0.1),
     ],
 )
-def test_engine_is_required(assembly: hf.Assembly, ask: Any) -> None:
-    with pytest.raises(TypeError, match="engine"):
-        ask(assembly)
+def test_the_engine_whose_answers_hold_is_the_default(assembly: hf.Assembly, ask: Any) -> None:
+    answer = ask(assembly)
+    assert answer.engine == "compliant"
+    assert answer.claim is hf.Claim.HOLDS
 
 
 def test_stability_has_its_attributes(assembly: hf.Assembly) -> None:

@@ -176,12 +176,8 @@ def assemble(
         raise HoldfastError(message("assemble", f"gap = {gap!r} and pose_sigma = {pose_sigma!r}", "give one of them"))
     tilt = 0.0
     if pose_sigma is not None:
-        both = pose_sigma if isinstance(pose_sigma, tuple | list) else (pose_sigma, 0.0)
-        if len(list(both)) != 2:
-            problem = f"pose_sigma = {pose_sigma!r}"
-            raise HoldfastError(message("assemble", problem, "needs metres, or a pair (metres, degrees)"))
-        gap = SIGMAS * checked_number(both[0], "assemble: pose_sigma", above=0)
-        tilt = float(np.radians(checked_number(both[1], "assemble: pose_sigma: rotation [deg]", minimum=0)))
+        metres, degrees = checked_pose_sigma(pose_sigma, "assemble")
+        gap, tilt = SIGMAS * metres, float(np.radians(degrees))
     tolerances = Tolerances(
         default_gap(scene) if gap is None else checked_number(gap, "assemble: gap", above=0),
         DEFAULT_ANGLE if angle is None else checked_number(angle, "assemble: angle", above=0),
@@ -198,6 +194,16 @@ def assemble(
         warnings.warn(_overlap_warning(overlaps), HoldfastWarning, stacklevel=2)
     contacts = find_contacts(scene, tolerances)
     return Assembly(scene, _with_status(contacts.interfaces, overlaps), tolerances, overlaps, contacts.occluded)
+
+
+def checked_pose_sigma(value: object, where: str) -> tuple[float, float]:
+    """Standard deviations of the poses' positions [m] and rotations [deg]."""
+    both = value if isinstance(value, tuple | list) else (value, 0.0)
+    if len(both) != 2:
+        remedy = "needs metres, or a pair (metres, degrees)"
+        raise HoldfastError(message(where, f"pose_sigma = {value!r}", remedy))
+    metres = checked_number(both[0], f"{where}: pose_sigma", above=0)
+    return metres, checked_number(both[1], f"{where}: pose_sigma: rotation [deg]", minimum=0)
 
 
 def body_forces(forces: Float) -> Float:

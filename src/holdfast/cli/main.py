@@ -13,7 +13,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import typer
 from rich.console import Console
@@ -29,7 +29,7 @@ from holdfast.report import save_html, save_png
 from holdfast.report.data import map_data, stability_data
 from holdfast.report.tables import map_report, stability_report
 from holdfast.robustness.map import robustness_map
-from holdfast.robustness.request import ENGINES, engine_of
+from holdfast.robustness.request import DEFAULT_ENGINE, ENGINES, engine_of
 from holdfast.robustness.stability import stability
 from holdfast.scene.formats.files import load_scene, save_scene
 from holdfast.scene.formats.native import schema as scene_schema
@@ -52,7 +52,7 @@ SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="a scene fil
 Gap = Annotated[float | None, typer.Option(help="contact tolerance in m; default: 1/1000 of the usual body size")]
 Angle = Annotated[float | None, typer.Option(help="largest angle between touching faces in degrees; default: 1")]
 EngineName = Annotated[str, typer.Option("--engine", help=f"one of: {', '.join(ENGINES)}")]
-Nodes = Annotated[int, typer.Option(help="contact nodes an interface")]
+Nodes = Annotated[int | None, typer.Option(help="graph: contact nodes an interface; compliant: along a patch's side")]
 Immobile = Annotated[float | None, typer.Option(help="bodies heavier than this (in kg) count as immobile (optimistic)")]
 Margin = Annotated[float, typer.Option(help="take all masses smaller by this share, 0 to 1")]
 MaxCuts = Annotated[int, typer.Option(help="refuse scenes with more feasible cuts than this")]
@@ -62,10 +62,10 @@ AsJson = Annotated[bool, typer.Option("--json", help="print JSON; infinity is th
 @app.command()
 def assess(
     scene: SceneArgument,
-    engine: EngineName = "graph",
+    engine: EngineName = DEFAULT_ENGINE,
     gap: Gap = None,
     angle: Angle = None,
-    nodes: Nodes = 20,
+    nodes: Nodes = None,
     mass_margin: Margin = 0.0,
     as_json: AsJson = False,
 ) -> None:
@@ -82,14 +82,14 @@ def assess(
 @app.command("map")
 def map_(
     scene: SceneArgument,
-    engine: EngineName = "graph",
+    engine: EngineName = DEFAULT_ENGINE,
     spacing: Annotated[float, typer.Option(help="distance of neighbouring points in m")] = 0.01,
     body: Annotated[list[str] | None, typer.Option(help="map this body only (may be repeated)")] = None,
     png: Annotated[Path | None, typer.Option(help="write a picture here")] = None,
     html: Annotated[Path | None, typer.Option(help="write an interactive page here (opens offline)")] = None,
     gap: Gap = None,
     angle: Angle = None,
-    nodes: Nodes = 20,
+    nodes: Nodes = None,
     immobile_above: Immobile = None,
     mass_margin: Margin = 0.0,
     max_cuts: MaxCuts = 20_000,
@@ -190,17 +190,20 @@ def _scene(name: str) -> Scene:
 
 def _engine(name: str, **options: Any) -> Engine:  # noqa: ANN401 - options of the engine
     """The engine with the options that were changed; an option that it does not have is an error."""
-    choice = engine_of(name)
-    known = {field.name: field.default for field in dataclasses.fields(Graph)}
-    changed = {key: value for key, value in options.items() if value != known[key]}
-    if isinstance(choice, Graph):
-        return Graph(**changed)
-    if changed:
-        option = "--" + next(iter(changed)).replace("_", "-")
-        raise HoldfastError(
-            message(option, f"engine {name!r} has no such option", "leave it out, or use --engine graph")
-        )
-    return choice
+    choice: Any = engine_of(name)
+    own = {field.name for field in dataclasses.fields(choice)}
+    usual = {field.name: field.default for field in dataclasses.fields(Graph)} | {"nodes": None}
+    changed = {key: value for key, value in options.items() if value != usual[key]}
+    for key in changed:
+        if key not in own:
+            having = [
+                known
+                for known, make in ENGINES.items()
+                if key in {f.name for f in dataclasses.fields(cast(Any, make()))}
+            ]
+            remedy = f"leave it out, or use --engine {' or '.join(having)}"
+            raise HoldfastError(message("--" + key.replace("_", "-"), f"engine {name!r} has no such option", remedy))
+    return cast(Engine, dataclasses.replace(choice, **changed))
 
 
 def _check_suffix(path: Path | None, suffix: str) -> None:

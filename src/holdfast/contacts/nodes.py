@@ -17,6 +17,7 @@ from holdfast.errors import HoldfastError, message
 
 Sampling = Literal["hull", "quadrature", "corners"]
 
+CELLS = 6  # between two neighbouring nodes of a grid; even
 LATTICE = 19  # candidate points along each side of a patch; odd, so that the middle is among them
 LEAST_SHARES = (0.1, 0.01)  # no corrected weight falls below this share of its tributary area; the larger if it can
 
@@ -92,8 +93,12 @@ class _Sheet:
     @cached_property
     def lattice(self) -> Float:
         """Points (n, 2) spread evenly over the patch, each standing for the same area."""
-        u = (np.arange(LATTICE) + 0.5) / LATTICE
-        kept = self.kept(np.stack(np.meshgrid(u, u, indexing="ij"), -1).reshape(-1, 2))
+        return self.spread(LATTICE, LATTICE)
+
+    def spread(self, along: int, across: int) -> Float:
+        """Middles (n, 2) of so many equal cells along either side of the rectangle, those on the patch."""
+        u, v = (np.arange(along) + 0.5) / along, (np.arange(across) + 0.5) / across
+        kept = self.kept(np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2))
         return kept if len(kept) >= 8 else np.vstack([kept, self.corners])
 
 
@@ -107,7 +112,7 @@ def hull_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     limit = len(corners) if len(corners) <= count // 2 else max(4, count // 2)
     chosen = _farthest(corners, corners[:1], min(limit, count))
     chosen = _farthest(sheet.lattice, chosen, count)
-    return sheet.flat(chosen), _weights(sheet, chosen)
+    return sheet.flat(chosen), _weights(sheet, chosen, sheet.lattice)
 
 
 def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
@@ -126,7 +131,9 @@ def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     if len(kept) > count // 2:
         kept = _farthest(kept, kept[:1], max(4, count // 2))
     nodes = np.vstack([kept, inner])
-    return sheet.flat(nodes), _weights(sheet, nodes)
+    # cells that no line between two nodes cuts: each belongs to one node, and equal nodes get equal areas
+    cells = sheet.spread(CELLS * (across - 1), CELLS * (along - 1))
+    return sheet.flat(nodes), _weights(sheet, nodes, cells)
 
 
 def _farthest(candidates: Float, chosen: Float, count: int) -> Float:
@@ -150,16 +157,17 @@ def _farthest(candidates: Float, chosen: Float, count: int) -> Float:
     return np.array(points)
 
 
-def _weights(sheet: _Sheet, unit: Float) -> Float:
+def _weights(sheet: _Sheet, unit: Float, cells: Float) -> Float:
     """Tributary areas, corrected as little as possible so that they integrate known moments of the patch exactly.
 
-    The moments are area, first and second moments (linear pressure is then carried exactly) and the distance to the
-    centroid (so is uniform friction against twisting). Fewer are matched where the nodes cannot.
+    They are counted on the middles of equal ``cells`` (n, 2), each of which goes to the nearest node. The moments are
+    area, first and second moments (linear pressure is then carried exactly) and the distance to the centroid (so is
+    uniform friction against twisting). Fewer are matched where the nodes cannot.
     """
     patch, nodes = sheet.patch, sheet.flat(unit)
-    distances = ((sheet.lattice[:, None] - unit) ** 2).sum(-1)
-    cells = np.bincount(np.argmin(distances, axis=1), minlength=len(nodes)) + 0.5
-    tributary: Float = cells / cells.sum() * patch.area
+    owner = np.asarray(cKDTree(unit).query(cells)[1])
+    shares = np.bincount(owner, minlength=len(nodes)) + 0.5
+    tributary: Float = shares / shares.sum() * patch.area
     raw = flat.polynomial_moments(patch.rings)
     centre = raw[1:3] / raw[0]
     scale = patch.size

@@ -7,15 +7,17 @@ from typing import Literal
 
 import manifold3d
 import numpy as np
+from scipy.spatial import cKDTree
 
 from holdfast.arrays import Float
 from holdfast.contacts.detect import Tolerances, neighbours
+from holdfast.contacts.skin import near_boxes
 from holdfast.scene.body import Body
-from holdfast.scene.distance import distance_to_surface, winding_number
+from holdfast.scene.distance import distance_to_surface, nearest_of, winding_number
 from holdfast.scene.scene import Scene
 from holdfast.scene.surface import Surface
 
-MOST_DISTANCES = 30_000_000  # corner-to-triangle distances worth taking: about a second
+MOST_DISTANCES = 3_000_000  # corner-to-triangle distances worth taking: about a second
 MOST_ANGLES = 5_000_000  # solid angles worth summing: about a quarter of one
 
 
@@ -92,23 +94,28 @@ def distance(a: Body, b: Body, search: float) -> float | None:
     Exact for closed surfaces. Where one is open, the least distance of the corners of either to the other: never too
     small.
     """
+    corners = cKDTree(b.surface_world.vertices).query(a.surface_world.vertices)[0]
+    reach = min(search, 1.001 * float(np.min(corners)) + 1e-9 * min(a.size, b.size))  # the solids are no further apart
     solid_a, solid_b = solid_of(a), solid_of(b)
     if solid_a is not None and solid_b is not None:
-        gap = float(solid_a.min_gap(solid_b, search))
+        gap = float(solid_a.min_gap(solid_b, reach))
     else:
-        gap = min(_corner_distance(a, b, search), _corner_distance(b, a, search))
+        gap = min(_corner_distance(a, b, reach), _corner_distance(b, a, reach))
     return gap if gap < search else None
 
 
 def _corner_distance(a: Body, b: Body, search: float) -> float:
-    surface = b.surface_world
-    low, high = surface.vertices.min(0) - search, surface.vertices.max(0) + search
-    corners = a.surface_world.vertices
-    near = corners[((corners >= low) & (corners <= high)).all(1)]
-    if not len(near):
+    """Least distance of the corners of a to b [m], infinite beyond ``search``."""
+    surface, corners = b.surface_world, a.surface_world.vertices
+    triangles = surface.vertices[surface.faces]
+    low, high = triangles.min(1), triangles.max(1)
+    near = corners[((corners >= low.min(0) - search) & (corners <= high.max(0) + search)).all(1)]
+    around = np.flatnonzero(((high >= corners.min(0) - search) & (low <= corners.max(0) + search)).all(1))
+    if not len(near) or not len(around):
         return np.inf
-    stride = max(1, len(near) * len(surface.faces) // MOST_DISTANCES)
-    return float(distance_to_surface(near[::stride], surface).min())
+    around = around[np.argsort(low[around, 0], kind="stable")]
+    pairs = near_boxes(near, near, low[around], high[around], 0, search)
+    return float(np.sqrt(nearest_of(near, triangles[around], pairs))) if len(pairs) else np.inf
 
 
 def _depth(part: manifold3d.Manifold, a: Surface, b: Surface, enough: float) -> float:

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from holdfast.arrays import Float, Int, frozen, unit
+from holdfast.arrays import Bool, Float, Int, frozen, unit
 from holdfast.contacts import polygon as flat
 from holdfast.contacts.facing import Piece
 from holdfast.contacts.features import Features
@@ -149,16 +149,18 @@ class Cover:
         off = np.linalg.norm(ends[0] + t[:, None] * along - centres, axis=1)
         return np.flatnonzero((normals @ normal >= (BLENDED if blended else SAME_WAY)) & (off <= radii + 2 * self.gap))
 
-    def holds(self, place: Float, normal: Float, blended: bool) -> bool:
-        """Whether a point (3,) with a normal (3,) lies on one of the patches."""
-        for k in self._near(np.array([place, place]), normal, blended):
-            patch = self.patches[k]
-            arm = place - patch.polygon[0]
-            if abs(arm @ patch.normal) <= 2 * self.gap and shapely.covers(
-                self._shape(int(k)), shapely.Point(patch.frame @ arm)
-            ):
-                return True
-        return False
+    def free(self, points: Features) -> Bool:
+        """(n,) which points lie on none of the patches."""
+        places = points.ends[:, 0]
+        left = np.ones(len(places), dtype=bool)
+        for k, patch in enumerate(self.patches):
+            arm = places - patch.polygon[0]
+            same = points.normals @ patch.normal >= np.where(points.blended, BLENDED, SAME_WAY)
+            near = np.flatnonzero(left & same & (np.abs(arm @ patch.normal) <= 2 * self.gap))
+            if len(near):
+                x, y = (arm[near] @ patch.frame.T).T
+                left[near[shapely.intersects_xy(self._shape(k), x, y)]] = False
+        return left
 
     def left_of(self, ends: Float, normal: Float, negligible: float, blended: bool) -> list[Float]:
         """The parts (2, 3) of a line that lie on none of the patches."""
@@ -187,9 +189,7 @@ class Cover:
 def point_patches(points: Features, others: Sequence[Patch], gap: float, breadth: float) -> list[Patch]:
     """Points that no face or line covers, one for each place and direction, nearest first."""
     places = points.ends[:, 0]
-    cover = Cover(others, gap)
-    told = zip(places, points.normals, points.blended, strict=True)
-    free = np.array([not cover.holds(place, normal, bool(blended)) for place, normal, blended in told], dtype=bool)
+    free = Cover(others, gap).free(points)
     order = np.argsort(np.abs(points.heights[:, 0]), kind="stable")
     left = order[free[order]]
     found = []

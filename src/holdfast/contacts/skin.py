@@ -96,13 +96,13 @@ def near_faces(a: Skin, b: Skin, gap: float) -> Int:
     large = length > LARGE * np.median(length)
     found = []
     for part in (in_b[~large], in_b[large]):
-        pairs = _near_boxes(a.low[in_a], a.high[in_a], b.low[part], b.high[part], axis, gap)
+        pairs = near_boxes(a.low[in_a], a.high[in_a], b.low[part], b.high[part], axis, gap)
         found.append(np.column_stack([in_a[pairs[:, 0]], part[pairs[:, 1]]]))
     return np.concatenate(found)
 
 
 @compiled
-def _near_boxes(low_a: Float, high_a: Float, low_b: Float, high_b: Float, axis: int, gap: float) -> Int:
+def near_boxes(low_a: Float, high_a: Float, low_b: Float, high_b: Float, axis: int, gap: float) -> Int:
     """(m, 2) pairs of boxes within ``gap`` of each other; ``low_b`` is sorted along ``axis``."""
     capacity = 256
     out = np.empty((capacity, 2), dtype=np.int64)

@@ -14,7 +14,14 @@ from holdfast.engines.contract import Claim, Mode, Status, Verdict
 from holdfast.errors import SceneError, message
 from holdfast.progress import report
 from holdfast.robustness.cells import Cells, blocked, covered, surface_cells
-from holdfast.robustness.request import EngineChoice, body_number, checked_assembly, engine_of, push_columns
+from holdfast.robustness.request import (
+    DEFAULT_ENGINE,
+    EngineChoice,
+    body_number,
+    checked_assembly,
+    engine_of,
+    push_columns,
+)
 
 MAX_POINTS = 2_000_000
 SIGNIFICANT = 6  # digits of a force that count in a ranking
@@ -112,7 +119,7 @@ def robustness_map(
     bodies: Sequence[str] | None = None,
     spacing: float = 0.01,
     *,
-    engine: EngineChoice,
+    engine: EngineChoice = DEFAULT_ENGINE,
     gap: float = 0.01,
 ) -> RobustnessMap:
     """R for inward normal pushes over all exposed surfaces of ``bodies`` (all movable ones unless named).

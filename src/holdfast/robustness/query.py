@@ -14,6 +14,7 @@ from holdfast.engines.contract import Capacity, Claim, Engine, Mechanism, Mode, 
 from holdfast.engines.limit.engine import Limit
 from holdfast.errors import HoldfastError, SceneError, message
 from holdfast.robustness.request import (
+    DEFAULT_ENGINE,
     EngineChoice,
     Load,
     body_number,
@@ -73,7 +74,7 @@ def robustness(
     directions: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
     standing: Iterable[Load] = (),
     *,
-    engine: EngineChoice,
+    engine: EngineChoice = DEFAULT_ENGINE,
     bound: bool = False,
 ) -> Robustness:
     """R(p, e): the largest force [N] at each point of ``body`` along each direction before anything moves (eq. 12).
@@ -127,7 +128,7 @@ def load_factor(
     standing: Iterable[Load] = (),
     acceleration: Any = None,  # noqa: ANN401 - (3,) numbers, checked
     *,
-    engine: EngineChoice,
+    engine: EngineChoice = DEFAULT_ENGINE,
     bound: bool = False,
 ) -> LoadFactor:
     """The largest factor by which all ``loads`` together may be multiplied before anything moves.

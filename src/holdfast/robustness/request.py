@@ -19,6 +19,8 @@ from holdfast.rigid import wrench_at
 
 ENGINES: dict[str, Callable[[], Engine]] = {"graph": Graph, "limit": Limit, "compliant": Compliant}
 
+DEFAULT_ENGINE = "compliant"
+
 EngineChoice: TypeAlias = str | Engine
 
 

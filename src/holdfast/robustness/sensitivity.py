@@ -175,7 +175,8 @@ def worst_case(
     where = f"worst case of {body!r}"
     loads = list(standing)
     nominal = robustness(assembly, body, points, directions, loads, engine="limit")
-    rough, low = _least_friction(assembly, mu, where)
+    low = {pair: ends[0] for pair, ends in friction_intervals(assembly, mu, where).items()}
+    rough = assembly if mu is None else with_friction(assembly, low)
     corners = _corners(rough, _mass_boxes(rough, mass, where), _com_boxes(rough, com, where), where)
     columns = push_columns(rough, body_number(rough, body), nominal.points, nominal.directions)
     base = total_wrench(rough, loads)
@@ -210,26 +211,29 @@ def worst_case(
 _WEAKEST_FIRST = (Status.UNSTABLE, Status.UNDECIDED, Status.FINITE, Status.INFINITE)
 
 
-def _least_friction(assembly: Assembly, mu: MuRange | None, where: str) -> tuple[Assembly, dict[Pair, float]]:
-    """The assembly with the least friction at every pair, and that friction."""
+def friction_intervals(assembly: Assembly, mu: MuRange | None, where: str) -> dict[Pair, tuple[float, float]]:
+    """(low, high) of the coefficient of every touching pair."""
     pairs = {i.bodies: m for i, m in zip(assembly.interfaces, assembly.mu, strict=True)}
     if mu is None:
-        return assembly, pairs
+        return {p: (m, m) for p, m in pairs.items()}
     if isinstance(mu, Mapping):
         given = {frozenset(pair): interval for pair, interval in mu.items()}
         unknown = [pair for pair in mu if frozenset(pair) not in {frozenset(p) for p in pairs}]
         if unknown:
             raise SceneError(message(f"{where}: mu", f"no contact between {unknown[0]!r}", "name touching bodies"))
-        low = {p: _interval(given.get(frozenset(p), (m, m)), f"{where}: mu of {p!r}")[0] for p, m in pairs.items()}
-    elif isinstance(mu, tuple):
-        low = dict.fromkeys(pairs, _interval(mu, f"{where}: mu")[0])
-    else:
-        low = {p: m * (1 - _width(mu, f"{where}: mu")) for p, m in pairs.items()}
+        return {p: _interval(given.get(frozenset(p), (m, m)), f"{where}: mu of {p!r}") for p, m in pairs.items()}
+    if isinstance(mu, tuple | list):
+        return dict.fromkeys(pairs, _interval(mu, f"{where}: mu"))
+    width = _width(mu, f"{where}: mu")
+    return {p: (m * (1 - width), m * (1 + width)) for p, m in pairs.items()}
+
+
+def with_friction(assembly: Assembly, mu: Mapping[Pair, float]) -> Assembly:
+    """The assembly with these coefficients, by the two bodies' names; its contacts stay."""
     old = assembly.scene
-    known = {(min(p), max(p)): m for p, m in low.items()}
+    known = {(min(p), max(p)): m for p, m in mu.items()}
     table = replace(old.friction, pairs={**old.friction.pairs, **known})
-    scene = Scene(old.bodies, table, old.gravity, old.name)
-    return replace(assembly, scene=scene), low
+    return replace(assembly, scene=Scene(old.bodies, table, old.gravity, old.name))
 
 
 def _mass_boxes(assembly: Assembly, mass: MassRange | None, where: str) -> dict[str, tuple[float, float]]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.engines.contract import Certificate, Claim, ContactForces, Mechanism, Status
-from holdfast.robustness.request import EngineChoice, Load, checked_assembly, engine_of, total_wrench
+from holdfast.robustness.request import DEFAULT_ENGINE, EngineChoice, Load, checked_assembly, engine_of, total_wrench
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class Stability:
     notes: tuple[str, ...]
 
 
-def stability(assembly: Assembly, loads: Iterable[Load] = (), *, engine: EngineChoice) -> Stability:
+def stability(assembly: Assembly, loads: Iterable[Load] = (), *, engine: EngineChoice = DEFAULT_ENGINE) -> Stability:
     """Whether the assembly stands under its weight and ``loads``; ``engine`` is a name or an instance."""
     checked_assembly(assembly)
     method = engine_of(engine)

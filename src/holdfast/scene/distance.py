@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from holdfast.arrays import Float
+from holdfast.arrays import Float, Int
 from holdfast.compiled import compiled
 from holdfast.scene.surface import Surface
 
@@ -45,31 +45,46 @@ def _dot(a: Float, b: Float) -> float:
 
 
 @compiled
+def nearest_of(points: Float, triangles: Float, pairs: Int) -> float:
+    """The least squared distance among ``pairs`` (m, 2) of points (n, 3) and triangles (k, 3, 3)."""
+    best = np.inf
+    for k in range(len(pairs)):
+        best = min(best, _apart(points[pairs[k, 0]], triangles[pairs[k, 1]]))
+    return best
+
+
+@compiled
 def _squared(points: Float, triangles: Float) -> Float:
-    """Squared distance to the nearest triangle: inside its prism to its plane, outside to its edges."""
     best = np.full(len(points), np.inf)
     for j in range(len(triangles)):
-        a, b, c = triangles[j, 0], triangles[j, 1], triangles[j, 2]
-        ab, ac = b - a, c - a
-        normal = np.array([ab[1] * ac[2] - ab[2] * ac[1], ab[2] * ac[0] - ab[0] * ac[2], ab[0] * ac[1] - ab[1] * ac[0]])
-        area2 = _dot(normal, normal)
         for i in range(len(points)):
-            inside = area2 > 0
-            for k in range(3):
-                p = triangles[j, k]
-                edge = triangles[j, (k + 1) % 3] - p
-                arm = points[i] - p
-                length2 = _dot(edge, edge)
-                t = min(max(_dot(arm, edge) / length2, 0.0), 1.0) if length2 > 0 else 0.0
-                off = arm - t * edge
-                best[i] = min(best[i], _dot(off, off))
-                side = (
-                    (edge[1] * arm[2] - edge[2] * arm[1]) * normal[0]
-                    + (edge[2] * arm[0] - edge[0] * arm[2]) * normal[1]
-                    + (edge[0] * arm[1] - edge[1] * arm[0]) * normal[2]
-                )
-                inside = inside and side >= 0
-            if inside:
-                height = _dot(points[i] - a, normal)
-                best[i] = min(best[i], height * height / area2)
+            best[i] = min(best[i], _apart(points[i], triangles[j]))
+    return best
+
+
+@compiled
+def _apart(point: Float, triangle: Float) -> float:
+    """Squared distance of a point from a triangle: inside its prism to its plane, outside to its edges."""
+    ux, uy, uz = triangle[1, 0] - triangle[0, 0], triangle[1, 1] - triangle[0, 1], triangle[1, 2] - triangle[0, 2]
+    wx, wy, wz = triangle[2, 0] - triangle[0, 0], triangle[2, 1] - triangle[0, 1], triangle[2, 2] - triangle[0, 2]
+    nx, ny, nz = uy * wz - uz * wy, uz * wx - ux * wz, ux * wy - uy * wx
+    area2 = nx * nx + ny * ny + nz * nz
+    inside = area2 > 0
+    best = np.inf
+    for k in range(3):
+        m = k + 1 if k < 2 else 0
+        ex, ey, ez = (
+            triangle[m, 0] - triangle[k, 0],
+            triangle[m, 1] - triangle[k, 1],
+            triangle[m, 2] - triangle[k, 2],
+        )
+        ax, ay, az = point[0] - triangle[k, 0], point[1] - triangle[k, 1], point[2] - triangle[k, 2]
+        length2 = ex * ex + ey * ey + ez * ez
+        t = min(max((ax * ex + ay * ey + az * ez) / length2, 0.0), 1.0) if length2 > 0 else 0.0
+        dx, dy, dz = ax - t * ex, ay - t * ey, az - t * ez
+        best = min(best, dx * dx + dy * dy + dz * dz)
+        inside = inside and (ey * az - ez * ay) * nx + (ez * ax - ex * az) * ny + (ex * ay - ey * ax) * nz >= 0
+    if inside:
+        height = (point[0] - triangle[0, 0]) * nx + (point[1] - triangle[0, 1]) * ny + (point[2] - triangle[0, 2]) * nz
+        best = min(best, height * height / area2)
     return best
