@@ -191,6 +191,8 @@ class SparseSolver:
         values = np.concatenate([self._blocks.ravel()[self._kept], -work.w, work.c, [corner]])
         used = values != 0
         matrix = sparse.csc_matrix((values[used], (self._rows[used], self._columns[used])), shape=self._shape)
+        if transposed:
+            matrix = sparse.csc_matrix(matrix.T)
         top = np.maximum.reduceat(np.abs(matrix.tocsr().data), np.minimum(matrix.tocsr().indptr[:-1], matrix.nnz - 1))
         scale = 1 / np.where(top > 0, top, 1.0)
         try:
@@ -198,10 +200,7 @@ class SparseSolver:
         except RuntimeError:  # exactly singular
             work.ask[SIGN] = SINGULAR
             return
-        if transposed:
-            work.rhs[:] = factors.solve(work.rhs, "T") * scale[:, None]
-        else:
-            work.rhs[:] = factors.solve(work.rhs * scale[:, None])
+        work.rhs[:] = factors.solve(work.rhs * scale[:, None])
         diagonal = factors.U.diagonal()
         sign = np.sign(diagonal).prod() * _parity(factors.perm_r) * _parity(factors.perm_c)
         work.ask[SIGN] = sign if np.isfinite(work.rhs).all() else SINGULAR
