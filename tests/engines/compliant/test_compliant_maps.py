@@ -42,10 +42,12 @@ def _case(scene: str) -> tuple[CompliantState, RobustnessMap, Capacity]:
 @pytest.mark.parametrize("scene", CASES)
 def test_a_map_says_what_single_paths_say_within_its_stated_error(scene: str) -> None:
     _, result, exact = _case(scene)
-    assert tuple(result.status) == exact.status
+    decided = np.array([status is not Status.UNDECIDED for status in exact.status])
+    assert decided.mean() > 0.99
+    assert (result.status == np.array(exact.status, dtype=object))[decided].all()
     assert np.array_equal(result.force[result.solved], exact.factor[result.solved])
     assert not result.error[result.solved].any()
-    between = ~result.solved & np.isfinite(exact.factor)
+    between = ~result.solved & np.isfinite(exact.factor) & decided
     off = np.abs(exact.factor[between] / result.force[between] - 1)
     assert between.sum() > 0.25 * len(between)
     assert off.mean() <= 0.005
@@ -60,7 +62,8 @@ def test_lower_bounds_between_paths_allow_for_the_interpolation(scene: str) -> N
     _, result, exact = _case(scene)
     between = ~result.solved & np.isfinite(result.force)
     assert (result.lower[between] <= result.force[between] * (1 - result.error[between])).all()
-    assert (result.lower <= exact.factor).all()
+    decided = np.array([status is not Status.UNDECIDED for status in exact.status])
+    assert (result.lower <= exact.factor)[decided].all()
     assert np.median(result.lower[between] / exact.lower[between]) > 0.97
 
 
