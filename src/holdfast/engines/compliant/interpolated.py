@@ -173,7 +173,8 @@ def _between(
             low, high = min(bottom, flat), max(top, flat)
         alike = motion[corners[n, 0]] == motion[corners[n, 1]] == motion[corners[n, 2]]
         kink = KINK if alike else MIXED
-        best = min(max((flat + touching) / 2, low), high)
+        mean = (flat + touching) / 2
+        best = (mean + min(max(mean, low), high)) / 2  # planes may overshoot where γ is not convex
         middle[n] = best
         spread[n] = (
             np.inf if min(low, touching) <= 0 else max(best / low - 1, 1 - best / high, kink * (flat / touching - 1))
