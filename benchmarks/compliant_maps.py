@@ -32,6 +32,7 @@ HEADS = (
     "solves a point",
     "mean error %",
     "worst error %",
+    "undecided of 200",
     "beyond stated of 200",
     "query s",
     "limit query s",
@@ -69,8 +70,10 @@ def _map(scene: str, spacing: float) -> dict[str, Any]:
     other = _seconds(lambda: [limit.solve(column) for W in columns for column in W.T])
     between = np.flatnonzero(~result.solved & np.isfinite(result.force))
     between = np.random.default_rng(0).permutation(between)[:CHECKED]
-    exact = state.load_factor(np.hstack(columns)[:, between]).factor
-    error = np.abs(exact / result.force[between] - 1)
+    again = state.load_factor(np.hstack(columns)[:, between])
+    decided = np.array([status is not hf.Status.UNDECIDED for status in again.status])
+    between = between[decided]
+    error = np.abs(again.factor[decided] / result.force[between] - 1)
     return {
         "case": scene,
         "points": count,
@@ -83,6 +86,7 @@ def _map(scene: str, spacing: float) -> dict[str, Any]:
         "solves a point": solves / count,
         "mean error %": 100 * float(error.mean()),
         "worst error %": 100 * float(error.max()),
+        "undecided of 200": int((~decided).sum()),
         "beyond stated of 200": int((error > result.error[between]).sum()),
     }
 
