@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 OUT ?= out
 
-.PHONY: demo test test-slow benchmark lint clean
+.PHONY: demo test test-slow test-referees benchmark lint clean
 
 $(VENV)/.ready: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -23,10 +23,16 @@ lint: $(VENV)/.ready
 	$(BIN)/mypy
 
 test: lint
-	$(BIN)/pytest -m "not slow"
+	$(BIN)/pytest -m "not slow and not referee"
 
 test-slow: $(VENV)/.ready
 	$(BIN)/pytest -m slow
+
+# compas_lmgc90 without what its metadata asks for: a viewer that the simulation does not use
+test-referees: $(VENV)/.ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,referees]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -c constraints.txt compas_lmgc90
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -m referee tests/referees
 
 benchmark: $(VENV)/.ready
 	$(BIN)/python -m benchmarks.run

@@ -23,7 +23,7 @@ SETTLED: dict[str, dict[str, float]] = {
     "kitchen_place": {"gap": 3e-3, "angle": 3},
     "masonry_wall": {},
 }
-PER_SCENE = 72  # 1,000 over the fourteen shipped scenes
+PER_SCENE = 77  # 1,001 over the thirteen that stand of fourteen shipped scenes
 PER_SETTLED = 50
 SEED = 77
 

@@ -1,4 +1,4 @@
-"""The one way of compiling a hot loop."""
+"""The one way of compiling a hot loop, and what such loops share."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from typing import ParamSpec, TypeVar, cast
 
 import numba
 from numba.extending import register_jitable
+
+from holdfast.arrays import Float
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -23,3 +25,9 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
 def compilable(function: Callable[P, R]) -> Callable[P, R]:
     """Leave ``function`` to Python, but let compiled functions that call it compile it as a part of themselves."""
     return cast(Callable[P, R], register_jitable(function))
+
+
+@compiled
+def dot3(a: Float, b: Float) -> float:
+    """The product a · b of two vectors (3,), without the overhead of a library call."""
+    return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])

@@ -208,18 +208,22 @@ def measured(data: dict[str, Any]) -> dict[frozenset[str], float]:
     return {frozenset(k.split("|")): v * 1e-3 for k, v in data["original_mesh_gap_mm"].items()}
 
 
-def pairs_at(scene: hf.Scene, gap: float) -> set[frozenset[str]]:
-    return {frozenset(i.bodies) for i in hf.assemble(scene, gap=gap, angle=1).interfaces}
+scene_of = functools.cache(hf.load_scene)
+
+
+@functools.cache
+def pairs_at(path: Path, gap: float) -> frozenset[frozenset[str]]:
+    return frozenset(frozenset(i.bodies) for i in hf.assemble(scene_of(path), gap=gap, angle=1).interfaces)
 
 
 @pytest.mark.parametrize("path", settled())
 def test_all_touching_pairs_of_settled_scenes_are_found(path: Path) -> None:
     """At the scene's own tolerance and at 3 mm for all, within 1 degree; a smaller one of the series misses some."""
-    scene, wanted = hf.load_scene(path), touching(shared.contents(path))
-    assert pairs_at(scene, FOUND_AT[path.stem]) >= wanted
-    assert pairs_at(scene, 3e-3) >= wanted
+    wanted = touching(shared.contents(path))
+    assert pairs_at(path, FOUND_AT[path.stem]) >= wanted
+    assert pairs_at(path, 3e-3) >= wanted
     if path.stem != "jenga12":
-        assert not pairs_at(scene, 0.8 * FOUND_AT[path.stem]) >= wanted
+        assert not pairs_at(path, 0.8 * FOUND_AT[path.stem]) >= wanted
 
 
 @pytest.mark.parametrize("path", settled())
@@ -228,12 +232,12 @@ def test_a_pair_is_found_when_the_tolerance_reaches_its_distance_and_not_before(
 
     One bowl in another is found up to 2 % early: beyond a smooth edge heights are over the plane of the face beside it.
     """
-    scene, known = hf.load_scene(path), measured(shared.contents(path))
+    known = measured(shared.contents(path))
     early = {frozenset(("b0", "b1")): 0.98} if path.stem == "dishes" else {}
     for pair, distance in known.items():
         if distance > 1e-5:
-            assert pair not in pairs_at(scene, early.get(pair, 0.99) * distance)
-            assert pair in pairs_at(scene, 1.01 * distance)
+            assert pair not in pairs_at(path, early.get(pair, 0.99) * distance)
+            assert pair in pairs_at(path, 1.01 * distance)
 
 
 def samples(mesh: trimesh.Trimesh, low: Float, high: Float) -> Iterator[Float]:
@@ -280,7 +284,7 @@ def placed(path: Path) -> dict[str, trimesh.Trimesh]:
 def test_nothing_is_found_between_bodies_that_are_five_millimetres_apart(path: Path) -> None:
     """At 3 mm; distances between samples of the surfaces, never less than the true ones, agree with the author's."""
     meshes, known = placed(path), measured(shared.contents(path))
-    found = pairs_at(hf.load_scene(path), 3e-3)
+    found = pairs_at(path, 3e-3)
     slack = 2 * SPACING / np.sqrt(3)
     for a, b in itertools.combinations(meshes, 2):
         pair = frozenset((a, b))

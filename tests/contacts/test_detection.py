@@ -253,6 +253,33 @@ def test_a_deep_overlap_is_called_penetrating() -> None:
     assert [i.status for i in assembly.interfaces] in ([], ["penetrating"])
 
 
+@pytest.mark.parametrize(("share", "severity"), [(1.5, "warning"), (2.5, "error")])
+def test_an_overlap_beyond_the_gap_is_named_and_leaves_the_verdict_open(share: float, severity: str) -> None:
+    """No contact is taken deeper than the gap: through a thin wall the far side would count as the near one."""
+    scene = hf.Scene([floor(), box("cube", SIDE, 1, (0, 0, 0.05 - share * 1e-3))], 0.5)
+    with pytest.warns(hf.HoldfastWarning, match="overlap"):
+        assembly = hf.assemble(scene, gap=1e-3)
+    (overlap,) = assembly.overlaps
+    assert overlap.depth == pytest.approx(share * 1e-3, rel=1e-6)
+    assert overlap.severity == severity
+    assert assembly.interfaces == ()
+    assert hf.stability(assembly).status is hf.Status.UNDECIDED
+
+
+@pytest.mark.parametrize(("sigma", "thin", "gap"), [(1e-3, 0.1, 4e-3), (1e-3, 4e-3, 2e-3)])
+def test_the_gap_from_pose_sigma_stays_below_half_the_thickness(sigma: float, thin: float, gap: float) -> None:
+    for lift, touches in ((0.99 * gap, True), (1.01 * gap, False)):
+        scene = hf.Scene([floor(), box("plate", (0.1, 0.1, thin), 1, (0, 0, thin / 2 + lift))], 0.5)
+        assert bool(hf.assemble(scene, pose_sigma=sigma).interfaces) == touches
+
+
+def test_a_turn_of_the_pose_reaches_further_on_a_longer_body() -> None:
+    """4σ of 0.1 degrees moves the ends of a beam of 1 m by 3.5 mm, those of a short one by 0.5 mm."""
+    for length, touches in ((1.0, True), (0.15, False)):
+        scene = hf.Scene([floor(), box("beam", (length, 0.05, 0.05), 1, (0, 0, 0.025 + 2e-3))], 0.5)
+        assert bool(hf.assemble(scene, pose_sigma=(1e-4, 0.1)).interfaces) == touches
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_no_motion_of_the_wall_loses_a_contact(seed: int) -> None:
     """Clipped pieces meet along edges up to rounding; their union must neither fail nor drop one."""

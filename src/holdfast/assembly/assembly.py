@@ -232,13 +232,13 @@ def components(count: int, ends: Iterable[tuple[int, int]]) -> list[list[int]]:
 
 def _warn_of_units(scene: Scene, gap: float) -> None:
     """Millimetres where metres are meant make contacts of everything, or of nothing: say so at once."""
-    across = {body.name: float(np.ptp(body.surface_world.vertices, axis=0).max()) for body in scene.movable}
+    across = {body.name: float((body.box[1] - body.box[0]).max()) for body in scene.movable}
     widest = max(across, key=lambda name: across[name], default=None)
     if widest is not None and across[widest] > HUGE:
         problem = f"is {across[widest]:.3g} m across"
         text = message(f"body {widest!r}", problem, "if its mesh is in millimetres, use scale 0.001")
         warnings.warn(text, HoldfastWarning, stacklevel=3)
-    sizes = {body.name: float(np.ptp(body.shape.surface.vertices, axis=0).min()) for body in scene.movable}
+    sizes = {body.name: body.shape.surface.thickness for body in scene.movable}
     thin = min(sizes, key=lambda name: sizes[name], default=None)
     if thin is not None and gap > 0.5 * sizes[thin]:
         problem = f"is {gap * 1e3:.3g} mm, but body {thin!r} is only {sizes[thin] * 1e3:.3g} mm thick"

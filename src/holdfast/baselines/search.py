@@ -15,6 +15,7 @@ from holdfast.contacts.interface import Patch
 from holdfast.errors import HoldfastError, message
 from holdfast.rigid import tangents, wrench_at
 
+MOST_UNDECIDED = 4
 RECTANGLE = 1e-6  # relative: by how much less than its smallest rectangle a patch may cover
 
 
@@ -36,14 +37,16 @@ class Trial:
 class Peak:
     """A load search [N]: ``held`` is the largest load seen to hold, ``moves`` the smallest seen to move (or inf).
 
-    ``held`` is 0 where the assembly does not stand. ``undecided`` counts the loads at which neither was seen;
-    ``jump`` is the largest displacement at which a load came to rest, over that of the load before it.
+    ``held`` is 0 where the assembly does not stand. ``drift`` and ``gone`` [m]: how far contact nodes moved against
+    each other when the last step of load came on, at ``held`` and at ``moves``. ``undecided`` counts the loads at which
+    neither rest nor motion was seen; ``steps`` of time.
     """
 
     held: float
     moves: float
+    drift: float
+    gone: float
     undecided: int
-    jump: float
     steps: int
 
     @property
@@ -57,25 +60,31 @@ class Peak:
         return (self.moves - self.held) / (self.moves + self.held) if 0 < self.moves < np.inf else 0.0
 
 
+def fallen(trial: Trial) -> Peak:
+    """The answer for an assembly that does not stand, or is not seen to."""
+    return Peak(0.0, 0.0, 0.0, trial.drift, int(trial.holds is None), trial.steps)
+
+
 def close_in(trial: Callable[[float], Trial], start: float, most: float, accuracy: float) -> Peak:
-    """Raise a load from ``start`` [N] by factors of 1.5 until it moves or exceeds ``most`` [N]; then bisect."""
-    held, moves, undecided, steps, drift, jump = 0.0, np.inf, 0, 0, 0.0, 1.0
+    """Raise a load from ``start`` [N] by factors of 1.5 until it moves or exceeds ``most`` [N]; then bisect.
+
+    A load at which neither rest nor motion is seen gives way to one nearer to what held, MOST_UNDECIDED times.
+    """
+    held, moves, drift, gone, undecided, steps = 0.0, np.inf, 0.0, 0.0, 0, 0
     load = start
-    while moves - held > accuracy * moves and held < most:
+    while (np.isinf(moves) or moves - held > accuracy * moves) and held < most and undecided <= MOST_UNDECIDED:
         seen = trial(load)
         steps += seen.steps
-        if seen.holds:
-            held, jump, drift = load, max(jump, seen.drift / drift if drift else 1.0), seen.drift
-        elif seen.holds is None:
+        if seen.holds is None:
             undecided += 1
-            if undecided > 3:
-                break
-            load = (load + held) / 2 if np.isinf(moves) else 0.25 * held + 0.75 * load
+            load = (3 * load + held) / 4
             continue
+        if seen.holds:
+            held, drift = load, seen.drift
         else:
-            moves = load
+            moves, gone = load, seen.drift
         load = 1.5 * held if np.isinf(moves) else (held + moves) / 2
-    return Peak(held, moves, undecided, jump, steps)
+    return Peak(held, moves, drift, gone, undecided, steps)
 
 
 def push(assembly: Assembly, body: str, point: Float, direction: Float) -> Float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from holdfast.arrays import Float, Int
-from holdfast.compiled import compiled
+from holdfast.compiled import compiled, dot3
 from holdfast.contacts.facing import Piece
 from holdfast.contacts.skin import Skin
 
@@ -21,11 +21,6 @@ def clip_faces(a: Skin, b: Skin, pairs: Int, *, gap: float, depth: float, cos_an
         Piece((corners[k, : counts[k]],), normals[k], (float(heights[k, 0]), float(heights[k, 1])))
         for k in range(len(counts))
     ]
-
-
-@compiled
-def _dot(a: Float, b: Float) -> float:
-    return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
 @compiled
@@ -80,7 +75,7 @@ def _clip_pair(
         normal[k] /= np.sqrt(length)
     for k in range(3):
         t1[k] = (1.0 if k == seed else 0.0) - normal[seed] * normal[k]
-    length = np.sqrt(_dot(t1, t1))
+    length = np.sqrt(dot3(t1, t1))
     for k in range(3):
         t1[k] /= length
     t2[0] = normal[1] * t1[2] - normal[2] * t1[1]
@@ -103,9 +98,9 @@ def _clip_pair(
         if count < 3:
             return 0
     # heights of the two planes along the normal, linear in the coordinates: a: ax x + ay y, b: bx x + by y + level
-    slope_a, slope_b = _dot(normal_a, normal), _dot(normal_b, normal)
-    ax, ay = -_dot(normal_a, t1) / slope_a, -_dot(normal_a, t2) / slope_a
-    bx, by = -_dot(normal_b, t1) / slope_b, -_dot(normal_b, t2) / slope_b
+    slope_a, slope_b = dot3(normal_a, normal), dot3(normal_b, normal)
+    ax, ay = -dot3(normal_a, t1) / slope_a, -dot3(normal_a, t2) / slope_a
+    bx, by = -dot3(normal_b, t1) / slope_b, -dot3(normal_b, t2) / slope_b
     level = 0.0
     for k in range(3):
         level += (tri_b[0, k] - tri_a[0, k]) * normal_b[k] / slope_b
@@ -144,7 +139,7 @@ def _clip_all(
     room = np.zeros((4, MAX_CORNERS, 3))
     for pair in range(len(pairs)):
         i, j = pairs[pair, 0], pairs[pair, 1]
-        if _dot(normals_a[i], normals_b[j]) > -cos_angle:
+        if dot3(normals_a[i], normals_b[j]) > -cos_angle:
             continue
         if found == capacity:
             out = np.concatenate((out, np.zeros((capacity, MAX_CORNERS, 3))))

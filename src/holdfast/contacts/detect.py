@@ -35,7 +35,7 @@ class Tolerances:
     Round shapes lie inside their true surface by their sagitta: between two bodies it is added to the gap. ``tilt``
     [rad] is the standard deviation of the poses' rotation: it adds to the gap what it moves at the end of a body, and
     to the angle. With ``capped`` no pair's gap exceeds half the thickness of the thinner body; ``depth`` [m], how far
-    into each other, never does: the far side of a plate is not its near side.
+    into each other, never does either: the far side of a plate is not its near side.
     """
 
     gap: float

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from holdfast.arrays import Bool, Float, Int
-from holdfast.compiled import compiled
+from holdfast.compiled import compiled, dot3
 from holdfast.contacts.skin import SMOOTH, Skin
 from holdfast.scene.topology import FLAT
 
@@ -58,11 +58,6 @@ def touching_features(
 
 
 @compiled
-def _dot(a: Float, b: Float) -> float:
-    return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
-
-
-@compiled
 def _slack(bend: float, height: float, tiny: float, strict: float) -> float:
     """How far outside a face, beyond one of its edges, a point may lie and still touch it; negative at sharp edges."""
     if not np.isfinite(bend) or bend <= FLAT:
@@ -73,30 +68,16 @@ def _slack(bend: float, height: float, tiny: float, strict: float) -> float:
 
 
 @compiled
-def _outward(skin: Skin, face: int, k: int, out: Float) -> None:
-    """The unit direction in a face's plane across its k-th edge, away from the face."""
-    p, q, normal = skin.triangles[face, k], skin.triangles[face, (k + 1) % 3], skin.normals[face]
-    ex, ey, ez = q[0] - p[0], q[1] - p[1], q[2] - p[2]
-    out[0] = ey * normal[2] - ez * normal[1]
-    out[1] = ez * normal[0] - ex * normal[2]
-    out[2] = ex * normal[1] - ey * normal[0]
-    length = np.sqrt(_dot(out, out))
-    for m in range(3):
-        out[m] /= max(length, 1e-300)
-
-
-@compiled
 def _normal_at(skin: Skin, face: int, point: Float, height: float, tiny: float, normal: Float) -> float:
     """The normal of a surface at a point over a face: the mean of two faces' near a smooth edge, a vertex's at one.
 
     Returns 1.0 where it is such a mean, else 0.0.
     """
-    out = np.empty(3)
     near = np.zeros(3, dtype=np.bool_)
     for k in range(3):
         bend = skin.bend[skin.of_face[face, k]]
         if FLAT < bend < SMOOTH:
-            _outward(skin, face, k, out)
+            out = skin.outward[face, k]
             p = skin.triangles[face, k]
             beyond = out[0] * (point[0] - p[0]) + out[1] * (point[1] - p[1]) + out[2] * (point[2] - p[2])
             near[k] = beyond >= -_slack(bend, height, tiny, 0.0)
@@ -104,7 +85,7 @@ def _normal_at(skin: Skin, face: int, point: Float, height: float, tiny: float, 
         normal[m] = skin.normals[face, m]
     for k in range(3):
         vertex = skin.faces[face, k]
-        if near[k] and near[(k + 2) % 3] and _dot(skin.mean[vertex], skin.mean[vertex]) > 0:
+        if near[k] and near[(k + 2) % 3] and dot3(skin.mean[vertex], skin.mean[vertex]) > 0:
             for m in range(3):
                 normal[m] = skin.mean[vertex, m]
             return 1.0
@@ -115,7 +96,7 @@ def _normal_at(skin: Skin, face: int, point: Float, height: float, tiny: float, 
             for m in range(3):
                 normal[m] += skin.normals[other, m]
             break
-    length = np.sqrt(_dot(normal, normal))
+    length = np.sqrt(dot3(normal, normal))
     for m in range(3):
         normal[m] /= length
     return 1.0 if near.any() else 0.0
@@ -136,13 +117,12 @@ def _vertex_rises(skin: Skin, vertex: int, normal: Float, sin_angle: float) -> b
 @compiled
 def _edge_rises(skin: Skin, edge: int, normal: Float, sin_angle: float) -> bool:
     """Whether both faces beside an edge go the way of ``normal``, or fall by no more than the angle."""
-    out = np.empty(3)
     for side in range(2):
         face = skin.sides[edge, side]
         for k in range(3):
             if skin.of_face[face, k] == edge:
-                _outward(skin, face, k, out)
-                if _dot(out, normal) > sin_angle:
+                out = skin.outward[face, k]
+                if dot3(out, normal) > sin_angle:
                     return False
     return True
 
@@ -150,16 +130,15 @@ def _edge_rises(skin: Skin, edge: int, normal: Float, sin_angle: float) -> bool:
 @compiled
 def _over(skin: Skin, face: int, point: Float, height: float, tiny: float, strict: float) -> bool:
     """Whether a point at a height over a face's plane projects into the face, or may be taken to."""
-    out = np.empty(3)
     for k in range(3):
-        _outward(skin, face, k, out)
+        out = skin.outward[face, k]
         p = skin.triangles[face, k]
         beyond = out[0] * (point[0] - p[0]) + out[1] * (point[1] - p[1]) + out[2] * (point[2] - p[2])
         if beyond > _slack(skin.bend[skin.of_face[face, k]], height, tiny, strict):
             return False
         if abs(beyond) <= strict:  # at a sharp corner, even where the edges of this face that meet there are not
             x, y, z = point[0] - p[0], point[1] - p[1], point[2] - p[2]
-            sharp = _dot(skin.mean[skin.faces[face, k]], skin.mean[skin.faces[face, k]]) == 0
+            sharp = dot3(skin.mean[skin.faces[face, k]], skin.mean[skin.faces[face, k]]) == 0
             if sharp and x * x + y * y + z * z - height * height <= strict * strict:
                 return False
     return True
@@ -168,12 +147,11 @@ def _over(skin: Skin, face: int, point: Float, height: float, tiny: float, stric
 @compiled
 def _inset(skin: Skin, face: int, point: Float) -> float:
     """Distance of a point over a face to the nearest of its sharp edges; infinite where it has none."""
-    out = np.empty(3)
     least = np.inf
     for k in range(3):
         bend = skin.bend[skin.of_face[face, k]]
         if SMOOTH <= bend < np.inf:
-            _outward(skin, face, k, out)
+            out = skin.outward[face, k]
             p = skin.triangles[face, k]
             beyond = out[0] * (point[0] - p[0]) + out[1] * (point[1] - p[1]) + out[2] * (point[2] - p[2])
             least = min(least, -beyond)
@@ -207,7 +185,6 @@ def _features_on_faces(
     """
     normal = np.empty(3)
     middle = np.empty(3)
-    out = np.empty(3)
     sign = 1.0 if flipped else -1.0
     for pair in range(len(pairs)):
         i, j = (pairs[pair, 1], pairs[pair, 0]) if flipped else (pairs[pair, 0], pairs[pair, 1])
@@ -243,7 +220,7 @@ def _features_on_faces(
                     f0 = depth + hp if bound == 0 else gap - hp
                     f1 = depth + hq if bound == 0 else gap - hq
                 else:
-                    _outward(other, j, bound - 2, out)
+                    out = other.outward[j, bound - 2]
                     c = other.triangles[j, bound - 2]
                     nearest = min(abs(hp), abs(hq)) if hp * hq > 0 else 0.0
                     slack = _slack(other.bend[other.of_face[j, bound - 2]], nearest, tiny, -tiny)
@@ -311,12 +288,12 @@ def _edges_on_edges(
                 n[1] = uz * wx - ux * wz
                 n[2] = ux * wy - uy * wx
                 uu, ww = ux * ux + uy * uy + uz * uz, wx * wx + wy * wy + wz * wz
-                cross = np.sqrt(_dot(n, n))
+                cross = np.sqrt(dot3(n, n))
                 if cross <= NEAR_PARALLEL * np.sqrt(uu * ww):
                     continue
                 dx, dy, dz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
                 h = (dx * n[0] + dy * n[1] + dz * n[2]) / cross
-                if abs(h) > max(gap, depth):
+                if abs(h) > gap:  # depth is never more
                     continue
                 ud, wd, uw = ux * dx + uy * dy + uz * dz, wx * dx + wy * dy + wz * dz, ux * wx + uy * wy + uz * wz
                 determinant = uu * ww - uw * uw

@@ -42,15 +42,10 @@ class Overlap:
 
 def solid_of(body: Body) -> manifold3d.Manifold | None:
     """The body as a closed solid in the world; None where its surface does not close."""
-    surface = _reduced(body)
+    surface = body.reduced_world
     vertices, faces = np.array(surface.vertices, order="C"), surface.faces.astype(np.uint64, order="C")
     solid = manifold3d.Manifold(manifold3d.Mesh64(vertices, faces))
     return None if solid.status() != manifold3d.Error.NoError or solid.is_empty() else solid
-
-
-def _reduced(body: Body) -> Surface:
-    local = body.shape.surface.reduced
-    return Surface(body.placed(local.vertices), local.faces)
 
 
 def find_overlaps(scene: Scene, tolerances: Tolerances) -> tuple[Overlap, ...]:
@@ -70,7 +65,7 @@ def find_overlaps(scene: Scene, tolerances: Tolerances) -> tuple[Overlap, ...]:
             depth = max(_deepest(a, b), _deepest(b, a))
         else:
             parts = (solid_a ^ solid_b).decompose()
-            depth = max((_depth(part, _reduced(a), _reduced(b), tolerance) for part in parts), default=0.0)
+            depth = max((_depth(part, a.reduced_world, b.reduced_world, tolerance) for part in parts), default=0.0)
         if depth > tolerance:
             found.append(Overlap((a.name, b.name), depth, tolerance, estimated))
     return tuple(found)

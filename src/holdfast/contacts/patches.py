@@ -72,7 +72,8 @@ def line_patches(lines: Features, faces: Sequence[Patch], gap: float, negligible
     cover = Cover(faces, gap)
     run = lines.ends[:, 1] - lines.ends[:, 0]
     length = np.linalg.norm(run, axis=1)
-    left = np.argsort(-length, kind="stable")
+    left = cover.uncovered(lines)
+    left = left[np.argsort(-length[left], kind="stable")]
     while len(left):
         seed = left[0]
         origin, along = lines.ends[seed, 0], unit(lines.ends[seed, 1] - lines.ends[seed, 0])
@@ -161,6 +162,18 @@ class Cover:
                 x, y = (arm[near] @ patch.frame.T).T
                 left[near[shapely.intersects_xy(self._shape(k), x, y)]] = False
         return left
+
+    def uncovered(self, lines: Features) -> Int:
+        """Which lines do not lie on one of the patches from end to end."""
+        left = np.ones(len(lines.ends), dtype=bool)
+        for k, patch in enumerate(self.patches):
+            arm = lines.ends - patch.polygon[0]
+            same = lines.normals @ patch.normal >= np.where(lines.blended, BLENDED, SAME_WAY)
+            near = np.flatnonzero(left & same & (np.abs(arm @ patch.normal).max(1) <= 2 * self.gap))
+            if len(near):
+                seen = shapely.linestrings(arm[near] @ patch.frame.T)
+                left[near[shapely.covers(self._shape(k), seen)]] = False
+        return np.flatnonzero(left)
 
     def left_of(self, ends: Float, normal: Float, negligible: float, blended: bool) -> list[Float]:
         """The parts (2, 3) of a line that lie on none of the patches."""

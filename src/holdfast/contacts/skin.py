@@ -21,7 +21,8 @@ class Skin(NamedTuple):
 
     ``triangles`` (F, 3, 3) with ``normals`` (F, 3) and boxes ``low``, ``high`` (F, 3); ``faces`` (F, 3) and the fields
     of Topology; ``mean`` (V, 3) normals of smooth vertices, zero at sharp ones; ``owns_vertex`` and ``owns_edge``
-    (F, 3) give every vertex and edge to one face; ``facet`` (F,) is the large flat face a triangle is part of, or -1.
+    (F, 3) give every vertex and edge to one face; ``outward`` (F, 3, 3) are the unit directions in a face's plane
+    across its edges, away from it; ``facet`` (F,) is the large flat face a triangle is part of, or -1.
     """
 
     vertices: Float
@@ -39,13 +40,13 @@ class Skin(NamedTuple):
     mean: Float
     owns_vertex: Bool
     owns_edge: Bool
+    outward: Float
     facet: Int
 
     @classmethod
     def of(cls, body: Body) -> Skin:
         """Of a body in its pose, flat faces in as few triangles as they need."""
-        local = body.shape.surface.reduced
-        surface = Surface(body.placed(local.vertices), local.faces)
+        local, surface = body.shape.surface.reduced, body.reduced_world
         topology, faces, count = local.topology, local.faces, len(local.faces)
         owner = np.zeros(len(surface.vertices), dtype=np.int64)
         owner[faces[::-1].ravel()] = np.repeat(np.arange(count)[::-1], 3)
@@ -67,8 +68,16 @@ class Skin(NamedTuple):
             _smooth_normals(surface, topology),
             owner[faces] == number,
             topology.sides[topology.of_face, 0] == number,
+            _outward(triangles, surface.normals),
             local.facets.label,
         )
+
+
+def _outward(triangles: Float, normals: Float) -> Float:
+    """(F, 3, 3) across the k-th edge of each face."""
+    across = np.cross(np.roll(triangles, -1, axis=1) - triangles, normals[:, None])
+    length = np.linalg.norm(across, axis=2, keepdims=True)
+    return np.ascontiguousarray(across / np.maximum(length, 1e-300))
 
 
 def _smooth_normals(surface: Surface, topology: Topology) -> Float:

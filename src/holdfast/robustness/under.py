@@ -18,6 +18,7 @@ from holdfast.errors import HoldfastError, HoldfastWarning, message
 from holdfast.progress import report
 from holdfast.robustness.query import robustness
 from holdfast.robustness.request import (
+    DEFAULT_ENGINE,
     EngineChoice,
     Load,
     body_number,
@@ -136,7 +137,7 @@ def robustness_under(
     mu_interval: MuRange | None = None,
     samples: int = 100,
     seed: int,
-    engine: EngineChoice = "compliant",
+    engine: EngineChoice = DEFAULT_ENGINE,
 ) -> RobustnessUnder:
     """R(p, e) in ``samples`` samples of uncertain poses and friction; the rest as in ``robustness``.
 

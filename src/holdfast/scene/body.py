@@ -108,6 +108,12 @@ class Body:
         surface = self.shape.surface
         return Surface(frozen(self.placed(surface.vertices)), surface.faces, surface.sagitta, surface.oriented)
 
+    @cached_property
+    def reduced_world(self) -> Surface:
+        """The same solid in as few triangles as its flat faces need, in the world: what contact search works on."""
+        local = self.shape.surface.reduced
+        return Surface(frozen(self.placed(local.vertices)), local.faces, local.sagitta, local.oriented)
+
     @property
     def _pose(self) -> Float:
         assert self.pose is not None

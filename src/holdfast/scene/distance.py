@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from holdfast.arrays import Float, Int
-from holdfast.compiled import compiled
+from holdfast.compiled import compiled, dot3
 from holdfast.scene.surface import Surface
 
 
@@ -29,19 +29,14 @@ def _winding(points: Float, triangles: Float) -> Float:
         p = points[i]
         for j in range(len(triangles)):
             a, b, c = triangles[j, 0] - p, triangles[j, 1] - p, triangles[j, 2] - p
-            la, lb, lc = np.sqrt(_dot(a, a)), np.sqrt(_dot(b, b)), np.sqrt(_dot(c, c))
+            la, lb, lc = np.sqrt(dot3(a, a)), np.sqrt(dot3(b, b)), np.sqrt(dot3(c, c))
             triple = (
                 a[0] * (b[1] * c[2] - b[2] * c[1])
                 + a[1] * (b[2] * c[0] - b[0] * c[2])
                 + a[2] * (b[0] * c[1] - b[1] * c[0])
             )
-            total[i] += 2 * np.arctan2(triple, la * lb * lc + _dot(a, b) * lc + _dot(b, c) * la + _dot(c, a) * lb)
+            total[i] += 2 * np.arctan2(triple, la * lb * lc + dot3(a, b) * lc + dot3(b, c) * la + dot3(c, a) * lb)
     return total / (4 * np.pi)
-
-
-@compiled
-def _dot(a: Float, b: Float) -> float:
-    return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
 @compiled

@@ -197,7 +197,8 @@ class Mesh:
     @property
     def is_closed(self) -> bool:
         """Whether the surface bounds a volume."""
-        return bool(self._solid.is_watertight and self._solid.is_winding_consistent)
+        report = self._cleaned[1]
+        return report.closed and report.oriented
 
     @cached_property
     def _flattened(self) -> tuple[Surface, tuple[PlaneFit, ...]]:

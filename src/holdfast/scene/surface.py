@@ -12,6 +12,7 @@ from holdfast.scene.facets import Facets, balanced
 from holdfast.scene.topology import Topology
 
 STRAIGHT = 1e-8  # of its size: how far a surface may bend and still count as flat when triangles are left out
+HUB = 64  # spokes: a fan with more is cut anew before it is reduced
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class Surface:
         cross = np.cross(b - a, c - a)
         return np.asarray(cross / np.maximum(np.linalg.norm(cross, axis=1, keepdims=True), 1e-300))
 
-    @property
+    @cached_property
     def thickness(self) -> float:
         """Smallest side of the bounding box in the body frame [m]."""
         return float(np.ptp(self.vertices, axis=0).min())
@@ -53,14 +54,15 @@ class Surface:
         import manifold3d
 
         size = float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
-        start = self._balanced()  # a fan's hub with many spokes is slow to take out
+        # taking out the hub of a fan is slow
+        start = self._balanced() if np.bincount(self.faces.ravel()).max(initial=0) > HUB else self
         mesh = manifold3d.Mesh64(np.array(start.vertices, order="C"), start.faces.astype(np.uint64, order="C"))
         solid = manifold3d.Manifold(mesh)
         if solid.status() != manifold3d.Error.NoError or solid.is_empty():
-            return start
+            return start._balanced()
         fewer = solid.simplify(STRAIGHT * size)
         if not 0 < fewer.num_tri() < len(start.faces):
-            return start
+            return start._balanced()
         read = fewer.to_mesh64()
         vertices, faces = np.array(read.vert_properties[:, :3]), np.array(read.tri_verts, dtype=np.int64)
         return replace(self, vertices=frozen(vertices), faces=frozen(faces))._balanced()

@@ -189,7 +189,7 @@ def follow(
         trial[:] = q + step * t
         trial_s[0] = s[0] + step * slope
         aimed[:] = trial
-        exact = TOLERANCE * max(1.0, 1e-7 * length / elastic, 0.01 * strength * abs(s[0]))
+        exact = TOLERANCE * max(1.0, min(1e-7 * length / elastic, 10.0), 0.01 * strength * abs(s[0]))
         newton(m, work, 1.0, trial, trial_s, dot(work.c, trial), exact, 8, origin, inner, sparse)
         solved += inner[1] + 1
         backward = first * work.ask[2] < 0  # behind its plane the path would come back: rather another branch
@@ -200,7 +200,7 @@ def follow(
                 continue
             change = next_change(m, q, t)
             kinks += 1
-            if kinks > 40 or not np.isfinite(change):
+            if kinks > 40 or not length + change <= FARTHEST * elastic:  # further out rounding would balance anything
                 break
             change = change * (1 + 1e-7) + 1e-12 * (elastic + length)
             q += change * t
@@ -212,7 +212,7 @@ def follow(
             solve(m, work, sparse)
             solved += 1
             if work.ask[2] == 0.0:  # a body has lost its last contact
-                if s[0] > highest:
+                if s[0] > highest and worst(m, work.r) <= exact:
                     highest = s[0]
                     peak[:] = q
                 break

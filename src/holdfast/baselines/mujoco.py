@@ -1,0 +1,224 @@
+"""MuJoCo as a referee: rigid bodies with many stiff contact points, stepped through time.
+
+Every contact node of an interface is a tiny sphere on body b against a wide flat box on body a; only these pairs
+collide. MuJoCo's contacts are regularised: normal ones are damped springs, friction yields to any force at a speed
+(creep), here some 1e-6 m/s at the friction limit. Springs are set so that all contacts of an assembly are equally stiff
+per tributary area, as in engine ``compliant``; MuJoCo's own choice, equal time constants, would make contacts of heavy
+bodies stiffer. Geometry is exact: bodies tilt and points move, by some 1e-6 m before anything gives way.
+
+Optional: ``pip install 'holdfast[referees]'``.
+"""
+
+from __future__ import annotations
+
+import importlib
+from types import ModuleType
+from typing import Any
+from xml.etree import ElementTree as Xml
+
+import numpy as np
+
+from holdfast.arrays import Float
+from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.assembly.nodes import ContactNodes
+from holdfast.baselines.search import Peak, Trial, close_in, fallen, grid_nodes, push
+from holdfast.errors import HoldfastError, message
+
+SIDE = 5  # nodes along a side unless given
+STEP = 1e-4  # [s]
+TIME_CONSTANT = 4 * STEP  # [s] of a contact's spring; its dashpot is critical
+IMPEDANCE = 2.0  # mean share of a contact's stiffness over the body's own inertia, d / (1 - d) in MuJoCo's terms
+IMPRATIO = 1e5  # friction over normal constraint impedance: creep falls with it
+GLIDE = 0.01  # dashpot of friction over the normal one: by as much less do contacts press harder where they slide
+SPHERE = 2e-3  # radius over the assembly's size
+SETTLE = 0.1  # [s] for the weight alone
+RAMP = 0.1  # [s] over which a load grows
+HOLD = 0.2  # [s] for which it then stays, at least
+LONGEST = 0.6  # [s] and at most, where neither rest nor motion is seen before
+LOOK = 250  # steps between looks
+FAR = 1e-3  # sizes of the assembly: what drifts farther under the load moves
+SLOW = 5e-5  # sizes of the assembly a second: what is slower in the end rests, what stays faster moves
+STAYS = 0.8  # of the speed half way: what is not slower than that in the end keeps moving
+FIRST = 0.05  # total weights: the first load
+ENDLESS = 30.0  # total weights up to which is searched
+PASSIVE = {"contype": "0", "conaffinity": "0", "mass": "0"}  # touches in the pairs that are named alone
+
+
+def holds(assembly: Assembly, load: Float | None = None, nodes: ContactNodes | None = None) -> Trial:
+    """Whether the assembly comes to rest under its weight, and then under ``load`` (6J,) [N, N m] as well.
+
+    ``nodes``: grids of SIDE x SIDE on every (rectangular) patch unless given.
+    """
+    world = World(assembly, grid_nodes(assembly, SIDE) if nodes is None else nodes)
+    return world.weighed if load is None or not world.weighed.holds else world.trial(load)
+
+
+def peak(
+    assembly: Assembly,
+    body: str,
+    point: Float,
+    direction: Float,
+    nodes: ContactNodes | None = None,
+    *,
+    accuracy: float = 5e-3,
+) -> Peak:
+    """The largest push [N] at ``point`` [m] of ``body`` along ``direction`` that comes to rest, by bisection.
+
+    Every load is tried from rest under the weight alone, to ``accuracy`` times the load. ``nodes`` as in ``holds``.
+    """
+    column = push(assembly, body, point, direction)
+    world = World(assembly, grid_nodes(assembly, SIDE) if nodes is None else nodes)
+    if not world.weighed.holds:
+        return fallen(world.weighed)
+    weight = assembly.weight
+    return close_in(lambda load: world.trial(load * column), FIRST * weight, ENDLESS * weight, accuracy)
+
+
+class World:
+    """An assembly in MuJoCo, at rest under its weight. ``weighed``: how that went."""
+
+    def __init__(self, assembly: Assembly, nodes: ContactNodes) -> None:
+        self.assembly, self.nodes = assembly, nodes
+        self.mujoco = _mujoco()
+        self.model: Any = self.mujoco.MjModel.from_xml_string(describe(assembly, nodes))
+        _equal_stiffness(self.model, nodes)
+        self.data: Any = self.mujoco.MjData(self.model)
+        self.start: Float | None = None
+        self.weighed = self.trial(np.zeros(6 * len(assembly.movable)), SETTLE)
+        self.start = self._state()
+
+    def trial(self, load: Float, ramp: float = RAMP) -> Trial:
+        """Bring ``load`` (6J,) on from rest and see what becomes of it."""
+        model, data = self.model, self.data
+        if self.start is not None:
+            self.mujoco.mj_setState(model, data, self.start, self.mujoco.mjtState.mjSTATE_INTEGRATION)
+        self.mujoco.mj_forward(model, data)
+        before = self._places()
+        wrench = load.reshape(-1, 6)
+        size = self.assembly.size
+        drift = speed = half = 0.0
+        grown, enough, most = (round(t / STEP) for t in (ramp, ramp + HOLD, ramp + LONGEST))
+        for step in range(1, most + 1):
+            share = min(1.0, step / grown)
+            data.xfrc_applied[1:] = share * share * (3 - 2 * share) * wrench
+            self.mujoco.mj_step(model, data)
+            if step % LOOK:
+                continue
+            places = self._places()
+            drift, speed = _apart(places[0] - before[0]), _apart(places[1])
+            if not np.isfinite(drift) or drift > FAR * size:
+                return Trial(False, drift, speed, step)
+            if step >= enough and speed < SLOW * size:
+                return Trial(True, drift, speed, step)
+            half = speed if step <= (grown + most) // 2 else half
+        return Trial(False if speed > STAYS * half else None, drift, speed, most)
+
+    def _state(self) -> Float:
+        kind = self.mujoco.mjtState.mjSTATE_INTEGRATION
+        state = np.empty(self.mujoco.mj_stateSize(self.model, kind))
+        self.mujoco.mj_getState(self.model, self.data, state, kind)
+        return state
+
+    def _places(self) -> tuple[Float, Float]:
+        """Where the nodes of b are relative to those of a [m], and how fast they part [m/s]: (I, 3) each."""
+        count = len(self.assembly.movable)
+        place, speed = np.zeros((2, len(self.nodes), 3)), np.zeros((2, len(self.nodes), 3))
+        turns, centres = self.data.xmat[1:].reshape(count, 3, 3), self.data.xipos[1:]
+        velocity = self.data.qvel.reshape(count, 6)
+        for side, end in enumerate((self.nodes.a, self.nodes.b)):
+            free = end != FIXED
+            k = end[free]
+            arm = np.einsum("ixy,iy->ix", turns[k], self.nodes.points[free] - self.assembly.com[k])
+            place[side, free] = centres[k] + arm - self.nodes.points[free]
+            spin = np.einsum("ixy,iy->ix", turns[k], velocity[k, 3:])
+            speed[side, free] = velocity[k, :3] + np.cross(spin, arm)
+        return place[1] - place[0], speed[1] - speed[0]
+
+
+def describe(assembly: Assembly, nodes: ContactNodes) -> str:
+    """The assembly in MuJoCo's XML: bodies in the world's axes about their centres of mass, nodes as pairs in order."""
+    root = Xml.Element("mujoco")
+    Xml.SubElement(root, "compiler", angle="radian", balanceinertia="false", boundmass="0", boundinertia="0")
+    Xml.SubElement(
+        root,
+        "option",
+        timestep=f"{STEP}",
+        gravity=_text(assembly.scene.gravity),
+        cone="elliptic",
+        impratio=f"{IMPRATIO}",
+        solver="Newton",
+        iterations="100",
+        tolerance="1e-12",
+        integrator="Euler",
+    )
+    Xml.SubElement(root, "size", memory="64M")
+    space = Xml.SubElement(root, "worldbody")
+    homes = []
+    for k, body in enumerate(assembly.movable):
+        assert body.pose is not None
+        home = Xml.SubElement(space, "body", pos=_text(assembly.com[k]))
+        Xml.SubElement(home, "freejoint")
+        turn = body.pose[:3, :3]
+        inertia = turn @ body.inertia_com @ turn.T
+        entries = inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+        Xml.SubElement(home, "inertial", pos="0 0 0", mass=f"{body.mass!r}", fullinertia=_text(entries))
+        homes.append(home)
+    contact = Xml.SubElement(root, "contact")
+    size = assembly.size
+    centre = np.vstack([assembly.com, np.zeros((1, 3))])  # the last one is FIXED
+    for i in range(len(nodes)):
+        a, b, point, axes = nodes.a[i], nodes.b[i], nodes.points[i], nodes.axes[i]
+        pad, ball = (space if a == FIXED else homes[a]), (space if b == FIXED else homes[b])
+        if i == 0 or nodes.interface[i] != nodes.interface[i - 1] or _leaves(nodes, i, 1e-9 * size):
+            name = f"pad{i}"
+            across = np.concatenate([axes[1], axes[2]])
+            middle = point - 0.1 * size * axes[0] - centre[a]
+            half = _text(np.array([2, 2, 0.1]) * size)
+            shape = {"type": "box", "name": name, "pos": _text(middle), "xyaxes": _text(across), "size": half}
+            Xml.SubElement(pad, "geom", shape | PASSIVE)
+        radius = SPHERE * size
+        place = _text(point + radius * axes[0] - centre[b])
+        Xml.SubElement(ball, "geom", {"type": "sphere", "name": f"n{i}", "pos": place, "size": f"{radius!r}"} | PASSIVE)
+        mu = max(float(nodes.mu[i]), 1e-5)
+        friction = _text(np.array([mu, mu, 0, 0, 0]))
+        Xml.SubElement(contact, "pair", geom1=name, geom2=f"n{i}", condim="3", friction=friction)
+    return Xml.tostring(root, encoding="unicode")
+
+
+def _leaves(nodes: ContactNodes, i: int, flat: float) -> bool:
+    """Whether node i does not lie in the plane of the one before."""
+    turned = np.abs(nodes.axes[i] - nodes.axes[i - 1]).max() > 1e-12
+    return bool(turned or abs((nodes.points[i] - nodes.points[i - 1]) @ nodes.axes[i, 0]) > flat)
+
+
+def _equal_stiffness(model: Any, nodes: ContactNodes) -> None:  # noqa: ANN401 - MuJoCo has no types
+    """Give every pair a spring in proportion to its tributary area.
+
+    MuJoCo's constraint i yields by R_i = (1 - d_i) / d_i A_i (A_i the inverse masses of both bodies) and is driven by
+    -b v - k d r; at rest the force is k d r / R. With d / (1 - d) in proportion to area times A, and k, b divided by
+    the powers of d that MuJoCo puts on them, that is a spring in proportion to area.
+    """
+    inverse = np.concatenate([model.body_invweight0[1:, 0], [0.0]])  # the last one is FIXED
+    share = nodes.weights * (inverse[nodes.a] + inverse[nodes.b])
+    share *= IMPEDANCE / share.mean()
+    d = share / (1 + share)
+    model.pair_solimp[:] = np.column_stack([d, d, np.full(len(d), 1e-3), np.full(len(d), 0.5), np.full(len(d), 2.0)])
+    model.pair_solref[:] = -d[:, None] * np.array([1 / TIME_CONSTANT**2, 2 / TIME_CONSTANT])
+    model.pair_solreffriction[:] = model.pair_solref * np.array([1, GLIDE])
+
+
+def _apart(u: Float) -> float:
+    """The largest length of rows (n, 3)."""
+    return float(np.sqrt((u**2).sum(1).max(initial=0.0)))
+
+
+def _text(values: Float) -> str:
+    return " ".join(repr(float(v)) for v in values)
+
+
+def _mujoco() -> ModuleType:
+    try:
+        return importlib.import_module("mujoco")
+    except ImportError:
+        remedy = "pip install 'holdfast[referees]'"
+        raise HoldfastError(message("referee mujoco", "MuJoCo is not installed", remedy)) from None
