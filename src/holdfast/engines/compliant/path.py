@@ -22,6 +22,7 @@ REFINED = 5e-5  # relative accuracy of the peak
 FARTHEST = 1e8  # length over the size of the rest state at which rounding would show
 FASTEST = 4.0  # growth of the step from one point to the next
 TURN = 0.3  # share of a step that its correction should be
+TORN = 0.7  # share of a step by which it leaves the mean of the directions at its ends, if it led to another branch
 POINTS = 400  # on a path
 LATE = 60  # points without a new peak after which there is none to come
 
@@ -47,6 +48,24 @@ def _turn(work: Work, t: Float, first: float) -> float:
         t[i] = size * work.rhs[i, 1]
         work.c[i] = t[i] if i // 6 == body else 0.0
     return float(size * work.rhs[n, 1])
+
+
+@compiled
+def _torn(work: Work, q: Float, t: Float, trial: Float, step: float, first: float) -> bool:
+    """Whether the step from q along t to ``trial`` leaves what the directions of the path at both ends say.
+
+    Then a nearer solution may lie on the path, and this one on another branch.
+    """
+    there = np.zeros(len(t))
+    plane = work.c.copy()
+    _turn(work, there, first)
+    work.c[:] = plane
+    away, far = 0.0, 0.0
+    for i in range(len(t)):
+        moved = trial[i] - q[i]
+        away = max(away, abs(moved - 0.5 * step * (t[i] + there[i])))
+        far = max(far, abs(moved))
+    return bool(away > TORN * far)
 
 
 @compilable
@@ -181,7 +200,7 @@ def follow(
     slope = _turn(work, t, first)
     step = min(0.1 / (strength * slope), 10 * elastic) if slope > 0 else 1e-3 * elastic
     length, at_peak, flat_since, similar = 0.0, 0.0, np.inf, np.inf
-    highest, kinks, shortened, points, late = 0.0, 0, 0, 0, 0
+    highest, kinks, shortened, points, late, doubted = 0.0, 0, 0, 0, 0, False
     # the peak lies between the points a, where s rises, and b, once b is ``closed``
     qa[:], ta[:], ca[:], cp[:] = q, t, work.c, work.c
     sa, pa, sb, pb, closed = 0.0, slope, 0.0, 0.0, slope <= 0
@@ -193,6 +212,12 @@ def follow(
         newton(m, work, 1.0, trial, trial_s, dot(work.c, trial), exact, 8, origin, inner, sparse)
         solved += inner[1] + 1
         backward = first * work.ask[2] < 0  # behind its plane the path would come back: rather another branch
+        turned = np.abs(trial - aimed).max() / max(np.abs(aimed - q).max(), 1e-300)
+        if inner[0] > 0 and not backward and not doubted and turned > TURN:
+            doubted = _torn(work, q, t, trial, step, first)
+            if doubted:  # once: where the path has a sharp corner every step is torn
+                step *= 0.3
+                continue
         if inner[0] == 0.0 or (backward and shortened < 3):
             shortened += 1
             if shortened < 4:
@@ -220,7 +245,7 @@ def follow(
             step = min(100 * step, 0.1 * (elastic + length))
             shortened = 0
             continue
-        shortened = 0
+        shortened, doubted = 0, False
         points += 1
         late += 1
         if trial_s[0] > highest:
@@ -240,7 +265,6 @@ def follow(
             slope = _turn(work, t, first)
             if not closed:
                 qb[:], tb[:], sb, pb, closed = trial, t, trial_s[0], slope, True
-        turned = np.abs(trial - aimed).max() / max(np.abs(aimed - q).max(), 1e-300)
         q[:] = trial
         s[0] = trial_s[0]
         length += step
