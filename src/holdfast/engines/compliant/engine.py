@@ -220,11 +220,6 @@ class CompliantState:
 
         found = survey(np.ascontiguousarray(W[first : first + 6].T), follow, gap)
         between = np.flatnonzero(found.kind == UNKNOWN)
-        endless = between[found.value[between] == 0]
-        if len(endless):
-            lost = endless[~self._carried(W, endless, order, known)]
-            follow(lost)
-            between = np.setdiff1d(between, lost)
         done = np.concatenate(order)
         place = np.zeros(W.shape[1], dtype=np.int64)
         place[done] = np.arange(len(done))
@@ -235,28 +230,14 @@ class CompliantState:
         corner, nearest = place[found.corner[between]], np.argmax(found.share[between], axis=1)
         error, solved = np.zeros(len(place)), np.ones(len(place), dtype=bool)
         error[between], solved[between] = found.error[between], False
-        kind[between] = paths.kind[corner[:, 0]]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            factor[between] = 1 / found.value[between]
-            share = np.where(np.isinf(peak), 1.0, below / peak)[corner].min(1)
-            lower[between] = factor[between] * np.maximum(1 - error[between], 0.0) * share
+        kind[between] = path.PEAK
+        factor[between] = 1 / found.value[between]
+        with np.errstate(invalid="ignore"):  # what is infinite is no corner
+            share = (below / peak)[corner].min(1)
+        lower[between] = factor[between] * np.maximum(1 - error[between], 0.0) * share
         for k, column in enumerate(between.tolist()):
             mechanisms[column] = told[corner[k, nearest[k]]]
         return Answers(kind, factor, lower, mechanisms, solved, error)
-
-    def _carried(self, W: Float, between: Int, order: list[Int], known: list[Paths]) -> Bool:
-        """(k,) whether forces of the law balance the columns ``between`` of W alone, found from endless paths."""
-        done = np.concatenate(order)
-        endless = np.concatenate([paths.kind for paths in known]) == path.ENDLESS
-        start = np.concatenate([paths.q for paths in known])[endless]
-        loads = self._loads(W[:, np.concatenate([done[endless], between])])
-        q = np.vstack([start, np.zeros((len(between), len(W)))])
-        found = np.arange(len(q)) < len(start)
-        if self.system is not None and self.system.sparse is None:
-            path.carried_dense(self.system.model, self.system.work, loads, q, found)
-        elif self.system is not None:
-            path.carried(self.system.model, self.system.work, loads, q, found, self.system.sparse)
-        return np.asarray(found[len(start) :])
 
     def paths(self, W: Float, *, cuts: bool = False) -> Paths:
         """Follow the load paths of columns W (6J, k), none of them zero; ``cuts``: say how peaks answer to loads."""

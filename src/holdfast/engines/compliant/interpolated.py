@@ -6,6 +6,9 @@ and by interpolating the planes that touch there. Of a quadratic the mean of bot
 is above, the highest plane below. How far apart they are is the stated error; where a plane passes above the value of
 another corner, all planes count. What a path then gives at a point inside says whether the stated error was wide
 enough; where it was not, it is widened over the whole face.
+
+Only finite values are interpolated. Between pushes that nothing moves every push has a path of its own: where bodies
+wedge, some of them give way at a few weights though forces of the law could balance any multiple of the push.
 """
 
 from __future__ import annotations
@@ -87,8 +90,11 @@ def survey(loads: Float, follow: Follow, gap: float) -> Survey:
             points = face.members[asked]
             middle, spread = _between(loads, points, within, weights, kind, value, slopes, motion)
             stated = face.wider * spread + FLOOR
-            chosen = _doubtful(where, weights, spread, stated, STATED * gap)
             value[points], error[points], corner[points], share[points] = middle, stated, within, weights
+            endless = (kind[within] == path.ENDLESS).all(1)
+            if endless.any():
+                picked.append(points[endless])
+            chosen = _doubtful(where, weights, np.where(endless, 0.0, spread), np.where(endless, 0.0, stated), STATED * gap)
             if len(chosen):
                 picked.append(points[chosen])
                 open_faces.append((face, asked[chosen]))
@@ -109,8 +115,6 @@ def survey(loads: Float, follow: Follow, gap: float) -> Survey:
                 face.triangles = inserted(face.places, face.triangles, k)
         error[fresh], share[fresh], corner[fresh] = 0.0, (1.0, 0.0, 0.0), fresh[:, None]
         faces = [face for face, _ in open_faces]
-    endless = (kind == UNKNOWN) & (value == 0)
-    error[endless] = 0.0
     return Survey(kind, value, error, corner, share)
 
 
@@ -143,12 +147,9 @@ def _between(
     """γ at points within triangles, and how far apart the estimates are, relative; inf where corners are not alike."""
     middle, spread = np.zeros(len(points)), np.zeros(len(points))
     for n in range(len(points)):
-        finite, endless = 0, 0
+        finite = 0
         for i in range(3):
             finite += kind[corners[n, i]] == 1
-            endless += kind[corners[n, i]] == 2
-        if endless == 3:
-            continue
         if finite < 3:
             middle[n], spread[n] = np.nan, np.inf
             continue

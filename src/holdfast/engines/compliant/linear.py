@@ -72,12 +72,13 @@ def _add_blocks(m: Elastic, K: Float, factor: float, A: Float, X: Float) -> None
                 continue
             T = m.Tb[p] if side == 0 else m.Ta[p]
             sign = factor if side == 0 else -factor
+            X[:] = 0.0
             for i in range(6):
-                for j in range(6):
-                    total = 0.0
-                    for l in range(6):  # noqa: E741
-                        total += K[p, i, l] * T[l, j]
-                    X[i, j] = sign * total
+                for l in range(6):  # noqa: E741
+                    share = sign * K[p, i, l]
+                    if share != 0.0:
+                        for j in range(6):  # the inner loop along rows: compiled to vector instructions
+                            X[i, j] += share * T[l, j]
             for other in range(2):
                 row = m.b[p] if other == 0 else m.a[p]
                 if row < 0:
@@ -85,11 +86,11 @@ def _add_blocks(m: Elastic, K: Float, factor: float, A: Float, X: Float) -> None
                 T = m.Tb[p] if other == 0 else m.Ta[p]
                 sign_ = 1.0 if other == 0 else -1.0
                 for i in range(6):
-                    for j in range(6):
-                        total = 0.0
-                        for l in range(6):  # noqa: E741
-                            total += T[l, i] * X[l, j]
-                        A[6 * row + i, 6 * column + j] += sign_ * total
+                    for l in range(6):  # noqa: E741
+                        share = sign_ * T[l, i]
+                        if share != 0.0:
+                            for j in range(6):
+                                A[6 * row + i, 6 * column + j] += share * X[l, j]
 
 
 @compiled

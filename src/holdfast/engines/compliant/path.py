@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from holdfast.arrays import Bool, Float
+from holdfast.arrays import Float
 from holdfast.compiled import compilable, compiled
 from holdfast.engines.compliant.law import Elastic, next_change
 from holdfast.engines.compliant.linear import SparseSolver, Work, solve
@@ -113,48 +113,6 @@ def _alone(
     work.ask[0], work.ask[1] = 0.0, 0.0
     unbalance(m, work, 0.0, q, 1.0, anchor)
     return bool(inner[0] > 0 and worst(m, work.r) <= 10 * TOLERANCE * strength)
-
-
-@compilable
-def carried(m: Elastic, work: Work, loads: Float, q: Float, known: Bool, sparse: SparseSolver | None) -> None:
-    """Which loads (k, 6J) are balanced by forces of this law alone: ``known`` (k,), to which others are added.
-
-    ``q`` (k, 6J) are the displacements under loads known to be; from the nearest of them each other one is tried once,
-    near ones first.
-    """
-    count = len(loads)
-    inner = np.zeros(3)
-    source = np.zeros(count, dtype=np.int64)
-    distance = np.full(count, np.inf)
-    tried = known.copy()
-    fresh = np.flatnonzero(known)
-    while True:
-        nearest = np.inf
-        best = -1
-        for k in range(count):
-            if tried[k]:
-                continue
-            for f in fresh:
-                away = ((loads[k] - loads[f]) ** 2).sum()
-                if away < distance[k]:
-                    distance[k], source[k] = away, f
-            if distance[k] < nearest:
-                nearest, best = distance[k], k
-        if best < 0:
-            return
-        tried[best] = True
-        fresh = np.zeros(0, dtype=np.int64)
-        q[best] = q[source[best]]
-        work.w[:] = loads[best]
-        if _alone(m, work, worst(m, loads[best]), q[best], 40, inner, sparse):
-            known[best] = True
-            fresh = np.full(1, best)
-
-
-@compiled
-def carried_dense(m: Elastic, work: Work, loads: Float, q: Float, known: Bool) -> None:
-    """``carried`` with dense elimination."""
-    carried(m, work, loads, q, known, None)
 
 
 @compilable
