@@ -28,7 +28,7 @@ STATED = 3.0  # stated over expected error
 WIDER = 1.5  # stated error over the distance of the answer from what bounds it
 KINK = 0.4  # the same over the distance of values and planes, which is large where slopes differ
 MIXED = 0.6  # the same where not all corners move in the same way
-FLOOR = 5e-3  # relative: what the finite number of nodes alone may hide
+FLOOR = 1e-2  # relative: what nodes and steps of paths alone may hide
 UNTESTED = 16  # points that no triangle holds without a path inside
 UNKNOWN = -1  # kind of a push without a path
 
