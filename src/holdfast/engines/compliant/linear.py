@@ -114,13 +114,15 @@ def dense_solve(m: Elastic, work: Work) -> None:
     sign = 1.0
     for i in range(size):
         top = 0.0
+        row = A[i]
         for j in range(size):
-            top = max(top, abs(A[i, j]))
+            top = max(top, abs(row[j]))
         if top > 0:
+            inverse = 1 / top
             for j in range(size):
-                A[i, j] /= top
-            rhs[i, 0] /= top
-            rhs[i, 1] /= top
+                row[j] *= inverse
+            rhs[i, 0] *= inverse
+            rhs[i, 1] *= inverse
     for c in range(size):
         pivot = c
         for i in range(c + 1, size):
@@ -138,11 +140,13 @@ def dense_solve(m: Elastic, work: Work) -> None:
         if A[c, c] < 0:
             sign = -sign
         inverse = 1 / A[c, c]
+        above = A[c, c + 1 :]
         for i in range(c + 1, size):
             factor = A[i, c] * inverse
             if factor != 0.0:
-                for j in range(c + 1, size):
-                    A[i, j] -= factor * A[c, j]
+                row = A[i, c + 1 :]  # slices: their loops compile to vector instructions
+                for j in range(len(above)):
+                    row[j] -= factor * above[j]
                 rhs[i, 0] -= factor * rhs[c, 0]
                 rhs[i, 1] -= factor * rhs[c, 1]
     for c in range(size - 1, -1, -1):

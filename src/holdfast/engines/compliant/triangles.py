@@ -83,20 +83,18 @@ def inserted(points: Float, triangles: Int, k: int) -> Int:
     for attempt in range(2):
         if attempt == 1:
             bad = holds
-        fresh = np.empty((3 * count, 3), dtype=np.int64)
+        old = np.flatnonzero(bad)
+        fresh = np.empty((3 * len(old), 3), dtype=np.int64)
         made, before, after, valid = 0, 0.0, 0.0, True
-        for t in range(count):
-            if not bad[t]:
-                continue
+        for t in old:
             before += _area(points, triangles[t, 0], triangles[t, 1], triangles[t, 2])
             for i in range(3):
                 a, b = triangles[t, i], triangles[t, (i + 1) % 3]
                 shared = False
-                for u in range(count):
-                    if bad[u] and u != t:
-                        for j in range(3):
-                            if triangles[u, j] == b and triangles[u, (j + 1) % 3] == a:
-                                shared = True
+                for u in old:
+                    for j in range(3):
+                        if triangles[u, j] == b and triangles[u, (j + 1) % 3] == a:
+                            shared = True
                 if shared:
                     continue
                 area = _area(points, a, b, k)
