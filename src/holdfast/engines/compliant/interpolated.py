@@ -94,7 +94,8 @@ def survey(loads: Float, follow: Follow, gap: float) -> Survey:
             endless = (kind[within] == path.ENDLESS).all(1)
             if endless.any():
                 picked.append(points[endless])
-            chosen = _doubtful(where, weights, np.where(endless, 0.0, spread), np.where(endless, 0.0, stated), STATED * gap)
+            spread[endless] = stated[endless] = 0.0
+            chosen = _doubtful(where, weights, spread, stated, STATED * gap)
             if len(chosen):
                 picked.append(points[chosen])
                 open_faces.append((face, asked[chosen]))
