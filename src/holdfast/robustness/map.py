@@ -127,11 +127,12 @@ def robustness_map(
     ``spacing`` [m] is the distance of neighbouring points. Points on contact patches, and points with another body
     less than half a spacing in front of them, are left out: nobody can push there. ``gap`` is the largest
     (upper - lower) / upper wanted of engines that give bounds. ``compliant`` interpolates between points that it solved
-    until the expected relative error is at most ``gap``; three times that is stated. ``graph`` takes no notice.
+    until the expected relative error is at most ``gap``; up to three times that is stated. With 0 every point is solved
+    on its own. ``graph`` takes no notice.
     """
     checked_assembly(assembly)
     step = checked_number(spacing, "robustness_map: spacing", above=0)
-    checked_number(gap, "robustness_map: gap", above=0)
+    checked_number(gap, "robustness_map: gap", minimum=0)
     if isinstance(bodies, str):
         raise SceneError(message("robustness_map", f"bodies is the text {bodies!r}", "needs a list of names"))
     names = [body.name for body in assembly.movable] if bodies is None else list(bodies)
@@ -155,7 +156,7 @@ def robustness_map(
                 under |= blocked(cells, other.surface_world, step / 2)
         shown[name], hidden[name] = cells.chosen(~under), cells.chosen(under)
         columns = push_columns(assembly, number, shown[name].points, -shown[name].normals)
-        capacities.append(state.load_factor(columns, gap))
+        capacities.append(state.load_factor(columns, gap or None))
     report("robustness of all surfaces", len(numbers), len(numbers))
     return RobustnessMap(
         method.name,

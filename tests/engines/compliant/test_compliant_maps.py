@@ -96,6 +96,14 @@ def test_without_a_gap_with_few_columns_or_several_bodies_every_column_is_solved
     assert state.load_factor(W[:, :60], GAP).solved.all()
 
 
+def test_with_a_gap_of_nothing_a_map_solves_every_point() -> None:
+    assembly = hf.assemble(shipped_scene("cube"))
+    result = hf.robustness_map(assembly, None, 0.02, engine="compliant", gap=0)
+    assert result.solved.all()
+    assert not result.error.any()
+    assert not hf.robustness_map(assembly, None, 0.008, engine="compliant").solved.all()
+
+
 def _pushes(state: CompliantState, directions: Float) -> Float:
     at = state.assembly.com[[2, 2, 2]] + [[-0.04, 0.01, 0.02], [0.02, -0.04, -0.01], [0.01, 0.03, 0.03]]
     return push_columns(state.assembly, 2, at, directions)

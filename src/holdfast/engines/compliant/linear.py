@@ -21,8 +21,7 @@ from holdfast.compiled import compilable, compiled
 from holdfast.engines.compliant.law import Elastic
 
 SINGULAR = 0.0
-# the pattern is symmetric: eliminate in an order that suits it, unless a pivot is ten times smaller than another
-ORDERING = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.1, "options": {"SymmetricMode": True}}
+SMALL_PIVOT = 0.1  # of the largest in its column: below it the order that suits the symmetric pattern is left
 VISCOSITY, CORNER, SIGN, TRANSPOSED = 0, 1, 2, 3  # entries of Work.ask
 
 
@@ -206,12 +205,17 @@ class SparseSolver:
         matrix = sparse.csc_matrix((data * scale[self._row], self._row, self._start), copy=True)
         matrix.eliminate_zeros()  # of open contacts: they would fill the factors
         try:
-            factors = splu(matrix, **ORDERING)
+            factors = splu(
+                matrix,
+                permc_spec="MMD_AT_PLUS_A",
+                diag_pivot_thresh=SMALL_PIVOT,
+                options={"SymmetricMode": True},
+            )
         except RuntimeError:  # exactly singular
             work.ask[SIGN] = SINGULAR
             return
         if transposed:
-            work.rhs[:] = factors.solve(work.rhs.copy(), "T") * scale[:, None]
+            work.rhs[:] = factors.solve(work.rhs.copy(), "T") * scale[:, None]  # type: ignore[call-overload]
         else:
             work.rhs[:] = factors.solve(work.rhs * scale[:, None])
         diagonal = factors.U.diagonal()

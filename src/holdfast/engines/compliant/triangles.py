@@ -86,7 +86,8 @@ def inserted(points: Float, triangles: Int, k: int) -> Int:
         old = np.flatnonzero(bad)
         fresh = np.empty((3 * len(old), 3), dtype=np.int64)
         made, before, after, valid = 0, 0.0, 0.0, True
-        for t in old:
+        for n in range(len(old)):
+            t = int(old[n])
             before += _area(points, triangles[t, 0], triangles[t, 1], triangles[t, 2])
             for i in range(3):
                 a, b = triangles[t, i], triangles[t, (i + 1) % 3]
