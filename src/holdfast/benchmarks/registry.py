@@ -9,7 +9,17 @@ from holdfast.benchmarks.suite import Suite
 from holdfast.errors import HoldfastError, message
 
 # modules of this package, each with a SUITE of the same name
-SUITES = ("baselines", "contacts", "maps", "pipeline", "reliability", "scaling", "table1", "transport")
+SUITES = (
+    "baselines",
+    "compliant_maps",
+    "contacts",
+    "maps",
+    "pipeline",
+    "reliability",
+    "scaling",
+    "table1",
+    "transport",
+)
 
 
 def suite(name: str) -> Suite:

@@ -15,7 +15,7 @@ def outcome(state, wrench: np.ndarray, most: int = 150) -> Fixed:
 
 
 @pytest.mark.parametrize(
-    ("name", "decided"), [("cube", 0.9), ("stack", 0.9), ("table", 1.0), ("tall_table", 0.8), ("v_groove", 0.5)]
+    ("name", "decided"), [("cube", 0.8), ("stack", 0.9), ("table", 1.0), ("tall_table", 0.8), ("v_groove", 0.5)]
 )
 def test_rests_below_the_peak_and_moves_above(name: str, decided: float) -> None:
     """Verdicts must never contradict the path; near collapse the plain iteration may stay undecided.

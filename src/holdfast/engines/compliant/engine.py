@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
 from scipy import sparse
 
-from holdfast.arrays import Float, Int, checked_number
+from holdfast.arrays import Bool, Float, Int, checked_number
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, contact_nodes, equilibrium_operator
 from holdfast.engines.compliant import path
 from holdfast.engines.compliant import settle as rest
+from holdfast.engines.compliant.interpolated import UNKNOWN, survey
 from holdfast.engines.compliant.law import Elastic, Stiffness, elastic_model, force_unit, levers
 from holdfast.engines.compliant.linear import SparseSolver, Work, make_work
 from holdfast.engines.compliant.verdict import judged, settled
@@ -31,6 +32,8 @@ ACCURACY = 2e-4  # relative, of a peak found by verdicts
 ROUGH = 5e-3  # the same where verdicts close to the peak were not to be had
 MOST_VERDICTS = 40
 CHUNK = 64  # motions described at a time
+MANY = 40  # columns on one body from which on it pays to interpolate
+KINDS = {path.PEAK: Status.FINITE, path.ENDLESS: Status.INFINITE, path.LOST: Status.UNDECIDED}
 
 
 @dataclass(frozen=True)
@@ -100,7 +103,7 @@ class Paths:
 
     ``kind`` (k,), ``peak`` (k,) of s, ``last`` s (residual strength), how far the peak may be above (``short``), the
     linear systems solved (``solves``); q at the peak, ``motion`` at the end, ``plane`` across which the peak was found
-    (k, 6J).
+    (k, 6J); ``cut`` (k, 6J), or (k, 0) if not wanted: peak / peak' = cut · load' [load in W's units] to first order.
     """
 
     kind: Int
@@ -111,6 +114,24 @@ class Paths:
     q: Float
     motion: Float
     plane: Float
+    cut: Float
+
+
+def _joined(parts: list[Paths]) -> Paths:
+    """All paths, in the order of the parts."""
+    return Paths(*(np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Paths)))
+
+
+@dataclass(frozen=True, eq=False)
+class Answers:
+    """What is known of k columns: ``kind`` of path.py, factors and their lower bounds, and as in Capacity."""
+
+    kind: Int
+    factor: Float
+    lower: Float
+    mechanisms: list[Mechanism | None]
+    solved: Bool
+    error: Float
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +158,8 @@ class CompliantState:
     def load_factor(self, W: Float, gap: float | None = None) -> Capacity:
         """For each column of W (6J, n) the peak of its load path; ``lower`` is that less the discretisation estimate.
 
-        ``gap`` is not used: every column is followed along its own path.
+        With ``gap`` MANY columns on one body are interpolated between paths (interpolated.py) with expected errors of
+        at most ``gap``: ``lower`` then also lies below what the stated error allows.
         """
         count = W.shape[1]
         if self.rest.status is not Status.STABLE:
@@ -146,34 +168,94 @@ class CompliantState:
         factor, lower, upper = np.full(count, np.inf), np.full(count, np.inf), np.full(count, np.inf)
         status = [Status.INFINITE] * count
         told: list[Mechanism | None] = [None] * count
+        solved, error = np.ones(count, dtype=bool), np.zeros(count)
         if len(loaded):
-            paths = self.paths(W[:, loaded])
-            self._by_verdicts(W[:, loaded], paths)
-            peak, below = self._bounded(W[:, loaded], paths)
-            kinds = {path.PEAK: Status.FINITE, path.ENDLESS: Status.INFINITE, path.LOST: Status.UNDECIDED}
-            factor[loaded], lower[loaded] = peak, below
-            finite = np.flatnonzero(paths.kind == path.PEAK)
-            mechanisms = self.mechanisms(paths.motion[finite])
-            for k, mechanism in zip(finite.tolist(), mechanisms, strict=True):
-                told[loaded[k]] = mechanism
+            asked = W[:, loaded]
+            bodies = np.flatnonzero((asked != 0).reshape(-1, 6, len(loaded)).any((1, 2)))
+            if gap is None or len(loaded) < MANY or len(bodies) > 1:
+                answers = self._each(asked)
+            else:
+                answers = self._surveyed(asked, 6 * int(bodies[0]), gap)
+            factor[loaded], lower[loaded] = answers.factor, answers.lower
+            solved[loaded], error[loaded] = answers.solved, answers.error
             for k, column in enumerate(loaded.tolist()):
-                status[column] = kinds[int(paths.kind[k])]
-        return Capacity.told(factor, lower, upper, status, told)
+                told[column], status[column] = answers.mechanisms[k], KINDS[int(answers.kind[k])]
+        return Capacity.told(factor, lower, upper, status, told, solved, error)
 
-    def paths(self, W: Float) -> Paths:
-        """Follow the load paths of columns W (6J, k), none of them zero."""
+    def _each(self, W: Float) -> Answers:
+        """Every column of W (6J, k) along its own path."""
+        paths = self.paths(W)
+        self._by_verdicts(W, paths)
+        factor, lower = self._bounded(W, paths)
+        told = self._told(paths)
+        return Answers(paths.kind, factor, lower, told, np.ones(len(told), dtype=bool), np.zeros(len(told)))
+
+    def _told(self, paths: Paths) -> list[Mechanism | None]:
+        """What gives way at the end of each path."""
+        told: list[Mechanism | None] = [None] * len(paths.kind)
+        finite = np.flatnonzero(paths.kind == path.PEAK)
+        for k, mechanism in zip(finite.tolist(), self.mechanisms(paths.motion[finite]), strict=True):
+            told[k] = mechanism
+        return told
+
+    def _surveyed(self, W: Float, first: int, gap: float) -> Answers:
+        """Columns W (6J, k) that load one body, at rows ``first`` to ``first + 6``: few paths, the rest between."""
+        known: list[Paths] = []
+        order: list[Int] = []
+
+        told: list[Mechanism | None] = []
+        numbers: dict[tuple[str, ...], int] = {}
+
+        def follow(indices: Int) -> tuple[Int, Float, Float, Int]:
+            paths = self.paths(W[:, indices], cuts=True)
+            self._by_verdicts(W[:, indices], paths)
+            known.append(paths)
+            order.append(indices)
+            with np.errstate(divide="ignore"):
+                value = np.where(paths.kind == path.PEAK, 1 / paths.peak, 0.0)
+            fresh = self._told(paths)
+            told.extend(fresh)
+            motion = [-1 if m is None else numbers.setdefault((m.mode, *m.moving), len(numbers)) for m in fresh]
+            return paths.kind, value, value[:, None] * paths.cut[:, first : first + 6], np.array(motion)
+
+        found = survey(np.ascontiguousarray(W[first : first + 6].T), follow, gap)
+        between = np.flatnonzero(found.kind == UNKNOWN)
+        done = np.concatenate(order)
+        place = np.zeros(W.shape[1], dtype=np.int64)
+        place[done] = np.arange(len(done))
+        paths = _joined(known)
+        peak, below = self._bounded(W[:, done], paths)
+        kind, factor, lower = paths.kind[place], peak[place], below[place]
+        mechanisms = [told[k] for k in place]
+        corner, nearest = place[found.corner[between]], np.argmax(found.share[between], axis=1)
+        error, solved = np.zeros(len(place)), np.ones(len(place), dtype=bool)
+        error[between], solved[between] = found.error[between], False
+        kind[between] = path.PEAK
+        factor[between] = 1 / found.value[between]
+        with np.errstate(invalid="ignore"):  # what is infinite is no corner
+            share = (below / peak)[corner].min(1)
+        lower[between] = factor[between] * np.maximum(1 - error[between], 0.0) * share
+        for k, column in enumerate(between.tolist()):
+            mechanisms[column] = told[corner[k, nearest[k]]]
+        return Answers(kind, factor, lower, mechanisms, solved, error)
+
+    def paths(self, W: Float, *, cuts: bool = False) -> Paths:
+        """Follow the load paths of columns W (6J, k), none of them zero; ``cuts``: say how peaks answer to loads."""
         shape = (W.shape[1], len(self.wrench))
+        cut = np.zeros(shape if cuts else (len(W.T), 0))
         q, motion, plane, told = np.zeros(shape), np.zeros(shape), np.zeros(shape), np.zeros((shape[0], 8))
         if self.system is not None and self.start is not None:
             m, work, sparse = self.system.model, self.system.work, self.system.sparse
             loads = self._loads(W)
             if sparse is None:
-                path.follow_dense(m, work, self.start, loads, q, motion, plane, told)
+                path.follow_dense(m, work, self.start, loads, q, motion, plane, cut, told)
             else:
                 for k in range(shape[0]):
-                    path.follow(m, work, self.start, loads[k], q[k], motion[k], plane[k], told[k], sparse)
+                    path.follow(m, work, self.start, loads[k], q[k], motion[k], plane[k], cut[k], told[k], sparse)
         kind = told[:, path.KIND].astype(np.int64)
-        return Paths(kind, told[:, 1], told[:, 2], told[:, 3], told[:, 4], q, motion, plane)
+        if cuts:
+            cut *= levers(self.assembly) / force_unit(self.assembly, self.wrench)
+        return Paths(kind, told[:, 1], told[:, 2], told[:, 3], told[:, 4], q, motion, plane, cut)
 
     def _by_verdicts(self, W: Float, paths: Paths) -> None:
         """Where a path was lost, close in on its peak by whether the assembly comes to rest under weight and load.
