@@ -32,10 +32,20 @@ class Settled:
     drag: float
 
 
-def settled(m: Elastic, work: Work, sparse: SparseSolver | None, weight: float = 1.0) -> Settled:
-    """Start from bonded contacts and let them come to rest, or not."""
+def settled(
+    m: Elastic, work: Work, sparse: SparseSolver | None, weight: float = 1.0, near: Float | None = None
+) -> Settled:
+    """Start from bonded contacts and let them come to rest, or not; if given, first from a displacement ``near``."""
     n = len(m.wrench)
     q, drift, told = np.zeros(n), np.zeros(n), np.zeros(3)
+    if near is not None:
+        q[:] = near
+        if sparse is None:
+            rest.move_dense(m, work, weight, q, drift, told)
+        else:
+            rest.move(m, work, weight, q, drift, told, sparse)
+        if told[0] != rest.LOST:
+            return Settled(int(told[0]), q, drift, int(told[1]), float(told[2]))
     work.K[:] = m.bonded
     work.w[:] = work.c[:] = work.ask[:] = 0.0
     work.ask[CORNER] = 1.0
