@@ -51,7 +51,7 @@ def worst(m: Elastic, r: Float) -> float:
 
 @compiled
 def rounding(m: Elastic, q: Float) -> float:
-    """What rounding alone leaves of the balance at q, in the units of ``worst``: forces are differences of far points."""
+    """What rounding alone leaves of the balance at q, in the units of ``worst``: forces come from differences."""
     top = 0.0
     for p in range(len(m.a)):
         far, scale, stiff = 0.0, 0.0, 0.0
