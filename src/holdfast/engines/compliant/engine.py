@@ -31,6 +31,9 @@ LARGE = 0.05  # a relative change above which the path on the finer nodes is fol
 ACCURACY = 2e-4  # relative, of a peak found by verdicts
 ROUGH = 5e-3  # the same where verdicts close to the peak were not to be had
 MOST_VERDICTS = 40
+MOST_UNDECIDED = 8  # of them, each of which takes long
+MOST_ABOVE = 10.0  # times the load that a path reached, up to which a load is sought under which the bodies move
+WHERE = (0.5, 0.25, 0.75, 0.1, 0.9)  # between a load that holds and one that moves, tried in turn
 CHUNK = 64  # motions described at a time
 MANY = 40  # columns on one body from which on it pays to interpolate
 KINDS = {path.PEAK: Status.FINITE, path.ENDLESS: Status.INFINITE, path.LOST: Status.UNDECIDED}
@@ -260,25 +263,35 @@ class CompliantState:
     def _by_verdicts(self, W: Float, paths: Paths) -> None:
         """Where a path was lost, close in on its peak by whether the assembly comes to rest under weight and load.
 
-        From the highest load that the path did reach, upwards; the answer is entered in ``paths`` if it moves above.
+        From the highest load that the path did reach, upwards. The highest load that holds is entered in ``paths`` if
+        under one hardly larger (ACCURACY, at most ROUGH) the bodies move: they drift, or there is no equilibrium.
         """
         if self.system is None or self.start is None:
             return
         model, work, sparse = self.system.model, self.system.work, self.system.sparse
         loads = self._loads(W)
         for k in np.flatnonzero(paths.kind == path.LOST).tolist():
-            held, step, moves = float(paths.peak[k]), 1e-4, np.inf
+            held, step, moves, passed, undecided = float(paths.peak[k]), 1e-4, np.inf, 0, 0
             for _ in range(MOST_VERDICTS):
-                s = (held + moves) / 2 if np.isfinite(moves) else held * (1 + step)
-                if not held > 0 or (np.isinf(moves) and step > 1) or moves - held <= ACCURACY * held:
+                if not held > 0 or (np.isinf(moves) and step > MOST_ABOVE) or moves - held <= ACCURACY * held:
                     break
-                end = settled(model._replace(wrench=model.wrench + s * loads[k]), work, sparse)
+                if undecided == MOST_UNDECIDED:
+                    break
+                share = WHERE[passed % len(WHERE)]
+                s = held + share * (moves - held) if np.isfinite(moves) else held * (1 + step)
+                end = settled(model._replace(wrench=model.wrench + s * loads[k]), work, sparse, near=paths.q[k])
+                passed = passed + 1 if end.how == rest.LOST else 0
                 if end.how == rest.REST:
                     held = s
+                    paths.q[k] = end.q
                 elif end.how == rest.DRIFT:
                     moves = s
                     paths.motion[k] = end.drift
-                elif np.isfinite(moves):
+                elif find_rest(self.assembly, self.wrench + s * W[:, k]).verdict.status is Status.UNSTABLE:
+                    moves, passed = s, 0  # no equilibrium at all
+                else:
+                    undecided += 1
+                if np.isfinite(moves) and passed == (2 if moves - held <= ROUGH * held else len(WHERE)):
                     break
                 step *= 4
             if held > 0 and moves - held <= ROUGH * held:

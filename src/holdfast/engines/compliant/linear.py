@@ -16,13 +16,15 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
-from holdfast.arrays import Float, Int
+from holdfast.arrays import Bool, Float, Int
 from holdfast.compiled import compilable, compiled
 from holdfast.engines.compliant.law import Elastic
 
 SINGULAR = 0.0
 SMALL_PIVOT = 0.1  # of the largest in its column: below it the order that suits the symmetric pattern is left
 VISCOSITY, CORNER, SIGN, TRANSPOSED = 0, 1, 2, 3  # entries of Work.ask
+NO_RESISTANCE = 1e-9  # over that of bonded contacts as wide as the body
+NEAR_SINGULAR = 1e-12  # added, so that a singular stiffness can be factored
 
 
 class Work(NamedTuple):
@@ -172,6 +174,43 @@ def _blocks(m: Elastic, K: Float, viscosity: float, out: Float) -> None:
         out[p, 3] = m.Ta[p].T @ Y
 
 
+def _pattern(m: Elastic) -> tuple[Bool, Int, Int]:
+    """Which entries of ``_blocks`` belong to free bodies, and the rows and columns of those."""
+    ends = np.stack([np.stack([m.b, m.b, m.a, m.a], 1), np.stack([m.b, m.a, m.b, m.a], 1)], 2)
+    rows = (6 * ends[:, :, 0, None, None] + np.arange(6)[:, None] + np.zeros((1, 6), int)).ravel()
+    columns = (6 * ends[:, :, 1, None, None] + np.arange(6) + np.zeros((6, 1), int)).ravel()
+    kept = np.repeat((ends >= 0).all(2).ravel(), 36)
+    return kept, rows[kept], columns[kept]
+
+
+def loose(m: Elastic, K: Float) -> Float:
+    """How far each body (J,) moves in a motion (largest: 1) that the stiffness ``K`` (P, 6, 6) does not resist.
+
+    Zero where there is none. By inverse iteration from a fixed random start, so that of several such motions a general
+    combination is found; each body's rows and columns in units of its own bonded contacts and size.
+    """
+    n = len(m.wrench)
+    kept, rows, columns = _pattern(m)
+    blocks = np.zeros((len(m.a), 4, 6, 6))
+    _blocks(m, m.bonded, 0.0, blocks)
+    firmest = np.zeros(n)
+    on = (rows == columns) & (rows % 6 < 3)
+    np.add.at(firmest, rows[on], blocks.ravel()[kept][on])
+    size = m.scale[::6] / m.scale[3::6]
+    unit = np.repeat(np.sqrt(firmest.reshape(-1, 6).max(1)), 6) * np.stack([np.ones_like(size), size], 1).repeat(3)
+    _blocks(m, K, 0.0, blocks)
+    scaled = blocks.ravel()[kept] / (unit[rows] * unit[columns])
+    A = sparse.csc_matrix((scaled, (rows, columns)), shape=(n, n))
+    factors = splu(A + NEAR_SINGULAR * sparse.eye(n, format="csc"))
+    x = np.random.default_rng(0).normal(size=n)
+    for _ in range(3):
+        x = factors.solve(x)
+        x /= np.abs(x).max()
+    if np.abs(np.asarray(A @ x)).max() > NO_RESISTANCE:
+        return np.zeros(n // 6)
+    return np.asarray(np.abs(x).reshape(-1, 6).max(1))
+
+
 class SparseSolver:
     """Sparse LU of the systems of one model; the pattern is found once."""
 
@@ -179,13 +218,10 @@ class SparseSolver:
         self._m = m
         self._blocks = np.zeros((len(m.a), 4, 6, 6))
         n = len(m.wrench)
-        ends = np.stack([np.stack([m.b, m.b, m.a, m.a], 1), np.stack([m.b, m.a, m.b, m.a], 1)], 2)
-        rows = (6 * ends[:, :, 0, None, None] + np.arange(6)[:, None] + np.zeros((1, 6), int)).ravel()
-        columns = (6 * ends[:, :, 1, None, None] + np.arange(6) + np.zeros((6, 1), int)).ravel()
-        kept = np.repeat((ends >= 0).all(2).ravel(), 36)
+        kept, rows, columns = _pattern(m)
         edge = np.arange(n)
-        rows = np.concatenate([rows[kept], edge, np.full(n, n), [n]])
-        columns = np.concatenate([columns[kept], np.full(n, n), edge, [n]])
+        rows = np.concatenate([rows, edge, np.full(n, n), [n]])
+        columns = np.concatenate([columns, np.full(n, n), edge, [n]])
         places, slot = np.unique(columns * (n + 1) + rows, return_inverse=True)
         self._kept = kept
         self._slot = slot.reshape(-1)  # where each value is added
