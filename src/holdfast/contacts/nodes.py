@@ -19,6 +19,7 @@ Sampling = Literal["hull", "quadrature", "corners", "paper"]
 
 CANDIDATES = 10  # random points of which the paper takes the farthest
 CELLS = 6  # between two neighbouring nodes of a grid; even
+MANY, FEW_CELLS = 2000, 2  # the same in grids of so many nodes
 LATTICE = 19  # candidate points along each side of a patch; odd, so that the middle is among them
 LEAST_SHARES = (0.1, 0.01)  # no corrected weight falls below this share of its tributary area; the larger if it can
 
@@ -162,7 +163,8 @@ def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
         kept = _farthest(kept, kept[:1], max(4, count // 2))
     nodes = np.vstack([kept, inner])
     # cells that no line between two nodes cuts: each belongs to one node, and equal nodes get equal areas
-    cells = sheet.spread(CELLS * (across - 1), CELLS * (along - 1))
+    between = CELLS if count < MANY else FEW_CELLS
+    cells = sheet.spread(between * (across - 1), between * (along - 1))
     return sheet.flat(nodes), _weights(sheet, nodes, cells)
 
 

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from scipy import sparse
@@ -27,7 +31,11 @@ FEWEST = 2  # nodes along a side
 FINER = 2  # times as many nodes along a side for the discretisation estimate
 SAFETY = 2.0  # errors fall at least in proportion to the nodes' distance
 FLOOR = 2e-3  # relative: what it is at least
-LARGE = 0.05  # a relative change above which the path on the finer nodes is followed as a whole
+COARSE = 0.02  # a relative change above which the answer is that of the finer nodes
+LARGE = 0.05  # one above which, where finer nodes may not answer, the path on them is followed as a whole
+REFINEMENTS = 3  # times that nodes are made finer, at most
+MOST_NODES = 20_000  # of all contacts together, up to which they are
+COLUMNS = 8  # a thread, at least
 ACCURACY = 2e-4  # relative, of a peak found by verdicts
 ROUGH = 5e-3  # the same where verdicts close to the peak were not to be had
 MOST_VERDICTS = 40
@@ -69,10 +77,11 @@ class Compliant:
     ) -> CompliantState:
         """Let the assembly come to rest: all load paths start there."""
         wrench = assembly.weight_wrench(acceleration)
-        return self.on(assembly, wrench if standing is None else wrench + standing)
+        wrench = wrench if standing is None else wrench + standing
+        return replace(self.on(assembly, wrench), refinements=REFINEMENTS)
 
     def on(self, assembly: Assembly, wrench: Float, nodes: ContactNodes | None = None) -> CompliantState:
-        """The state under ``wrench`` (6J,), on ``nodes`` of one's own choice if given."""
+        """The state under ``wrench`` (6J,), on ``nodes`` of one's own choice if given; they are not made finer."""
         if nodes is None:
             nodes = contact_nodes(assembly, self.nodes**2, "quadrature")
         if not assembly.movable or assembly.hanging:
@@ -99,14 +108,27 @@ class System:
         sparse = None if len(model.wrench) <= DENSE else SparseSolver(model)
         return cls(model, make_work(model, dense=sparse is None), sparse)
 
+    def in_threads(self, count: int, run: Callable[[slice, Work], None]) -> None:
+        """Run over slices of ``count`` columns, each in a thread with room of its own: compiled loops hold no lock."""
+        threads = min(os.cpu_count() or 1, count // COLUMNS)
+        if threads < 2:
+            run(slice(0, count), self.work)
+            return
+        ends = np.linspace(0, count, threads + 1).astype(int).tolist()
+        parts = [slice(a, b) for a, b in pairwise(ends)]
+        with ThreadPoolExecutor(threads) as pool:
+            rooms = [make_work(self.model, dense=True) for _ in parts]
+            list(pool.map(run, parts, rooms))  # raises what a thread raised
+
 
 @dataclass(frozen=True, eq=False)
 class Paths:
     """The load paths of k columns.
 
     ``kind`` (k,), ``peak`` (k,) of s, ``last`` s (residual strength), how far the peak may be above (``short``), the
-    linear systems solved (``solves``); q at the peak, ``motion`` at the end, ``plane`` across which the peak was found
-    (k, 6J); ``cut`` (k, 6J), or (k, 0) if not wanted: peak / peak' = cut · load' [load in W's units] to first order.
+    linear systems solved (``solves``); ``below`` (k,) the peak less the discretisation estimate, 0 until it is known; q
+    at the peak, ``motion`` at the end, ``plane`` across which the peak was found (k, 6J); ``cut`` (k, 6J), or (k, 0) if
+    not wanted: peak / peak' = cut · load' [load in W's units] to first order.
     """
 
     kind: Int
@@ -114,10 +136,21 @@ class Paths:
     last: Float
     short: Float
     solves: Float
+    below: Float
     q: Float
     motion: Float
     plane: Float
     cut: Float
+
+    @property
+    def factor(self) -> Float:
+        """The peak, inf where the path is endless, 0 where it was lost."""
+        return np.where(self.kind == path.PEAK, self.peak, np.where(self.kind == path.ENDLESS, np.inf, 0.0))
+
+    @property
+    def lower(self) -> Float:
+        """``below``, inf where the path is endless."""
+        return np.where(self.kind == path.ENDLESS, np.inf, self.below)
 
 
 def _joined(parts: list[Paths]) -> Paths:
@@ -139,7 +172,10 @@ class Answers:
 
 @dataclass(frozen=True, eq=False)
 class CompliantState:
-    """Engine ``compliant`` with the assembly at rest: from ``start`` (6J,) every load path begins."""
+    """Engine ``compliant`` with the assembly at rest: from ``start`` (6J,) every load path begins.
+
+    Where nodes are too coarse for an answer it is taken from finer ones, ``refinements`` times at most.
+    """
 
     engine: Compliant
     assembly: Assembly
@@ -148,6 +184,7 @@ class CompliantState:
     system: System | None
     rest: Verdict
     start: Float | None = None
+    refinements: int = 0
 
     def verdict(self) -> Verdict:
         """Whether the assembly comes to rest."""
@@ -187,11 +224,10 @@ class CompliantState:
 
     def _each(self, W: Float) -> Answers:
         """Every column of W (6J, k) along its own path."""
-        paths = self.paths(W)
-        self._by_verdicts(W, paths)
-        factor, lower = self._bounded(W, paths)
+        paths = self.answered(W)
         told = self._told(paths)
-        return Answers(paths.kind, factor, lower, told, np.ones(len(told), dtype=bool), np.zeros(len(told)))
+        solved, error = np.ones(len(told), dtype=bool), np.zeros(len(told))
+        return Answers(paths.kind, paths.factor, paths.lower, told, solved, error)
 
     def _told(self, paths: Paths) -> list[Mechanism | None]:
         """What gives way at the end of each path."""
@@ -210,8 +246,7 @@ class CompliantState:
         numbers: dict[tuple[str, ...], int] = {}
 
         def follow(indices: Int) -> tuple[Int, Float, Float, Int]:
-            paths = self.paths(W[:, indices], cuts=True)
-            self._by_verdicts(W[:, indices], paths)
+            paths = self.answered(W[:, indices], cuts=True)
             known.append(paths)
             order.append(indices)
             with np.errstate(divide="ignore"):
@@ -227,7 +262,7 @@ class CompliantState:
         place = np.zeros(W.shape[1], dtype=np.int64)
         place[done] = np.arange(len(done))
         paths = _joined(known)
-        peak, below = self._bounded(W[:, done], paths)
+        peak, below = paths.factor, paths.lower
         kind, factor, lower = paths.kind[place], peak[place], below[place]
         mechanisms = [told[k] for k in place]
         corner, nearest = place[found.corner[between]], np.argmax(found.share[between], axis=1)
@@ -251,14 +286,20 @@ class CompliantState:
             m, work, sparse = self.system.model, self.system.work, self.system.sparse
             loads = self._loads(W)
             if sparse is None:
-                path.follow_dense(m, work, self.start, loads, q, motion, plane, cut, told)
+
+                def follow(part: slice, work: Work) -> None:
+                    assert self.start is not None
+                    into = q[part], motion[part], plane[part], cut[part], told[part]
+                    path.follow_dense(m, work, self.start, loads[part], *into)
+
+                self.system.in_threads(shape[0], follow)
             else:
                 for k in range(shape[0]):
                     path.follow(m, work, self.start, loads[k], q[k], motion[k], plane[k], cut[k], told[k], sparse)
         kind = told[:, path.KIND].astype(np.int64)
         if cuts:
             cut *= levers(self.assembly) / force_unit(self.assembly, self.wrench)
-        return Paths(kind, told[:, 1], told[:, 2], told[:, 3], told[:, 4], q, motion, plane, cut)
+        return Paths(kind, told[:, 1], told[:, 2], told[:, 3], told[:, 4], np.zeros(shape[0]), q, motion, plane, cut)
 
     def _by_verdicts(self, W: Float, paths: Paths) -> None:
         """Where a path was lost, close in on its peak by whether the assembly comes to rest under weight and load.
@@ -301,37 +342,49 @@ class CompliantState:
         """(k, 6J) in the units of the model."""
         return np.ascontiguousarray((W.T * levers(self.assembly)) / force_unit(self.assembly, self.wrench))
 
-    def _bounded(self, W: Float, paths: Paths) -> tuple[Float, Float]:
-        """Factors, and the same less the discretisation estimate.
+    def answered(self, W: Float, *, cuts: bool = False) -> Paths:
+        """Paths of columns W (6J, k), on nodes that are fine enough for each, with lower bounds.
 
-        The estimate is SAFETY times the change of the load when the displacement of the peak is taken up by FINER times
-        as many nodes each way, and at least FLOOR. Where that is not found, or comes out large, the whole path is
-        followed on those nodes; where that fails too, the lower bound is 0.
+        ``below`` is the peak less SAFETY times the change of the load when the displacement of the peak is taken up by
+        FINER times as many nodes each way, and less FLOOR at least. Where that change is not found or comes out large,
+        the answer is that of the finer nodes; and where those may not be used, or find no peak, the change is that of
+        the whole path on them, and ``below`` 0 if that fails too.
         """
+        paths = self.paths(W, cuts=cuts)
+        self._by_verdicts(W, paths)
         peaked = np.flatnonzero(paths.kind == path.PEAK)
-        factor = np.where(paths.kind == path.ENDLESS, np.inf, 0.0)
-        factor[peaked] = paths.peak[peaked]
-        finer = self._at_peaks(self._loads(W[:, peaked]), factor[peaked], paths.q[peaked], paths.plane[peaked])
-        unsure = np.flatnonzero((finer < 0) | (np.abs(finer - factor[peaked]) > LARGE * factor[peaked]))
+        peak = paths.peak[peaked]
+        finer = self._at_peaks(self._loads(W[:, peaked]), peak, paths.q[peaked], paths.plane[peaked])
+        unsure = np.flatnonzero((finer < 0) | (np.abs(finer - peak) > (COARSE if self._refines else LARGE) * peak))
+        taken = np.zeros(len(peaked), dtype=bool)
         if len(unsure):
-            again = self._fine.paths(W[:, peaked[unsure]])
-            whole = np.where(again.kind == path.PEAK, again.peak, np.where(again.kind == path.ENDLESS, np.inf, -1.0))
-            finer[unsure] = whole
-        known = np.maximum(finer, 0.0)
-        fall = np.where(
-            known < factor[peaked], factor[peaked] - known, np.minimum(known, 2 * factor[peaked]) - factor[peaked]
-        )
-        estimate = SAFETY * fall + FLOOR * factor[peaked]
-        lower = factor.copy()
-        lower[peaked] = np.maximum(factor[peaked] - estimate, 0.0)
-        return factor, lower
+            asked = W[:, peaked[unsure]]
+            again = self._fine.answered(asked, cuts=cuts) if self._refines else self._fine.paths(asked)
+            finer[unsure] = np.where(
+                again.kind == path.PEAK, again.peak, np.where(again.kind == path.ENDLESS, np.inf, 0)
+            )
+            taken[unsure] = self._refines & (again.kind == path.PEAK)
+            for f in fields(Paths) if self._refines else ():
+                getattr(paths, f.name)[peaked[taken]] = getattr(again, f.name)[again.kind == path.PEAK]
+        change = np.where(finer < peak, peak - finer, np.minimum(finer, 2 * peak) - peak)
+        below = np.maximum(peak - SAFETY * change - FLOOR * peak, 0.0)
+        paths.below[peaked[~taken]] = below[~taken]
+        return paths
+
+    @property
+    def _refines(self) -> bool:
+        return self.refinements > 0 and FINER**2 * len(self.nodes) <= MOST_NODES
 
     def _at_peaks(self, loads: Float, s: Float, q: Float, plane: Float) -> Float:
         """The loads (k,) at the displacements of peaks (s, q) on the finer nodes, -1 where not found."""
         found = np.full(len(s), -1.0)
         system = self._fine.system
         if system is not None and system.sparse is None:
-            path.again_dense(system.model, system.work, loads, s, q, plane, found)
+
+            def again(part: slice, work: Work) -> None:
+                path.again_dense(system.model, work, loads[part], s[part], q[part], plane[part], found[part])
+
+            system.in_threads(len(s), again)
         elif system is not None:
             for k in range(len(s)):
                 found[k] = path.again(system.model, system.work, loads[k], s[k], q[k], plane[k], system.sparse)
@@ -341,7 +394,7 @@ class CompliantState:
     def _fine(self) -> CompliantState:
         """The same on more nodes."""
         engine = replace(self.engine, nodes=FINER * self.engine.nodes)
-        return engine.on(self.assembly, self.wrench)
+        return replace(engine.on(self.assembly, self.wrench), refinements=self.refinements - 1)
 
     def mechanisms(self, motions: Float) -> list[Mechanism]:
         """The mechanisms of motions (k, 6J) in the units of the model."""
