@@ -90,7 +90,12 @@ def compared(suite: Suite, rows: list[Row], folder: Path) -> list[str]:
     for row in rows:
         for key, value in row.items():
             before = saved.get(row["case"], {}).get(key)
-            if key.endswith(" s") and isinstance(value, float) and isinstance(before, float) and before not in (0, value):
+            if (
+                key.endswith(" s")
+                and isinstance(value, float)
+                and isinstance(before, float)
+                and before not in (0, value)
+            ):
                 lines.append(f"{row['case']}, {key}: {value / before:.2f} x the saved {before:.3g}")
     return lines
 

@@ -6,11 +6,12 @@ import itertools
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, get_args
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from holdfast.arrays import Float
+from holdfast.arrays import Float, frozen
 from holdfast.contacts import polygon as flat
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.errors import HoldfastError, message
@@ -31,12 +32,23 @@ def interface_nodes(interface: Interface, count: int, sampling: Sampling) -> lis
         raise HoldfastError(message("nodes", f"sampling = {sampling!r}", "needs 'hull', 'quadrature' or 'corners'"))
     if count < 4:
         raise HoldfastError(message("nodes", f"{count} nodes an interface", "needs at least 4"))
+    known = _SAMPLED.setdefault(interface, {})
+    if (count, sampling) not in known:
+        known[count, sampling] = _sampled(interface, count, sampling)
+    return known[count, sampling]
+
+
+# an interface is part of many assemblies where bodies are taken away one after the other
+_SAMPLED: WeakKeyDictionary[Interface, dict[tuple[int, str], list[tuple[Float, Float]]]] = WeakKeyDictionary()
+
+
+def _sampled(interface: Interface, count: int, sampling: Sampling) -> list[tuple[Float, Float]]:
     result = []
     total = sum(patch.measure for patch in interface.patches)
     for patch in interface.patches:
         share = max(4, round(count * patch.measure / total))
         points, weights = (_SAMPLES[sampling] if patch.kind == "face" else thin_sample)(patch, share)
-        result.append((patch.lifted(points), weights))
+        result.append((frozen(patch.lifted(points)), frozen(np.array(weights))))
     return result
 
 

@@ -137,7 +137,8 @@ class CompliantState:
     def load_factor(self, W: Float, gap: float | None = None) -> Capacity:
         """For each column of W (6J, n) the peak of its load path; ``lower`` is that less the discretisation estimate.
 
-        ``gap`` is not used: every column is followed along its own path.
+        Every column is followed along its own path. ``gap`` of 1 asks for no bounds: ``lower`` is then 0, and the finer
+        nodes of the estimate are saved.
         """
         count = W.shape[1]
         if self.rest.status is not Status.STABLE:
@@ -149,7 +150,7 @@ class CompliantState:
         if len(loaded):
             paths = self.paths(W[:, loaded])
             self._by_verdicts(W[:, loaded], paths)
-            peak, below = self._bounded(W[:, loaded], paths)
+            peak, below = self._bounded(W[:, loaded], paths, estimate=gap is None or gap < 1)
             kinds = {path.PEAK: Status.FINITE, path.ENDLESS: Status.INFINITE, path.LOST: Status.UNDECIDED}
             factor[loaded], lower[loaded] = peak, below
             finite = np.flatnonzero(paths.kind == path.PEAK)
@@ -206,7 +207,7 @@ class CompliantState:
         """(k, 6J) in the units of the model."""
         return np.ascontiguousarray((W.T * levers(self.assembly)) / force_unit(self.assembly, self.wrench))
 
-    def _bounded(self, W: Float, paths: Paths) -> tuple[Float, Float]:
+    def _bounded(self, W: Float, paths: Paths, *, estimate: bool) -> tuple[Float, Float]:
         """Factors, and the same less the discretisation estimate.
 
         The estimate is SAFETY times the change of the load when the displacement of the peak is taken up by FINER times
@@ -216,6 +217,8 @@ class CompliantState:
         peaked = np.flatnonzero(paths.kind == path.PEAK)
         factor = np.where(paths.kind == path.ENDLESS, np.inf, 0.0)
         factor[peaked] = paths.peak[peaked]
+        if not estimate:
+            return factor, np.where(paths.kind == path.ENDLESS, np.inf, 0.0)
         finer = self._at_peaks(self._loads(W[:, peaked]), factor[peaked], paths.q[peaked], paths.plane[peaked])
         unsure = np.flatnonzero((finer < 0) | (np.abs(finer - factor[peaked]) > LARGE * factor[peaked]))
         if len(unsure):
@@ -226,9 +229,9 @@ class CompliantState:
         fall = np.where(
             known < factor[peaked], factor[peaked] - known, np.minimum(known, 2 * factor[peaked]) - factor[peaked]
         )
-        estimate = SAFETY * fall + FLOOR * factor[peaked]
+        error = SAFETY * fall + FLOOR * factor[peaked]
         lower = factor.copy()
-        lower[peaked] = np.maximum(factor[peaked] - estimate, 0.0)
+        lower[peaked] = np.maximum(factor[peaked] - error, 0.0)
         return factor, lower
 
     def _at_peaks(self, loads: Float, s: Float, q: Float, plane: Float) -> Float:
