@@ -1,5 +1,7 @@
 """How hard can you push here before something moves: robustness of rigid assemblies in frictional contact."""
 
+from holdfast.applications.disassembly.order import Disassembly, disassembly_order
+from holdfast.applications.disassembly.removal import Removal
 from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.engines.compliant.engine import Compliant
@@ -30,6 +32,7 @@ __all__ = [
     "Compliant",
     "ConvexSet",
     "Cylinder",
+    "Disassembly",
     "Friction",
     "GeometryError",
     "Graph",
@@ -41,6 +44,7 @@ __all__ = [
     "LoadFactor",
     "Mesh",
     "Patch",
+    "Removal",
     "Robustness",
     "RobustnessMap",
     "RobustnessUnder",
@@ -54,6 +58,7 @@ __all__ = [
     "WorstCase",
     "admissible_wrenches",
     "assemble",
+    "disassembly_order",
     "load_factor",
     "load_scene",
     "robustness",

@@ -84,7 +84,7 @@ def first_hit(moving: Surface, still: Surface, direction: Float, tolerance: floa
 
     ``tolerance`` [m] is how far apart or into each other two surfaces may lie and still count as touching: they may
     overlap by so much along the way, sideways as ahead, so a wall that it slides along stops nothing. Contacts that the
-    motion opens never count. With 0 the distance is exact.
+    motion opens never count. What is no further ahead than that touches already: 0. With 0 the distance is exact.
     """
     d = unit(np.asarray(direction, dtype=np.float64))
     return hit_distance(Swept(moving, d), Swept(still, d), tolerance)
@@ -114,7 +114,8 @@ def hit_distance(moving: Swept, still: Swept, tolerance: float = 0.0) -> float:
     while high - low > 1:
         low, high = (low, probe) if wide(probe) else (probe, high)
         probe = min(2 * probe, (low + high) // 2)  # what comes first is mostly wide enough
-    return max(float(ahead[high - 1]), 0.0)
+    distance = float(ahead[high - 1])
+    return distance if distance > narrow else 0.0
 
 
 def _least(moving: Swept, still: Swept, tolerance: float, narrow: float) -> float:

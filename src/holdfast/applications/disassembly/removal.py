@@ -104,7 +104,7 @@ class Removals:
         found = self._answers[part, name]
         if not blockers:
             return found
-        reason = self._blocked(blockers) + ("" if found.answer is Answer.SAFE else f"; {found.reason}")
+        reason = self._blocked(blockers) + (f"; {found.reason}" if found.moving else "")
         return Removal(name, Answer.UNSAFE, reason, blockers, found.moving, found.lift, found.hold)
 
     def parts(self, remaining: Collection[str]) -> list[frozenset[str]]:
@@ -154,10 +154,7 @@ class Removals:
         for verdict in verdicts:
             if verdict.status is Status.UNDECIDED:
                 return Removal(name, Answer.UNDECIDED, f"whether the rest stands without it: {verdict.reason}")
-        taken = self._taken(name, part)
-        if taken.answer is not Answer.SAFE or self.lift @ self.up > 1 - 1e-9:
-            return taken
-        return self._pulled(name, part, taken)
+        return self._taken(name, part)
 
     def _taken(self, name: str, part: frozenset[str]) -> Removal:
         """While its weight is taken upwards, and when it comes off."""
@@ -171,11 +168,11 @@ class Removals:
             return Removal(name, Answer.SAFE, SAFE, lift=1.0)
         if self.engine.claim is Claim.EXISTS:  # on paper what clamps it may be there or not
             return Removal(name, Answer.UNDECIDED, "its neighbours could clamp it: engine 'compliant' tells")
-        return self._comes_off(name, part, weight)
+        return self._comes_off(name, part) if self.lift @ self.up > 1 - 1e-9 else self._pulled(name, part)
 
-    def _comes_off(self, name: str, part: frozenset[str], weight: Float) -> Removal:
+    def _comes_off(self, name: str, part: frozenset[str]) -> Removal:
         """What moves when more and more than its weight is taken."""
-        capacity = self.state(part).load_factor(weight[:, None], gap=1.0)
+        capacity = self.state(part).load_factor(self.force(name, part, self.up)[:, None], gap=1.0)
         lift, others = float(capacity.factor[0]), tuple(n for n in capacity.moving[0] if n != name)
         if capacity.status[0] is Status.UNDECIDED:
             return Removal(name, Answer.UNDECIDED, "its neighbours could clamp it; whether they do was not found")
@@ -185,6 +182,19 @@ class Removals:
             when = f"lifted by {lift:.3g} times its weight it moves {listed(others)}"
             return Removal(name, Answer.UNSAFE, when, moving=others, lift=lift)
         return self._held(name, part, lift) if lift < 1 - WHOLE else Removal(name, Answer.SAFE, SAFE, lift=lift)
+
+    def _pulled(self, name: str, part: frozenset[str]) -> Removal:
+        """What moves when most of its weight is taken and it is pulled along the lift direction."""
+        state = self.engine.prepare(self.reduced(part), CARRIED * self.force(name, part, self.up))
+        capacity = state.load_factor(self.force(name, part, self.lift)[:, None], gap=1.0)
+        others = tuple(n for n in capacity.moving[0] if n != name)
+        if capacity.status[0] not in (Status.FINITE, Status.INFINITE):
+            return Removal(name, Answer.UNDECIDED, "its neighbours could clamp it; what a pull moves was not found")
+        if np.isinf(capacity.factor[0]):
+            return Removal(name, Answer.UNSAFE, "no pull at its centre of mass gets it loose")
+        if others:
+            return Removal(name, Answer.UNSAFE, f"pulled out it moves {listed(others)}", moving=others)
+        return Removal(name, Answer.SAFE, SAFE)
 
     def _held(self, name: str, part: frozenset[str], lift: float = 0.0) -> Removal:
         """It would move before its weight is taken: held also against turning, its contact forces fade together."""
@@ -220,23 +230,6 @@ class Removals:
             if verdict.status is Status.UNDECIDED:
                 return Removal(name, Answer.UNDECIDED, f"{when}: {verdict.reason}")
         return None
-
-    def _pulled(self, name: str, part: frozenset[str], taken: Removal) -> Removal:
-        """Most of its weight taken, it is pulled along the lift direction: nothing may come along."""
-        state = self.engine.prepare(self.reduced(part), CARRIED * self.force(name, part, self.up))
-        capacity = state.load_factor(self.force(name, part, self.lift)[:, None], gap=1.0)
-        pull, others = float(capacity.factor[0]), tuple(n for n in capacity.moving[0] if n != name)
-        if capacity.status[0] is Status.UNDECIDED:
-            return Removal(name, Answer.UNDECIDED, "what moves when it is pulled was not found", lift=taken.lift)
-        if self.engine.claim is Claim.EXISTS:
-            return taken
-        if np.isinf(pull):
-            return Removal(name, Answer.UNSAFE, "no pull gets it loose", lift=taken.lift)
-        if others:
-            return Removal(
-                name, Answer.UNSAFE, f"pulled out, it moves {listed(others)}", moving=others, lift=taken.lift
-            )
-        return taken
 
     def force(self, name: str, part: frozenset[str], direction: Float) -> Float:
         """(6J,) its weight as a force at its centre of mass along ``direction``, on the assembly of its part."""
