@@ -97,15 +97,19 @@ class Removals:
         blockers = self.exits.blockers(name, remaining)
         if blockers and exit_first:
             return Removal(name, Answer.UNSAFE, self._blocked(blockers), blockers)
-        part = self.part_of(name, remaining)
-        if (part, name) not in self._answers:
-            self.asked += 1
-            self._answers[part, name] = self._judge(name, part)
-        found = self._answers[part, name]
+        found = self.by_forces(name, remaining)
         if not blockers:
             return found
         reason = self._blocked(blockers) + (f"; {found.reason}" if found.moving else "")
         return Removal(name, Answer.UNSAFE, reason, blockers, found.moving, found.lift, found.hold)
+
+    def by_forces(self, name: str, remaining: frozenset[str]) -> Removal:
+        """The same by contact forces alone: the rest stands without it, and on the way there."""
+        part = self.part_of(name, remaining)
+        if (part, name) not in self._answers:
+            self.asked += 1
+            self._answers[part, name] = self._judge(name, part)
+        return self._answers[part, name]
 
     def parts(self, remaining: Collection[str]) -> list[frozenset[str]]:
         """The parts of what remains that do not feel each other."""
