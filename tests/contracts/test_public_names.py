@@ -35,6 +35,7 @@ SIGNATURES: dict[str, list[str]] = {
     "robustness": ["assembly", "body", "points", "directions", "standing", "engine", "bound"],
     "load_factor": ["assembly", "loads", "standing", "acceleration", "engine", "bound"],
     "robustness_map": ["assembly", "bodies", "spacing", "engine", "gap"],
+    "disassembly_order": ["assembly", "engine", "lift", "goal", "budget"],
     "robustness_under": [
         "assembly",
         "body",
@@ -54,6 +55,7 @@ DEFAULTS: dict[str, dict[str, Any]] = {
     "robustness": {"standing": ()},
     "load_factor": {"standing": (), "acceleration": None, "bound": False},
     "robustness_map": {"bodies": None, "spacing": 0.01},
+    "disassembly_order": {"engine": "compliant", "goal": None},
     "robustness_under": {
         "pose_sigma": None,
         "mu_interval": None,

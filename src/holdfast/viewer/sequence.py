@@ -23,10 +23,10 @@ from holdfast.viewer.soup import Soup, triangle_normals
 NEXT: Final = colours.rgb_of("#ea7a3c")
 STAYS: Final = colours.rgb_of("#b9c4d2")
 ARROW: Final = "#b5173f"
-_ROW: Final = 6
+_ROW, _LEAST = 6, 3  # panels in a row: at most, and for how many there is room at least
 _PANEL: Final = (300, 300)
 _CAPTION: Final = 64
-_PAD, _HEADER, _FOOT = 30, 92, 22
+_PAD, _GUTTER, _HEADER, _FOOT = 30, 12, 92, 12
 _SMALLEST_ASPECT, _LARGEST_ASPECT = 0.75, 1.8
 _DPI: Final = 100
 
@@ -62,14 +62,16 @@ def _png(sequence: Sequence) -> bytes:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.collections import PolyCollection
         from matplotlib.figure import Figure
+        from matplotlib.patches import Rectangle
     except ImportError as error:
         raise HoldfastError(
             "writing a PNG needs matplotlib, which is not installed; remedy: pip install 'holdfast[viewer]'"
         ) from error
-    columns = min(_ROW, max(len(sequence.frames), 3))
-    rows = -(-len(sequence.frames) // columns)
+    rows = -(-len(sequence.frames) // _ROW)
+    columns = max(-(-len(sequence.frames) // rows), _LEAST)
     camera, (wide, high), length = _camera(sequence)
-    size = (2 * _PAD + columns * wide, _HEADER + rows * (high + _CAPTION) + _FOOT)
+    size = (2 * _PAD + columns * (wide + _GUTTER) - _GUTTER, _HEADER + rows * (high + _CAPTION) + _FOOT)
+    focus = np.concatenate([s.vertices for s in sequence.frames[0].solids if not s.fixed] or [np.zeros((1, 3))])
     page = np.ones((size[1], size[0], 3))
     figure = Figure(figsize=(size[0] / _DPI, size[1] / _DPI), dpi=_DPI, facecolor="white")
     canvas = FigureCanvasAgg(figure)
@@ -80,10 +82,11 @@ def _png(sequence: Sequence) -> bytes:
     writer.put(_PAD, 40, writer.clipped(sequence.title, 24.0, size[0] - 2 * _PAD, bold=True), 24.0, bold=True)
     writer.put(_PAD, 66, writer.clipped(sequence.subtitle, 15.0, size[0] - 2 * _PAD), 15.0, colour=GREY)
     for k, frame in enumerate(sequence.frames):
-        left, top = _PAD + k % columns * wide, _HEADER + k // columns * (high + _CAPTION)
+        left, top = _PAD + k % columns * (wide + _GUTTER), _HEADER + k // columns * (high + _CAPTION)
         movable = _soup([s for s in frame.solids if not s.fixed], frame.next)
         fixed = _soup([s for s in frame.solids if s.fixed], "")
-        page[top : top + high, left : left + wide] = render(movable, fixed, camera, (high, wide)).image
+        page[top : top + high, left : left + wide] = render(movable, fixed, camera, (high, wide), focus=focus).image
+        axes.add_patch(Rectangle((left, top), wide, high, fill=False, edgecolor="#dfe2e7", lw=0.8, zorder=1))
         if frame.next:
             leaving = next(s for s in frame.solids if s.name == frame.next)
             tail = leaving.vertices.mean(0)
