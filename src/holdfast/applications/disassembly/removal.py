@@ -48,9 +48,10 @@ class Removal:
     """The answer for one body in one state of the assembly, with its ``reason`` in words.
 
     ``blockers`` stand in its straight way out, each with its distance [m]. ``moving`` are other bodies that fall
-    without it or move meanwhile. ``lift`` is the upward force at its centre of mass, over its weight, at which
-    something moves (inf: nothing does; 0 where that was not asked, because the answer was known). ``hold``: it has to
-    be held against turning, too: by its centre of mass alone it would move before its weight is taken.
+    without it or move meanwhile. ``lift`` is an upward force at its centre of mass, over its weight, at which it has
+    come off or something else moves (inf: nothing does; 0 where that was not asked, because the answer was known).
+    ``hold``: it has to be held against turning, too: by its centre of mass alone it would move before its weight is
+    taken.
     """
 
     body: str

@@ -216,7 +216,7 @@ class _Best:
 
     def _grow(self, remaining: frozenset[str], needed: frozenset[str], steps: tuple[Removal, ...]) -> None:
         """Enter every body that could go next: with those that have to go anyway the count does not rise."""
-        for name in remaining:
+        for name in (n for n in self.removals.names if n in remaining):
             if any(blocker in remaining or blocker not in self.whole for blocker, _ in self._ahead(name)):
                 continue
             count = len(steps) + 1 + len(needed - {name})
