@@ -1,5 +1,7 @@
 """How hard can you push here before something moves: robustness of rigid assemblies in frictional contact."""
 
+from holdfast.applications.disassembly.order import Disassembly, disassembly_order
+from holdfast.applications.disassembly.removal import Removal
 from holdfast.applications.transport import (
     TransportLimits,
     horizontal_directions,
@@ -38,6 +40,7 @@ __all__ = [
     "Compliant",
     "ConvexSet",
     "Cylinder",
+    "Disassembly",
     "Friction",
     "GeometryError",
     "Graph",
@@ -49,6 +52,7 @@ __all__ = [
     "LoadFactor",
     "Mesh",
     "Patch",
+    "Removal",
     "Robustness",
     "RobustnessMap",
     "RobustnessUnder",
@@ -63,6 +67,7 @@ __all__ = [
     "WorstCase",
     "admissible_wrenches",
     "assemble",
+    "disassembly_order",
     "horizontal_directions",
     "inertial_loads",
     "load_factor",

@@ -36,6 +36,7 @@ SIGNATURES: dict[str, list[str]] = {
     "load_factor": ["assembly", "loads", "standing", "acceleration", "engine", "bound"],
     "robustness_map": ["assembly", "bodies", "spacing", "engine", "gap"],
     "transport_limits": ["assembly", "directions", "engine"],
+    "disassembly_order": ["assembly", "engine", "lift", "goal", "budget"],
     "robustness_under": [
         "assembly",
         "body",
@@ -56,6 +57,7 @@ DEFAULTS: dict[str, dict[str, Any]] = {
     "load_factor": {"standing": (), "acceleration": None, "bound": False},
     "robustness_map": {"bodies": None, "spacing": 0.01},
     "transport_limits": {"directions": None, "engine": "compliant"},
+    "disassembly_order": {"engine": "compliant", "goal": None},
     "robustness_under": {
         "pose_sigma": None,
         "mu_interval": None,

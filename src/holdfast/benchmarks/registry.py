@@ -13,6 +13,7 @@ SUITES = (
     "baselines",
     "compliant_maps",
     "contacts",
+    "disassembly",
     "maps",
     "pipeline",
     "reliability",

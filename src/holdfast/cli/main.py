@@ -17,6 +17,7 @@ from holdfast import __version__
 from holdfast.cli.assess import assess, map_surfaces
 from holdfast.cli.benchmark import benchmark
 from holdfast.cli.common import EXIT, err, out
+from holdfast.cli.disassemble import disassemble
 from holdfast.cli.files import convert, print_schema
 from holdfast.cli.transport import transport
 from holdfast.engines.contract import Status
@@ -34,6 +35,7 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "assess": assess,
     "map": map_surfaces,
     "transport": transport,
+    "disassemble": disassemble,
     "benchmark": benchmark,
     "convert": convert,
     "schema": print_schema,

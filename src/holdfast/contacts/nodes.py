@@ -6,11 +6,12 @@ import itertools
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, get_args
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from holdfast.arrays import Float
+from holdfast.arrays import Float, frozen
 from holdfast.contacts import polygon as flat
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.errors import HoldfastError, message
@@ -36,6 +37,18 @@ def interface_nodes(interface: Interface, count: int, sampling: Sampling, seed: 
         )
     if count < 4:
         raise HoldfastError(message("nodes", f"{count} nodes an interface", "needs at least 4"))
+    known = _SAMPLED.setdefault(interface, {})
+    key = count, sampling, seed
+    if key not in known:
+        known[key] = _sampled(interface, count, sampling, seed)
+    return known[key]
+
+
+# an interface is part of many assemblies where bodies are taken away one after the other
+_SAMPLED: WeakKeyDictionary[Interface, dict[tuple[int, str, int], list[tuple[Float, Float]]]] = WeakKeyDictionary()
+
+
+def _sampled(interface: Interface, count: int, sampling: Sampling, seed: int) -> list[tuple[Float, Float]]:
     random = np.random.default_rng(seed)
     result = []
     total = sum(patch.measure for patch in interface.patches)
@@ -47,7 +60,7 @@ def interface_nodes(interface: Interface, count: int, sampling: Sampling, seed: 
             points, weights = paper_sample(patch, share, random)
         else:
             points, weights = _SAMPLES[sampling](patch, share)
-        result.append((patch.lifted(points), weights))
+        result.append((frozen(patch.lifted(points)), frozen(np.array(weights))))
     return result
 
 

@@ -200,6 +200,8 @@ class CompliantState:
 
         With ``gap`` MANY columns on one body are interpolated between paths (interpolated.py) with expected errors of
         at most ``gap``: ``lower`` then also lies below what the stated error allows.
+        A ``gap`` of 1 asks for no bounds: ``lower`` is then 0, and the finer
+        nodes of the estimate are saved.
         """
         count = W.shape[1]
         if self.rest.status is not Status.STABLE:
@@ -212,8 +214,8 @@ class CompliantState:
         if len(loaded):
             asked = W[:, loaded]
             bodies = np.flatnonzero((asked != 0).reshape(-1, 6, len(loaded)).any((1, 2)))
-            if gap is None or len(loaded) < MANY or len(bodies) > 1:
-                answers = self._each(asked)
+            if gap is None or gap >= 1 or len(loaded) < MANY or len(bodies) > 1:
+                answers = self._each(asked, bounds=gap is None or gap < 1)
             else:
                 answers = self._surveyed(asked, 6 * int(bodies[0]), gap)
             factor[loaded], lower[loaded] = answers.factor, answers.lower
@@ -222,9 +224,9 @@ class CompliantState:
                 told[column], status[column] = answers.mechanisms[k], KINDS[int(answers.kind[k])]
         return Capacity.told(factor, lower, upper, status, told, solved, error)
 
-    def _each(self, W: Float) -> Answers:
+    def _each(self, W: Float, *, bounds: bool) -> Answers:
         """Every column of W (6J, k) along its own path."""
-        paths = self.answered(W)
+        paths = self.answered(W, bounds=bounds)
         told = self._told(paths)
         solved, error = np.ones(len(told), dtype=bool), np.zeros(len(told))
         return Answers(paths.kind, paths.factor, paths.lower, told, solved, error)
@@ -342,8 +344,8 @@ class CompliantState:
         """(k, 6J) in the units of the model."""
         return np.ascontiguousarray((W.T * levers(self.assembly)) / force_unit(self.assembly, self.wrench))
 
-    def answered(self, W: Float, *, cuts: bool = False) -> Paths:
-        """Paths of columns W (6J, k), on nodes that are fine enough for each, with lower bounds.
+    def answered(self, W: Float, *, cuts: bool = False, bounds: bool = True) -> Paths:
+        """Paths of columns W (6J, k), on nodes that are fine enough for each, with lower bounds; or without both.
 
         ``below`` is the peak less SAFETY times the change of the load when the displacement of the peak is taken up by
         FINER times as many nodes each way, and less FLOOR at least. Where that change is not found or comes out large,
@@ -352,6 +354,8 @@ class CompliantState:
         """
         paths = self.paths(W, cuts=cuts)
         self._by_verdicts(W, paths)
+        if not bounds:
+            return paths
         peaked = np.flatnonzero(paths.kind == path.PEAK)
         peak = paths.peak[peaked]
         finer = self._at_peaks(self._loads(W[:, peaked]), peak, paths.q[peaked], paths.plane[peaked])
@@ -360,9 +364,7 @@ class CompliantState:
         if len(unsure):
             asked = W[:, peaked[unsure]]
             again = self._fine.answered(asked, cuts=cuts) if self._refines else self._fine.paths(asked)
-            finer[unsure] = np.where(
-                again.kind == path.PEAK, again.peak, np.where(again.kind == path.ENDLESS, np.inf, 0)
-            )
+            finer[unsure] = again.factor
             taken[unsure] = self._refines & (again.kind == path.PEAK)
             for f in fields(Paths) if self._refines else ():
                 getattr(paths, f.name)[peaked[taken]] = getattr(again, f.name)[again.kind == path.PEAK]
