@@ -49,3 +49,24 @@ def test_a_hundred_straight_pushes(name: str, nodes: int, limit: float) -> None:
     np.testing.assert_array_equal(np.isfinite(got), np.isfinite(expected))
     np.testing.assert_allclose(got, expected, rtol=limit)
     assert 70 <= np.isfinite(expected).sum() < 100
+
+
+def test_pressure_gathered_in_a_corner_is_seen_to_be_too_coarse() -> None:
+    """On seven nodes a side this push reads 230 N; the truth is 143 N, and so is the limit of fine nodes."""
+    cube = shipped("cube")
+    (push,) = [("cube", np.array([0.0489232, 0.05, 0.00157536]), np.array([-0.30653885, -0.43417224, -0.84707048]))]
+    W, (expected,) = columns(cube, [push]), truth(cube, [push])
+    plain = Compliant().on(cube, cube.weight_wrench())
+    assert plain.load_factor(W).factor[0] > 1.5 * expected
+    found = Compliant().prepare(cube).load_factor(W)
+    assert found.factor[0] == pytest.approx(expected, rel=0.05)
+    assert found.lower[0] <= expected
+
+
+def test_threads_change_nothing() -> None:
+    table = shipped("table")
+    state, W = Compliant().prepare(table), columns(table, random_pushes(table, 40, 6))
+    together = state.load_factor(W)
+    alone = [state.load_factor(W[:, [k]]) for k in range(40)]
+    np.testing.assert_array_equal(together.factor, [a.factor[0] for a in alone])
+    np.testing.assert_array_equal(together.lower, [a.lower[0] for a in alone])
