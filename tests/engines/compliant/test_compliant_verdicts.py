@@ -153,7 +153,7 @@ def test_the_motion_itself_rests_below_the_peak_and_drifts_above(name: str) -> N
 
 @pytest.mark.parametrize("name", ["stack", "table", "arch", "cantilever"])
 def test_a_lost_path_is_found_again_by_verdicts(name: str) -> None:
-    """Paths given up at 60 to 99 % of their peak: verdicts lead to it, but for what friction remembers of the way."""
+    """Paths given up at 60 to 99 % of their peak: verdicts lead to the same peak, or slightly beside it."""
     assembly = shipped(name)
     state = hf.Compliant().prepare(assembly)
     W = random_pushes(assembly, 12, 4)
