@@ -31,8 +31,8 @@ FEWEST = 2  # nodes along a side
 FINER = 2  # times as many nodes along a side for the discretisation estimate
 SAFETY = 2.0  # errors fall at least in proportion to the nodes' distance
 FLOOR = 2e-3  # relative: what it is at least
-COARSE = 0.02  # a relative change above which the answer is that of the finer nodes
-LARGE = 0.05  # one above which, where finer nodes may not answer, the path on them is followed as a whole
+LARGE = 0.05  # a relative change above which the path on the finer nodes is followed as a whole
+COARSE = 0.02  # one of the whole path above which the answer is that of the finer nodes
 REFINEMENTS = 3  # times that nodes are made finer, at most
 MOST_NODES = 20_000  # of all contacts together, up to which they are
 COLUMNS = 8  # a thread, at least
@@ -151,6 +151,15 @@ class Paths:
     def lower(self) -> Float:
         """``below``, inf where the path is endless."""
         return np.where(self.kind == path.ENDLESS, np.inf, self.below)
+
+    def chosen(self, keep: Bool) -> Paths:
+        """Copies of some of them."""
+        return Paths(*(getattr(self, f.name)[keep] for f in fields(Paths)))
+
+    def enter(self, at: Int, others: Paths) -> None:
+        """Put ``others`` in the places ``at``."""
+        for f in fields(Paths):
+            getattr(self, f.name)[at] = getattr(others, f.name)
 
 
 def _joined(parts: list[Paths]) -> Paths:
@@ -345,33 +354,38 @@ class CompliantState:
         return np.ascontiguousarray((W.T * levers(self.assembly)) / force_unit(self.assembly, self.wrench))
 
     def answered(self, W: Float, *, cuts: bool = False, bounds: bool = True) -> Paths:
-        """Paths of columns W (6J, k), on nodes that are fine enough for each, with lower bounds; or without both.
-
-        ``below`` is the peak less SAFETY times the change of the load when the displacement of the peak is taken up by
-        FINER times as many nodes each way, and less FLOOR at least. Where that change is not found or comes out large,
-        the answer is that of the finer nodes; and where those may not be used, or find no peak, the change is that of
-        the whole path on them, and ``below`` 0 if that fails too.
-        """
+        """Paths of columns W (6J, k), on nodes that are fine enough for each, with lower bounds; or without both."""
         paths = self.paths(W, cuts=cuts)
         self._by_verdicts(W, paths)
-        if not bounds:
-            return paths
+        if bounds:
+            self._bound(W, paths, cuts=cuts)
+        return paths
+
+    def _bound(self, W: Float, paths: Paths, *, cuts: bool) -> None:
+        """Enter ``below`` of paths: the peak less SAFETY times the discretisation estimate, and less FLOOR at least.
+
+        The estimate is the change of the load when the displacement of the peak is taken up by FINER times as many
+        nodes each way. Where it is not found or comes out large, it is the change of the whole path on those nodes (all
+        of the peak where they find none); and where that is more than COARSE, their path is the answer, if they may.
+        """
         peaked = np.flatnonzero(paths.kind == path.PEAK)
         peak = paths.peak[peaked]
         finer = self._at_peaks(self._loads(W[:, peaked]), peak, paths.q[peaked], paths.plane[peaked])
-        unsure = np.flatnonzero((finer < 0) | (np.abs(finer - peak) > (COARSE if self._refines else LARGE) * peak))
+        unsure = np.flatnonzero((finer < 0) | (np.abs(finer - peak) > LARGE * peak))
         taken = np.zeros(len(peaked), dtype=bool)
         if len(unsure):
             asked = W[:, peaked[unsure]]
-            again = self._fine.answered(asked, cuts=cuts) if self._refines else self._fine.paths(asked)
+            again = self._fine.paths(asked, cuts=cuts)
             finer[unsure] = again.factor
-            taken[unsure] = self._refines & (again.kind == path.PEAK)
-            for f in fields(Paths) if self._refines else ():
-                getattr(paths, f.name)[peaked[taken]] = getattr(again, f.name)[again.kind == path.PEAK]
+            if self._refines:
+                coarse = (again.kind == path.PEAK) & (np.abs(again.peak - peak[unsure]) > COARSE * peak[unsure])
+                better = again.chosen(coarse)
+                self._fine._bound(asked[:, coarse], better, cuts=cuts)
+                taken[unsure] = coarse
+                paths.enter(peaked[taken], better)
         change = np.where(finer < peak, peak - finer, np.minimum(finer, 2 * peak) - peak)
         below = np.maximum(peak - SAFETY * change - FLOOR * peak, 0.0)
         paths.below[peaked[~taken]] = below[~taken]
-        return paths
 
     @property
     def _refines(self) -> bool:
