@@ -1,0 +1,1 @@
+"""What robots do with the answers: placing, transporting, taking apart."""
