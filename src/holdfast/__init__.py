@@ -1,5 +1,8 @@
 """How hard can you push here before something moves: robustness of rigid assemblies in frictional contact."""
 
+from holdfast.applications.placement.planner import plan_placement
+from holdfast.applications.placement.result import Placement
+from holdfast.applications.placement.support import Weights
 from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.engines.compliant.engine import Compliant
@@ -41,6 +44,7 @@ __all__ = [
     "LoadFactor",
     "Mesh",
     "Patch",
+    "Placement",
     "Robustness",
     "RobustnessMap",
     "RobustnessUnder",
@@ -51,11 +55,13 @@ __all__ = [
     "Sphere",
     "Stability",
     "Status",
+    "Weights",
     "WorstCase",
     "admissible_wrenches",
     "assemble",
     "load_factor",
     "load_scene",
+    "plan_placement",
     "robustness",
     "robustness_map",
     "robustness_under",
