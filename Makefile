@@ -35,7 +35,7 @@ test-referees: $(VENV)/.ready
 	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -m referee tests/referees
 
 benchmark: $(VENV)/.ready
-	$(BIN)/python -m benchmarks.run
+	$(BIN)/holdfast benchmark all --compare
 
 clean:
 	rm -rf $(VENV) $(OUT) build dist src/*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -95,8 +95,24 @@ def test_patches_share_the_nodes_by_area() -> None:
 
 @pytest.mark.parametrize(
     ("count", "sampling", "match"),
-    [(3, "hull", r"3 nodes an interface; needs at least 4"), (20, "grid", r"sampling = 'grid'; needs 'hull'")],
+    [
+        (3, "hull", r"3 nodes an interface; needs at least 4"),
+        (20, "grid", r"sampling = 'grid'; needs one of hull, quadrature"),
+    ],
 )
 def test_what_is_refused(count: int, sampling: str, match: str) -> None:
     with pytest.raises(hf.HoldfastError, match=match):
         interface_nodes(interface("square"), count, sampling)
+
+
+def test_the_papers_nodes_are_spread_seeded_and_weigh_the_same() -> None:
+    """Twenty points by farthest-of-ten keep a distance that points thrown at random do not."""
+    ((points, weights),) = interface_nodes(interface("square"), 20, "paper", seed=3)
+    ((again, _),) = interface_nodes(interface("square"), 20, "paper", seed=3)
+    ((other, _),) = interface_nodes(interface("square"), 20, "paper", seed=4)
+    assert np.array_equal(points, again)
+    assert not np.allclose(points, other)
+    assert weights == pytest.approx(interface("square").area / 20)
+    side = np.sqrt(interface("square").area)
+    apart = np.linalg.norm(points[:, None] - points, axis=2)[~np.eye(20, dtype=bool)]
+    assert apart.min() > 0.1 * side

@@ -53,11 +53,12 @@ class ContactNodes:
         return np.searchsorted(self.interface, np.arange(self.interface.max(initial=-1) + 2))
 
 
-def contact_nodes(assembly: Assembly, count: int, sampling: Sampling) -> ContactNodes:
-    """``count`` nodes for every interface of the assembly."""
+def contact_nodes(assembly: Assembly, count: int, sampling: Sampling, seed: int = 0) -> ContactNodes:
+    """``count`` nodes for every interface of the assembly (``seed``: of sampling "paper")."""
     points, normals, weights, owner = [], [], [], []
     for number, interface in enumerate(assembly.interfaces):
-        for patch, (nodes, areas) in zip(interface.patches, interface_nodes(interface, count, sampling), strict=True):
+        samples = interface_nodes(interface, count, sampling, seed + number)
+        for patch, (nodes, areas) in zip(interface.patches, samples, strict=True):
             points.append(nodes)
             weights.append(areas)
             normals.append(np.broadcast_to(patch.normal, nodes.shape))

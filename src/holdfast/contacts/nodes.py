@@ -15,27 +15,37 @@ from holdfast.contacts import polygon as flat
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.errors import HoldfastError, message
 
-Sampling = Literal["hull", "quadrature", "corners"]
+Sampling = Literal["hull", "quadrature", "corners", "paper"]
 
+CANDIDATES = 10  # random points of which the paper takes the farthest
 CELLS = 6  # between two neighbouring nodes of a grid; even
 LATTICE = 19  # candidate points along each side of a patch; odd, so that the middle is among them
 LEAST_SHARES = (0.1, 0.01)  # no corrected weight falls below this share of its tributary area; the larger if it can
 
 
-def interface_nodes(interface: Interface, count: int, sampling: Sampling) -> list[tuple[Float, Float]]:
+def interface_nodes(interface: Interface, count: int, sampling: Sampling, seed: int = 0) -> list[tuple[Float, Float]]:
     """For each patch its nodes (n, 3) [m] and weights (n,) [m²]; ``count`` nodes are shared out by area.
 
-    "hull": hull corners, then farthest points; "quadrature": a grid; "corners": the hull's corners alone.
+    "hull": hull corners, then farthest points; "quadrature": a grid; "corners": the hull's corners alone; "paper": at
+    random, from ``seed``, each the farthest of ten candidates, all of one weight.
     """
     if sampling not in get_args(Sampling):
-        raise HoldfastError(message("nodes", f"sampling = {sampling!r}", "needs 'hull', 'quadrature' or 'corners'"))
+        raise HoldfastError(
+            message("nodes", f"sampling = {sampling!r}", f"needs one of {', '.join(get_args(Sampling))}")
+        )
     if count < 4:
         raise HoldfastError(message("nodes", f"{count} nodes an interface", "needs at least 4"))
+    random = np.random.default_rng(seed)
     result = []
     total = sum(patch.measure for patch in interface.patches)
     for patch in interface.patches:
         share = max(4, round(count * patch.measure / total))
-        points, weights = (_SAMPLES[sampling] if patch.kind == "face" else thin_sample)(patch, share)
+        if patch.kind != "face":
+            points, weights = thin_sample(patch, share)
+        elif sampling == "paper":
+            points, weights = paper_sample(patch, share, random)
+        else:
+            points, weights = _SAMPLES[sampling](patch, share)
         result.append((patch.lifted(points), weights))
     return result
 
@@ -44,6 +54,26 @@ def corner_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     """All corners of the hull, whatever ``count``: they carry every force that the whole patch could carry."""
     corners = flat.convex_hull(patch.rings[0], 1e-9 * patch.size)
     return corners, np.full(len(corners), patch.area / len(corners))
+
+
+def paper_sample(patch: Patch, count: int, random: np.random.Generator) -> tuple[Float, Float]:
+    """The paper's nodes (Sec. VI-A2): each the one of ten random points that is farthest from all chosen before."""
+    polygon = flat.shapely_polygon(patch.rings)
+    low, high = patch.rings[0].min(0), patch.rings[0].max(0)
+
+    def candidates(wanted: int) -> Float:
+        found = np.empty((0, 2))
+        while len(found) < wanted:
+            tried = random.uniform(low, high, (4 * wanted, 2))
+            found = np.vstack([found, tried[flat.inside(polygon, tried)]])
+        return found[:wanted]
+
+    chosen = candidates(1)
+    while len(chosen) < count:
+        tried = candidates(CANDIDATES)
+        distance = np.linalg.norm(tried[:, None] - chosen, axis=2).min(1)
+        chosen = np.vstack([chosen, tried[np.argmax(distance)]])
+    return chosen, np.full(count, patch.area / count)
 
 
 def thin_sample(patch: Patch, count: int) -> tuple[Float, Float]:

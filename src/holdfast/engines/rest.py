@@ -9,7 +9,6 @@ import numpy as np
 from holdfast.arrays import Float
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, contact_nodes
-from holdfast.contacts.nodes import Sampling
 from holdfast.engines.collapse import least_motion
 from holdfast.engines.cones import EXACT, FrictionCone
 from holdfast.engines.contract import Certificate, ContactForces, Mechanism, Status, Verdict
@@ -30,36 +29,35 @@ class Rest:
     verdict: Verdict
 
 
-def find_rest(assembly: Assembly, wrench: Float, count: int, sampling: Sampling, cone: FrictionCone = EXACT) -> Rest:
-    """Solve for contact forces that balance ``wrench`` (6J,); ``count`` nodes an interface.
+def find_rest(assembly: Assembly, wrench: Float, nodes: ContactNodes | None = None, cone: FrictionCone = EXACT) -> Rest:
+    """Solve for contact forces on ``nodes`` (None: all corners of all patches) that balance ``wrench`` (6J,).
 
-    Where the sampled nodes carry no equilibrium the corners of the patches decide: they can carry whatever the whole
+    Where given nodes carry no equilibrium the corners of the patches decide: they can carry whatever the whole
     patches can.
     """
-    nodes = contact_nodes(assembly, count, sampling)
+    given = nodes is not None
+    nodes = contact_nodes(assembly, 4, "corners") if nodes is None else nodes
     nothing = np.zeros((len(nodes), 3))
     if not assembly.movable:
         return Rest(nodes, nothing, _stable(assembly, nodes, nothing, 0.0, 0.0))
     if assembly.hanging:
         return Rest(nodes, nothing, _hanging(assembly, nodes, wrench))
     tried: list[str] = []
-    points, attempts = nodes, [("corners", 1e-10), ("corners", 1e-7)]
-    if sampling != "corners":
-        attempts.insert(0, (sampling, 1e-10))
-    for kind, tolerance in attempts:
-        if kind != sampling and points is nodes:
-            points = contact_nodes(assembly, count, "corners")
+    points = nodes
+    for tolerance in (1e-10, 1e-10, 1e-7) if given else (1e-10, 1e-7):
         solution = solve_forces(assembly, points, wrench, tolerance=tolerance, cone=cone)
         if solution.forces is not None and solution.residual <= ACCEPTED_RESIDUAL:
             forces, residual = solution.forces, solution.residual
             return Rest(points, forces, _stable(assembly, points, forces, residual, solution.dilatancy))
-        if solution.twists is not None and kind == "corners":
+        if solution.twists is not None and not given:
             least = least_motion(assembly, points, wrench)
             verdict = None if least is None else _falls(assembly, points, wrench, least)
             if verdict is None or verdict.status is not Status.UNSTABLE:
                 verdict = _falls(assembly, points, wrench, solution.twists)
             return Rest(points, np.zeros((len(points), 3)), verdict)
         tried.append(_trouble(solution))
+        if given:
+            points, given = contact_nodes(assembly, 4, "corners"), False
     return Rest(nodes, nothing, undecided("the force program was not solved: " + "; then ".join(tried)))
 
 

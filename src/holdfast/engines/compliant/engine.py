@@ -70,7 +70,7 @@ class Compliant:
         if nodes is None:
             nodes = contact_nodes(assembly, self.nodes**2, "quadrature")
         if not assembly.movable or assembly.hanging:
-            verdict = find_rest(assembly, wrench, 4, "corners").verdict
+            verdict = find_rest(assembly, wrench).verdict
             return CompliantState(self, assembly, wrench, nodes, None, verdict)
         system = System.of(elastic_model(assembly, nodes, wrench, self.stiffness_ratio, self.stiffness))
         end = settled(system.model, system.work, system.sparse)

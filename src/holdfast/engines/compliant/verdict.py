@@ -58,7 +58,7 @@ def judged(assembly: Assembly, nodes: ContactNodes, wrench: Float, m: Elastic, u
         total, each = unbalanced(assembly, nodes, forces * unit, wrench)
         if total <= BALANCED and each <= BALANCED_EACH:
             return _stands(assembly, nodes, forces * unit, total)
-    certain = find_rest(assembly, wrench, 4, "corners").verdict
+    certain = find_rest(assembly, wrench).verdict
     if certain.status is Status.UNSTABLE:
         return certain
     if end.how == rest.DRIFT:

@@ -9,7 +9,7 @@ import numpy as np
 
 from holdfast.arrays import Bool, Float, Int, checked_number
 from holdfast.assembly.assembly import FIXED, Assembly
-from holdfast.assembly.nodes import ContactNodes
+from holdfast.assembly.nodes import ContactNodes, contact_nodes
 from holdfast.contacts.nodes import Sampling
 from holdfast.engines.contract import (
     Capacity,
@@ -37,10 +37,11 @@ class Graph:
     """The paper's method with its options.
 
     ``nodes`` an interface (20), placed by ``sampling`` ("hull": corners first, then farthest points; "quadrature": a
-    grid). ``isolated``: every body is judged alone, its neighbours taken as fixed (the approximation the paper calls
-    [16]). ``immobile_above`` [kg]: heavier bodies count as fixed in the graph (Sec. VIII-C; their weight still
-    presses). ``mass_margin`` in [0, 1): all masses are taken smaller by this share (Sec. VIII-C), which scales every
-    answer where no other loads stand on the assembly. More than ``max_cuts`` feasible cuts raise SolverError.
+    grid; "paper": the paper's random ones, from ``seed``). ``isolated``: every body is judged alone, its neighbours
+    taken as fixed (the approximation the paper calls [16]). ``immobile_above`` [kg]: heavier bodies count as fixed in
+    the graph (Sec. VIII-C; their weight still presses). ``mass_margin`` in [0, 1): all masses are taken smaller by this
+    share (Sec. VIII-C), which scales every answer where no other loads stand on the assembly. More than ``max_cuts``
+    feasible cuts raise SolverError.
     """
 
     nodes: int = 20
@@ -49,6 +50,7 @@ class Graph:
     immobile_above: float | None = None
     mass_margin: float = 0.0
     max_cuts: int = 20_000
+    seed: int = 0
 
     name = "graph"
     claim = Claim.ESTIMATED
@@ -67,7 +69,8 @@ class Graph:
         wrench = (1 - self.mass_margin) * assembly.weight_wrench(acceleration)
         if standing is not None:
             wrench = wrench + standing
-        return GraphState(self, assembly, find_rest(assembly, wrench, self.nodes, self.sampling))
+        nodes = contact_nodes(assembly, self.nodes, self.sampling, self.seed)
+        return GraphState(self, assembly, find_rest(assembly, wrench, nodes))
 
 
 @dataclass(frozen=True, eq=False)

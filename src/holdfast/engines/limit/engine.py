@@ -10,7 +10,7 @@ from scipy import sparse
 
 from holdfast.arrays import Float, Int
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import equilibrium_operator
+from holdfast.assembly.nodes import ContactNodes, equilibrium_operator
 from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import ConeSolution, Outcome, Prepared
 from holdfast.engines.cones import ConeChoice, FrictionCone
@@ -49,8 +49,12 @@ class Limit:
         wrench = assembly.weight_wrench(acceleration)
         if standing is not None:
             wrench = wrench + standing
+        return self.on(assembly, wrench)
+
+    def on(self, assembly: Assembly, wrench: Float, nodes: ContactNodes | None = None) -> LimitState:
+        """The state under ``wrench`` (6J,), on ``nodes`` if given (cautious: corners carry most)."""
         cone = FrictionCone(self.cone, self.sides)
-        rest = find_rest(assembly, wrench, 4, "corners", cone)
+        rest = find_rest(assembly, wrench, nodes, cone)
         return LimitState(self, assembly, wrench, _judged(assembly, rest, wrench, cone))
 
 

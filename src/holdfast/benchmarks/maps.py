@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import time
-from typing import Any
+from collections.abc import Callable, Mapping
+from functools import partial
 
 import numpy as np
 import trimesh
 
 import holdfast as hf
+from holdfast.arrays import Float
+from holdfast.benchmarks.suite import Case, Row, Suite
 from holdfast.engines.limit.engine import Limit, LimitState
 from holdfast.robustness.request import push_columns
 from holdfast.shipped import shipped_scene
@@ -21,24 +24,27 @@ CHECKED = 200
 RUNS = 3
 
 
-def measure() -> list[dict[str, Any]]:
-    rows = []
-    for scene, body in CASES:
-        assembly = hf.assemble(shipped_scene(scene))
-        x, y, z = assembly.scene.body(body).shape.size
-        rows.append(
-            _row(f"{scene}: {body}", assembly, body, float(np.sqrt(2 * (x * y + y * z + z * x) / POINTS / 1.12)))
-        )
-    for name, assembly in (("cylinder, 5,120 faces", _cylinder()), ("sphere, 5,120 faces", _sphere())):
-        rows.append(_row(name, assembly, "body", 0.0035))
-    return rows
+def cases() -> Mapping[str, Case]:
+    boxes: dict[str, Case] = {f"{scene}: {body}": partial(_box, scene, body) for scene, body in CASES}
+    return boxes | {f"{name}, 5,120 faces": partial(_round, name) for name in ROUND}
 
 
-def _row(name: str, assembly: hf.Assembly, body: str, spacing: float) -> dict[str, Any]:
+def _box(scene: str, body: str) -> list[Row]:
+    assembly = hf.assemble(shipped_scene(scene))
+    surface = assembly.scene.body(body).surface_world
+    area = trimesh.Trimesh(surface.vertices, surface.faces).area
+    return [_row(f"{scene}: {body}", assembly, body, float(np.sqrt(area / POINTS / 1.12)))]
+
+
+def _round(name: str) -> list[Row]:
+    return [_row(f"{name}, 5,120 faces", ROUND[name](), "body", 0.0035)]
+
+
+def _row(name: str, assembly: hf.Assembly, body: str, spacing: float) -> Row:
     hf.robustness_map(assembly, [body], 4 * spacing, engine="limit")
     original, solves = LimitState.solve, [0]
 
-    def counted(state: LimitState, load: np.ndarray) -> object:
+    def counted(state: LimitState, load: Float) -> object:
         solves[0] += 1
         return original(state, load)
 
@@ -94,3 +100,7 @@ def _sphere() -> hf.Assembly:
     angle = np.linspace(0, 2 * np.pi, 32, endpoint=False)
     foot = 0.02 * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(32)])
     return _standing(trimesh.creation.icosphere(4, 0.05), 0.05, [hf.Interface(("floor", "body"), foot, (0, 0, 1))])
+
+
+ROUND: Mapping[str, Callable[[], hf.Assembly]] = {"cylinder": _cylinder, "sphere": _sphere}
+SUITE = Suite("maps", __doc__, cases)

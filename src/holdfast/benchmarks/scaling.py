@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import time
-from pathlib import Path
-from typing import Any
+from collections.abc import Mapping
+from functools import partial
+from typing import BinaryIO
 
 import numpy as np
 
 import holdfast as hf
+from holdfast.benchmarks.suite import Case, Row, Suite
 from holdfast.engines.limit.engine import Limit
 from holdfast.robustness.request import push_columns
 from holdfast.shipped.blocks import wall
@@ -17,31 +19,32 @@ SHAPES = ((2, 2), (4, 2), (4, 3), (4, 4), (5, 4), (8, 3), (9, 5), (19, 5), (29, 
 SPACING = 0.02
 
 
-def measure() -> list[dict[str, Any]]:
-    rows = []
+def cases() -> Mapping[str, Case]:
     for engine in ("graph", "limit"):
         hf.robustness_map(hf.assemble(wall(2, 2, 0.25, "warm-up")), ["b1_0"], 0.05, engine=engine)
-    for courses, bricks in SHAPES:
-        start = time.perf_counter()
-        assembly = hf.assemble(wall(courses, bricks, 0.25, "wall"))
-        row: dict[str, Any] = {
-            "case": f"{courses} x {bricks}",
-            "bodies": courses * bricks,
-            "interfaces": len(assembly.interfaces),
-            "detection s": time.perf_counter() - start,
-        }
-        top = f"b{courses - 1}_{bricks - 1}"
-        row |= _limit(assembly, top)
-        row["graph map s"] = _graph(assembly, top)
-        rows.append(row)
-    return rows
+    return {f"{courses} x {bricks}": partial(_wall, courses, bricks) for courses, bricks in SHAPES}
 
 
-def _limit(assembly: hf.Assembly, body: str) -> dict[str, Any]:
+def _wall(courses: int, bricks: int) -> list[Row]:
+    start = time.perf_counter()
+    assembly = hf.assemble(wall(courses, bricks, 0.25, "wall"))
+    row: Row = {
+        "case": f"{courses} x {bricks}",
+        "bodies": courses * bricks,
+        "interfaces": len(assembly.interfaces),
+        "detection s": time.perf_counter() - start,
+    }
+    top = f"b{courses - 1}_{bricks - 1}"
+    row |= _limit(assembly, top)
+    row["graph map s"] = _graph(assembly, top)
+    return [row]
+
+
+def _limit(assembly: hf.Assembly, body: str) -> Row:
     start = time.perf_counter()
     state = Limit().prepare(assembly)
     ready = time.perf_counter()
-    at = assembly.scene.body(body).pose[:3, 3]
+    at = assembly.com[assembly.index[body]]
     push = push_columns(assembly, assembly.index[body], (at - [0, 0.05, 0])[None], np.array([[0.0, 1, 0]]))[:, 0]
     state.solve(push)
     queries = []
@@ -68,13 +71,11 @@ def _graph(assembly: hf.Assembly, body: str) -> float | str:
     return time.perf_counter() - start
 
 
-def plot(rows: list[dict[str, Any]], path: Path) -> None:
+def plot(rows: list[Row], file: BinaryIO) -> None:
     """Times over the number of bodies, both axes logarithmic."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(7.5, 4.6), layout="constrained")
-    FigureCanvasAgg(figure)
     axes = figure.add_subplot()
     rows = sorted(rows, key=lambda row: row["bodies"])
     done = [row for row in rows if isinstance(row["graph map s"], float)]
@@ -102,4 +103,7 @@ def plot(rows: list[dict[str, Any]], path: Path) -> None:
     axes.legend(frameon=False)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
-    figure.savefig(path, dpi=130)
+    figure.savefig(file, dpi=130)
+
+
+SUITE = Suite("scaling", __doc__, cases, plot)

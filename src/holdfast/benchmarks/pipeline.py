@@ -8,13 +8,15 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import trimesh
 
 import holdfast as hf
+from holdfast.benchmarks.suite import Case, Row, Suite
 from holdfast.shipped import shipped_scene
 
 PAPER = {"cube": 0.13, "stack": 0.20, "table": 0.23}
@@ -55,7 +57,7 @@ def first_calls(path: Path, spacing: float) -> tuple[float, float]:
     with tempfile.TemporaryDirectory() as cache:
         environment = dict(os.environ, NUMBA_CACHE_DIR=cache)
         code = (
-            "import json, sys; from pathlib import Path; from benchmarks.pipeline import run; "
+            "import json, sys; from pathlib import Path; from holdfast.benchmarks.pipeline import run; "
             f"print(json.dumps(run(Path({str(path)!r}), {spacing!r})[0]))"
         )
         times = [
@@ -67,25 +69,29 @@ def first_calls(path: Path, spacing: float) -> tuple[float, float]:
     return float(times[0]), float(times[1])
 
 
-def measure() -> list[dict[str, Any]]:
-    rows = []
+def measured(name: str) -> list[Row]:
     with tempfile.TemporaryDirectory() as folder:
-        for name, printed in PAPER.items():
-            path, spacing = write_as_meshes(name, Path(folder))
-            samples = [run(path, spacing) for _ in range(RUNS)]
-            seconds = [sample[0] for sample in samples]
-            compiling, cached = first_calls(path, spacing)
-            median = float(np.median(seconds))
-            rows.append(
-                {
-                    "case": name,
-                    "points": samples[0][1],
-                    "median s": median,
-                    "p95 s": float(np.percentile(seconds, 95)),
-                    "paper s": printed,
-                    "times faster": printed / median,
-                    "first call, compiling s": compiling,
-                    "first call, cached s": cached,
-                }
-            )
-    return rows
+        path, spacing = write_as_meshes(name, Path(folder))
+        samples = [run(path, spacing) for _ in range(RUNS)]
+        seconds = [sample[0] for sample in samples]
+        compiling, cached = first_calls(path, spacing)
+    median, printed = float(np.median(seconds)), PAPER[name]
+    return [
+        {
+            "case": name,
+            "points": samples[0][1],
+            "median s": median,
+            "p95 s": float(np.percentile(seconds, 95)),
+            "paper s": printed,
+            "times faster": printed / median,
+            "first call, compiling s": compiling,
+            "first call, cached s": cached,
+        }
+    ]
+
+
+def cases() -> Mapping[str, Case]:
+    return {name: partial(measured, name) for name in PAPER}
+
+
+SUITE = Suite("pipeline", __doc__, cases)

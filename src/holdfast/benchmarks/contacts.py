@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import BinaryIO
 
 import numpy as np
 import trimesh
 
 import holdfast as hf
+from holdfast.arrays import Float
+from holdfast.benchmarks.suite import Case, Row, Suite
 from holdfast.contacts.detect import Tolerances, default_gap, find_contacts
+from holdfast.scene.shapes import Shape
 from holdfast.shipped.blocks import wall
 
 REPEATS = 3
@@ -19,7 +22,7 @@ COURSES = ((2, 4), (4, 5), (10, 5), (10, 10), (20, 10), (25, 20))
 LEVELS = range(6)
 
 
-def refined(shape: hf.Box, levels: int) -> hf.Mesh:
+def refined(shape: Shape, levels: int) -> hf.Mesh:
     """Every triangle split into 4^levels."""
     mesh = trimesh.Trimesh(shape.surface.vertices, shape.surface.faces, process=False)
     for _ in range(levels):
@@ -32,13 +35,13 @@ def tins(towers: int, high: int, triangles: int) -> hf.Scene:
     """Towers of tins, of ``triangles`` each, that touch their neighbours along their sides."""
     segments = triangles // 4
     shape = hf.Cylinder(0.05, 0.1, segments).surface
-    floor = hf.Body("floor", hf.Box((2, 2, 0.1)), pose=_at(0, 0, -0.05), fixed=True)
+    floor = hf.Body("floor", hf.Box(np.array([2, 2, 0.1])), pose=_at(0, 0, -0.05), fixed=True)
     bodies = [
         hf.Body(
             f"t{x}_{z}",
             hf.Mesh(shape.vertices, shape.faces),
             mass=1.0,
-            com=(0, 0, 0),
+            com=np.zeros(3),
             pose=_at(0.1 * x, 0, 0.05 + 0.1 * z),
         )
         for x in range(towers)
@@ -47,36 +50,37 @@ def tins(towers: int, high: int, triangles: int) -> hf.Scene:
     return hf.Scene([floor, *bodies], 0.5)
 
 
-def _at(x: float, y: float, z: float) -> np.ndarray:
+def _at(x: float, y: float, z: float) -> Float:
     pose = np.eye(4)
     pose[:3, 3] = x, y, z
     return pose
 
 
-def bricks(courses: int, across: int, make: Callable[[hf.Box], hf.Mesh]) -> hf.Scene:
+def bricks(courses: int, across: int, levels: int) -> hf.Scene:
     """A wall in quarter bond, every brick made anew."""
     scene = wall(courses, across, 0.25, "wall")
     bodies = [
-        b if b.fixed else hf.Body(b.name, make(b.shape), mass=b.mass, com=(0, 0, 0), pose=b.pose) for b in scene.bodies
+        b if b.fixed else hf.Body(b.name, refined(b.shape, levels), mass=b.mass, com=np.zeros(3), pose=b.pose)
+        for b in scene.bodies
     ]
     return hf.Scene(bodies, 0.6)
 
 
 def faces(levels: int) -> hf.Scene:
     """Two boxes face to face."""
-    box = hf.Box((0.3, 0.2, 0.1))
+    box = hf.Box(np.array([0.3, 0.2, 0.1]))
     poses = [np.eye(4), np.eye(4)]
     poses[1][:3, 3] = (0.03, 0.02, 0.1)
     return hf.Scene(
         [
-            hf.Body(name, refined(box, levels), mass=1.0, com=(0, 0, 0), pose=pose, fixed=name == "a")
+            hf.Body(name, refined(box, levels), mass=1.0, com=np.zeros(3), pose=pose, fixed=name == "a")
             for name, pose in zip("ab", poses, strict=True)
         ],
         0.5,
     )
 
 
-def timed(build: Callable[[], hf.Scene]) -> dict[str, Any]:
+def timed(build: Callable[[], hf.Scene]) -> Row:
     """Medians over fresh scenes: contacts alone, with cleaning and reducing the meshes, and all of ``assemble``."""
     alone, whole = [], []
     contacts = None
@@ -101,35 +105,34 @@ def timed(build: Callable[[], hf.Scene]) -> dict[str, Any]:
     }
 
 
-def measure() -> list[dict[str, Any]]:
+def cases() -> Mapping[str, Case]:
     timed(lambda: faces(1))
-    rows = [
-        {"case": "50 bricks of 12 triangles"} | timed(lambda: bricks(10, 5, lambda s: refined(s, 0))),
-        {"case": "50 bricks of 192 triangles"} | timed(lambda: bricks(10, 5, lambda s: refined(s, 2))),
-        {"case": "50 bricks of 12,288 triangles"} | timed(lambda: bricks(10, 5, lambda s: refined(s, 5))),
-        {"case": "50 tins of 400 triangles"} | timed(lambda: tins(10, 5, 400)),
-        {"case": "50 tins of 10,000 triangles"} | timed(lambda: tins(10, 5, 10_000)),
-        {"case": "two 49,152-triangle boxes"} | timed(lambda: faces(6)),
-    ]
+    scenes: dict[str, Callable[[], hf.Scene]] = {
+        "50 bricks of 12 triangles": partial(bricks, 10, 5, 0),
+        "50 bricks of 192 triangles": partial(bricks, 10, 5, 2),
+        "50 bricks of 12,288 triangles": partial(bricks, 10, 5, 5),
+        "50 tins of 400 triangles": partial(tins, 10, 5, 400),
+        "50 tins of 10,000 triangles": partial(tins, 10, 5, 10_000),
+        "two 49,152-triangle boxes": partial(faces, 6),
+    }
     for courses, across in COURSES:
-        rows.append(
-            {"case": f"wall {courses} x {across}"}
-            | timed(lambda c=courses, n=across: bricks(c, n, lambda s: refined(s, 0)))
-        )
+        scenes[f"wall {courses} x {across}"] = partial(bricks, courses, across, 0)
     for level in LEVELS:
-        rows.append({"case": f"8 bricks, level {level}"} | timed(lambda k=level: bricks(4, 2, lambda s: refined(s, k))))
-        rows.append({"case": f"8 tins, level {level}"} | timed(lambda k=level: tins(4, 2, min(12 * 4**k, 10_000))))
-    return rows
+        scenes[f"8 bricks, level {level}"] = partial(bricks, 4, 2, level)
+        scenes[f"8 tins, level {level}"] = partial(tins, 4, 2, min(12 * 4**level, 10_000))
+    return {label: partial(_measured, label, build) for label, build in scenes.items()}
 
 
-def plot(rows: list[dict[str, Any]], path: Path) -> None:
+def _measured(label: str, build: Callable[[], hf.Scene]) -> list[Row]:
+    return [{"case": label} | timed(build)]
+
+
+def plot(rows: list[Row], file: BinaryIO) -> None:
     """Time against bodies, and against triangles."""
-    import matplotlib
+    from matplotlib.figure import Figure
 
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.2), sharey=True)
+    figure = Figure(figsize=(11, 4.2), layout="constrained")
+    left, right = figure.subplots(1, 2, sharey=True)
     walls = [r for r in rows if r["case"].startswith("wall")]
     left.loglog([r["bodies"] for r in walls], [r["contacts s"] for r in walls], "o-", label="contacts")
     left.loglog(
@@ -146,6 +149,7 @@ def plot(rows: list[dict[str, Any]], path: Path) -> None:
         axes.legend(frameon=False)
         axes.spines[["top", "right"]].set_visible(False)
     figure.suptitle("Contact detection from fresh meshes")
-    figure.tight_layout()
-    figure.savefig(path, dpi=130)
-    plt.close(figure)
+    figure.savefig(file, dpi=130)
+
+
+SUITE = Suite("contacts", "Contact detection from fresh meshes: medians of three.", cases, plot)

@@ -1,0 +1,22 @@
+"""The one list of benchmark suites, each imported only when it runs."""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+
+from holdfast.benchmarks.suite import Suite
+from holdfast.errors import HoldfastError, message
+
+# modules of this package, each with a SUITE of the same name
+SUITES = ("contacts", "maps", "pipeline", "reliability", "scaling")
+
+
+def suite(name: str) -> Suite:
+    """The suite of that name."""
+    if name not in SUITES:
+        near = difflib.get_close_matches(name, SUITES, n=1)
+        remedy = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(SUITES)}"
+        raise HoldfastError(message("benchmark", f"{name!r} is unknown", remedy))
+    found: Suite = importlib.import_module(f"holdfast.benchmarks.{name}").SUITE
+    return found

@@ -1,0 +1,89 @@
+"""The commands ``assess`` and ``map``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from holdfast.assembly.assembly import Assembly, assemble
+from holdfast.cli.common import (
+    EXIT,
+    Angle,
+    AsJson,
+    EngineName,
+    Gap,
+    Immobile,
+    Margin,
+    MaxCuts,
+    Nodes,
+    SceneArgument,
+    check_suffix,
+    engine_with,
+    out,
+    print_json,
+    progress,
+    scene_of,
+)
+from holdfast.report import save_html, save_png
+from holdfast.report.data import map_data, stability_data
+from holdfast.report.tables import map_report, stability_report
+from holdfast.robustness.map import robustness_map
+from holdfast.robustness.request import DEFAULT_ENGINE
+from holdfast.robustness.stability import stability
+
+
+def assess(
+    scene: SceneArgument,
+    engine: EngineName = DEFAULT_ENGINE,
+    gap: Gap = None,
+    angle: Angle = None,
+    nodes: Nodes = None,
+    mass_margin: Margin = 0.0,
+    as_json: AsJson = False,
+) -> None:
+    """Say whether a scene stands, why, and which forces its contacts carry."""
+    assembly = assemble(scene_of(scene), gap=gap, angle=angle)
+    result = stability(assembly, engine=engine_with(engine, nodes=nodes, mass_margin=mass_margin))
+    if as_json:
+        print_json(stability_data(assembly, result))
+    else:
+        out.print(stability_report(assembly, result))
+    raise typer.Exit(EXIT[result.status])
+
+
+def map_surfaces(
+    scene: SceneArgument,
+    engine: EngineName = DEFAULT_ENGINE,
+    spacing: Annotated[float, typer.Option(help="distance of neighbouring points in m")] = 0.01,
+    body: Annotated[list[str] | None, typer.Option(help="map this body only (may be repeated)")] = None,
+    png: Annotated[Path | None, typer.Option(help="write a picture here")] = None,
+    html: Annotated[Path | None, typer.Option(help="write an interactive page here (opens offline)")] = None,
+    gap: Gap = None,
+    angle: Angle = None,
+    nodes: Nodes = None,
+    immobile_above: Immobile = None,
+    mass_margin: Margin = 0.0,
+    max_cuts: MaxCuts = 20_000,
+    as_json: AsJson = False,
+) -> None:
+    """Map the largest inward push over all exposed surfaces and name the weakest points."""
+    check_suffix(png, ".png")
+    check_suffix(html, ".html")
+    method = engine_with(engine, nodes=nodes, immobile_above=immobile_above, mass_margin=mass_margin, max_cuts=max_cuts)
+    assembly: Assembly = assemble(scene_of(scene), gap=gap, angle=angle)
+    with progress():
+        result = robustness_map(assembly, body, spacing, engine=method)
+    if png is not None:
+        save_png(result, png)
+    if html is not None:
+        save_html(result, html)
+    if as_json:
+        print_json(map_data(result))
+    else:
+        out.print(map_report(result))
+        for path in (png, html):
+            if path is not None:
+                out.print(f"wrote {path}", highlight=False, soft_wrap=True)
+    raise typer.Exit(EXIT[result.verdict.status])

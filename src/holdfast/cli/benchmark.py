@@ -1,0 +1,54 @@
+"""The command ``benchmark``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from holdfast.benchmarks import runner
+from holdfast.benchmarks.registry import SUITES, suite
+from holdfast.cli.common import AsJson, out, print_json, progress
+
+Names = Annotated[list[str] | None, typer.Argument(metavar="[SUITE]...", help=f"{', '.join(SUITES)}, or all")]
+
+
+def benchmark(
+    names: Annotated[
+        list[str] | None, typer.Argument(metavar="[SUITE]...", help=f"{', '.join(SUITES)}, or all")
+    ] = None,
+    save: Annotated[
+        bool, typer.Option("--save", help="write JSON, Markdown and picture; interrupted runs resume")
+    ] = False,
+    compare: Annotated[bool, typer.Option("--compare", help="show ratios of times to the saved results")] = False,
+    results: Annotated[Path, typer.Option(help="folder of saved results")] = runner.RESULTS,
+    fresh: Annotated[bool, typer.Option("--fresh", help="measure again what an interrupted run has left")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Measure methods and their speed side by side; without a name, list the suites."""
+    if not names:
+        listed = {name: suite(name).about for name in SUITES}
+        if as_json:
+            print_json(listed)
+        else:
+            for name, about in listed.items():
+                out.print(f"{name}: {about}", highlight=False, soft_wrap=True)
+        return
+    chosen = [suite(name) for name in (SUITES if names == ["all"] else names)]
+    measured = {}
+    for one in chosen:
+        with progress():
+            rows = runner.run(one, results if save else None, fresh=fresh)
+        measured[one.name] = rows
+        if not as_json:
+            text = f"\n## {one.name}\n\n{runner.written(one, rows)}"
+            out.print(text, markup=False, highlight=False, soft_wrap=True)
+            for line in runner.compared(one, rows, results) if compare else ():
+                out.print(line, markup=False, highlight=False, soft_wrap=True)
+        if save:
+            for path in runner.save(one, rows, results):
+                if not as_json:
+                    out.print(f"wrote {path}", highlight=False, soft_wrap=True)
+    if as_json:
+        print_json(measured)

@@ -1,0 +1,94 @@
+"""What the commands share: arguments, reading scenes and engines, printing, progress."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any, cast
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from holdfast.engines.contract import Engine, Status
+from holdfast.engines.graph.engine import Graph
+from holdfast.errors import HoldfastError, message
+from holdfast.progress import listening
+from holdfast.robustness.request import ENGINES, engine_of
+from holdfast.scene.formats.files import load_scene
+from holdfast.scene.scene import Scene
+from holdfast.shipped import SHIPPED, shipped_scene
+
+out, err = Console(), Console(stderr=True)
+
+EXIT = {Status.STABLE: 0, Status.UNSTABLE: 1, Status.UNDECIDED: 3}
+
+SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="a scene file, or the name of a shipped scene")]
+Gap = Annotated[float | None, typer.Option(help="contact tolerance in m; default: 1/1000 of the usual body size")]
+Angle = Annotated[float | None, typer.Option(help="largest angle between touching faces in degrees; default: 1")]
+EngineName = Annotated[str, typer.Option("--engine", help=f"one of: {', '.join(ENGINES)}")]
+Nodes = Annotated[int | None, typer.Option(help="graph: contact nodes an interface; compliant: along a patch's side")]
+Immobile = Annotated[float | None, typer.Option(help="bodies heavier than this (in kg) count as immobile (optimistic)")]
+Margin = Annotated[float, typer.Option(help="take all masses smaller by this share, 0 to 1")]
+MaxCuts = Annotated[int, typer.Option(help="refuse scenes with more feasible cuts than this")]
+AsJson = Annotated[bool, typer.Option("--json", help="print JSON; infinity is the text inf")]
+
+
+def scene_of(name: str) -> Scene:
+    """The scene in a file of that name, or the shipped one."""
+    if Path(name).exists() or name not in SHIPPED:
+        if not Path(name).suffix and not Path(name).exists():
+            raise HoldfastError(
+                message(name, "is neither a file nor a shipped scene", f"shipped: {', '.join(SHIPPED)}")
+            )
+        return load_scene(name)
+    return shipped_scene(name)
+
+
+def engine_with(name: str, **options: Any) -> Engine:  # noqa: ANN401 - options of the engine
+    """The engine with the options that were changed; an option that it does not have is an error."""
+    choice: Any = engine_of(name)
+    own = {field.name for field in dataclasses.fields(choice)}
+    usual = {field.name: field.default for field in dataclasses.fields(Graph)} | {"nodes": None}
+    changed = {key: value for key, value in options.items() if value != usual[key]}
+    for key in changed:
+        if key not in own:
+            having = [
+                known
+                for known, make in ENGINES.items()
+                if key in {f.name for f in dataclasses.fields(cast(Any, make()))}
+            ]
+            remedy = f"leave it out, or use --engine {' or '.join(having)}"
+            raise HoldfastError(message("--" + key.replace("_", "-"), f"engine {name!r} has no such option", remedy))
+    return cast(Engine, dataclasses.replace(choice, **changed))
+
+
+def check_suffix(path: Path | None, suffix: str) -> None:
+    """Refuse a file name that does not end as its format does."""
+    if path is not None and path.suffix.lower() != suffix:
+        raise HoldfastError(message(f"--{suffix[1:]}", f"{path} does not end in {suffix}", f"name a {suffix} file"))
+
+
+def print_json(data: Any, *, indent: int | None = None) -> None:  # noqa: ANN401 - any JSON value
+    """Print strict JSON: no NaN, infinity as text."""
+    sys.stdout.write(json.dumps(data, allow_nan=False, indent=indent) + "\n")
+
+
+@contextmanager
+def progress() -> Iterator[None]:
+    """Draw a bar for each stage that reports, where somebody watches."""
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bars:
+        tasks: dict[str, Any] = {}
+
+        def listener(stage: str, done: int, total: int) -> None:
+            if stage not in tasks:
+                tasks[stage] = bars.add_task(stage, total=total)
+            bars.update(tasks[stage], completed=done, total=total)
+
+        with listening(listener):
+            yield

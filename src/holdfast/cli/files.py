@@ -1,0 +1,33 @@
+"""The commands about scene files: ``convert`` and ``schema``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from holdfast.cli.common import AsJson, SceneArgument, out, print_json, scene_of
+from holdfast.scene.formats.files import save_scene
+from holdfast.scene.formats.native import schema
+
+
+def convert(
+    source: SceneArgument,
+    target: Annotated[Path, typer.Argument(metavar="TARGET", help="native scene file to write (.yaml or .json)")],
+    as_json: AsJson = False,
+) -> None:
+    """Write a scene in the native format, from any format that can be read."""
+    scene = scene_of(source)
+    save_scene(scene, target)
+    counts = {"written": str(target), "bodies": len(scene.bodies), "movable": len(scene.movable)}
+    if as_json:
+        print_json(counts)
+    else:
+        text = f"wrote {target}: {counts['bodies']} bodies, {counts['movable']} movable"
+        out.print(text, highlight=False, soft_wrap=True)
+
+
+def print_schema() -> None:
+    """Print the JSON schema of the native scene file."""
+    print_json(schema(), indent=2)
