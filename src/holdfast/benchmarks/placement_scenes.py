@@ -61,14 +61,14 @@ def s4() -> PlacementScene:
     base = box("base", (0.2, 0.15, 0.03), 1.5, (0, 0, 0.015))
     walls = [box(name, (0.2, 0.04, 0.06), 0.5, (0, y, 0.06)) for name, y in (("near", -0.04), ("far", 0.04))]
     scene = Scene([floor(0.5, 0.5), base, *walls], 0.5, name="S4")
-    asked = {"supports": ("base",), "approach": (0, 0, -1)}
+    asked = {"supports": ("base",), "region": ((-0.1, -0.02), (0.1, 0.02)), "approach": (0, 0, -1)}
     return PlacementScene(scene, thing((0.14, 0.1, 0.032), 0.4), asked)
 
 
 def s5() -> PlacementScene:
     """A cylinder into the trough between two wedges that would slide apart: two slanted supports."""
-    left = np.array([[-0.11, 0.0], [-0.01, 0.0], [-0.11, 0.06]])
-    right = np.array([[0.01, 0.0], [0.11, 0.0], [0.11, 0.06]])
+    left = np.array([[-0.11, 0.0], [-0.004, 0.0], [-0.11, 0.06]])
+    right = np.array([[0.004, 0.0], [0.11, 0.0], [0.11, 0.06]])
     wedges = [prism("left", left, 0.14, 1, mass=0.9), prism("right", right, 0.14, 1, mass=0.9)]
     scene = Scene([floor(0.6, 0.5), *wedges], 0.5, name="S5")
     asked = {"supports": ("left", "right"), "least_supports": 2}
@@ -88,15 +88,17 @@ def s6() -> PlacementScene:
 
 def slant() -> PlacementScene:
     """A cube onto a ramp whose upper end rests on a post that stands at the very edge of its pedestal."""
-    tilt = np.arctan(0.04 / 0.2)
+    tilt = np.arctan(0.02 / 0.2)
     pedestal = box("pedestal", (0.1, 0.1, 0.05), 1.5, (0.16, 0, 0.025))
     post = box("post", (0.05, 0.1, 0.06), 0.4, (0.115, 0, 0.08))  # its left 0.02 m are over nothing
-    stop = box("stop", (0.05, 0.1, 0.07), 0.7, (-0.085, 0, 0.035))
+    stop = box("stop", (0.05, 0.1, 0.09), 0.7, (-0.085, 0, 0.045))
     along, normal = np.array([np.cos(tilt), 0, np.sin(tilt)]), np.array([-np.sin(tilt), 0, np.cos(tilt)])
-    foot = np.array([0.09, 0, 0.11])  # the edge of the post under the ramp; the stop's is at (-0.11, 0, 0.07)
-    ramp = Body("ramp", Box((0.3, 0.08, 0.015)), mass=0.5, pose=at(*(foot - 0.09 * along + 0.0075 * normal), about_y(-tilt)))
+    foot = np.array([0.09, 0, 0.11])  # the edge of the post under the ramp; the stop's is at (-0.11, 0, 0.09)
+    ramp = Body(
+        "ramp", Box((0.3, 0.08, 0.015)), mass=0.5, pose=at(*(foot - 0.09 * along + 0.0075 * normal), about_y(-tilt))
+    )
     scene = Scene([floor(0.7, 0.5), pedestal, post, stop, ramp], 0.5, name="slant")
-    return PlacementScene(scene, thing((0.05, 0.05, 0.04), 0.4), {"supports": ("ramp", "post", "stop", "pedestal")})
+    return PlacementScene(scene, thing((0.05, 0.05, 0.04), 0.4), {"supports": ("ramp",)})
 
 
 def balance() -> PlacementScene:
@@ -108,7 +110,7 @@ def balance() -> PlacementScene:
         box("right", (0.06, 0.06, 0.06), 0.25, (0.16, 0, 0.145)),
     ]
     scene = Scene([floor(0.7, 0.5), *bodies], 0.5, name="balance")
-    return PlacementScene(scene, thing((0.05, 0.05, 0.04), 0.5), {"supports": ("beam", "left", "right", "fulcrum")})
+    return PlacementScene(scene, thing((0.05, 0.05, 0.04), 0.8), {"supports": ("beam", "left", "right")})
 
 
 def cantilever() -> PlacementScene:
@@ -117,10 +119,10 @@ def cantilever() -> PlacementScene:
         box("column", (0.08, 0.08, 0.14), 1.5, (0, 0, 0.07)),
         box("arm", (0.3, 0.08, 0.015), 0.4, (0.08, 0, 0.1475)),
         box("counterweight", (0.06, 0.06, 0.06), 0.9, (-0.03, 0, 0.185)),
-        box("tip", (0.06, 0.06, 0.05), 0.15, (0.19, 0, 0.18)),
+        box("tip", (0.08, 0.08, 0.04), 0.15, (0.185, 0, 0.175)),
     ]
     scene = Scene([floor(0.7, 0.5), *bodies], 0.5, name="cantilever")
-    asked = {"supports": ("column", "arm", "counterweight", "tip")}
+    asked = {"supports": ("arm", "counterweight", "tip")}
     return PlacementScene(scene, thing((0.05, 0.05, 0.04), 0.5), asked)
 
 
