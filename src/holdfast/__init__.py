@@ -1,8 +1,8 @@
 """How hard can you push here before something moves: robustness of rigid assemblies in frictional contact."""
 
-from holdfast.applications.placement.planner import plan_placement
+from holdfast.applications.placement.options import Weights
+from holdfast.applications.placement.plan import plan_placement
 from holdfast.applications.placement.result import Placement
-from holdfast.applications.placement.support import Weights
 from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.engines.compliant.engine import Compliant

@@ -79,7 +79,7 @@ class World:
 
     def __init__(self, assembly: Assembly, nodes: ContactNodes) -> None:
         self.assembly, self.nodes = assembly, nodes
-        self.mujoco = _mujoco()
+        self.mujoco = mujoco_module()
         self.model: Any = self.mujoco.MjModel.from_xml_string(describe(assembly, nodes))
         _equal_stiffness(self.model, nodes)
         self.data: Any = self.mujoco.MjData(self.model)
@@ -143,7 +143,7 @@ def describe(assembly: Assembly, nodes: ContactNodes) -> str:
         root,
         "option",
         timestep=f"{STEP}",
-        gravity=_text(assembly.scene.gravity),
+        gravity=as_text(assembly.scene.gravity),
         cone="elliptic",
         impratio=f"{IMPRATIO}",
         solver="Newton",
@@ -156,12 +156,12 @@ def describe(assembly: Assembly, nodes: ContactNodes) -> str:
     homes = []
     for k, body in enumerate(assembly.movable):
         assert body.pose is not None
-        home = Xml.SubElement(space, "body", pos=_text(assembly.com[k]))
+        home = Xml.SubElement(space, "body", pos=as_text(assembly.com[k]))
         Xml.SubElement(home, "freejoint")
         turn = body.pose[:3, :3]
         inertia = turn @ body.inertia_com @ turn.T
         entries = inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
-        Xml.SubElement(home, "inertial", pos="0 0 0", mass=f"{body.mass!r}", fullinertia=_text(entries))
+        Xml.SubElement(home, "inertial", pos="0 0 0", mass=f"{body.mass!r}", fullinertia=as_text(entries))
         homes.append(home)
     contact = Xml.SubElement(root, "contact")
     size = assembly.size
@@ -173,14 +173,14 @@ def describe(assembly: Assembly, nodes: ContactNodes) -> str:
             name = f"pad{i}"
             across = np.concatenate([axes[1], axes[2]])
             middle = point - 0.1 * size * axes[0] - centre[a]
-            half = _text(np.array([2, 2, 0.1]) * size)
-            shape = {"type": "box", "name": name, "pos": _text(middle), "xyaxes": _text(across), "size": half}
+            half = as_text(np.array([2, 2, 0.1]) * size)
+            shape = {"type": "box", "name": name, "pos": as_text(middle), "xyaxes": as_text(across), "size": half}
             Xml.SubElement(pad, "geom", shape | PASSIVE)
         radius = SPHERE * size
-        place = _text(point + radius * axes[0] - centre[b])
+        place = as_text(point + radius * axes[0] - centre[b])
         Xml.SubElement(ball, "geom", {"type": "sphere", "name": f"n{i}", "pos": place, "size": f"{radius!r}"} | PASSIVE)
         mu = max(float(nodes.mu[i]), 1e-5)
-        friction = _text(np.array([mu, mu, 0, 0, 0]))
+        friction = as_text(np.array([mu, mu, 0, 0, 0]))
         Xml.SubElement(contact, "pair", geom1=name, geom2=f"n{i}", condim="3", friction=friction)
     return Xml.tostring(root, encoding="unicode")
 
@@ -212,11 +212,13 @@ def _apart(u: Float) -> float:
     return float(np.sqrt((u**2).sum(1).max(initial=0.0)))
 
 
-def _text(values: Float) -> str:
+def as_text(values: Float) -> str:
+    """Numbers as an attribute of MuJoCo's XML, every digit kept."""
     return " ".join(repr(float(v)) for v in values)
 
 
-def _mujoco() -> ModuleType:
+def mujoco_module() -> ModuleType:
+    """The simulator, or an error that says how to get it."""
     try:
         return importlib.import_module("mujoco")
     except ImportError:

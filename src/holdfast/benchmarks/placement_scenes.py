@@ -8,25 +8,29 @@ answer in any of them.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
+from holdfast.rigid import pose_from
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Cylinder
-from holdfast.shipped.blocks import about_y, at, box, floor, prism
+from holdfast.shipped.blocks import about_y, box, floor, prism
 
 
 @dataclass(frozen=True, eq=False)
 class PlacementScene:
-    """A scene, the object to put down, and what else ``plan_placement`` is told (``asked``)."""
+    """A scene, the object to put down, and what else ``plan_placement`` is told (``asked``): never onto the floor."""
 
     scene: Scene
     body: Body
-    asked: dict[str, Any] = field(default_factory=dict)
+    asked: dict[str, Any]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "asked", {"avoid": ("floor",)} | self.asked)
 
 
 def thing(size: tuple[float, float, float], mass: float) -> Body:
@@ -94,11 +98,10 @@ def slant() -> PlacementScene:
     stop = box("stop", (0.05, 0.1, 0.09), 0.7, (-0.085, 0, 0.045))
     along, normal = np.array([np.cos(tilt), 0, np.sin(tilt)]), np.array([-np.sin(tilt), 0, np.cos(tilt)])
     foot = np.array([0.09, 0, 0.11])  # the edge of the post under the ramp; the stop's is at (-0.11, 0, 0.09)
-    ramp = Body(
-        "ramp", Box((0.3, 0.08, 0.015)), mass=0.5, pose=at(*(foot - 0.09 * along + 0.0075 * normal), about_y(-tilt))
-    )
+    pose = pose_from(foot - 0.09 * along + 0.0075 * normal, about_y(-tilt))
+    ramp = Body("ramp", Box(np.array([0.3, 0.08, 0.015])), mass=0.5, pose=pose)
     scene = Scene([floor(0.7, 0.5), pedestal, post, stop, ramp], 0.5, name="slant")
-    return PlacementScene(scene, thing((0.05, 0.05, 0.04), 0.4), {"supports": ("ramp",)})
+    return PlacementScene(scene, thing((0.05, 0.05, 0.04), 0.5), {"supports": ("ramp",)})
 
 
 def balance() -> PlacementScene:

@@ -6,7 +6,7 @@
 4. overlap, supports, region, orientation and the way in are checked, then whether everything stands;
 5. of several such poses the one is taken after which the weakest point of the assembly is strongest.
 
-The planner of the paper's [16] was not at hand: the steps are those that Sec. VII-A tells of it, their details are ours.
+The planner of the paper's [16] was not at hand: the steps are those that Sec. VII-A tells of it, the details are ours.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -24,29 +24,25 @@ import numpy as np
 from holdfast.applications.exits import clear_path
 from holdfast.applications.placement.faces import Face, faces_of
 from holdfast.applications.placement.lowering import Moved, Still, at, lowered
+from holdfast.applications.placement.options import Options
 from holdfast.applications.placement.poses import choose_points, direction_in, plane_of, pose_on
 from holdfast.applications.placement.result import Candidate, Placement
 from holdfast.applications.placement.support import (
     SupportPoints,
-    Weights,
-    checked_region,
     scene_map,
     support_points,
 )
-from holdfast.arrays import Float, checked, checked_number, unit
+from holdfast.arrays import Float, unit
 from holdfast.assembly.assembly import Assembly
 from holdfast.contacts.detect import find_contacts
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import find_overlaps, solid_of
 from holdfast.engines.contract import Engine, Status, Verdict
-from holdfast.errors import SceneError, message
-from holdfast.rigid import checked_pose, transform
+from holdfast.rigid import transform
 from holdfast.robustness.map import RobustnessMap, robustness_map
-from holdfast.robustness.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
-SPACING = 0.01  # [m] between the points of a map
 ROUGHLY = 3  # times that between the points that rank candidates
 CLEARANCE = 0.02  # of the object's size: how far above its place the object is let go
 MOST_ATTEMPTS = 400
@@ -55,23 +51,24 @@ SEVERAL = (0.5, 0.35, 0.15)  # chance of building a pose on one, two, three poin
 
 OVERLAPS, FALLS, OUTSIDE = "overlaps the scene", "slides or falls off", "outside the region"
 TURNED, UNSUPPORTED, SHUT_IN = "not in an allowed orientation", "not on enough of the supports", "no way in"
+FORBIDDEN = "touches what it must not"
 FALLEN, UNSURE, REFUSED = "does not stand with it", "undecided with it", "refused by the second engine"
-STAGES = (FALLS, OVERLAPS, OUTSIDE, TURNED, UNSUPPORTED, SHUT_IN, UNSURE, FALLEN, REFUSED)
+STAGES = (FALLS, OVERLAPS, OUTSIDE, TURNED, UNSUPPORTED, FORBIDDEN, SHUT_IN, UNSURE, FALLEN, REFUSED)
 
 
-@dataclass(frozen=True, eq=False)
-class Options:
-    """What a placement must keep to; see ``plan_placement``."""
+@dataclass(eq=False)
+class Search:
+    """What a search has come to.
 
-    region: Float
-    supports: tuple[str, ...]
-    least_supports: int
-    orientations: Float | None
-    turn: bool
-    tilt: float
-    approach: Float | None
-    weights: Weights
-    spacing: float
+    ``found``: stable poses, each with the assembly afterwards; how many were ``tried``, ``faults`` of the others and
+    the ``nearest`` of those; ``first`` [s]: until the first stable pose.
+    """
+
+    found: list[tuple[Candidate, Assembly]] = field(default_factory=list)
+    tried: int = 0
+    faults: Counter[str] = field(default_factory=Counter)
+    nearest: Candidate | None = None
+    first: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,33 +90,40 @@ class Planner:
     ) -> Placement:
         """The best of up to ``candidates`` stable poses found within ``budget`` [s] and that many ``attempts``."""
         start = time.perf_counter()
-        rng = np.random.default_rng(seed)
-        verdict = self.verdict
-        if verdict.status is not Status.STABLE:
-            return self._refused(verdict, start)
+        if self.verdict.status is not Status.STABLE:
+            return self._refused(start)
         if not len(self.support.points):
-            return self._nothing(Counter(), 0, None, start, self._no_points)
-        found: list[tuple[Candidate, Assembly]] = []
-        faults: Counter[str] = Counter()
-        nearest: Candidate | None = None
-        first: float | None = None
-        tried = 0
-        while len(found) < candidates and tried < attempts:
+            region = " in the region" if np.isfinite(self.options.region).any() else ""
+            return self._nothing(
+                Search(), f"no exposed point of {', '.join(self.options.supports)} faces up{region}", start
+            )
+        search = self.search(seed=seed, budget=budget, candidates=candidates, attempts=attempts)
+        if not search.found:
+            spent = "the time was spent" if search.tried < attempts else "all attempts were spent"
+            return self._nothing(search, f"no stable pose found, {spent}", start)
+        return self._best(search, start)
+
+    def search(
+        self, *, seed: int = 0, budget: float | None = None, candidates: int = 1, attempts: int = MOST_ATTEMPTS
+    ) -> Search:
+        """Stable poses as ``plan`` looks for them, not rated; the scene stands and there are points to build on."""
+        start = time.perf_counter()
+        rng = np.random.default_rng(seed)
+        search = Search()
+        while len(search.found) < candidates and search.tried < attempts:
             if budget is not None and time.perf_counter() - start > budget:
                 break
-            tried += 1
+            search.tried += 1
             candidate, after = self.attempt(rng)
             if after is not None:
-                first = time.perf_counter() - start if first is None else first
-                found.append((candidate, after))
+                search.found.append((candidate, after))
+                if search.first is None:
+                    search.first = time.perf_counter() - start
                 continue
-            faults[candidate.fault] += 1
-            if nearest is None or STAGES.index(candidate.fault) > STAGES.index(nearest.fault):
-                nearest = candidate
-        if not found:
-            cut = "the time was spent" if tried < attempts else "all attempts were spent"
-            return self._nothing(faults, tried, nearest, start, f"no stable pose found, {cut}")
-        return self._best(found, tried, faults, first, start)
+            search.faults[candidate.fault] += 1
+            if search.nearest is None or STAGES.index(candidate.fault) > STAGES.index(search.nearest.fault):
+                search.nearest = candidate
+        return search
 
     @cached_property
     def verdict(self) -> Verdict:
@@ -204,13 +208,13 @@ class Planner:
             points = choose_points(
                 self.support, self._how_many(rng), self._moved.size, self.up, self.options.least_supports > 1, rng
             )
-        places = self.support.points[points]
-        pose = self._pose_on(places, self.support.normals[points], rng)
+        places, normals = self.support.points[points], self.support.normals[points]
+        pose = self._pose_on(places, normals, rng)
         rest = self._let_down(pose)
         if rest is None:
-            return Candidate(pose, places, FALLS if self._free(pose) else OVERLAPS), None
+            return Candidate(pose, places, normals, FALLS if self._free(pose) else OVERLAPS), None
         fault, after = self._checked(rest)
-        return Candidate(rest, places, fault), None if fault else after
+        return Candidate(rest, places, normals, fault), after
 
     def _how_many(self, rng: np.random.Generator) -> int:
         least = min(self.options.least_supports, 3)
@@ -269,9 +273,11 @@ class Planner:
         if find_overlaps(beside, self.assembly.tolerances):
             return OVERLAPS, None
         contacts = find_contacts(beside, self.assembly.tolerances).interfaces
-        touched = {name for interface in contacts for name in interface.bodies} & set(options.supports)
-        if len(touched) < options.least_supports:
+        touched = {name for interface in contacts for name in interface.bodies}
+        if len(touched.intersection(options.supports)) < options.least_supports:
             return UNSUPPORTED, None
+        if touched.intersection(options.avoid):
+            return FORBIDDEN, None
         if options.approach is not None and not clear_path(
             placed, self._frozen, -options.approach, slack=self.assembly.tolerances.gap
         ):
@@ -303,187 +309,60 @@ class Planner:
             cosine = (np.einsum("kij,ij->k", allowed, turns) - 1) / 2
         return bool(cosine.max() >= np.cos(np.radians(self.options.tilt)) - 1e-12)
 
-    def _best(
-        self,
-        found: list[tuple[Candidate, Assembly]],
-        tried: int,
-        faults: Counter[str],
-        first: float | None,
-        start: float,
-    ) -> Placement:
+    def _best(self, search: Search, start: float) -> Placement:
         """The candidate whose weakest point is strongest by a coarse map, then the full map of it."""
+        found = search.found
         if len(found) > 1:
-            scored = []
+            rated = []
             for candidate, after in found:
                 coarse = robustness_map(after, None, ROUGHLY * self.options.spacing, engine=self.engine)
-                own = float(coarse.force[coarse.body == self.body.name].min(initial=np.inf))
-                force = float(coarse.force.min())
-                scored.append((round(force, 9), own, replace(candidate, robustness=force), after))
-            scored.sort(key=lambda entry: entry[:2], reverse=True)
-            found = [(candidate, after) for _, _, candidate, after in scored]
+                least, own = least_force(coarse), least_force(coarse, self.body.name)
+                rated.append((round(least, 9), own, replace(candidate, robustness=least), after))
+            rated.sort(key=lambda entry: entry[:2], reverse=True)
+            found = [(candidate, after) for _, _, candidate, after in rated]
         chosen, after = found[0]
         full = robustness_map(after, None, self.options.spacing, engine=self.engine)
         weakest = full.weakest()
-        numbers = [int(np.argmin(np.linalg.norm(self.support.points - p, axis=1))) for p in chosen.points]
+        undecided = int((full.status == Status.UNDECIDED).sum())
+        reason = "everything stands with it"
+        if undecided:
+            reason += f"; {undecided} of {len(full.force)} points undecided, counted as 0 N"
+            reason += f": the others hold {least_force(full):.3g} N"
         return Placement(
-            self.engine.name, self.engine.claim, Status.STABLE, "stands with it", chosen.pose, weakest.force, weakest,
-            tuple(i for i in after.interfaces if self.body.name in i.bodies), tried, dict(faults),
-            tuple(candidate for candidate, _ in found), None, chosen.points, self.support.normals[numbers],
-            after.scene.body(self.body.name), after, first, time.perf_counter() - start, full.notes,
+            self.engine.name, self.engine.claim, Status.STABLE, reason, chosen.pose, weakest.force, weakest,
+            tuple(i for i in after.interfaces if self.body.name in i.bodies), search.tried, dict(search.faults),
+            tuple(candidate for candidate, _ in found), None, chosen.points, chosen.normals,
+            after.scene.body(self.body.name), after, search.first, time.perf_counter() - start, full.notes,
         )  # fmt: skip
 
-    def _refused(self, verdict: Verdict, start: float) -> Placement:
+    def _refused(self, start: float) -> Placement:
+        verdict = self.verdict
         moving = "" if verdict.mechanism is None else f": {verdict.mechanism.text}"
         words = "does not stand" if verdict.status is Status.UNSTABLE else "is undecided"
-        return self._without(verdict.status, f"the scene {words} before: {verdict.reason}{moving}", {}, 0, None, start)
+        reason = f"the scene {words} before anything is put down: {verdict.reason}{moving}"
+        return self._without(verdict.status, reason, Search(), start)
 
-    def _nothing(
-        self, faults: Counter[str], tried: int, nearest: Candidate | None, start: float, why: str
-    ) -> Placement:
-        told = ", ".join(f"{count} x {fault}" for fault, count in faults.most_common())
-        reason = f"{why} ({tried} attempts: {told})" if told else why
-        return self._without(Status.UNDECIDED, reason, dict(faults), tried, nearest, start)
+    def _nothing(self, search: Search, why: str, start: float) -> Placement:
+        told = ", ".join(f"{count} x {fault}" for fault, count in search.faults.most_common())
+        reason = f"{why} ({search.tried} attempts: {told})" if told else why
+        return self._without(Status.UNDECIDED, reason, search, start)
 
-    def _without(
-        self, status: Status, reason: str, faults: dict[str, int], tried: int, nearest: Candidate | None, start: float
-    ) -> Placement:
+    def _without(self, status: Status, reason: str, search: Search, start: float) -> Placement:
         none = np.empty((0, 3))
         return Placement(
-            self.engine.name, self.engine.claim, status, reason, None, 0.0, None, (), tried, faults, (), nearest,
-            none, none, None, None, None, time.perf_counter() - start, (),
+            self.engine.name, self.engine.claim, status, reason, None, 0.0, None, (), search.tried,
+            dict(search.faults), (), search.nearest, none, none, None, None, None, time.perf_counter() - start, (),
         )  # fmt: skip
 
-    @property
-    def _no_points(self) -> str:
-        return (
-            f"no exposed point of {', '.join(self.options.supports)} faces up"
-            f"{' in the region' if np.isfinite(self.options.region).any() else ''}"
-        )
+
+def least_force(found: RobustnessMap, body: str | None = None) -> float:
+    """The least push [N] of a map, or of one body of it, over the points that the engine decided."""
+    known = found.status != Status.UNDECIDED
+    if body is not None:
+        known &= found.body == body
+    return float(found.force[known].min(initial=np.inf))
 
 
 def replace_fixed(body: Body) -> Body:
     """The same body, fixed."""
     return body if body.fixed else Body(body.name, body.shape, pose=body.pose, material=body.material, fixed=True)
-
-
-def plan_placement(
-    assembly: Assembly,
-    body: Body,
-    engine: EngineChoice = DEFAULT_ENGINE,
-    region: Any = None,  # noqa: ANN401 - (2, 2) or (2, 3) numbers, checked
-    budget: float | None = None,
-    seed: int = 0,
-    *,
-    candidates: int = 1,
-    attempts: int = MOST_ATTEMPTS,
-    supports: Sequence[str] | None = None,
-    least_supports: int = 1,
-    orientations: Any = None,  # noqa: ANN401 - (k, 3, 3) numbers, checked
-    turn: bool = True,
-    tilt: float = 5.0,
-    approach: Any = None,  # noqa: ANN401 - (3,) numbers, checked
-    weights: Weights | None = None,
-    spacing: float = SPACING,
-    confirm: EngineChoice | None = DEFAULT_ENGINE,
-) -> Placement:
-    """Find a pose for ``body`` in which everything stands; its own pose is of no account.
-
-    ``region`` [m]: low and high corner of a box, (2, 2) horizontal or (2, 3): the points of the scene that the pose is
-    built on lie in it, and, seen from above, the centre of mass. ``budget`` [s] and ``attempts`` end the search;
-    the same ``seed`` gives the same answer unless the time cut it short. ``candidates``: the best of that many stable
-    poses. ``supports``: names of the bodies it may be built on (all unless given), of which it must touch
-    ``least_supports`` (1 to 3 points are built on; it may lean on others besides). ``orientations`` (k, 3, 3): allowed
-    rotations, body to world, each turned about the vertical as may be unless ``turn`` is False, to within ``tilt``
-    [deg]. ``approach`` (3,): the straight way in, for instance (0, 0, -1), must be free. ``weights`` bias the choice;
-    ``spacing`` [m] is that of all maps. ``confirm``: the engine that also has to find the pose stable, or None.
-    """
-    return planner(
-        assembly, body, engine, region=region, supports=supports, least_supports=least_supports,
-        orientations=orientations, turn=turn, tilt=tilt, approach=approach, weights=weights, spacing=spacing,
-        confirm=confirm,
-    ).plan(
-        seed=seed,
-        budget=None if budget is None else checked_number(budget, "plan_placement: budget", above=0),
-        candidates=_counted(candidates, "candidates"),
-        attempts=_counted(attempts, "attempts"),
-    )  # fmt: skip
-
-
-def planner(
-    assembly: Assembly,
-    body: Body,
-    engine: EngineChoice = DEFAULT_ENGINE,
-    *,
-    region: Any = None,  # noqa: ANN401
-    supports: Sequence[str] | None = None,
-    least_supports: int = 1,
-    orientations: Any = None,  # noqa: ANN401
-    turn: bool = True,
-    tilt: float = 5.0,
-    approach: Any = None,  # noqa: ANN401
-    weights: Weights | None = None,
-    spacing: float = SPACING,
-    confirm: EngineChoice | None = DEFAULT_ENGINE,
-) -> Planner:
-    """A planner to be asked with many seeds; arguments as of ``plan_placement``."""
-    checked_assembly(assembly)
-    where = "plan_placement"
-    if not isinstance(body, Body):
-        raise SceneError(message(where, f"body is a {type(body).__name__}", "needs a holdfast.Body with a mass"))
-    if body.fixed:
-        raise SceneError(message(where, f"body {body.name!r} is fixed", "needs one that can be moved"))
-    if any(other.name == body.name for other in assembly.bodies):
-        raise SceneError(message(where, f"the scene has a body named {body.name!r}", "give the object another name"))
-    method = engine_of(engine)
-    second = None if confirm is None else engine_of(confirm)
-    up = unit(-assembly.scene.gravity)
-    options = Options(
-        checked_region(region, up),
-        _checked_supports(assembly, supports),
-        _counted(least_supports, "least_supports"),
-        _checked_orientations(orientations),
-        bool(turn),
-        checked_number(tilt, f"{where}: tilt", minimum=0),
-        None if approach is None else _checked_direction(approach),
-        Weights() if weights is None else weights,
-        checked_number(spacing, f"{where}: spacing", above=0),
-    )
-    if options.least_supports > len(options.supports):
-        problem = f"least_supports is {options.least_supports}, supports are {', '.join(options.supports)}"
-        raise SceneError(message(where, problem, "ask for no more than there are"))
-    return Planner(assembly, body, method, None if second == method else second, options)
-
-
-def _checked_supports(assembly: Assembly, names: Sequence[str] | None) -> tuple[str, ...]:
-    if names is None:
-        return tuple(body.name for body in assembly.bodies)
-    if isinstance(names, str) or not len(names):
-        raise SceneError(message("plan_placement: supports", f"is {names!r}", "needs a list of names of bodies"))
-    return tuple(assembly.scene.body(name).name for name in names)
-
-
-def _checked_orientations(value: Any) -> Float | None:  # noqa: ANN401
-    if value is None:
-        return None
-    where = "plan_placement: orientations"
-    array = np.asarray(value)
-    turns = checked(array[None] if array.ndim == 2 else array, (None, 3, 3), where)
-    if not len(turns):
-        raise SceneError(message(where, "is empty", "give rotations (k, 3, 3), or None for any"))
-    poses = np.tile(np.eye(4), (len(turns), 1, 1))
-    poses[:, :3, :3] = turns
-    return np.array([checked_pose(pose, f"{where}[{k}]")[:3, :3] for k, pose in enumerate(poses)])
-
-
-def _checked_direction(value: Any) -> Float:  # noqa: ANN401
-    direction = checked(value, (3,), "plan_placement: approach")
-    if not np.linalg.norm(direction) > 0:
-        raise SceneError(message("plan_placement: approach", "is zero", "needs a direction such as (0, 0, -1)"))
-    return unit(direction)
-
-
-def _counted(value: Any, name: str) -> int:  # noqa: ANN401
-    number = checked_number(value, f"plan_placement: {name}", minimum=1)
-    if number != int(number):
-        raise SceneError(message(f"plan_placement: {name}", f"is {number:g}", "needs a whole number"))
-    return int(number)

@@ -17,11 +17,13 @@ class Candidate:
     """A pose that was tried.
 
     ``fault`` says in words why it was refused, empty for a stable one, whose ``robustness`` [N] is then that of a
-    coarse map (None where it was not needed). ``points`` (k, 3) [m] are those of the scene that it was built on.
+    coarse map (None where it was not needed). ``points`` (k, 3) [m] are those of the scene that it was built on, with
+    outward ``normals`` (k, 3).
     """
 
     pose: Float
     points: Float
+    normals: Float
     fault: str
     robustness: float | None = None
 

@@ -7,32 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from holdfast.arrays import Float, Int, Objects, checked_number
+from holdfast.applications.placement.options import Weights
+from holdfast.arrays import Float, Int, Objects
 from holdfast.assembly.assembly import Assembly
-from holdfast.errors import SceneError, message
 from holdfast.robustness.map import RobustnessMap, robustness_map
 from holdfast.robustness.request import EngineChoice
 from holdfast.scene.body import Body
 
 STEEPEST = 0.2  # cosine: what faces up less carries no weight
 MOST_FIXED = 3000  # points on fixed bodies: they need no answers, only places
-
-
-@dataclass(frozen=True)
-class Weights:
-    """What biases the choice: exponents, 0 for no influence.
-
-    ``robustness`` of R / (R + weight of the object) at a point of the scene, ``level`` of the vertical part of its
-    normal, ``steadiness`` of the tilt that a face of the object stands.
-    """
-
-    robustness: float = 2.0
-    level: float = 1.0
-    steadiness: float = 1.0
-
-    def __post_init__(self) -> None:
-        for name in ("robustness", "level", "steadiness"):
-            checked_number(getattr(self, name), f"Weights: {name}", minimum=0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,26 +64,6 @@ def support_points(
     if total > 0:
         chance = chance / total
     return SupportPoints(points[kept], normals[kept], body[kept], force[kept], area[kept], chance)
-
-
-def checked_region(region: object, up: Float) -> Float:
-    """(2, 3) low and high corner of a box [m]; (2, 2) is horizontal and reaches from minus to plus infinity."""
-    if region is None:
-        return np.array([[-np.inf] * 3, [np.inf] * 3])
-    where = "plan_placement: region"
-    try:
-        box = np.array(region, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise SceneError(message(where, f"is {region!r:.60}", "needs the low and the high corner of a box")) from None
-    if box.shape == (2, 2):
-        if np.abs(up[:2]).max() > 1e-9:
-            raise SceneError(message(where, "has two coordinates, but up is not z", "give three"))
-        box = np.column_stack([box, [-np.inf, np.inf]])
-    if box.shape != (2, 3) or np.isnan(box).any():
-        raise SceneError(message(where, f"has shape {box.shape}", "needs (2, 2) or (2, 3): low and high corner [m]"))
-    if not (box[0] < box[1]).all():
-        raise SceneError(message(where, f"low {box[0].tolist()}, high {box[1].tolist()}", "needs low < high"))
-    return box
 
 
 def _area(body: Body) -> float:

@@ -1,0 +1,117 @@
+"""Ask for a placement: one call, or a planner that is asked with many seeds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from holdfast.applications.placement.options import (
+    Options,
+    Weights,
+    checked_direction,
+    checked_orientations,
+    checked_region,
+    counted,
+    names_of,
+)
+from holdfast.applications.placement.planner import MOST_ATTEMPTS, Planner
+from holdfast.applications.placement.result import Placement
+from holdfast.arrays import checked_number, unit
+from holdfast.assembly.assembly import Assembly
+from holdfast.errors import SceneError, message
+from holdfast.robustness.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
+from holdfast.scene.body import Body
+
+SPACING = 0.01  # [m] between the points of a map
+
+
+def plan_placement(
+    assembly: Assembly,
+    body: Body,
+    engine: EngineChoice = DEFAULT_ENGINE,
+    region: Any = None,  # noqa: ANN401 - (2, 2) or (2, 3) numbers, checked
+    budget: float | None = None,
+    seed: int = 0,
+    *,
+    candidates: int = 1,
+    attempts: int = MOST_ATTEMPTS,
+    supports: Sequence[str] | None = None,
+    least_supports: int = 1,
+    avoid: Sequence[str] = (),
+    orientations: Any = None,  # noqa: ANN401 - (k, 3, 3) numbers, checked
+    turn: bool = True,
+    tilt: float = 5.0,
+    approach: Any = None,  # noqa: ANN401 - (3,) numbers, checked
+    weights: Weights | None = None,
+    spacing: float = SPACING,
+    confirm: EngineChoice | None = DEFAULT_ENGINE,
+) -> Placement:
+    """Find a pose for ``body`` in which everything stands; its own pose is of no account.
+
+    ``region`` [m]: low and high corner of a box, (2, 2) horizontal or (2, 3): the points of the scene that the pose is
+    built on lie in it, and, seen from above, the centre of mass. ``budget`` [s] and ``attempts`` end the search;
+    the same ``seed`` gives the same answer unless the time cut it short. ``candidates``: the best of that many stable
+    poses. ``supports``: names of the bodies it may be built on (all unless given), of which it must touch
+    ``least_supports`` (1 to 3 points are built on; it may lean on others besides, but for those named in ``avoid``).
+    ``orientations`` (k, 3, 3): allowed
+    rotations, body to world, each turned about the vertical as may be unless ``turn`` is False, to within ``tilt``
+    [deg]. ``approach`` (3,): the straight way in, for instance (0, 0, -1), must be free. ``weights`` bias the choice;
+    ``spacing`` [m] is that of all maps. ``confirm``: the engine that also has to find the pose stable, or None.
+    """
+    return planner(
+        assembly, body, engine, region=region, supports=supports, least_supports=least_supports, avoid=avoid,
+        orientations=orientations, turn=turn, tilt=tilt, approach=approach, weights=weights, spacing=spacing,
+        confirm=confirm,
+    ).plan(
+        seed=seed,
+        budget=None if budget is None else checked_number(budget, "plan_placement: budget", above=0),
+        candidates=counted(candidates, "candidates"),
+        attempts=counted(attempts, "attempts"),
+    )  # fmt: skip
+
+
+def planner(
+    assembly: Assembly,
+    body: Body,
+    engine: EngineChoice = DEFAULT_ENGINE,
+    *,
+    region: Any = None,  # noqa: ANN401
+    supports: Sequence[str] | None = None,
+    least_supports: int = 1,
+    avoid: Sequence[str] = (),
+    orientations: Any = None,  # noqa: ANN401
+    turn: bool = True,
+    tilt: float = 5.0,
+    approach: Any = None,  # noqa: ANN401
+    weights: Weights | None = None,
+    spacing: float = SPACING,
+    confirm: EngineChoice | None = DEFAULT_ENGINE,
+) -> Planner:
+    """A planner to be asked with many seeds; arguments as of ``plan_placement``."""
+    checked_assembly(assembly)
+    where = "plan_placement"
+    if not isinstance(body, Body):
+        raise SceneError(message(where, f"body is a {type(body).__name__}", "needs a holdfast.Body with a mass"))
+    if body.fixed:
+        raise SceneError(message(where, f"body {body.name!r} is fixed", "needs one that can be moved"))
+    if any(other.name == body.name for other in assembly.bodies):
+        raise SceneError(message(where, f"the scene has a body named {body.name!r}", "give the object another name"))
+    method = engine_of(engine)
+    second = None if confirm is None else engine_of(confirm)
+    up = unit(-assembly.scene.gravity)
+    options = Options(
+        checked_region(region, up),
+        tuple(body.name for body in assembly.bodies) if supports is None else names_of(assembly, supports, "supports"),
+        counted(least_supports, "least_supports"),
+        names_of(assembly, avoid, "avoid"),
+        checked_orientations(orientations),
+        bool(turn),
+        checked_number(tilt, f"{where}: tilt", minimum=0),
+        None if approach is None else checked_direction(approach),
+        Weights() if weights is None else weights,
+        checked_number(spacing, f"{where}: spacing", above=0),
+    )
+    if options.least_supports > len(options.supports):
+        problem = f"least_supports is {options.least_supports}, supports are {', '.join(options.supports)}"
+        raise SceneError(message(where, problem, "ask for no more than there are"))
+    return Planner(assembly, body, method, None if second == method else second, options)
