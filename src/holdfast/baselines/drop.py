@@ -24,7 +24,7 @@ from holdfast.scene.body import Body
 from holdfast.scene.shapes import Box
 
 STEP = 5e-4  # [s]
-SECONDS = 2.0
+SECONDS = 1.0
 LIFT = 1e-4  # [m] by which the dropped body starts above its place
 STILL = 2e-3  # [m] a body that moves further does not stand
 STRAIGHT = 1.0  # [deg] nor one that turns further
@@ -119,7 +119,8 @@ def describe(assembly: Assembly, lifted: str | None, lift: float) -> str:
             if not (a.fixed and b.fixed):
                 mu = max(assembly.scene.mu(a.name, b.name), 1e-5)
                 friction = as_text(np.array([mu, mu, 0, 0, 0]))
-                Xml.SubElement(contact, "pair", geom1=a.name, geom2=b.name, condim="3", friction=friction, **SOFTNESS)
+                pair = {"geom1": a.name, "geom2": b.name, "condim": "3", "friction": friction}
+                Xml.SubElement(contact, "pair", pair | SOFTNESS)
     return Xml.tostring(root, encoding="unicode")
 
 

@@ -9,7 +9,7 @@ from holdfast.benchmarks.suite import Suite
 from holdfast.errors import HoldfastError, message
 
 # modules of this package, each with a SUITE of the same name
-SUITES = ("contacts", "maps", "pipeline", "reliability", "scaling")
+SUITES = ("contacts", "maps", "pipeline", "placement", "reliability", "scaling", "table2", "table3")
 
 
 def suite(name: str) -> Suite:

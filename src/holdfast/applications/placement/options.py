@@ -68,12 +68,14 @@ def checked_region(region: object, up: Float) -> Float:
 
 
 def names_of(assembly: Assembly, names: Sequence[str], option: str) -> tuple[str, ...]:
+    """The names, all of bodies of the scene."""
     if isinstance(names, str) or (option == "supports" and not len(names)):
         raise SceneError(message(f"plan_placement: {option}", f"is {names!r}", "needs a list of names of bodies"))
     return tuple(assembly.scene.body(name).name for name in names)
 
 
 def checked_orientations(value: Any) -> Float | None:  # noqa: ANN401
+    """(k, 3, 3) rotations, or None for any."""
     if value is None:
         return None
     where = "plan_placement: orientations"
@@ -87,6 +89,7 @@ def checked_orientations(value: Any) -> Float | None:  # noqa: ANN401
 
 
 def checked_direction(value: Any) -> Float:  # noqa: ANN401
+    """(3,) unit vector."""
     direction = checked(value, (3,), "plan_placement: approach")
     if not np.linalg.norm(direction) > 0:
         raise SceneError(message("plan_placement: approach", "is zero", "needs a direction such as (0, 0, -1)"))
@@ -94,6 +97,7 @@ def checked_direction(value: Any) -> Float:  # noqa: ANN401
 
 
 def counted(value: Any, name: str) -> int:  # noqa: ANN401
+    """A whole number from 1."""
     number = checked_number(value, f"plan_placement: {name}", minimum=1)
     if number != int(number):
         raise SceneError(message(f"plan_placement: {name}", f"is {number:g}", "needs a whole number"))

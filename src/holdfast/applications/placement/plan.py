@@ -96,6 +96,8 @@ def planner(
         raise SceneError(message(where, f"body {body.name!r} is fixed", "needs one that can be moved"))
     if any(other.name == body.name for other in assembly.bodies):
         raise SceneError(message(where, f"the scene has a body named {body.name!r}", "give the object another name"))
+    if weights is not None and not isinstance(weights, Weights):
+        raise SceneError(message(f"{where}: weights", f"is {weights!r:.60}", "needs holdfast.Weights(...)"))
     method = engine_of(engine)
     second = None if confirm is None else engine_of(confirm)
     up = unit(-assembly.scene.gravity)
