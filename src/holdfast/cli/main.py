@@ -18,6 +18,7 @@ from holdfast.cli.assess import assess, map_surfaces
 from holdfast.cli.benchmark import benchmark
 from holdfast.cli.common import EXIT, err, out
 from holdfast.cli.files import convert, print_schema
+from holdfast.cli.place import place
 from holdfast.engines.contract import Status
 from holdfast.errors import HoldfastError, HoldfastWarning, SolverError
 
@@ -32,6 +33,7 @@ BAD_INPUT, INTERNAL, STOPPED = 2, 4, 130
 COMMANDS: dict[str, Callable[..., None]] = {
     "assess": assess,
     "map": map_surfaces,
+    "place": place,
     "benchmark": benchmark,
     "convert": convert,
     "schema": print_schema,

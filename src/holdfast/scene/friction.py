@@ -72,6 +72,13 @@ class Friction:
             raise SceneError(message(f"friction of ({a!r}, {b!r})", "is not given", "add the pair or a default"))
         return self.default
 
+    def among(self, bodies: Collection[str], materials: Collection[str]) -> Friction:
+        """The same table without the rows that name anything else."""
+        known = {*bodies, *materials}
+        pairs = {key: mu for key, mu in self.pairs.items() if known.issuperset(key)}
+        values = {name: mu for name, mu in self.values.items() if name in bodies}
+        return Friction(self.default, pairs, values, self.combine)
+
     def check_names(self, bodies: Collection[str], materials: Collection[str]) -> None:
         """Raise SceneError where the table names something that is neither a body nor a material."""
         for key in self.pairs:

@@ -22,6 +22,7 @@ from holdfast.conic.program import ConeKind, ConeProgram
 from holdfast.conic.solve import Outcome, solve
 from holdfast.contacts.features import Features, touching_features
 from holdfast.contacts.skin import Skin, near_faces
+from holdfast.errors import SceneError, message
 from holdfast.rigid import tangents, transform
 from holdfast.scene.body import Body
 from holdfast.scene.surface import Surface
@@ -38,10 +39,13 @@ NEGLIGIBLE = 1e-6  # of the size: sharp edges are stayed away from by this
 
 @dataclass(frozen=True, eq=False)
 class Still:
-    """A body of the scene that counts as fixed, made ready for the search of contacts; ``mu`` towards the object."""
+    """A body of the scene that counts as fixed, made ready for the search of contacts.
+
+    ``mu`` towards the object; None where it is not known, which is an error as soon as they come near each other.
+    """
 
     body: Body
-    mu: float
+    mu: float | None
 
     @cached_property
     def skin(self) -> Skin:
@@ -172,6 +176,9 @@ def touching(moved: Moved, pose: Float, stills: Sequence[Still], reach: float) -
         pairs = near_faces(other, skin, reach)
         if not len(pairs):
             continue
+        if still.mu is None:
+            where = f"friction of ({still.body.name!r}, {moved.body.name!r})"
+            raise SceneError(message(where, "is not given", "add the pair or a default"))
         size = min(moved.size, still.body.size)
         found = touching_features(
             other, skin, pairs, gap=reach, depth=reach, sin_angle=float(np.sin(np.radians(PARALLEL))),

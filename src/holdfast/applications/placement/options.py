@@ -12,6 +12,7 @@ from holdfast.arrays import Float, checked, checked_number, unit
 from holdfast.assembly.assembly import Assembly
 from holdfast.errors import SceneError, message
 from holdfast.rigid import checked_pose
+from holdfast.scene.friction import Friction
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,7 @@ class Options:
     tilt: float
     approach: Float | None
     weights: Weights
+    friction: Friction
     spacing: float
 
 

@@ -21,6 +21,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.errors import SceneError, message
 from holdfast.robustness.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
 from holdfast.scene.body import Body
+from holdfast.scene.friction import Friction
 
 SPACING = 0.01  # [m] between the points of a map
 
@@ -43,6 +44,7 @@ def plan_placement(
     tilt: float = 5.0,
     approach: Any = None,  # noqa: ANN401 - (3,) numbers, checked
     weights: Weights | None = None,
+    friction: Friction | float | None = None,
     spacing: float = SPACING,
     confirm: EngineChoice | None = DEFAULT_ENGINE,
 ) -> Placement:
@@ -55,13 +57,14 @@ def plan_placement(
     ``least_supports`` (1 to 3 points are built on; it may lean on others besides, but for those named in ``avoid``).
     ``orientations`` (k, 3, 3): allowed
     rotations, body to world, each turned about the vertical as may be unless ``turn`` is False, to within ``tilt``
-    [deg]. ``approach`` (3,): the straight way in, for instance (0, 0, -1), must be free. ``weights`` bias the choice;
-    ``spacing`` [m] is that of all maps. ``confirm``: the engine that also has to find the pose stable, or None.
+    [deg]. ``approach`` (3,): the straight way in, for instance (0, 0, -1), must be free. ``weights`` bias the
+    choice. ``friction``: the table of the scene with the object, where the scene's own does not name it. ``spacing``
+    [m] is that of all maps. ``confirm``: the engine that also has to find the pose stable, or None.
     """
     return planner(
         assembly, body, engine, region=region, supports=supports, least_supports=least_supports, avoid=avoid,
-        orientations=orientations, turn=turn, tilt=tilt, approach=approach, weights=weights, spacing=spacing,
-        confirm=confirm,
+        orientations=orientations, turn=turn, tilt=tilt, approach=approach, weights=weights,
+        friction=friction, spacing=spacing, confirm=confirm,
     ).plan(
         seed=seed,
         budget=None if budget is None else checked_number(budget, "plan_placement: budget", above=0),
@@ -84,6 +87,7 @@ def planner(
     tilt: float = 5.0,
     approach: Any = None,  # noqa: ANN401
     weights: Weights | None = None,
+    friction: Friction | float | None = None,
     spacing: float = SPACING,
     confirm: EngineChoice | None = DEFAULT_ENGINE,
 ) -> Planner:
@@ -111,9 +115,20 @@ def planner(
         checked_number(tilt, f"{where}: tilt", minimum=0),
         None if approach is None else checked_direction(approach),
         Weights() if weights is None else weights,
+        assembly.scene.friction
+        if friction is None
+        else Friction(friction)
+        if not isinstance(friction, Friction)
+        else friction,
         checked_number(spacing, f"{where}: spacing", above=0),
     )
     if options.least_supports > len(options.supports):
         problem = f"least_supports is {options.least_supports}, supports are {', '.join(options.supports)}"
         raise SceneError(message(where, problem, "ask for no more than there are"))
     return Planner(assembly, body, method, None if second == method else second, options)
+
+
+def _friction(assembly: Assembly, given: Friction | float | None) -> Friction:
+    if given is None:
+        return assembly.scene.friction
+    return given if isinstance(given, Friction) else Friction(given)

@@ -38,6 +38,7 @@ from holdfast.contacts.detect import find_contacts
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import find_overlaps, solid_of
 from holdfast.engines.contract import Engine, Status, Verdict
+from holdfast.errors import SceneError
 from holdfast.rigid import transform
 from holdfast.robustness.map import RobustnessMap, robustness_map
 from holdfast.scene.body import Body
@@ -174,8 +175,15 @@ class Planner:
 
     @cached_property
     def _stills(self) -> tuple[Still, ...]:
-        with_object = Scene([*self.assembly.bodies, self.body], self.assembly.scene.friction)
-        return tuple(Still(body, with_object.mu(body.name, self.body.name)) for body in self._frozen)
+        with_object = Scene([*self.assembly.bodies, self.body], self.options.friction)
+
+        def mu(name: str) -> float | None:
+            try:
+                return with_object.mu(name, self.body.name)
+            except SceneError:
+                return None
+
+        return tuple(Still(body, mu(body.name)) for body in self._frozen)
 
     @cached_property
     def _solids(self) -> list[tuple[Body, manifold3d.Manifold]]:
@@ -269,7 +277,7 @@ class Planner:
             return OUTSIDE, None
         if not self._allowed(pose):
             return TURNED, None
-        beside = Scene([*self._frozen, placed], self.assembly.scene.friction, self.assembly.scene.gravity)
+        beside = Scene([*self._frozen, placed], self.options.friction, self.assembly.scene.gravity)
         if find_overlaps(beside, self.assembly.tolerances):
             return OVERLAPS, None
         contacts = find_contacts(beside, self.assembly.tolerances).interfaces
@@ -287,7 +295,7 @@ class Planner:
     def with_object(self, placed: Body, contacts: Sequence[Interface]) -> Assembly:
         """The assembly with one body more, whose interfaces are ``contacts``."""
         scene = self.assembly.scene
-        after = Scene([*scene.bodies, placed], scene.friction, scene.gravity, scene.name)
+        after = Scene([*scene.bodies, placed], self.options.friction, scene.gravity, scene.name)
         return replace(self.assembly, scene=after, interfaces=(*self.assembly.interfaces, *contacts))
 
     def _judged(self, after: Assembly) -> tuple[str, Assembly | None]:
@@ -331,7 +339,7 @@ class Planner:
         return Placement(
             self.engine.name, self.engine.claim, Status.STABLE, reason, chosen.pose, weakest.force, weakest,
             tuple(i for i in after.interfaces if self.body.name in i.bodies), search.tried, dict(search.faults),
-            tuple(candidate for candidate, _ in found), None, chosen.points, chosen.normals,
+            tuple(candidate for candidate, _ in found), None, chosen.points, chosen.normals, self.support,
             after.scene.body(self.body.name), after, search.first, time.perf_counter() - start, full.notes,
         )  # fmt: skip
 
@@ -348,10 +356,10 @@ class Planner:
         return self._without(Status.UNDECIDED, reason, search, start)
 
     def _without(self, status: Status, reason: str, search: Search, start: float) -> Placement:
-        none = np.empty((0, 3))
+        none, seconds = np.empty((0, 3)), time.perf_counter() - start
         return Placement(
             self.engine.name, self.engine.claim, status, reason, None, 0.0, None, (), search.tried,
-            dict(search.faults), (), search.nearest, none, none, None, None, None, time.perf_counter() - start, (),
+            dict(search.faults), (), search.nearest, none, none, None, None, None, None, seconds, (),
         )  # fmt: skip
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from holdfast.applications.placement.support import SupportPoints
 from holdfast.arrays import Float
 from holdfast.assembly.assembly import Assembly
 from holdfast.contacts.interface import Interface
@@ -35,10 +36,10 @@ class Placement:
     ``status`` STABLE: ``pose`` (4, 4), body to world, is one in which everything stands; ``robustness`` [N] is the
     least inward push, over all exposed points of movable bodies, that then moves something, at ``weakest``;
     ``contacts`` are the interfaces of the placed body in ``assembly``, the assembly afterwards; ``points`` and
-    ``normals`` (k, 3) those of the scene that the pose was built on. UNSTABLE: the scene does not stand before anything
-    is put down. UNDECIDED: no place was found (``reason`` tells what was in the way), which is no proof that there is
-    none; or the scene is undecided. Without a place ``pose`` is None, ``robustness`` 0, and ``best`` the attempt that
-    came nearest.
+    ``normals`` (k, 3) those of the scene that the pose was built on, of all in ``support``. UNSTABLE: the scene does
+    not stand before anything is put down. UNDECIDED: no place was found (``reason`` tells what was in the way), which
+    is no proof that there is none; or the scene is undecided. Without a place ``pose`` is None, ``robustness`` 0, and
+    ``best`` the attempt that came nearest.
 
     ``candidates`` are all stable poses found, the returned one first; ``attempts`` counts all tries, ``faults`` those
     that failed by what was wrong. ``time_to_stable`` and ``elapsed`` [s]: until the first stable pose, and in all.
@@ -58,6 +59,7 @@ class Placement:
     best: Candidate | None
     points: Float
     normals: Float
+    support: SupportPoints | None
     body: Body | None
     assembly: Assembly | None
     time_to_stable: float | None
