@@ -41,7 +41,7 @@ def test_a_tilted_cube_falls_onto_its_nearest_face_about_the_edge_it_stands_on(a
 
 
 def test_a_board_across_two_blocks_takes_the_slope_between_their_edges() -> None:
-    """Its lower end lies on the low block's top, 0.1 high; the near edge of the high block, (0.05, 0.15), carries it."""
+    """Its lower end lies on the low block's top, 0.1 high; the high block's near edge, (0.05, 0.15), carries it."""
     low, high = block("low", (0.1, 0.1, 0.1), (-0.1, 0, 0.05)), block("high", (0.1, 0.1, 0.15), (0.1, 0, 0.075))
     moved, stills, pose = let_down(hf.Box((0.3, 0.06, 0.02)), [floor(), low, high], (0, 0, 0.3))
     touched = touching(moved, pose, stills, 1e-5)

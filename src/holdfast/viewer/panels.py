@@ -49,7 +49,7 @@ class PointsPanel:
 def sheet_png(
     rows: Sequence[Sequence[PointsPanel]], title: str, subtitle: str, *, panel: tuple[int, int] = (760, 560)
 ) -> bytes:
-    """A PNG of panels of (width, height) pixels in rows; panels of one row are seen from one side."""
+    """A PNG of panels of (width, height) pixels in rows; panels of one row are seen alike."""
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
@@ -71,7 +71,7 @@ def sheet_png(
     for i, row in enumerate(rows):
         for j, one in enumerate(row):
             place = (_PAD + j * panel[0], _HEAD + i * (panel[1] + _CAPTION) + _CAPTION)
-            _draw(axes, page, one, row[0].picture, scale, place, panel)
+            _draw(axes, page, one, row, scale, place, panel)
     _text(axes, _PAD, 44, title, 26, bold=True)
     _text(axes, _PAD, 74, subtitle, 16, colour=GREY)
     _bar(axes, page, scale, height - _FOOT + 24)
@@ -85,15 +85,16 @@ def _draw(
     axes: Axes,
     page: NDArray[np.float64],
     one: PointsPanel,
-    seen_as: Picture,
+    row: Sequence[PointsPanel],
     scale: colours.Scale | None,
     place: tuple[int, int],
     size: tuple[int, int],
 ) -> None:
-    view = front_view(replace(seen_as, weakest=()))
+    view = front_view(replace(row[0].picture, weakest=()))
     soup = movable(one.picture, scale)
-    tails = [arrow.tail[None] for arrow in one.marks]
-    camera = fit(view, np.concatenate([soup.vertices, *tails]), *size, 30.0)
+    tails = [arrow.tail[None] for other in row for arrow in other.marks]
+    around = [movable(other.picture, None).vertices for other in row]
+    camera = fit(view, np.concatenate([*around, *tails]), *size, 30.0)
     rgb = soup.rgb.copy()
     if not one.picture.heat:
         names = list(dict.fromkeys(solid.name for solid in one.picture.solids if not solid.fixed))  # as soups count
@@ -135,8 +136,8 @@ def _bar(axes: Axes, page: NDArray[np.float64], scale: colours.Scale | None, top
         page[top : top + tall, left : left + wide] = colours.sample(np.linspace(0, 1, wide))[None]
         for tick in colours.ticks(scale):
             _text(axes, left + tick.position * wide, top + tall + 20, tick.label, 13, colour=GREY, align="center")
-    _text(axes, left, top + tall + 42, "largest inward push [N]", 14)
-    patch = left + wide + 50
+        _text(axes, left, top + tall + 42, "largest inward push [N]", 14)
+    patch = left if scale is None else left + wide + 50
     page[top : top + tall, patch : patch + 28] = colours.INFINITE
     _text(axes, patch + 38, top + 14, "no push moves anything", 14)
 
