@@ -11,7 +11,7 @@ import numpy as np
 
 import holdfast as hf
 from holdfast.applications.placement.plan import planner
-from holdfast.applications.placement.planner import FALLEN, REFUSED, UNSURE
+from holdfast.applications.placement.planner import FALLEN, MARGINAL, REFUSED, UNSURE
 from holdfast.benchmarks.placement_scenes import TABLE_III, PlacementScene
 from holdfast.benchmarks.placements import ENGINES
 from holdfast.benchmarks.suite import Case, Row, Suite
@@ -21,7 +21,7 @@ from holdfast.viewer.panels import PointsPanel, sheet_png
 TENTH = 0.9
 SAMPLE = 60  # points tried
 TRIES = 5  # poses on a point until one rests on the scene at all
-DECIDING = ("", FALLEN, UNSURE, REFUSED)  # it rested there, and everything else was judged
+DECIDING = ("", FALLEN, UNSURE, REFUSED, MARGINAL)  # it rested there, and everything else was judged
 
 
 def tried(make: Callable[[], PlacementScene], name: str, engine: str) -> list[Row]:
@@ -54,11 +54,11 @@ def tried(make: Callable[[], PlacementScene], name: str, engine: str) -> list[Ro
             "points": len(found.force),
             "infinite %": 100 * float(np.isinf(found.force).mean()),
             "tried": len(chosen),
-            "stand": ends[""],
+            "stand": ends[""] + ends[MARGINAL],
             "fall": fallen,
             "fall %": 100 * fallen / len(chosen),
             "face down or aside": ends["faces down or aside"],
-            "no rest there": len(chosen) - ends[""] - fallen - ends["faces down or aside"],
+            "no rest there": len(chosen) - ends[""] - ends[MARGINAL] - fallen - ends["faces down or aside"],
         }
     ]
 

@@ -46,6 +46,7 @@ class Options:
     approach: Float | None
     weights: Weights
     friction: Friction
+    mass_margin: float
     spacing: float
 
 

@@ -24,6 +24,7 @@ from holdfast.scene.body import Body
 from holdfast.scene.friction import Friction
 
 SPACING = 0.01  # [m] between the points of a map
+MASS_MARGIN = 0.1  # share of its weight by which the object may be heavier than it was said to be
 
 
 def plan_placement(
@@ -45,6 +46,7 @@ def plan_placement(
     approach: Any = None,  # noqa: ANN401 - (3,) numbers, checked
     weights: Weights | None = None,
     friction: Friction | float | None = None,
+    mass_margin: float = MASS_MARGIN,
     spacing: float = SPACING,
     confirm: EngineChoice | None = DEFAULT_ENGINE,
 ) -> Placement:
@@ -55,16 +57,16 @@ def plan_placement(
     the same ``seed`` gives the same answer unless the time cut it short. ``candidates``: the best of that many stable
     poses. ``supports``: names of the bodies it may be built on (all unless given), of which it must touch
     ``least_supports`` (1 to 3 points are built on; it may lean on others besides, but for those named in ``avoid``).
-    ``orientations`` (k, 3, 3): allowed
-    rotations, body to world, each turned about the vertical as may be unless ``turn`` is False, to within ``tilt``
-    [deg]. ``approach`` (3,): the straight way in, for instance (0, 0, -1), must be free. ``weights`` bias the
-    choice. ``friction``: the table of the scene with the object, where the scene's own does not name it. ``spacing``
+    ``orientations`` (k, 3, 3): allowed rotations, body to world, each turned about the vertical as may be unless
+    ``turn`` is False, to within ``tilt`` [deg]. ``approach`` (3,): the straight way in, for instance (0, 0, -1), must
+    be free. ``weights`` bias the choice. ``friction``: the table of the scene with the object, where the scene's own
+    does not name it. Everything must stand even if the object were heavier by the share ``mass_margin``. ``spacing``
     [m] is that of all maps. ``confirm``: the engine that also has to find the pose stable, or None.
     """
     return planner(
         assembly, body, engine, region=region, supports=supports, least_supports=least_supports, avoid=avoid,
         orientations=orientations, turn=turn, tilt=tilt, approach=approach, weights=weights,
-        friction=friction, spacing=spacing, confirm=confirm,
+        friction=friction, mass_margin=mass_margin, spacing=spacing, confirm=confirm,
     ).plan(
         seed=seed,
         budget=None if budget is None else checked_number(budget, "plan_placement: budget", above=0),
@@ -88,6 +90,7 @@ def planner(
     approach: Any = None,  # noqa: ANN401
     weights: Weights | None = None,
     friction: Friction | float | None = None,
+    mass_margin: float = MASS_MARGIN,
     spacing: float = SPACING,
     confirm: EngineChoice | None = DEFAULT_ENGINE,
 ) -> Planner:
@@ -115,11 +118,8 @@ def planner(
         checked_number(tilt, f"{where}: tilt", minimum=0),
         None if approach is None else checked_direction(approach),
         Weights() if weights is None else weights,
-        assembly.scene.friction
-        if friction is None
-        else Friction(friction)
-        if not isinstance(friction, Friction)
-        else friction,
+        _friction(assembly, friction),
+        checked_number(mass_margin, f"{where}: mass_margin", minimum=0),
         checked_number(spacing, f"{where}: spacing", above=0),
     )
     if options.least_supports > len(options.supports):

@@ -54,7 +54,11 @@ OVERLAPS, FALLS, OUTSIDE = "overlaps the scene", "slides or falls off", "outside
 TURNED, UNSUPPORTED, SHUT_IN = "not in an allowed orientation", "not on enough of the supports", "no way in"
 FORBIDDEN = "touches what it must not"
 FALLEN, UNSURE, REFUSED = "does not stand with it", "undecided with it", "refused by the second engine"
-STAGES = (FALLS, OVERLAPS, OUTSIDE, TURNED, UNSUPPORTED, FORBIDDEN, SHUT_IN, UNSURE, FALLEN, REFUSED)
+MARGINAL = "would not stand if it were heavier by the margin"
+STAGES = (
+    *(FALLS, OVERLAPS, OUTSIDE, TURNED, UNSUPPORTED, FORBIDDEN, SHUT_IN),
+    *(UNSURE, FALLEN, REFUSED, MARGINAL),
+)  # the further, the nearer to a place
 
 
 @dataclass(eq=False)
@@ -304,6 +308,13 @@ class Planner:
             return FALLEN if status is Status.UNSTABLE else UNSURE, None
         if self.confirm is not None and self.confirm.prepare(after).verdict().status is not Status.STABLE:
             return REFUSED, None
+        margin = self.options.mass_margin
+        if margin > 0:
+            more = np.zeros((len(after.movable), 6))
+            more[after.index[self.body.name], :3] = -margin * self.weight * self.up
+            heavier = (self.confirm or self.engine).prepare(after, more.reshape(-1))
+            if heavier.verdict().status is not Status.STABLE:
+                return MARGINAL, None
         return "", after
 
     def _allowed(self, pose: Float) -> bool:
