@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
+import manifold3d
 import numpy as np
 import pytest
 
@@ -271,3 +272,23 @@ def test_the_margin_keeps_away_from_the_brink() -> None:
     assert max(reach[0.0]) < 0.04 + spare / 0.5 + 1e-6
     assert max(reach[3.0]) < 0.04 + spare / 2.0 + 1e-6
     assert max(reach[0.0]) > 0.04 + spare / 2.0
+
+
+def bracket() -> hf.Mesh:
+    """A U lying open to one side: a box of 0.12 x 0.06 x 0.04 m with a notch; not convex."""
+    notch = manifold3d.Manifold.cube((0.06, 0.04, 0.1), True).translate((0, 0.02, 0))
+    mesh = (manifold3d.Manifold.cube((0.12, 0.06, 0.04), True) - notch).to_mesh64()
+    return hf.Mesh(mesh.vert_properties[:, :3], mesh.tri_verts)
+
+
+SHAPES = {"u": bracket(), "tin": hf.Cylinder(0.03, 0.09, 24), "ball": hf.Sphere(0.04, 2)}
+
+
+@pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
+def test_any_shape(shape) -> None:
+    """Also one that is not convex; a polyhedron of a ball rests on one of its triangles."""
+    p = hf.plan_placement(cube_scene(), hf.Body("object", shape, mass=0.3), "graph", supports=["cube"], avoid=["floor"])
+    assert p.status is hf.Status.STABLE
+    assert not hf.assemble(p.assembly.scene).overlaps
+    lowest = (p.body.surface_world.vertices[:, 2]).min()
+    assert lowest == pytest.approx(0.1, abs=2e-6)

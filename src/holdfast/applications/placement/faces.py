@@ -36,17 +36,18 @@ def faces_of(body: Body) -> tuple[Face, ...]:
     vertices = body.shape.surface.vertices
     assert body.com is not None
     hull = ConvexHull(vertices)
-    planes = hull.equations  # outward normal and offset
+    normals = hull.equations[:, :3]
+    first: list[int] = []
     groups: list[list[int]] = []
-    for k in np.argsort(planes @ np.array([1.0, 1e-3, 1e-6, 0]), kind="stable"):
-        for group in groups:
-            if planes[group[0], :3] @ planes[k, :3] > np.cos(COPLANAR):
-                group.append(int(k))
-                break
+    for k in np.lexsort(normals.T):
+        alike = np.flatnonzero(normals[first] @ normals[k] > np.cos(COPLANAR))
+        if len(alike):
+            groups[alike[0]].append(int(k))
         else:
+            first.append(int(k))
             groups.append([int(k)])
     faces = [
-        _face(unit(planes[group, :3].mean(0)), vertices[np.unique(hull.simplices[group])], body.com) for group in groups
+        _face(unit(normals[group].mean(0)), vertices[np.unique(hull.simplices[group])], body.com) for group in groups
     ]
     return tuple(sorted(faces, key=lambda face: -round(face.tilt, 9)))
 
