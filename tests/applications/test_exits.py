@@ -134,3 +134,11 @@ def test_clear_path_out_of_a_stack() -> None:
     far = box((0.1, 0.1, 0.1), (0, 0, 0.5), name="far")
     assert clear_path(upper, (far,), UP, distance=0.2)
     assert not clear_path(upper, (far,), UP, distance=0.3)
+
+
+def test_what_lies_in_each_other_has_no_way_in() -> None:
+    """A tilted box sunk into a floor: its lower side crosses the floor's top, and no further way is free."""
+    floor = box((1, 1, 0.1), (0, 0, -0.05))
+    sunk = box((0.1, 0.1, 0.1), (0, 0, 0.04), (np.cos(0.2), np.sin(0.2), 0, 0))
+    assert hit(sunk, floor, -UP) == 0
+    assert hit(sunk, floor, UP) == np.inf

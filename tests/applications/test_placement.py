@@ -108,6 +108,9 @@ def test_supports_several_and_forbidden() -> None:
     assert p.pose[2, 3] == pytest.approx(0.09, abs=1e-6)
     q = hf.plan_placement(assembly, plank, "graph", avoid=["left", "right"])
     assert {name for i in q.contacts for name in i.bodies} == {"floor", "object"}
+    never = hf.plan_placement(assembly, plank, "graph", supports=["left"], avoid=["left"], attempts=8)
+    assert never.pose is None
+    assert never.faults["touches what it must not"] > 0
 
 
 def test_a_way_in_from_above() -> None:
