@@ -193,7 +193,7 @@ def test_a_spent_budget_is_told() -> None:
     p = hf.plan_placement(cube_scene(), thing((2, 2, 2), 5), "graph", budget=1e-9)
     assert p.pose is None
     assert "the time was spent" in p.reason
-    assert p.attempts <= 1
+    assert p.attempts == 1
 
 
 def test_no_point_in_the_region() -> None:

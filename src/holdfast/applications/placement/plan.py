@@ -53,10 +53,11 @@ def plan_placement(
     """Find a pose for ``body`` in which everything stands; its own pose is of no account.
 
     ``region`` [m]: low and high corner of a box, (2, 2) horizontal or (2, 3): the points of the scene that the pose is
-    built on lie in it, and, seen from above, the centre of mass. ``budget`` [s] and ``attempts`` end the search;
-    the same ``seed`` gives the same answer unless the time cut it short. ``candidates``: the best of that many stable
-    poses. ``supports``: names of the bodies it may be built on (all unless given), of which it must touch
-    ``least_supports`` (1 to 3 points are built on; it may lean on others besides, but for those named in ``avoid``).
+    built on lie in it, and, seen from above, the centre of mass. ``budget`` [s], maps of the scene included, and
+    ``attempts`` end the search, after one try at the earliest; the same ``seed`` gives the same answer unless the time
+    cut it short. ``candidates``: the best of that many stable poses. ``supports``: names of the bodies it may be built
+    on (all unless given), of which it must touch ``least_supports`` (1 to 3 points are built on; it may lean on others
+    besides, but for those named in ``avoid``).
     ``orientations`` (k, 3, 3): allowed rotations, body to world, each turned about the vertical as may be unless
     ``turn`` is False, to within ``tilt`` [deg]. ``approach`` (3,): the straight way in, for instance (0, 0, -1), must
     be free. ``weights`` bias the choice. ``friction``: the table of the scene with the object, where the scene's own

@@ -102,7 +102,8 @@ class Planner:
             return self._nothing(
                 Search(), f"no exposed point of {', '.join(self.options.supports)} faces up{region}", start
             )
-        search = self.search(seed=seed, budget=budget, candidates=candidates, attempts=attempts)
+        left = None if budget is None else budget - (time.perf_counter() - start)  # maps take their share
+        search = self.search(seed=seed, budget=left, candidates=candidates, attempts=attempts)
         if not search.found:
             spent = "the time was spent" if search.tried < attempts else "all attempts were spent"
             return self._nothing(search, f"no stable pose found, {spent}", start)
@@ -116,7 +117,7 @@ class Planner:
         rng = np.random.default_rng(seed)
         search = Search()
         while len(search.found) < candidates and search.tried < attempts:
-            if budget is not None and time.perf_counter() - start > budget:
+            if search.tried and budget is not None and time.perf_counter() - start > budget:
                 break
             search.tried += 1
             candidate, after = self.attempt(rng)
