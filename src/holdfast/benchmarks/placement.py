@@ -19,7 +19,7 @@ from holdfast.report.picture import picture_of
 from holdfast.viewer.panels import PointsPanel, sheet_png
 
 TENTH = 0.9
-SAMPLE = 60  # points tried
+SAMPLE = 200  # points tried at most
 TRIES = 5  # poses on a point until one rests on the scene at all
 DECIDING = ("", FALLEN, UNSURE, REFUSED, MARGINAL)  # it rested there, and everything else was judged
 

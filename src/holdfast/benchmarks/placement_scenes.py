@@ -122,7 +122,7 @@ def cantilever() -> PlacementScene:
         box("column", (0.08, 0.08, 0.14), 1.5, (0, 0, 0.07)),
         box("arm", (0.3, 0.08, 0.015), 0.4, (0.08, 0, 0.1475)),
         box("counterweight", (0.06, 0.06, 0.06), 0.9, (-0.03, 0, 0.185)),
-        box("tip", (0.08, 0.08, 0.04), 0.15, (0.185, 0, 0.175)),
+        box("tip", (0.1, 0.08, 0.04), 0.15, (0.18, 0, 0.175)),
     ]
     scene = Scene([floor(0.7, 0.5), *bodies], 0.5, name="cantilever")
     asked = {"supports": ("arm", "counterweight", "tip")}

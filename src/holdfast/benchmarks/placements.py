@@ -26,7 +26,7 @@ from holdfast.engines.contract import Engine
 from holdfast.errors import HoldfastError
 
 SEEDS = 10
-RATED = 4
+RATED = 12
 SPACING = 0.01  # [m]
 ENGINES: Mapping[str, Engine] = MappingProxyType(
     {"isolated": hf.Graph(isolated=True), "graph": hf.Graph(), "limit": hf.Limit(), "compliant": hf.Compliant()}
