@@ -126,7 +126,7 @@ def cantilever() -> PlacementScene:
     ]
     scene = Scene([floor(0.7, 0.5), *bodies], 0.5, name="cantilever")
     asked = {"supports": ("arm", "counterweight", "tip")}
-    return PlacementScene(scene, thing((0.05, 0.05, 0.04), 0.5), asked)
+    return PlacementScene(scene, thing((0.05, 0.05, 0.04), 0.8), asked)
 
 
 TABLE_II: MappingProxyType[str, Callable[[], PlacementScene]] = MappingProxyType(
