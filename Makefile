@@ -11,6 +11,12 @@ $(VENV)/.ready: pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	@touch $@
 
+# What the tests compare with. compas_lmgc90 without what its metadata asks for: a viewer that the simulation does not use
+$(VENV)/.simulators: $(VENV)/.ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,simulators]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -c constraints.txt compas_lmgc90
+	@touch $@
+
 demo: $(VENV)/.ready
 	@mkdir -p $(OUT)
 	@status=0; $(BIN)/holdfast assess table || status=$$?; \
@@ -22,19 +28,16 @@ lint: $(VENV)/.ready
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-test: lint
+test: lint $(VENV)/.simulators
 	$(BIN)/pytest -m "not slow and not referee"
 
-test-slow: $(VENV)/.ready
+test-slow: $(VENV)/.simulators
 	$(BIN)/pytest -m slow
 
-# compas_lmgc90 without what its metadata asks for: a viewer that the simulation does not use
-test-referees: $(VENV)/.ready
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,referees]'
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -c constraints.txt compas_lmgc90
-	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -m referee tests/referees
+test-referees: $(VENV)/.simulators
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -m referee
 
-benchmark: $(VENV)/.ready
+benchmark: $(VENV)/.simulators
 	$(BIN)/holdfast benchmark all --compare
 
 clean:

@@ -1,8 +1,21 @@
 """How hard can you push here before something moves: robustness of rigid assemblies in frictional contact."""
 
+<<<<<<< HEAD
 from holdfast.applications.placement.options import Weights
 from holdfast.applications.placement.plan import plan_placement
 from holdfast.applications.placement.result import Placement
+=======
+from holdfast.applications.disassembly.order import Disassembly, disassembly_order
+from holdfast.applications.disassembly.removal import Removal
+from holdfast.applications.transport import (
+    TransportLimits,
+    horizontal_directions,
+    inertial_loads,
+    safe_time_scale,
+    tilted,
+    transport_limits,
+)
+>>>>>>> main
 from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.engines.compliant.engine import Compliant
@@ -33,6 +46,7 @@ __all__ = [
     "Compliant",
     "ConvexSet",
     "Cylinder",
+    "Disassembly",
     "Friction",
     "GeometryError",
     "Graph",
@@ -44,7 +58,11 @@ __all__ = [
     "LoadFactor",
     "Mesh",
     "Patch",
+<<<<<<< HEAD
     "Placement",
+=======
+    "Removal",
+>>>>>>> main
     "Robustness",
     "RobustnessMap",
     "RobustnessUnder",
@@ -55,19 +73,29 @@ __all__ = [
     "Sphere",
     "Stability",
     "Status",
+<<<<<<< HEAD
     "Weights",
+=======
+    "TransportLimits",
+>>>>>>> main
     "WorstCase",
     "admissible_wrenches",
     "assemble",
+    "disassembly_order",
+    "horizontal_directions",
+    "inertial_loads",
     "load_factor",
     "load_scene",
     "plan_placement",
     "robustness",
     "robustness_map",
     "robustness_under",
+    "safe_time_scale",
     "save_scene",
     "sensitivity",
     "stability",
     "sustainable_accelerations",
+    "tilted",
+    "transport_limits",
     "worst_case",
 ]

@@ -44,6 +44,23 @@ def checked(
     return array
 
 
+def checked_pushes(
+    points: Any,  # noqa: ANN401 - anything a caller may pass
+    directions: Any,  # noqa: ANN401 - anything a caller may pass
+    where: str,
+) -> tuple[Float, Float]:
+    """Points (n, 3) and unit directions (n, 3) from (n, 3) or (3,) each, a single one repeated for the other."""
+    p, e = _rows(points, f"{where}: points"), _rows(directions, f"{where}: directions")
+    count = max(len(p), len(e))
+    if len(p) not in (1, count) or len(e) not in (1, count):
+        problem = f"{len(p)} points and {len(e)} directions"
+        raise SceneError(message(where, problem, "needs equally many, or one of either"))
+    p, e = np.broadcast_to(p, (count, 3)), np.broadcast_to(e, (count, 3))
+    if not (np.linalg.norm(e, axis=1) > 0).all():
+        raise SceneError(message(where, "a direction is zero", "needs vectors with a length"))
+    return p, unit(e)
+
+
 def checked_number(
     value: Any,  # noqa: ANN401 - anything a caller may pass
     where: str,
@@ -75,6 +92,11 @@ def objects(values: Sequence[Any]) -> Objects:
 def unit(vector: Float) -> Float:
     """``vector`` / its length, along the last axis."""
     return np.asarray(vector / np.linalg.norm(vector, axis=-1, keepdims=True), dtype=np.float64)
+
+
+def _rows(value: Any, where: str) -> Float:  # noqa: ANN401
+    array = np.asarray(value, dtype=object)
+    return checked(value, (3,), where)[None] if array.ndim == 1 else checked(value, (None, 3), where)
 
 
 def _first_not_finite(array: Float) -> str:

@@ -15,11 +15,11 @@ R = TypeVar("R")
 
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile ``function`` on its first call and keep the machine code on disk beside it."""
+    """Compile ``function`` on its first call and keep the machine code on disk beside it; no lock is held."""
     try:
-        return cast(Callable[P, R], numba.njit(cache=True)(function))
+        return cast(Callable[P, R], numba.njit(cache=True, nogil=True)(function))
     except RuntimeError:  # no writable folder for the machine code: compile in every process
-        return cast(Callable[P, R], numba.njit(function))
+        return cast(Callable[P, R], numba.njit(nogil=True)(function))
 
 
 def compilable(function: Callable[P, R]) -> Callable[P, R]:

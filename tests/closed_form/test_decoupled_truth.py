@@ -15,19 +15,25 @@ from decoupled_bruteforce import (
     random_pushes,
     slip_at_points,
 )
-from decoupled_truth import (
+from scipy.integrate import quad
+
+from holdfast import Scene as SceneOf
+from holdfast import assemble
+from holdfast.arrays import Float
+from holdfast.errors import SceneError
+from holdfast.shipped import shipped_scene
+from holdfast.truth.decoupled import (
     CUBE_LEVER,
     LEG_LEVER,
     SLAB_LEVER,
-    Array,
     distance_integral,
+    robustness,
     truth_cube,
     truth_stack,
     truth_table,
 )
-from scipy.integrate import quad
 
-Truth = Callable[[Array, Array, Sequence[str]], Array]
+Truth = Callable[[Float, Float, Sequence[str]], Float]
 
 PUSHES = 400  # a scene
 MARGIN = 1e-3  # random pushes stay this far off edges and off the line where R jumps to infinity [m]
@@ -46,7 +52,7 @@ def scene(request: pytest.FixtureRequest) -> tuple[str, BruteForce]:
     return request.param, BruteForce(SCENES[request.param][0])
 
 
-def pushes_with_rare_regions(name: str) -> tuple[Array, Array, list[str]]:
+def pushes_with_rare_regions(name: str) -> tuple[Float, Float, list[str]]:
     """Random pushes, and on the table more of them where a small region has a mechanism of its own."""
     rng = np.random.default_rng(2411)
     points, normals, body = random_pushes(SCENES[name][0], PUSHES, MARGIN, rng)
@@ -120,7 +126,7 @@ def test_distance_integral_of_the_unit_square() -> None:
         ((0.05, 0.0, 0.0), -Z, 4.905),  # lifted at the middle of an edge
     ],
 )
-def test_cube_by_hand(point: tuple[float, float, float], normal: Array, force: float) -> None:
+def test_cube_by_hand(point: tuple[float, float, float], normal: Float, force: float) -> None:
     assert truth_cube(point, normal)[0] == pytest.approx(force, rel=1e-7)
 
 
@@ -135,7 +141,7 @@ def test_cube_by_hand(point: tuple[float, float, float], normal: Array, force: f
         ("cube1", (-0.05, 0.045, 0.01), -X, 3 * 5.0043800),  # torsion of all three
     ],
 )
-def test_stack_by_hand(body: str, point: tuple[float, float, float], normal: Array, force: float) -> None:
+def test_stack_by_hand(body: str, point: tuple[float, float, float], normal: Float, force: float) -> None:
     assert truth_stack([point], [normal], [body])[0] == pytest.approx(force, rel=1e-7)
 
 
@@ -157,7 +163,7 @@ def test_stack_by_hand(body: str, point: tuple[float, float, float], normal: Arr
         ("leg_left", (-0.175, 0.0, 0.2), Z, np.inf),
     ],
 )
-def test_table_by_hand(body: str, point: tuple[float, float, float], normal: Array, force: float) -> None:
+def test_table_by_hand(body: str, point: tuple[float, float, float], normal: Float, force: float) -> None:
     assert truth_table([point], [normal], [body])[0] == pytest.approx(force, rel=1e-7)
 
 
@@ -170,12 +176,12 @@ def test_mirrored_pushes_on_the_table_agree() -> None:
 
 
 def test_point_off_its_face_is_refused() -> None:
-    with pytest.raises(ValueError, match="not on a face"):
+    with pytest.raises(SceneError, match="not on a face"):
         truth_cube((0.0, 0.0, 0.05), X)
 
 
 def test_unknown_body_is_refused() -> None:
-    with pytest.raises(ValueError, match="'lamp' is not in this scene"):
+    with pytest.raises(SceneError, match="'lamp' is not in this scene"):
         truth_table([(0.0, 0.0, 0.25)], [Z], ["lamp"])
 
 
@@ -190,7 +196,7 @@ def test_unknown_body_is_refused() -> None:
         ((X + 2 * Z) / np.sqrt(5), np.inf),  # inside the cone
     ],
 )
-def test_brute_force_slip_at_a_point(e: Array, expected: float) -> None:
+def test_brute_force_slip_at_a_point(e: Float, expected: float) -> None:
     assert slip_at_points(Z[None, :], e, Z, 0.6)[0] == pytest.approx(expected)
 
 
@@ -215,3 +221,25 @@ def test_brute_force_finds_every_cut_of_the_table() -> None:
             ["slab", "leg_left", "leg_right"],
         )
     }
+
+
+def test_the_scene_is_recognised() -> None:
+    for name, body in (("cube", "cube"), ("stack", "cube2"), ("table", "leg_left")):
+        box = next(b for b in shipped_scene(name).bodies if b.name == body)
+        low, high = box.box
+        point = np.array([low[0], 0.5 * (low[1] + high[1]), 0.3 * low[2] + 0.7 * high[2]])
+        by_name = robustness(name, body, point, X)
+        assert np.isfinite(by_name).all()
+        np.testing.assert_array_equal(robustness(assemble(shipped_scene(name)), body, point, X), by_name)
+
+
+def test_other_scenes_are_refused() -> None:
+    with pytest.raises(SceneError, match="needs the shipped scene"):
+        robustness(assemble(shipped_scene("tall_table")), "slab", (0, 0, 0.65), -Z)
+    cubes = shipped_scene("cube")
+    with pytest.raises(SceneError, match="needs the shipped scene"):
+        robustness(assemble(SceneOf(cubes.bodies, 0.5)), "cube", (0, 0, 0.1), -Z)
+    with pytest.raises(SceneError, match="was not worked out"):
+        robustness("arch", "keystone", (0, 0, 0.1), -Z)
+    with pytest.raises(SceneError, match="not in this scene"):
+        robustness("cube", "lamp", (0, 0, 0.1), -Z)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from decoupled_truth import truth_cube, truth_stack, truth_table
 
 import holdfast as hf
 from holdfast.shipped import shipped_scene
+from holdfast.truth import decoupled
 
 EDGE = 1e-3  # [m] closer to an edge the class of a push may differ by rounding
 
@@ -27,13 +27,6 @@ def pushes(scene: hf.Scene, names: list[str], count: int, seed: int) -> list[tup
         local[np.arange(number), axis] = (normals * size / 2)[np.arange(number), axis]
         result.append((name, local + scene.body(name).pose[:3, 3], normals))
     return result
-
-
-def truth(scene: str, body: str, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    names = np.full(len(points), body)
-    if scene == "cube":
-        return truth_cube(points, normals)
-    return truth_stack(points, normals, names) if scene == "stack" else truth_table(points, normals, names)
 
 
 def nearby(body: hf.Body, point: np.ndarray, normal: np.ndarray) -> np.ndarray:
@@ -58,12 +51,12 @@ def test_mean_error_and_class_of_a_thousand_pushes(scene: str, names: list[str],
     errors, clear_mismatches = [], 0
     for name, points, normals in pushes(built, names, 1000, seed=1):
         answer = hf.robustness(assembly, name, points, -normals, engine="graph").force
-        exact = truth(scene, name, points, normals)
+        exact = decoupled.robustness(scene, name, points, -normals)
         both = np.isfinite(answer) & np.isfinite(exact)
         errors.append(np.abs(answer[both] / exact[both] - 1))
         for k in np.flatnonzero(np.isfinite(answer) != np.isfinite(exact)):
             near = nearby(built.body(name), points[k], normals[k])
-            classes = np.isfinite(truth(scene, name, near, np.repeat(normals[k][None], len(near), axis=0)))
+            classes = np.isfinite(decoupled.robustness(scene, name, near, -normals[k]))
             clear_mismatches += int((classes != np.isfinite(answer[k])).all())
     error = np.concatenate(errors)
     assert len(error) > 300

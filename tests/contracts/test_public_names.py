@@ -35,6 +35,8 @@ SIGNATURES: dict[str, list[str]] = {
     "robustness": ["assembly", "body", "points", "directions", "standing", "engine", "bound"],
     "load_factor": ["assembly", "loads", "standing", "acceleration", "engine", "bound"],
     "robustness_map": ["assembly", "bodies", "spacing", "engine", "gap"],
+    "transport_limits": ["assembly", "directions", "engine"],
+    "disassembly_order": ["assembly", "engine", "lift", "goal", "budget"],
     "robustness_under": [
         "assembly",
         "body",
@@ -54,6 +56,8 @@ DEFAULTS: dict[str, dict[str, Any]] = {
     "robustness": {"standing": ()},
     "load_factor": {"standing": (), "acceleration": None, "bound": False},
     "robustness_map": {"bodies": None, "spacing": 0.01},
+    "transport_limits": {"directions": None, "engine": "compliant"},
+    "disassembly_order": {"engine": "compliant", "goal": None},
     "robustness_under": {
         "pose_sigma": None,
         "mu_interval": None,
@@ -116,6 +120,7 @@ def questions(assembly: hf.Assembly, **options: Any) -> dict[str, Any]:
         "robustness": hf.robustness(assembly, "slab", EDGE, DOWN, **options),
         "load_factor": hf.load_factor(assembly, [hf.Load("slab", EDGE, force=DOWN)], **options),
         "robustness_map": hf.robustness_map(assembly, ["slab"], spacing=0.05, **options),
+        "transport_limits": hf.transport_limits(assembly, (1, 0, 0), **options),
     }
 
 

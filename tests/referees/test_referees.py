@@ -13,7 +13,7 @@ import pytest
 from referee_queries import EACH, SCENES, engine, queries, shipped
 
 from holdfast import Body, Box, HoldfastError, Scene, assemble
-from holdfast.baselines import lmgc90, mujoco, penalty
+from holdfast.baselines import lmgc90, mujoco, penalty, pybullet
 from holdfast.baselines.search import Trial, close_in, grid_nodes, push
 
 MEDIAN, WORST = 0.03, 0.08  # relative differences
@@ -114,7 +114,7 @@ def test_grids_carry_the_area() -> None:
         grid_nodes(shipped("tabletop"), 3)
 
 
-@pytest.mark.parametrize(("module", "name"), [(mujoco, "mujoco"), (lmgc90, "compas_lmgc90")])
+@pytest.mark.parametrize(("module", "name"), [(mujoco, "mujoco"), (lmgc90, "compas_lmgc90"), (pybullet, "pybullet")])
 def test_a_missing_referee_says_how_to_get_it(module: object, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     for loaded in [m for m in sys.modules if m.split(".")[0] == name]:
         monkeypatch.delitem(sys.modules, loaded)
@@ -165,6 +165,20 @@ def test_lmgc90_on_its_own_points() -> None:
         answers = [lmgc90.peak(assembly, q.body, q.point, q.direction).force for q in queries(name)]
         found += [(engine(q, corners), answer) for q, answer in zip(queries(name), answers, strict=True)]
     agree(found)
+
+
+@pytest.mark.referee
+def test_pybullet_beside_the_corners() -> None:
+    """All queries; a coarser referee: contacts creep and tip, most of all where bricks wedge (docs/baselines.md)."""
+    pytest.importorskip("pybullet")
+    found = []
+    for q in (q for name in SCENES for q in queries(name)):
+        answer = pybullet.peak(shipped(q.scene), q.body, q.point, q.direction).force
+        found.append((engine(q, grid_nodes(shipped(q.scene), 2)), answer))
+    off = differences(found)
+    assert np.median(off) <= 0.03
+    assert off.mean() <= 0.05
+    assert off.max() <= 0.2
 
 
 @pytest.mark.referee

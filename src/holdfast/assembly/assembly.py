@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -134,6 +134,38 @@ class Assembly:
             if frozenset((a.name, b.name)) not in known
             and distance(a, b, 1.001 * self.tolerances.between(a, b).gap) is not None
         )
+
+    def without(self, names: Collection[str]) -> Assembly:
+        """The assembly with these bodies taken away: the interfaces of the others are kept, not sought again.
+
+        It equals ``assemble`` of the scene without them at the same tolerances. Where one of them lay between two
+        bodies that come within the gap (``occluded``), contacts are sought anew.
+        """
+        gone = set(names)
+        scene = self.scene.without(gone)
+        overlaps = tuple(o for o in self.overlaps if gone.isdisjoint(o.bodies))
+        if self._uncovers(gone):
+            contacts = find_contacts(scene, self.tolerances)
+            found = _with_status(contacts.interfaces, overlaps)
+            return Assembly(scene, found, self.tolerances, overlaps, contacts.occluded)
+        kept = tuple(i for i in self.interfaces if gone.isdisjoint(i.bodies))
+        occluded = tuple(pair for pair in self.occluded if gone.isdisjoint(pair))
+        return Assembly(scene, kept, self.tolerances, overlaps, occluded, self.detected)
+
+    def _uncovers(self, gone: set[str]) -> bool:
+        """Whether a body that goes may lie between two that stay."""
+        hidden = [set(pair) for pair in self.occluded]
+        hidden += [set(i.bodies) for i in self.interfaces if "occluded" in i.flags]
+        return any(pair.isdisjoint(gone) and any(pair <= self._beside[name] for name in gone) for pair in hidden)
+
+    @cached_property
+    def _beside(self) -> dict[str, set[str]]:
+        """The bodies that each body touches."""
+        beside: dict[str, set[str]] = {body.name: set() for body in self.bodies}
+        for a, b in (i.bodies for i in self.interfaces):
+            beside[a].add(b)
+            beside[b].add(a)
+        return beside
 
     def nearest_support(self, group: Sequence[str]) -> tuple[str, str, float] | None:
         """Of a hanging group, the body nearest to one outside it: (inside, outside, distance [m])."""

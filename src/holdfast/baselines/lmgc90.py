@@ -17,7 +17,7 @@ import numpy as np
 
 from holdfast.arrays import Float
 from holdfast.assembly.assembly import Assembly
-from holdfast.baselines.search import Peak, Trial, close_in, fallen, push
+from holdfast.baselines.search import Peak, Trial, climb, push
 from holdfast.errors import HoldfastError, message
 from holdfast.scene.body import Body
 
@@ -30,8 +30,6 @@ LONGEST = 1.0  # [s] and at most, where neither rest nor motion is seen before
 ALERT = 1e-3  # [m] from which contacts are looked for
 FAR = 5e-4  # sizes of the assembly: a body that drifts farther under the load moves
 SLOW = 1e-4  # sizes of the assembly a second: what is slower in the end rests
-FIRST = 0.05  # total weights: the first load
-ENDLESS = 30.0  # total weights up to which is searched
 GRAVITY = np.array([0.0, 0.0, -9.81])  # [m/s²] as LMGC90 has it
 
 
@@ -40,8 +38,8 @@ def holds(assembly: Assembly, load: Float | None = None, *, stiffness: float | N
 
     ``stiffness`` [N/m] of every contact point; None for rigid ones. Drifts are those of the centres of mass.
     """
-    _check(assembly)
-    return _run(assembly, np.zeros(6 * len(assembly.movable)) if load is None else load, stiffness).trial
+    world = World(assembly, stiffness)
+    return world.weighed if load is None or not world.weighed.holds else world.trial(load)
 
 
 def peak(
@@ -57,14 +55,20 @@ def peak(
 
     Every load is tried from rest under the weight alone, to ``accuracy`` times the load.
     """
-    column = push(assembly, body, point, direction)
-    weighed = holds(assembly, stiffness=stiffness)
-    if not weighed.holds:
-        return fallen(weighed)
-    weight = assembly.weight
-    return close_in(
-        lambda load: _run(assembly, load * column, stiffness).trial, FIRST * weight, ENDLESS * weight, accuracy
-    )
+    return climb(World(assembly, stiffness), assembly.weight, push(assembly, body, point, direction), accuracy)
+
+
+class World:
+    """An assembly in LMGC90, which keeps no state to go back to: every trial begins with the weight alone."""
+
+    def __init__(self, assembly: Assembly, stiffness: float | None = None) -> None:
+        _check(assembly)
+        self.assembly, self.stiffness = assembly, stiffness
+        self.weighed = self.trial(np.zeros(6 * len(assembly.movable)))
+
+    def trial(self, load: Float) -> Trial:
+        """Bring ``load`` (6J,) on and see what becomes of it."""
+        return _run(self.assembly, load, self.stiffness).trial
 
 
 def contact_points(assembly: Assembly) -> tuple[Float, list[tuple[str, str]]]:

@@ -6,7 +6,7 @@ collide. MuJoCo's contacts are regularised: normal ones are damped springs, fric
 per tributary area, as in engine ``compliant``; MuJoCo's own choice, equal time constants, would make contacts of heavy
 bodies stiffer. Geometry is exact: bodies tilt and points move, by some 1e-6 m before anything gives way.
 
-Optional: ``pip install 'holdfast[referees]'``.
+Optional: ``pip install 'holdfast[simulators]'``.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ import numpy as np
 from holdfast.arrays import Float
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.nodes import ContactNodes
-from holdfast.baselines.search import Peak, Trial, close_in, fallen, grid_nodes, push
+from holdfast.baselines.search import Peak, Trial, climb, grid_nodes, push
 from holdfast.errors import HoldfastError, message
 
 SIDE = 5  # nodes along a side unless given
 STEP = 1e-4  # [s]
-TIME_CONSTANT = 4 * STEP  # [s] of a contact's spring; its dashpot is critical
+STEPS = 4  # of time in the time constant of a contact's spring; its dashpot is critical
 IMPEDANCE = 2.0  # mean share of a contact's stiffness over the body's own inertia, d / (1 - d) in MuJoCo's terms
 IMPRATIO = 1e5  # friction over normal constraint impedance: creep falls with it
 GLIDE = 0.01  # dashpot of friction over the normal one: by as much less do contacts press harder where they slide
@@ -39,8 +39,6 @@ LOOK = 250  # steps between looks
 FAR = 1e-3  # sizes of the assembly: what drifts farther under the load moves
 SLOW = 5e-5  # sizes of the assembly a second: what is slower in the end rests, what stays faster moves
 STAYS = 0.8  # of the speed half way: what is not slower than that in the end keeps moving
-FIRST = 0.05  # total weights: the first load
-ENDLESS = 30.0  # total weights up to which is searched
 PASSIVE = {"contype": "0", "conaffinity": "0", "mass": "0"}  # touches in the pairs that are named alone
 
 
@@ -49,7 +47,7 @@ def holds(assembly: Assembly, load: Float | None = None, nodes: ContactNodes | N
 
     ``nodes``: grids of SIDE x SIDE on every (rectangular) patch unless given.
     """
-    world = World(assembly, grid_nodes(assembly, SIDE) if nodes is None else nodes)
+    world = World(assembly, nodes)
     return world.weighed if load is None or not world.weighed.holds else world.trial(load)
 
 
@@ -66,22 +64,18 @@ def peak(
 
     Every load is tried from rest under the weight alone, to ``accuracy`` times the load. ``nodes`` as in ``holds``.
     """
-    column = push(assembly, body, point, direction)
-    world = World(assembly, grid_nodes(assembly, SIDE) if nodes is None else nodes)
-    if not world.weighed.holds:
-        return fallen(world.weighed)
-    weight = assembly.weight
-    return close_in(lambda load: world.trial(load * column), FIRST * weight, ENDLESS * weight, accuracy)
+    return climb(World(assembly, nodes), assembly.weight, push(assembly, body, point, direction), accuracy)
 
 
 class World:
-    """An assembly in MuJoCo, at rest under its weight. ``weighed``: how that went."""
+    """An assembly in MuJoCo, at rest under its weight. ``weighed``: how that went. ``nodes`` as in ``holds``."""
 
-    def __init__(self, assembly: Assembly, nodes: ContactNodes) -> None:
+    def __init__(self, assembly: Assembly, nodes: ContactNodes | None = None) -> None:
+        nodes = grid_nodes(assembly, SIDE) if nodes is None else nodes
         self.assembly, self.nodes = assembly, nodes
         self.mujoco = mujoco_module()
         self.model: Any = self.mujoco.MjModel.from_xml_string(describe(assembly, nodes))
-        _equal_stiffness(self.model, nodes)
+        equal_stiffness(self.model, nodes)
         self.data: Any = self.mujoco.MjData(self.model)
         self.start: Float | None = None
         self.weighed = self.trial(np.zeros(6 * len(assembly.movable)), SETTLE)
@@ -120,30 +114,44 @@ class World:
         return state
 
     def _places(self) -> tuple[Float, Float]:
-        """Where the nodes of b are relative to those of a [m], and how fast they part [m/s]: (I, 3) each."""
-        count = len(self.assembly.movable)
-        place, speed = np.zeros((2, len(self.nodes), 3)), np.zeros((2, len(self.nodes), 3))
-        turns, centres = self.data.xmat[1:].reshape(count, 3, 3), self.data.xipos[1:]
-        velocity = self.data.qvel.reshape(count, 6)
-        for side, end in enumerate((self.nodes.a, self.nodes.b)):
-            free = end != FIXED
-            k = end[free]
-            arm = np.einsum("ixy,iy->ix", turns[k], self.nodes.points[free] - self.assembly.com[k])
-            place[side, free] = centres[k] + arm - self.nodes.points[free]
-            spin = np.einsum("ixy,iy->ix", turns[k], velocity[k, 3:])
-            speed[side, free] = velocity[k, :3] + np.cross(spin, arm)
-        return place[1] - place[0], speed[1] - speed[0]
+        return node_motion(self.assembly, self.nodes, self.data)
 
 
-def describe(assembly: Assembly, nodes: ContactNodes) -> str:
-    """The assembly in MuJoCo's XML: bodies in the world's axes about their centres of mass, nodes as pairs in order."""
+def node_motion(assembly: Assembly, nodes: ContactNodes, data: Any) -> tuple[Float, Float]:  # noqa: ANN401
+    """Where the nodes of b are relative to those of a [m], and how fast they part [m/s]: (I, 3) each."""
+    count = len(assembly.movable)
+    place, speed = np.zeros((2, len(nodes), 3)), np.zeros((2, len(nodes), 3))
+    turns, centres = data.xmat[1 : count + 1].reshape(count, 3, 3), data.xipos[1:]
+    velocity = data.qvel[: 6 * count].reshape(count, 6)
+    for side, end in enumerate((nodes.a, nodes.b)):
+        free = end != FIXED
+        k = end[free]
+        arm = np.einsum("ixy,iy->ix", turns[k], nodes.points[free] - assembly.com[k])
+        place[side, free] = centres[k] + arm - nodes.points[free]
+        spin = np.einsum("ixy,iy->ix", turns[k], velocity[k, 3:])
+        speed[side, free] = velocity[k, :3] + np.cross(spin, arm)
+        if len(data.qvel) > 6 * count:  # a carrier, which slides
+            place[side, ~free], speed[side, ~free] = data.qpos[-3:], data.qvel[-3:]
+    return place[1] - place[0], speed[1] - speed[0]
+
+
+def describe(assembly: Assembly, nodes: ContactNodes, carrier: float | None = None, step: float = STEP) -> str:
+    """The assembly in MuJoCo's XML: bodies in the world's axes about their centres of mass, nodes as pairs in order.
+
+    ``carrier`` [kg]: all fixed bodies are one of that mass, the last, which slides along x, y and z.
+    """
     root = Xml.Element("mujoco")
     Xml.SubElement(root, "compiler", angle="radian", balanceinertia="false", boundmass="0", boundinertia="0")
     Xml.SubElement(
         root,
         "option",
+<<<<<<< HEAD
         timestep=f"{STEP}",
         gravity=as_text(assembly.scene.gravity),
+=======
+        timestep=f"{step}",
+        gravity=_text(assembly.scene.gravity),
+>>>>>>> main
         cone="elliptic",
         impratio=f"{IMPRATIO}",
         solver="Newton",
@@ -163,12 +171,13 @@ def describe(assembly: Assembly, nodes: ContactNodes) -> str:
         entries = inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
         Xml.SubElement(home, "inertial", pos="0 0 0", mass=f"{body.mass!r}", fullinertia=as_text(entries))
         homes.append(home)
+    homes.append(space if carrier is None else _carrier(space, carrier))
     contact = Xml.SubElement(root, "contact")
     size = assembly.size
     centre = np.vstack([assembly.com, np.zeros((1, 3))])  # the last one is FIXED
     for i in range(len(nodes)):
         a, b, point, axes = nodes.a[i], nodes.b[i], nodes.points[i], nodes.axes[i]
-        pad, ball = (space if a == FIXED else homes[a]), (space if b == FIXED else homes[b])
+        pad, ball = homes[a], homes[b]
         if i == 0 or nodes.interface[i] != nodes.interface[i - 1] or _leaves(nodes, i, 1e-9 * size):
             name = f"pad{i}"
             across = np.concatenate([axes[1], axes[2]])
@@ -185,25 +194,36 @@ def describe(assembly: Assembly, nodes: ContactNodes) -> str:
     return Xml.tostring(root, encoding="unicode")
 
 
+def _carrier(space: Xml.Element, mass: float) -> Xml.Element:
+    home = Xml.SubElement(space, "body", name="carrier")
+    for axis in np.eye(3):
+        Xml.SubElement(home, "joint", type="slide", axis=_text(axis))
+    Xml.SubElement(home, "inertial", pos="0 0 0", mass=f"{mass!r}", diaginertia=_text(np.full(3, mass)))
+    return home
+
+
 def _leaves(nodes: ContactNodes, i: int, flat: float) -> bool:
     """Whether node i does not lie in the plane of the one before."""
     turned = np.abs(nodes.axes[i] - nodes.axes[i - 1]).max() > 1e-12
     return bool(turned or abs((nodes.points[i] - nodes.points[i - 1]) @ nodes.axes[i, 0]) > flat)
 
 
-def _equal_stiffness(model: Any, nodes: ContactNodes) -> None:  # noqa: ANN401 - MuJoCo has no types
+def equal_stiffness(model: Any, nodes: ContactNodes, step: float = STEP) -> None:  # noqa: ANN401 - it has no types
     """Give every pair a spring in proportion to its tributary area.
 
     MuJoCo's constraint i yields by R_i = (1 - d_i) / d_i A_i (A_i the inverse masses of both bodies) and is driven by
     -b v - k d r; at rest the force is k d r / R. With d / (1 - d) in proportion to area times A, and k, b divided by
     the powers of d that MuJoCo puts on them, that is a spring in proportion to area.
     """
-    inverse = np.concatenate([model.body_invweight0[1:, 0], [0.0]])  # the last one is FIXED
+    inverse = model.body_invweight0[1:, 0]
+    if model.nv % 6 == 0:  # the last one is FIXED: a carrier, which has three joints, or the world
+        inverse = np.append(inverse, 0.0)
     share = nodes.weights * (inverse[nodes.a] + inverse[nodes.b])
     share *= IMPEDANCE / share.mean()
     d = share / (1 + share)
+    constant = STEPS * step
     model.pair_solimp[:] = np.column_stack([d, d, np.full(len(d), 1e-3), np.full(len(d), 0.5), np.full(len(d), 2.0)])
-    model.pair_solref[:] = -d[:, None] * np.array([1 / TIME_CONSTANT**2, 2 / TIME_CONSTANT])
+    model.pair_solref[:] = -d[:, None] * np.array([1 / constant**2, 2 / constant])
     model.pair_solreffriction[:] = model.pair_solref * np.array([1, GLIDE])
 
 
@@ -222,5 +242,5 @@ def mujoco_module() -> ModuleType:
     try:
         return importlib.import_module("mujoco")
     except ImportError:
-        remedy = "pip install 'holdfast[referees]'"
+        remedy = "pip install 'holdfast[simulators]'"
         raise HoldfastError(message("referee mujoco", "MuJoCo is not installed", remedy)) from None

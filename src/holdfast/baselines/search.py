@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -16,6 +17,8 @@ from holdfast.errors import HoldfastError, message
 from holdfast.rigid import tangents, wrench_at
 
 MOST_UNDECIDED = 4
+FIRST = 0.05  # total weights: the first load
+ENDLESS = 30.0  # total weights up to which is searched
 RECTANGLE = 1e-6  # relative: by how much less than its smallest rectangle a patch may cover
 
 
@@ -60,19 +63,44 @@ class Peak:
         return (self.moves - self.held) / (self.moves + self.held) if 0 < self.moves < np.inf else 0.0
 
 
+class World(Protocol):
+    """An assembly in a simulator, at rest under its weight; ``weighed`` tells how that went."""
+
+    weighed: Trial
+
+    def trial(self, load: Float) -> Trial:
+        """Whether it also rests under ``load`` (6J,) [N, N m], from rest."""
+        ...
+
+
+def climb(world: World, weight: float, column: Float, accuracy: float, most: float | None = None) -> Peak:
+    """The largest multiple [N] of a unit push (6J,) that rests, up to ``most`` [N] (ENDLESS total weights).
+
+    Every load is tried from rest under the weight alone, to ``accuracy`` times the load.
+    """
+    if not world.weighed.holds:
+        return fallen(world.weighed)
+    end = ENDLESS * weight if most is None else most
+    return close_in(lambda load: world.trial(load * column), FIRST * weight, end, accuracy)
+
+
 def fallen(trial: Trial) -> Peak:
     """The answer for an assembly that does not stand, or is not seen to."""
     return Peak(0.0, 0.0, 0.0, trial.drift, int(trial.holds is None), trial.steps)
 
 
 def close_in(trial: Callable[[float], Trial], start: float, most: float, accuracy: float) -> Peak:
-    """Raise a load from ``start`` [N] by factors of 1.5 until it moves or exceeds ``most`` [N]; then bisect.
+    """Raise a load from ``start`` [N] by factors of 1.5 until it moves or reaches ``most`` [N]; then bisect.
+
+    To ``accuracy`` times the load, or ``start`` where that is more.
 
     A load at which neither rest nor motion is seen gives way to one nearer to what held, MOST_UNDECIDED times.
     """
     held, moves, drift, gone, undecided, steps = 0.0, np.inf, 0.0, 0.0, 0, 0
-    load = start
-    while (np.isinf(moves) or moves - held > accuracy * moves) and held < most and undecided <= MOST_UNDECIDED:
+    load = min(start, most)
+    while np.isinf(moves) or moves - held > accuracy * max(moves, start):
+        if held >= most or undecided > MOST_UNDECIDED:
+            break
         seen = trial(load)
         steps += seen.steps
         if seen.holds is None:
@@ -83,7 +111,7 @@ def close_in(trial: Callable[[float], Trial], start: float, most: float, accurac
             held, drift = load, seen.drift
         else:
             moves, gone = load, seen.drift
-        load = 1.5 * held if np.isinf(moves) else (held + moves) / 2
+        load = min(1.5 * held, most) if np.isinf(moves) else (held + moves) / 2
     return Peak(held, moves, drift, gone, undecided, steps)
 
 

@@ -9,7 +9,22 @@ from holdfast.benchmarks.suite import Suite
 from holdfast.errors import HoldfastError, message
 
 # modules of this package, each with a SUITE of the same name
+<<<<<<< HEAD
 SUITES = ("contacts", "maps", "pipeline", "placement", "reliability", "scaling", "table2", "table3")
+=======
+SUITES = (
+    "baselines",
+    "compliant_maps",
+    "contacts",
+    "disassembly",
+    "maps",
+    "pipeline",
+    "reliability",
+    "scaling",
+    "table1",
+    "transport",
+)
+>>>>>>> main
 
 
 def suite(name: str) -> Suite:

@@ -6,11 +6,12 @@ import itertools
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, get_args
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from holdfast.arrays import Float
+from holdfast.arrays import Float, frozen
 from holdfast.contacts import polygon as flat
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.errors import HoldfastError, message
@@ -19,6 +20,7 @@ Sampling = Literal["hull", "quadrature", "corners", "paper"]
 
 CANDIDATES = 10  # random points of which the paper takes the farthest
 CELLS = 6  # between two neighbouring nodes of a grid; even
+MANY, FEW_CELLS = 2000, 2  # the same in grids of so many nodes
 LATTICE = 19  # candidate points along each side of a patch; odd, so that the middle is among them
 LEAST_SHARES = (0.1, 0.01)  # no corrected weight falls below this share of its tributary area; the larger if it can
 
@@ -35,6 +37,18 @@ def interface_nodes(interface: Interface, count: int, sampling: Sampling, seed: 
         )
     if count < 4:
         raise HoldfastError(message("nodes", f"{count} nodes an interface", "needs at least 4"))
+    known = _SAMPLED.setdefault(interface, {})
+    key = count, sampling, seed
+    if key not in known:
+        known[key] = _sampled(interface, count, sampling, seed)
+    return known[key]
+
+
+# an interface is part of many assemblies where bodies are taken away one after the other
+_SAMPLED: WeakKeyDictionary[Interface, dict[tuple[int, str, int], list[tuple[Float, Float]]]] = WeakKeyDictionary()
+
+
+def _sampled(interface: Interface, count: int, sampling: Sampling, seed: int) -> list[tuple[Float, Float]]:
     random = np.random.default_rng(seed)
     result = []
     total = sum(patch.measure for patch in interface.patches)
@@ -46,7 +60,7 @@ def interface_nodes(interface: Interface, count: int, sampling: Sampling, seed: 
             points, weights = paper_sample(patch, share, random)
         else:
             points, weights = _SAMPLES[sampling](patch, share)
-        result.append((patch.lifted(points), weights))
+        result.append((frozen(patch.lifted(points)), frozen(np.array(weights))))
     return result
 
 
@@ -162,7 +176,8 @@ def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
         kept = _farthest(kept, kept[:1], max(4, count // 2))
     nodes = np.vstack([kept, inner])
     # cells that no line between two nodes cuts: each belongs to one node, and equal nodes get equal areas
-    cells = sheet.spread(CELLS * (across - 1), CELLS * (along - 1))
+    between = CELLS if count < MANY else FEW_CELLS
+    cells = sheet.spread(between * (across - 1), between * (along - 1))
     return sheet.flat(nodes), _weights(sheet, nodes, cells)
 
 

@@ -10,7 +10,7 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from holdfast.arrays import Float, Int
+from holdfast.arrays import Bool, Float, Int
 from holdfast.assembly.assembly import Assembly
 
 
@@ -102,7 +102,8 @@ class Capacity:
     """For each load column: the largest ``factor`` (n,) by which it may be multiplied, with bounds, and what gives way.
 
     ``status`` (n,) FINITE, INFINITE, UNSTABLE (factor 0) or UNDECIDED (factor 0); ``moving``, ``mode`` and
-    ``mechanism`` (n,), None where nothing gives way.
+    ``mechanism`` (n,), None where nothing gives way. Where ``solved`` (n,) is false the answer was carried over from
+    neighbouring loads; ``error`` (n,) is how far the factor may then be off, relative (0 where solved).
     """
 
     factor: Float
@@ -112,6 +113,8 @@ class Capacity:
     moving: tuple[tuple[str, ...], ...]
     mode: tuple[Mode, ...]
     mechanism: tuple[Mechanism | None, ...]
+    solved: Bool
+    error: Float
 
     @classmethod
     def told(
@@ -121,8 +124,10 @@ class Capacity:
         upper: Float,
         status: Sequence[Status],
         mechanisms: Sequence[Mechanism | None],
+        solved: Bool | None = None,
+        error: Float | None = None,
     ) -> Capacity:
-        """The capacity whose ``moving`` and ``mode`` are those of its mechanisms."""
+        """The capacity whose ``moving`` and ``mode`` are those of its mechanisms; all solved unless told."""
         return cls(
             factor,
             lower,
@@ -131,6 +136,8 @@ class Capacity:
             tuple(() if m is None else m.moving for m in mechanisms),
             tuple("none" if m is None else m.mode for m in mechanisms),
             tuple(mechanisms),
+            np.ones(len(factor), dtype=bool) if solved is None else solved,
+            np.zeros(len(factor)) if error is None else error,
         )
 
 
@@ -144,7 +151,8 @@ class State(Protocol):
     def load_factor(self, W: Float, gap: float | None = None) -> Capacity:
         """For each column of W (6J, n), wrenches on the movable bodies: the largest factor before motion.
 
-        ``gap`` allows an engine that gives bounds to stop at (upper - lower) / upper <= gap.
+        ``gap`` allows an engine that gives bounds to stop at (upper - lower) / upper <= gap, and others to carry over
+        answers between loads on one body with about that relative error.
         """
         ...
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from holdfast.applications.transport import TransportLimits
 from holdfast.assembly.assembly import Assembly
 from holdfast.engines.contract import Mechanism
 from holdfast.robustness.map import MapPoint, RobustnessMap
@@ -79,4 +80,17 @@ def map_data(result: RobustnessMap) -> dict[str, Any]:
         "weakest": plain(result.weakest()),
         "weakest_of_each_body": plain(weakest),
         **data,
+    }
+
+
+def transport_data(result: TransportLimits) -> dict[str, Any]:
+    """What ``holdfast transport --json`` prints."""
+    names = ("directions", "acceleration", "status", "lower", "upper", "moving", "mode", "mechanism", "notes")
+    return {
+        "scene": result.assembly.scene.name,
+        "engine": result.engine,
+        "claim": result.claim.value,
+        "verdict": {"status": result.verdict.status.value, "reason": result.verdict.reason},
+        "gravity": plain(result.assembly.scene.gravity),
+        **{name: plain(getattr(result, name)) for name in names},
     }

@@ -9,11 +9,15 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from holdfast.applications.transport import TransportLimits
 from holdfast.arrays import Bool, Float
 from holdfast.assembly.assembly import Assembly
 from holdfast.engines.contract import Status
+from holdfast.report.transport import level_angles
 from holdfast.robustness.map import MapPoint, RobustnessMap
 from holdfast.robustness.stability import Stability
+
+ARCS = 12  # rows of directions at most
 
 _WORDS = {
     Status.STABLE: ("stands", "bold green"),
@@ -100,6 +104,59 @@ def _row(weak: MapPoint) -> tuple[str, ...]:
     moving = ", ".join(weak.moving[:5]) + (f" and {len(weak.moving) - 5} more" if len(weak.moving) > 5 else "")
     place = "(" + ", ".join(f"{1e3 * v:.0f}" for v in weak.point) + ")"
     return weak.body, f"{weak.force:.4g}", place, _direction(weak.direction), f"{weak.mode}: {moving}"
+
+
+def transport_report(result: TransportLimits) -> RenderableType:
+    """Level directions by their angle: those in which the same gives way together, or ARCS even parts of the circle."""
+    word, style = _WORDS[result.verdict.status]
+    count = len(result.directions)
+    head = Text.assemble(
+        (result.assembly.scene.name or "assembly", "bold"),
+        ": ",
+        (word, style),
+        f" on its carrier, {count} directions  (engine {result.engine}: {result.claim})",
+    )
+    notes = [Text(f"note: {note}", style="yellow") for note in result.notes]
+    if result.verdict.status is not Status.STABLE:
+        notes.insert(0, Text(result.verdict.reason, style="dim"))
+    table = Table(title="largest acceleration of the carrier", title_justify="left", box=SIMPLE_HEAD)
+    for heading in ("from", "to", "least [m/s²]", "lower", "at", "what moves"):
+        name = heading == "what moves"
+        table.add_column(escape(heading), justify="left" if name else "right", no_wrap=not name)
+    angle = np.round(np.degrees(level_angles(result)), 1)
+    arcs = _arcs(result)
+    if len(arcs) > ARCS:
+        arcs = [part.tolist() for part in np.array_split(np.arange(count), ARCS)]
+    for arc in arcs:
+        least = arc[int(np.argmin(result.acceleration[arc]))]
+        first, last, at = (f"{angle[k]:g}°" for k in (arc[0], arc[-1], least))
+        figures = ["∞" if np.isinf(v) else f"{v:.4g}" for v in (result.acceleration[least], result.lower[least])]
+        lower = figures[1] if result.lower.any() else "-"
+        table.add_row(first, last, figures[0], lower, at, _gives_way(result, least))
+    return Group(head, *notes, table)
+
+
+def _arcs(result: TransportLimits) -> list[list[int]]:
+    """Neighbouring directions in which the same bodies give way in the same manner, the first joined to the last."""
+    kinds = [(result.status[k], result.mode[k], result.moving[k]) for k in range(len(result.directions))]
+    arcs: list[list[int]] = []
+    for k, kind in enumerate(kinds):
+        if arcs and kinds[k - 1] == kind:
+            arcs[-1].append(k)
+        else:
+            arcs.append([k])
+    if len(arcs) > 1 and kinds[0] == kinds[-1]:
+        arcs[0] = arcs.pop() + arcs[0]
+    return arcs
+
+
+def _gives_way(result: TransportLimits, k: int) -> str:
+    if result.status[k] is Status.INFINITE:
+        return "nothing"
+    if result.status[k] is not Status.FINITE:
+        return f"not computed: {result.status[k]}"
+    moving = result.moving[k]
+    return f"{result.mode[k]}: " + ", ".join(moving[:5]) + (f" and {len(moving) - 5} more" if len(moving) > 5 else "")
 
 
 def _direction(values: tuple[float, float, float]) -> str:

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from holdfast.arrays import Float, Int, Objects, checked_number, objects
+from holdfast.arrays import Bool, Float, Int, Objects, checked_number, objects
 from holdfast.assembly.assembly import Assembly
 from holdfast.engines.contract import Claim, Mode, Status, Verdict
 from holdfast.errors import SceneError, message
@@ -29,7 +29,10 @@ SIGNIFICANT = 6  # digits of a force that count in a ranking
 
 @dataclass(frozen=True)
 class MapPoint:
-    """One point of a map: a push of ``force`` along ``direction`` (inward) at ``point`` moves ``moving``."""
+    """One point of a map: a push of ``force`` along ``direction`` (inward) at ``point`` moves ``moving``.
+
+    Where not ``solved``, ``force`` was interpolated, with a stated relative ``error``.
+    """
 
     body: str
     point: tuple[float, float, float]
@@ -39,6 +42,8 @@ class MapPoint:
     mode: Mode
     moving: tuple[str, ...]
     mechanism: str
+    solved: bool
+    error: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +53,8 @@ class RobustnessMap:
     ``points`` and outward ``normals`` (n, 3), ``body`` (n,) names, ``force`` (n,) [N] for a push along minus the
     normal; ``status``, ``lower``, ``upper``, ``moving``, ``mode`` (n,) and ``mechanism`` (n,) as in Robustness.
     ``cells`` holds the surface pieces of each body that the points stand for (in the order of the points), ``hidden``
-    those where nobody can push.
+    those where nobody can push. ``solved`` (n,) tells which points were solved, ``error`` (n,) the stated relative
+    error of ``force`` where it was interpolated between them (0 elsewhere).
     """
 
     engine: str
@@ -65,6 +71,8 @@ class RobustnessMap:
     moving: Objects
     mode: Objects
     mechanism: Objects
+    solved: Bool
+    error: Float
     cells: dict[str, Cells]
     hidden: dict[str, Cells]
     notes: tuple[str, ...]
@@ -101,6 +109,8 @@ class RobustnessMap:
             self.mode[index],
             self.moving[index],
             "" if self.mechanism[index] is None else self.mechanism[index].text,
+            bool(self.solved[index]),
+            float(self.error[index]),
         )
 
 
@@ -116,11 +126,13 @@ def robustness_map(
 
     ``spacing`` [m] is the distance of neighbouring points. Points on contact patches, and points with another body
     less than half a spacing in front of them, are left out: nobody can push there. ``gap`` is the largest
-    (upper - lower) / upper wanted of engines that give bounds; ``graph`` gives none and takes no notice.
+    (upper - lower) / upper wanted of engines that give bounds. ``compliant`` interpolates between points that it solved
+    until the expected relative error is at most ``gap``; up to three times that is stated. With 0 every point is solved
+    on its own. ``graph`` takes no notice.
     """
     checked_assembly(assembly)
     step = checked_number(spacing, "robustness_map: spacing", above=0)
-    checked_number(gap, "robustness_map: gap", above=0)
+    checked_number(gap, "robustness_map: gap", minimum=0)
     if isinstance(bodies, str):
         raise SceneError(message("robustness_map", f"bodies is the text {bodies!r}", "needs a list of names"))
     names = [body.name for body in assembly.movable] if bodies is None else list(bodies)
@@ -144,7 +156,7 @@ def robustness_map(
                 under |= blocked(cells, other.surface_world, step / 2)
         shown[name], hidden[name] = cells.chosen(~under), cells.chosen(under)
         columns = push_columns(assembly, number, shown[name].points, -shown[name].normals)
-        capacities.append(state.load_factor(columns, gap))
+        capacities.append(state.load_factor(columns, gap or None))
     report("robustness of all surfaces", len(numbers), len(numbers))
     return RobustnessMap(
         method.name,
@@ -161,6 +173,8 @@ def robustness_map(
         objects([m for c in capacities for m in c.moving]),
         objects([m for c in capacities for m in c.mode]),
         objects([m for c in capacities for m in c.mechanism]),
+        np.concatenate([c.solved for c in capacities]),
+        np.concatenate([c.error for c in capacities]),
         shown,
         hidden,
         state.notes,

@@ -8,22 +8,20 @@ from typing import Any
 
 import numpy as np
 
-from holdfast.arrays import Float, Objects, checked, objects, unit
+from holdfast.arrays import Float, Objects, checked, objects
 from holdfast.assembly.assembly import Assembly
 from holdfast.engines.contract import Capacity, Claim, Engine, Mechanism, Mode, Status
 from holdfast.engines.limit.engine import Limit
-from holdfast.errors import HoldfastError, SceneError, message
+from holdfast.errors import HoldfastError, message
 from holdfast.robustness.request import (
     DEFAULT_ENGINE,
     EngineChoice,
     Load,
-    body_number,
     checked_assembly,
     engine_of,
-    push_columns,
+    pushes,
     total_wrench,
 )
-from holdfast.scene.distance import distance_to_surface
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,26 +83,13 @@ def robustness(
     contact tolerance raises SceneError.
     """
     checked_assembly(assembly)
-    where = f"robustness of {body!r}"
-    p, e = _rows(points, f"{where}: points"), _rows(directions, f"{where}: directions")
-    count = max(len(p), len(e))
-    if not count or not len(p) or not len(e):
-        raise SceneError(message(where, f"{len(p)} points and {len(e)} directions", "needs at least one of each"))
-    if len(p) not in (1, count) or len(e) not in (1, count):
-        problem = f"{len(p)} points and {len(e)} directions"
-        raise SceneError(message(where, problem, "needs equally many, or one of either"))
-    p, e = np.broadcast_to(p, (count, 3)), np.broadcast_to(e, (count, 3))
-    if not (np.linalg.norm(e, axis=1) > 0).all():
-        raise SceneError(message(where, "a direction is zero", "needs vectors with a length"))
-    e = unit(e)
-    number = body_number(assembly, body)
-    _check_on_surface(assembly, body, p, where)
+    p, e, W = pushes(assembly, body, points, directions, f"robustness of {body!r}")
     method = engine_of(engine)
-    W, held = push_columns(assembly, number, p, e), total_wrench(assembly, standing)
+    held = total_wrench(assembly, standing)
     state = method.prepare(assembly, held)
     capacity = state.load_factor(W)
     if bound:
-        capacity = _bounded(capacity, method, assembly, W, held, None)
+        capacity = bounded(capacity, method, assembly, W, held, None)
     return Robustness(
         method.name,
         method.claim,
@@ -144,7 +129,7 @@ def load_factor(
     state = method.prepare(assembly, held, moved)
     capacity = state.load_factor(W)
     if bound:
-        capacity = _bounded(capacity, method, assembly, W, held, moved)
+        capacity = bounded(capacity, method, assembly, W, held, moved)
     return LoadFactor(
         method.name,
         method.claim,
@@ -159,7 +144,7 @@ def load_factor(
     )
 
 
-def _bounded(
+def bounded(
     capacity: Capacity, method: Engine, assembly: Assembly, W: Float, standing: Float, acceleration: Float | None
 ) -> Capacity:
     """The capacity with upper bounds by limit analysis over the corners of the patches, which contain all nodes."""
@@ -170,21 +155,3 @@ def _bounded(
         return capacity
     certain = Limit().prepare(assembly, standing, acceleration).load_factor(W)
     return replace(capacity, upper=np.minimum(capacity.upper, certain.upper))
-
-
-def _rows(value: Any, where: str) -> Float:  # noqa: ANN401
-    array = np.asarray(value, dtype=object)
-    return checked(value, (3,), where)[None] if array.ndim == 1 else checked(value, (None, 3), where)
-
-
-def _check_on_surface(assembly: Assembly, name: str, points: Float, where: str) -> None:
-    body = assembly.scene.body(name)
-    tolerance = assembly.tolerances.gap + body.shape.surface.sagitta
-    distance = distance_to_surface(points, body.surface_world)
-    worst = int(np.argmax(distance))
-    if distance[worst] > tolerance:
-        place = np.array2string(points[worst], precision=4, separator=", ")
-        away = f"{distance[worst] * 1e3:.3g} mm" if distance[worst] < 1 else f"{distance[worst]:.3g} m"
-        problem = f"point {worst} at {place} is {away} from the surface"
-        remedy = f"needs points on the body (tolerance {tolerance * 1e3:.3g} mm), in world coordinates"
-        raise SceneError(message(where, problem, remedy))

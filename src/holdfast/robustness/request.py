@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from holdfast.arrays import Float, checked
+from holdfast.arrays import Float, checked, checked_pushes
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.contract import Engine
@@ -16,6 +16,7 @@ from holdfast.engines.graph.engine import Graph
 from holdfast.engines.limit.engine import Limit
 from holdfast.errors import HoldfastError, SceneError, message
 from holdfast.rigid import wrench_at
+from holdfast.scene.distance import distance_to_surface
 
 ENGINES: dict[str, Callable[[], Engine]] = {"graph": Graph, "limit": Limit, "compliant": Compliant}
 
@@ -97,3 +98,35 @@ def push_columns(assembly: Assembly, number: int, points: Float, directions: Flo
     if number != FIXED:
         W[6 * number : 6 * number + 6] = wrench_at(directions, points, assembly.com[number]).T
     return W
+
+
+def pushes(
+    assembly: Assembly,
+    body: str,
+    points: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
+    directions: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
+    where: str,
+) -> tuple[Float, Float, Float]:
+    """Points (n, 3), unit directions (n, 3) and columns (6J, n) of pushes as a caller gave them, checked.
+
+    A single point or direction is repeated for the other; points must lie on the body.
+    """
+    p, e = checked_pushes(points, directions, where)
+    if not len(p):
+        raise SceneError(message(where, "got no points", "needs at least one"))
+    number = body_number(assembly, body)
+    _check_on_surface(assembly, body, p, where)
+    return p, e, push_columns(assembly, number, p, e)
+
+
+def _check_on_surface(assembly: Assembly, name: str, points: Float, where: str) -> None:
+    body = assembly.scene.body(name)
+    tolerance = assembly.tolerances.gap + body.shape.surface.sagitta
+    distance = distance_to_surface(points, body.surface_world)
+    worst = int(np.argmax(distance))
+    if distance[worst] > tolerance:
+        place = np.array2string(points[worst], precision=4, separator=", ")
+        away = f"{distance[worst] * 1e3:.3g} mm" if distance[worst] < 1 else f"{distance[worst]:.3g} m"
+        problem = f"point {worst} at {place} is {away} from the surface"
+        remedy = f"needs points on the body (tolerance {tolerance * 1e3:.3g} mm), in world coordinates"
+        raise SceneError(message(where, problem, remedy))

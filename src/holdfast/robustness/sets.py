@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
@@ -15,6 +16,7 @@ from holdfast.engines.contract import Claim, Status
 from holdfast.engines.limit.engine import Limit, LimitState
 from holdfast.errors import HoldfastError, SceneError, SolverError, message
 from holdfast.progress import report
+from holdfast.robustness.files import read_set, save_set
 from holdfast.robustness.request import EngineChoice, Load, body_number, engine_of, total_wrench
 
 FORCE_BOUND = 20.0  # total weights, and torques of that times the assembly's size
@@ -58,12 +60,35 @@ class ConvexSet:
 
         ``x`` is (d,), or (n, d) for an object array (n,) of answers.
         """
-        dimension = len(self.bound)
-        single = np.asarray(x, dtype=object).ndim == 1
-        points = checked(x, (dimension,) if single else (None, dimension), "contains: x").reshape(-1, dimension)
+        points, single = self._points(x, "contains: x")
         inside, possible = _satisfied(self.inner, points), _satisfied(self.outer, points)
         answers = [True if yes else None if maybe else False for yes, maybe in zip(inside, possible, strict=True)]
         return answers[0] if single else objects(answers)
+
+    def usage(self, x: Any) -> float | Float:  # noqa: ANN401 - (d,) or (n, d) numbers, checked
+        """The share of the reach of ``inner`` from 0 that ``x`` uses: max(A x / b), at most 1 certainly in the set.
+
+        ``x`` is (d,), or (n, d) for an array (n,).
+        """
+        points, single = self._points(x, "usage: x")
+        A, b = self.inner
+        used = np.maximum(_largest(A / b[:, None], points), 0.0)
+        return float(used[0]) if single else used
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the set as JSON (.json) or for NumPy (.npz), with both polyhedra as half-spaces."""
+        save_set(self, path)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> ConvexSet:
+        """Read a set back that ``save`` wrote, bit for bit the same."""
+        return cls(**read_set(path))
+
+    def _points(self, x: Any, where: str) -> tuple[Float, bool]:  # noqa: ANN401
+        dimension = len(self.bound)
+        single = np.asarray(x, dtype=object).ndim == 1
+        points = checked(x, (dimension,) if single else (None, dimension), where).reshape(-1, dimension)
+        return points, single
 
 
 def admissible_wrenches(

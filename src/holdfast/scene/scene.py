@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -77,6 +77,14 @@ class Scene:
         near = difflib.get_close_matches(str(name), names, n=1)
         remedy = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(names[:20])}"
         raise SceneError(message("scene", f"has no body named {name!r}", remedy))
+
+    def without(self, names: Collection[str]) -> Scene:
+        """The scene with these bodies taken away."""
+        for name in names:
+            self.body(name)
+        left = [body for body in self.bodies if body.name not in names]
+        known = {body.name for body in left} | {body.material for body in left if body.material is not None}
+        return Scene(left, self.friction.among(known), self.gravity, self.name)
 
     def mu(self, a: str, b: str) -> float:
         """The static friction coefficient between two bodies."""

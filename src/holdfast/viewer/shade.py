@@ -34,10 +34,18 @@ class Panel:
     depth: NDArray[np.float64]
 
 
-def render(movable: Soup, fixed: Soup | None, camera: Camera, shape: tuple[int, int], ghost: bool = False) -> Panel:
+def render(
+    movable: Soup,
+    fixed: Soup | None,
+    camera: Camera,
+    shape: tuple[int, int],
+    ghost: bool = False,
+    focus: NDArray[np.float64] | None = None,
+) -> Panel:
     """Draw both soups into a panel of (rows, columns); fixed bodies fade out away from the movable ones.
 
-    ``ghost`` draws the movable bodies pale, as a backdrop for what lies inside them.
+    ``ghost`` draws the movable bodies pale, as a backdrop for what lies inside them. ``focus``: points (N, 3) that the
+    fixed bodies fade away from instead.
     """
     fine = camera.magnified(_SAMPLES)
     size = (shape[0] * _SAMPLES, shape[1] * _SAMPLES)
@@ -45,7 +53,7 @@ def render(movable: Soup, fixed: Soup | None, camera: Camera, shape: tuple[int, 
     paint = _ghost_paint(movable, camera.view) if ghost else _paint(movable, camera.view)
     image = _ink(_lookup(paint, front, _BACKGROUND), front, 0.45 if ghost else 1.0)
     if fixed is not None and len(fixed.triangles):
-        image = _with_fixed(image, front, fixed, fine, movable.vertices)
+        image = _with_fixed(image, front, fixed, fine, movable.vertices if focus is None else focus)
     rows, columns = shape
     pooled = image.reshape(rows, _SAMPLES, columns, _SAMPLES, 3).mean(axis=(1, 3))
     return Panel(pooled.astype(float), front.depth[::_SAMPLES, ::_SAMPLES])

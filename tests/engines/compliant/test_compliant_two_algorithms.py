@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from compliant_scenes import X, columns, random_pushes, shipped
+from compliant_scenes import X, shipped
 
 from holdfast import Compliant
+from holdfast.benchmarks.reliability import random_pushes
 from holdfast.engines.compliant.fixed_point import Fixed, fixed_point
 from holdfast.engines.compliant.law import node_forces
 from holdfast.engines.compliant.path import PEAK
@@ -14,27 +15,34 @@ def outcome(state, wrench: np.ndarray, most: int = 150) -> Fixed:
     return fixed_point(state.assembly, state.nodes, wrench, state.system.model.k, most=most).outcome
 
 
-@pytest.mark.parametrize(
-    ("name", "decided"), [("cube", 0.9), ("stack", 0.9), ("table", 1.0), ("tall_table", 0.8), ("v_groove", 0.5)]
-)
-def test_rests_below_the_peak_and_moves_above(name: str, decided: float) -> None:
-    """Verdicts must never contradict the path; near collapse the plain iteration may stay undecided.
-
-    Walls are left out: bricks that meet head to head can come to rest in other ways than the path's.
-    """
+def agreement(name: str, count: int) -> tuple[int, int]:
+    """Verdicts beside the peaks of ``count`` random pushes, and how many came to one; none may contradict the path."""
     assembly = shipped(name)
     state = Compliant(nodes=5).prepare(assembly)
-    W = columns(assembly, random_pushes(assembly, 8, 21))
+    W = random_pushes(assembly, 5 * count, 5)
     paths = state.paths(W)
     answers = []
-    for k in np.flatnonzero(paths.kind == PEAK):
+    for k in np.flatnonzero(paths.kind == PEAK)[:count]:
         below = outcome(state, state.wrench + 0.98 * paths.peak[k] * W[:, k])
         above = outcome(state, state.wrench + 1.02 * paths.peak[k] * W[:, k])
         assert below is not Fixed.MOVES
         assert above is not Fixed.RESTS
         answers += [below, above]
-    assert len(answers) >= 10
-    assert sum(a is not Fixed.UNDECIDED for a in answers) >= decided * len(answers)
+    return len(answers), sum(a is not Fixed.UNDECIDED for a in answers)
+
+
+@pytest.mark.parametrize("name", ["cube", "stack", "table", "slope", "cantilever"])
+def test_rests_below_the_peak_and_moves_above(name: str) -> None:
+    assert agreement(name, 2) == (4, 4)
+
+
+@pytest.mark.slow
+def test_a_hundred_pushes_rest_below_the_peak_and_move_above() -> None:
+    """On arches and grooves growth settles slowly: some stay undecided."""
+    names = ["cube", "stack", "table", "tall_table", "v_groove", "slope", "wall2x2", "arch", "cantilever"]
+    given, decided = np.sum([agreement(name, 12) for name in names], axis=0)
+    assert given >= 200
+    assert decided >= 0.9 * given
 
 
 @pytest.mark.parametrize("name", ["cube", "stack", "table", "arch", "slope"])

@@ -7,11 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from compliant_scenes import SMALL, STANDING, X, shipped
+from compliant_scenes import SMALL, STANDING, X, floor, shipped
 
 import holdfast as hf
 from holdfast import Status, stability
-from holdfast.engines.compliant.settle import REST, settle_dense
+from holdfast.benchmarks.reliability import random_pushes
+from holdfast.engines.compliant.path import LOST, PEAK
+from holdfast.engines.compliant.settle import DRIFT, REST, move_dense, settle_dense
 from holdfast.engines.compliant.verdict import settled, unbalanced
 
 CASES = Path(__file__).parents[4] / "shared" / "cases"
@@ -127,3 +129,81 @@ def test_rest_does_not_depend_on_the_way_there(name: str) -> None:
     assert told[0] == REST
     again = settled(m, work, None)
     np.testing.assert_allclose(q, again.q, atol=1e-6 * np.abs(q).max())
+
+
+@pytest.mark.parametrize("name", ["stack", "table", "arch", "wall2x2"])
+def test_the_motion_itself_rests_below_the_peak_and_drifts_above(name: str) -> None:
+    """What verdicts fall back on: the overdamped motion, followed from bonded contacts without a single longer step."""
+    assembly = shipped(name)
+    state = hf.Compliant().prepare(assembly)
+    W = random_pushes(assembly, 12, 3)
+    paths = state.paths(W)
+    pushed = np.flatnonzero(paths.kind == PEAK)[:3]
+    assert len(pushed) == 3
+    m, work = state.system.model, state.system.work
+    loads = state._loads(W)
+    for k in pushed:
+        for share, end in ((0.97, REST), (1.03, DRIFT)):
+            q, drift, told = state.start.copy(), np.zeros(len(m.wrench)), np.zeros(3)
+            move_dense(m._replace(wrench=m.wrench + share * paths.peak[k] * loads[k]), work, 1.0, q, drift, told)
+            assert told[0] == end
+            if end == DRIFT:  # the load does work on it
+                assert drift @ (m.wrench + share * paths.peak[k] * loads[k]) > 0
+
+
+@pytest.mark.parametrize("name", ["stack", "table", "arch", "cantilever"])
+def test_a_lost_path_is_found_again_by_verdicts(name: str) -> None:
+    """Paths given up at 60 to 99 % of their peak: verdicts lead to the same peak, or slightly beside it."""
+    assembly = shipped(name)
+    state = hf.Compliant().prepare(assembly)
+    W = random_pushes(assembly, 12, 4)
+    paths = state.paths(W)
+    W = W[:, np.flatnonzero(paths.kind == PEAK)[:3]]
+    paths = state.paths(W)
+    known = paths.peak.copy()
+    paths.kind[:] = LOST
+    paths.peak[:] *= (0.6, 0.9, 0.99)
+    paths.q[:] = state.start
+    state._by_verdicts(W, paths)
+    assert (paths.kind == PEAK).all()
+    np.testing.assert_allclose(paths.peak, known, rtol=5e-3)
+    assert (paths.peak <= known * (1 + 1e-3)).all()
+
+
+def resting(shape: object, height: float, turned: np.ndarray | None = None) -> hf.Assembly:
+    pose = np.eye(4)
+    pose[:3, :3] = np.eye(3) if turned is None else turned
+    pose[2, 3] = height
+    return hf.assemble(hf.Scene([floor(), hf.Body("it", shape, mass=1.0, pose=pose)], 0.5))
+
+
+EDGE = np.array([[1, 0, 0], [0, 1, -1], [0, 1, 1]]) / np.array([[1], [2**0.5], [2**0.5]])
+CORNER = np.array([[1, -1, 0], [1, 1, -2], [1, 1, 1]]) / np.sqrt([[2], [6], [3]])
+LYING = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
+BOX = hf.Box((0.1, 0.1, 0.1))
+
+
+@pytest.mark.parametrize(
+    ("shape", "height", "turned", "only_balanced"),
+    [
+        pytest.param(BOX, 0.05, None, False, id="cube on a face"),
+        pytest.param(BOX, 0.05 * 2**0.5, EDGE, True, id="cube on an edge"),
+        pytest.param(BOX, 0.05 * 3**0.5, CORNER, True, id="cube on a corner"),
+        pytest.param(hf.Sphere(0.05), 0.05, None, True, id="sphere"),
+        pytest.param(hf.Cylinder(0.05, 0.2), 0.05, LYING, True, id="cylinder on its side"),
+        pytest.param(hf.Cylinder(0.05, 0.2), 0.1, None, False, id="cylinder on its base"),
+        pytest.param(hf.Box((0.004, 0.004, 0.004)), 0.002, None, False, id="small cube"),
+    ],
+)
+def test_what_is_only_balanced_is_said_to_be(
+    shape: object, height: float, turned: np.ndarray | None, only_balanced: bool
+) -> None:
+    result = stability(resting(shape, height, turned), engine="compliant")
+    assert result.status is Status.STABLE
+    assert ("only balanced" in result.reason) is only_balanced
+    assert ("side: it" in result.reason) is only_balanced
+
+
+@pytest.mark.parametrize("name", STANDING)
+def test_shipped_scenes_are_more_than_balanced(name: str) -> None:
+    assert "balanced" not in stability(shipped(name), engine="compliant").reason

@@ -139,6 +139,30 @@ def test_polygons_on_a_sliding_cube_by_hand(sides: int) -> None:
     assert most == pytest.approx(0.6 * 9.81, rel=1e-6)
 
 
+@pytest.mark.parametrize("name", ["stack", "table", "wall2x2"])
+@pytest.mark.parametrize("kind", ["inscribed", "circumscribed"])
+def test_polygons_by_another_linear_program(name: str, kind: str) -> None:
+    """HiGHS on shares of the polygon's corners, with our own G."""
+    assembly = shipped(name)
+    W = columns(assembly, 8, 6)
+    G, normals, mu = dense_operator(assembly)
+    t1, t2 = tangents(normals)
+    for sides in (4, 8):
+        reach = mu[:, None] * (1.0 if kind == "inscribed" else 1 / np.cos(np.pi / sides))
+        edges = []
+        for angle in np.pi / sides * (1 + 2 * np.arange(sides)):
+            force = normals + reach * (np.cos(angle) * t1 + np.sin(angle) * t2)
+            edges.append(np.einsum("jix,ix->ji", G.reshape(len(G), -1, 3), force))
+        got = Limit(kind, sides).prepare(assembly).load_factor(W)
+        for k, column in enumerate(W.T):
+            A = np.column_stack([*edges, column])
+            cost = np.r_[np.zeros(A.shape[1] - 1), -1.0]
+            found = linprog(cost, A_eq=A, b_eq=-weights(assembly), bounds=(0, None), method="highs")
+            assert got.status[k] is (Status.INFINITE if found.status == 3 else Status.FINITE)
+            if found.status != 3:
+                assert got.factor[k] == pytest.approx(-found.fun, rel=1e-6)
+
+
 @pytest.mark.parametrize(("sides", "share"), [(4, 1.2), (8, 1.05)])
 def test_a_circumscribed_polygon_holds_what_only_it_can_hold(sides: int, share: float) -> None:
     """On a slope steeper than μ, towards a corner of the polygon: the optimistic choice must say that one exists."""

@@ -23,8 +23,11 @@ from holdfast.engines.forces import ACCEPTED_RESIDUAL, force_program
 
 SETTLED = 1e-7  # change of φ, relative to the largest displacement, at which it is fixed
 MEMORY = 6  # earlier steps that Anderson acceleration combines
+PATIENCE = 10  # accelerated steps without a smaller change of φ, after which growth is looked for
+FARTHEST = 10.0  # times all displacements, up to which an accelerated step may lead
 STEADY = 0.01  # relative change of the growth of φ below which it is steady
-LONG = 12  # steps over which it must be
+LONG = 12  # plain steps over which it must be
+SEARCH = 100  # plain steps in search of that
 
 
 class Fixed(Enum):
@@ -54,51 +57,86 @@ def fixed_point(
     program = replace(program, P=sparse.diags(1 / stiffness.ravel(), format="csc"))
     prepared = Prepared(program, tolerance=1e-10)
     rough = nodes.mu > 0
-    phi, q = np.zeros(len(nodes)), np.zeros(3 * len(nodes))
-    inputs: list[Float] = []
-    outputs: list[Float] = []
-    grown: list[Float] = []
-    twists: list[Float] = []
-    accelerated = True
+    q = np.zeros(3 * len(nodes))
+    search = _Search(len(nodes))
     for count in range(1, most + 1):
-        q[::3] = phi
+        q[::3] = search.phi
         prepared.aim(q)
         solution = prepared.solve()
         twist = (assembly.equation_scale * solution.z[: G.shape[0]]).reshape(-1, 6)
         if solution.outcome is Outcome.INFEASIBLE:
             return FixedPoint(Fixed.MOVES, None, twist, count)
         if solution.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED) or solution.residual > ACCEPTED_RESIDUAL:
-            if accelerated and outputs:  # it leapt too far
-                accelerated, grown, phi = False, [], outputs[-1]
-                continue
-            return FixedPoint(Fixed.UNDECIDED, None, None, count)
+            if not search.leapt():
+                return FixedPoint(Fixed.UNDECIDED, None, None, count)
+            search.back()  # it leapt too far
+            continue
         slip = np.zeros(len(nodes))
         slip[rough] = np.linalg.norm(solution.z[-3 * int(rough.sum()) :].reshape(-1, 3)[:, 1:], axis=1)
         wanted = nodes.mu * slip
         forces = solution.x.reshape(-1, 3)
         scale = max(float(np.abs(forces / stiffness).max()), float(wanted.max(initial=0)))
-        if np.abs(wanted - phi).max(initial=0) <= SETTLED * scale:
+        if np.abs(wanted - search.phi).max(initial=0) <= SETTLED * scale:
             return FixedPoint(Fixed.RESTS, forces * assembly.weight, None, count)
-        if accelerated and count > most // 2:
-            accelerated, grown = False, []
-        grown.append(wanted - phi)
-        twists.append(twist)
-        if not accelerated and len(grown) > LONG:
-            recent = np.array(grown[-LONG:])
-            if np.abs(recent - recent[-1]).max() <= STEADY * np.abs(recent[-1]).max():
-                return FixedPoint(Fixed.MOVES, None, twists[-1] - twists[-2], count)
-        inputs.append(phi)
-        outputs.append(wanted)
-        phi = _mixed(inputs[-MEMORY:], outputs[-MEMORY:]) if accelerated else wanted
+        motion = search.step(wanted, scale, twist)
+        if motion is not None:
+            return FixedPoint(Fixed.MOVES, None, motion, count)
     return FixedPoint(Fixed.UNDECIDED, None, None, most)
 
 
+class _Search:
+    """Where to look next for a fixed φ (I,) = F(φ): by Anderson's steps and, while those find none, by plain ones.
+
+    Where the contacts never come to rest, F(φ) - φ tends to a constant under plain steps. Where they do, Anderson's
+    steps sometimes need to be begun again from where plain ones led.
+    """
+
+    def __init__(self, count: int) -> None:
+        self.phi = np.zeros(count)
+        self._inputs: list[Float] = []
+        self._outputs: list[Float] = []
+        self._least, self._idle = np.inf, 0
+        self._growths: list[Float] = []  # in plain steps
+        self._twist = np.empty(0)
+
+    def leapt(self) -> bool:
+        """Whether φ is anything but the plain next step."""
+        return len(self._inputs) > 1
+
+    def back(self) -> None:
+        """Go on by plain steps."""
+        self.phi, self._inputs, self._idle = self._outputs[-1], [], PATIENCE
+
+    def step(self, wanted: Float, scale: float, twist: Float) -> Float | None:
+        """Take F(φ) = ``wanted`` into account; the motion (J, 6) if growth is steady, displacements being ``scale``."""
+        growth = wanted - self.phi
+        before, self._twist = self._twist, twist
+        if self._idle < PATIENCE:
+            change = float(np.abs(growth).max())
+            self._idle = 0 if change < 0.9 * self._least else self._idle + 1
+            self._least = min(change, self._least)
+            self._inputs.append(self.phi)
+            self._outputs.append(wanted)
+            mixed = _mixed(self._inputs[-MEMORY:], self._outputs[-MEMORY:])
+            sane = self._idle < PATIENCE and mixed.min() > -scale and mixed.max() < FARTHEST * scale
+            self.phi = np.maximum(mixed, 0.0) if sane else wanted
+            return None
+        self._growths.append(growth)
+        self.phi = wanted
+        recent = np.array(self._growths[-LONG:])
+        if len(recent) == LONG and np.abs(recent - growth).max() <= STEADY * np.abs(growth).max():
+            return twist - before
+        if len(self._growths) >= SEARCH:
+            self._idle, self._least = 0, np.inf
+            self._inputs, self._outputs, self._growths = [], [], []
+        return None
+
+
 def _mixed(inputs: list[Float], outputs: list[Float]) -> Float:
-    """Anderson's combination of earlier steps, the one that would change least; never negative."""
+    """Anderson's combination of earlier steps, the one that would change least."""
     if len(inputs) == 1:
         return outputs[0]
     residual = np.array([o - i for i, o in zip(inputs, outputs, strict=True)])
     steps = np.diff(residual, axis=0).T
     weights, *_ = np.linalg.lstsq(steps, residual[-1], rcond=1e-8)
-    mixed = outputs[-1] - np.diff(np.array(outputs), axis=0).T @ weights
-    return np.asarray(np.maximum(mixed, 0.0))
+    return np.asarray(outputs[-1] - np.diff(np.array(outputs), axis=0).T @ weights)

@@ -16,19 +16,23 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
-from holdfast.arrays import Float, Int
+from holdfast.arrays import Bool, Float, Int
 from holdfast.compiled import compilable, compiled
 from holdfast.engines.compliant.law import Elastic
 
 SINGULAR = 0.0
-VISCOSITY, CORNER, SIGN = 0, 1, 2  # entries of Work.ask
+SMALL_PIVOT = 0.1  # of the largest in its column: below it the order that suits the symmetric pattern is left
+VISCOSITY, CORNER, SIGN, TRANSPOSED = 0, 1, 2, 3  # entries of Work.ask
+NO_RESISTANCE = 1e-9  # over that of bonded contacts as wide as the body
+NEAR_SINGULAR = 1e-12  # added, so that a singular stiffness can be factored
 
 
 class Work(NamedTuple):
     """A system and scratch.
 
-    ``K`` (P, 6, 6); ``w``, ``c`` (n,); right-hand sides ``rhs`` (n + 1, 2). ``ask`` (3,) holds ε, d and, once solved,
-    the sign of the determinant (0: singular). ``A`` (n + 1, n + 1) is for the dense solution, the rest is scratch.
+    ``K`` (P, 6, 6); ``w``, ``c`` (n,); right-hand sides ``rhs`` (n + 1, 2). ``ask`` (4,) holds ε, d, once solved the
+    sign of the determinant (0: singular), and 1 where the transposed system is meant. ``A`` (n + 1, n + 1) is for the
+    dense solution, the rest is scratch.
     """
 
     K: Float
@@ -52,7 +56,7 @@ def make_work(m: Elastic, *, dense: bool) -> Work:
         np.zeros(n),
         np.zeros(n),
         np.zeros((n + 1, 2)),
-        np.zeros(3),
+        np.zeros(4),
         square,
         np.zeros(n),
         np.zeros(n),
@@ -71,12 +75,13 @@ def _add_blocks(m: Elastic, K: Float, factor: float, A: Float, X: Float) -> None
                 continue
             T = m.Tb[p] if side == 0 else m.Ta[p]
             sign = factor if side == 0 else -factor
+            X[:] = 0.0
             for i in range(6):
-                for j in range(6):
-                    total = 0.0
-                    for l in range(6):  # noqa: E741
-                        total += K[p, i, l] * T[l, j]
-                    X[i, j] = sign * total
+                for l in range(6):  # noqa: E741
+                    share = sign * K[p, i, l]
+                    if share != 0.0:
+                        for j in range(6):  # the inner loop along rows: compiled to vector instructions
+                            X[i, j] += share * T[l, j]
             for other in range(2):
                 row = m.b[p] if other == 0 else m.a[p]
                 if row < 0:
@@ -84,11 +89,11 @@ def _add_blocks(m: Elastic, K: Float, factor: float, A: Float, X: Float) -> None
                 T = m.Tb[p] if other == 0 else m.Ta[p]
                 sign_ = 1.0 if other == 0 else -1.0
                 for i in range(6):
-                    for j in range(6):
-                        total = 0.0
-                        for l in range(6):  # noqa: E741
-                            total += T[l, i] * X[l, j]
-                        A[6 * row + i, 6 * column + j] += sign_ * total
+                    for l in range(6):  # noqa: E741
+                        share = sign_ * T[l, i]
+                        if share != 0.0:
+                            for j in range(6):
+                                A[6 * row + i, 6 * column + j] += share * X[l, j]
 
 
 @compiled
@@ -105,16 +110,22 @@ def dense_solve(m: Elastic, work: Work) -> None:
         A[n, i] = work.c[i]
     A[n, n] = work.ask[1]
     size = n + 1
+    if work.ask[3] > 0:
+        for i in range(size):
+            for j in range(i):
+                A[i, j], A[j, i] = A[j, i], A[i, j]
     sign = 1.0
     for i in range(size):
         top = 0.0
+        row = A[i]
         for j in range(size):
-            top = max(top, abs(A[i, j]))
+            top = max(top, abs(row[j]))
         if top > 0:
+            inverse = 1 / top
             for j in range(size):
-                A[i, j] /= top
-            rhs[i, 0] /= top
-            rhs[i, 1] /= top
+                row[j] *= inverse
+            rhs[i, 0] *= inverse
+            rhs[i, 1] *= inverse
     for c in range(size):
         pivot = c
         for i in range(c + 1, size):
@@ -132,11 +143,13 @@ def dense_solve(m: Elastic, work: Work) -> None:
         if A[c, c] < 0:
             sign = -sign
         inverse = 1 / A[c, c]
+        above = A[c, c + 1 :]
         for i in range(c + 1, size):
             factor = A[i, c] * inverse
             if factor != 0.0:
-                for j in range(c + 1, size):
-                    A[i, j] -= factor * A[c, j]
+                row = A[i, c + 1 :]  # slices: their loops compile to vector instructions
+                for j in range(len(above)):
+                    row[j] -= factor * above[j]
                 rhs[i, 0] -= factor * rhs[c, 0]
                 rhs[i, 1] -= factor * rhs[c, 1]
     for c in range(size - 1, -1, -1):
@@ -161,6 +174,43 @@ def _blocks(m: Elastic, K: Float, viscosity: float, out: Float) -> None:
         out[p, 3] = m.Ta[p].T @ Y
 
 
+def _pattern(m: Elastic) -> tuple[Bool, Int, Int]:
+    """Which entries of ``_blocks`` belong to free bodies, and the rows and columns of those."""
+    ends = np.stack([np.stack([m.b, m.b, m.a, m.a], 1), np.stack([m.b, m.a, m.b, m.a], 1)], 2)
+    rows = (6 * ends[:, :, 0, None, None] + np.arange(6)[:, None] + np.zeros((1, 6), int)).ravel()
+    columns = (6 * ends[:, :, 1, None, None] + np.arange(6) + np.zeros((6, 1), int)).ravel()
+    kept = np.repeat((ends >= 0).all(2).ravel(), 36)
+    return kept, rows[kept], columns[kept]
+
+
+def loose(m: Elastic, K: Float) -> Float:
+    """How far each body (J,) moves in a motion (largest: 1) that the stiffness ``K`` (P, 6, 6) does not resist.
+
+    Zero where there is none. By inverse iteration from a fixed random start, so that of several such motions a general
+    combination is found; each body's rows and columns in units of its own bonded contacts and size.
+    """
+    n = len(m.wrench)
+    kept, rows, columns = _pattern(m)
+    blocks = np.zeros((len(m.a), 4, 6, 6))
+    _blocks(m, m.bonded, 0.0, blocks)
+    firmest = np.zeros(n)
+    on = (rows == columns) & (rows % 6 < 3)
+    np.add.at(firmest, rows[on], blocks.ravel()[kept][on])
+    size = m.scale[::6] / m.scale[3::6]
+    unit = np.repeat(np.sqrt(firmest.reshape(-1, 6).max(1)), 6) * np.stack([np.ones_like(size), size], 1).repeat(3)
+    _blocks(m, K, 0.0, blocks)
+    scaled = blocks.ravel()[kept] / (unit[rows] * unit[columns])
+    A = sparse.csc_matrix((scaled, (rows, columns)), shape=(n, n))
+    factors = splu(A + NEAR_SINGULAR * sparse.eye(n, format="csc"))
+    x = np.random.default_rng(0).normal(size=n)
+    for _ in range(3):
+        x = factors.solve(x)
+        x /= np.abs(x).max()
+    if np.abs(np.asarray(A @ x)).max() > NO_RESISTANCE:
+        return np.zeros(n // 6)
+    return np.asarray(np.abs(x).reshape(-1, 6).max(1))
+
+
 class SparseSolver:
     """Sparse LU of the systems of one model; the pattern is found once."""
 
@@ -168,32 +218,42 @@ class SparseSolver:
         self._m = m
         self._blocks = np.zeros((len(m.a), 4, 6, 6))
         n = len(m.wrench)
-        ends = np.stack([np.stack([m.b, m.b, m.a, m.a], 1), np.stack([m.b, m.a, m.b, m.a], 1)], 2)
-        rows = (6 * ends[:, :, 0, None, None] + np.arange(6)[:, None] + np.zeros((1, 6), int)).ravel()
-        columns = (6 * ends[:, :, 1, None, None] + np.arange(6) + np.zeros((6, 1), int)).ravel()
-        kept = np.repeat((ends >= 0).all(2).ravel(), 36)
+        kept, rows, columns = _pattern(m)
         edge = np.arange(n)
-        rows = np.concatenate([rows[kept], edge, np.full(n, n), [n]])
-        columns = np.concatenate([columns[kept], np.full(n, n), edge, [n]])
+        rows = np.concatenate([rows, edge, np.full(n, n), [n]])
+        columns = np.concatenate([columns, np.full(n, n), edge, [n]])
+        places, slot = np.unique(columns * (n + 1) + rows, return_inverse=True)
         self._kept = kept
-        self._shape = (n + 1, n + 1)
-        self._rows, self._columns = rows, columns
+        self._slot = slot.reshape(-1)  # where each value is added
+        self._row = (places % (n + 1)).astype(np.int32)
+        self._start = np.searchsorted(places, (n + 1) * np.arange(n + 2)).astype(np.int32)
+        self._by_row = np.argsort(self._row, kind="stable")
+        self._row_start = np.searchsorted(self._row[self._by_row], np.arange(n + 1))
 
     def solve(self, work: Work) -> None:
         """Solve the system of ``work`` in place."""
-        viscosity, corner, _ = work.ask
+        viscosity, corner, _, transposed = work.ask
         _blocks(self._m, work.K, viscosity, self._blocks)
         values = np.concatenate([self._blocks.ravel()[self._kept], -work.w, work.c, [corner]])
-        used = values != 0
-        matrix = sparse.csc_matrix((values[used], (self._rows[used], self._columns[used])), shape=self._shape)
-        top = np.maximum.reduceat(np.abs(matrix.tocsr().data), np.minimum(matrix.tocsr().indptr[:-1], matrix.nnz - 1))
+        data = np.bincount(self._slot, values, len(self._row))
+        top = np.maximum.reduceat(np.abs(data)[self._by_row], self._row_start)
         scale = 1 / np.where(top > 0, top, 1.0)
+        matrix = sparse.csc_matrix((data * scale[self._row], self._row, self._start), copy=True)
+        matrix.eliminate_zeros()  # of open contacts: they would fill the factors
         try:
-            factors = splu(sparse.csc_matrix(sparse.diags(scale) @ matrix))
+            factors = splu(
+                matrix,
+                permc_spec="MMD_AT_PLUS_A",
+                diag_pivot_thresh=SMALL_PIVOT,
+                options={"SymmetricMode": True},
+            )
         except RuntimeError:  # exactly singular
             work.ask[SIGN] = SINGULAR
             return
-        work.rhs[:] = factors.solve(work.rhs * scale[:, None])
+        if transposed:
+            work.rhs[:] = factors.solve(work.rhs.copy(), "T") * scale[:, None]  # type: ignore[call-overload]
+        else:
+            work.rhs[:] = factors.solve(work.rhs * scale[:, None])
         diagonal = factors.U.diagonal()
         sign = np.sign(diagonal).prod() * _parity(factors.perm_r) * _parity(factors.perm_c)
         work.ask[SIGN] = sign if np.isfinite(work.rhs).all() else SINGULAR

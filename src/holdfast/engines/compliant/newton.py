@@ -10,6 +10,7 @@ from holdfast.engines.compliant.law import Elastic, add_wrench, evaluate, sheet_
 from holdfast.engines.compliant.linear import SparseSolver, Work, solve
 
 HALVINGS = 8
+ROUNDING = 5e-17  # share of the largest term that sums lose, as measured where bodies have drifted far
 
 
 @compiled
@@ -46,6 +47,23 @@ def worst(m: Elastic, r: Float) -> float:
     for i in range(len(r)):
         top = max(top, abs(m.scale[i] * r[i]))
     return top
+
+
+@compiled
+def rounding(m: Elastic, q: Float) -> float:
+    """What rounding alone leaves of the balance at q, in the units of ``worst``: forces come from differences."""
+    top = 0.0
+    for p in range(len(m.a)):
+        far, scale, stiff = 0.0, 0.0, 0.0
+        for body in (m.a[p], m.b[p]):
+            if body >= 0:
+                for i in range(6 * body, 6 * body + 6):
+                    far = max(far, abs(q[i]))
+                    scale = max(scale, m.scale[i])
+        for i in range(6):
+            stiff = max(stiff, m.bonded[p, i, i])
+        top = max(top, far * scale * stiff)
+    return ROUNDING * top
 
 
 @compiled

@@ -22,6 +22,7 @@ REFINED = 5e-5  # relative accuracy of the peak
 FARTHEST = 1e8  # length over the size of the rest state at which rounding would show
 FASTEST = 4.0  # growth of the step from one point to the next
 TURN = 0.3  # share of a step that its correction should be
+TORN = 0.7  # share of a step by which it leaves the mean of the directions at its ends, if it led to another branch
 POINTS = 400  # on a path
 LATE = 60  # points without a new peak after which there is none to come
 
@@ -49,6 +50,71 @@ def _turn(work: Work, t: Float, first: float) -> float:
     return float(size * work.rhs[n, 1])
 
 
+@compiled
+def _torn(work: Work, q: Float, t: Float, trial: Float, step: float, first: float) -> bool:
+    """Whether the step from q along t to ``trial`` leaves what the directions of the path at both ends say.
+
+    Then a nearer solution may lie on the path, and this one on another branch.
+    """
+    there = np.zeros(len(t))
+    plane = work.c.copy()
+    _turn(work, there, first)
+    work.c[:] = plane
+    away, far = 0.0, 0.0
+    for i in range(len(t)):
+        moved = trial[i] - q[i]
+        away = max(away, abs(moved - 0.5 * step * (t[i] + there[i])))
+        far = max(far, abs(moved))
+    return bool(away > TORN * far)
+
+
+@compilable
+def _resistance(
+    m: Elastic, work: Work, c: Float, qa: Float, qb: Float, s: float, cut: Float, sparse: SparseSolver | None
+) -> None:
+    """How the peak between the points qa and qb answers to other loads: peak / peak' = cut · load' to first order.
+
+    ``cut`` (6J,) is the left null vector of the stiffness, cut · load = 1. Where a node changes its state at the peak,
+    it is the mean of the vectors from both sides under which moving along the path changes nothing.
+    """
+    n = len(cut)
+    cut[:] = 0.0
+    work.c[:] = c
+    work.ask[0], work.ask[1], work.ask[3] = 0.0, 0.0, 1.0
+    before = 0.0
+    for side in range(2):
+        unbalance(m, work, 1.0, qa if side == 0 else qb, s, qa)
+        work.rhs[:] = 0.0
+        work.rhs[n, 0] = -1.0
+        solve(m, work, sparse)
+        if work.ask[2] == 0.0:
+            break
+        slope = -work.rhs[n, 0]
+        if side == 0:
+            before = slope
+            cut[:] = work.rhs[:n, 0]
+        else:
+            share = 1.0 if abs(slope) < abs(before) else 0.0
+            if before > 0 > slope:
+                share = before / (before - slope)
+            cut[:] = (1 - share) * cut + share * work.rhs[:n, 0]
+    work.ask[3] = 0.0
+
+
+@compilable
+def _alone(
+    m: Elastic, work: Work, strength: float, q: Float, most: int, inner: Float, sparse: SparseSolver | None
+) -> bool:
+    """Whether forces of this law balance the load work.w alone, found from q, which they change."""
+    one, anchor = np.ones(1), q.copy()
+    work.c[:] = 0.0
+    work.ask[0], work.ask[1] = FAINT, 1.0  # bodies that the load does not reach float: a faint drag holds them
+    newton(m, work, 0.0, q, one, 0.0, TOLERANCE * strength, most, anchor, inner, sparse)
+    work.ask[0], work.ask[1] = 0.0, 0.0
+    unbalance(m, work, 0.0, q, 1.0, anchor)
+    return bool(inner[0] > 0 and worst(m, work.r) <= 10 * TOLERANCE * strength)
+
+
 @compilable
 def follow(
     m: Elastic,
@@ -58,6 +124,7 @@ def follow(
     peak: Float,
     motion: Float,
     plane: Float,
+    cut: Float,
     told: Float,
     sparse: SparseSolver | None,
 ) -> None:
@@ -68,7 +135,8 @@ def follow(
     that change. In the end ``told`` (8,) holds: PEAK, ENDLESS or LOST; the peak of s; the last s; by how much the peak
     may be missed; the systems solved; the points; the length reached over the size of the rest state. ``peak`` is q at
     the peak (ENDLESS: under the load alone), ``plane`` (6J,) the direction across which it was found, ``motion`` the
-    direction of the path at its end.
+    direction of the path at its end. ``cut`` (6J,) tells how the peak answers to other loads (_resistance); empty (0,)
+    if that is not wanted.
     """
     n = len(start)
     inner, s, trial_s, origin = np.zeros(3), np.zeros(1), np.zeros(1), np.zeros(n)
@@ -90,7 +158,7 @@ def follow(
     slope = _turn(work, t, first)
     step = min(0.1 / (strength * slope), 10 * elastic) if slope > 0 else 1e-3 * elastic
     length, at_peak, flat_since, similar = 0.0, 0.0, np.inf, np.inf
-    highest, kinks, shortened, points, late = 0.0, 0, 0, 0, 0
+    highest, kinks, shortened, points, late, doubted = 0.0, 0, 0, 0, 0, False
     # the peak lies between the points a, where s rises, and b, once b is ``closed``
     qa[:], ta[:], ca[:], cp[:] = q, t, work.c, work.c
     sa, pa, sb, pb, closed = 0.0, slope, 0.0, 0.0, slope <= 0
@@ -102,6 +170,12 @@ def follow(
         newton(m, work, 1.0, trial, trial_s, dot(work.c, trial), exact, 8, origin, inner, sparse)
         solved += inner[1] + 1
         backward = first * work.ask[2] < 0  # behind its plane the path would come back: rather another branch
+        turned = np.abs(trial - aimed).max() / max(np.abs(aimed - q).max(), 1e-300)
+        if inner[0] > 0 and not backward and not doubted and turned > TURN:
+            doubted = _torn(work, q, t, trial, step, first)
+            if doubted:  # once: where the path has a sharp corner every step is torn
+                step *= 0.3
+                continue
         if inner[0] == 0.0 or (backward and shortened < 3):
             shortened += 1
             if shortened < 4:
@@ -129,7 +203,7 @@ def follow(
             step = min(100 * step, 0.1 * (elastic + length))
             shortened = 0
             continue
-        shortened = 0
+        shortened, doubted = 0, False
         points += 1
         late += 1
         if trial_s[0] > highest:
@@ -149,7 +223,6 @@ def follow(
             slope = _turn(work, t, first)
             if not closed:
                 qb[:], tb[:], sb, pb, closed = trial, t, trial_s[0], slope, True
-        turned = np.abs(trial - aimed).max() / max(np.abs(aimed - q).max(), 1e-300)
         q[:] = trial
         s[0] = trial_s[0]
         length += step
@@ -173,22 +246,12 @@ def follow(
                 similar = length
                 peak[:] = q / s[0]
                 plane[:] = work.c
-                work.c[:] = 0.0
-                work.ask[0], work.ask[1] = (
-                    FAINT,
-                    1.0,
-                )  # bodies that the load does not reach float: a faint drag holds them
-                trial_s[0] = 1.0
-                trial[:] = peak
-                newton(m, work, 0.0, peak, trial_s, 0.0, TOLERANCE * strength, 12, trial, inner, sparse)
+                carried = _alone(m, work, strength, peak, 12, inner, sparse)
                 solved += inner[1] + 1
-                work.ask[0] = 0.0
-                unbalance(m, work, 0.0, peak, 1.0, origin)
-                if inner[0] > 0 and worst(m, work.r) <= 10 * TOLERANCE * strength:
+                if carried:
                     told[0], told[1], told[4] = 2.0, np.inf, solved
                     motion[:] = t
                     return
-                work.ask[1] = 0.0
                 work.c[:] = plane
                 peak[:] = q
         else:
@@ -229,17 +292,28 @@ def follow(
             qa[:], ta[:], ca[:], sa, pa = trial, t, work.c, trial_s[0], slope
         else:
             qb[:], tb[:], sb, pb = trial, t, trial_s[0], slope
-    told[1], told[4] = highest, solved
     plane[:] = cp
+    if len(cut) > 0 and told[0] > 0:
+        _resistance(m, work, ca, qa, qb if closed else qa, highest, cut, sparse)
+        solved += 2
+    told[1], told[4] = highest, solved
 
 
 @compiled
 def follow_dense(
-    m: Elastic, work: Work, start: Float, loads: Float, peak: Float, motion: Float, plane: Float, told: Float
+    m: Elastic,
+    work: Work,
+    start: Float,
+    loads: Float,
+    peak: Float,
+    motion: Float,
+    plane: Float,
+    cut: Float,
+    told: Float,
 ) -> None:
     """``follow`` with dense elimination for loads (n, 6J), into rows of the results."""
     for k in range(len(loads)):
-        follow(m, work, start, loads[k], peak[k], motion[k], plane[k], told[k], None)
+        follow(m, work, start, loads[k], peak[k], motion[k], plane[k], cut[k], told[k], None)
 
 
 @compilable

@@ -11,14 +11,15 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, equilibrium_operator
 from holdfast.engines.compliant import settle as rest
 from holdfast.engines.compliant.fixed_point import Fixed, fixed_point
-from holdfast.engines.compliant.law import Elastic, levers, node_forces
-from holdfast.engines.compliant.linear import CORNER, SparseSolver, Work, solve
+from holdfast.engines.compliant.law import Elastic, evaluate, levers, node_forces
+from holdfast.engines.compliant.linear import CORNER, SparseSolver, Work, loose, solve
 from holdfast.engines.contract import Mechanism, Status, Verdict
 from holdfast.engines.mechanism import describe, modes_of, relative_velocity
 from holdfast.engines.rest import contact_forces, doubt_of, find_rest, undecided
 
 BALANCED = 1e-8  # residual of a rest state over the total weight, beyond which it is none
 BALANCED_EACH = 1e-7  # the same over each body's own weight
+TAKEN_ALONG = 1e-3  # share of the largest displacement in a motion from which on a body takes part in it
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,10 +33,20 @@ class Settled:
     drag: float
 
 
-def settled(m: Elastic, work: Work, sparse: SparseSolver | None, weight: float = 1.0) -> Settled:
-    """Start from bonded contacts and let them come to rest, or not."""
+def settled(
+    m: Elastic, work: Work, sparse: SparseSolver | None, weight: float = 1.0, near: Float | None = None
+) -> Settled:
+    """Start from bonded contacts and let them come to rest, or not; if given, first from a displacement ``near``."""
     n = len(m.wrench)
     q, drift, told = np.zeros(n), np.zeros(n), np.zeros(3)
+    if near is not None:
+        q[:] = near
+        if sparse is None:
+            rest.move_dense(m, work, weight, q, drift, told)
+        else:
+            rest.move(m, work, weight, q, drift, told, sparse)
+        if told[0] != rest.LOST:
+            return Settled(int(told[0]), q, drift, int(told[1]), float(told[2]))
     work.K[:] = m.bonded
     work.w[:] = work.c[:] = work.ask[:] = 0.0
     work.ask[CORNER] = 1.0
@@ -57,7 +68,7 @@ def judged(assembly: Assembly, nodes: ContactNodes, wrench: Float, m: Elastic, u
         node_forces(m, end.q, forces)
         total, each = unbalanced(assembly, nodes, forces * unit, wrench)
         if total <= BALANCED and each <= BALANCED_EACH:
-            return _stands(assembly, nodes, forces * unit, total)
+            return _stands(assembly, nodes, forces * unit, total, balanced(assembly, m, end.q))
     certain = find_rest(assembly, wrench).verdict
     if certain.status is Status.UNSTABLE:
         return certain
@@ -69,7 +80,7 @@ def judged(assembly: Assembly, nodes: ContactNodes, wrench: Float, m: Elastic, u
         if other.outcome is Fixed.RESTS and other.forces is not None:
             total, each = unbalanced(assembly, nodes, other.forces, wrench)
             if each <= BALANCED_EACH:
-                return _stands(assembly, nodes, other.forces, total)
+                return _stands(assembly, nodes, other.forces, total, balanced(assembly, m, None))
         if other.outcome is Fixed.MOVES and other.twists is not None:
             return _drifts(assembly, nodes, other.twists, True)
     tried = (
@@ -87,9 +98,26 @@ def unbalanced(assembly: Assembly, nodes: ContactNodes, forces: Float, wrench: F
     return total, float(np.abs(left * assembly.equation_scale).max(initial=0.0)) / weight
 
 
-def _stands(assembly: Assembly, nodes: ContactNodes, forces: Float, residual: float) -> Verdict:
+def balanced(assembly: Assembly, m: Elastic, q: Float | None) -> tuple[str, ...]:
+    """The bodies that a motion which nothing resists takes along: on an edge, a corner, a round side.
+
+    At rest at q (6J,); where that is not known, those alone that would move even if all contacts were bonded.
+    """
+    K = m.bonded.copy()
+    if q is not None:
+        evaluate(m, 1.0, q, np.zeros(len(q)), K, np.zeros(6), np.zeros(6))
+    moved = loose(m, K)
+    return tuple(body.name for body, far in zip(assembly.movable, moved, strict=True) if far > TAKEN_ALONG)
+
+
+def _stands(
+    assembly: Assembly, nodes: ContactNodes, forces: Float, residual: float, only_balanced: tuple[str, ...] = ()
+) -> Verdict:
     contact = contact_forces(assembly, nodes, forces)
     reason = "elastic contacts with friction come to rest: their forces balance every body"
+    if only_balanced:
+        names = ", ".join(only_balanced)
+        reason += f"; only balanced, as on an edge, a corner or a round side: {names} (some smallest push moves it)"
     return Verdict(Status.STABLE, True, False, contact, residual, None, None, reason)
 
 

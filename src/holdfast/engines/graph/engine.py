@@ -197,20 +197,28 @@ class GraphState:
 
     def _cut_slip(self, share: Float, direction: Float) -> tuple[float, Bool]:
         """Slip of loads on several bodies: over all cuts, capacity leaving it over load in it (Algorithm 3)."""
-        tails, heads = self._graph
         nodes = self._nodes
-        capacity = arc_capacities(self.rest.forces, nodes.axes, nodes.mu, nodes.interface, len(tails), direction)
-        count = len(share)
-        best, best_side = np.inf, np.zeros(count, dtype=bool)
-        for mask in self._cuts:
-            inside = _bits(mask, count + 1)
-            load = float(share[inside[:-1]].sum())
-            if load <= 0:
-                continue
-            out = capacity[inside[tails] & ~inside[heads], 0].sum() + capacity[~inside[tails] & inside[heads], 1].sum()
-            if out / load < best:
-                best, best_side = float(out / load), inside[:-1]
-        return best, best_side
+        inside, leaving = self._leaving
+        interfaces = len(self.assembly.interfaces)
+        capacity = arc_capacities(self.rest.forces, nodes.axes, nodes.mu, nodes.interface, interfaces, direction)
+        endless = ~np.isfinite(capacity.ravel())
+        out = np.where(leaving @ endless > 0, np.inf, leaving @ np.where(endless, 0.0, capacity.ravel()))
+        load = inside @ share
+        factor = np.divide(out, load, out=np.full(len(load), np.inf), where=load > 0)
+        best = int(np.argmin(factor)) if len(factor) else 0
+        if not len(factor) or np.isinf(factor[best]):
+            return np.inf, np.zeros(len(share), dtype=bool)
+        return float(factor[best]), inside[best] > 0
+
+    @cached_property
+    def _leaving(self) -> tuple[Float, Float]:
+        """For every cut its bodies (cuts, J) and the arcs that leave it (cuts, 2 x interfaces), as 0 and 1."""
+        tails, heads = self._graph
+        count = len(self.assembly.movable)
+        inside = np.array([_bits(mask, count + 1) for mask in self._cuts]).reshape(-1, count + 1)
+        a, b = inside[:, tails], inside[:, heads]
+        leaving = np.stack([a & ~b, ~a & b], axis=2).reshape(len(inside), -1)
+        return inside[:, :-1].astype(float), leaving.astype(float)
 
     def _topple(self, wrenches: Float) -> tuple[Float, Int]:
         """R_top (n,) and the (cut, axis) that gives it (n, 2), for wrenches (n, J, 6) (eq. 27, Algorithm 1)."""

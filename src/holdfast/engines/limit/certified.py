@@ -17,11 +17,10 @@ from scipy.spatial import ConvexHull, cKDTree
 from holdfast.arrays import Bool, Float, Int
 from holdfast.compiled import compiled
 from holdfast.engines.contract import Status
+from holdfast.engines.directions import flat_groups, moment_frame
 from holdfast.engines.limit.solved import Solved
 from holdfast.progress import report
-from holdfast.rigid import tangents
 
-FLAT_GROUP = 12  # pushes along one direction that are worth a triangulation
 NEIGHBOURS = 10
 
 Solve = Callable[[Float], Solved]
@@ -104,12 +103,10 @@ def certify(columns: Float, first: int, solve: Solve, cuts: Cuts, gap: float, le
         cuts.learn(solved)
         return _high(solved)
 
-    _, group, size = np.unique(np.round(loads[:, :3], 9) + 0.0, axis=0, return_inverse=True, return_counts=True)
-    group = group.reshape(-1)
-    for number in np.flatnonzero(size >= FLAT_GROUP):
-        _flat(field_, np.flatnonzero(group == number), at, elsewhere, gap)
+    groups, rest = flat_groups(loads)
+    for members in groups:
+        _flat(field_, members, at, elsewhere, gap)
         report("certified bounds", count - int(field_.doubtful(np.arange(count), gap).sum()), count)
-    rest = np.flatnonzero(size[group] < FLAT_GROUP)
     if len(rest):
         _curved(field_, rest, at, elsewhere, gap, lever)
     return field_
@@ -137,7 +134,7 @@ def _flat(
 ) -> None:
     """Pushes of one direction: γ is convex over the plane of their moments; refine a triangulation of it."""
     force = field_.loads[members[0], :3]
-    frame = np.array(tangents(force / np.linalg.norm(force)))
+    frame = moment_frame(force)
     chart = field_.loads[members, 3:] @ frame.T
     low, high = chart.min(0), chart.max(0)
     pad = 1e-6 * max(float((high - low).max()), 1e-12)

@@ -15,8 +15,9 @@ from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import ConeSolution, Outcome, Prepared
 from holdfast.engines.cones import ConeChoice, FrictionCone
 from holdfast.engines.contract import Capacity, Claim, Mechanism, Status, Verdict, no_capacity
+from holdfast.engines.directions import FLAT_GROUP
 from holdfast.engines.forces import force_program
-from holdfast.engines.limit.certified import FLAT_GROUP, Cuts, certify
+from holdfast.engines.limit.certified import Cuts, certify
 from holdfast.engines.limit.solved import Solved
 from holdfast.engines.mechanism import describe, modes_of
 from holdfast.engines.rest import Rest, find_rest

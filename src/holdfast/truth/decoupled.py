@@ -4,20 +4,29 @@
 and toppling examined apart, contact pressure from the minimum-energy distribution (uniform on all interfaces here).
 The derivation, face by face, and what is wrong with this truth as physics: ``docs/decoupled_truth.md``.
 
-Nothing here enumerates cuts or axes: every line is the mechanism found to govern on paper. ``decoupled_bruteforce``
-enumerates; ``test_decoupled_truth`` compares the two. SI units, world axes, z up, floor top at z = 0, g = 9.81 m/s2.
+Nothing here enumerates cuts or axes: every line is the mechanism found to govern on paper. The tests compare it with an
+evaluator that enumerates. SI units, world axes, z up, floor top at z = 0, g = 9.81 m/s2.
 
 Faces that are in contact (undersides of the cubes, tops of the legs, ...) are answered as well, as if a hand could
 reach them.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from math import asinh, hypot, log, sqrt
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from holdfast.arrays import Bool, Float, Int, checked_pushes
+from holdfast.assembly.assembly import Assembly
+from holdfast.errors import SceneError, message
+from holdfast.scene.shapes import Box
+
+WHERE = "decoupled truth"
+SAME = 1e-9  # [m, kg, m/s2] by which a scene may differ from the one worked out
 
 GRAVITY = 9.81  # [m/s2]
 ON_FACE = 1e-6  # how far a point may lie off the face its normal names [m]
@@ -30,6 +39,7 @@ STACK = ("cube1", "cube2", "cube3")  # bottom to top
 TABLE_MU = 0.5
 TABLE_SIZE = {"slab": (0.5, 0.2, 0.05), "leg_left": (0.05, 0.2, 0.2), "leg_right": (0.05, 0.2, 0.2)}  # [m]
 TABLE_CENTRE = {"slab": (0.0, 0.0, 0.225), "leg_left": (-0.175, 0.0, 0.1), "leg_right": (0.175, 0.0, 0.1)}  # [m]
+SCENES = {"cube": ("cube",), "stack": STACK, "table": tuple(TABLE_SIZE)}  # the bodies of each
 LEG_INNER, LEG_OUTER = 0.15, 0.2  # |x| of the two faces of a leg [m]
 LEG_HEIGHT = 0.2  # [m]
 HALF_DEPTH = 0.1  # half the common y extent of slab and legs [m]
@@ -37,6 +47,67 @@ SLAB_WEIGHT = 2.0 * GRAVITY  # [N]
 LEG_WEIGHT = 1.0 * GRAVITY  # [N]
 ON_LEG = SLAB_WEIGHT / 2  # force between the slab and one leg [N]
 ON_FLOOR = ON_LEG + LEG_WEIGHT  # force between one leg and the floor [N]
+
+
+def robustness(
+    scene: str | Assembly,
+    body: str,
+    points: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
+    directions: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
+) -> Float:
+    """(n,) decoupled robustness [N] of pushes on ``body`` at points (n, 3) straight into its faces; inf: nothing moves.
+
+    ``scene``: "cube", "stack" or "table", or an assembly of one of these shipped scenes; anything else raises
+    SceneError.
+    """
+    p, e = checked_pushes(points, directions, f"{WHERE} of {body!r}")
+    name = recognised(scene) if isinstance(scene, Assembly) else scene
+    if name not in SCENES:
+        raise SceneError(message(WHERE, f"scene {name!r} was not worked out by hand", f"known: {', '.join(SCENES)}"))
+    _named([body], body, SCENES[name])
+    if name == "cube":
+        return truth_cube(p, -e)
+    return (truth_stack if name == "stack" else truth_table)(p, -e, [body] * len(p))
+
+
+def recognised(assembly: Assembly) -> str:
+    """Which scene worked out by hand this is: "cube", "stack" or "table"; SceneError for any other."""
+    cube = (CUBE_SIDE,) * 3
+    level = CUBE_SIDE / 2
+    known = {
+        scene: (CUBE_MU, {name: (cube, (0.0, 0.0, level + k * CUBE_SIDE), 1.0) for k, name in enumerate(SCENES[scene])})
+        for scene in ("cube", "stack")
+    }
+    weights = {"slab": SLAB_WEIGHT, "leg_left": LEG_WEIGHT, "leg_right": LEG_WEIGHT}
+    table = {name: (size, TABLE_CENTRE[name], weights[name] / GRAVITY) for name, size in TABLE_SIZE.items()}
+    known["table"] = (TABLE_MU, table)
+    level_gravity = np.allclose(assembly.scene.gravity, (0, 0, -GRAVITY), rtol=0, atol=SAME)
+    for scene, (mu, boxes) in known.items():
+        bodies = assembly.movable
+        if {body.name for body in bodies} != set(boxes) or not level_gravity:
+            continue
+        if not np.allclose(assembly.mu, mu, rtol=0, atol=SAME):
+            continue
+        if all(_is_box(assembly, body.name, *boxes[body.name]) for body in bodies):
+            return scene
+    names = ", ".join(repr(body.name) for body in assembly.movable[:5])
+    problem = f"the scene of {names} is not one that was worked out by hand"
+    raise SceneError(message(WHERE, problem, "needs the shipped scene cube, stack or table"))
+
+
+def _is_box(assembly: Assembly, name: str, size: tuple[float, ...], centre: tuple[float, ...], mass: float) -> bool:
+    body = assembly.scene.body(name)
+    assert body.mass is not None
+    assert body.pose is not None
+    pose = np.eye(4)
+    pose[:3, 3] = centre
+    return (
+        isinstance(body.shape, Box)
+        and np.allclose(body.shape.size, size, rtol=0, atol=SAME)
+        and np.allclose(body.pose, pose, rtol=0, atol=SAME)
+        and np.allclose(body.com_world, centre, rtol=0, atol=SAME)
+        and abs(body.mass - mass) <= SAME
+    )
 
 
 def distance_integral(a: float, b: float) -> float:
@@ -52,7 +123,7 @@ SLAB_LEVER = (  # both leg tops about the middle of the table
 ) / ((LEG_OUTER - LEG_INNER) * HALF_DEPTH)
 
 
-def truth_cube(points: ArrayLike, normals: ArrayLike) -> Array:
+def truth_cube(points: ArrayLike, normals: ArrayLike) -> Float:
     """Decoupled robustness [N] of the cube (0.1 m, 1 kg, mu 0.6, on the floor) to pushes along -normals.
 
     ``points`` (n, 3) [m] on its faces, ``normals`` (n, 3) outward; returns (n,), inf where nothing moves it.
@@ -62,7 +133,7 @@ def truth_cube(points: ArrayLike, normals: ArrayLike) -> Array:
     return _pile(p, axis, sign, carried=np.full(len(p), CUBE_WEIGHT), pile=CUBE_WEIGHT)
 
 
-def truth_stack(points: ArrayLike, normals: ArrayLike, body: Sequence[str]) -> Array:
+def truth_stack(points: ArrayLike, normals: ArrayLike, body: Sequence[str]) -> Float:
     """Decoupled robustness [N] of the stack of three such cubes to pushes on the cubes named in ``body`` (n,).
 
     ``points`` (n, 3) [m] on the faces of those cubes, ``normals`` (n, 3) outward; returns (n,), inf where nothing
@@ -79,7 +150,7 @@ def truth_stack(points: ArrayLike, normals: ArrayLike, body: Sequence[str]) -> A
     return result
 
 
-def truth_table(points: ArrayLike, normals: ArrayLike, body: Sequence[str]) -> Array:
+def truth_table(points: ArrayLike, normals: ArrayLike, body: Sequence[str]) -> Float:
     """Decoupled robustness [N] of the table to pushes on ``body`` (n,): "slab", "leg_left" or "leg_right".
 
     ``points`` (n, 3) [m] on the faces of those bodies, ``normals`` (n, 3) outward; returns (n,), inf where nothing
@@ -94,7 +165,7 @@ def truth_table(points: ArrayLike, normals: ArrayLike, body: Sequence[str]) -> A
     return result
 
 
-def _pile(p: Array, axis: NDArray[np.intp], sign: Array, *, carried: Array, pile: float) -> Array:
+def _pile(p: Float, axis: Int, sign: Float, *, carried: Float, pile: float) -> Float:
     """Pushes on a cube of a pile: ``carried`` (n,) is the weight on its underside, ``pile`` that of the whole pile."""
     across = np.where(axis == 0, np.abs(p[:, 1]), np.abs(p[:, 0]))
     twist = CUBE_MU * carried / np.maximum(across / CUBE_LEVER, 1.0)  # mu N min(1, lever / across): slip or torsion
@@ -102,11 +173,11 @@ def _pile(p: Array, axis: NDArray[np.intp], sign: Array, *, carried: Array, pile
         tip = pile * CUBE_SIDE / 2 / p[:, 2]  # the whole pile over its front edge on the floor
     lift = carried * (CUBE_SIDE / 2) / (CUBE_SIDE / 2 + np.maximum(np.abs(p[:, 0]), np.abs(p[:, 1])))
     vertical = np.where(sign > 0, np.inf, lift)
-    result: Array = np.where(axis == 2, vertical, np.minimum(twist, tip))
+    result: Float = np.where(axis == 2, vertical, np.minimum(twist, tip))
     return result
 
 
-def _slab(p: Array, axis: NDArray[np.intp], sign: Array) -> Array:
+def _slab(p: Float, axis: Int, sign: Float) -> Float:
     """Pushes on the slab: pressed on its overhang, lifted, shoved at an end, shoved at a long side."""
     x, y = np.abs(p[:, 0]), np.abs(p[:, 1])
     with np.errstate(divide="ignore"):
@@ -117,7 +188,7 @@ def _slab(p: Array, axis: NDArray[np.intp], sign: Array) -> Array:
     return np.select([axis == 0, axis == 1, sign > 0], [end, side, press], lift)
 
 
-def _leg(p: Array, axis: NDArray[np.intp], sign: Array) -> Array:
+def _leg(p: Float, axis: Int, sign: Float) -> Float:
     """Pushes on a leg: twisted out between slab and floor, shoved along y, or lifted with the slab."""
     x, y, z = np.abs(p[:, 0]), np.abs(p[:, 1]), p[:, 2]
     slip = TABLE_MU * (ON_FLOOR + ON_LEG)
@@ -137,19 +208,17 @@ def _leg(p: Array, axis: NDArray[np.intp], sign: Array) -> Array:
     return np.select([axis == 0, axis == 1], [face, end], vertical)
 
 
-def _named(body: Sequence[str], name: str, known: tuple[str, ...]) -> NDArray[np.bool_]:
+def _named(body: Sequence[str], name: str, known: tuple[str, ...]) -> Bool:
     """Mask (n,) of the queries on ``name``; refuses names that are not in ``known``."""
     names = np.asarray(body)
     strange = sorted(set(names.tolist()) - set(known))
     if strange:
-        raise ValueError(f"body {strange[0]!r} is not in this scene; it has {', '.join(known)}")
-    mask: NDArray[np.bool_] = names == name
+        raise SceneError(message(WHERE, f"body {strange[0]!r} is not in this scene", f"it has {', '.join(known)}"))
+    mask: Bool = names == name
     return mask
 
 
-def _face(
-    p: Array, normals: ArrayLike, centre: tuple[float, ...], size: tuple[float, ...]
-) -> tuple[NDArray[np.intp], Array]:
+def _face(p: Float, normals: ArrayLike, centre: tuple[float, ...], size: tuple[float, ...]) -> tuple[Int, Float]:
     """Which box face each (point, outward normal) is on: its axis (n,) in 0..2 and its sign (n,)."""
     n = np.asarray(normals, dtype=np.float64).reshape(-1, 3)
     rows = np.arange(len(n))
@@ -162,5 +231,6 @@ def _face(
     wrong = (off_axis > ON_FACE) | (off_face > ON_FACE) | (outside > ON_FACE)
     if wrong.any():
         i = int(wrong.argmax())
-        raise ValueError(f"query {i}: point {p[i]} with outward normal {n[i]} is not on a face of the box at {centre}")
+        problem = f"point {p[i]} with outward normal {n[i]} is not on a face of the box at {centre}"
+        raise SceneError(message(f"{WHERE}: push {i}", problem, "needs pushes straight into a face"))
     return axis, sign

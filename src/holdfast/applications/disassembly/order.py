@@ -1,0 +1,159 @@
+"""The order in which an assembly is taken apart, body by body, without anything falling."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from holdfast.applications.disassembly.removal import WHOLE, Answer, Removal, Removals
+from holdfast.applications.disassembly.search import everything, fewest
+from holdfast.arrays import Float, checked, unit
+from holdfast.assembly.assembly import Assembly
+from holdfast.engines.contract import Claim, Status
+from holdfast.errors import HoldfastError, SceneError, SolverError, message
+from holdfast.robustness.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
+
+BUDGET = 2000  # answers by contact forces after which a search stops
+
+
+@dataclass(frozen=True)
+class PaperRow:
+    """The paper's test of one body (Sec. VII-C): its ``force`` [N], R at the centre of mass upward, against its weight.
+
+    It calls a body removable where both are equal. That is unsafe (every voussoir of an arch passes): information only.
+    """
+
+    body: str
+    force: float
+    weight: float
+    removable: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Disassembly:
+    """An order of removals.
+
+    ``order`` names the bodies in turn and ``steps`` hold each one's answer with its reasons. Where not everything (or
+    not the ``goal``) could be reached, ``remaining`` bodies stay and ``blocked`` says of each why it cannot go next.
+    ``proven``: no order is better (with a goal: none takes fewer removals; without: none gets to the end where this one
+    does not). ``bound``: no order takes fewer removals. ``lift`` (3,) is the unit direction of the exits.
+    """
+
+    engine: str
+    claim: Claim
+    lift: Float
+    goal: tuple[str, ...]
+    steps: tuple[Removal, ...]
+    reached: bool
+    proven: bool
+    bound: float
+    removals: Removals = field(repr=False)
+
+    @property
+    def order(self) -> tuple[str, ...]:
+        """The bodies, first to last."""
+        return tuple(step.body for step in self.steps)
+
+    @property
+    def assembly_order(self) -> tuple[str, ...]:
+        """The order backwards: how to put together what was taken apart."""
+        return self.order[::-1]
+
+    @property
+    def remaining(self) -> tuple[str, ...]:
+        """The bodies that stay."""
+        return tuple(name for name in self.removals.names if name not in self.order)
+
+    @cached_property
+    def blocked(self) -> dict[str, str]:
+        """Where the end was not reached: why each of the remaining bodies cannot be taken out next."""
+        if self.reached:
+            return {}
+        return {removal.body: removal.reason for removal in self.answers(len(self.steps))}
+
+    def answers(self, step: int = 0) -> tuple[Removal, ...]:
+        """The answer for every body that is there before ``step``, with all reasons against it."""
+        left = frozenset(self.removals.names) - set(self.order[: self._checked(step)])
+        names = [name for name in self.removals.names if name in left]
+        return tuple(self.removals.answer(name, left, exit_first=False) for name in names)
+
+    def paper_table(self, step: int = 0) -> tuple[PaperRow, ...]:
+        """The paper's table of the bodies that are there before ``step``: R at the centre of mass, upward [N]."""
+        left = frozenset(self.removals.names) - set(self.order[: self._checked(step)])
+        rows = {}
+        for part in self.removals.parts(left):
+            for name in part:
+                rows[name] = self._paper_row(name, part)
+        return tuple(rows[name] for name in self.removals.names if name in rows)
+
+    def _paper_row(self, name: str, part: frozenset[str]) -> PaperRow:
+        column = self.removals.force(name, part, self.removals.up)
+        capacity = self.removals.state(part).load_factor(column[:, None], gap=1.0)
+        weight = float(np.linalg.norm(column))
+        factor = float(capacity.factor[0])
+        return PaperRow(name, factor * weight, weight, abs(factor - 1) <= WHOLE)
+
+    def _checked(self, step: int) -> int:
+        if not 0 <= step <= len(self.steps):
+            raise HoldfastError(message("disassembly", f"step {step}", f"there are {len(self.steps)} steps"))
+        return step
+
+
+def disassembly_order(
+    assembly: Assembly,
+    engine: EngineChoice = DEFAULT_ENGINE,
+    lift: Any = (0.0, 0.0, 1.0),  # noqa: ANN401 - (3,) numbers, checked
+    goal: str | Iterable[str] | None = None,
+    *,
+    budget: int = BUDGET,
+) -> Disassembly:
+    """In which order bodies can be lifted out along ``lift`` (3,) one by one while the rest stands.
+
+    A body may go when its straight way out is free of all other bodies, the rest stands without it, nothing else moves
+    while its weight is taken, and nothing comes along. ``goal``: take these out with the fewest removals; without it,
+    all movable bodies. ``budget``: how many answers by contact forces a search may take. An assembly that does not
+    stand raises SceneError, one that is undecided SolverError, with the verdict.
+    """
+    checked_assembly(assembly)
+    method = engine_of(engine)
+    direction = checked(lift, (3,), "disassembly_order: lift")
+    if not np.linalg.norm(direction) > 0:
+        raise HoldfastError(message("disassembly_order: lift", "is zero", "needs a direction"))
+    goals = _goals(assembly, goal)
+    removals = Removals(assembly, method, unit(direction))
+    _check_stands(removals)
+    plan = fewest(removals, frozenset(goals), budget) if goals else everything(removals, budget)
+    return Disassembly(
+        method.name, method.claim, unit(direction), goals, plan.steps, plan.reached, plan.proven, plan.bound, removals
+    )
+
+
+def _goals(assembly: Assembly, goal: str | Iterable[str] | None) -> tuple[str, ...]:
+    if goal is None:
+        return ()
+    names = (goal,) if isinstance(goal, str) else tuple(goal)
+    if not names:
+        raise SceneError(message("disassembly_order: goal", "is empty", "name bodies, or leave it out for all"))
+    for name in names:
+        if assembly.scene.body(name).fixed:
+            raise SceneError(message("disassembly_order: goal", f"{name!r} is fixed", "name bodies that can move"))
+    return tuple(dict.fromkeys(names))
+
+
+def _check_stands(removals: Removals) -> None:
+    for part in removals.parts(removals.names):
+        verdict = removals.verdict(part)
+        where = f"scene {removals.assembly.scene.name!r}"
+        if verdict.status is Status.UNSTABLE:
+            problem = f"does not stand ({verdict.reason})"
+            raise SceneError(message(where, problem, "only what stands can be taken apart"))
+        if verdict.status is Status.UNDECIDED:
+            problem = f"is undecided ({verdict.reason})"
+            raise SolverError(message(where, problem, "only what stands for certain can be taken apart"))
+
+
+__all__ = ["Answer", "Disassembly", "PaperRow", "Removal", "disassembly_order"]

@@ -1,0 +1,267 @@
+"""Whether one body may be taken out now: the rest stands without it, does not move meanwhile, and the way is free.
+
+The gripper holds the body by its centre of mass. Its force rises from 0 to the weight, against gravity; then it pulls
+along the lift direction. If contact forces f balance the assembly and f' the rest without the body, then (1-s) f + s f'
+balance it with the share s of the weight taken, for every s between: friction cones are convex and the body's own
+contacts fade in proportion. So, both ends standing, an equilibrium exists all the way; an engine that claims more is
+asked along the way. Where contacts could clamp the body, the engine tells what moves when it comes off.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Collection, Iterable
+from dataclasses import dataclass
+from enum import StrEnum, auto
+from functools import cached_property
+from typing import TypeVar
+
+import numpy as np
+
+from holdfast.applications.disassembly.exits import Exits
+from holdfast.applications.disassembly.loose import comes_loose
+from holdfast.arrays import Float
+from holdfast.assembly.assembly import Assembly, components
+from holdfast.engines.contract import Claim, Engine, State, Status, Verdict
+from holdfast.rigid import wrench_at
+
+T = TypeVar("T")
+
+WHOLE = 1e-3  # relative: a lift within this of the weight has taken it
+CARRIED = 0.9  # of the weight is taken before a pull that is not upward: the contacts stay defined
+SHARES = (0.3, 0.6, 0.9)  # of the weight at which an engine is asked whether all still rests
+SAFE = "the rest stands without it and while its weight is taken"
+KEPT = 8  # states of the engine kept at a time
+TOLD = 6  # names told in a sentence
+
+
+class Answer(StrEnum):
+    """Whether a body may be taken out now."""
+
+    SAFE = auto()
+    UNSAFE = auto()
+    UNDECIDED = auto()
+
+
+@dataclass(frozen=True)
+class Removal:
+    """The answer for one body in one state of the assembly, with its ``reason`` in words.
+
+    ``blockers`` stand in its straight way out, each with its distance [m]. ``moving`` are other bodies that fall
+    without it or move meanwhile. ``lift`` is an upward force at its centre of mass, over its weight, at which it has
+    come off or something else moves (inf: nothing does; 0 where that was not asked, because the answer was known).
+    ``hold``: it has to be held against turning, too: by its centre of mass alone it would move before its weight is
+    taken.
+    """
+
+    body: str
+    answer: Answer
+    reason: str
+    blockers: tuple[tuple[str, float], ...] = ()
+    moving: tuple[str, ...] = ()
+    lift: float = 0.0
+    hold: bool = False
+
+
+class Removals:
+    """Answers for the bodies of one assembly, whatever remains of it; nothing is computed twice.
+
+    Bodies that no chain of contacts joins without passing a fixed one do not feel each other: every such part of the
+    assembly has its verdict and answers of its own.
+    """
+
+    def __init__(self, assembly: Assembly, engine: Engine, lift: Float) -> None:
+        self.assembly, self.engine, self.lift = assembly, engine, lift
+        self.exits = Exits(assembly, lift)
+        self.asked = 0  # answers that took contact forces
+        self._verdicts: dict[frozenset[str], Verdict] = {}
+        self._states: OrderedDict[frozenset[str], State] = OrderedDict()
+        self._reduced: OrderedDict[frozenset[str], Assembly] = OrderedDict()
+        self._answers: dict[tuple[frozenset[str], str], Removal] = {}
+
+    @cached_property
+    def up(self) -> Float:
+        """(3,) against gravity."""
+        gravity = self.assembly.scene.gravity
+        return np.asarray(-gravity / np.linalg.norm(gravity))
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The bodies that can be taken out."""
+        return tuple(body.name for body in self.assembly.movable)
+
+    def answer(self, name: str, remaining: frozenset[str], *, exit_first: bool = True) -> Removal:
+        """Whether ``name`` may be taken out while ``remaining`` bodies, itself among them, stand there.
+
+        ``exit_first``: where the way is blocked, that is the answer; else what would fall is told as well.
+        """
+        blockers = self.exits.blockers(name, remaining)
+        if blockers and exit_first:
+            return Removal(name, Answer.UNSAFE, self._blocked(blockers), blockers)
+        found = self.by_forces(name, remaining)
+        if not blockers:
+            return found
+        reason = self._blocked(blockers) + (f"; {found.reason}" if found.moving else "")
+        return Removal(name, Answer.UNSAFE, reason, blockers, found.moving, found.lift, found.hold)
+
+    def by_forces(self, name: str, remaining: frozenset[str]) -> Removal:
+        """The same by contact forces alone: the rest stands without it, and on the way there."""
+        part = self.part_of(name, remaining)
+        if (part, name) not in self._answers:
+            self.asked += 1
+            self._answers[part, name] = self._judge(name, part)
+        return self._answers[part, name]
+
+    def parts(self, remaining: Collection[str]) -> list[frozenset[str]]:
+        """The parts of what remains that do not feel each other."""
+        names = [name for name in self.names if name in remaining]
+        number = {name: k for k, name in enumerate(names)}
+        whole = len(names)
+        ends = [(number[a], number[b]) for a, b in self.joined if a in number and b in number]
+        groups = components(whole, ends)
+        return [frozenset(names[k] for k in group) for group in groups]
+
+    def part_of(self, name: str, remaining: Collection[str]) -> frozenset[str]:
+        """The part of what remains that ``name`` belongs to."""
+        return next(part for part in self.parts(remaining) if name in part)
+
+    def verdict(self, part: frozenset[str]) -> Verdict:
+        """Whether a part stands."""
+        if part not in self._verdicts:
+            self._verdicts[part] = self.state(part).verdict()
+        return self._verdicts[part]
+
+    def state(self, part: frozenset[str]) -> State:
+        """The engine made ready for a part."""
+        return _recalled(self._states, part, lambda: self.engine.prepare(self.reduced(part)))
+
+    def reduced(self, part: frozenset[str]) -> Assembly:
+        """The assembly of a part and the fixed bodies."""
+        gone = [name for name in self.names if name not in part]
+        return _recalled(self._reduced, part, lambda: self.assembly.without(gone))
+
+    @cached_property
+    def joined(self) -> list[tuple[str, str]]:
+        """Pairs of bodies that touch, or may once what lies between them is gone."""
+        return [*(i.bodies for i in self.assembly.interfaces), *self.assembly.occluded]
+
+    def _blocked(self, blockers: tuple[tuple[str, float], ...]) -> str:
+        words = [f"{name} after {distance * 1e3:.3g} mm" if distance > 0 else name for name, distance in blockers]
+        return f"its way out along {_vector(self.lift)} is blocked: {listed(words)}"
+
+    def _judge(self, name: str, part: frozenset[str]) -> Removal:
+        """By contact forces alone: first without it, then on the way there."""
+        verdicts = [self.verdict(rest) for rest in self.parts(part - {name})]
+        for verdict in verdicts:
+            if verdict.status is Status.UNSTABLE:
+                moving = () if verdict.mechanism is None else verdict.mechanism.moving
+                return Removal(name, Answer.UNSAFE, f"without it {listed(moving)} would move", moving=moving)
+        for verdict in verdicts:
+            if verdict.status is Status.UNDECIDED:
+                return Removal(name, Answer.UNDECIDED, f"whether the rest stands without it: {verdict.reason}")
+        return self._taken(name, part)
+
+    def _taken(self, name: str, part: frozenset[str]) -> Removal:
+        """While its weight is taken upwards, and when it comes off."""
+        assembly, weight = self.reduced(part), self.force(name, part, self.up)
+        if self.engine.claim is Claim.HOLDS:
+            loads = ((f"with {share:.0%} of its weight taken", share * weight) for share in SHARES)
+            found = self._under(name, assembly, loads)
+            if found is not None:
+                return self._held(name, part) if found.moving == (name,) else found
+        if comes_loose(assembly, name, self.up):
+            return Removal(name, Answer.SAFE, SAFE, lift=1.0)
+        if self.engine.claim is Claim.EXISTS:  # on paper what clamps it may be there or not
+            return Removal(name, Answer.UNDECIDED, "its neighbours could clamp it: engine 'compliant' tells")
+        return self._comes_off(name, part) if self.lift @ self.up > 1 - 1e-9 else self._pulled(name, part)
+
+    def _comes_off(self, name: str, part: frozenset[str]) -> Removal:
+        """What moves when more and more than its weight is taken."""
+        capacity = self.state(part).load_factor(self.force(name, part, self.up)[:, None], gap=1.0)
+        lift, others = float(capacity.factor[0]), tuple(n for n in capacity.moving[0] if n != name)
+        if capacity.status[0] is Status.UNDECIDED:
+            return Removal(name, Answer.UNDECIDED, "its neighbours could clamp it; whether they do was not found")
+        if np.isinf(lift):
+            return Removal(name, Answer.UNSAFE, "no lift at its centre of mass gets it loose", lift=lift)
+        if others:
+            when = f"lifted by {lift:.3g} times its weight it moves {listed(others)}"
+            return Removal(name, Answer.UNSAFE, when, moving=others, lift=lift)
+        return self._held(name, part, lift) if lift < 1 - WHOLE else Removal(name, Answer.SAFE, SAFE, lift=lift)
+
+    def _pulled(self, name: str, part: frozenset[str]) -> Removal:
+        """What moves when most of its weight is taken and it is pulled along the lift direction."""
+        state = self.engine.prepare(self.reduced(part), CARRIED * self.force(name, part, self.up))
+        capacity = state.load_factor(self.force(name, part, self.lift)[:, None], gap=1.0)
+        others = tuple(n for n in capacity.moving[0] if n != name)
+        if capacity.status[0] not in (Status.FINITE, Status.INFINITE):
+            return Removal(name, Answer.UNDECIDED, "its neighbours could clamp it; what a pull moves was not found")
+        if np.isinf(capacity.factor[0]):
+            return Removal(name, Answer.UNSAFE, "no pull at its centre of mass gets it loose")
+        if others:
+            return Removal(name, Answer.UNSAFE, f"pulled out it moves {listed(others)}", moving=others)
+        return Removal(name, Answer.SAFE, SAFE)
+
+    def _held(self, name: str, part: frozenset[str], lift: float = 0.0) -> Removal:
+        """It would move before its weight is taken: held also against turning, its contact forces fade together."""
+        forces = self.state(part).verdict().forces
+        if forces is None:
+            return Removal(name, Answer.UNDECIDED, "its contact forces are not known", lift=lift)
+        whole, rest = self.reduced(part), self.reduced(part - {name})
+        load = np.zeros(6 * len(rest.movable))
+        for number, interface in enumerate(whole.interfaces):
+            if name not in interface.bodies:
+                continue
+            other = interface.bodies[interface.bodies[0] == name]
+            k = rest.index[other]
+            if k < 0:
+                continue
+            here, sign = forces.interface == number, 1.0 if interface.bodies[1] == other else -1.0
+            load[6 * k : 6 * k + 6] += sign * wrench_at(forces.force[here], forces.points[here], rest.com[k]).sum(0)
+        loads = ((f"with {share:.0%} of its contact forces gone", (1 - share) * load) for share in SHARES)
+        found = self._under(name, rest, loads)
+        if found is not None:
+            return found
+        early = f"at {lift:.3g} times its weight" if lift else "before its weight is taken"
+        reason = f"the rest stands without it; hold it against turning: lifted at its centre of mass it moves {early}"
+        return Removal(name, Answer.SAFE, reason, lift=lift, hold=True)
+
+    def _under(self, name: str, assembly: Assembly, loads: Iterable[tuple[str, Float]]) -> Removal | None:
+        """The first load under which others move, or may; None if all is well."""
+        for when, load in loads:
+            verdict = self.engine.prepare(assembly, load).verdict()
+            moving = () if verdict.mechanism is None else verdict.mechanism.moving
+            if verdict.status is Status.UNSTABLE:
+                return Removal(name, Answer.UNSAFE, f"{when} {listed(moving)} would move", moving=moving)
+            if verdict.status is Status.UNDECIDED:
+                return Removal(name, Answer.UNDECIDED, f"{when}: {verdict.reason}")
+        return None
+
+    def force(self, name: str, part: frozenset[str], direction: Float) -> Float:
+        """(6J,) its weight as a force at its centre of mass along ``direction``, on the assembly of its part."""
+        names = [n for n in self.names if n in part]
+        k = names.index(name)
+        body = self.assembly.scene.body(name)
+        assert body.mass is not None
+        load = np.zeros(6 * len(names))
+        load[6 * k : 6 * k + 3] = body.mass * np.linalg.norm(self.assembly.scene.gravity) * direction
+        return load
+
+
+def _recalled(kept: OrderedDict[frozenset[str], T], part: frozenset[str], make: Callable[[], T]) -> T:
+    """What was made for a part lately, or made now."""
+    if part not in kept:
+        kept[part] = make()
+        if len(kept) > KEPT:
+            kept.popitem(last=False)
+    kept.move_to_end(part)
+    return kept[part]
+
+
+def listed(names: Collection[str]) -> str:
+    """Some names, and how many more."""
+    shown = ", ".join(list(names)[:TOLD])
+    return shown + (f" and {len(names) - TOLD} more" if len(names) > TOLD else "")
+
+
+def _vector(values: Float) -> str:
+    return "(" + ", ".join(f"{v + 0.0:.3g}" for v in values) + ")"

@@ -1,0 +1,255 @@
+"""In which order: everything, deepest first with a memory of dead ends; or some bodies with the fewest removals."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from holdfast.applications.disassembly.removal import Answer, Removal, Removals
+from holdfast.assembly.assembly import FIXED
+from holdfast.progress import report
+
+
+@dataclass(frozen=True)
+class Plan:
+    """``steps`` in order; ``reached``: all that was asked for is out; ``proven``: no order does better.
+
+    ``bound``: no order takes fewer removals (of any that reaches the end, where ``reached`` is false: inf if there is
+    none).
+    """
+
+    steps: tuple[Removal, ...]
+    reached: bool
+    proven: bool
+    bound: float
+
+
+def everything(removals: Removals, budget: int) -> Plan:
+    """Take all bodies out, one by one, the highest along the lift first; back up where nothing can be taken out."""
+    whole = frozenset(removals.names)
+    order = _from_the_top(removals)
+    dead: set[frozenset[str]] = set()
+    doubts: dict[str, frozenset[str]] = {}
+    undecided = False
+    steps: list[Removal] = []
+    states: list[frozenset[str]] = [whole]
+    tries: list[Iterator[str]] = [_candidates(order, whole, doubts)]
+    longest: tuple[Removal, ...] = ()
+    while states[-1]:
+        found = None
+        for name in tries[-1]:
+            if states[-1] - {name} in dead:
+                continue
+            removal = removals.answer(name, states[-1])
+            undecided = undecided or removal.answer is Answer.UNDECIDED
+            if removal.answer is Answer.SAFE:
+                found = removal
+                break
+            doubts[name] = frozenset((*removal.moving, *(n for n, _ in removal.blockers))) & states[-1]
+        if found is not None:
+            steps.append(found)
+            states.append(states[-1] - {found.body})
+            tries.append(_candidates(order, states[-1], doubts))
+            report("bodies taken out", len(steps), len(whole))
+            continue
+        if len(steps) >= len(longest):
+            longest = tuple(steps)
+        dead.add(states[-1])
+        if not steps or removals.asked > budget:
+            closed = not steps and not undecided
+            return Plan(longest, False, closed, float("inf") if closed else float(len(whole)))
+        states.pop()
+        tries.pop()
+        steps.pop()
+    return Plan(tuple(steps), True, True, float(len(whole)))
+
+
+def _from_the_top(removals: Removals) -> list[str]:
+    """The bodies in the order of their centres of mass along the lift, the farthest first."""
+    assembly = removals.assembly
+    height = {body.name: float(assembly.com[k] @ removals.lift) for k, body in enumerate(assembly.movable)}
+    return sorted(removals.names, key=lambda name: -height[name])
+
+
+def _candidates(order: list[str], remaining: frozenset[str], doubts: dict[str, frozenset[str]]) -> Iterator[str]:
+    """Those that remain; last those that could not be taken out before, while all that kept them is still there."""
+    left = [name for name in order if name in remaining]
+    doubtful = {name for name in left if name in doubts and doubts[name] and doubts[name] <= remaining}
+    yield from (name for name in left if name not in doubtful)
+    yield from (name for name in left if name in doubtful)
+
+
+def fewest(removals: Removals, goals: frozenset[str], budget: int) -> Plan:
+    """Take the goals out with as few removals as possible: best first, by a count that no order can undercut.
+
+    That count: what stands in the way of a goal must go before, so must what would hang in the air without it, and in
+    turn what stands in the way of those.
+    """
+    whole = frozenset(removals.names)
+    needed = necessary(removals, goals, whole)
+    if needed is None:
+        return Plan((), False, True, float("inf"))
+    first = _straight(removals, goals, needed)
+    if first is not None and len(first) == len(needed):
+        return Plan(first, True, True, float(len(needed)))
+    return _Best(removals, goals, needed, first, budget).plan()
+
+
+def necessary(removals: Removals, goals: frozenset[str], remaining: frozenset[str]) -> frozenset[str] | None:
+    """Bodies that every order has to take out up to the last goal; None where the goals cannot be reached at all."""
+    before: dict[str, set[str]] = {}
+    waiting = list(goals & remaining)
+    while waiting:
+        name = waiting.pop()
+        if name in before:
+            continue
+        ahead = {blocker for blocker, _ in removals.exits.blockers(name, remaining)}
+        if not ahead <= remaining:
+            return None  # a fixed body is in the way
+        before[name] = ahead | hanging_without(removals, name, remaining)
+        waiting += before[name]
+    return frozenset(before) if _orderable(before) else None
+
+
+def hanging_without(removals: Removals, name: str, remaining: frozenset[str]) -> set[str]:
+    """Bodies that every chain of contacts to a fixed one leads through ``name``: without it they hang in the air."""
+    beside: dict[str, list[str]] = {}
+    index = removals.assembly.index
+    reached: list[str] = []
+    for a, b in removals.joined:
+        for one, other in ((a, b), (b, a)):
+            if one in remaining and one != name:
+                beside.setdefault(one, []).append(other)
+                if index[other] == FIXED:
+                    reached.append(one)
+    held = set(reached)
+    while reached:
+        for other in beside.get(reached.pop(), ()):
+            if other in remaining and other != name and other not in held:
+                held.add(other)
+                reached.append(other)
+    return set(remaining) - held - {name}
+
+
+def _orderable(before: dict[str, set[str]]) -> bool:
+    """Whether an order exists in which each comes after what has to go before it."""
+    left = {name: set(others) for name, others in before.items()}
+    while left:
+        free = [name for name, others in left.items() if not others & left.keys()]
+        if not free:
+            return False
+        for name in free:
+            del left[name]
+    return True
+
+
+def _straight(removals: Removals, goals: frozenset[str], needed: frozenset[str]) -> tuple[Removal, ...] | None:
+    """Some order, without looking back: what has to go, and whatever turns out to fall or to be in the way."""
+    order, wanted = _from_the_top(removals), set(needed)
+    remaining, steps = frozenset(removals.names), []
+    while goals & remaining:
+        grown: set[str] = set()
+        for name in (n for n in order if n in wanted and n in remaining):
+            removal = removals.answer(name, remaining)
+            if removal.answer is Answer.SAFE:
+                steps.append(removal)
+                remaining -= {name}
+                report("bodies taken out", len(steps), len(wanted))
+                break
+            grown |= {*removal.moving, *(n for n, _ in removal.blockers)} & remaining
+        else:
+            if grown <= wanted:
+                return None
+            wanted |= grown
+    return tuple(steps)
+
+
+class _Best:
+    """Best first over sets of remaining bodies; a body's answer is asked for only once its turn has come."""
+
+    def __init__(
+        self,
+        removals: Removals,
+        goals: frozenset[str],
+        needed: frozenset[str],
+        first: tuple[Removal, ...] | None,
+        budget: int,
+    ) -> None:
+        self.removals, self.goals, self.first, self.budget = removals, goals, first, budget
+        self.whole = frozenset(removals.names)
+        self.needed = needed
+        self.hops = _hops(removals, goals)
+        self.heap: list[tuple[int, int, int, int, frozenset[str], str, tuple[Removal, ...]]] = []
+        self.ticket = itertools.count()
+        self.unsure = float("inf")  # the fewest removals of an order that an undecided answer cut off
+
+    def plan(self) -> Plan:
+        """The best order found, and how good any could be."""
+        removals, seen = self.removals, {self.whole}
+        self._grow(self.whole, self.needed, ())
+        limit = float("inf") if self.first is None else float(len(self.first))
+        while self.heap:
+            bound = self.heap[0][0]
+            least = min(float(bound), self.unsure)
+            if bound >= limit or removals.asked > self.budget:
+                return self._given_up(min(least, limit))
+            _, _, _, _, remaining, name, steps = heapq.heappop(self.heap)
+            after = remaining - {name}
+            if after in seen:
+                continue
+            removal = removals.answer(name, remaining)
+            if removal.answer is not Answer.SAFE:
+                if removal.answer is Answer.UNDECIDED:
+                    self.unsure = min(self.unsure, float(bound))
+                continue
+            seen.add(after)
+            taken = (*steps, removal)
+            if not self.goals & after:
+                best = min(float(len(taken)), self.unsure)
+                return Plan(taken, True, best == len(taken), best)
+            needed = necessary(removals, self.goals, after)
+            if needed is not None:
+                self._grow(after, needed, taken)
+        return self._given_up(min(limit, self.unsure))
+
+    def _grow(self, remaining: frozenset[str], needed: frozenset[str], steps: tuple[Removal, ...]) -> None:
+        """Enter every body that could go next: with those that have to go anyway the count does not rise."""
+        for name in (n for n in self.removals.names if n in remaining):
+            if any(blocker in remaining or blocker not in self.whole for blocker, _ in self._ahead(name)):
+                continue
+            count = len(steps) + 1 + len(needed - {name})
+            entry = (
+                count,
+                self.hops.get(name, len(self.whole)),
+                -len(steps),
+                next(self.ticket),
+                remaining,
+                name,
+                steps,
+            )
+            heapq.heappush(self.heap, entry)
+
+    def _ahead(self, name: str) -> Iterable[tuple[str, float]]:
+        return self.removals.exits.in_the_way(name)
+
+    def _given_up(self, bound: float) -> Plan:
+        """The order found without looking back, which the search did not better."""
+        if self.first is None:
+            return Plan((), False, bound == float("inf"), bound)
+        return Plan(self.first, True, bound >= len(self.first), bound)
+
+
+def _hops(removals: Removals, goals: frozenset[str]) -> dict[str, int]:
+    """How many contacts away from the goals each body is: what is near is tried first."""
+    beside: dict[str, set[str]] = {}
+    for a, b in removals.joined:
+        beside.setdefault(a, set()).add(b)
+        beside.setdefault(b, set()).add(a)
+    found, edge, far = dict.fromkeys(goals, 0), set(goals), 0
+    while edge:
+        far += 1
+        edge = {n for name in edge for n in beside.get(name, ()) if n not in found and removals.assembly.index[n] >= 0}
+        found |= dict.fromkeys(edge, far)
+    return found

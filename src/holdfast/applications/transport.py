@@ -1,0 +1,217 @@
+"""How fast may the carrier accelerate before something moves on it (Nadeau & Kelly, Sec. VII-B, Algorithm 3).
+
+The fixed bodies are the carrier. In its frame a body of mass m and inertia I (about its centre of mass, r from the
+pivot) feels besides its weight (D'Alembert)
+
+    force  -m (a + α x r + ω x (ω x r))        torque  -I α - ω x I ω
+
+for a carrier that accelerates by a at the pivot, and turns. All vectors are along the axes of the scene, which the
+carrier takes with it; a tilted carrier is the same scene under turned gravity.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from holdfast.arrays import Float, Objects, checked, checked_number, frozen, objects, unit
+from holdfast.assembly.assembly import Assembly, body_forces
+from holdfast.engines.contract import Claim, Verdict
+from holdfast.errors import HoldfastError, SceneError, message
+from holdfast.rigid import checked_pose, tangents
+from holdfast.robustness.query import bounded
+from holdfast.robustness.request import DEFAULT_ENGINE, EngineChoice, Load, checked_assembly, engine_of, total_wrench
+from holdfast.robustness.sets import ConvexSet
+from holdfast.scene.scene import Scene
+
+DIRECTIONS = 100  # of the default circle (Fig. 15)
+PARALLEL = 1e-9  # 1 - cosine up to which an acceleration lies along the direction that was asked
+
+
+@dataclass(frozen=True, eq=False)
+class TransportLimits:
+    """The largest acceleration of the carrier along each of n directions.
+
+    ``acceleration`` (n,) [m/s²] along the unit ``directions`` (n, 3), axes of the scene, with ``status`` FINITE,
+    INFINITE, UNSTABLE (0: it does not stand on the carrier anyway) or UNDECIDED (0: not known). ``lower`` and ``upper``
+    (n,) bound the true answer as far as the engine can promise. ``moving`` (names), ``mode`` and ``mechanism``, each
+    (n,), tell what gives way. ``verdict``: whether the assembly stands on the carrier before it accelerates.
+    """
+
+    engine: str
+    claim: Claim
+    assembly: Assembly
+    verdict: Verdict
+    directions: Float
+    acceleration: Float
+    status: Objects
+    lower: Float
+    upper: Float
+    moving: Objects
+    mode: Objects
+    mechanism: Objects
+    notes: tuple[str, ...]
+
+
+def transport_limits(
+    assembly: Assembly,
+    directions: Any = None,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
+    *,
+    tilt: Any = None,  # noqa: ANN401 - (3,) or (3, 3) numbers, checked
+    angular_acceleration: Any = None,  # noqa: ANN401 - (3,) numbers, checked
+    angular_velocity: Any = None,  # noqa: ANN401 - (3,) numbers, checked
+    pivot: Any = (0.0, 0.0, 0.0),  # noqa: ANN401 - (3,) numbers, checked
+    standing: Iterable[Load] = (),
+    engine: EngineChoice = DEFAULT_ENGINE,
+    bound: bool = False,
+) -> TransportLimits:
+    """The largest acceleration of the carrier along each direction before anything moves on it.
+
+    ``directions`` (n, 3) or (3,), of any length, axes of the scene; 100 in the horizontal plane if None. All the while
+    the carrier is tilted by ``tilt`` (see ``tilted``), turns by ``angular_acceleration`` (3,) [rad/s²] and
+    ``angular_velocity`` (3,) [rad/s] about ``pivot`` (3,) [m] (see ``inertial_loads``), and ``standing`` loads act.
+    ``bound`` as in ``robustness``.
+    """
+    carried = checked_assembly(assembly) if tilt is None else tilted(assembly, tilt)
+    ways = horizontal_directions(carried) if directions is None else _directions(directions)
+    method = engine_of(engine)
+    turning = inertial_loads(
+        carried, angular_acceleration=angular_acceleration, angular_velocity=angular_velocity, pivot=pivot
+    )
+    held = total_wrench(carried, standing) + total_wrench(carried, turning)
+    W = np.column_stack([body_forces(-carried.mass[:, None] * way) for way in ways])
+    state = method.prepare(carried, held)
+    capacity = state.load_factor(W)
+    if bound:
+        capacity = bounded(capacity, method, carried, W, held, None)
+    return TransportLimits(
+        method.name,
+        method.claim,
+        carried,
+        state.verdict(),
+        ways,
+        capacity.factor,
+        objects(capacity.status),
+        capacity.lower,
+        capacity.upper,
+        objects(capacity.moving),
+        objects(capacity.mode),
+        objects(capacity.mechanism),
+        state.notes,
+    )
+
+
+def horizontal_directions(assembly: Assembly, count: int = DIRECTIONS) -> Float:
+    """(count, 3) unit vectors around the circle across gravity, from the x axis (as far as that is level) on."""
+    if not isinstance(count, int | np.integer) or count < 1:
+        raise HoldfastError(
+            message("horizontal_directions", f"count = {count!r}", "needs a whole number of at least 1")
+        )
+    ahead, left = tangents(unit(-checked_assembly(assembly).scene.gravity))
+    angle = 2 * np.pi * np.arange(count)[:, None] / count
+    return np.asarray(frozen(np.cos(angle) * ahead + np.sin(angle) * left))
+
+
+def tilted(assembly: Assembly, tilt: Any) -> Assembly:  # noqa: ANN401 - (3,) or (3, 3) numbers, checked
+    """The same assembly on a carrier that was turned by ``tilt``: gravity turns the other way in the scene's axes.
+
+    ``tilt``: a rotation vector (3,) [rad] or a rotation matrix (3, 3), from where the scene's axes are now to where the
+    carrier has them.
+    """
+    where = "tilt"
+    if np.ndim(tilt) == 2:
+        pose = np.eye(4)
+        pose[:3, :3] = checked(tilt, (3, 3), where)
+        turn = checked_pose(pose, where)[:3, :3]
+    else:
+        turn = Rotation.from_rotvec(np.array(checked(tilt, (3,), where))).as_matrix()
+    scene = checked_assembly(assembly).scene
+    return replace(assembly, scene=Scene(scene.bodies, scene.friction, turn.T @ scene.gravity, scene.name))
+
+
+def inertial_loads(
+    assembly: Assembly,
+    *,
+    acceleration: Any = None,  # noqa: ANN401 - (3,) numbers, checked
+    angular_acceleration: Any = None,  # noqa: ANN401 - (3,) numbers, checked
+    angular_velocity: Any = None,  # noqa: ANN401 - (3,) numbers, checked
+    pivot: Any = (0.0, 0.0, 0.0),  # noqa: ANN401 - (3,) numbers, checked
+) -> tuple[Load, ...]:
+    """What every movable body feels on a carrier in motion, as standing loads of any query.
+
+    The carrier accelerates by ``acceleration`` (3,) [m/s²] at ``pivot`` (3,) [m] and turns about it by
+    ``angular_acceleration`` (3,) [rad/s²] and ``angular_velocity`` (3,) [rad/s], along the axes of the scene.
+    """
+    where = "inertial loads"
+    given = {"acceleration": acceleration, "angular acceleration": angular_acceleration}
+    given |= {"angular velocity": angular_velocity, "pivot": pivot}
+    a, alpha, omega, at = (
+        np.zeros(3) if value is None else checked(value, (3,), f"{where}: {name}") for name, value in given.items()
+    )
+    loads = []
+    for body in checked_assembly(assembly).movable:
+        assert body.mass is not None
+        assert body.pose is not None
+        r = body.com_world - at
+        turn = body.pose[:3, :3]
+        inertia = turn @ body.inertia_com @ turn.T
+        force = -body.mass * (a + np.cross(alpha, r) + np.cross(omega, np.cross(omega, r)))
+        moment = -inertia @ alpha - np.cross(omega, inertia @ omega)
+        loads.append(Load(body.name, body.com_world, force, moment))
+    return tuple(loads)
+
+
+def safe_time_scale(
+    accelerations: Any,  # noqa: ANN401 - (n, 3) numbers, checked
+    limits: ConvexSet | TransportLimits,
+    *,
+    margin: float = 0.0,
+) -> float:
+    """The largest factor s on the speed along a path for which all its accelerations are within the limits.
+
+    ``accelerations`` (n, 3) [m/s²] of the carrier along the path, axes of the scene. Played s times as fast, q(s t), it
+    has s² times these: a path with s < 1 must be slowed down to s, one with s > 1 may be played faster; inf if it
+    nowhere accelerates. ``limits``: a set of sustainable accelerations, of which the guaranteed ``inner`` part counts,
+    or the transport limits along those ``accelerations`` that are not zero, of which ``lower`` counts. ``margin`` in
+    [0, 1) is the share of every limit that is left unused. The carrier must keep its orientation, and its load.
+    """
+    where = "safe_time_scale"
+    a = checked(accelerations, (None, 3), f"{where}: accelerations")
+    spare = checked_number(margin, f"{where}: margin", minimum=0)
+    if spare >= 1:
+        raise HoldfastError(message(f"{where}: margin", f"is {spare:g}", "needs 0 <= margin < 1"))
+    used = limits.usage(a) if isinstance(limits, ConvexSet) else _usage(a, limits)
+    worst = float(np.max(used, initial=0.0))
+    return float(np.sqrt((1 - spare) / worst)) if worst > 0 else np.inf
+
+
+def _usage(a: Float, limits: object) -> Float:
+    """Share of the limit along each acceleration that it uses, without those that are zero."""
+    if not isinstance(limits, TransportLimits):
+        remedy = "needs hf.sustainable_accelerations(...) or hf.transport_limits(...)"
+        raise HoldfastError(message("safe_time_scale: limits", f"is a {type(limits).__name__}", remedy))
+    if limits.claim is Claim.ESTIMATED:
+        remedy = "ask engine 'compliant' or 'limit'"
+        raise HoldfastError(message("safe_time_scale", f"engine {limits.engine!r} promises no lower bound", remedy))
+    size = np.linalg.norm(a, axis=1)
+    a, size = a[size > 0], size[size > 0]
+    ways = limits.directions
+    if len(a) != len(ways) or (np.einsum("nk,nk->n", a, ways) < (1 - PARALLEL) * size).any():
+        remedy = "ask transport_limits along the accelerations of the path that are not zero, or give a set"
+        raise HoldfastError(message("safe_time_scale", "the limits are along other directions", remedy))
+    return np.asarray(np.divide(size, limits.lower, out=np.full(len(a), np.inf), where=limits.lower > 0))
+
+
+def _directions(value: Any) -> Float:  # noqa: ANN401
+    where = "transport_limits: directions"
+    single = np.asarray(value, dtype=object).ndim == 1
+    ways = checked(value, (3,), where)[None] if single else checked(value, (None, 3), where)
+    if not len(ways):
+        raise SceneError(message(where, "is empty", "needs at least one"))
+    if not (np.linalg.norm(ways, axis=1) > 0).all():
+        raise SceneError(message(where, "a direction is zero", "needs vectors with a length"))
+    return np.asarray(frozen(unit(ways)))

@@ -1,0 +1,89 @@
+"""The command ``transport``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from holdfast.applications.transport import horizontal_directions, inertial_loads, tilted, transport_limits
+from holdfast.assembly.assembly import assemble
+from holdfast.cli.common import (
+    EXIT,
+    Angle,
+    AsJson,
+    EngineName,
+    Gap,
+    Nodes,
+    SceneArgument,
+    check_suffix,
+    engine_with,
+    err,
+    out,
+    print_json,
+    progress,
+    scene_of,
+)
+from holdfast.engines.contract import Status
+from holdfast.report.data import transport_data
+from holdfast.report.tables import transport_report
+from holdfast.report.transport import save_polar
+from holdfast.robustness.request import DEFAULT_ENGINE
+from holdfast.robustness.sets import sustainable_accelerations
+
+Vector = tuple[float, float, float]
+
+
+def transport(
+    scene: SceneArgument,
+    directions: Annotated[int, typer.Option(help="how many level directions, from +x on")] = 100,
+    engine: EngineName = DEFAULT_ENGINE,
+    compare: Annotated[list[str] | None, typer.Option(help="draw this engine too (may be repeated)")] = None,
+    tilt: Annotated[Vector | None, typer.Option(help="rotation vector of the tray in degrees: X Y Z")] = None,
+    angular_acceleration: Annotated[Vector | None, typer.Option(help="of the tray in rad/s²: X Y Z")] = None,
+    angular_velocity: Annotated[Vector | None, typer.Option(help="of the tray in rad/s: X Y Z")] = None,
+    pivot: Annotated[Vector, typer.Option(help="point about which it turns in m: X Y Z")] = (0.0, 0.0, 0.0),
+    bound: Annotated[bool, typer.Option("--bound", help="upper bounds by engine limit too")] = False,
+    png: Annotated[Path | None, typer.Option(help="write a polar plot here")] = None,
+    set_file: Annotated[
+        Path | None, typer.Option("--set", help="write all sustainable accelerations here (.json or .npz)")
+    ] = None,
+    gap: Gap = None,
+    angle: Angle = None,
+    nodes: Nodes = None,
+    as_json: AsJson = False,
+) -> None:
+    """Say how fast the carrier of a scene may accelerate before something moves on it."""
+    check_suffix(png, ".png")
+    methods = [engine_with(engine, nodes=nodes), *(engine_with(name) for name in compare or ())]
+    assembly = assemble(scene_of(scene), gap=gap, angle=angle)
+    if tilt is not None:
+        assembly = tilted(assembly, np.radians(tilt))
+    loads = inertial_loads(
+        assembly, angular_acceleration=angular_acceleration, angular_velocity=angular_velocity, pivot=pivot
+    )
+    ways = horizontal_directions(assembly, directions)
+    written = []
+    with progress():
+        results = [
+            transport_limits(assembly, ways, standing=loads, engine=method, bound=bound and method is methods[0])
+            for method in methods
+        ]
+        result = results[0]
+        if set_file is not None and result.verdict.status is Status.STABLE:
+            sustainable_accelerations(assembly, standing=loads).save(set_file)
+            written.append(set_file)
+    if set_file is not None and set_file not in written:
+        err.print(f"no set written: the assembly is {result.verdict.status}", highlight=False, soft_wrap=True)
+    if png is not None:
+        save_polar(results, png)
+        written.append(png)
+    if as_json:
+        print_json(transport_data(result))
+    else:
+        out.print(transport_report(result))
+        for path in written:
+            out.print(f"wrote {path}", highlight=False, soft_wrap=True)
+    raise typer.Exit(EXIT[result.verdict.status])

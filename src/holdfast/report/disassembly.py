@@ -1,0 +1,106 @@
+"""An order of removals for people and programs: a table, plain data, a strip of pictures."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+from rich.box import SIMPLE_HEAD
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from holdfast.applications.disassembly.order import Disassembly
+from holdfast.report.data import plain
+from holdfast.viewer.picture import Solid
+from holdfast.viewer.sequence import Frame, Sequence, write_sequence
+
+MOST_FRAMES = 24
+MOST_ROWS = 60
+
+
+def disassembly_data(result: Disassembly) -> dict[str, Any]:
+    """What ``holdfast disassemble --json`` prints."""
+    names = (
+        "engine",
+        "claim",
+        "lift",
+        "goal",
+        "order",
+        "assembly_order",
+        "reached",
+        "proven",
+        "bound",
+        "blocked",
+        "steps",
+    )
+    return {"scene": result.removals.assembly.scene.name, **{name: plain(getattr(result, name)) for name in names}}
+
+
+def disassembly_report(result: Disassembly) -> RenderableType:
+    """The steps in order, and why it goes no further."""
+    name = result.removals.assembly.scene.name or "scene"
+    head = Text.assemble((name, "bold"), ": ", _outcome(result), f"  (engine {result.engine}: {result.claim})")
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for heading, justify in (("step", "right"), ("take out", "left"), ("why it may go", "left")):
+        table.add_column(heading, justify=justify)  # type: ignore[arg-type]
+    for k, step in enumerate(result.steps[:MOST_ROWS]):
+        table.add_row(str(k + 1), step.body, step.reason)
+    if len(result.steps) > MOST_ROWS:
+        table.add_row("", f"... and {len(result.steps) - MOST_ROWS} more", "")
+    parts: list[RenderableType] = [head]
+    if result.steps:
+        parts.append(table)
+    if result.blocked:
+        stuck = Table(title="why the others stay", title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+        stuck.add_column("body")
+        stuck.add_column("reason")
+        for body, reason in list(result.blocked.items())[:MOST_ROWS]:
+            stuck.add_row(body, reason)
+        parts.append(stuck)
+    return Group(*parts)
+
+
+def save_strip(result: Disassembly, path: str | os.PathLike[str]) -> None:
+    """Write the sequence as a PNG: every state, the body that goes next in colour; of long orders every n-th."""
+    write_sequence(strip_of(result), path)
+
+
+def strip_of(result: Disassembly) -> Sequence:
+    """The states as a sequence of panels; the last one shows what remains, unless that is nothing."""
+    assembly, count = result.removals.assembly, len(result.steps)
+    solids = {b.name: Solid(b.name, b.surface_world.vertices, b.surface_world.faces, b.fixed) for b in assembly.bodies}
+    chosen = np.unique(np.linspace(0, max(count - 1, 0), min(count, MOST_FRAMES)).round().astype(int)).tolist()
+    frames = []
+    for k in chosen[:count]:
+        step = result.steps[k]
+        gone = set(result.order[:k])
+        note = "hold it against turning" if step.hold else "the rest stands without it"
+        left = tuple(solid for name, solid in solids.items() if name not in gone)
+        frames.append(Frame(left, step.body, f"{k + 1}  {step.body}", note))
+    if result.remaining or not frames:
+        left = tuple(solid for name, solid in solids.items() if name not in result.order)
+        note = "asked for no more" if result.reached else "none of them may go next"
+        frames.append(Frame(left, "", f"{len(result.remaining)} stay", note))
+    gravity = assembly.scene.gravity
+    return Sequence(
+        f"{assembly.scene.name or 'assembly'}: taken apart",
+        _outcome(result)[0] + f" · engine {result.engine} ({result.claim})",
+        tuple(frames),
+        np.asarray(result.lift),
+        -gravity / np.linalg.norm(gravity),
+    )
+
+
+def _outcome(result: Disassembly) -> tuple[str, str]:
+    """In words, with a style."""
+    count, whole = len(result.steps), len(result.removals.names)
+    if result.reached and not result.goal:
+        return f"all {whole} bodies come out one by one", "bold green"
+    if result.reached:
+        fewest = "no order takes fewer" if result.proven else f"no order takes fewer than {result.bound:.0f}"
+        return f"{', '.join(result.goal)} out after {count} removals ({fewest})", "bold green"
+    if result.proven:
+        return f"{count} of {whole} bodies come out, and no order goes to the end", "bold red"
+    return f"{count} of {whole} bodies come out; whether another order goes to the end is not known", "bold yellow"

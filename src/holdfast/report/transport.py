@@ -1,0 +1,96 @@
+"""Transport limits for people: a polar plot of one or several answers, and the words of its legend."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from holdfast.applications.transport import TransportLimits
+from holdfast.arrays import Float, unit
+from holdfast.assembly.assembly import Assembly
+from holdfast.engines.contract import Claim, Status
+from holdfast.errors import HoldfastError, message
+from holdfast.rigid import tangents
+from holdfast.viewer.polar import Curve, Footprint, PolarPicture, write_polar
+
+LEVEL = 1e-6  # share of a direction along gravity up to which it counts as level
+SHOWN = 3  # names of moving bodies in a line
+
+_WORDS = {Status.STABLE: "stands", Status.UNSTABLE: "does not stand", Status.UNDECIDED: "undecided"}
+
+
+def save_polar(
+    results: TransportLimits | Sequence[TransportLimits],
+    path: str | os.PathLike[str],
+    names: Sequence[str] | None = None,
+) -> None:
+    """Write answers of one assembly along level directions as a polar plot (PNG); the first is drawn on top."""
+    write_polar(polar_picture([results] if isinstance(results, TransportLimits) else list(results), names), path)
+
+
+def polar_picture(results: Sequence[TransportLimits], names: Sequence[str] | None = None) -> PolarPicture:
+    """What the polar plot shows; ``names`` of the methods are their engines' unless given."""
+    if not results:
+        raise HoldfastError(message("polar plot", "has no answers", "give at least one"))
+    first = results[0]
+    frame = np.array(tangents(unit(-first.assembly.scene.gravity)))
+    plain = np.allclose(frame, np.eye(3)[:2])
+    named = names or [result.engine for result in results]
+    return PolarPicture(
+        f"{first.assembly.scene.name or 'assembly'}: largest acceleration of the carrier [m/s²]",
+        f"{_WORDS[first.verdict.status]} · {len(first.directions)} level directions, "
+        "the distance from the centre is the largest acceleration that way",
+        ("+x", "+y", "−x", "−y") if plain else ("0°", "90°", "180°", "270°"),
+        tuple(_curve(result, name) for result, name in zip(results, named, strict=True)),
+        _footprints(first.assembly, frame),
+    )
+
+
+def level_angles(result: TransportLimits) -> Float:
+    """(n,) angles [rad] in [0, 2π) of level directions, from the first of ``horizontal_directions`` on."""
+    up = unit(-result.assembly.scene.gravity)
+    if np.abs(result.directions @ up).max() > LEVEL:
+        remedy = "ask along hf.horizontal_directions(...)"
+        raise HoldfastError(message("transport limits by angle", "a direction is not level", remedy))
+    ahead, left = tangents(up)
+    angle = np.arctan2(result.directions @ left, result.directions @ ahead) % (2 * np.pi)
+    return np.where(angle > 2 * np.pi - 1e-9, 0.0, angle)
+
+
+def _curve(result: TransportLimits, name: str) -> Curve:
+    angle = level_angles(result)
+    order = np.argsort(angle, kind="stable")
+    title = f"{name} ({result.claim})" if name == result.engine else name
+    return Curve(title, angle[order], result.acceleration[order], result.lower[order], _lines(result, angle))
+
+
+def _lines(result: TransportLimits, angle: Float) -> tuple[str, ...]:
+    """The least and the largest answer, with what gives way first."""
+    if result.verdict.status is Status.UNSTABLE:
+        return ("does not stand on the carrier",)
+    if not np.isfinite(result.acceleration).any():
+        return ("nothing moves, however fast",)
+    least = int(np.argmin(result.acceleration))
+    names = result.moving[least]
+    moving = ", ".join(names[:SHOWN]) + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")
+    gives = f"{result.mode[least]}: {moving}" if moving else str(result.status[least])
+    largest = result.acceleration.max()
+    lines = [f"least {result.acceleration[least]:.3g} at {np.degrees(angle[least]):.0f}°, {gives}"]
+    lines.append("largest " + ("∞" if np.isinf(largest) else f"{largest:.3g}"))
+    if result.claim is Claim.HOLDS and result.lower[least] > 0:
+        lines[0] += f"; holds {result.lower[least]:.3g}"
+    return tuple(lines)
+
+
+def _footprints(assembly: Assembly, frame: Float) -> tuple[Footprint, ...]:
+    up = unit(-assembly.scene.gravity)
+    found = []
+    for body in assembly.bodies:
+        vertices = body.surface_world.vertices
+        flat = vertices @ frame.T
+        outline = flat[ConvexHull(flat).vertices]
+        found.append(Footprint(outline, body.fixed, float((vertices @ up).max())))
+    return tuple(found)

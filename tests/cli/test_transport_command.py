@@ -1,0 +1,100 @@
+"""The command ``transport``: exit codes, JSON, the set, the picture."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import holdfast as hf
+from holdfast.cli.main import run
+
+
+@pytest.fixture
+def transport(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Any:
+    monkeypatch.chdir(tmp_path)
+
+    def call(*arguments: object) -> tuple[object, str, str]:
+        monkeypatch.setattr(sys, "argv", ["holdfast", "transport", *map(str, arguments)])
+        with pytest.raises(SystemExit) as stopped:
+            run()
+        return stopped.value.code, *capsys.readouterr()
+
+    return call
+
+
+def test_it_says_what_gives_way_where(transport: Any) -> None:
+    code, out, err = transport("slope", "--engine", "limit", "--directions", 36)
+    assert (code, err) == (0, "")
+    assert "stands on its carrier, 36 directions" in out
+    assert "3.27" in out
+    assert "topple: cube1" in out
+    assert "11.77" in out
+
+
+def test_a_long_story_is_told_in_twelve_parts(transport: Any) -> None:
+    code, out, _ = transport("tabletop", "--engine", "limit", "--directions", 48)
+    assert code == 0
+    assert out.count("°") == 12 * 3
+    assert "upper_book" in out
+
+
+def test_the_json_has_the_attributes(transport: Any) -> None:
+    code, out, _ = transport("cube", "--directions", 8, "--json")
+    data = json.loads(out)
+    assert code == 0
+    assert {f.name for f in fields(hf.TransportLimits)} - {"assembly"} <= set(data)
+    assert data["acceleration"] == pytest.approx([0.6 * 9.81] * 8, rel=1e-4)
+    assert data["status"] == ["finite"] * 8
+    assert data["upper"] == ["inf"] * 8
+    assert data["mechanism"][0]["moving"] == ["cube"]
+
+
+def test_motion_of_the_tray(transport: Any) -> None:
+    """Friction bears what gravity leaves of it across, less what the turning takes outwards, towards -x."""
+    options = ("--tilt", 10, 0, 0, "--angular-velocity", 0, 0, 2, "--pivot", 0.5, 0, 0, "--bound")
+    _, out, _ = transport("cube", "--directions", 4, "--json", "--engine", "limit", *options)
+    along, across = 9.81 * math.cos(math.radians(10)), 9.81 * math.sin(math.radians(10))
+    expected = math.sqrt((0.6 * along) ** 2 - across**2) - 2**2 * 0.5
+    assert json.loads(out)["acceleration"][0] == pytest.approx(expected, rel=1e-3)
+    assert json.loads(out)["gravity"] == pytest.approx([0, -across, -along])
+
+
+def test_the_set_and_the_picture_are_written(transport: Any) -> None:
+    for name in ("set.json", "set.npz"):
+        code, out, _ = transport("cube", "--engine", "limit", "--compare", "graph", "--set", name, "--png", "p.png")
+        assert code == 0
+        assert f"wrote {name}" in out
+        assert hf.ConvexSet.load(name).contains([5.7, 0, 0]) is True
+        assert Path("p.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_what_does_not_stand_has_no_set(transport: Any) -> None:
+    code, out, err = transport("cube", "--tilt", 40, 0, 0, "--set", "set.json", "--png", "p.png")
+    assert code == 1
+    assert "does not stand" in out
+    assert "no set written: the assembly is unstable" in err
+    assert not Path("set.json").exists()
+    assert Path("p.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "match"),
+    [
+        (("--directions", 0), "count = 0"),
+        (("--set", "set.txt"), ".json or .npz"),
+        (("--png", "p.jpg"), "--png"),
+        (("--compare", "grap"), "'grap' is unknown"),
+    ],
+)
+def test_bad_input(options: tuple[object, ...], match: str, transport: Any) -> None:
+    code, out, err = transport("cube", *options)
+    assert code == 2
+    assert out == ""
+    assert match in err
+    assert err.count("\n") == 1

@@ -1,0 +1,244 @@
+"""Maps of ``compliant``: few paths, the rest interpolated with a stated error."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.spatial import Delaunay
+
+import holdfast as hf
+from holdfast.arrays import Float, Int
+from holdfast.engines.compliant import path
+from holdfast.engines.compliant.engine import MANY, Compliant, CompliantState, System
+from holdfast.engines.compliant.interpolated import UNKNOWN, Survey, survey
+from holdfast.engines.compliant.linear import SparseSolver, make_work
+from holdfast.engines.compliant.triangles import fan, hull, inserted
+from holdfast.engines.contract import Capacity, Status
+from holdfast.robustness.map import RobustnessMap
+from holdfast.robustness.request import push_columns
+from holdfast.shipped import shipped_scene
+
+GAP = 0.01
+CASES = {"cube": 0.008, "stack": 0.013, "table": 0.03}
+
+
+@cache
+def _case(scene: str) -> tuple[CompliantState, RobustnessMap, Capacity]:
+    """A map, and every one of its points by a path of its own."""
+    assembly = hf.assemble(shipped_scene(scene))
+    result = hf.robustness_map(assembly, None, CASES[scene], engine="compliant", gap=GAP)
+    state = Compliant().prepare(assembly)
+    columns = [
+        push_columns(assembly, assembly.index[name], result.points[here], -result.normals[here])
+        for name in dict.fromkeys(result.body)
+        for here in [result.body == name]
+    ]
+    return state, result, state.load_factor(np.hstack(columns))
+
+
+@pytest.mark.parametrize("scene", CASES)
+def test_a_map_says_what_single_paths_say_within_its_stated_error(scene: str) -> None:
+    _, result, exact = _case(scene)
+    decided = np.array([status is not Status.UNDECIDED for status in exact.status])
+    assert decided.mean() > 0.99
+    assert (result.status == np.array(exact.status, dtype=object))[decided].all()
+    assert np.array_equal(result.force[result.solved], exact.factor[result.solved])
+    assert not result.error[result.solved].any()
+    between = ~result.solved & np.isfinite(exact.factor) & decided
+    off = np.abs(exact.factor[between] / result.force[between] - 1)
+    assert between.sum() > 0.25 * len(between)
+    assert off.mean() <= 0.005
+    assert off.max() <= 0.03
+    assert (off <= result.error[between]).all()
+    assert (result.error[between] <= 3 * GAP).all()
+    assert off.max() > 1e-6  # otherwise nothing was interpolated
+
+
+@pytest.mark.parametrize("scene", CASES)
+def test_lower_bounds_between_paths_allow_for_the_interpolation(scene: str) -> None:
+    _, result, exact = _case(scene)
+    between = ~result.solved & np.isfinite(result.force)
+    assert (result.lower[between] <= result.force[between] * (1 - result.error[between])).all()
+    decided = np.array([status is not Status.UNDECIDED for status in exact.status])
+    assert (result.lower <= exact.factor)[decided].all()
+    assert np.median(result.lower[between] / exact.lower[between]) > 0.97
+
+
+def test_pushes_that_nothing_moves_have_paths_of_their_own() -> None:
+    """Where bodies wedge (slope_two at 70 weights) paths between endless ones end."""
+    _, result, exact = _case("cube")
+    top = result.normals[:, 2] > 0.5
+    assert set(result.status[top]) == {Status.INFINITE}
+    assert result.solved[np.isinf(result.force)].all()
+    assert not result.solved.all()
+    assert np.array_equal(np.isinf(result.force), np.isinf(exact.factor))
+
+
+def test_points_say_whether_they_were_solved() -> None:
+    _, result, _ = _case("cube")
+    for index in (int(np.flatnonzero(result.solved)[0]), int(np.flatnonzero(result.error > 0)[0])):
+        assert result.at(index).solved == result.solved[index]
+        assert result.at(index).error == result.error[index]
+
+
+def test_without_a_gap_with_few_columns_or_several_bodies_every_column_is_solved() -> None:
+    state, result, _ = _case("stack")
+    body = result.body == "cube3"
+    assembly = state.assembly
+    W = push_columns(assembly, assembly.index["cube3"], result.points[body], -result.normals[body])
+    assert not state.load_factor(W, GAP).solved.all()
+    assert state.load_factor(W[:, : MANY - 1], GAP).solved.all()
+    assert state.load_factor(W).solved.all()
+    W[6 * assembly.index["cube1"], 0] = 0.1
+    assert state.load_factor(W[:, :60], GAP).solved.all()
+
+
+def test_with_a_gap_of_nothing_a_map_solves_every_point() -> None:
+    assembly = hf.assemble(shipped_scene("cube"))
+    result = hf.robustness_map(assembly, None, 0.02, engine="compliant", gap=0)
+    assert result.solved.all()
+    assert not result.error.any()
+    assert not hf.robustness_map(assembly, None, 0.008, engine="compliant").solved.all()
+
+
+def _pushes(state: CompliantState, directions: Float) -> Float:
+    at = state.assembly.com[[2, 2, 2]] + [[-0.04, 0.01, 0.02], [0.02, -0.04, -0.01], [0.01, 0.03, 0.03]]
+    return push_columns(state.assembly, 2, at, directions)
+
+
+def test_cuts_are_the_slopes_of_the_peak() -> None:
+    """Against differences of the peaks of neighbouring pushes, in random directions of the load."""
+    state, _, _ = _case("stack")
+    W = _pushes(state, np.array([[1.0, 0, 0], [0, 1, 0.2], [1, 1, 0]]))
+    paths = state.paths(W, cuts=True)
+    assert (np.abs((paths.cut * W.T).sum(1) - 1) < 1e-9).all()
+    other = W + 1e-3 * np.random.default_rng(1).normal(size=W.shape) * np.tile(np.repeat([1, 0.05], 3), 3)[:, None]
+    measured = paths.peak / state.paths(other).peak - 1
+    expected = (paths.cut * other.T).sum(1) - 1
+    assert np.abs(measured).max() > 5e-4
+    assert np.allclose(measured, expected, rtol=0.1, atol=1e-4)
+
+
+def test_sparse_and_dense_elimination_give_the_same_cuts() -> None:
+    state, _, _ = _case("stack")
+    assert state.system is not None
+    model = state.system.model
+    other = replace(state, system=System(model, make_work(model, dense=False), SparseSolver(model)))
+    W = _pushes(state, np.array([[1.0, 0, 0], [0, 1, 0.2], [1, 1, 0]]))
+    one, two = state.paths(W, cuts=True), other.paths(W, cuts=True)
+    assert np.allclose(one.peak, two.peak, rtol=1e-4)
+    assert np.allclose(one.cut, two.cut, rtol=1e-2, atol=1e-3 * np.abs(one.cut).max())
+
+
+def _plane_pushes(count: int) -> Float:
+    """Pushes along x at a grid of points: (n, 6)."""
+    y, z = (v.ravel() for v in np.meshgrid(np.linspace(-1, 1, count), np.linspace(-1, 1, count)))
+    one = np.ones(count * count)
+    return np.column_stack([one, 0 * one, 0 * one, 0 * one, z, -y])
+
+
+def _surveyed(loads: Float, value: Float, slopes: Float, kind: Int | None = None) -> Survey:
+    kinds = np.full(len(loads), path.PEAK) if kind is None else kind
+    return survey(loads, lambda k: (kinds[k], value[k], slopes[k], np.zeros(len(k), dtype=int)), GAP)
+
+
+def test_quadratic_resistance_is_interpolated_exactly() -> None:
+    """γ = (w1² + a w5² + b w6²) / w1 is homogeneous; with w1 = 1 the mean of values and planes is exact."""
+    loads = _plane_pushes(25)
+    value = 1 + 0.1 * loads[:, 4] ** 2 + 0.2 * loads[:, 5] ** 2
+    slopes = np.zeros((len(loads), 6))
+    slopes[:, 0], slopes[:, 4], slopes[:, 5] = 2 - value, 0.2 * loads[:, 4], 0.4 * loads[:, 5]
+    assert np.allclose((slopes * loads).sum(1), value)
+    found = _surveyed(loads, value, slopes)
+    between = found.kind == UNKNOWN
+    assert between.mean() > 0.9
+    assert np.allclose(found.value[between], value[between], rtol=1e-9)
+
+
+def test_kinks_are_followed_down_to_the_gap() -> None:
+    """Two mechanisms that meet along a slanted line: γ is the larger of two planes."""
+    loads = _plane_pushes(31)
+    planes = np.array([[1.0, 0, 0, 0, 0.9, 0.2], [1.1, 0, 0, 0, -0.7, 0.3]])
+    which = np.argmax(loads @ planes.T, axis=1)
+    value = (loads @ planes.T).max(1)
+    found = _surveyed(loads, value, planes[which])
+    between = found.kind == UNKNOWN
+    off = np.abs(value[between] / found.value[between] - 1)
+    assert between.mean() > 0.8
+    assert (off <= found.error[between]).all()
+    assert found.error.max() <= 3 * GAP
+    far = np.abs(loads @ (planes[0] - planes[1])) > 0.3
+    near = np.abs(loads @ (planes[0] - planes[1])) < 0.05
+    assert (~between)[near].mean() > 2 * (~between)[far].mean()
+
+
+def test_nothing_is_interpolated_between_finite_and_endless() -> None:
+    loads = _plane_pushes(15)
+    endless = loads[:, 4] > 0.3
+    value = np.where(endless, 0.0, 1.0)
+    slopes = value[:, None] * np.array([1.0, 0, 0, 0, 0, 0])
+    found = _surveyed(loads, value, slopes, np.where(endless, path.ENDLESS, path.PEAK))
+    assert np.array_equal(found.value == 0, endless)
+    between = found.kind == UNKNOWN
+    assert 0.2 < between.mean() < 0.9
+    assert not endless[between].any()
+    assert not endless[found.corner[between]].any()
+
+
+def test_an_undecided_neighbour_spoils_interpolation() -> None:
+    loads = _plane_pushes(9)
+    value, kind = np.ones(81), np.full(81, path.PEAK)
+    kind[0], value[0] = path.LOST, 0.0
+    slopes = value[:, None] * np.array([1.0, 0, 0, 0, 0, 0])
+    found = _surveyed(loads, value, slopes, kind)
+    assert (found.corner[found.kind == UNKNOWN] != 0).all()
+
+
+# (scene, body, point, direction): pushes whose long steps once ended on another branch of the path [m]
+BRANCHES = (
+    ("slope_two", "cube2", (0, 0.0799, 0.1389), (0, -2, -1)),  # 4.97 N
+    ("v_groove", "cube", (-0.0275, 0, 0.1139), (1, 0, -1)),  # 0.81 N, though nothing moves it
+    ("wall2x2", "b1_0", (-0.05, 0.05, 0.15), (0, -1, 0)),  # 25.4 N
+)
+
+
+@pytest.mark.parametrize(("case", "expected"), list(zip(BRANCHES, (12.284, np.inf, 23.544), strict=True)))
+def test_steps_stay_on_the_branch_that_short_steps_follow(
+    case: tuple[str, str, tuple[float, ...], tuple[float, ...]], expected: float
+) -> None:
+    """Expected: the same paths in steps a tenth as long."""
+    scene, body, point, direction = case
+    assembly = hf.assemble(shipped_scene(scene))
+    along = np.array(direction) / np.linalg.norm(direction)
+    push = push_columns(assembly, assembly.index[body], np.array([point]), along[None])
+    found = Compliant().prepare(assembly).load_factor(push).factor[0]
+    assert found == expected or found == pytest.approx(expected, rel=1e-3)
+
+
+def test_triangulations_grow_as_delaunay_says() -> None:
+    points = np.random.default_rng(2).random((60, 2))
+    corners = hull(points)
+    assert set(corners) == set(Delaunay(points).convex_hull.ravel())
+    triangles = fan(corners)
+    for k in range(len(points)):
+        triangles = inserted(points, triangles, k)
+    mine = {tuple(sorted(t)) for t in triangles.tolist()}
+    theirs = {tuple(sorted(t)) for t in Delaunay(points).simplices.tolist()}
+    assert len(mine & theirs) >= 0.95 * len(theirs)  # the first fan is not Delaunay
+
+
+def test_triangulations_of_grids_cover_them_once() -> None:
+    """Points on edges and on common circles, in random order."""
+    points = np.stack(np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 9)), 2).reshape(-1, 2)
+    corners = hull(points)
+    assert sorted(corners) == [0, 8, 72, 80]
+    triangles = fan(corners)
+    for k in np.random.default_rng(3).permutation(81):
+        triangles = inserted(points, triangles, int(k))
+    u, v = (points[triangles[:, k]] - points[triangles[:, 0]] for k in (1, 2))
+    area = (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2
+    assert len(triangles) == 128
+    assert np.allclose(area, 1 / 128)
