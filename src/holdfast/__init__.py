@@ -1,12 +1,10 @@
 """How hard can you push here before something moves: robustness of rigid assemblies in frictional contact."""
 
-<<<<<<< HEAD
+from holdfast.applications.disassembly.order import Disassembly, disassembly_order
+from holdfast.applications.disassembly.removal import Removal
 from holdfast.applications.placement.options import Weights
 from holdfast.applications.placement.plan import plan_placement
 from holdfast.applications.placement.result import Placement
-=======
-from holdfast.applications.disassembly.order import Disassembly, disassembly_order
-from holdfast.applications.disassembly.removal import Removal
 from holdfast.applications.transport import (
     TransportLimits,
     horizontal_directions,
@@ -15,7 +13,6 @@ from holdfast.applications.transport import (
     tilted,
     transport_limits,
 )
->>>>>>> main
 from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.engines.compliant.engine import Compliant
@@ -58,11 +55,8 @@ __all__ = [
     "LoadFactor",
     "Mesh",
     "Patch",
-<<<<<<< HEAD
     "Placement",
-=======
     "Removal",
->>>>>>> main
     "Robustness",
     "RobustnessMap",
     "RobustnessUnder",
@@ -73,11 +67,8 @@ __all__ = [
     "Sphere",
     "Stability",
     "Status",
-<<<<<<< HEAD
-    "Weights",
-=======
     "TransportLimits",
->>>>>>> main
+    "Weights",
     "WorstCase",
     "admissible_wrenches",
     "assemble",

@@ -20,7 +20,7 @@ def block(name, size, centre, turn=NO_TURN):
 
 def let_down(shape, bodies, start, turn=NO_TURN, mu=0.5, **body):
     moved = Moved(hf.Body("object", shape, mass=1, **body))
-    stills = [Still(b, mu) for b in bodies]
+    stills = [Still(b, mu, UP) for b in bodies]
     return moved, stills, lowered(moved, pose_from(np.array(start, float), np.array(turn)), stills, UP)
 
 
@@ -109,6 +109,6 @@ def test_gravity_sets_what_is_down() -> None:
     turned = hf.Body("floor", ground.shape, pose=turn @ ground.pose, fixed=True)
     moved = Moved(hf.Body("object", hf.Box((0.1, 0.06, 0.04)), mass=1))
     start = pose_from(np.array([0, 0, 0.3]), about_y(0.3))
-    here = lowered(moved, start, [Still(ground, 0.5)], UP)
-    there = lowered(moved, turn @ start, [Still(turned, 0.5)], turn[:3, :3] @ UP)
+    here = lowered(moved, start, [Still(ground, 0.5, UP)], UP)
+    there = lowered(moved, turn @ start, [Still(turned, 0.5, turn[:3, :3] @ UP)], turn[:3, :3] @ UP)
     assert there == pytest.approx(turn @ here, abs=1e-6)

@@ -145,13 +145,8 @@ def describe(assembly: Assembly, nodes: ContactNodes, carrier: float | None = No
     Xml.SubElement(
         root,
         "option",
-<<<<<<< HEAD
-        timestep=f"{STEP}",
-        gravity=as_text(assembly.scene.gravity),
-=======
         timestep=f"{step}",
-        gravity=_text(assembly.scene.gravity),
->>>>>>> main
+        gravity=as_text(assembly.scene.gravity),
         cone="elliptic",
         impratio=f"{IMPRATIO}",
         solver="Newton",
@@ -197,8 +192,8 @@ def describe(assembly: Assembly, nodes: ContactNodes, carrier: float | None = No
 def _carrier(space: Xml.Element, mass: float) -> Xml.Element:
     home = Xml.SubElement(space, "body", name="carrier")
     for axis in np.eye(3):
-        Xml.SubElement(home, "joint", type="slide", axis=_text(axis))
-    Xml.SubElement(home, "inertial", pos="0 0 0", mass=f"{mass!r}", diaginertia=_text(np.full(3, mass)))
+        Xml.SubElement(home, "joint", type="slide", axis=as_text(axis))
+    Xml.SubElement(home, "inertial", pos="0 0 0", mass=f"{mass!r}", diaginertia=as_text(np.full(3, mass)))
     return home
 
 

@@ -9,9 +9,6 @@ from holdfast.benchmarks.suite import Suite
 from holdfast.errors import HoldfastError, message
 
 # modules of this package, each with a SUITE of the same name
-<<<<<<< HEAD
-SUITES = ("contacts", "maps", "pipeline", "placement", "reliability", "scaling", "table2", "table3")
-=======
 SUITES = (
     "baselines",
     "compliant_maps",
@@ -19,12 +16,14 @@ SUITES = (
     "disassembly",
     "maps",
     "pipeline",
+    "placement",
     "reliability",
     "scaling",
     "table1",
+    "table2",
+    "table3",
     "transport",
 )
->>>>>>> main
 
 
 def suite(name: str) -> Suite:

@@ -19,11 +19,8 @@ from holdfast.cli.benchmark import benchmark
 from holdfast.cli.common import EXIT, err, out
 from holdfast.cli.disassemble import disassemble
 from holdfast.cli.files import convert, print_schema
-<<<<<<< HEAD
 from holdfast.cli.place import place
-=======
 from holdfast.cli.transport import transport
->>>>>>> main
 from holdfast.engines.contract import Status
 from holdfast.errors import HoldfastError, HoldfastWarning, SolverError
 
@@ -38,12 +35,9 @@ BAD_INPUT, INTERNAL, STOPPED = 2, 4, 130
 COMMANDS: dict[str, Callable[..., None]] = {
     "assess": assess,
     "map": map_surfaces,
-<<<<<<< HEAD
     "place": place,
-=======
     "transport": transport,
     "disassemble": disassemble,
->>>>>>> main
     "benchmark": benchmark,
     "convert": convert,
     "schema": print_schema,

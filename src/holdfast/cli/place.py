@@ -109,7 +109,8 @@ def _taken(scene: Scene, thing: str, mass: float | None, material: str | None) -
         return scene, scene_of(file).body(name)
     body = scene.body(thing)
     others = [other for other in scene.bodies if other.name != thing]
-    friction = scene.friction.among([b.name for b in others], {b.material for b in others if b.material is not None})
+    named = {b.name for b in others} | {b.material for b in others if b.material is not None}
+    friction = scene.friction.among(named)
     return Scene(others, friction, scene.gravity, scene.name), body
 
 

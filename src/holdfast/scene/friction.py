@@ -72,18 +72,10 @@ class Friction:
             raise SceneError(message(f"friction of ({a!r}, {b!r})", "is not given", "add the pair or a default"))
         return self.default
 
-<<<<<<< HEAD
-    def among(self, bodies: Collection[str], materials: Collection[str]) -> Friction:
-        """The same table without the rows that name anything else."""
-        known = {*bodies, *materials}
-        pairs = {key: mu for key, mu in self.pairs.items() if known.issuperset(key)}
-        values = {name: mu for name, mu in self.values.items() if name in bodies}
-=======
     def among(self, names: Collection[str]) -> Friction:
         """Only what concerns these bodies and materials."""
         pairs = {key: mu for key, mu in self.pairs.items() if key[0] in names and key[1] in names}
         values = {name: mu for name, mu in self.values.items() if name in names}
->>>>>>> main
         return Friction(self.default, pairs, values, self.combine)
 
     def check_names(self, bodies: Collection[str], materials: Collection[str]) -> None:

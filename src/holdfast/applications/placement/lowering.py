@@ -16,7 +16,6 @@ from itertools import starmap
 import numpy as np
 from scipy import sparse
 
-from holdfast.applications.exits import first_hit
 from holdfast.arrays import Float, unit
 from holdfast.conic.program import ConeKind, ConeProgram
 from holdfast.conic.solve import Outcome, solve
@@ -26,6 +25,7 @@ from holdfast.errors import SceneError, message
 from holdfast.rigid import tangents, transform
 from holdfast.scene.body import Body
 from holdfast.scene.surface import Surface
+from holdfast.scene.sweep import Swept, hit_distance
 
 STEP = 0.08  # of the object's half size: the longest step, and in radians the largest turn
 REACH = 2.5  # steps: features further apart do not matter in one
@@ -42,20 +42,22 @@ class Still:
     """A body of the scene that counts as fixed, made ready for the search of contacts.
 
     ``mu`` towards the object; None where it is not known, which is an error as soon as they come near each other.
+    ``up`` (3,) against gravity.
     """
 
     body: Body
     mu: float | None
+    up: Float
 
     @cached_property
     def skin(self) -> Skin:
         """Its surface."""
         return Skin.of(self.body)
 
-    @property
-    def surface(self) -> Surface:
-        """Its surface in as few triangles as it needs."""
-        return self.body.reduced_world
+    @cached_property
+    def swept(self) -> Swept:
+        """Its surface as the object falls onto it."""
+        return Swept(self.body.reduced_world, -self.up)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,20 +121,8 @@ def at(body: Body, pose: Float) -> Body:
 
 def height_above(moved: Moved, pose: Float, stills: Sequence[Still], up: Float) -> float:
     """How far the object can go down before it meets something [m]; inf where there is nothing below."""
-    surface = moved.surface(pose)
-    low, high = _shadow(surface, up)
-    nearest = np.inf
-    for still in stills:
-        other_low, other_high = _shadow(still.surface, up)
-        if (other_low <= high).all() and (low <= other_high).all():
-            nearest = min(nearest, first_hit(surface, still.surface, -up))
-    return nearest
-
-
-def _shadow(surface: Surface, up: Float) -> tuple[Float, Float]:
-    """Lowest and highest corner (2,) of the box around the surface seen along ``up``."""
-    flat = surface.vertices @ np.array(tangents(up)).T
-    return flat.min(0), flat.max(0)
+    falling = Swept(moved.surface(pose), -up)
+    return min((hit_distance(falling, still.swept) for still in stills), default=np.inf)
 
 
 def lowered(moved: Moved, pose: Float, stills: Sequence[Still], up: Float) -> Float | None:

@@ -21,7 +21,6 @@ from typing import Any
 import manifold3d
 import numpy as np
 
-from holdfast.applications.exits import clear_path
 from holdfast.applications.placement.faces import Face, faces_of
 from holdfast.applications.placement.lowering import Moved, Still, at, lowered
 from holdfast.applications.placement.options import Options
@@ -43,6 +42,7 @@ from holdfast.rigid import transform
 from holdfast.robustness.map import RobustnessMap, robustness_map
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
+from holdfast.scene.sweep import Swept, hit_distance
 
 ROUGHLY = 3  # times that between the points that rank candidates
 CLEARANCE = 0.02  # of the object's size: how far above its place the object is let go
@@ -188,7 +188,7 @@ class Planner:
             except SceneError:
                 return None
 
-        return tuple(Still(body, mu(body.name)) for body in self._frozen)
+        return tuple(Still(body, mu(body.name), self.up) for body in self._frozen)
 
     @cached_property
     def _solids(self) -> list[tuple[Body, manifold3d.Manifold]]:
@@ -291,11 +291,17 @@ class Planner:
             return UNSUPPORTED, None
         if touched.intersection(options.avoid):
             return FORBIDDEN, None
-        if options.approach is not None and not clear_path(
-            placed, self._frozen, -options.approach, slack=self.assembly.tolerances.gap
-        ):
+        if options.approach is not None and self._shut_in(placed, -options.approach):
             return SHUT_IN, None
         return self._judged(self.with_object(placed, contacts))
+
+    def _shut_in(self, placed: Body, way: Float) -> bool:
+        """Whether the object meets anything on its straight way out, which is its way in."""
+        going, tolerances = Swept(placed.reduced_world, way), self.assembly.tolerances
+        return any(
+            np.isfinite(hit_distance(going, Swept(body.reduced_world, way), tolerances.between(body, placed).depth))
+            for body in self._frozen
+        )
 
     def with_object(self, placed: Body, contacts: Sequence[Interface]) -> Assembly:
         """The assembly with one body more, whose interfaces are ``contacts``."""
