@@ -2,6 +2,9 @@
 
 from holdfast.applications.disassembly.order import Disassembly, disassembly_order
 from holdfast.applications.disassembly.removal import Removal
+from holdfast.applications.placement.options import Weights
+from holdfast.applications.placement.plan import plan_placement
+from holdfast.applications.placement.result import Placement
 from holdfast.applications.transport import (
     TransportLimits,
     horizontal_directions,
@@ -52,6 +55,7 @@ __all__ = [
     "LoadFactor",
     "Mesh",
     "Patch",
+    "Placement",
     "Removal",
     "Robustness",
     "RobustnessMap",
@@ -64,6 +68,7 @@ __all__ = [
     "Stability",
     "Status",
     "TransportLimits",
+    "Weights",
     "WorstCase",
     "admissible_wrenches",
     "assemble",
@@ -72,6 +77,7 @@ __all__ = [
     "inertial_loads",
     "load_factor",
     "load_scene",
+    "plan_placement",
     "robustness",
     "robustness_map",
     "robustness_under",

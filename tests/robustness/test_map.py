@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import holdfast as hf
+from holdfast.rigid import pose_from
 from holdfast.scene.distance import distance_to_surface
 from holdfast.shipped import SHIPPED, shipped_scene
 from holdfast.shipped.blocks import box, cube, floor, table
@@ -112,3 +113,16 @@ def test_what_is_refused(options: dict[str, Any], match: str) -> None:
     with pytest.raises(hf.HoldfastError, match=match) as caught:
         hf.robustness_map(hf.assemble(table()), **{"engine": "graph", **options})
     assert "there is no movable body" not in str(caught.value)
+
+
+def test_a_line_contact_along_a_face_covers_nothing() -> None:
+    """A rod lying on the edge of a block: its underside touches along a line, which no cell lies under."""
+    turned = np.array([np.cos(np.pi / 8), np.sin(np.pi / 8), 0, 0])
+    bar = hf.Body("bar", hf.Box((0.5, 0.1, 0.1)), pose=pose_from(np.zeros(3), turned), fixed=True)
+    plate = hf.Body(
+        "plate", hf.Box((0.2, 0.2, 0.02)), mass=1, pose=pose_from(np.array([0, 0, 0.05 * 2**0.5 + 0.01]), np.eye(4)[0])
+    )
+    assembly = hf.assemble(hf.Scene([bar, plate], 0.5))
+    assert [patch.kind for i in assembly.interfaces for patch in i.patches] == ["line"]
+    m = hf.robustness_map(assembly, spacing=0.02, engine="graph")
+    assert (m.normals[:, 2] < -0.9).sum() > 90  # all of its underside that the bar is not right in front of

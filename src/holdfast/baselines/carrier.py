@@ -19,7 +19,7 @@ import numpy as np
 from holdfast.arrays import Float, checked, unit
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes
-from holdfast.baselines.mujoco import _mujoco, describe, equal_stiffness, node_motion
+from holdfast.baselines.mujoco import describe, equal_stiffness, mujoco_module, node_motion
 from holdfast.baselines.search import grid_nodes
 
 SIDE = 5  # nodes along a side unless given
@@ -57,7 +57,7 @@ class Carrier:
         """``nodes``: grids of SIDE x SIDE on every (rectangular) patch unless given; ``step`` of time [s]."""
         self.assembly, self.step = assembly, step
         self.nodes = grid_nodes(assembly, SIDE) if nodes is None else nodes
-        self.mujoco = _mujoco()
+        self.mujoco = mujoco_module()
         load = float(assembly.mass.sum())
         self.model: Any = self.mujoco.MjModel.from_xml_string(describe(assembly, self.nodes, HEAVY * load, step))
         equal_stiffness(self.model, self.nodes, step)

@@ -73,7 +73,7 @@ class World:
     def __init__(self, assembly: Assembly, nodes: ContactNodes | None = None) -> None:
         nodes = grid_nodes(assembly, SIDE) if nodes is None else nodes
         self.assembly, self.nodes = assembly, nodes
-        self.mujoco = _mujoco()
+        self.mujoco = mujoco_module()
         self.model: Any = self.mujoco.MjModel.from_xml_string(describe(assembly, nodes))
         equal_stiffness(self.model, nodes)
         self.data: Any = self.mujoco.MjData(self.model)
@@ -146,7 +146,7 @@ def describe(assembly: Assembly, nodes: ContactNodes, carrier: float | None = No
         root,
         "option",
         timestep=f"{step}",
-        gravity=_text(assembly.scene.gravity),
+        gravity=as_text(assembly.scene.gravity),
         cone="elliptic",
         impratio=f"{IMPRATIO}",
         solver="Newton",
@@ -159,12 +159,12 @@ def describe(assembly: Assembly, nodes: ContactNodes, carrier: float | None = No
     homes = []
     for k, body in enumerate(assembly.movable):
         assert body.pose is not None
-        home = Xml.SubElement(space, "body", pos=_text(assembly.com[k]))
+        home = Xml.SubElement(space, "body", pos=as_text(assembly.com[k]))
         Xml.SubElement(home, "freejoint")
         turn = body.pose[:3, :3]
         inertia = turn @ body.inertia_com @ turn.T
         entries = inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
-        Xml.SubElement(home, "inertial", pos="0 0 0", mass=f"{body.mass!r}", fullinertia=_text(entries))
+        Xml.SubElement(home, "inertial", pos="0 0 0", mass=f"{body.mass!r}", fullinertia=as_text(entries))
         homes.append(home)
     homes.append(space if carrier is None else _carrier(space, carrier))
     contact = Xml.SubElement(root, "contact")
@@ -177,14 +177,14 @@ def describe(assembly: Assembly, nodes: ContactNodes, carrier: float | None = No
             name = f"pad{i}"
             across = np.concatenate([axes[1], axes[2]])
             middle = point - 0.1 * size * axes[0] - centre[a]
-            half = _text(np.array([2, 2, 0.1]) * size)
-            shape = {"type": "box", "name": name, "pos": _text(middle), "xyaxes": _text(across), "size": half}
+            half = as_text(np.array([2, 2, 0.1]) * size)
+            shape = {"type": "box", "name": name, "pos": as_text(middle), "xyaxes": as_text(across), "size": half}
             Xml.SubElement(pad, "geom", shape | PASSIVE)
         radius = SPHERE * size
-        place = _text(point + radius * axes[0] - centre[b])
+        place = as_text(point + radius * axes[0] - centre[b])
         Xml.SubElement(ball, "geom", {"type": "sphere", "name": f"n{i}", "pos": place, "size": f"{radius!r}"} | PASSIVE)
         mu = max(float(nodes.mu[i]), 1e-5)
-        friction = _text(np.array([mu, mu, 0, 0, 0]))
+        friction = as_text(np.array([mu, mu, 0, 0, 0]))
         Xml.SubElement(contact, "pair", geom1=name, geom2=f"n{i}", condim="3", friction=friction)
     return Xml.tostring(root, encoding="unicode")
 
@@ -192,8 +192,8 @@ def describe(assembly: Assembly, nodes: ContactNodes, carrier: float | None = No
 def _carrier(space: Xml.Element, mass: float) -> Xml.Element:
     home = Xml.SubElement(space, "body", name="carrier")
     for axis in np.eye(3):
-        Xml.SubElement(home, "joint", type="slide", axis=_text(axis))
-    Xml.SubElement(home, "inertial", pos="0 0 0", mass=f"{mass!r}", diaginertia=_text(np.full(3, mass)))
+        Xml.SubElement(home, "joint", type="slide", axis=as_text(axis))
+    Xml.SubElement(home, "inertial", pos="0 0 0", mass=f"{mass!r}", diaginertia=as_text(np.full(3, mass)))
     return home
 
 
@@ -227,11 +227,13 @@ def _apart(u: Float) -> float:
     return float(np.sqrt((u**2).sum(1).max(initial=0.0)))
 
 
-def _text(values: Float) -> str:
+def as_text(values: Float) -> str:
+    """Numbers as an attribute of MuJoCo's XML, every digit kept."""
     return " ".join(repr(float(v)) for v in values)
 
 
-def _mujoco() -> ModuleType:
+def mujoco_module() -> ModuleType:
+    """The simulator, or an error that says how to get it."""
     try:
         return importlib.import_module("mujoco")
     except ImportError:

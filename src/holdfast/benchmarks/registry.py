@@ -16,9 +16,12 @@ SUITES = (
     "disassembly",
     "maps",
     "pipeline",
+    "placement",
     "reliability",
     "scaling",
     "table1",
+    "table2",
+    "table3",
     "transport",
 )
 

@@ -19,6 +19,7 @@ from holdfast.cli.benchmark import benchmark
 from holdfast.cli.common import EXIT, err, out
 from holdfast.cli.disassemble import disassemble
 from holdfast.cli.files import convert, print_schema
+from holdfast.cli.place import place
 from holdfast.cli.transport import transport
 from holdfast.engines.contract import Status
 from holdfast.errors import HoldfastError, HoldfastWarning, SolverError
@@ -34,6 +35,7 @@ BAD_INPUT, INTERNAL, STOPPED = 2, 4, 130
 COMMANDS: dict[str, Callable[..., None]] = {
     "assess": assess,
     "map": map_surfaces,
+    "place": place,
     "transport": transport,
     "disassemble": disassemble,
     "benchmark": benchmark,

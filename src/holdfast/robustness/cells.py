@@ -62,9 +62,11 @@ def surface_cells(surface: Surface, spacing: float) -> Cells:
 
 
 def covered(cells: Cells, patches: list[Patch], gap: float) -> Bool:
-    """(C,) whether a cell's point lies on a contact patch, where nobody can push."""
+    """(C,) whether a cell's point lies on a contact face, where nobody can push; lines and points cover nothing."""
     result = np.zeros(len(cells.points), dtype=bool)
     for patch in patches:
+        if patch.kind != "face":
+            continue
         arm = cells.points - patch.polygon[0]
         near = (np.abs(arm @ patch.normal) <= gap) & (np.abs(cells.normals @ patch.normal) > 0.9)
         if near.any():

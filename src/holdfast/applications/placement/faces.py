@@ -1,0 +1,72 @@
+"""The flat faces on which an object can stand: facets of its convex hull."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from holdfast.arrays import Float, unit
+from holdfast.contacts.polygon import convex_hull, smallest_rectangle
+from holdfast.rigid import tangents
+from holdfast.scene.body import Body
+
+COPLANAR = 1e-3  # [rad] hull triangles that differ by less are one face
+
+
+@dataclass(frozen=True, eq=False)
+class Face:
+    """A face of the object's hull, body frame.
+
+    ``normal`` (3,) outward; ``foot`` (3,) [m] the centre of mass projected into its plane; ``corners`` (k, 3) [m];
+    ``along`` (3,) its longer side; ``tilt`` [rad]: by how much a plane may be tilted, in the worst direction, before
+    the object tips over on it; 0 where it does not even stand on a level one.
+    """
+
+    normal: Float
+    foot: Float
+    corners: Float
+    along: Float
+    tilt: float
+
+
+def faces_of(body: Body) -> tuple[Face, ...]:
+    """All faces of the body's convex hull, the steadiest first."""
+    vertices = body.shape.surface.vertices
+    assert body.com is not None
+    hull = ConvexHull(vertices)
+    normals = hull.equations[:, :3]
+    first: list[int] = []
+    groups: list[list[int]] = []
+    for k in np.lexsort(normals.T):
+        alike = np.flatnonzero(normals[first] @ normals[k] > np.cos(COPLANAR))
+        if len(alike):
+            groups[alike[0]].append(int(k))
+        else:
+            first.append(int(k))
+            groups.append([int(k)])
+    faces = [
+        _face(unit(normals[group].mean(0)), vertices[np.unique(hull.simplices[group])], body.com) for group in groups
+    ]
+    return tuple(sorted(faces, key=lambda face: -round(face.tilt, 9)))
+
+
+def _face(normal: Float, points: Float, com: Float) -> Face:
+    frame = np.array(tangents(normal))
+    level = float((points @ normal).max())
+    size = float(np.ptp(points, axis=0).max())
+    ring = convex_hull(points @ frame.T, 1e-9 * size)
+    foot = com @ frame.T
+    edges = np.roll(ring, -1, axis=0) - ring
+    length = np.linalg.norm(edges, axis=1)
+    inside = (edges[:, 0] * (foot - ring)[:, 1] - edges[:, 1] * (foot - ring)[:, 0]) / length
+    margin, height = float(inside.min()), max(level - float(com @ normal), 1e-9 * size)
+    axes, _, _ = smallest_rectangle(ring)
+    return Face(
+        normal,
+        foot @ frame + level * normal,
+        ring @ frame + level * normal,
+        axes[0] @ frame,
+        float(np.arctan2(max(margin, 0.0), height)),
+    )

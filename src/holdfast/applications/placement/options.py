@@ -1,0 +1,107 @@
+"""What a placement must keep to, and what biases it; checked where it comes in."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from holdfast.arrays import Float, checked, checked_number, unit
+from holdfast.assembly.assembly import Assembly
+from holdfast.errors import SceneError, message
+from holdfast.rigid import checked_pose
+from holdfast.scene.friction import Friction
+
+
+@dataclass(frozen=True)
+class Weights:
+    """What biases the choice: exponents, 0 for no influence.
+
+    ``robustness`` of R / (R + weight of the object) at a point of the scene, ``level`` of the vertical part of its
+    normal, ``steadiness`` of the tilt that a face of the object stands.
+    """
+
+    robustness: float = 2.0
+    level: float = 1.0
+    steadiness: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name in ("robustness", "level", "steadiness"):
+            checked_number(getattr(self, name), f"Weights: {name}", minimum=0)
+
+
+@dataclass(frozen=True, eq=False)
+class Options:
+    """What a placement must keep to; see ``plan_placement``."""
+
+    region: Float
+    supports: tuple[str, ...]
+    least_supports: int
+    avoid: tuple[str, ...]
+    orientations: Float | None
+    turn: bool
+    tilt: float
+    approach: Float | None
+    weights: Weights
+    friction: Friction
+    mass_margin: float
+    spacing: float
+
+
+def checked_region(region: object, up: Float) -> Float:
+    """(2, 3) low and high corner of a box [m]; (2, 2) is horizontal and reaches from minus to plus infinity."""
+    if region is None:
+        return np.array([[-np.inf] * 3, [np.inf] * 3])
+    where = "plan_placement: region"
+    try:
+        box = np.array(region, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise SceneError(message(where, f"is {region!r:.60}", "needs the low and the high corner of a box")) from None
+    if box.shape == (2, 2):
+        if np.abs(up[:2]).max() > 1e-9:
+            raise SceneError(message(where, "has two coordinates, but up is not z", "give three"))
+        box = np.column_stack([box, [-np.inf, np.inf]])
+    if box.shape != (2, 3) or np.isnan(box).any():
+        raise SceneError(message(where, f"has shape {box.shape}", "needs (2, 2) or (2, 3): low and high corner [m]"))
+    if not (box[0] < box[1]).all():
+        raise SceneError(message(where, f"low {box[0].tolist()}, high {box[1].tolist()}", "needs low < high"))
+    return box
+
+
+def names_of(assembly: Assembly, names: Sequence[str], option: str) -> tuple[str, ...]:
+    """The names, all of bodies of the scene."""
+    if isinstance(names, str) or (option == "supports" and not len(names)):
+        raise SceneError(message(f"plan_placement: {option}", f"is {names!r}", "needs a list of names of bodies"))
+    return tuple(assembly.scene.body(name).name for name in names)
+
+
+def checked_orientations(value: Any) -> Float | None:  # noqa: ANN401
+    """(k, 3, 3) rotations, or None for any."""
+    if value is None:
+        return None
+    where = "plan_placement: orientations"
+    array = np.asarray(value)
+    turns = checked(array[None] if array.ndim == 2 else array, (None, 3, 3), where)
+    if not len(turns):
+        raise SceneError(message(where, "is empty", "give rotations (k, 3, 3), or None for any"))
+    poses = np.tile(np.eye(4), (len(turns), 1, 1))
+    poses[:, :3, :3] = turns
+    return np.array([checked_pose(pose, f"{where}[{k}]")[:3, :3] for k, pose in enumerate(poses)])
+
+
+def checked_direction(value: Any) -> Float:  # noqa: ANN401
+    """(3,) unit vector."""
+    direction = checked(value, (3,), "plan_placement: approach")
+    if not np.linalg.norm(direction) > 0:
+        raise SceneError(message("plan_placement: approach", "is zero", "needs a direction such as (0, 0, -1)"))
+    return unit(direction)
+
+
+def counted(value: Any, name: str) -> int:  # noqa: ANN401
+    """A whole number from 1."""
+    number = checked_number(value, f"plan_placement: {name}", minimum=1)
+    if number != int(number):
+        raise SceneError(message(f"plan_placement: {name}", f"is {number:g}", "needs a whole number"))
+    return int(number)

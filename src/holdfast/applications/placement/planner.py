@@ -1,0 +1,394 @@
+"""Placement planning after Sec. VII-A: what a scene withstands says where to put the next object.
+
+1. points of the scene are chosen by what they withstand, one to three of them;
+2. a face of the object is laid on them, normals opposed, its centre of mass between them;
+3. the object is let down until it rests (``lowering``);
+4. overlap, supports, region, orientation and the way in are checked, then whether everything stands;
+5. of several such poses the one is taken after which the weakest point of the assembly is strongest.
+
+The planner of the paper's [16] was not at hand: the steps are those that Sec. VII-A tells of it, the details are ours.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import manifold3d
+import numpy as np
+
+from holdfast.applications.placement.faces import Face, faces_of
+from holdfast.applications.placement.lowering import Moved, Still, at, lowered
+from holdfast.applications.placement.options import Options
+from holdfast.applications.placement.poses import choose_points, direction_in, plane_of, pose_on
+from holdfast.applications.placement.result import Candidate, Placement
+from holdfast.applications.placement.support import (
+    SupportPoints,
+    scene_map,
+    support_points,
+)
+from holdfast.arrays import Float, unit
+from holdfast.assembly.assembly import Assembly
+from holdfast.contacts.detect import find_contacts
+from holdfast.contacts.interface import Interface
+from holdfast.contacts.overlap import find_overlaps, solid_of
+from holdfast.engines.contract import Engine, Status, Verdict
+from holdfast.errors import SceneError
+from holdfast.rigid import transform
+from holdfast.robustness.map import RobustnessMap, robustness_map
+from holdfast.scene.body import Body
+from holdfast.scene.scene import Scene
+from holdfast.scene.sweep import Swept, hit_distance
+
+ROUGHLY = 3  # times that between the points that rank candidates
+CLEARANCE = 0.02  # of the object's size: how far above its place the object is let go
+MOST_ATTEMPTS = 400
+SHARED = 1e-9  # of the object's volume: less is no overlap
+SEVERAL = (0.5, 0.35, 0.15)  # chance of building a pose on one, two, three points
+
+OVERLAPS, FALLS, OUTSIDE = "overlaps the scene", "slides or falls off", "outside the region"
+TURNED, UNSUPPORTED, SHUT_IN = "not in an allowed orientation", "not on enough of the supports", "no way in"
+FORBIDDEN = "touches what it must not"
+FALLEN, UNSURE, REFUSED = "does not stand with it", "undecided with it", "refused by the second engine"
+MARGINAL = "would not stand if it were heavier by the margin"
+STAGES = (
+    *(FALLS, OVERLAPS, OUTSIDE, TURNED, UNSUPPORTED, FORBIDDEN, SHUT_IN),
+    *(UNSURE, FALLEN, REFUSED, MARGINAL),
+)  # the further, the nearer to a place
+
+
+@dataclass(eq=False)
+class Search:
+    """What a search has come to.
+
+    ``found``: stable poses, each with the assembly afterwards; how many were ``tried``, ``faults`` of the others and
+    the ``nearest`` of those; ``first`` [s]: until the first stable pose.
+    """
+
+    found: list[tuple[Candidate, Assembly]] = field(default_factory=list)
+    tried: int = 0
+    faults: Counter[str] = field(default_factory=Counter)
+    nearest: Candidate | None = None
+    first: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Planner:
+    """One object, one scene, one engine: prepared once, asked with many seeds.
+
+    Maps of the scene and faces of the object are found when first needed. ``confirm``: the engine that must also find
+    every returned pose stable, None if none is asked.
+    """
+
+    assembly: Assembly
+    body: Body
+    engine: Engine
+    confirm: Engine | None
+    options: Options
+
+    def plan(
+        self, *, seed: int = 0, budget: float | None = None, candidates: int = 1, attempts: int = MOST_ATTEMPTS
+    ) -> Placement:
+        """The best of up to ``candidates`` stable poses found within ``budget`` [s] and that many ``attempts``."""
+        start = time.perf_counter()
+        if self.verdict.status is not Status.STABLE:
+            return self._refused(start)
+        if not len(self.support.points):
+            region = " in the region" if np.isfinite(self.options.region).any() else ""
+            return self._nothing(
+                Search(), f"no exposed point of {', '.join(self.options.supports)} faces up{region}", start
+            )
+        left = None if budget is None else budget - (time.perf_counter() - start)  # maps take their share
+        search = self.search(seed=seed, budget=left, candidates=candidates, attempts=attempts)
+        if not search.found:
+            spent = "the time was spent" if search.tried < attempts else "all attempts were spent"
+            return self._nothing(search, f"no stable pose found, {spent}", start)
+        return self._best(search, start)
+
+    def search(
+        self, *, seed: int = 0, budget: float | None = None, candidates: int = 1, attempts: int = MOST_ATTEMPTS
+    ) -> Search:
+        """Stable poses as ``plan`` looks for them, not rated; the scene stands and there are points to build on."""
+        start = time.perf_counter()
+        rng = np.random.default_rng(seed)
+        search = Search()
+        while len(search.found) < candidates and search.tried < attempts:
+            if search.tried and budget is not None and time.perf_counter() - start > budget:
+                break
+            search.tried += 1
+            candidate, after = self.attempt(rng)
+            if after is not None:
+                search.found.append((candidate, after))
+                if search.first is None:
+                    search.first = time.perf_counter() - start
+                continue
+            search.faults[candidate.fault] += 1
+            if search.nearest is None or STAGES.index(candidate.fault) > STAGES.index(search.nearest.fault):
+                search.nearest = candidate
+        return search
+
+    @cached_property
+    def verdict(self) -> Verdict:
+        """Whether the scene stands before anything is put down."""
+        return self.engine.prepare(self.assembly).verdict()
+
+    @cached_property
+    def maps(self) -> list[RobustnessMap]:
+        """Maps of the scene's supports."""
+        return scene_map(self.assembly, self.engine, self.options.spacing, self.options.supports)
+
+    @cached_property
+    def support(self) -> SupportPoints:
+        """Points of the scene to build poses on."""
+        return support_points(self.maps, self.weight, self.up, self.options.weights, self.options.region)
+
+    @cached_property
+    def up(self) -> Float:
+        """(3,) against gravity."""
+        return unit(-self.assembly.scene.gravity)
+
+    @cached_property
+    def weight(self) -> float:
+        """Of the object [N]."""
+        assert self.body.mass is not None
+        return self.body.mass * float(np.linalg.norm(self.assembly.scene.gravity))
+
+    @cached_property
+    def faces(self) -> tuple[Face, ...]:
+        """Faces of the object's hull."""
+        return faces_of(self.body)
+
+    @cached_property
+    def _steadiness(self) -> Float:
+        """(n,) chance of each face."""
+        tilt = np.array([face.tilt for face in self.faces]) ** self.options.weights.steadiness
+        tilt[[face.tilt <= 0 for face in self.faces]] = 0
+        return np.asarray(tilt / tilt.sum()) if tilt.sum() > 0 else np.full(len(tilt), 1 / len(tilt))
+
+    @cached_property
+    def _moved(self) -> Moved:
+        return Moved(self.body)
+
+    @cached_property
+    def _frozen(self) -> tuple[Body, ...]:
+        """The bodies of the scene, all fixed: the search below looks at pairs with the object only."""
+        return tuple(replace_fixed(body) for body in self.assembly.bodies)
+
+    @cached_property
+    def _stills(self) -> tuple[Still, ...]:
+        with_object = Scene([*self.assembly.bodies, self.body], self.options.friction)
+
+        def mu(name: str) -> float | None:
+            try:
+                return with_object.mu(name, self.body.name)
+            except SceneError:
+                return None
+
+        return tuple(Still(body, mu(body.name), self.up) for body in self._frozen)
+
+    @cached_property
+    def _solids(self) -> list[tuple[Body, manifold3d.Manifold]]:
+        """Closed bodies of the scene; the others are looked at in the end alone."""
+        solids = [(body, solid_of(body)) for body in self._frozen]
+        return [(body, solid) for body, solid in solids if solid is not None]
+
+    @cached_property
+    def _solid(self) -> manifold3d.Manifold | None:
+        """The object in its own frame."""
+        return solid_of(at(self.body, np.eye(4)))
+
+    @cached_property
+    def _edges(self) -> Float:
+        """(n, 3) directions of the scene's bodies: their axes."""
+        axes = [body.pose[:3, :3].T for body in self.assembly.bodies if body.pose is not None]
+        return np.unique(np.round(np.vstack(axes), 6), axis=0)
+
+    @cached_property
+    def _top(self) -> float:
+        """Of the whole scene [m], along ``up``."""
+        return max(float((body.surface_world.vertices @ self.up).max()) for body in self.assembly.bodies)
+
+    def attempt(self, rng: np.random.Generator, points: Any = None) -> tuple[Candidate, Assembly | None]:  # noqa: ANN401
+        """One try: a pose with its fault, or a stable one with the assembly afterwards.
+
+        On ``points``, numbers of points of ``support``, unless they are to be chosen.
+        """
+        if points is None:
+            points = choose_points(
+                self.support, self._how_many(rng), self._moved.size, self.up, self.options.least_supports > 1, rng
+            )
+        places, normals = self.support.points[points], self.support.normals[points]
+        pose = self._pose_on(places, normals, rng)
+        rest = self._let_down(pose)
+        if rest is None:
+            return Candidate(pose, places, normals, FALLS if self._free(pose) else OVERLAPS), None
+        fault, after = self._checked(rest)
+        return Candidate(rest, places, normals, fault), after
+
+    def _how_many(self, rng: np.random.Generator) -> int:
+        least = min(self.options.least_supports, 3)
+        chance = np.array(SEVERAL[least - 1 :])
+        return least + int(rng.choice(len(chance), p=chance / chance.sum()))
+
+    def _pose_on(self, places: Float, normals: Float, rng: np.random.Generator) -> Float:
+        normal = plane_of(places, normals, self.up)
+        allowed = self.options.orientations
+        if allowed is None:
+            face = self.faces[int(rng.choice(len(self.faces), p=self._steadiness))]
+            along = direction_in(places, normal, self._edges, rng)
+        else:
+            turn = allowed[rng.integers(len(allowed))]
+            face = min(self.faces, key=lambda f: float((turn @ f.normal) @ normal))
+            along = direction_in(places, normal, self._edges, rng)
+            if not self.options.turn:
+                level = turn @ face.along
+                along = unit(level - (level @ normal) * normal)
+        return pose_on(places, normal, face, along, rng)
+
+    def _let_down(self, pose: Float) -> Float | None:
+        """The pose at rest; let go just above the place where there is room, else from above the scene."""
+        lifted = pose.copy()
+        lifted[:3, 3] += CLEARANCE * self._moved.size * self.up
+        if self.options.approach is not None or not self._free(lifted):
+            lowest = float((self._moved.surface(lifted).vertices @ self.up).min())
+            lifted[:3, 3] += max(self._top - lowest, 0.0) * self.up
+        return lowered(self._moved, lifted, self._stills, self.up)
+
+    def _free(self, pose: Float) -> bool:
+        """Whether the object shares no volume with the scene."""
+        if self._solid is None:
+            return True
+        vertices = transform(pose, self.body.shape.surface.vertices)
+        low, high = vertices.min(0), vertices.max(0)
+        least = SHARED * float(self._solid.volume())
+        moved = None
+        for body, solid in self._solids:
+            if (body.box[0] < high).all() and (body.box[1] > low).all():
+                moved = self._solid.transform(pose[:3]) if moved is None else moved
+                if (moved ^ solid).volume() > least:
+                    return False
+        return True
+
+    def _checked(self, pose: Float) -> tuple[str, Assembly | None]:
+        """What is wrong with a pose, and the assembly with the object there."""
+        options, placed = self.options, at(self.body, pose)
+        com = placed.com_world
+        level = np.abs(self.up) < 1 - 1e-9  # the height of the centre of mass is not asked for
+        if not ((com >= options.region[0]) & (com <= options.region[1]))[level].all():
+            return OUTSIDE, None
+        if not self._allowed(pose):
+            return TURNED, None
+        beside = Scene([*self._frozen, placed], self.options.friction, self.assembly.scene.gravity)
+        if find_overlaps(beside, self.assembly.tolerances):
+            return OVERLAPS, None
+        contacts = find_contacts(beside, self.assembly.tolerances).interfaces
+        touched = {name for interface in contacts for name in interface.bodies}
+        if len(touched.intersection(options.supports)) < options.least_supports:
+            return UNSUPPORTED, None
+        if touched.intersection(options.avoid):
+            return FORBIDDEN, None
+        if options.approach is not None and self._shut_in(placed, -options.approach):
+            return SHUT_IN, None
+        return self._judged(self.with_object(placed, contacts))
+
+    def _shut_in(self, placed: Body, way: Float) -> bool:
+        """Whether the object meets anything on its straight way out, which is its way in."""
+        going, tolerances = Swept(placed.reduced_world, way), self.assembly.tolerances
+        return any(
+            np.isfinite(hit_distance(going, Swept(body.reduced_world, way), tolerances.between(body, placed).depth))
+            for body in self._frozen
+        )
+
+    def with_object(self, placed: Body, contacts: Sequence[Interface]) -> Assembly:
+        """The assembly with one body more, whose interfaces are ``contacts``."""
+        scene = self.assembly.scene
+        after = Scene([*scene.bodies, placed], self.options.friction, scene.gravity, scene.name)
+        return replace(self.assembly, scene=after, interfaces=(*self.assembly.interfaces, *contacts))
+
+    def _judged(self, after: Assembly) -> tuple[str, Assembly | None]:
+        status = self.engine.prepare(after).verdict().status
+        if status is not Status.STABLE:
+            return FALLEN if status is Status.UNSTABLE else UNSURE, None
+        if self.confirm is not None and self.confirm.prepare(after).verdict().status is not Status.STABLE:
+            return REFUSED, None
+        margin = self.options.mass_margin
+        if margin > 0:
+            more = np.zeros((len(after.movable), 6))
+            more[after.index[self.body.name], :3] = -margin * self.weight * self.up
+            heavier = (self.confirm or self.engine).prepare(after, more.reshape(-1))
+            if heavier.verdict().status is not Status.STABLE:
+                return MARGINAL, None
+        return "", after
+
+    def _allowed(self, pose: Float) -> bool:
+        allowed = self.options.orientations
+        if allowed is None:
+            return True
+        turns = pose[:3, :3]
+        if self.options.turn:  # compare what points up in the body
+            cosine = (np.swapaxes(allowed, 1, 2) @ self.up) @ (turns.T @ self.up)
+        else:
+            cosine = (np.einsum("kij,ij->k", allowed, turns) - 1) / 2
+        return bool(cosine.max() >= np.cos(np.radians(self.options.tilt)) - 1e-12)
+
+    def _best(self, search: Search, start: float) -> Placement:
+        """The candidate whose weakest point is strongest by a coarse map, then the full map of it."""
+        found = search.found
+        if len(found) > 1:
+            rated = []
+            for candidate, after in found:
+                coarse = robustness_map(after, None, ROUGHLY * self.options.spacing, engine=self.engine)
+                least, own = least_force(coarse), least_force(coarse, self.body.name)
+                rated.append((round(least, 9), own, replace(candidate, robustness=least), after))
+            rated.sort(key=lambda entry: entry[:2], reverse=True)
+            found = [(candidate, after) for _, _, candidate, after in rated]
+        chosen, after = found[0]
+        full = robustness_map(after, None, self.options.spacing, engine=self.engine)
+        weakest = full.weakest()
+        undecided = int((full.status == Status.UNDECIDED).sum())
+        reason = "everything stands with it"
+        if undecided:
+            reason += f"; {undecided} of {len(full.force)} points undecided, counted as 0 N"
+            reason += f": the others hold {least_force(full):.3g} N"
+        return Placement(
+            self.engine.name, self.engine.claim, Status.STABLE, reason, chosen.pose, weakest.force, weakest,
+            tuple(i for i in after.interfaces if self.body.name in i.bodies), search.tried, dict(search.faults),
+            tuple(candidate for candidate, _ in found), None, chosen.points, chosen.normals, self.support,
+            after.scene.body(self.body.name), after, search.first, time.perf_counter() - start, full.notes,
+        )  # fmt: skip
+
+    def _refused(self, start: float) -> Placement:
+        verdict = self.verdict
+        moving = "" if verdict.mechanism is None else f": {verdict.mechanism.text}"
+        words = "does not stand" if verdict.status is Status.UNSTABLE else "is undecided"
+        reason = f"the scene {words} before anything is put down: {verdict.reason}{moving}"
+        return self._without(verdict.status, reason, Search(), start)
+
+    def _nothing(self, search: Search, why: str, start: float) -> Placement:
+        told = ", ".join(f"{count} x {fault}" for fault, count in search.faults.most_common())
+        reason = f"{why} ({search.tried} attempts: {told})" if told else why
+        return self._without(Status.UNDECIDED, reason, search, start)
+
+    def _without(self, status: Status, reason: str, search: Search, start: float) -> Placement:
+        none, seconds = np.empty((0, 3)), time.perf_counter() - start
+        return Placement(
+            self.engine.name, self.engine.claim, status, reason, None, 0.0, None, (), search.tried,
+            dict(search.faults), (), search.nearest, none, none, None, None, None, None, seconds, (),
+        )  # fmt: skip
+
+
+def least_force(found: RobustnessMap, body: str | None = None) -> float:
+    """The least push [N] of a map, or of one body of it, over the points that the engine decided."""
+    known = found.status != Status.UNDECIDED
+    if body is not None:
+        known &= found.body == body
+    return float(found.force[known].min(initial=np.inf))
+
+
+def replace_fixed(body: Body) -> Body:
+    """The same body, fixed."""
+    return body if body.fixed else Body(body.name, body.shape, pose=body.pose, material=body.material, fixed=True)

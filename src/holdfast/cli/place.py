@@ -1,0 +1,127 @@
+"""The command ``place``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from holdfast.applications.placement.plan import plan_placement
+from holdfast.assembly.assembly import assemble
+from holdfast.cli.common import (
+    EXIT,
+    Angle,
+    AsJson,
+    EngineName,
+    Gap,
+    SceneArgument,
+    check_suffix,
+    engine_with,
+    out,
+    print_json,
+    progress,
+    scene_of,
+)
+from holdfast.errors import HoldfastError, message
+from holdfast.report.placement import placement_data, placement_report, save_placement_png
+from holdfast.robustness.request import DEFAULT_ENGINE
+from holdfast.scene.body import Body
+from holdfast.scene.formats.files import save_scene
+from holdfast.scene.scene import Scene
+from holdfast.scene.shapes import MESH_SUFFIXES, Mesh
+
+CORNERS = "x0,y0,x1,y1 or x0,y0,z0,x1,y1,z1"
+Region = Annotated[str | None, typer.Option(help=f"low and high corner of a box in m: {CORNERS}")]
+Saved = Annotated[Path | None, typer.Option(help="write the scene with the object in place here (.yaml, .json)")]
+
+
+def place(
+    scene: SceneArgument,
+    thing: Annotated[
+        str,
+        typer.Argument(
+            metavar="OBJECT", help="a mesh file (with --mass), FILE:BODY of another scene, or a body of SCENE to move"
+        ),
+    ],
+    mass: Annotated[float | None, typer.Option(help="of a mesh, in kg")] = None,
+    material: Annotated[str | None, typer.Option(help="of a mesh: a row of the friction table")] = None,
+    engine: EngineName = DEFAULT_ENGINE,
+    region: Region = None,
+    support: Annotated[list[str] | None, typer.Option(help="build on this body only (may be repeated)")] = None,
+    least_supports: Annotated[int, typer.Option(help="how many of these it must touch")] = 1,
+    avoid: Annotated[list[str] | None, typer.Option(help="do not touch this body (may be repeated)")] = None,
+    from_above: Annotated[bool, typer.Option("--from-above", help="the straight way down must be free")] = False,
+    candidates: Annotated[int, typer.Option(help="take the best of that many stable poses")] = 1,
+    attempts: Annotated[int, typer.Option(help="give up after that many")] = 400,
+    budget: Annotated[float | None, typer.Option(help="give up after that many seconds")] = None,
+    seed: Annotated[int, typer.Option(help="the same seed gives the same pose")] = 0,
+    spacing: Annotated[float, typer.Option(help="distance of neighbouring points of the maps in m")] = 0.01,
+    save: Saved = None,
+    png: Annotated[Path | None, typer.Option(help="write a picture here")] = None,
+    gap: Gap = None,
+    angle: Angle = None,
+    as_json: AsJson = False,
+) -> None:
+    """Find a pose for an object in which everything stands, and as firmly as may be."""
+    check_suffix(png, ".png")
+    whole = scene_of(scene)
+    rest, body = _taken(whole, thing, mass, material)
+    method = engine_with(engine)
+    with progress():
+        result = plan_placement(
+            assemble(rest, gap=gap, angle=angle), body, method, _corners(region), budget, seed, candidates=candidates,
+            attempts=attempts, supports=support or None, least_supports=least_supports, avoid=avoid or (),
+            approach=rest.gravity if from_above else None, spacing=spacing,
+            friction=whole.friction,
+        )  # fmt: skip
+    written = []
+    if result.assembly is not None:
+        if png is not None:
+            save_placement_png(result, png)
+            written.append(png)
+        if save is not None:
+            save_scene(result.assembly.scene, save)
+            written.append(save)
+    if as_json:
+        print_json(placement_data(result))
+    else:
+        out.print(placement_report(result, rest.name or scene, body.name), highlight=False)
+        for path in written:
+            out.print(f"wrote {path}", highlight=False, soft_wrap=True)
+    raise typer.Exit(EXIT[result.status])
+
+
+def _taken(scene: Scene, thing: str, mass: float | None, material: str | None) -> tuple[Scene, Body]:
+    """The scene to put something into, and the object: a body of the scene is taken out of it first."""
+    path = Path(thing)
+    if path.suffix.lower() in MESH_SUFFIXES:
+        if mass is None:
+            raise HoldfastError(message(thing, "has no mass", "say --mass in kg"))
+        name = path.stem
+        while any(name == body.name for body in scene.bodies):
+            name += "_"
+        return scene, Body(name, Mesh.from_file(path), mass=mass, material=material)
+    if mass is not None or material is not None:
+        raise HoldfastError(message("--mass and --material", f"given for {thing}", "they are for mesh files"))
+    if ":" in thing:
+        file, _, name = thing.rpartition(":")
+        return scene, scene_of(file).body(name)
+    body = scene.body(thing)
+    others = [other for other in scene.bodies if other.name != thing]
+    named = {b.name for b in others} | {b.material for b in others if b.material is not None}
+    friction = scene.friction.among(named)
+    return Scene(others, friction, scene.gravity, scene.name), body
+
+
+def _corners(region: str | None) -> list[list[float]] | None:
+    if region is None:
+        return None
+    try:
+        values = [float(value) for value in region.split(",")]
+    except ValueError:
+        values = []
+    if len(values) not in (4, 6):
+        raise HoldfastError(message("--region", f"is {region!r}", f"needs 4 or 6 numbers: {CORNERS}"))
+    half = len(values) // 2
+    return [values[:half], values[half:]]

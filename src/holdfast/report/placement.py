@@ -1,0 +1,92 @@
+"""A placement as a picture, as lines for the terminal, and as plain data."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+from rich.console import Group, RenderableType
+from rich.text import Text
+
+from holdfast.applications.placement.result import Placement
+from holdfast.assembly.assembly import Assembly
+from holdfast.engines.contract import Status
+from holdfast.errors import HoldfastError, message
+from holdfast.files import write_atomically
+from holdfast.report.data import interfaces_data, plain
+from holdfast.viewer.panels import PointsPanel, sheet_png
+from holdfast.viewer.picture import Arrow, Picture, Solid
+
+SHOWN = 160  # sampled contact points
+ARROW = 0.1  # of the assembly's size
+
+
+def save_placement_png(result: Placement, path: str | os.PathLike[str], *, seed: int = 0) -> None:
+    """Two pictures: contact points as they are sampled, coloured by what they withstand, and the pose (Fig. 12)."""
+    if result.assembly is None or result.body is None or result.support is None:
+        raise HoldfastError(message("picture of a placement", "there is no pose to show", result.reason))
+    support, name = result.support, result.body.name
+    rng = np.random.default_rng(seed)
+    chosen = np.unique(rng.choice(len(support.points), SHOWN, p=support.chance))
+    length = ARROW * result.assembly.size
+    up = -result.assembly.scene.gravity / np.linalg.norm(result.assembly.scene.gravity)
+    arrows = tuple(Arrow(p + length * n, p, "") for p, n in zip(result.points, result.normals, strict=True))
+    before = PointsPanel(
+        "contact points, sampled by what they withstand", bare_picture(result.assembly, up, without=name),
+        support.points[chosen], support.normals[chosen], support.force[chosen],
+    )  # fmt: skip
+    told = f"the pose they define: least push {result.robustness:.3g} N"
+    after = PointsPanel(told, bare_picture(result.assembly, up), marks=arrows, accent=name)
+    title = f"{result.assembly.scene.name or 'scene'}: where to put {name}"
+    write_atomically(path, sheet_png([[before, after]], title, f"engine {result.engine} ({result.claim})"))
+
+
+def bare_picture(assembly: Assembly, up: Any, without: str = "") -> Picture:  # noqa: ANN401 - (3,) numbers
+    """The bodies without a map."""
+    solids = [
+        Solid(body.name, body.surface_world.vertices, body.surface_world.faces, body.fixed)
+        for body in assembly.bodies
+        if body.name != without
+    ]
+    return Picture("", "", (), tuple(solids), up=np.asarray(up, dtype=float))
+
+
+def placement_report(result: Placement, scene: str, body: str) -> RenderableType:
+    """Verdict, pose, weakest point, contacts; or what was in the way."""
+    if result.pose is None:
+        style = "bold red" if result.status is Status.UNSTABLE else "bold yellow"
+        head = Text.assemble((body, "bold"), ": ", ("no place found", style), f" in {scene}  (engine {result.engine})")
+        lines: list[RenderableType] = [head, Text(result.reason)]
+        if result.best is not None:
+            lines.append(Text(f"nearest: at {_place(result.best.pose)}, {result.best.fault}", style="dim"))
+        return Group(*lines)
+    head = Text.assemble(
+        (body, "bold"), ": ", ("stands", "bold green"), f" at {_place(result.pose)}"
+        f"  (engine {result.engine}: {result.claim})",
+    )  # fmt: skip
+    rows = "\n".join("  " + " ".join(f"{value:9.5f}" for value in row) for row in result.pose)
+    others = [other for i in result.contacts for other in i.bodies if other != body]
+    weak = result.weakest
+    lines = [head, Text(f"pose, body to world [m]:\n{rows}"), Text(f"touches {', '.join(others)}")]
+    if weak is not None:
+        how = weak.status if weak.mode == "none" else weak.mode
+        lines.append(Text(f"least push afterwards: {result.robustness:.3g} N on {weak.body}, {how}"))
+    lines.append(Text(f"{result.reason}; {result.attempts} attempts, {result.elapsed:.2g} s", style="dim"))
+    return Group(*lines)
+
+
+def placement_data(result: Placement) -> dict[str, Any]:
+    """What ``holdfast place --json`` prints."""
+    names = (
+        "engine", "claim", "status", "reason", "pose", "robustness", "weakest", "attempts", "faults", "candidates",
+        "best", "points", "normals", "time_to_stable", "elapsed", "notes",
+    )  # fmt: skip
+    data: dict[str, Any] = {name: plain(getattr(result, name)) for name in names}
+    contacts = [] if result.assembly is None else interfaces_data(result.assembly)
+    own = None if result.body is None else result.body.name
+    return data | {"contacts": [contact for contact in contacts if own in contact["bodies"]]}
+
+
+def _place(pose: Any) -> str:  # noqa: ANN401 - (4, 4) numbers
+    return "(" + ", ".join(f"{value:.4g}" for value in np.asarray(pose)[:3, 3]) + ")"

@@ -1,0 +1,297 @@
+"""Placement: what it promises of the pose, what it refuses, what its options do."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import manifold3d
+import numpy as np
+import pytest
+
+import holdfast as hf
+from holdfast.applications.placement.faces import faces_of
+from holdfast.applications.placement.plan import planner
+from holdfast.benchmarks.placement_scenes import TABLE_II, TABLE_III
+from holdfast.rigid import pose_from
+from holdfast.shipped import shipped_scene
+from holdfast.shipped.blocks import about_y, box, floor
+
+ENGINES = ("compliant", "limit", "graph", hf.Graph(isolated=True))
+
+
+@cache
+def cube_scene() -> hf.Assembly:
+    return hf.assemble(hf.Scene([floor(0.3, 0.3), box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.05))], 0.5))
+
+
+def thing(size=(0.05, 0.05, 0.05), mass=0.2, name="object"):
+    return hf.Body(name, hf.Box(size), mass=mass)
+
+
+@cache
+def placed(name: str, engine: str = "graph", seed: int = 0) -> hf.Placement:
+    scene = {**TABLE_II, **TABLE_III}[name]()
+    return hf.plan_placement(hf.assemble(scene.scene), scene.body, engine, seed=seed, **scene.asked)
+
+
+@pytest.mark.parametrize("engine", ENGINES, ids=("compliant", "limit", "graph", "isolated"))
+def test_a_cube_on_a_cube(engine) -> None:
+    p = hf.plan_placement(cube_scene(), thing(), engine, supports=["cube"])
+    assert p.status is hf.Status.STABLE
+    assert p.attempts >= 1
+    assert p.pose[2, 3] == pytest.approx(0.125, abs=1e-6)
+    assert np.abs(p.pose[:3, :3]).max(1) @ [0, 0, 1] == pytest.approx(1, abs=1e-9)  # a face is level
+    assert [i.bodies for i in p.contacts] == [("cube", "object")]
+    again = hf.robustness_map(p.assembly, engine=engine)
+    assert p.robustness == again.weakest().force
+    assert p.weakest.point == again.weakest().point
+    assert hf.stability(p.assembly).status is hf.Status.STABLE
+
+
+@pytest.mark.parametrize("name", [*TABLE_II, *TABLE_III])
+def test_scenes_of_the_tables(name: str) -> None:
+    """Touches what it must, overlaps nothing, stands: found again from the scene alone."""
+    asked = {**TABLE_II, **TABLE_III}[name]().asked
+    p = placed(name)
+    assert p.status is hf.Status.STABLE, p.reason
+    again = hf.assemble(p.assembly.scene, gap=p.assembly.tolerances.gap)
+    assert not again.overlaps
+    assert hf.stability(again).status is hf.Status.STABLE
+    touched = {other for i in again.interfaces if "object" in i.bodies for other in i.bodies} - {"object"}
+    assert "floor" not in touched
+    assert len(touched & set(asked["supports"])) >= asked.get("least_supports", 1)
+    separations = [abs(s) for i in p.contacts for patch in i.patches for s in patch.separation]
+    assert max(separations) < p.assembly.tolerances.gap
+    assert len(again.interfaces) == len(p.assembly.interfaces)
+
+
+def test_the_same_seed_gives_the_same_pose() -> None:
+    first, again, other = (hf.plan_placement(cube_scene(), thing(), "graph", seed=s) for s in (3, 3, 4))
+    assert (first.pose == again.pose).all()
+    assert first.robustness == again.robustness
+    assert (first.pose != other.pose).any()
+
+
+def test_the_pose_of_the_object_does_not_matter() -> None:
+    elsewhere = hf.Body("object", hf.Box((0.05, 0.05, 0.05)), mass=0.2, pose=pose_from(np.ones(3), np.ones(4)))
+    one, two = (hf.plan_placement(cube_scene(), body, "graph", seed=1) for body in (thing(), elsewhere))
+    assert one.pose == pytest.approx(two.pose, abs=1e-12)
+
+
+@pytest.mark.parametrize("region", [((-0.15, 0.06), (-0.05, 0.15)), ((-0.15, -0.15, 0.09), (0.15, 0.15, 0.11))])
+def test_the_region_is_kept_to(region) -> None:
+    low, high = np.array(region)
+    for seed in range(4):
+        p = hf.plan_placement(cube_scene(), thing(), "graph", region=region, seed=seed)
+        assert (p.pose[:2, 3] >= low[:2]).all()
+        assert (p.pose[:2, 3] <= high[:2]).all()
+        assert (p.points >= low[: len(low)] - 1e-12)[:, : len(low)].all() if len(low) == 3 else True
+        assert p.pose[2, 3] == pytest.approx(0.125 if len(low) == 3 else 0.025, abs=1e-6)
+
+
+def test_allowed_orientations_are_kept_to() -> None:
+    slab = thing((0.08, 0.06, 0.02))
+    upright = pose_from(np.zeros(3), about_y(np.pi / 2))[:3, :3]  # long side up
+    for seed in range(3):
+        p = hf.plan_placement(cube_scene(), slab, "graph", orientations=upright, seed=seed)
+        assert abs(p.pose[2, 0]) == pytest.approx(1, abs=1e-6)
+        q = hf.plan_placement(cube_scene(), slab, "graph", orientations=upright, turn=False, seed=seed)
+        assert q.pose[:3, :3] == pytest.approx(upright, abs=1e-6)
+
+
+def test_supports_several_and_forbidden() -> None:
+    blocks = [box(name, (0.08, 0.08, 0.08), 1, (x, 0, 0.04)) for name, x in (("left", -0.08), ("right", 0.08))]
+    assembly = hf.assemble(hf.Scene([floor(), *blocks], 0.5))
+    plank = thing((0.25, 0.04, 0.02))
+    p = hf.plan_placement(assembly, plank, "graph", supports=["left", "right"], least_supports=2)
+    assert {name for i in p.contacts for name in i.bodies} == {"left", "right", "object"}
+    assert p.pose[2, 3] == pytest.approx(0.09, abs=1e-6)
+    q = hf.plan_placement(assembly, plank, "graph", avoid=["left", "right"])
+    assert {name for i in q.contacts for name in i.bodies} == {"floor", "object"}
+    never = hf.plan_placement(assembly, plank, "graph", supports=["left"], avoid=["left"], attempts=8)
+    assert never.pose is None
+    assert never.faults["touches what it must not"] > 0
+
+
+def test_a_way_in_from_above() -> None:
+    """Under a shelf there is room, but no way in from above."""
+    shelf = hf.Body("shelf", hf.Box((0.2, 0.2, 0.01)), pose=pose_from(np.array([0, 0, 0.2]), np.eye(4)[0]), fixed=True)
+    assembly = hf.assemble(
+        hf.Scene([floor(0.2, 0.2), shelf, box("far", (0.02, 0.02, 0.02), 1, (0.09, 0.09, 0.01))], 0.5)
+    )
+    inside = hf.plan_placement(assembly, thing(), "graph", supports=["floor"])
+    assert inside.pose[2, 3] == pytest.approx(0.025, abs=1e-6)
+    from_above = hf.plan_placement(assembly, thing(), "graph", supports=["floor"], approach=(0, 0, -1), attempts=30)
+    assert from_above.pose is None
+    assert sum(from_above.faults.values()) == from_above.attempts == 30
+
+
+def test_the_best_of_several() -> None:
+    one = hf.plan_placement(cube_scene(), thing((0.03, 0.03, 0.09)), "graph", candidates=1)
+    best = hf.plan_placement(cube_scene(), thing((0.03, 0.03, 0.09)), "graph", candidates=8)
+    assert len(best.candidates) == 8
+    coarse = [candidate.robustness for candidate in best.candidates]
+    assert coarse == sorted(coarse, reverse=True)
+    assert best.robustness >= one.robustness
+    assert (best.pose == best.candidates[0].pose).all()
+
+
+def test_heavier_objects_shun_weak_points() -> None:
+    """On the overhang of a table's slab a push of 98 N tips it: heavy things are put elsewhere, light ones need not."""
+    assembly = hf.assemble(shipped_scene("table"))
+    light, heavy = (planner(assembly, thing(mass=m), "graph", supports=["slab"]).support for m in (0.1, 30.0))
+    out = np.abs(light.points[:, 0]) > 0.205
+
+    def share(support):
+        return support.chance[out].sum() / out.mean()
+
+    assert share(light) > 0.95
+    assert share(heavy) < 0.35
+
+
+@pytest.mark.parametrize("name", list(TABLE_III))
+def test_the_isolated_map_leads_astray(name: str) -> None:
+    """The strongest points that ``isolated`` knows of: many let the scene fall; fewer of those of ``compliant``."""
+    scene = TABLE_III[name]()
+    assembly = hf.assemble(scene.scene)
+    fallen = {}
+    for engine in (hf.Graph(isolated=True), hf.Compliant()):
+        asked = planner(assembly, scene.body, engine, confirm=None, **scene.asked)
+        support, rng = asked.support, np.random.default_rng(0)
+        strongest = np.flatnonzero(support.force >= np.quantile(support.force, 0.9, method="lower"))
+        faults = [asked.attempt(rng, points=[k])[0].fault for k in rng.choice(strongest, 16)]
+        fallen[engine.name, getattr(engine, "isolated", False)] = faults.count("does not stand with it")
+    assert fallen["graph", True] >= 3
+    assert fallen["compliant", False] <= 2
+
+
+def test_too_large_an_object_gets_a_reason_and_the_nearest_try() -> None:
+    """A cube of 0.1 m for a slot of 0.04 m."""
+    scene = TABLE_II["S4"]()
+    p = hf.plan_placement(hf.assemble(scene.scene), thing((0.1, 0.1, 0.1)), "graph", attempts=15, **scene.asked)
+    assert p.status is hf.Status.UNDECIDED
+    assert p.pose is None
+    assert p.robustness == 0
+    assert p.attempts == 15
+    assert "15 attempts" in p.reason
+    assert p.best.fault in p.reason
+
+
+def test_a_load_that_no_place_bears_gets_a_reason() -> None:
+    """On a beam balanced on a narrow fulcrum nothing heavy stands but right above it, and there is no room there."""
+    scene = TABLE_III["balance"]()
+    p = hf.plan_placement(
+        hf.assemble(scene.scene), thing(mass=40), "graph", supports=["left", "right"], avoid=["floor"], attempts=12
+    )
+    assert p.pose is None
+    assert "does not stand with it" in p.reason
+    assert p.best.fault == "does not stand with it"
+    assert p.best.pose.shape == (4, 4)
+
+
+def test_a_spent_budget_is_told() -> None:
+    p = hf.plan_placement(cube_scene(), thing((2, 2, 2), 5), "graph", budget=1e-9)
+    assert p.pose is None
+    assert "the time was spent" in p.reason
+    assert p.attempts == 1
+
+
+def test_no_point_in_the_region() -> None:
+    p = hf.plan_placement(cube_scene(), thing(), "graph", region=((5, 5), (6, 6)))
+    assert p.pose is None
+    assert "region" in p.reason
+
+
+def test_an_unstable_scene_is_refused_with_the_verdict() -> None:
+    over = box("over", (0.1, 0.1, 0.1), 1, (0.18, 0, 0.05))
+    assembly = hf.assemble(hf.Scene([floor(0.3, 0.3), over], 0.5))
+    p = hf.plan_placement(assembly, thing())
+    assert p.status is hf.Status.UNSTABLE
+    assert p.pose is None
+    assert p.attempts == 0
+    assert "does not stand" in p.reason
+    assert "over" in p.reason
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        ({"region": (1, 2)}, "low and high corner"),
+        ({"region": ((1, 1), (0, 2))}, "low < high"),
+        ({"budget": 0}, "budget"),
+        ({"candidates": 0}, "candidates"),
+        ({"attempts": 1.5}, "whole number"),
+        ({"supports": "cube"}, "list of names"),
+        ({"supports": ["cub"]}, "did you mean 'cube'"),
+        ({"avoid": ["nothing"]}, "nothing"),
+        ({"least_supports": 3}, "no more than there are"),
+        ({"orientations": np.eye(3) * 2}, "not rigid"),
+        ({"approach": (0, 0, 0)}, "is zero"),
+        ({"spacing": -1}, "spacing"),
+        ({"engine": "magic"}, "known"),
+        ({"weights": hf.Weights}, "Weights"),
+    ],
+)
+def test_bad_options_say_what_is_wrong(asked, words: str) -> None:
+    with pytest.raises(hf.HoldfastError, match=words):
+        hf.plan_placement(cube_scene(), thing(), **asked)
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ("cube", "needs a holdfast.Body"),
+        (hf.Body("object", hf.Box((1, 1, 1)), fixed=True), "fixed"),
+        (thing(name="cube"), "another name"),
+    ],
+)
+def test_bad_objects_say_what_is_wrong(body, words: str) -> None:
+    with pytest.raises(hf.SceneError, match=words):
+        hf.plan_placement(cube_scene(), body)
+
+
+def test_faces_of_a_box_with_its_mass_to_one_side() -> None:
+    body = hf.Body("b", hf.Box((0.2, 0.1, 0.06)), mass=1, com=(0, 0.04, 0))
+    faces = faces_of(body)
+    assert len(faces) == 6
+    by_normal = {tuple(np.round(face.normal).astype(int)): face for face in faces}
+    assert by_normal[0, 0, -1].tilt == pytest.approx(np.arctan(0.01 / 0.03))
+    assert by_normal[0, 1, 0].tilt == pytest.approx(np.arctan(0.03 / 0.01))
+    assert by_normal[0, 0, -1].foot == pytest.approx([0, 0.04, -0.03])
+    assert faces[0].tilt == max(face.tilt for face in faces)
+
+
+def test_the_margin_keeps_away_from_the_brink() -> None:
+    """On the cantilever the object stands up to some reach; were it four times as heavy, it must stay nearer."""
+    scene = TABLE_III["cantilever"]()
+    assembly = hf.assemble(scene.scene)
+    reach = {}
+    for margin in (0.0, 3.0):
+        asked = planner(assembly, scene.body, "graph", supports=["arm"], avoid=["floor"], mass_margin=margin)
+        found = asked.search(seed=0, candidates=12).found
+        reach[margin] = [candidate.pose[0, 3] for candidate, _ in found]
+    # counterweight 0.9 kg at -0.03, arm 0.4 at 0.08, tip 0.15 at 0.18; the column ends at 0.04
+    spare = 0.9 * 0.07 - 0.4 * 0.04 - 0.15 * 0.14
+    assert max(reach[0.0]) < 0.04 + spare / 0.8 + 1e-6
+    assert max(reach[3.0]) < 0.04 + spare / 3.2 + 1e-6
+    assert max(reach[0.0]) > 0.04 + spare / 3.2
+
+
+def bracket() -> hf.Mesh:
+    """A U lying open to one side: a box of 0.12 x 0.06 x 0.04 m with a notch; not convex."""
+    notch = manifold3d.Manifold.cube((0.06, 0.04, 0.1), True).translate((0, 0.02, 0))
+    mesh = (manifold3d.Manifold.cube((0.12, 0.06, 0.04), True) - notch).to_mesh64()
+    return hf.Mesh(mesh.vert_properties[:, :3], mesh.tri_verts)
+
+
+SHAPES = {"u": bracket(), "tin": hf.Cylinder(0.03, 0.09, 24), "ball": hf.Sphere(0.04, 2)}
+
+
+@pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
+def test_any_shape(shape) -> None:
+    """Also one that is not convex; a polyhedron of a ball rests on one of its triangles."""
+    p = hf.plan_placement(cube_scene(), hf.Body("object", shape, mass=0.3), "graph", supports=["cube"], avoid=["floor"])
+    assert p.status is hf.Status.STABLE
+    assert not hf.assemble(p.assembly.scene).overlaps
+    lowest = (p.body.surface_world.vertices[:, 2]).min()
+    assert lowest == pytest.approx(0.1, abs=2e-6)

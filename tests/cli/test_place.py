@@ -1,0 +1,100 @@
+"""The command ``place``: what can be placed, exit codes, files."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+import holdfast as hf
+from holdfast.cli.main import run
+from holdfast.shipped.blocks import box, floor
+
+
+@pytest.fixture
+def place(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Any:
+    """Call the command in a folder with a scene of two blocks, one that falls, and a mesh."""
+    monkeypatch.chdir(tmp_path)
+    blocks = [
+        floor(0.4, 0.3),
+        box("a", (0.1, 0.1, 0.1), 1, (0, 0, 0.05)),
+        box("b", (0.05, 0.05, 0.05), 0.2, (0.1, 0, 0.025)),
+    ]
+    friction = hf.Friction(default=0.5, pairs={("a", "b"): 0.7, ("b", "floor"): 0.2})
+    hf.save_scene(hf.Scene(blocks, friction, name="blocks"), "blocks.yaml")
+    hf.save_scene(hf.Scene([floor(0.1, 0.1), box("a", (0.1, 0.1, 0.1), 1, (0.07, 0, 0.05))], 0.5), "falls.yaml")
+    trimesh.creation.box((0.05, 0.04, 0.03)).export("brick.stl")
+
+    def call(*arguments: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["holdfast", "place", *map(str, arguments), "--engine", "graph"])
+        with pytest.raises(SystemExit) as stopped:
+            run()
+        out, err = capsys.readouterr()
+        return int(stopped.value.code or 0), out, err
+
+    return call
+
+
+def test_a_mesh_is_placed_and_the_scene_saved(place: Any) -> None:
+    code, out, err = place(
+        "blocks.yaml", "brick.stl", "--mass", 0.3, "--support", "a", "--save", "after.yaml", "--json"
+    )
+    assert (code, err) == (0, "")
+    data = json.loads(out)
+    assert data["status"] == "stable"
+    assert data["contacts"][0]["bodies"] == ["a", "brick"]
+    after = hf.load_scene("after.yaml")
+    assert after.body("brick").pose == pytest.approx(np.array(data["pose"]))
+    assert after.body("brick").mass == 0.3
+    assert hf.stability(hf.assemble(after)).status is hf.Status.STABLE
+    assert {"engine", "claim", "reason", "robustness", "weakest", "attempts", "faults", "candidates"} <= set(data)
+
+
+def test_a_body_of_the_scene_is_moved_with_its_friction(place: Any) -> None:
+    code, out, _ = place("blocks.yaml", "b", "--support", "a", "--save", "after.yaml", "--json")
+    assert code == 0
+    after = hf.load_scene("after.yaml")
+    assert after.body("b").pose[2, 3] == pytest.approx(0.125, abs=1e-6)
+    assert json.loads(out)["contacts"][0]["mu"] == 0.7
+    assert len(after.bodies) == 3
+
+
+def test_a_body_of_another_file(place: Any) -> None:
+    code, out, _ = place("cube", "blocks.yaml:b", "--from-above", "--region", "-0.05,-0.05,0.05,0.05")
+    assert code == 0
+    assert "stands" in out
+    assert "touches cube" in out
+
+
+def test_exit_codes_and_reasons(place: Any) -> None:
+    code, out, _ = place("falls.yaml", "brick.stl", "--mass", 1)
+    assert code == 1
+    assert "does not stand" in out
+    code, out, _ = place("blocks.yaml", "brick.stl", "--mass", 1, "--region", "5,5,6,6")
+    assert code == 3
+    assert "no place found" in out
+    for arguments, words in (
+        (("blocks.yaml", "brick.stl"), "--mass"),
+        (("blocks.yaml", "nobody"), "no body named"),
+        (("blocks.yaml", "b", "--mass", 1), "mesh files"),
+        (("blocks.yaml", "b", "--region", "1,2,3"), "needs 4 or 6 numbers"),
+        (("blocks.yaml", "b", "--png", "x.jpg"), "does not end in .png"),
+    ):
+        code, out, err = place(*arguments)
+        assert (code, out) == (2, "")
+        assert words in err
+
+
+def test_the_picture_shows_the_object(place: Any) -> None:
+    image = pytest.importorskip("matplotlib.image", reason="pictures need matplotlib")
+    assert place("blocks.yaml", "brick.stl", "--mass", 0.3, "--support", "a", "--png", "p.png")[0] == 0
+    pixels = image.imread("p.png")[..., :3]
+    assert pixels.shape[1] > 1500
+    blue = (pixels[..., 2] > pixels[..., 0] + 0.2) & (pixels[..., 2] > 0.6)
+    assert blue[:, pixels.shape[1] // 2 :].mean() > 0.005
+    assert blue[:, pixels.shape[1] // 2 :].sum() > 3 * blue[:, : pixels.shape[1] // 2].sum()
