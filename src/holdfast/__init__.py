@@ -19,7 +19,7 @@ from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.contract import Claim, Status
 from holdfast.engines.graph.engine import Graph
 from holdfast.engines.limit.engine import Limit
-from holdfast.errors import GeometryError, HoldfastError, HoldfastWarning, SceneError, SolverError
+from holdfast.errors import GeometryError, HoldfastError, HoldfastWarning, SceneError, SolverError, UnstableError
 from holdfast.robustness.map import RobustnessMap, robustness_map
 from holdfast.robustness.query import LoadFactor, Robustness, load_factor, robustness
 from holdfast.robustness.request import Load
@@ -68,6 +68,7 @@ __all__ = [
     "Stability",
     "Status",
     "TransportLimits",
+    "UnstableError",
     "Weights",
     "WorstCase",
     "admissible_wrenches",

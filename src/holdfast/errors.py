@@ -14,6 +14,10 @@ class SceneError(HoldfastError):
     """A scene, a scene file or a query that cannot be taken as given."""
 
 
+class UnstableError(SceneError):
+    """An assembly that does not stand, where only one that stands can be asked about."""
+
+
 class GeometryError(HoldfastError):
     """A mesh, a pose or a contact polygon that is not a usable solid or surface."""
 

@@ -347,7 +347,7 @@ def test_the_order_of_bodies_and_the_frame_change_nothing() -> None:
 
 
 def test_what_does_not_stand_is_refused_with_the_verdict() -> None:
-    with pytest.raises(hf.SceneError, match=r"does not stand.*cube slides.*only what stands"):
+    with pytest.raises(hf.UnstableError, match=r"does not stand.*cube slides.*only what stands"):
         hf.disassembly_order(shipped("wedged"))
 
 
@@ -375,3 +375,11 @@ def test_bad_requests(options: dict, match: str) -> None:
 def test_a_scene_is_no_assembly() -> None:
     with pytest.raises(hf.HoldfastError, match="needs an Assembly"):
         hf.disassembly_order(shipped_scene("stack"))
+
+
+@pytest.mark.parametrize(
+    ("options", "match"), [({"budget": -1}, "budget: -1; needs"), ({"goal": 3}, "goal: got 3; needs")]
+)
+def test_options_are_checked(options: dict[str, int], match: str) -> None:
+    with pytest.raises(hf.HoldfastError, match=match):
+        hf.disassembly_order(shipped("stack"), **options)

@@ -50,7 +50,6 @@ def test_an_arch_ends_with_1_and_reasons() -> None:
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
-        (("wedged",), "does not stand"),
         (("stack", "--goal", "cube7"), "did you mean"),
         (("stack", "--png", "a.jpg"), ".png"),
     ],
@@ -59,6 +58,18 @@ def test_bad_input_ends_with_2(arguments: tuple[str, ...], text: str) -> None:
     done = run(*arguments)
     assert done.returncode == 2
     assert text in done.stderr
+
+
+def test_what_does_not_stand_ends_with_1() -> None:
+    done = run("wedged")
+    assert done.returncode == 1
+    assert "does not stand" in done.stderr
+
+
+def test_a_goal_that_nothing_reaches_is_said_to_be_out_of_reach() -> None:
+    done = run("arch", "--goal", "v3")
+    assert done.returncode == 1
+    assert "v3 cannot be taken out" in done.stdout
 
 
 def test_the_strip_shows_every_state_and_colours_what_goes_next() -> None:

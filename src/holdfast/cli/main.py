@@ -22,7 +22,7 @@ from holdfast.cli.files import convert, print_schema
 from holdfast.cli.place import place
 from holdfast.cli.transport import transport
 from holdfast.engines.contract import Status
-from holdfast.errors import HoldfastError, HoldfastWarning, SolverError
+from holdfast.errors import HoldfastError, HoldfastWarning, SolverError, UnstableError
 
 app = typer.Typer(
     name="holdfast",
@@ -70,6 +70,9 @@ def run() -> None:
     except SolverError as error:
         _complain("no answer", str(error))
         sys.exit(EXIT[Status.UNDECIDED])
+    except UnstableError as error:
+        _complain("unstable", str(error))
+        sys.exit(EXIT[Status.UNSTABLE])
     except HoldfastError as error:
         _complain("error", str(error))
         sys.exit(BAD_INPUT)

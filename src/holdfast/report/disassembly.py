@@ -81,7 +81,8 @@ def strip_of(result: Disassembly) -> Sequence:
         frames.append(Frame(left, step.body, f"{k + 1}  {step.body}", note))
     if result.remaining or not frames:
         left = tuple(solid for name, solid in solids.items() if name not in result.order)
-        note = "asked for no more" if result.reached else "none of them may go next"
+        stuck = "the goal is among them" if result.goal else "none of them may go next"
+        note = "asked for no more" if result.reached else stuck
         frames.append(Frame(left, "", f"{len(result.remaining)} stay", note))
     gravity = assembly.scene.gravity
     return Sequence(
@@ -101,6 +102,8 @@ def _outcome(result: Disassembly) -> tuple[str, str]:
     if result.reached:
         fewest = "no order takes fewer" if result.proven else f"no order takes fewer than {result.bound:.0f}"
         return f"{', '.join(result.goal)} out after {count} removals ({fewest})", "bold green"
+    if result.proven and result.goal:
+        return f"{', '.join(result.goal)} cannot be taken out: no order gets there", "bold red"
     if result.proven:
         return f"{count} of {whole} bodies come out, and no order goes to the end", "bold red"
     return f"{count} of {whole} bodies come out; whether another order goes to the end is not known", "bold yellow"

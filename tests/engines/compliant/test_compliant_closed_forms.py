@@ -127,3 +127,18 @@ def test_a_light_body_beside_a_heavy_one_is_solved_too() -> None:
     for beyond, status in ((-1e-4, Status.STABLE), (1e-4, Status.UNSTABLE)):  # of its centre over the heavy one's edge
         over = block("light", (0.01, 0.01, 0.01), (0.75 + beyond, 0, 0.505), 1e-3)
         assert stability(assemble(Scene([floor(), heavy, over], 0.5)), engine="compliant").status is status
+
+
+def test_pulling_straight_up_is_bounded_closely_from_below() -> None:
+    """All nodes open at once: the path has no next point there, on coarse nodes or fine."""
+    found = robustness(shipped("cube"), "cube", (0, 0, 0.1), (0, 0, 1))
+    assert found.force[0] == pytest.approx(9.81, rel=1e-3)
+    assert 0.99 * 9.81 < found.lower[0] <= 9.81 * (1 + 1e-6)
+
+
+def test_without_any_friction_nothing_is_claimed_and_nothing_fails() -> None:
+    """Level ice: the cube rests, and no sideways push has an answer above 0."""
+    assembly = cube(0.0)
+    assert stability(assembly).status is Status.STABLE
+    found = robustness(assembly, "cube", (-0.05, 0, 0.05), (1, 0, 0))
+    assert found.force[0] == 0

@@ -14,7 +14,7 @@ from holdfast.applications.disassembly.search import everything, fewest
 from holdfast.arrays import Float, checked, unit
 from holdfast.assembly.assembly import Assembly
 from holdfast.engines.contract import Claim, Status
-from holdfast.errors import HoldfastError, SceneError, SolverError, message
+from holdfast.errors import HoldfastError, SceneError, SolverError, UnstableError, message
 from holdfast.robustness.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
 
 BUDGET = 2000  # answers by contact forces after which a search stops
@@ -70,10 +70,11 @@ class Disassembly:
 
     @cached_property
     def blocked(self) -> dict[str, str]:
-        """Where the end was not reached: why each of the remaining bodies cannot be taken out next."""
+        """Where the end was not reached: those of the remaining bodies that cannot go next, and why."""
         if self.reached:
             return {}
-        return {removal.body: removal.reason for removal in self.answers(len(self.steps))}
+        stuck = (removal for removal in self.answers(len(self.steps)) if removal.answer is not Answer.SAFE)
+        return {removal.body: removal.reason for removal in stuck}
 
     def answers(self, step: int = 0) -> tuple[Removal, ...]:
         """The answer for every body that is there before ``step``, with all reasons against it."""
@@ -116,10 +117,12 @@ def disassembly_order(
     A body may go when its straight way out is free of all other bodies, the rest stands without it, nothing else moves
     while its weight is taken, and nothing comes along. ``goal``: take these out with the fewest removals; without it,
     all movable bodies. ``budget``: how many answers by contact forces a search may take. An assembly that does not
-    stand raises SceneError, one that is undecided SolverError, with the verdict.
+    stand raises UnstableError (a SceneError), one that is undecided SolverError, with the verdict.
     """
     checked_assembly(assembly)
     method = engine_of(engine)
+    if not isinstance(budget, int | np.integer) or budget < 0:
+        raise HoldfastError(message("disassembly_order: budget", f"{budget!r}", "needs a whole number, not negative"))
     direction = checked(lift, (3,), "disassembly_order: lift")
     if not np.linalg.norm(direction) > 0:
         raise HoldfastError(message("disassembly_order: lift", "is zero", "needs a direction"))
@@ -135,6 +138,8 @@ def disassembly_order(
 def _goals(assembly: Assembly, goal: str | Iterable[str] | None) -> tuple[str, ...]:
     if goal is None:
         return ()
+    if not isinstance(goal, Iterable):
+        raise SceneError(message("disassembly_order: goal", f"got {goal!r:.60}", "needs names of bodies"))
     names = (goal,) if isinstance(goal, str) else tuple(goal)
     if not names:
         raise SceneError(message("disassembly_order: goal", "is empty", "name bodies, or leave it out for all"))
@@ -150,7 +155,7 @@ def _check_stands(removals: Removals) -> None:
         where = f"scene {removals.assembly.scene.name!r}"
         if verdict.status is Status.UNSTABLE:
             problem = f"does not stand ({verdict.reason})"
-            raise SceneError(message(where, problem, "only what stands can be taken apart"))
+            raise UnstableError(message(where, problem, "only what stands can be taken apart"))
         if verdict.status is Status.UNDECIDED:
             problem = f"is undecided ({verdict.reason})"
             raise SolverError(message(where, problem, "only what stands for certain can be taken apart"))

@@ -376,6 +376,7 @@ class CompliantState:
         if len(unsure):
             asked = W[:, peaked[unsure]]
             again = self._fine.paths(asked, cuts=cuts)
+            self._fine._by_verdicts(asked, again)
             finer[unsure] = again.factor
             if self._refines:
                 coarse = (again.kind == path.PEAK) & (np.abs(again.peak - peak[unsure]) > COARSE * peak[unsure])

@@ -72,7 +72,8 @@ def fixed_point(
             search.back()  # it leapt too far
             continue
         slip = np.zeros(len(nodes))
-        slip[rough] = np.linalg.norm(solution.z[-3 * int(rough.sum()) :].reshape(-1, 3)[:, 1:], axis=1)
+        duals = solution.z[len(solution.z) - 3 * int(rough.sum()) :].reshape(-1, 3)
+        slip[rough] = np.linalg.norm(duals[:, 1:], axis=1)
         wanted = nodes.mu * slip
         forces = solution.x.reshape(-1, 3)
         scale = max(float(np.abs(forces / stiffness).max()), float(wanted.max(initial=0)))
