@@ -258,7 +258,7 @@ def test_the_seed_decides(engine: Any) -> None:
         ({"mu_interval": {("cube", "wall"): (0, 1)}}, r"no contact between \('cube', 'wall'\); name touching"),
         ({"body": "cub"}, r"'cub'; did you mean 'cube'"),
         ({"points": (0, 0, 0.5)}, r"point 0 at .* from the surface; needs points on the body"),
-        ({"standing": hf.Load("cube", TOP, force=X)}, r"loads: is a single Load; needs a list"),
+        ({"standing": hf.Load("cube", TOP, force=X)}, r"loads: got a single Load; needs a list"),
         ({"engine": "complian"}, r"engine: 'complian' is unknown; known"),
         ({"assembly": cube()}, r"got a Scene; needs an Assembly"),
     ],

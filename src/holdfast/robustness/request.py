@@ -69,8 +69,8 @@ def engine_of(choice: EngineChoice) -> Engine:
 def total_wrench(assembly: Assembly, loads: Iterable[Load]) -> Float:
     """(6J,) sum of loads."""
     total = np.zeros(6 * len(assembly.movable))
-    if isinstance(loads, Load):
-        raise SceneError(message("loads", "is a single Load", "needs a list of loads"))
+    if isinstance(loads, Load) or not isinstance(loads, Iterable):
+        raise SceneError(message("loads", f"got a single {type(loads).__name__}", "needs a list of loads"))
     for load in loads:
         if not isinstance(load, Load):
             raise SceneError(message("loads", f"hold a {type(load).__name__}", "needs holdfast.Load objects"))
