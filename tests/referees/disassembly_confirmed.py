@@ -1,11 +1,16 @@
-"""Every removal in every state along an order, beside MuJoCo: ``python tests/referees/disassembly_confirmed.py``."""
+"""Every removal in every state along an order, beside MuJoCo: ``python tests/referees/disassembly_confirmed.py``.
+
+Arguments are names of shipped scenes, or files of published cases, which are taken with their own interfaces.
+"""
 
 from __future__ import annotations
 
+import json
 import sys
 from collections import Counter
+from pathlib import Path
 
-from holdfast import Assembly, Disassembly, HoldfastError, assemble, disassembly_order
+from holdfast import Assembly, Disassembly, HoldfastError, Interface, assemble, disassembly_order, load_scene
 from holdfast.applications.disassembly.removal import Removal
 from holdfast.assembly.nodes import contact_nodes
 from holdfast.baselines import mujoco
@@ -43,11 +48,20 @@ def compared(d: Disassembly) -> list[tuple[int, Removal, bool | None]]:
     return rows
 
 
+def of(name: str) -> Assembly:
+    """The assembly of a shipped scene, or of a published file."""
+    if not name.endswith(".json"):
+        return assemble(shipped_scene(name))
+    given = json.loads(Path(name).read_text())["interfaces"]
+    interfaces = [Interface(tuple(i["between"]), i["polygon"], i["normal"]) for i in given]
+    return assemble(load_scene(name), interfaces=interfaces)
+
+
 def main(names: list[str]) -> None:
     """Print a line a scene: how many answers of which kind, and what MuJoCo says to them."""
     for name in names:
         try:
-            d = disassembly_order(assemble(shipped_scene(name)))
+            d = disassembly_order(of(name))
         except HoldfastError as error:
             sys.stdout.write(f"{name}: refused: {str(error)[:80]}\n")
             continue
