@@ -6,27 +6,11 @@ import numpy as np
 import pytest
 
 import holdfast as hf
+from holdfast.benchmarks.pushes import on_boxes
 from holdfast.shipped import shipped_scene
 from holdfast.truth import decoupled
 
 EDGE = 1e-3  # [m] closer to an edge the class of a push may differ by rounding
-
-
-def pushes(scene: hf.Scene, names: list[str], count: int, seed: int) -> list[tuple[str, np.ndarray, np.ndarray]]:
-    """For each box its share of ``count`` pushes spread over the surfaces: points and outward normals, world."""
-    rng = np.random.default_rng(seed)
-    sizes = [scene.body(name).shape.size for name in names]
-    areas = np.array([2 * (x * y + y * z + z * x) for x, y, z in sizes])
-    result = []
-    for name, size, number in zip(names, sizes, rng.multinomial(count, areas / areas.sum()), strict=True):
-        faces = np.array([size[1] * size[2], size[2] * size[0], size[0] * size[1]])
-        axis = rng.choice(3, number, p=faces / faces.sum())
-        normals = np.zeros((number, 3))
-        normals[np.arange(number), axis] = rng.choice([-1.0, 1.0], number)
-        local = (rng.random((number, 3)) - 0.5) * size
-        local[np.arange(number), axis] = (normals * size / 2)[np.arange(number), axis]
-        result.append((name, local + scene.body(name).pose[:3, 3], normals))
-    return result
 
 
 def nearby(body: hf.Body, point: np.ndarray, normal: np.ndarray) -> np.ndarray:
@@ -49,7 +33,7 @@ def test_mean_error_and_class_of_a_thousand_pushes(scene: str, names: list[str],
     built = shipped_scene(scene)
     assembly = hf.assemble(built)
     errors, clear_mismatches = [], 0
-    for name, points, normals in pushes(built, names, 1000, seed=1):
+    for name, points, normals in on_boxes(built, names, 1000, seed=1):
         answer = hf.robustness(assembly, name, points, -normals, engine="graph").force
         exact = decoupled.robustness(scene, name, points, -normals)
         both = np.isfinite(answer) & np.isfinite(exact)

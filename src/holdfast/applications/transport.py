@@ -23,7 +23,7 @@ from holdfast.assembly.assembly import Assembly, body_forces
 from holdfast.engines.contract import Claim, Verdict
 from holdfast.errors import HoldfastError, SceneError, message
 from holdfast.rigid import checked_pose, tangents
-from holdfast.robustness.query import bounded
+from holdfast.robustness.query import solved
 from holdfast.robustness.request import DEFAULT_ENGINE, EngineChoice, Load, checked_assembly, engine_of, total_wrench
 from holdfast.robustness.sets import ConvexSet
 from holdfast.scene.scene import Scene
@@ -84,10 +84,7 @@ def transport_limits(
     )
     held = total_wrench(carried, standing) + total_wrench(carried, turning)
     W = np.column_stack([body_forces(-carried.mass[:, None] * way) for way in ways])
-    state = method.prepare(carried, held)
-    capacity = state.load_factor(W)
-    if bound:
-        capacity = bounded(capacity, method, carried, W, held, None)
+    state, capacity = solved(method, carried, W, held, bound=bound)
     return TransportLimits(
         method.name,
         method.claim,

@@ -17,7 +17,7 @@ import numpy as np
 
 from holdfast.arrays import Float
 from holdfast.assembly.assembly import Assembly
-from holdfast.baselines.search import Peak, Trial, climb, push
+from holdfast.baselines.search import Peak, Trial, climb, push, tried
 from holdfast.errors import HoldfastError, message
 from holdfast.scene.body import Body
 
@@ -38,8 +38,7 @@ def holds(assembly: Assembly, load: Float | None = None, *, stiffness: float | N
 
     ``stiffness`` [N/m] of every contact point; None for rigid ones. Drifts are those of the centres of mass.
     """
-    world = World(assembly, stiffness)
-    return world.weighed if load is None or not world.weighed.holds else world.trial(load)
+    return tried(World(assembly, stiffness), load)
 
 
 def peak(

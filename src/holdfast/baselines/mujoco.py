@@ -21,7 +21,7 @@ import numpy as np
 from holdfast.arrays import Float
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.nodes import ContactNodes
-from holdfast.baselines.search import Peak, Trial, climb, grid_nodes, push
+from holdfast.baselines.search import Peak, Trial, climb, grid_nodes, push, tried
 from holdfast.errors import HoldfastError, message
 
 SIDE = 5  # nodes along a side unless given
@@ -47,8 +47,7 @@ def holds(assembly: Assembly, load: Float | None = None, nodes: ContactNodes | N
 
     ``nodes``: grids of SIDE x SIDE on every (rectangular) patch unless given.
     """
-    world = World(assembly, nodes)
-    return world.weighed if load is None or not world.weighed.holds else world.trial(load)
+    return tried(World(assembly, nodes), load)
 
 
 def peak(

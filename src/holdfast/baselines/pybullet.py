@@ -34,7 +34,7 @@ from scipy.spatial.transform import Rotation
 
 from holdfast.arrays import Float
 from holdfast.assembly.assembly import Assembly
-from holdfast.baselines.search import Peak, Trial, climb, push
+from holdfast.baselines.search import Peak, Trial, climb, push, tried
 from holdfast.errors import HoldfastError, message
 from holdfast.scene.body import Body
 from holdfast.scene.shapes import Box, Sphere
@@ -61,8 +61,7 @@ def printed(assembly: Assembly, body: str, point: Float, direction: Float, *, st
 
 def holds(assembly: Assembly, load: Float | None = None) -> Trial:
     """Whether the assembly rests under its weight, and then under ``load`` (6J,) [N, N m] as well for HOLD."""
-    world = World(assembly)
-    return world.weighed if load is None or not world.weighed.holds else world.trial(load)
+    return tried(World(assembly), load)
 
 
 def peak(assembly: Assembly, body: str, point: Float, direction: Float, *, accuracy: float = 5e-3) -> Peak:

@@ -73,6 +73,11 @@ class World(Protocol):
         ...
 
 
+def tried(world: World, load: Float | None) -> Trial:
+    """How the world fares under its weight, and, if it rests, under ``load`` (6J,) [N, N m] as well."""
+    return world.weighed if load is None or not world.weighed.holds else world.trial(load)
+
+
 def climb(world: World, weight: float, column: Float, accuracy: float, most: float | None = None) -> Peak:
     """The largest multiple [N] of a unit push (6J,) that rests, up to ``most`` [N] (ENDLESS total weights).
 

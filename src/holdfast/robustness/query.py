@@ -10,7 +10,7 @@ import numpy as np
 
 from holdfast.arrays import Float, Objects, checked, objects
 from holdfast.assembly.assembly import Assembly
-from holdfast.engines.contract import Capacity, Claim, Engine, Mechanism, Mode, Status
+from holdfast.engines.contract import Capacity, Claim, Engine, Mechanism, Mode, State, Status
 from holdfast.engines.limit.engine import Limit
 from holdfast.errors import HoldfastError, message
 from holdfast.robustness.request import (
@@ -86,10 +86,7 @@ def robustness(
     p, e, W = pushes(assembly, body, points, directions, f"robustness of {body!r}")
     method = engine_of(engine)
     held = total_wrench(assembly, standing)
-    state = method.prepare(assembly, held)
-    capacity = state.load_factor(W)
-    if bound:
-        capacity = bounded(capacity, method, assembly, W, held, None)
+    state, capacity = solved(method, assembly, W, held, bound=bound)
     return Robustness(
         method.name,
         method.claim,
@@ -126,10 +123,7 @@ def load_factor(
     W = total_wrench(assembly, loads)[:, None]
     moved = None if acceleration is None else checked(acceleration, (3,), "load_factor: acceleration")
     held = total_wrench(assembly, standing)
-    state = method.prepare(assembly, held, moved)
-    capacity = state.load_factor(W)
-    if bound:
-        capacity = bounded(capacity, method, assembly, W, held, moved)
+    state, capacity = solved(method, assembly, W, held, moved, bound=bound)
     return LoadFactor(
         method.name,
         method.claim,
@@ -144,14 +138,25 @@ def load_factor(
     )
 
 
-def bounded(
-    capacity: Capacity, method: Engine, assembly: Assembly, W: Float, standing: Float, acceleration: Float | None
-) -> Capacity:
-    """The capacity with upper bounds by limit analysis over the corners of the patches, which contain all nodes."""
+def solved(
+    method: Engine,
+    assembly: Assembly,
+    W: Float,
+    standing: Float,
+    acceleration: Float | None = None,
+    *,
+    bound: bool,
+) -> tuple[State, Capacity]:
+    """The engine made ready, and the capacities of load columns W (6J, n).
+
+    ``bound``: with upper bounds by limit analysis over the corners of the patches, which contain all nodes.
+    """
+    state = method.prepare(assembly, standing, acceleration)
+    capacity = state.load_factor(W)
+    if not bound or method.claim is Claim.EXISTS:
+        return state, capacity
     if method.claim is Claim.ESTIMATED:
         remedy = "engine graph is not ordered against limit: ask 'compliant', or 'limit' itself"
         raise HoldfastError(message("bound", f"asked of engine {method.name!r}", remedy))
-    if method.claim is Claim.EXISTS:
-        return capacity
     certain = Limit().prepare(assembly, standing, acceleration).load_factor(W)
-    return replace(capacity, upper=np.minimum(capacity.upper, certain.upper))
+    return state, replace(capacity, upper=np.minimum(capacity.upper, certain.upper))

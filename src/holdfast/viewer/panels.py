@@ -4,25 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from io import BytesIO
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from holdfast.errors import HoldfastError
 from holdfast.viewer import colours
 from holdfast.viewer.camera import Camera, fit, front_view
-from holdfast.viewer.footer import GREY
-from holdfast.viewer.marks import FONT, INK
+from holdfast.viewer.canvas import blank, paint, pixel_axes, png_of
+from holdfast.viewer.footer import GREY, Writer
+from holdfast.viewer.marks import INK
 from holdfast.viewer.picture import Arrow, Picture
 from holdfast.viewer.shade import render
 from holdfast.viewer.soup import fixed, forces, movable
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-_DPI = 100
 _HEAD, _CAPTION, _FOOT, _PAD = 92, 34, 96, 26
 _PALE = (0.90, 0.905, 0.915)
 _ACCENT = colours.rgb_of("#5b8fd6")
@@ -50,39 +44,27 @@ def sheet_png(
     rows: Sequence[Sequence[PointsPanel]], title: str, subtitle: str, *, panel: tuple[int, int] = (760, 560)
 ) -> bytes:
     """A PNG of panels of (width, height) pixels in rows; panels of one row are seen alike."""
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError as error:
-        raise HoldfastError(
-            "writing a PNG needs matplotlib, which is not installed; remedy: pip install 'holdfast[viewer]'"
-        ) from error
     count = max(len(row) for row in rows)
     width = 2 * _PAD + count * panel[0]
     height = _HEAD + len(rows) * (panel[1] + _CAPTION) + _FOOT
     every = [one for row in rows for one in row]
     scale = colours.scale_of(np.concatenate([np.concatenate([one.force, forces(one.picture)]) for one in every]))
     page = np.ones((height, width, 3))
-    figure = Figure(figsize=(width / _DPI, height / _DPI), dpi=_DPI, facecolor="white")
-    canvas = FigureCanvasAgg(figure)
-    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0, width), ylim=(height, 0), facecolor="none")
-    axes.set_axis_off()
-    axes.set_autoscale_on(False)
+    figure, canvas = blank(width, height)
+    writer = Writer(pixel_axes(figure, width, height), canvas, 1.0)
     for i, row in enumerate(rows):
         for j, one in enumerate(row):
             place = (_PAD + j * panel[0], _HEAD + i * (panel[1] + _CAPTION) + _CAPTION)
-            _draw(axes, page, one, row, scale, place, panel)
-    _text(axes, _PAD, 44, title, 26, bold=True)
-    _text(axes, _PAD, 74, subtitle, 16, colour=GREY)
-    _bar(axes, page, scale, height - _FOOT + 24)
-    figure.figimage(np.rint(page * 255).astype(np.uint8), zorder=-1)
-    stream = BytesIO()
-    canvas.print_png(stream)
-    return stream.getvalue()
+            _draw(writer, page, one, row, scale, place, panel)
+    writer.put(_PAD, 44, title, 26, bold=True)
+    writer.put(_PAD, 74, subtitle, 16, colour=GREY)
+    _bar(writer, page, scale, height - _FOOT + 24)
+    paint(figure, page)
+    return png_of(canvas)
 
 
 def _draw(
-    axes: Axes,
+    writer: Writer,
     page: NDArray[np.float64],
     one: PointsPanel,
     row: Sequence[PointsPanel],
@@ -104,19 +86,19 @@ def _draw(
     drawn = render(replace(soup, rgb=rgb), fixed(one.picture), camera, (size[1], size[0]))
     x, y = place
     page[y : y + size[1], x : x + size[0]] = drawn.image
-    _text(axes, x + 6, y - 10, one.caption, 17)
+    writer.put(x + 6, y - 10, one.caption, 17)
     if len(one.points):
         shift = _SHIFT * float(np.linalg.norm(np.ptp(soup.vertices, axis=0)))
         pixels = camera.pixels(one.points + shift * one.normals)
         seen = _seen(pixels, one.normals @ view.toward, drawn.depth, camera)
-        axes.scatter(
+        writer.axes.scatter(
             x + pixels[seen, 0], y + pixels[seen, 1], s=26, c=colours.colours(scale, one.force)[seen],
             edgecolors=INK, linewidths=0.5, zorder=4,
         )  # fmt: skip
     for arrow in one.marks:
         (x0, y0, _), (x1, y1, _) = camera.pixels(np.array([arrow.tail, arrow.head]))
         style = {"arrowstyle": "-|>", "color": INK, "lw": 2.2, "mutation_scale": 17}
-        axes.annotate("", xy=(x + x1, y + y1), xytext=(x + x0, y + y0), arrowprops=style, zorder=6)
+        writer.axes.annotate("", xy=(x + x1, y + y1), xytext=(x + x0, y + y0), arrowprops=style, zorder=6)
 
 
 def _seen(
@@ -129,31 +111,14 @@ def _seen(
     return np.asarray((toward > 0) & (pixels[:, 2] <= depth[row, column] + 2.0 / camera.scale))
 
 
-def _bar(axes: Axes, page: NDArray[np.float64], scale: colours.Scale | None, top: int) -> None:
+def _bar(writer: Writer, page: NDArray[np.float64], scale: colours.Scale | None, top: int) -> None:
     """The scale of colours, and what infinite ones look like."""
     left, wide, tall = _PAD, 430, 16
     if scale is not None:
         page[top : top + tall, left : left + wide] = colours.sample(np.linspace(0, 1, wide))[None]
         for tick in colours.ticks(scale):
-            _text(axes, left + tick.position * wide, top + tall + 20, tick.label, 13, colour=GREY, align="center")
-        _text(axes, left, top + tall + 42, "largest inward push [N]", 14)
+            writer.put(left + tick.position * wide, top + tall + 20, tick.label, 13, colour=GREY, align="center")
+        writer.put(left, top + tall + 42, "largest inward push [N]", 14)
     patch = left if scale is None else left + wide + 50
     page[top : top + tall, patch : patch + 28] = colours.INFINITE
-    _text(axes, patch + 38, top + 14, "no push moves anything", 14)
-
-
-def _text(
-    axes: Axes,
-    x: float,
-    y: float,
-    text: str,
-    pixels: float,
-    *,
-    colour: str = INK,
-    bold: bool = False,
-    align: str = "left",
-) -> None:
-    axes.text(
-        x, y, text, color=colour, fontsize=0.72 * pixels, fontfamily=FONT, ha=align, va="baseline",
-        fontweight="bold" if bold else "normal", zorder=9, parse_math=False,
-    )  # fmt: skip
+    writer.put(patch + 38, top + 14, "no push moves anything", 14)

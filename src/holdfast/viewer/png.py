@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from io import BytesIO
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 from holdfast.errors import HoldfastError
 from holdfast.files import write_atomically
 from holdfast.viewer import colours
+from holdfast.viewer.canvas import blank, paint, pixel_axes, png_of
 from holdfast.viewer.footer import GREY, Writer, draw_footer, draw_header, paint_bar
 from holdfast.viewer.layout import Layout, Shot, layout_of
 from holdfast.viewer.marks import draw_contacts, draw_pushes, draw_scale_bar, visible
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _SMALLEST = (480, 300)
-_DPI = 100
 
 
 def write_png(picture: Picture, path: str | os.PathLike[str], *, size: tuple[int, int] = (1600, 1000)) -> None:
@@ -34,27 +33,14 @@ def write_png(picture: Picture, path: str | os.PathLike[str], *, size: tuple[int
 
 
 def _png(picture: Picture, size: tuple[int, int]) -> bytes:
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError as error:
-        raise HoldfastError(
-            "writing a PNG needs matplotlib, which is not installed; remedy: pip install 'holdfast[viewer]'"
-        ) from error
-    width, height = size
     scale = colours.scale_of(forces(picture))
     layout = layout_of(picture, size)
     panels = [_panel(picture, shot, scale) for shot in layout.shots]
-    figure = Figure(figsize=(width / _DPI, height / _DPI), dpi=_DPI, facecolor="white")
-    canvas = FigureCanvasAgg(figure)
-    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0, width), ylim=(height, 0), facecolor="none")
-    axes.set_axis_off()
-    axes.set_autoscale_on(False)
-    figure.figimage(_page(layout, panels, scale, size), zorder=-1)
+    figure, canvas = blank(*size)
+    axes = pixel_axes(figure, *size)
+    paint(figure, _page(layout, panels, scale, size))
     _annotate(Writer(axes, canvas, layout.unit), picture, layout, panels, scale)
-    stream = BytesIO()
-    canvas.print_png(stream)
-    return stream.getvalue()
+    return png_of(canvas)
 
 
 def _panel(picture: Picture, shot: Shot, scale: colours.Scale | None) -> Panel:
@@ -63,13 +49,15 @@ def _panel(picture: Picture, shot: Shot, scale: colours.Scale | None) -> Panel:
     return render(movable(picture, scale), still, shot.camera, shape, ghost=shot.contacts)
 
 
-def _page(layout: Layout, panels: list[Panel], scale: colours.Scale | None, size: tuple[int, int]) -> NDArray[np.uint8]:
+def _page(
+    layout: Layout, panels: list[Panel], scale: colours.Scale | None, size: tuple[int, int]
+) -> NDArray[np.float64]:
     page = np.ones((size[1], size[0], 3))
     for shot, panel in zip(layout.shots, panels, strict=True):
         box = shot.box
         page[box.top : box.top + box.height, box.left : box.left + box.width] = panel.image
     paint_bar(page, layout, scale)
-    return np.rint(page * 255.0).astype(np.uint8)
+    return page
 
 
 def _annotate(

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from io import BytesIO
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from holdfast.errors import HoldfastError
 from holdfast.files import write_atomically
+from holdfast.viewer.canvas import blank, pixel_axes, png_of
 from holdfast.viewer.colours import COVERED, FIXED
 from holdfast.viewer.footer import GREY, Writer
 from holdfast.viewer.marks import FONT, INK
@@ -70,29 +69,16 @@ def write_polar(picture: PolarPicture, path: str | os.PathLike[str]) -> None:
 
 
 def _png(picture: PolarPicture) -> bytes:
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError as error:
-        raise HoldfastError(
-            "writing a PNG needs matplotlib, which is not installed; remedy: pip install 'holdfast[viewer]'"
-        ) from error
     width, height = _SIZE
-    figure = Figure(figsize=(width / _DPI, height / _DPI), dpi=_DPI, facecolor="white")
-    canvas = FigureCanvasAgg(figure)
-    page = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0, width), ylim=(height, 0), facecolor="none")
-    page.set_axis_off()
-    page.set_autoscale_on(False)
-    writer = Writer(page, canvas, 1.0)
+    figure, canvas = blank(width, height)
+    writer = Writer(pixel_axes(figure, width, height), canvas, 1.0)
     writer.put(60, 50, writer.clipped(picture.title, 27.0, width - 120, bold=True), 27.0, bold=True)
     writer.put(60, 80, writer.clipped(picture.subtitle, 16.0, width - 120), 16.0, colour=GREY)
     left, top, side = _POLAR
     draw_curves(_box(figure, left + 40, top + 10, side - 80, side - 80, projection="polar"), picture)
     below = _draw_footprints(figure, writer, picture) if picture.footprints else 150.0
     _draw_legend(writer, picture, below)
-    stream = BytesIO()
-    canvas.print_png(stream)
-    return stream.getvalue()
+    return png_of(canvas)
 
 
 def _box(figure: Figure, left: float, top: float, width: float, height: float, **options: Any) -> Any:  # noqa: ANN401

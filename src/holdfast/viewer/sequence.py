@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from io import BytesIO
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from holdfast.errors import HoldfastError
 from holdfast.files import write_atomically
 from holdfast.viewer import colours
 from holdfast.viewer.camera import Camera, fit, front_view
+from holdfast.viewer.canvas import blank, paint, pixel_axes, png_of
 from holdfast.viewer.footer import GREY, Writer
 from holdfast.viewer.marks import PUSH, arrow_shapes
 from holdfast.viewer.picture import Picture, Solid
@@ -28,7 +27,6 @@ _PANEL: Final = (300, 300)
 _CAPTION: Final = 64
 _PAD, _GUTTER, _HEADER, _FOOT = 30, 12, 92, 12
 _SMALLEST_ASPECT, _LARGEST_ASPECT = 0.75, 1.8
-_DPI: Final = 100
 
 
 @dataclass(frozen=True)
@@ -58,26 +56,17 @@ def write_sequence(sequence: Sequence, path: str | os.PathLike[str]) -> None:
 
 
 def _png(sequence: Sequence) -> bytes:
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.collections import PolyCollection
-        from matplotlib.figure import Figure
-        from matplotlib.patches import Rectangle
-    except ImportError as error:
-        raise HoldfastError(
-            "writing a PNG needs matplotlib, which is not installed; remedy: pip install 'holdfast[viewer]'"
-        ) from error
     rows = -(-len(sequence.frames) // _ROW)
     columns = max(-(-len(sequence.frames) // rows), _LEAST)
     camera, (wide, high), length = _camera(sequence)
     size = (2 * _PAD + columns * (wide + _GUTTER) - _GUTTER, _HEADER + rows * (high + _CAPTION) + _FOOT)
     focus = np.concatenate([s.vertices for s in sequence.frames[0].solids if not s.fixed] or [np.zeros((1, 3))])
     page = np.ones((size[1], size[0], 3))
-    figure = Figure(figsize=(size[0] / _DPI, size[1] / _DPI), dpi=_DPI, facecolor="white")
-    canvas = FigureCanvasAgg(figure)
-    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0, size[0]), ylim=(size[1], 0), facecolor="none")
-    axes.set_axis_off()
-    axes.set_autoscale_on(False)
+    figure, canvas = blank(*size)
+    from matplotlib.collections import PolyCollection
+    from matplotlib.patches import Rectangle
+
+    axes = pixel_axes(figure, *size)
     writer = Writer(axes, canvas, 1.0)
     writer.put(_PAD, 40, writer.clipped(sequence.title, 24.0, size[0] - 2 * _PAD, bold=True), 24.0, bold=True)
     writer.put(_PAD, 66, writer.clipped(sequence.subtitle, 15.0, size[0] - 2 * _PAD), 15.0, colour=GREY)
@@ -99,10 +88,8 @@ def _png(sequence: Sequence) -> bytes:
             left + 12, top + high + 22, writer.clipped(frame.caption, 16.0, wide - 16, bold=True), 16.0, bold=True
         )
         writer.put(left + 12, top + high + 42, writer.clipped(frame.note, 12.5, wide - 16), 12.5, colour=GREY)
-    figure.figimage(np.rint(page * 255.0).astype(np.uint8), zorder=-1)
-    stream = BytesIO()
-    canvas.print_png(stream)
-    return stream.getvalue()
+    paint(figure, page)
+    return png_of(canvas)
 
 
 def _camera(sequence: Sequence) -> tuple[Camera, tuple[int, int], float]:

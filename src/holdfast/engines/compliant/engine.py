@@ -209,8 +209,7 @@ class CompliantState:
 
         With ``gap`` MANY columns on one body are interpolated between paths (interpolated.py) with expected errors of
         at most ``gap``: ``lower`` then also lies below what the stated error allows.
-        A ``gap`` of 1 asks for no bounds: ``lower`` is then 0, and the finer
-        nodes of the estimate are saved.
+        A ``gap`` of 1 asks for no bounds: ``lower`` is then 0, and no finer nodes are needed.
         """
         count = W.shape[1]
         if self.rest.status is not Status.STABLE:
