@@ -3,7 +3,7 @@
 import numpy as np
 
 import holdfast as hf
-from holdfast.shipped import shipped_scene
+from holdfast.scene.shipped import shipped_scene
 
 assembly = hf.assemble(shipped_scene("stack"))
 lean = hf.Load("cube3", point=(0, 0, 0.3), force=(0, 0, -5.0))

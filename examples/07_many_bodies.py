@@ -1,7 +1,7 @@
 """7. Many bodies: cuts grow exponentially; the engine refuses in good time and says what can be done."""
 
 import holdfast as hf
-from holdfast.shipped import shipped_scene
+from holdfast.scene.shipped import shipped_scene
 
 scene = shipped_scene("bonded_wall")
 assembly = hf.assemble(scene)

@@ -7,7 +7,7 @@ import numpy as np
 
 import holdfast as hf
 from holdfast.report import save_polar
-from holdfast.shipped import shipped_scene
+from holdfast.scene.shipped import shipped_scene
 
 out = Path(sys.argv[1]) if len(sys.argv) > 1 else Path("out")
 out.mkdir(exist_ok=True)

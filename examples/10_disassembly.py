@@ -5,7 +5,7 @@ from pathlib import Path
 
 import holdfast as hf
 from holdfast.report.disassembly import save_strip
-from holdfast.shipped import shipped_scene
+from holdfast.scene.shipped import shipped_scene
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import holdfast as hf
 from holdfast.report.placement import save_placement_png
-from holdfast.shipped import shipped_scene
+from holdfast.scene.shipped import shipped_scene
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
 folder.mkdir(exist_ok=True)

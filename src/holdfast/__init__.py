@@ -14,19 +14,19 @@ from holdfast.applications.transport import (
     transport_limits,
 )
 from holdfast.assembly.assembly import Assembly, assemble
+from holdfast.base.errors import GeometryError, HoldfastError, HoldfastWarning, SceneError, SolverError, UnstableError
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.contract import Claim, Status
 from holdfast.engines.graph.engine import Graph
 from holdfast.engines.limit.engine import Limit
-from holdfast.errors import GeometryError, HoldfastError, HoldfastWarning, SceneError, SolverError, UnstableError
-from holdfast.robustness.map import RobustnessMap, robustness_map
-from holdfast.robustness.query import LoadFactor, Robustness, load_factor, robustness
-from holdfast.robustness.request import Load
-from holdfast.robustness.sensitivity import Sensitivity, WorstCase, sensitivity, worst_case
-from holdfast.robustness.sets import ConvexSet, admissible_wrenches, sustainable_accelerations
-from holdfast.robustness.stability import Stability, stability
-from holdfast.robustness.under import RobustnessUnder, robustness_under
+from holdfast.queries.map import RobustnessMap, robustness_map
+from holdfast.queries.push import LoadFactor, Robustness, load_factor, robustness
+from holdfast.queries.request import Load
+from holdfast.queries.sensitivity import Sensitivity, WorstCase, sensitivity, worst_case
+from holdfast.queries.sets import ConvexSet, admissible_wrenches, sustainable_accelerations
+from holdfast.queries.stability import Stability, stability
+from holdfast.queries.uncertainty import RobustnessUnder, robustness_under
 from holdfast.scene.body import Body
 from holdfast.scene.formats.files import load_scene, save_scene
 from holdfast.scene.friction import Friction

@@ -12,9 +12,9 @@ import holdfast as hf
 from holdfast.applications.disassembly.loose import comes_loose
 from holdfast.applications.disassembly.removal import Answer
 from holdfast.applications.disassembly.search import hanging_without
-from holdfast.rigid import pose_from
-from holdfast.shipped import shipped_scene
-from holdfast.shipped.blocks import at, box, floor, prism, wall
+from holdfast.base.rigid import pose_from
+from holdfast.scene.shipped import shipped_scene
+from holdfast.scene.shipped.blocks import at, box, floor, prism, wall
 
 X, Y, Z = np.eye(3)
 

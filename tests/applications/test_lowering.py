@@ -7,8 +7,8 @@ import pytest
 
 import holdfast as hf
 from holdfast.applications.placement.lowering import Moved, Still, lowered, touching
-from holdfast.rigid import pose_from, transform
-from holdfast.shipped.blocks import about_x, about_y, floor
+from holdfast.base.rigid import pose_from, transform
+from holdfast.scene.shipped.blocks import about_x, about_y, floor
 
 UP = np.array([0.0, 0.0, 1.0])
 NO_TURN = np.eye(4)[0]

@@ -11,10 +11,10 @@ import pytest
 import holdfast as hf
 from holdfast.applications.placement.faces import faces_of
 from holdfast.applications.placement.plan import planner
-from holdfast.benchmarks.placement_scenes import TABLE_II, TABLE_III
-from holdfast.rigid import pose_from
-from holdfast.shipped import shipped_scene
-from holdfast.shipped.blocks import about_y, box, floor
+from holdfast.base.rigid import pose_from
+from holdfast.scene.shipped import shipped_scene
+from holdfast.scene.shipped.blocks import about_y, box, floor
+from holdfast.validation.benchmarks.placement_scenes import TABLE_II, TABLE_III
 
 ENGINES = ("compliant", "limit", "graph", hf.Graph(isolated=True))
 

@@ -9,8 +9,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
-from holdfast.shipped import shipped_scene
-from holdfast.shipped.blocks import at, box, floor
+from holdfast.scene.shipped import shipped_scene
+from holdfast.scene.shipped.blocks import at, box, floor
 
 G, MU = 9.81, 0.6
 X, Y, Z = np.eye(3)

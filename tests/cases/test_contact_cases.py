@@ -17,7 +17,7 @@ import trimesh
 from scipy.spatial import cKDTree
 
 import holdfast as hf
-from holdfast.arrays import Float
+from holdfast.base.arrays import Float
 
 # the overlaps of these cases are known, and said to be there by their own README
 pytestmark = [shared.needed, pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")]

@@ -11,7 +11,7 @@ import holdfast as hf
 from holdfast.applications.disassembly.removal import Answer
 from holdfast.assembly.nodes import contact_nodes
 from holdfast.engines.compliant.fixed_point import Fixed, fixed_point
-from holdfast.engines.compliant.law import elastic_model
+from holdfast.engines.compliant.model import elastic_model
 from holdfast.engines.rest import find_rest
 
 LONG = ("armadillo", "bridge")  # 366 bodies; verdicts that take minutes

@@ -17,7 +17,7 @@ import pytest
 import holdfast as hf
 from holdfast.cli.main import run
 from holdfast.report.data import plain
-from holdfast.shipped.blocks import at, box, cube, floor
+from holdfast.scene.shipped.blocks import at, box, cube, floor
 
 
 class Answer:

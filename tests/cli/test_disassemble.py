@@ -12,7 +12,7 @@ import pytest
 
 import holdfast as hf
 from holdfast.report.disassembly import strip_of
-from holdfast.shipped import shipped_scene
+from holdfast.scene.shipped import shipped_scene
 
 
 def run(*arguments: object) -> subprocess.CompletedProcess[str]:

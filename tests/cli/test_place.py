@@ -13,7 +13,7 @@ import trimesh
 
 import holdfast as hf
 from holdfast.cli.main import run
-from holdfast.shipped.blocks import box, floor
+from holdfast.scene.shipped.blocks import box, floor
 
 
 @pytest.fixture

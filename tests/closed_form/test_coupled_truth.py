@@ -7,12 +7,12 @@ import pytest
 from coupled_bruteforce import brute_force, capacity, pressure
 
 import holdfast as hf
-from holdfast.rigid import pose_from, transform
-from holdfast.shipped import shipped_scene
-from holdfast.truth import coupled
-from holdfast.truth.decoupled import CUBE_LEVER
-from holdfast.truth.friction import friction, sustained
-from holdfast.truth.pressure import linear_pressure, moments
+from holdfast.base.rigid import pose_from, transform
+from holdfast.scene.shipped import shipped_scene
+from holdfast.validation.truth import coupled
+from holdfast.validation.truth.decoupled import CUBE_LEVER
+from holdfast.validation.truth.friction import friction, sustained
+from holdfast.validation.truth.pressure import linear_pressure, moments
 
 G0 = 9.81  # [m/s2]
 X, Y, Z = np.eye(3)

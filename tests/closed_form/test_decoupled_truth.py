@@ -19,10 +19,10 @@ from scipy.integrate import quad
 
 from holdfast import Scene as SceneOf
 from holdfast import assemble
-from holdfast.arrays import Float
-from holdfast.errors import SceneError
-from holdfast.shipped import shipped_scene
-from holdfast.truth.decoupled import (
+from holdfast.base.arrays import Float
+from holdfast.base.errors import SceneError
+from holdfast.scene.shipped import shipped_scene
+from holdfast.validation.truth.decoupled import (
     CUBE_LEVER,
     LEG_LEVER,
     SLAB_LEVER,

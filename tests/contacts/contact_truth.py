@@ -17,7 +17,7 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
-from holdfast.arrays import Float, Int
+from holdfast.base.arrays import Float, Int
 
 Shape = hf.Box | hf.Cylinder | hf.Sphere | hf.Mesh
 Pair = tuple[str, str]

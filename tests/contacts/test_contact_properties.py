@@ -23,7 +23,7 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
 import holdfast as hf
-from holdfast.arrays import Float
+from holdfast.base.arrays import Float
 
 FEW = settings(max_examples=40, deadline=None, derandomize=True)
 seeds = st.integers(0, 10**6)

@@ -11,9 +11,9 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
-from holdfast.rigid import pose_from
-from holdfast.shipped import SHIPPED, shipped_scene
-from holdfast.shipped.blocks import at, box, floor, table
+from holdfast.base.rigid import pose_from
+from holdfast.scene.shipped import SHIPPED, shipped_scene
+from holdfast.scene.shipped.blocks import at, box, floor, table
 
 SIDE = (0.1, 0.1, 0.1)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.shipped.blocks import box, floor
+from holdfast.scene.shipped.blocks import box, floor
 
 UP = (0.0, 0.0, 1.0)
 ELL = np.array([(0, 0, 0), (0.1, 0, 0), (0.1, 0.05, 0), (0.05, 0.05, 0), (0.05, 0.1, 0), (0, 0.1, 0)]) - [0.03, 0.03, 0]

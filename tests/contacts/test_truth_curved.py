@@ -29,7 +29,7 @@ from contact_truth import (
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
-from holdfast.arrays import Float
+from holdfast.base.arrays import Float
 
 # bodies that rest on each other exactly must not be called overlapping; scenes of a kilometre may be remarked upon
 pytestmark = [

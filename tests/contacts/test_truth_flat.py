@@ -20,8 +20,8 @@ from contact_truth import (
 )
 
 import holdfast as hf
-from holdfast.arrays import Float, Int
-from holdfast.shipped import shipped_scene
+from holdfast.base.arrays import Float, Int
+from holdfast.scene.shipped import shipped_scene
 
 # bodies that rest on each other exactly must not be called overlapping; scenes of a kilometre may be remarked upon
 pytestmark = [

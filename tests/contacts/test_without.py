@@ -7,8 +7,8 @@ import pytest
 
 import holdfast as hf
 from holdfast.assembly.nodes import contact_nodes
-from holdfast.shipped import shipped_scene
-from holdfast.shipped.blocks import at, box, floor
+from holdfast.scene.shipped import shipped_scene
+from holdfast.scene.shipped.blocks import at, box, floor
 
 
 def same(one: hf.Assembly, other: hf.Assembly) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.shipped.blocks import table
+from holdfast.scene.shipped.blocks import table
 
 TOP = (0.0, 0.0, 0.25)
 DOWN = (0.0, 0.0, -1.0)
@@ -281,7 +281,7 @@ def test_import_is_light() -> None:
         "pybullet",
         "typer",
         "rich",
-        "holdfast.viewer",
+        "holdfast.view",
         "holdfast.cli",
     )
     code = f"import sys, holdfast; print([m for m in {heavy!r} if m in sys.modules])"

@@ -8,8 +8,8 @@ import trimesh
 
 import holdfast as hf
 from holdfast.engines.limit.engine import Limit, LimitState
-from holdfast.robustness.request import push_columns
-from holdfast.shipped import shipped_scene
+from holdfast.queries.request import push_columns
+from holdfast.scene.shipped import shipped_scene
 
 
 def checked(assembly: hf.Assembly, body: str, spacing: float, gap: float = 0.01) -> tuple[hf.RobustnessMap, int]:

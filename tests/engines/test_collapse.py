@@ -10,7 +10,7 @@ from holdfast.assembly.nodes import contact_nodes
 from holdfast.engines.collapse import least_motion
 from holdfast.engines.limit.certified import _combined
 from holdfast.engines.mechanism import modes_of, relative_velocity
-from holdfast.shipped.blocks import box, floor
+from holdfast.scene.shipped.blocks import box, floor
 
 
 @pytest.mark.parametrize(("lean", "mode"), [((0.6, 0), "slip"), ((0.42, 0.42), "slip"), ((1.2, 0), "slip")])

@@ -13,8 +13,8 @@ from pathlib import Path
 from holdfast import Assembly, Disassembly, HoldfastError, Interface, assemble, disassembly_order, load_scene
 from holdfast.applications.disassembly.removal import Removal
 from holdfast.assembly.nodes import contact_nodes
-from holdfast.baselines import mujoco
-from holdfast.shipped import SHIPPED, shipped_scene
+from holdfast.scene.shipped import SHIPPED, shipped_scene
+from holdfast.validation.baselines import mujoco
 
 NODES = 16  # an interface
 SHARE = 0.6  # of the weight taken, besides all of it

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from holdfast import Assembly, Compliant, Status, assemble, robustness
 from holdfast.assembly.nodes import ContactNodes
-from holdfast.baselines.search import push
-from holdfast.engines.compliant.path import PEAK
-from holdfast.shipped import shipped_scene
+from holdfast.elastic.path import PEAK
+from holdfast.scene.shipped import shipped_scene
+from holdfast.validation.baselines.search import push
 
 Array = NDArray[np.float64]
 

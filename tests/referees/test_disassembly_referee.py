@@ -7,7 +7,7 @@ from disassembly_confirmed import LARGE, compared
 
 from holdfast import assemble, disassembly_order
 from holdfast.applications.disassembly.removal import Answer
-from holdfast.shipped import SHIPPED, shipped_scene
+from holdfast.scene.shipped import SHIPPED, shipped_scene
 
 pytestmark = pytest.mark.referee
 

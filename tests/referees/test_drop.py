@@ -7,11 +7,11 @@ import pytest
 
 import holdfast as hf
 from holdfast.applications.placement.plan import planner
-from holdfast.baselines.drop import describe, drop
-from holdfast.benchmarks.placement_scenes import TABLE_II, TABLE_III
-from holdfast.rigid import pose_from
-from holdfast.shipped import shipped_scene
-from holdfast.shipped.blocks import about_x, box, floor
+from holdfast.base.rigid import pose_from
+from holdfast.scene.shipped import shipped_scene
+from holdfast.scene.shipped.blocks import about_x, box, floor
+from holdfast.validation.baselines.drop import describe, drop
+from holdfast.validation.benchmarks.placement_scenes import TABLE_II, TABLE_III
 
 pytestmark = pytest.mark.referee
 

@@ -13,8 +13,8 @@ import pytest
 from referee_queries import EACH, SCENES, engine, queries, shipped
 
 from holdfast import Body, Box, HoldfastError, Scene, assemble
-from holdfast.baselines import lmgc90, mujoco, penalty, pybullet
-from holdfast.baselines.search import Trial, close_in, grid_nodes, push
+from holdfast.validation.baselines import lmgc90, mujoco, penalty, pybullet
+from holdfast.validation.baselines.search import Trial, close_in, grid_nodes, push
 
 MEDIAN, WORST = 0.03, 0.08  # relative differences
 G0 = 9.81  # [m/s²]

@@ -17,9 +17,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import holdfast as hf
-from holdfast.rigid import pose_from
+from holdfast.base.rigid import pose_from
 from holdfast.scene.formats.native import schema
-from holdfast.shipped import SHIPPED, shipped_scene
+from holdfast.scene.shipped import SHIPPED, shipped_scene
 
 SUFFIXES = (".yaml", ".json")
 COLUMN = trimesh.creation.cylinder(0.1, 0.3, sections=9)

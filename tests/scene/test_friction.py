@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 import holdfast as hf
-from holdfast.shipped.blocks import at, floor
+from holdfast.scene.shipped.blocks import at, floor
 
 MATERIALS = {"slab": "wood", "leg": "steel", "floor": None}
 BY_BODIES = {("leg", "slab"): 0.1}

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
-from holdfast.rigid import pose_from, rotation_about, shift_twist, tangents, wrench_at
+from holdfast.base.rigid import pose_from, rotation_about, shift_twist, tangents, wrench_at
 
 TURN = np.eye(4)
 TURN[:3, :3] = Rotation.from_euler("zyx", [0.3, -0.4, 1.1]).as_matrix()

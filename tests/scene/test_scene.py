@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.shipped.blocks import box, floor, table
+from holdfast.scene.shipped.blocks import box, floor, table
 
 
 def body(name: str, **options: Any) -> hf.Body:

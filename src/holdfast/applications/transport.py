@@ -18,14 +18,14 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from holdfast.arrays import Float, Objects, checked, checked_number, frozen, objects, unit
 from holdfast.assembly.assembly import Assembly, body_forces
+from holdfast.base.arrays import Float, Objects, checked, checked_number, frozen, objects, unit
+from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.rigid import checked_pose, tangents
 from holdfast.engines.contract import Claim, Verdict
-from holdfast.errors import HoldfastError, SceneError, message
-from holdfast.rigid import checked_pose, tangents
-from holdfast.robustness.query import solved
-from holdfast.robustness.request import DEFAULT_ENGINE, EngineChoice, Load, checked_assembly, engine_of, total_wrench
-from holdfast.robustness.sets import ConvexSet
+from holdfast.queries.push import solved
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load, checked_assembly, engine_of, total_wrench
+from holdfast.queries.sets import ConvexSet
 from holdfast.scene.scene import Scene
 
 DIRECTIONS = 100  # of the default circle (Fig. 15)

@@ -10,7 +10,8 @@ from functools import cached_property
 
 import numpy as np
 
-from holdfast.arrays import Float, checked_number
+from holdfast.base.arrays import Float, checked_number
+from holdfast.base.errors import HoldfastError, HoldfastWarning, SceneError, message
 from holdfast.contacts.detect import (
     DEFAULT_ANGLE,
     SIGMAS,
@@ -22,7 +23,6 @@ from holdfast.contacts.detect import (
 )
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import Overlap, distance, find_overlaps
-from holdfast.errors import HoldfastError, HoldfastWarning, SceneError, message
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 

@@ -8,10 +8,10 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from holdfast.arrays import Bool, Float, Int
 from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.rigid import tangents
 from holdfast.contacts.nodes import Sampling, interface_nodes
-from holdfast.rigid import tangents
 
 
 @dataclass(frozen=True, eq=False)

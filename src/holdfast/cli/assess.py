@@ -26,12 +26,12 @@ from holdfast.cli.common import (
     progress,
     scene_of,
 )
+from holdfast.queries.map import robustness_map
+from holdfast.queries.request import DEFAULT_ENGINE
+from holdfast.queries.stability import stability
 from holdfast.report import save_html, save_png
 from holdfast.report.data import map_data, stability_data
 from holdfast.report.tables import map_report, stability_report
-from holdfast.robustness.map import robustness_map
-from holdfast.robustness.request import DEFAULT_ENGINE
-from holdfast.robustness.stability import stability
 
 
 def assess(

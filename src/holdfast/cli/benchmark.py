@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from holdfast.benchmarks import runner
-from holdfast.benchmarks.registry import SUITES, suite
 from holdfast.cli.common import AsJson, out, print_json, progress
+from holdfast.validation.benchmarks import runner
+from holdfast.validation.benchmarks.registry import SUITES, suite
 
 Names = Annotated[list[str] | None, typer.Argument(metavar="[SUITE]...", help=f"{', '.join(SUITES)}, or all")]
 

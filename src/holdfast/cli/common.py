@@ -14,14 +14,14 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.progress import listening
 from holdfast.engines.contract import Engine, Status
 from holdfast.engines.graph.engine import Graph
-from holdfast.errors import HoldfastError, message
-from holdfast.progress import listening
-from holdfast.robustness.request import ENGINES, engine_of
+from holdfast.queries.request import ENGINES, engine_of
 from holdfast.scene.formats.files import load_scene
 from holdfast.scene.scene import Scene
-from holdfast.shipped import SHIPPED, shipped_scene
+from holdfast.scene.shipped import SHIPPED, shipped_scene
 
 out, err = Console(), Console(stderr=True)
 

@@ -25,8 +25,8 @@ from holdfast.cli.common import (
     scene_of,
 )
 from holdfast.engines.contract import Status
+from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.report.disassembly import disassembly_data, disassembly_report, save_strip
-from holdfast.robustness.request import DEFAULT_ENGINE
 
 
 def disassemble(

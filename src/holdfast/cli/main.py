@@ -14,6 +14,7 @@ from typing import Annotated
 import typer
 
 from holdfast import __version__
+from holdfast.base.errors import HoldfastError, HoldfastWarning, SolverError, UnstableError
 from holdfast.cli.assess import assess, map_surfaces
 from holdfast.cli.benchmark import benchmark
 from holdfast.cli.common import EXIT, err, out
@@ -22,7 +23,6 @@ from holdfast.cli.files import convert, print_schema
 from holdfast.cli.place import place
 from holdfast.cli.transport import transport
 from holdfast.engines.contract import Status
-from holdfast.errors import HoldfastError, HoldfastWarning, SolverError, UnstableError
 
 app = typer.Typer(
     name="holdfast",

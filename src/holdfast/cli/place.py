@@ -9,6 +9,7 @@ import typer
 
 from holdfast.applications.placement.plan import plan_placement
 from holdfast.assembly.assembly import assemble
+from holdfast.base.errors import HoldfastError, message
 from holdfast.cli.common import (
     EXIT,
     Angle,
@@ -23,9 +24,8 @@ from holdfast.cli.common import (
     progress,
     scene_of,
 )
-from holdfast.errors import HoldfastError, message
+from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.report.placement import placement_data, placement_report, save_placement_png
-from holdfast.robustness.request import DEFAULT_ENGINE
 from holdfast.scene.body import Body
 from holdfast.scene.formats.files import save_scene
 from holdfast.scene.scene import Scene

@@ -27,11 +27,11 @@ from holdfast.cli.common import (
     scene_of,
 )
 from holdfast.engines.contract import Status
+from holdfast.queries.request import DEFAULT_ENGINE
+from holdfast.queries.sets import sustainable_accelerations
 from holdfast.report.data import transport_data
 from holdfast.report.tables import transport_report
 from holdfast.report.transport import save_polar
-from holdfast.robustness.request import DEFAULT_ENGINE
-from holdfast.robustness.sets import sustainable_accelerations
 
 Vector = tuple[float, float, float]
 

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from scipy import sparse
 
-from holdfast.arrays import Float
+from holdfast.base.arrays import Float
 
 ConeKind = Literal["zero", "nonnegative", "second_order"]
 

@@ -9,7 +9,7 @@ import clarabel
 import numpy as np
 from scipy import sparse
 
-from holdfast.arrays import Float, Int
+from holdfast.base.arrays import Float, Int
 from holdfast.conic.program import ConeProgram
 
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from holdfast.arrays import Float, Int
-from holdfast.compiled import compiled, dot3
+from holdfast.base.arrays import Float, Int
+from holdfast.base.compiled import compiled, dot3
 from holdfast.contacts.facing import Piece
 from holdfast.contacts.skin import Skin
+from holdfast.geometry.polygon import keep_half_plane
 
 MAX_CORNERS = 12  # triangle against triangle gives at most 6, each bound of the gap adds one
 
@@ -21,29 +22,6 @@ def clip_faces(a: Skin, b: Skin, pairs: Int, *, gap: float, depth: float, cos_an
         Piece((corners[k, : counts[k]],), normals[k], (float(heights[k, 0]), float(heights[k, 1])))
         for k in range(len(counts))
     ]
-
-
-@compiled
-def keep_half_plane(corners: Float, kept: Float, count: int, a: float, b: float, c: float) -> int:
-    """Keep the part of a polygon where a x + b y + c >= 0 (Sutherland-Hodgman); ``kept`` is room to work in."""
-    n = 0
-    for i in range(count):
-        j = i + 1 if i + 1 < count else 0
-        di = a * corners[i, 0] + b * corners[i, 1] + c
-        dj = a * corners[j, 0] + b * corners[j, 1] + c
-        if di >= 0.0:
-            kept[n, 0] = corners[i, 0]
-            kept[n, 1] = corners[i, 1]
-            n += 1
-        if (di > 0.0 and dj < 0.0) or (di < 0.0 and dj > 0.0):
-            t = di / (di - dj)
-            kept[n, 0] = corners[i, 0] + t * (corners[j, 0] - corners[i, 0])
-            kept[n, 1] = corners[i, 1] + t * (corners[j, 1] - corners[i, 1])
-            n += 1
-    for i in range(n):
-        corners[i, 0] = kept[i, 0]
-        corners[i, 1] = kept[i, 1]
-    return n
 
 
 @compiled

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from holdfast.arrays import Float, Int, unit
-from holdfast.contacts import polygon as flat
+from holdfast.base.arrays import Float, Int, unit
+from holdfast.base.rigid import tangents
 from holdfast.contacts.skin import Skin
-from holdfast.rigid import tangents
-from holdfast.scene.surface import Surface
+from holdfast.geometry import polygon as flat
+from holdfast.geometry.surface import Surface
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from holdfast.arrays import Bool, Float, Int
-from holdfast.compiled import compiled, dot3
+from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.compiled import compiled, dot3
 from holdfast.contacts.skin import SMOOTH, Skin
-from holdfast.scene.topology import FLAT
+from holdfast.geometry.topology import FLAT
 
 NEAR_PARALLEL = 0.02  # sine below which two edges have no cross product to speak of
 ROUNDING = 1e-9  # of the size of the smaller body

@@ -9,10 +9,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from holdfast.arrays import Float, checked, frozen, unit
-from holdfast.contacts import polygon as flat
-from holdfast.errors import GeometryError, message
-from holdfast.rigid import tangents
+from holdfast.base.arrays import Float, checked, frozen, unit
+from holdfast.base.errors import GeometryError, message
+from holdfast.base.rigid import tangents
+from holdfast.geometry import polygon as flat
 
 FLATNESS = 0.02  # [-] how far a given polygon's corners may leave its plane, relative to its size
 

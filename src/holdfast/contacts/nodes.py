@@ -11,10 +11,10 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from scipy.spatial import cKDTree
 
-from holdfast.arrays import Float, frozen
-from holdfast.contacts import polygon as flat
+from holdfast.base.arrays import Float, frozen
+from holdfast.base.errors import HoldfastError, message
 from holdfast.contacts.interface import Interface, Patch
-from holdfast.errors import HoldfastError, message
+from holdfast.geometry import polygon as flat
 
 Sampling = Literal["hull", "quadrature", "corners", "paper"]
 

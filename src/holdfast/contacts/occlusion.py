@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import shapely
 
-from holdfast.arrays import frozen
-from holdfast.contacts import polygon as flat
+from holdfast.base.arrays import frozen
 from holdfast.contacts.interface import Patch
+from holdfast.geometry import polygon as flat
 
 Pair = tuple[str, str]
 SAME_WAY = 0.95  # cosine: patches that face the same side of a body

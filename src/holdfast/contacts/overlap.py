@@ -9,13 +9,13 @@ import manifold3d
 import numpy as np
 from scipy.spatial import cKDTree
 
-from holdfast.arrays import Float
+from holdfast.base.arrays import Float
 from holdfast.contacts.detect import Tolerances, neighbours
 from holdfast.contacts.skin import near_boxes
+from holdfast.geometry.distance import distance_to_surface, nearest_of, winding_number
+from holdfast.geometry.surface import Surface
 from holdfast.scene.body import Body
-from holdfast.scene.distance import distance_to_surface, nearest_of, winding_number
 from holdfast.scene.scene import Scene
-from holdfast.scene.surface import Surface
 
 MOST_DISTANCES = 3_000_000  # corner-to-triangle distances worth taking: about a second
 MOST_ANGLES = 5_000_000  # solid angles worth summing: about a quarter of one

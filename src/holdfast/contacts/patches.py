@@ -9,13 +9,13 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from holdfast.arrays import Bool, Float, Int, frozen, unit
-from holdfast.contacts import polygon as flat
+from holdfast.base.arrays import Bool, Float, Int, frozen, unit
+from holdfast.base.rigid import tangents
 from holdfast.contacts.facing import Piece
 from holdfast.contacts.features import Features
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.skin import SMOOTH
-from holdfast.rigid import tangents
+from holdfast.geometry import polygon as flat
 
 HAIRLINE = 1e-3  # of the negligible width: gaps between pieces that belong together
 SAME_WAY = float(np.cos(np.radians(15)))  # normals closer than this answer for each other at the same place

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from holdfast.arrays import Bool, Float, Int
-from holdfast.compiled import compiled
+from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.compiled import compiled
+from holdfast.geometry.surface import Surface
+from holdfast.geometry.topology import Topology
 from holdfast.scene.body import Body
-from holdfast.scene.surface import Surface
-from holdfast.scene.topology import Topology
 
 SMOOTH = 0.6  # [rad] faces that meet at less stand for a curved surface
 LARGE = 8  # times the median: larger faces are searched apart, so that they do not widen the window of the others

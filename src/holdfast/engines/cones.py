@@ -9,8 +9,8 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.nodes import ContactNodes
+from holdfast.base.errors import HoldfastError, message
 from holdfast.conic.program import ConeKind
-from holdfast.errors import HoldfastError, message
 
 ConeChoice = Literal["exact", "inscribed", "circumscribed"]
 

@@ -10,8 +10,8 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from holdfast.arrays import Bool, Float, Int
 from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Bool, Float, Int
 
 
 class Claim(StrEnum):

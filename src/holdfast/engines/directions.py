@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from holdfast.arrays import Float, Int
-from holdfast.rigid import tangents
+from holdfast.base.arrays import Float, Int
+from holdfast.base.rigid import tangents
 
 FLAT_GROUP = 12  # pushes along one direction that are worth a triangulation
 

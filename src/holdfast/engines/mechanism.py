@@ -6,11 +6,11 @@ from functools import partial
 
 import numpy as np
 
-from holdfast.arrays import Float
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes
+from holdfast.base.arrays import Float
+from holdfast.base.rigid import shift_twist
 from holdfast.engines.contract import Mechanism, Mode
-from holdfast.rigid import shift_twist
 
 AT_REST = 1e-6  # velocities below this share of the largest count as rest
 

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from holdfast.arrays import Float
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, contact_nodes
+from holdfast.base.arrays import Float
+from holdfast.base.rigid import shift_twist
 from holdfast.engines.collapse import least_motion
 from holdfast.engines.cones import EXACT, FrictionCone
 from holdfast.engines.contract import Certificate, ContactForces, Mechanism, Status, Verdict
 from holdfast.engines.forces import ACCEPTED_RESIDUAL, ForceSolution, solve_forces
 from holdfast.engines.mechanism import describe, modes_of, relative_velocity
-from holdfast.rigid import shift_twist
 
 CERTIFIED = 1e-6  # a certificate may leave the dual cone by this share of its fastest velocity
 NO_DILATANCY = 1e-6  # share of energy below which no force comes from dilatancy

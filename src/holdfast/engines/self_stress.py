@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from scipy import sparse
 
-from holdfast.arrays import Bool, Float
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, equilibrium_operator
+from holdfast.base.arrays import Bool, Float
 from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import Outcome, solve
 from holdfast.engines.cones import FrictionCone

@@ -12,8 +12,8 @@ import numpy as np
 from holdfast.applications.transport import TransportLimits
 from holdfast.assembly.assembly import Assembly
 from holdfast.engines.contract import Mechanism
-from holdfast.robustness.map import MapPoint, RobustnessMap
-from holdfast.robustness.stability import Stability
+from holdfast.queries.map import MapPoint, RobustnessMap
+from holdfast.queries.stability import Stability
 
 
 def plain(value: Any) -> Any:  # noqa: ANN401 - any result to plain data

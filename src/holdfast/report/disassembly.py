@@ -13,8 +13,8 @@ from rich.text import Text
 
 from holdfast.applications.disassembly.order import Disassembly
 from holdfast.report.data import plain
-from holdfast.viewer.picture import Solid
-from holdfast.viewer.sequence import Frame, Sequence, write_sequence
+from holdfast.view.picture import Solid
+from holdfast.view.sequence import Frame, Sequence, write_sequence
 
 MOST_FRAMES = 24
 MOST_ROWS = 60

@@ -6,14 +6,14 @@ import os
 
 import numpy as np
 
-from holdfast.arrays import Float
 from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Float
 from holdfast.engines.contract import Claim, ContactForces, Status
-from holdfast.robustness.cells import Cells
-from holdfast.robustness.map import RobustnessMap
-from holdfast.viewer.html import write_html
-from holdfast.viewer.picture import Arrow, HeatSurface, Picture, Solid
-from holdfast.viewer.png import write_png
+from holdfast.geometry.cells import Cells
+from holdfast.queries.map import RobustnessMap
+from holdfast.view.html import write_html
+from holdfast.view.picture import Arrow, HeatSurface, Picture, Solid
+from holdfast.view.png import write_png
 
 LONGEST_FORCE = 0.18  # of the assembly's size: the largest contact force as an arrow
 WEAK_ARROW = 0.12  # of the assembly's size: length of the arrows at weakest points

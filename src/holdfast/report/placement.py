@@ -11,12 +11,12 @@ from rich.text import Text
 
 from holdfast.applications.placement.result import Placement
 from holdfast.assembly.assembly import Assembly
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.files import write_atomically
 from holdfast.engines.contract import Status
-from holdfast.errors import HoldfastError, message
-from holdfast.files import write_atomically
 from holdfast.report.data import interfaces_data, plain
-from holdfast.viewer.panels import PointsPanel, sheet_png
-from holdfast.viewer.picture import Arrow, Picture, Solid
+from holdfast.view.panels import PointsPanel, sheet_png
+from holdfast.view.picture import Arrow, Picture, Solid
 
 SHOWN = 160  # sampled contact points
 ARROW = 0.1  # of the assembly's size

@@ -10,12 +10,12 @@ from rich.table import Table
 from rich.text import Text
 
 from holdfast.applications.transport import TransportLimits
-from holdfast.arrays import Bool, Float
 from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Bool, Float
 from holdfast.engines.contract import Status
+from holdfast.queries.map import MapPoint, RobustnessMap
+from holdfast.queries.stability import Stability
 from holdfast.report.transport import level_angles
-from holdfast.robustness.map import MapPoint, RobustnessMap
-from holdfast.robustness.stability import Stability
 
 ARCS = 12  # rows of directions at most
 

@@ -9,12 +9,12 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from holdfast.applications.transport import TransportLimits
-from holdfast.arrays import Float, unit
 from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Float, unit
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.rigid import tangents
 from holdfast.engines.contract import Claim, Status
-from holdfast.errors import HoldfastError, message
-from holdfast.rigid import tangents
-from holdfast.viewer.polar import Curve, Footprint, PolarPicture, write_polar
+from holdfast.view.polar import Curve, Footprint, PolarPicture, write_polar
 
 LEVEL = 1e-6  # share of a direction along gravity up to which it counts as level
 SHOWN = 3  # names of moving bodies in a line

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from holdfast.arrays import Float, checked, checked_number, frozen
-from holdfast.errors import GeometryError, SceneError, located, message
-from holdfast.rigid import checked_pose, transform
+from holdfast.base.arrays import Float, checked, checked_number, frozen
+from holdfast.base.errors import GeometryError, SceneError, located, message
+from holdfast.base.rigid import checked_pose, transform
+from holdfast.geometry.surface import Surface
 from holdfast.scene.shapes import Shape, as_shape
-from holdfast.scene.surface import Surface
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Literal, get_args
 
-from holdfast.arrays import checked_number
-from holdfast.errors import SceneError, message
+from holdfast.base.arrays import checked_number
+from holdfast.base.errors import SceneError, message
 
 Combine = Literal["max", "min", "product"]
 

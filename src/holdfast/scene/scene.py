@@ -9,8 +9,8 @@ from functools import cached_property
 
 import numpy as np
 
-from holdfast.arrays import Float, checked
-from holdfast.errors import SceneError, message
+from holdfast.base.arrays import Float, checked
+from holdfast.base.errors import SceneError, message
 from holdfast.scene.body import Body
 from holdfast.scene.friction import Friction
 

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from holdfast.arrays import Float, Int, checked, checked_number, frozen
-from holdfast.errors import GeometryError, HoldfastWarning, message
-from holdfast.scene.hygiene import MeshReport, PlaneFit, cleaned
-from holdfast.scene.planes import flattened
-from holdfast.scene.surface import Surface
+from holdfast.base.arrays import Float, Int, checked, checked_number, frozen
+from holdfast.base.errors import GeometryError, HoldfastWarning, message
+from holdfast.geometry.hygiene import MeshReport, PlaneFit, cleaned
+from holdfast.geometry.planes import flattened
+from holdfast.geometry.surface import Surface
 
 if TYPE_CHECKING:
     import trimesh

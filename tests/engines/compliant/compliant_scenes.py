@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from holdfast import Assembly, Body, Box, Compliant, Scene, assemble, robustness
 from holdfast.assembly.nodes import ContactNodes, contact_nodes
-from holdfast.robustness.request import push_columns
-from holdfast.shipped import shipped_scene
+from holdfast.queries.request import push_columns
+from holdfast.scene.shipped import shipped_scene
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ import pytest
 from compliant_scenes import columns, even_grid, random_pushes, shipped
 
 from holdfast import Assembly, Compliant
-from holdfast.truth import coupled
+from holdfast.validation.truth import coupled
 
 Pushes = list[tuple[str, np.ndarray, np.ndarray]]
 

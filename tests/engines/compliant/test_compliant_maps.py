@@ -10,16 +10,16 @@ import pytest
 from scipy.spatial import Delaunay
 
 import holdfast as hf
-from holdfast.arrays import Float, Int
-from holdfast.engines.compliant import path
+from holdfast.base.arrays import Float, Int
+from holdfast.elastic import path
+from holdfast.elastic.linear import SparseSolver, make_work
 from holdfast.engines.compliant.engine import MANY, Compliant, CompliantState, System
 from holdfast.engines.compliant.interpolated import UNKNOWN, Survey, survey
-from holdfast.engines.compliant.linear import SparseSolver, make_work
-from holdfast.engines.compliant.triangles import fan, hull, inserted
 from holdfast.engines.contract import Capacity, Status
-from holdfast.robustness.map import RobustnessMap
-from holdfast.robustness.request import push_columns
-from holdfast.shipped import shipped_scene
+from holdfast.geometry.triangulation import fan, hull, inserted
+from holdfast.queries.map import RobustnessMap
+from holdfast.queries.request import push_columns
+from holdfast.scene.shipped import shipped_scene
 
 GAP = 0.01
 CASES = {"cube": 0.008, "stack": 0.013, "table": 0.03}

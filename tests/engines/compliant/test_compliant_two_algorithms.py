@@ -5,10 +5,10 @@ import pytest
 from compliant_scenes import X, shipped
 
 from holdfast import Compliant
-from holdfast.benchmarks.reliability import random_pushes
+from holdfast.elastic.law import node_forces
+from holdfast.elastic.path import PEAK
 from holdfast.engines.compliant.fixed_point import Fixed, fixed_point
-from holdfast.engines.compliant.law import node_forces
-from holdfast.engines.compliant.path import PEAK
+from holdfast.validation.benchmarks.reliability import random_pushes
 
 
 def outcome(state, wrench: np.ndarray, most: int = 150) -> Fixed:

@@ -11,10 +11,10 @@ from compliant_scenes import SMALL, STANDING, X, floor, shipped
 
 import holdfast as hf
 from holdfast import Status, stability
-from holdfast.benchmarks.reliability import random_pushes
-from holdfast.engines.compliant.path import LOST, PEAK
-from holdfast.engines.compliant.settle import DRIFT, REST, move_dense, settle_dense
+from holdfast.elastic.path import LOST, PEAK
+from holdfast.elastic.resting import DRIFT, REST, move_dense, settle_dense
 from holdfast.engines.compliant.verdict import settled, unbalanced
+from holdfast.validation.benchmarks.reliability import random_pushes
 
 CASES = Path(__file__).parents[4] / "shared" / "cases"
 PUBLISHED = [pytest.param(p, id=p.stem) for p in sorted((CASES / "published").glob("*.json"))]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import holdfast as hf
-from holdfast.shipped import shipped_scene
+from holdfast.scene.shipped import shipped_scene
 
 
 def test_a_gap_of_1_saves_the_bounds_and_keeps_the_peaks() -> None:

@@ -5,7 +5,7 @@ import pytest
 from graph_scenes import X, Y, Z, block, cube_scene, floor, push
 
 from holdfast import Claim, Scene, Status, assemble, robustness, stability
-from holdfast.shipped import shipped_scene
+from holdfast.scene.shipped import shipped_scene
 
 
 @pytest.mark.parametrize("mu", [0.2, 0.6, 1.5])

@@ -9,7 +9,7 @@ import pytest
 
 from holdfast import Graph, SolverError, assemble, robustness
 from holdfast.engines.graph.cuts import feasible_cuts
-from holdfast.shipped import shipped_scene
+from holdfast.scene.shipped import shipped_scene
 
 
 def by_brute_force(count: int, edges: list[tuple[int, int]]) -> list[int]:

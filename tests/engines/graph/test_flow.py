@@ -9,7 +9,7 @@ from holdfast import Graph, Scene, assemble, robustness
 from holdfast.engines.contract import ContactForces
 from holdfast.engines.graph.engine import GraphState
 from holdfast.engines.graph.slip import max_flow
-from holdfast.shipped import shipped_scene
+from holdfast.scene.shipped import shipped_scene
 
 
 def random_network(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:

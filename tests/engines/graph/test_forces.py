@@ -5,7 +5,7 @@ import pytest
 from graph_scenes import X, Y, Z, block, cube_scene, floor, heavier, moved, pose, push, random_motion, surface_points
 
 from holdfast import Assembly, Graph, Scene, Stability, Status, assemble, robustness, stability
-from holdfast.shipped import SHIPPED, shipped_scene
+from holdfast.scene.shipped import SHIPPED, shipped_scene
 
 
 def balance(assembly: Assembly, answer: Stability) -> float:

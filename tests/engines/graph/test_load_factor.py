@@ -5,7 +5,7 @@ import pytest
 from graph_scenes import X, Y, Z, block, cube_scene, floor
 
 from holdfast import Assembly, Graph, HoldfastError, Load, Scene, Status, assemble, load_factor, robustness
-from holdfast.shipped import shipped_scene
+from holdfast.scene.shipped import shipped_scene
 
 
 def transport(assembly: Assembly, direction: np.ndarray, **options: object) -> float:

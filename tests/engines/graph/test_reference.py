@@ -6,7 +6,7 @@ from graph_scenes import push, surface_points
 from reference import reference_of
 
 from holdfast import assemble
-from holdfast.shipped import shipped_scene
+from holdfast.scene.shipped import shipped_scene
 
 
 @pytest.mark.parametrize(

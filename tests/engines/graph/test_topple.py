@@ -23,7 +23,7 @@ from reference import reference_of
 
 from holdfast import Body, Friction, Graph, Interface, Mesh, Scene, assemble, robustness
 from holdfast.engines.graph.topple import all_parallel, axis_torques, friction_axis, toppling_axes
-from holdfast.shipped import shipped_scene
+from holdfast.scene.shipped import shipped_scene
 
 
 @pytest.mark.parametrize("height", [0.02, 0.05, 0.0834, 0.09, 0.1])

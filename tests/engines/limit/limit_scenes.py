@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from holdfast import Assembly, Body, Box, Limit, Load, Mesh, Robustness, Scene, assemble, load_factor, robustness
-from holdfast.shipped import shipped_scene
+from holdfast.scene.shipped import shipped_scene
 
 Array = NDArray[np.float64]
 

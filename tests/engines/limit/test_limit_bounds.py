@@ -16,8 +16,8 @@ from limit_scenes import (
 from scipy.optimize import linprog
 
 from holdfast import Assembly, Limit, Status, stability
+from holdfast.base.rigid import tangents
 from holdfast.engines.contract import Capacity
-from holdfast.rigid import tangents
 
 SCENES = ["cube", "stack", "table", "slope_two", "arch", "v_groove", "wall2x2", "cantilever"]
 

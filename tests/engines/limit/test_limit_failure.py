@@ -17,7 +17,7 @@ from holdfast import (
     load_factor,
     stability,
 )
-from holdfast.shipped import shipped_scene
+from holdfast.scene.shipped import shipped_scene
 
 SIDE = (0.1, 0.1, 0.1)
 

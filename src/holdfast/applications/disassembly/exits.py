@@ -7,9 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
-from holdfast.arrays import Float
 from holdfast.assembly.assembly import Assembly
-from holdfast.scene.sweep import Swept, hit_distance
+from holdfast.base.arrays import Float
+from holdfast.geometry.sweep import Swept, hit_distance
 
 
 class Exits:

@@ -11,11 +11,11 @@ import numpy as np
 
 from holdfast.applications.disassembly.removal import WHOLE, Answer, Removal, Removals
 from holdfast.applications.disassembly.search import everything, fewest
-from holdfast.arrays import Float, checked, unit
 from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Float, checked, unit
+from holdfast.base.errors import HoldfastError, SceneError, SolverError, UnstableError, message
 from holdfast.engines.contract import Claim, Status
-from holdfast.errors import HoldfastError, SceneError, SolverError, UnstableError, message
-from holdfast.robustness.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
 
 BUDGET = 2000  # answers by contact forces after which a search stops
 

@@ -20,10 +20,10 @@ import numpy as np
 
 from holdfast.applications.disassembly.exits import Exits
 from holdfast.applications.disassembly.loose import comes_loose
-from holdfast.arrays import Float
 from holdfast.assembly.assembly import Assembly, components
+from holdfast.base.arrays import Float
+from holdfast.base.rigid import wrench_at
 from holdfast.engines.contract import Claim, Engine, State, Status, Verdict
-from holdfast.rigid import wrench_at
 
 T = TypeVar("T")
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from holdfast.applications.disassembly.removal import Answer, Removal, Removals
 from holdfast.assembly.assembly import FIXED
-from holdfast.progress import report
+from holdfast.base.progress import report
 
 
 @dataclass(frozen=True)

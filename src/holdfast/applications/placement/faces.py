@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from holdfast.arrays import Float, unit
-from holdfast.contacts.polygon import convex_hull, smallest_rectangle
-from holdfast.rigid import tangents
+from holdfast.base.arrays import Float, unit
+from holdfast.base.rigid import tangents
+from holdfast.geometry.polygon import convex_hull, smallest_rectangle
 from holdfast.scene.body import Body
 
 COPLANAR = 1e-3  # [rad] hull triangles that differ by less are one face

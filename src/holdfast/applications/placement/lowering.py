@@ -16,16 +16,16 @@ from itertools import starmap
 import numpy as np
 from scipy import sparse
 
-from holdfast.arrays import Float, unit
+from holdfast.base.arrays import Float, unit
+from holdfast.base.errors import SceneError, message
+from holdfast.base.rigid import tangents, transform
 from holdfast.conic.program import ConeKind, ConeProgram
 from holdfast.conic.solve import Outcome, solve
 from holdfast.contacts.features import Features, touching_features
 from holdfast.contacts.skin import Skin, near_faces
-from holdfast.errors import SceneError, message
-from holdfast.rigid import tangents, transform
+from holdfast.geometry.surface import Surface
+from holdfast.geometry.sweep import Swept, hit_distance
 from holdfast.scene.body import Body
-from holdfast.scene.surface import Surface
-from holdfast.scene.sweep import Swept, hit_distance
 
 STEP = 0.08  # of the object's half size: the longest step, and in radians the largest turn
 REACH = 2.5  # steps: features further apart do not matter in one

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from holdfast.arrays import Float, checked, checked_number, unit
 from holdfast.assembly.assembly import Assembly
-from holdfast.errors import SceneError, message
-from holdfast.rigid import checked_pose
+from holdfast.base.arrays import Float, checked, checked_number, unit
+from holdfast.base.errors import SceneError, message
+from holdfast.base.rigid import checked_pose
 from holdfast.scene.friction import Friction
 
 

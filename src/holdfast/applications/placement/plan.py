@@ -16,10 +16,10 @@ from holdfast.applications.placement.options import (
 )
 from holdfast.applications.placement.planner import MOST_ATTEMPTS, Planner
 from holdfast.applications.placement.result import Placement
-from holdfast.arrays import checked_number, unit
 from holdfast.assembly.assembly import Assembly
-from holdfast.errors import SceneError, message
-from holdfast.robustness.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
+from holdfast.base.arrays import checked_number, unit
+from holdfast.base.errors import SceneError, message
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
 from holdfast.scene.body import Body
 from holdfast.scene.friction import Friction
 

@@ -31,18 +31,18 @@ from holdfast.applications.placement.support import (
     scene_map,
     support_points,
 )
-from holdfast.arrays import Float, unit
 from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Float, unit
+from holdfast.base.errors import SceneError
+from holdfast.base.rigid import transform
 from holdfast.contacts.detect import find_contacts
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import find_overlaps, solid_of
 from holdfast.engines.contract import Engine, Status, Verdict
-from holdfast.errors import SceneError
-from holdfast.rigid import transform
-from holdfast.robustness.map import RobustnessMap, robustness_map
+from holdfast.geometry.sweep import Swept, hit_distance
+from holdfast.queries.map import RobustnessMap, robustness_map
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
-from holdfast.scene.sweep import Swept, hit_distance
 
 ROUGHLY = 3  # times that between the points that rank candidates
 CLEARANCE = 0.02  # of the object's size: how far above its place the object is let go

@@ -6,8 +6,8 @@ import numpy as np
 
 from holdfast.applications.placement.faces import Face
 from holdfast.applications.placement.support import SupportPoints
-from holdfast.arrays import Float, Int, unit
-from holdfast.rigid import tangents
+from holdfast.base.arrays import Float, Int, unit
+from holdfast.base.rigid import tangents
 
 STEEPEST_LINE = 0.8  # sine: steeper connections of two points carry nothing
 STEEPEST_PLANE = 0.4  # cosine: of the plane of three points

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from holdfast.applications.placement.support import SupportPoints
-from holdfast.arrays import Float
 from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Float
 from holdfast.contacts.interface import Interface
 from holdfast.engines.contract import Claim, Status
-from holdfast.robustness.map import MapPoint
+from holdfast.queries.map import MapPoint
 from holdfast.scene.body import Body
 
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from holdfast.applications.placement.options import Weights
-from holdfast.arrays import Float, Int, Objects
 from holdfast.assembly.assembly import Assembly
-from holdfast.robustness.map import RobustnessMap, robustness_map
-from holdfast.robustness.request import EngineChoice
+from holdfast.base.arrays import Float, Int, Objects
+from holdfast.queries.map import RobustnessMap, robustness_map
+from holdfast.queries.request import EngineChoice
 from holdfast.scene.body import Body
 
 STEEPEST = 0.2  # cosine: what faces up less carries no weight

@@ -12,19 +12,20 @@ from itertools import pairwise
 import numpy as np
 from scipy import sparse
 
-from holdfast.arrays import Bool, Float, Int, checked_number
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, contact_nodes, equilibrium_operator
-from holdfast.engines.compliant import path
-from holdfast.engines.compliant import settle as rest
+from holdfast.base.arrays import Bool, Float, Int, checked_number
+from holdfast.base.errors import HoldfastError, message
+from holdfast.elastic import path
+from holdfast.elastic import resting as rest
+from holdfast.elastic.law import Elastic
+from holdfast.elastic.linear import SparseSolver, Work, make_work
 from holdfast.engines.compliant.interpolated import UNKNOWN, survey
-from holdfast.engines.compliant.law import Elastic, Stiffness, elastic_model, force_unit, levers
-from holdfast.engines.compliant.linear import SparseSolver, Work, make_work
+from holdfast.engines.compliant.model import Stiffness, elastic_model, force_unit, levers
 from holdfast.engines.compliant.verdict import judged, settled
 from holdfast.engines.contract import Capacity, Claim, Mechanism, Status, Verdict, no_capacity
 from holdfast.engines.mechanism import describe, modes_of
 from holdfast.engines.rest import find_rest
-from holdfast.errors import HoldfastError, message
 
 DENSE = 150  # unknowns up to which dense elimination in compiled code is faster than sparse LU
 FEWEST = 2  # nodes along a side

@@ -15,9 +15,9 @@ from enum import Enum, auto
 import numpy as np
 from scipy import sparse
 
-from holdfast.arrays import Float
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes
+from holdfast.base.arrays import Float
 from holdfast.conic.solve import Outcome, Prepared
 from holdfast.engines.forces import ACCEPTED_RESIDUAL, force_program
 

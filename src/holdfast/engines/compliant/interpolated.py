@@ -18,11 +18,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from holdfast.arrays import Float, Int
-from holdfast.compiled import compiled
-from holdfast.engines.compliant import path
-from holdfast.engines.compliant.triangles import fan, hull, inserted, located
+from holdfast.base.arrays import Float, Int
+from holdfast.base.compiled import compiled
+from holdfast.elastic import path
 from holdfast.engines.directions import flat_groups, moment_frame
+from holdfast.geometry.triangulation import fan, hull, inserted, located
 
 STATED = 3.0  # stated over expected error
 WIDER = 1.5  # stated error over the distance of the answer from what bounds it

@@ -6,13 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from holdfast.arrays import Float
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, equilibrium_operator
-from holdfast.engines.compliant import settle as rest
+from holdfast.base.arrays import Float
+from holdfast.elastic import resting as rest
+from holdfast.elastic.law import Elastic, evaluate, node_forces
+from holdfast.elastic.linear import CORNER, SparseSolver, Work, loose, solve
 from holdfast.engines.compliant.fixed_point import Fixed, fixed_point
-from holdfast.engines.compliant.law import Elastic, evaluate, levers, node_forces
-from holdfast.engines.compliant.linear import CORNER, SparseSolver, Work, loose, solve
+from holdfast.engines.compliant.model import levers
 from holdfast.engines.contract import Mechanism, Status, Verdict
 from holdfast.engines.mechanism import describe, modes_of, relative_velocity
 from holdfast.engines.rest import contact_forces, doubt_of, find_rest, undecided

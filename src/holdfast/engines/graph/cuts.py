@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from holdfast.errors import SolverError, message
+from holdfast.base.errors import SolverError, message
 
 
 def neighbour_masks(count: int, edges: Sequence[tuple[int, int]]) -> list[int]:

@@ -7,9 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
-from holdfast.arrays import Bool, Float, Int, checked_number
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.nodes import ContactNodes, contact_nodes
+from holdfast.base.arrays import Bool, Float, Int, checked_number
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.progress import report
+from holdfast.base.rigid import rotation_about, shift_twist
 from holdfast.contacts.nodes import Sampling
 from holdfast.engines.contract import (
     Capacity,
@@ -25,9 +28,6 @@ from holdfast.engines.graph.cuts import feasible_cuts
 from holdfast.engines.graph.slip import arc_capacities, slip_many
 from holdfast.engines.mechanism import describe
 from holdfast.engines.rest import Rest, find_rest
-from holdfast.errors import HoldfastError, message
-from holdfast.progress import report
-from holdfast.rigid import rotation_about, shift_twist
 
 NO_MOMENT = 1e-5  # lever below which a load turns nothing, relative to the size: poses are not known better
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from holdfast.arrays import Bool, Float, Int
-from holdfast.compiled import compiled
+from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.compiled import compiled
 
 DISCRIMINANT = 1e-9  # |d| below this counts as a push along the cone's own side
 ON_CONE = 1e-7  # c0 below this share of (mu f_n)² is solver noise of a force on the cone, whose root would be felt

@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from holdfast.arrays import Bool, Float
-from holdfast.compiled import compiled
+from holdfast.base.arrays import Bool, Float
+from holdfast.base.compiled import compiled
 from holdfast.engines.graph.slip import node_slip
 
 ON_AXIS = 1e-6  # of the size: a node nearer to the axis than this does not move

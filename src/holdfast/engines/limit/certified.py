@@ -14,12 +14,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.spatial import ConvexHull, cKDTree
 
-from holdfast.arrays import Bool, Float, Int
-from holdfast.compiled import compiled
+from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.compiled import compiled
+from holdfast.base.progress import report
 from holdfast.engines.contract import Status
 from holdfast.engines.directions import flat_groups, moment_frame
 from holdfast.engines.limit.solved import Solved
-from holdfast.progress import report
 
 NEIGHBOURS = 10
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from holdfast.arrays import Float
+from holdfast.base.arrays import Float
 from holdfast.engines.contract import Status
 
 

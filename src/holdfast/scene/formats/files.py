@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from holdfast.errors import SceneError, located, message
+from holdfast.base.errors import SceneError, located, message
 from holdfast.scene.formats import native, published, settled, text
 from holdfast.scene.scene import Scene
 

@@ -19,9 +19,9 @@ from pydantic import (
     model_validator,
 )
 
-from holdfast.arrays import Float
-from holdfast.errors import SceneError, located, message
-from holdfast.rigid import pose_from
+from holdfast.base.arrays import Float
+from holdfast.base.errors import SceneError, located, message
+from holdfast.base.rigid import pose_from
 from holdfast.scene.body import Body
 from holdfast.scene.friction import Combine, Friction
 from holdfast.scene.scene import Scene

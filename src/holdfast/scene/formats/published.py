@@ -12,9 +12,9 @@ from typing import Any
 import manifold3d
 import numpy as np
 
-from holdfast.arrays import Float, Int, checked
-from holdfast.errors import GeometryError, SceneError, message
-from holdfast.rigid import tangents
+from holdfast.base.arrays import Float, Int, checked
+from holdfast.base.errors import GeometryError, SceneError, message
+from holdfast.base.rigid import tangents
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Mesh

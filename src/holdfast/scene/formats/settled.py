@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from holdfast.errors import SceneError, message
+from holdfast.base.errors import SceneError, message
 from holdfast.scene.body import Body
 from holdfast.scene.friction import Friction
 from holdfast.scene.scene import Scene

@@ -9,8 +9,8 @@ from typing import Any
 
 import yaml
 
-from holdfast.errors import SceneError, message
-from holdfast.files import write_atomically
+from holdfast.base.errors import SceneError, message
+from holdfast.base.files import write_atomically
 
 MAX_YAML_BYTES = 8_000_000  # parsing takes about 1 s for 1 MB
 MAX_JSON_BYTES = 200_000_000

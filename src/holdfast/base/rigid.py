@@ -1,0 +1,73 @@
+"""Poses, twists and wrenches.
+
+A pose is a 4x4 body-to-world transform. A wrench is (force, torque), a twist (velocity, angular velocity), both about a
+stated reference point and along world axes, so that power = wrench . twist.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from holdfast.base.arrays import Float, checked, frozen
+from holdfast.base.errors import GeometryError, message
+
+RIGID_TOLERANCE = 1e-5  # [-] how far RᵀR may be from 1; scanned poses are printed with about six digits
+
+
+def checked_pose(value: Any, where: str) -> Float:  # noqa: ANN401 - anything a caller may pass
+    """A read-only (4, 4) rigid transform; raises GeometryError for scale, shear, reflection or NaN."""
+    pose = checked(value, (4, 4), where, error=GeometryError)
+    if not np.allclose(pose[3], (0, 0, 0, 1), atol=1e-12):
+        raise GeometryError(message(where, f"last row is {pose[3].tolist()}", "needs (0, 0, 0, 1)"))
+    rotation = pose[:3, :3]
+    defect = float(np.abs(rotation.T @ rotation - np.eye(3)).max())
+    if defect > RIGID_TOLERANCE:
+        problem = f"is not rigid: |RᵀR - 1| = {defect:.2g}"
+        raise GeometryError(message(where, problem, "needs a rotation and a translation, scale belongs in the shape"))
+    if np.linalg.det(rotation) < 0:
+        raise GeometryError(message(where, "is a reflection: det R = -1", "needs a proper rotation"))
+    return pose
+
+
+def pose_from(position: Float, quaternion: Float) -> Float:
+    """(4, 4) pose from a position [m] and a unit quaternion (w, x, y, z)."""
+    w, x, y, z = quaternion / np.linalg.norm(quaternion)
+    pose = np.eye(4)
+    pose[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    pose[:3, 3] = position
+    return np.asarray(frozen(pose), dtype=np.float64)
+
+
+def transform(pose: Float, points: Float) -> Float:
+    """Points (n, 3) of the body frame in the world."""
+    return np.asarray(points @ pose[:3, :3].T + pose[:3, 3], dtype=np.float64)
+
+
+def wrench_at(force: Float, point: Float, reference: Float) -> Float:
+    """(..., 6) wrench about ``reference`` of a force acting at ``point``."""
+    return np.concatenate([force, np.cross(point - reference, force)], axis=-1)
+
+
+def shift_twist(twist: Float, reference: Float, new_reference: Float) -> Float:
+    """The same rigid motion, its velocity taken at another point."""
+    return np.concatenate([twist[:3] + np.cross(twist[3:], new_reference - reference), twist[3:]])
+
+
+def rotation_about(axis: Float, origin: Float, reference: Float) -> Float:
+    """(..., 6) twist about ``reference`` of a unit-rate rotation about the line ``origin`` + t ``axis``."""
+    velocity = np.cross(axis, reference - origin)
+    return np.concatenate([velocity, np.broadcast_to(axis, velocity.shape)], axis=-1)
+
+
+def tangents(normal: Float) -> tuple[Float, Float]:
+    """Two unit tangents (..., 3) with t1 x t2 = normal, chosen from the normal alone so that they are reproducible."""
+    seed = np.where(np.abs(normal[..., :1]) < 0.9, np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
+    t1 = seed - (seed * normal).sum(-1, keepdims=True) * normal
+    t1 = t1 / np.linalg.norm(t1, axis=-1, keepdims=True)
+    return np.asarray(t1), np.cross(normal, t1)

@@ -1,0 +1,230 @@
+"""The contact law: elastic, without adhesion, Coulomb friction that is not dilatant; and its consistent Jacobian.
+
+At a node with displacement u = (u_n, u_t) of body b against body a (Nadeau & Kelly, Sec. IV, where a contact is a bed
+of equal springs):
+
+    f_n = k max(0, -u_n)                               (no adhesion)
+    f_t = -ρ k u_t, shortened to length μ f_n          (stick, or slip against the displacement)
+
+Units inside: forces in total weights, lengths in assembly sizes, displacements in weight per mean stiffness. The law
+is positively homogeneous, so the absolute stiffness drops out.
+
+Nodes that lie in one plane with one normal form a sheet: their displacements are those of a single twist (6,) of b
+against a, in the sheet's own axes (normal, t1, t2) and about its own origin, and so are their forces a single wrench.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from holdfast.base.arrays import Float, Int
+from holdfast.base.compiled import compiled
+
+
+class Elastic(NamedTuple):
+    """P sheets of I nodes between J bodies, in the units of this module.
+
+    ``first`` (P + 1,) where each sheet's nodes begin; ``x``, ``y`` (I,) along its tangents; ``k`` (I,) stiffness;
+    ``mu`` (P,); ``rho`` tangential over normal stiffness; ``a``, ``b`` (P,) bodies (FIXED: -1); ``Ta``, ``Tb``
+    (P, 6, 6) from a body's twist to the sheet's; ``wrench`` (6J,) what acts besides the contacts; ``scale`` (6J,)
+    brings every body's equilibrium to order one; ``bonded`` (P, 6, 6) the stiffness with all nodes stuck.
+    """
+
+    first: Int
+    x: Float
+    y: Float
+    k: Float
+    mu: Float
+    rho: float
+    a: Int
+    b: Int
+    Ta: Float
+    Tb: Float
+    wrench: Float
+    scale: Float
+    bonded: Float
+
+
+@compiled
+def bond(m: Elastic) -> None:
+    """Fill ``bonded``: the sum over nodes of Bᵀ diag(k, ρk, ρk) B with all of them stuck."""
+    for p in range(len(m.a)):
+        D = m.bonded[p]
+        D[:] = 0.0
+        for i in range(m.first[p], m.first[p + 1]):
+            x, y, k = m.x[i], m.y[i], m.k[i]
+            t = m.rho * k
+            D[0, 0] += k
+            D[0, 4] += k * y
+            D[0, 5] -= k * x
+            D[4, 4] += k * y * y
+            D[4, 5] -= k * x * y
+            D[5, 5] += k * x * x
+            D[1, 1] += t
+            D[1, 3] -= t * y
+            D[2, 2] += t
+            D[2, 3] += t * x
+            D[3, 3] += t * (x * x + y * y)
+        for i in range(6):
+            for j in range(i):
+                D[i, j] = D[j, i]
+
+
+@compiled
+def sheet_twist(m: Elastic, p: int, q: Float, v: Float) -> None:
+    """Write into ``v`` (6,) the twist of sheet p's body b against its body a, under ``q`` (6J,)."""
+    a, b = m.a[p], m.b[p]
+    for i in range(6):
+        total = 0.0
+        if b >= 0:
+            for j in range(6):
+                total += m.Tb[p, i, j] * q[6 * b + j]
+        if a >= 0:
+            for j in range(6):
+                total -= m.Ta[p, i, j] * q[6 * a + j]
+        v[i] = total
+
+
+@compiled
+def add_wrench(m: Elastic, p: int, F: Float, factor: float, r: Float) -> None:
+    """Add to ``r`` (6J,) ``factor`` times sheet p's wrench ``F`` (6,) on body b, and its opposite on body a."""
+    a, b = m.a[p], m.b[p]
+    for j in range(6):
+        on_b, on_a = 0.0, 0.0
+        for i in range(6):
+            on_b += m.Tb[p, i, j] * F[i]
+            on_a += m.Ta[p, i, j] * F[i]
+        if b >= 0:
+            r[6 * b + j] += factor * on_b
+        if a >= 0:
+            r[6 * a + j] -= factor * on_a
+
+
+@compiled
+def evaluate(m: Elastic, weight: float, q: Float, r: Float, K: Float, v: Float, F: Float) -> int:
+    """R (6J,) = weight · wrench + G f(Gᵀ q), and K (P, 6, 6): minus the derivative of every sheet's wrench.
+
+    ``v``, ``F`` (6,) are scratch. Returns a number that tells which nodes are open, stuck or sliding.
+    """
+    r[:] = weight * m.wrench
+    states = 0
+    for p in range(len(m.a)):
+        sheet_twist(m, p, q, v)
+        mu = m.mu[p]
+        fn = f1 = f2 = gn = g1 = g2 = 0.0
+        nn = ny = nx = nyy = nxy = nxx = 0.0  # normal by normal
+        t11 = t12 = t1w = t22 = t2w = tww = 0.0  # tangential by tangential
+        c1 = c1y = c1x = c2 = c2y = c2x = cw = cwy = cwx = 0.0  # tangential by normal
+        for i in range(m.first[p], m.first[p + 1]):
+            x, y, k = m.x[i], m.y[i], m.k[i]
+            pressed = x * v[5] - y * v[4] - v[0]
+            if pressed <= 0.0:
+                continue
+            u1, u2 = v[1] - y * v[3], v[2] + x * v[3]
+            kx, ky = k * x, k * y
+            nn += k
+            ny += ky
+            nx -= kx
+            nyy += ky * y
+            nxy -= ky * x
+            nxx += kx * x
+            normal = k * pressed
+            fn += normal
+            g1 += y * normal
+            g2 -= x * normal
+            t = m.rho * k
+            length = np.sqrt(u1 * u1 + u2 * u2)
+            if t * length <= mu * normal:
+                s1, s2 = -t * u1, -t * u2
+                t11 += t
+                t1w -= t * y
+                t22 += t
+                t2w += t * x
+                tww += t * (x * x + y * y)
+                states += i + 1
+            else:
+                e1, e2 = u1 / length, u2 / length
+                s1, s2 = -mu * normal * e1, -mu * normal * e2
+                h = mu * normal / length
+                d11, d12, d22 = h * e2 * e2, -h * e1 * e2, h * e1 * e1
+                t11 += d11
+                t12 += d12
+                t1w += x * d12 - y * d11
+                t22 += d22
+                t2w += x * d22 - y * d12
+                tww += y * y * d11 - 2 * x * y * d12 + x * x * d22
+                b1, b2 = -mu * k * e1, -mu * k * e2  # less friction where the contact lifts
+                bw = x * b2 - y * b1
+                c1 += b1
+                c1y += b1 * y
+                c1x -= b1 * x
+                c2 += b2
+                c2y += b2 * y
+                c2x -= b2 * x
+                cw += bw
+                cwy += bw * y
+                cwx -= bw * x
+                states += (i + 1) * 7919
+            f1 += s1
+            f2 += s2
+            gn += x * s2 - y * s1
+        F[0], F[1], F[2], F[3], F[4], F[5] = fn, f1, f2, gn, g1, g2
+        D = K[p]
+        D[0, 0], D[0, 1], D[0, 2], D[0, 3], D[0, 4], D[0, 5] = nn, 0.0, 0.0, 0.0, ny, nx
+        D[1, 0], D[1, 1], D[1, 2], D[1, 3], D[1, 4], D[1, 5] = c1, t11, t12, t1w, c1y, c1x
+        D[2, 0], D[2, 1], D[2, 2], D[2, 3], D[2, 4], D[2, 5] = c2, t12, t22, t2w, c2y, c2x
+        D[3, 0], D[3, 1], D[3, 2], D[3, 3], D[3, 4], D[3, 5] = cw, t1w, t2w, tww, cwy, cwx
+        D[4, 0], D[4, 1], D[4, 2], D[4, 3], D[4, 4], D[4, 5] = ny, 0.0, 0.0, 0.0, nyy, nxy
+        D[5, 0], D[5, 1], D[5, 2], D[5, 3], D[5, 4], D[5, 5] = nx, 0.0, 0.0, 0.0, nxy, nxx
+        add_wrench(m, p, F, 1.0, r)
+    return states
+
+
+@compiled
+def node_forces(m: Elastic, q: Float, f: Float) -> None:
+    """F (I, 3) = (f_n, f_t1, f_t2) on body b at every node, in total weights."""
+    v = np.empty(6)
+    for p in range(len(m.a)):
+        sheet_twist(m, p, q, v)
+        for i in range(m.first[p], m.first[p + 1]):
+            x, y, k = m.x[i], m.y[i], m.k[i]
+            normal = k * max(0.0, x * v[5] - y * v[4] - v[0])
+            u1, u2 = v[1] - y * v[3], v[2] + x * v[3]
+            wanted = m.rho * k * np.sqrt(u1 * u1 + u2 * u2)
+            share = m.rho * k
+            if wanted > m.mu[p] * normal:
+                share *= m.mu[p] * normal / wanted
+            f[i, 0], f[i, 1], f[i, 2] = normal, -share * u1, -share * u2
+
+
+@compiled
+def next_change(m: Elastic, q: Float, t: Float) -> float:
+    """The smallest h > 0 at which a node of q + h t begins or ceases to press or to slide; inf if none does."""
+    first = np.inf
+    v, d = np.empty(6), np.empty(6)
+    for p in range(len(m.a)):
+        sheet_twist(m, p, q, v)
+        sheet_twist(m, p, t, d)
+        mu, rho = m.mu[p], m.rho
+        for i in range(m.first[p], m.first[p + 1]):
+            x, y = m.x[i], m.y[i]
+            n, dn = x * v[5] - y * v[4] - v[0], x * d[5] - y * d[4] - d[0]
+            if n * dn < 0:
+                first = min(first, -n / dn)
+            if n <= 0:
+                continue
+            u1, u2, d1, d2 = v[1] - y * v[3], v[2] + x * v[3], d[1] - y * d[3], d[2] + x * d[3]
+            # ρ² |u + h d|² = μ² (n + h dn)²
+            A = rho * rho * (d1 * d1 + d2 * d2) - mu * mu * dn * dn
+            B = rho * rho * (u1 * d1 + u2 * d2) - mu * mu * n * dn
+            C = rho * rho * (u1 * u1 + u2 * u2) - mu * mu * n * n
+            inside = B * B - A * C
+            if inside < 0:
+                continue
+            root = -(B + np.sqrt(inside)) if B >= 0 else np.sqrt(inside) - B
+            for h in (root / A if A != 0 else np.inf, C / root if root != 0 else np.inf):
+                if h > 0 and n + h * dn > 0:
+                    first = min(first, h)
+    return first

@@ -1,0 +1,1 @@
+"""Surfaces, polygons, distances and sweeps: geometry without bodies and without physics."""

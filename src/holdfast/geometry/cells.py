@@ -1,0 +1,226 @@
+"""Cut a body's surface into cells of about one spacing, each with one query point on it."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from holdfast.base.arrays import Bool, Float, Int, unit
+from holdfast.base.compiled import compiled
+from holdfast.base.rigid import tangents
+from holdfast.geometry.polygon import convex_hull, keep_half_plane, smallest_rectangle
+from holdfast.geometry.surface import Surface
+
+COPLANAR = 1e-8  # 1 - cos of the angle below which neighbouring triangles make one facet
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """Pieces of a surface, each with a query point.
+
+    ``points`` (C, 3) with outward ``normals`` (C, 3); ``triangles`` (T, 3) over ``vertices`` (V, 3) belong to ``cell``
+    (T,).
+    """
+
+    points: Float
+    normals: Float
+    vertices: Float
+    triangles: Int
+    cell: Int
+
+    def chosen(self, keep: Bool) -> Cells:
+        """Only the cells where ``keep`` (C,) is true."""
+        number = np.cumsum(keep) - 1
+        kept = keep[self.cell]
+        return Cells(
+            self.points[keep], self.normals[keep], self.vertices, self.triangles[kept], number[self.cell[kept]]
+        )
+
+
+def surface_cells(surface: Surface, spacing: float) -> Cells:
+    """Flat facets are cut by a grid along their smallest rectangle; small triangles of curved ones are clustered."""
+    facet = _facets(surface)
+    parts: list[Cells] = []
+    small = np.zeros(len(surface.faces), dtype=bool)
+    order = np.argsort(facet, kind="stable")
+    bounds = np.flatnonzero(np.diff(facet[order], prepend=-1, append=facet.max() + 1))
+    for start, end in itertools.pairwise(bounds):
+        members = order[start:end]
+        corners = surface.vertices[surface.faces[members]]
+        if np.ptp(corners.reshape(-1, 3), axis=0).max() < 1.5 * spacing:
+            small[members] = True
+        else:
+            parts.append(_gridded(corners, surface.normals[members[0]], spacing))
+    if small.any():
+        parts.append(_clustered(surface, np.flatnonzero(small), spacing))
+    return _joined(parts)
+
+
+def blocked(cells: Cells, obstacle: Surface, reach: float) -> Bool:
+    """(C,) whether ``obstacle`` stands less than ``reach`` [m] in front of a cell, so that nothing fits between."""
+    result = np.zeros(len(cells.points), dtype=bool)
+    low, high = obstacle.vertices.min(0) - reach, obstacle.vertices.max(0) + reach
+    near = np.flatnonzero(((cells.points >= low) & (cells.points <= high)).all(1))
+    if not len(near):
+        return result
+    triangles = obstacle.vertices[obstacle.faces]
+    bottom, top = cells.points[near].min(0) - reach, cells.points[near].max(0) + reach
+    triangles = triangles[((triangles.max(1) >= bottom) & (triangles.min(1) <= top)).all(1)]
+    result[near] = _hit(cells.points[near], cells.normals[near], triangles, reach)
+    return result
+
+
+@compiled
+def _hit(points: Float, normals: Float, triangles: Float, reach: float) -> Bool:
+    """Whether the segment from each point along its normal, ``reach`` long, meets a triangle (Möller-Trumbore)."""
+    result = np.zeros(len(points), dtype=np.bool_)
+    for i in range(len(points)):
+        d0, d1, d2 = normals[i, 0], normals[i, 1], normals[i, 2]
+        for t in range(len(triangles)):
+            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+            e0, e1, e2 = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+            f0, f1, f2 = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+            p0, p1, p2 = d1 * f2 - d2 * f1, d2 * f0 - d0 * f2, d0 * f1 - d1 * f0
+            det = e0 * p0 + e1 * p1 + e2 * p2
+            if det == 0.0:
+                continue
+            s0, s1, s2 = points[i, 0] - a[0], points[i, 1] - a[1], points[i, 2] - a[2]
+            u = (s0 * p0 + s1 * p1 + s2 * p2) / det
+            q0, q1, q2 = s1 * e2 - s2 * e1, s2 * e0 - s0 * e2, s0 * e1 - s1 * e0
+            v = (d0 * q0 + d1 * q1 + d2 * q2) / det
+            along = (f0 * q0 + f1 * q1 + f2 * q2) / det
+            if u >= 0.0 and v >= 0.0 and u + v <= 1.0 and 0.0 <= along <= reach:
+                result[i] = True
+                break
+    return result
+
+
+def _facets(surface: Surface) -> Int:
+    """(F,) number of the flat facet each triangle belongs to: neighbours across an edge with one normal."""
+    faces = surface.faces
+    edges = np.sort(np.vstack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    owner = np.tile(np.arange(len(faces)), 3)
+    order = np.lexsort((edges[:, 1], edges[:, 0]))
+    same = (edges[order[1:]] == edges[order[:-1]]).all(1)
+    a, b = owner[order[:-1][same]], owner[order[1:][same]]
+    flat = (surface.normals[a] * surface.normals[b]).sum(1) > 1 - COPLANAR
+    links = sparse.coo_matrix((np.ones(flat.sum()), (a[flat], b[flat])), shape=(len(faces),) * 2)
+    return np.asarray(sparse.csgraph.connected_components(links, directed=False)[1], dtype=np.int64)
+
+
+def _gridded(corners: Float, normal: Float, spacing: float) -> Cells:
+    """One facet of triangles (n, 3, 3)."""
+    origin = corners[0, 0]
+    frame = np.array(tangents(normal))
+    plane = (corners - origin) @ frame.T
+    axes, low, high = smallest_rectangle(convex_hull(plane.reshape(-1, 2), 1e-9 * spacing))
+    aligned = plane @ axes.T - low
+    counts = np.maximum(np.ceil((high - low) / spacing - 1e-9), 1).astype(np.int64)
+    step = (high - low) / counts
+    pieces, sizes, cell = _grid_pieces(aligned, step, counts)
+    areas, centres = _centroids(pieces, sizes)
+    kept = areas > 1e-9 * step.prod()
+    pieces, sizes, cell, areas, centres = pieces[kept], sizes[kept], cell[kept], areas[kept], centres[kept]
+    used, cell = np.unique(cell, return_inverse=True)
+    total = np.bincount(cell, areas)
+    point = np.column_stack([np.bincount(cell, areas * centres[:, k]) for k in range(2)]) / total[:, None]
+    ragged = total < 0.999 * step.prod()
+    largest = np.lexsort((areas, cell))[np.append(np.flatnonzero(np.diff(np.sort(cell))), len(cell) - 1)]
+    point[ragged] = centres[largest[ragged]]
+
+    def lift(flat: Float) -> Float:
+        return np.asarray(origin + ((flat + low) @ axes) @ frame)
+
+    starts = np.cumsum(sizes) - sizes
+    vertices = lift(pieces[np.arange(pieces.shape[1]) < sizes[:, None]])
+    fans, owner = [], []
+    for k in range(1, pieces.shape[1] - 1):
+        live = sizes > k + 1
+        fans.append(np.column_stack([starts[live], starts[live] + k, starts[live] + k + 1]))
+        owner.append(cell[live])
+    return Cells(lift(point), np.tile(normal, (len(used), 1)), vertices, np.vstack(fans), np.concatenate(owner))
+
+
+def _centroids(pieces: Float, sizes: Int) -> tuple[Float, Float]:
+    """Areas (m,) and centroids (m, 2) of convex pieces (m, 8, 2)."""
+    areas, centres = np.zeros(len(pieces)), np.zeros((len(pieces), 2))
+    base = pieces[:, 0]
+    for k in range(1, pieces.shape[1] - 1):
+        live = k + 1 < sizes
+        p, q = pieces[:, k] - base, pieces[:, k + 1] - base
+        area = np.where(live, (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]) / 2, 0)
+        areas += area
+        centres += np.where(live[:, None], area[:, None] * (p + q) / 3, 0)
+    return np.abs(areas), base + centres / np.where(areas == 0, 1, areas)[:, None]
+
+
+@compiled
+def _grid_pieces(triangles: Float, step: Float, counts: Int) -> tuple[Float, Int, Int]:
+    """Triangles (n, 3, 2) cut by a grid: pieces (m, 8, 2), their corner counts and cell numbers."""
+    capacity = 256
+    pieces = np.zeros((capacity, 8, 2))
+    sizes = np.zeros(capacity, dtype=np.int64)
+    cells = np.zeros(capacity, dtype=np.int64)
+    found = 0
+    room = np.zeros((8, 2))
+    first = np.zeros(2, dtype=np.int64)
+    last = np.zeros(2, dtype=np.int64)
+    for t in range(len(triangles)):
+        for k in range(2):
+            low = min(triangles[t, 0, k], triangles[t, 1, k], triangles[t, 2, k])
+            high = max(triangles[t, 0, k], triangles[t, 1, k], triangles[t, 2, k])
+            first[k] = max(int(np.floor(low / step[k] - 1e-9)), 0)
+            last[k] = min(int(np.ceil(high / step[k] + 1e-9)), counts[k])
+        for i in range(first[0], last[0]):
+            for j in range(first[1], last[1]):
+                if found == capacity:
+                    pieces = np.concatenate((pieces, np.zeros((capacity, 8, 2))))
+                    sizes = np.concatenate((sizes, np.zeros(capacity, dtype=np.int64)))
+                    cells = np.concatenate((cells, np.zeros(capacity, dtype=np.int64)))
+                    capacity *= 2
+                now = pieces[found]
+                for c in range(3):
+                    for k in range(2):
+                        now[c, k] = triangles[t, c, k]
+                size = keep_half_plane(now, room, 3, 1.0, 0.0, -i * step[0])
+                size = keep_half_plane(now, room, size, -1.0, 0.0, (i + 1) * step[0])
+                size = keep_half_plane(now, room, size, 0.0, 1.0, -j * step[1])
+                size = keep_half_plane(now, room, size, 0.0, -1.0, (j + 1) * step[1])
+                if size >= 3:
+                    sizes[found] = size
+                    cells[found] = i * counts[1] + j
+                    found += 1
+    return pieces[:found], sizes[:found], cells[:found]
+
+
+def _clustered(surface: Surface, members: Int, spacing: float) -> Cells:
+    """Triangles in one cube of a lattice that face about the same way share a cell; its point is on the middle one."""
+    corners = surface.vertices[surface.faces[members]]
+    normals = surface.normals[members]
+    centres = corners.mean(1)
+    keys = np.hstack([np.floor(centres / spacing + 1e-9), np.round(normals * 1.2)]).astype(np.int64)
+    _, cell = np.unique(keys, axis=0, return_inverse=True)
+    cell = cell.reshape(-1)
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+    total = np.maximum(np.bincount(cell, areas), 1e-300)
+    middle = np.column_stack([np.bincount(cell, areas * centres[:, k]) for k in range(3)]) / total[:, None]
+    away = np.linalg.norm(centres - middle[cell], axis=1)
+    order = np.lexsort((away, cell))
+    nearest = order[np.flatnonzero(np.diff(cell[order], prepend=-1))]
+    triangles = np.arange(3 * len(members)).reshape(-1, 3)
+    return Cells(centres[nearest], unit(normals[nearest]), corners.reshape(-1, 3), triangles, cell)
+
+
+def _joined(parts: list[Cells]) -> Cells:
+    offsets = np.cumsum([0] + [len(part.vertices) for part in parts])
+    numbers = np.cumsum([0] + [len(part.points) for part in parts])
+    return Cells(
+        np.vstack([part.points for part in parts]),
+        np.vstack([part.normals for part in parts]),
+        np.vstack([part.vertices for part in parts]),
+        np.vstack([part.triangles + offset for part, offset in zip(parts, offsets, strict=False)]),
+        np.concatenate([part.cell + number for part, number in zip(parts, numbers, strict=False)]),
+    )

@@ -1,0 +1,189 @@
+"""Flat polygons with holes: exact moments, hulls, and points inside."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+from scipy.spatial import cKDTree
+
+from holdfast.base.arrays import Bool, Float
+from holdfast.base.compiled import compiled
+
+
+def signed_area(ring: Float) -> float:
+    """Area of a ring (k, 2), positive when counter-clockwise."""
+    x, y = ring.T
+    return float(np.dot(x, np.roll(y, -1)) - np.dot(np.roll(x, -1), y)) / 2
+
+
+def oriented(ring: Float, *, clockwise: bool = False) -> Float:
+    """The ring (k, 2), counter-clockwise unless asked otherwise."""
+    return np.asarray(ring[::-1] if (signed_area(ring) < 0) != clockwise else ring)
+
+
+def polynomial_moments(rings: Sequence[Float]) -> Float:
+    """(6,) integrals of 1, x, y, x², xy, y² over a polygon; outer ring counter-clockwise, holes clockwise (Green)."""
+    total = np.zeros(6)
+    for ring in rings:
+        x, y = ring.T
+        u, v = np.roll(x, -1), np.roll(y, -1)
+        cross = x * v - u * y
+        total += [
+            cross.sum() / 2,
+            ((x + u) * cross).sum() / 6,
+            ((y + v) * cross).sum() / 6,
+            ((x * x + x * u + u * u) * cross).sum() / 12,
+            ((x * (2 * y + v) + u * (y + 2 * v)) * cross).sum() / 24,
+            ((y * y + y * v + v * v) * cross).sum() / 12,
+        ]
+    return total
+
+
+def distance_moment(rings: Sequence[Float], centre: Float) -> float:
+    """Integral of the distance to ``centre`` over a polygon: the arm of uniform friction against twisting about it.
+
+    Each edge spans a triangle with the centre; with h its distance and s the coordinate along it, that triangle
+    contributes [h s sqrt(h² + s²) + h³ asinh(s/h)] / 6 between the edge's ends, signed by its sense.
+    """
+    total = 0.0
+    for ring in rings:
+        p = ring - centre
+        q = np.roll(p, -1, axis=0)
+        edge = q - p
+        length = np.linalg.norm(edge, axis=1)
+        keep = length > 0
+        p, q, edge = p[keep], q[keep], edge[keep] / length[keep, None]
+        h = p[:, 0] * edge[:, 1] - p[:, 1] * edge[:, 0]
+        safe = np.where(h == 0, 1.0, h)
+        for end, sign in ((q, 1.0), (p, -1.0)):
+            s = (end * edge).sum(1)
+            part = h * s * np.hypot(h, s) + np.where(h == 0, 0.0, h**3 * np.arcsinh(s / np.abs(safe)))
+            total += sign * float(part.sum()) / 6
+    return total
+
+
+def without_collinear(ring: Float, tolerance: float) -> Float:
+    """The ring (k, 2) without vertices nearer than ``tolerance`` to the line through their neighbours."""
+    points = list(ring)
+    changed = True
+    while changed and len(points) > 3:
+        changed = False
+        for i in range(len(points)):
+            a, b, c = points[i - 1], points[i], points[(i + 1) % len(points)]
+            chord = c - a
+            length = float(np.hypot(*chord))
+            height = abs(chord[0] * (b - a)[1] - chord[1] * (b - a)[0]) / length if length > 0 else 0.0
+            if height <= tolerance or float(np.hypot(*(b - a))) <= tolerance:
+                del points[i]
+                changed = True
+                break
+    return np.array(points)
+
+
+def convex_hull(points: Float, tolerance: float) -> Float:
+    """(m, 2) corners of the convex hull, counter-clockwise, collinear points dropped (monotone chain)."""
+    order = points[np.lexsort((points[:, 1], points[:, 0]))]
+
+    def chain(sequence: Float) -> list[Float]:
+        result: list[Float] = []
+        for p in sequence:
+            while len(result) >= 2:
+                a, b = result[-2], result[-1]
+                if (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]) > 0:
+                    break
+                result.pop()
+            result.append(p)
+        return result
+
+    lower, upper = chain(order), chain(order[::-1])
+    return without_collinear(np.array(lower[:-1] + upper[:-1]), tolerance)
+
+
+def smallest_rectangle(hull: Float) -> tuple[Float, Float, Float]:
+    """The smallest rectangle around a hull (m, 2): rows of its (2, 2) axes, longer side first, and its bounds."""
+    edges = np.roll(hull, -1, axis=0) - hull
+    directions = edges / np.linalg.norm(edges, axis=1, keepdims=True)
+    across = np.column_stack([-directions[:, 1], directions[:, 0]])
+    extents = np.ptp(hull @ directions.T, axis=0) * np.ptp(hull @ across.T, axis=0)
+    best = int(np.argmin(np.round(extents / extents.max(), 9)))
+    axes = np.array([directions[best], across[best]])
+    if np.ptp(hull @ axes[0]) < np.ptp(hull @ axes[1]) * (1 - 1e-9):
+        axes = np.array([across[best], -directions[best]])
+    along = hull @ axes.T
+    return axes, along.min(0), along.max(0)
+
+
+def shapely_polygon(rings: Sequence[Float]) -> shapely.Polygon:
+    """The polygon with the first ring as outline and the others as holes."""
+    return shapely.Polygon(rings[0], list(rings[1:]))
+
+
+def inside(polygon: shapely.Polygon, points: Float) -> Bool:
+    """(n,) whether points (n, 2) lie in the polygon, its boundary included."""
+    return np.asarray(shapely.intersects_xy(polygon, points[:, 0], points[:, 1]))
+
+
+def union(pieces: Sequence[Sequence[Float]], tolerance: float, smallest_hole: float) -> list[list[Float]]:
+    """The union of polygons [outline, holes ...] of (k, 2), as [outline counter-clockwise, holes clockwise].
+
+    Pieces clipped one by one miss each other along shared edges by rounding, and some are so thin that their corners
+    are out of order: they are joined on a grid finer than ``tolerance``, the union is widened by ``tolerance``, which
+    closes hairlines, and narrowed again with square corners; every vertex is then moved onto the piece's corner that it
+    came from. Holes narrower than ``smallest_hole`` are left-out pieces, not holes.
+    """
+    if len(pieces) == 1:
+        return rings_of(shapely_polygon(pieces[0]), tolerance, smallest_hole)
+    whole = [shapely_polygon(rings) for rings in pieces]
+    solid = [polygon if polygon.is_valid else shapely.convex_hull(polygon) for polygon in whole]
+    merged = shapely.union_all(solid, grid_size=tolerance / 8)
+    for distance in (tolerance, -tolerance):
+        merged = merged.buffer(distance, join_style="mitre", mitre_limit=100)
+    corners = np.vstack([ring for rings in pieces for ring in rings])
+    nearest = cKDTree(corners)
+    result = []
+    for rings in rings_of(merged, tolerance, smallest_hole):
+        found = [(np.asarray(d), k) for d, k in (nearest.query(ring) for ring in rings)]
+        restored = zip(rings, found, strict=True)
+        result.append([np.where(d[:, None] <= 4 * tolerance, corners[k], ring) for ring, (d, k) in restored])
+    return result
+
+
+def rings_of(geometry: shapely.Geometry, tolerance: float, smallest_hole: float) -> list[list[Float]]:
+    """The polygons of a geometry as [outline counter-clockwise, holes clockwise, ...], straight corners left out."""
+    result = []
+    for part in getattr(geometry, "geoms", [geometry]):
+        if not isinstance(part, shapely.Polygon) or part.is_empty or not part.area > 0:
+            continue
+        rings = [oriented(without_collinear(np.array(part.exterior.coords)[:-1], tolerance))]
+        rings += [
+            oriented(without_collinear(np.array(hole.coords)[:-1], tolerance), clockwise=True)
+            for hole in part.interiors
+            if 2 * shapely.Polygon(hole).area > smallest_hole * hole.length
+        ]
+        result.append(rings)
+    return result
+
+
+@compiled
+def keep_half_plane(corners: Float, kept: Float, count: int, a: float, b: float, c: float) -> int:
+    """Keep the part of a polygon where a x + b y + c >= 0 (Sutherland-Hodgman); ``kept`` is room to work in."""
+    n = 0
+    for i in range(count):
+        j = i + 1 if i + 1 < count else 0
+        di = a * corners[i, 0] + b * corners[i, 1] + c
+        dj = a * corners[j, 0] + b * corners[j, 1] + c
+        if di >= 0.0:
+            kept[n, 0] = corners[i, 0]
+            kept[n, 1] = corners[i, 1]
+            n += 1
+        if (di > 0.0 and dj < 0.0) or (di < 0.0 and dj > 0.0):
+            t = di / (di - dj)
+            kept[n, 0] = corners[i, 0] + t * (corners[j, 0] - corners[i, 0])
+            kept[n, 1] = corners[i, 1] + t * (corners[j, 1] - corners[i, 1])
+            n += 1
+    for i in range(n):
+        corners[i, 0] = kept[i, 0]
+        corners[i, 1] = kept[i, 1]
+    return n

@@ -1,0 +1,81 @@
+"""Triangle surfaces as values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from holdfast.base.arrays import Float, Int, frozen
+from holdfast.geometry.facets import Facets, balanced
+from holdfast.geometry.topology import Topology
+
+STRAIGHT = 1e-8  # of its size: how far a surface may bend and still count as flat when triangles are left out
+HUB = 64  # spokes: a fan with more is cut anew before it is reduced
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Triangles with outward normals: vertices (V, 3) [m], faces (F, 3).
+
+    ``sagitta`` [m]: how far the triangles lie inside the curved surface they stand for; ``oriented``: whether it is
+    known which side is the inside.
+    """
+
+    vertices: Float
+    faces: Int
+    sagitta: float = 0.0
+    oriented: bool = True
+
+    @cached_property
+    def normals(self) -> Float:
+        """(F, 3) unit outward normals."""
+        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
+        cross = np.cross(b - a, c - a)
+        return np.asarray(cross / np.maximum(np.linalg.norm(cross, axis=1, keepdims=True), 1e-300))
+
+    @cached_property
+    def thickness(self) -> float:
+        """Smallest side of the bounding box in the body frame [m]."""
+        return float(np.ptp(self.vertices, axis=0).min())
+
+    @cached_property
+    def topology(self) -> Topology:
+        """Its edges and neighbours."""
+        return Topology.of(self.vertices, self.faces, self.normals)
+
+    @cached_property
+    def reduced(self) -> Surface:
+        """The same surface with as few triangles as its flat faces need; itself where it does not close.
+
+        Only vertices inside flat faces and along straight edges go; the others stay where they are.
+        """
+        import manifold3d
+
+        size = float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
+        # taking out the hub of a fan is slow
+        start = self._balanced() if np.bincount(self.faces.ravel()).max(initial=0) > HUB else self
+        mesh = manifold3d.Mesh64(np.array(start.vertices, order="C"), start.faces.astype(np.uint64, order="C"))
+        solid = manifold3d.Manifold(mesh)
+        if solid.status() != manifold3d.Error.NoError or solid.is_empty():
+            return start._balanced()
+        fewer = solid.simplify(STRAIGHT * size)
+        if not 0 < fewer.num_tri() < len(start.faces):
+            return start._balanced()
+        read = fewer.to_mesh64()
+        vertices, faces = np.array(read.vert_properties[:, :3]), np.array(read.tri_verts, dtype=np.int64)
+        return replace(self, vertices=frozen(vertices), faces=frozen(faces))._balanced()
+
+    def _balanced(self) -> Surface:
+        """The same surface, its large convex faces cut so that they are searched fast."""
+        if not self.facets.rings:
+            return self
+        faces = balanced(self.vertices, self.faces, self.facets)
+        used, numbers = np.unique(faces, return_inverse=True)
+        return replace(self, vertices=frozen(self.vertices[used]), faces=frozen(numbers.reshape(faces.shape)))
+
+    @cached_property
+    def facets(self) -> Facets:
+        """Its flat faces of many triangles."""
+        return Facets.of(self.vertices, self.faces, self.normals, self.topology)

@@ -1,0 +1,230 @@
+"""How far a body can move along a straight line before it touches another one, exactly for triangle meshes.
+
+Along every line in the direction of the motion the moving body leaves through its front faces (n · d > 0) and runs
+into back faces (n · d < 0) of what stands still. Seen along d, a front triangle and a back triangle share a convex
+polygon on which their distance along d is linear: it is least at a corner, which is a vertex of one over the face of
+the other, or a crossing of two edges. Faces along d, such as the side walls of a drawer, cannot stop it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from holdfast.base.arrays import Float, Int, unit
+from holdfast.base.compiled import compilable, compiled
+from holdfast.base.rigid import tangents
+from holdfast.geometry.surface import Surface
+
+ROUNDING = 1e-9  # of the size: how wide an overlap of two outlines may be by rounding
+HAIRLINE = 1e-3  # of the tolerance: slits this wide are closed
+MOST_CORNERS = 8  # of the intersection of two triangles, cut once more
+
+
+class Faces(NamedTuple):
+    """Triangles (F, 3, 3) in coordinates (across, across, along d) with their boxes ``low``, ``high`` (F, 3)."""
+
+    triangles: Float
+    low: Float
+    high: Float
+
+
+@dataclass(frozen=True, eq=False)
+class Swept:
+    """A surface as seen along the unit vector ``direction`` (3,): what of it runs ahead, and what can be run into."""
+
+    surface: Surface
+    direction: Float
+
+    @cached_property
+    def corners(self) -> Float:
+        """(V, 3) coordinates across (two) and along the direction [m]."""
+        return np.ascontiguousarray(
+            self.surface.vertices @ np.column_stack([*tangents(self.direction), self.direction])
+        )
+
+    @cached_property
+    def low(self) -> Float:
+        """(3,) lowest coordinates."""
+        return np.asarray(self.corners.min(0))
+
+    @cached_property
+    def high(self) -> Float:
+        """(3,) highest coordinates."""
+        return np.asarray(self.corners.max(0))
+
+    @cached_property
+    def front(self) -> Faces:
+        """Faces that look ahead."""
+        return self._facing(1.0)
+
+    @cached_property
+    def back(self) -> Faces:
+        """Faces that look back."""
+        return self._facing(-1.0)
+
+    def _facing(self, sense: float) -> Faces:
+        """Faces that look along ``sense`` d; both sides of a sheet where the inside is not known."""
+        t = self.corners[self.surface.faces]
+        u, w = t[:, 1, :2] - t[:, 0, :2], t[:, 2, :2] - t[:, 0, :2]
+        area = u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0]
+        seen = sense * area if self.surface.oriented else np.abs(area)
+        longest = np.maximum((u**2).sum(1), np.maximum((w**2).sum(1), ((w - u) ** 2).sum(1)))
+        size = float(np.max(self.high - self.low))
+        chosen = np.ascontiguousarray(t[seen > ROUNDING * size * np.sqrt(longest)])
+        return Faces(chosen, np.ascontiguousarray(chosen.min(1)), np.ascontiguousarray(chosen.max(1)))
+
+
+def first_hit(moving: Surface, still: Surface, direction: Float, tolerance: float = 0.0) -> float:
+    """How far [m] ``moving`` travels along ``direction`` (3,) until it touches ``still``; inf where it never does.
+
+    ``tolerance`` [m] is how far apart or into each other two surfaces may lie and still count as touching: they may
+    overlap by so much along the way, sideways as ahead, so a wall that it slides along stops nothing. Contacts that the
+    motion opens never count. What is no further ahead than that touches already: 0. With 0 the distance is exact.
+    """
+    d = unit(np.asarray(direction, dtype=np.float64))
+    return hit_distance(Swept(moving, d), Swept(still, d), tolerance)
+
+
+def hit_distance(moving: Swept, still: Swept, tolerance: float = 0.0) -> float:
+    """``first_hit`` of surfaces made ready for one direction: for many pairs."""
+    size = float(np.max(moving.high - moving.low))
+    narrow = max(tolerance, ROUNDING * size)
+    across = np.minimum(moving.high, still.high)[:2] - np.maximum(moving.low, still.low)[:2]
+    if (across <= narrow).any() or still.high[2] < moving.low[2] - tolerance:
+        return np.inf
+    pieces, corners, ahead = _shared(*moving.front, *still.back, _least(moving, still, tolerance, narrow))
+    if not len(ahead):
+        return np.inf
+    order = np.argsort(ahead, kind="stable")
+    outlines = _polygons(pieces[order], corners[order])
+    ahead = ahead[order]
+
+    def wide(count: int) -> bool:
+        whole = shapely.union_all(outlines[:count]).buffer(HAIRLINE * narrow)  # no slits between triangles
+        return not whole.buffer(-(0.5 + HAIRLINE) * narrow).is_empty
+
+    if not wide(len(ahead)):
+        return np.inf
+    low, high, probe = 0, len(ahead), 1  # the first ``low`` pieces are too narrow to stop it, the first ``high`` do
+    while high - low > 1:
+        low, high = (low, probe) if wide(probe) else (probe, high)
+        probe = min(2 * probe, (low + high) // 2)  # what comes first is mostly wide enough
+    distance = float(ahead[high - 1])
+    return distance if distance > narrow else 0.0
+
+
+def _least(moving: Swept, still: Swept, tolerance: float, narrow: float) -> float:
+    """From which distance ahead on a back face counts [m]: those further behind have been passed.
+
+    Where the inside is not known, contacts at 0 may just as well be opening: they do not count.
+    """
+    known = moving.surface.oriented and still.surface.oriented
+    return -max(tolerance, narrow) if known else max(tolerance, narrow)
+
+
+def _polygons(pieces: Float, corners: Int) -> list[shapely.Geometry]:
+    return [shapely.Polygon(piece[:count]) for piece, count in zip(pieces, corners, strict=True)]
+
+
+@compiled
+def _shared(
+    ours: Float, low: Float, high: Float, theirs: Float, low_b: Float, high_b: Float, least: float
+) -> tuple[Float, Int, Float]:
+    """Pieces (m, 8, 2) that a front and a back triangle share seen along d, their corners (m,), distance ahead (m,).
+
+    Only the parts where the back triangle lies at least ``least`` ahead.
+    """
+    order = np.argsort(low_b[:, 0])
+    starts = low_b[order, 0].copy()
+    widest = 0.0
+    for j in range(len(low_b)):
+        widest = max(widest, high_b[j, 0] - low_b[j, 0])
+    capacity, found = 64, 0
+    pieces = np.zeros((capacity, MOST_CORNERS, 2))
+    corners, ahead = np.zeros(capacity, dtype=np.int64), np.zeros(capacity)
+    polygon, other, side = np.zeros((12, 2)), np.zeros((12, 2)), np.zeros(12)
+    for i in range(len(ours)):
+        for at in range(np.searchsorted(starts, low[i, 0] - widest), len(starts)):
+            if starts[at] >= high[i, 0]:
+                break
+            j = order[at]
+            apart = low_b[j, 1] >= high[i, 1] or high_b[j, 1] <= low[i, 1] or high_b[j, 0] <= low[i, 0]
+            if apart or high_b[j, 2] < low[i, 2] + least:
+                continue
+            count = _common(ours[i], theirs[j], polygon, other, side)
+            farthest = -np.inf
+            for k in range(count):
+                side[k] = _height(theirs[j], polygon[k]) - _height(ours[i], polygon[k]) - least
+                farthest = max(farthest, side[k])
+            if count < 3 or farthest <= 0.0:
+                continue
+            count = _cut(polygon, count, side, other)
+            nearest = np.inf
+            for k in range(count):
+                polygon[k] = other[k]
+                nearest = min(nearest, _height(theirs[j], polygon[k]) - _height(ours[i], polygon[k]))
+            if count < 3:
+                continue
+            if found == capacity:
+                pieces = np.concatenate((pieces, np.zeros((capacity, MOST_CORNERS, 2))))
+                corners = np.concatenate((corners, np.zeros(capacity, dtype=np.int64)))
+                ahead = np.concatenate((ahead, np.zeros(capacity)))
+                capacity *= 2
+            pieces[found, :count] = polygon[:count]
+            corners[found], ahead[found] = count, nearest
+            found += 1
+    return pieces[:found], corners[:found], ahead[:found]
+
+
+@compilable
+def _common(ours: Float, theirs: Float, polygon: Float, other: Float, side: Float) -> int:
+    """The intersection of two triangles seen along d, into ``polygon``; returns its corners (Sutherland & Hodgman)."""
+    turn = 1.0 if _turn(theirs[0], theirs[1], theirs[2]) > 0 else -1.0
+    count = 3
+    for k in range(3):
+        polygon[k, 0], polygon[k, 1] = ours[k, 0], ours[k, 1]
+    for e in range(3):
+        for k in range(count):
+            side[k] = turn * _turn(theirs[e], theirs[(e + 1) % 3], polygon[k])
+        count = _cut(polygon, count, side, other)
+        for k in range(count):
+            polygon[k] = other[k]
+    return count
+
+
+@compilable
+def _cut(polygon: Float, count: int, side: Float, out: Float) -> int:
+    """The part of a convex polygon on whose corners ``side`` is positive, into ``out``; returns its corners."""
+    kept = 0
+    for k in range(count):
+        m = k + 1 if k + 1 < count else 0
+        if side[k] >= 0.0:
+            out[kept] = polygon[k]
+            kept += 1
+        if (side[k] > 0.0 and side[m] < 0.0) or (side[k] < 0.0 and side[m] > 0.0):
+            t = side[k] / (side[k] - side[m])
+            out[kept] = polygon[k] + t * (polygon[m] - polygon[k])
+            kept += 1
+    return kept
+
+
+@compilable
+def _turn(a: Float, b: Float, c: Float) -> float:
+    """Twice the signed area of a triangle seen along d."""
+    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+
+
+@compilable
+def _height(triangle: Float, point: Float) -> float:
+    """The coordinate along d of a triangle's plane over a point (2,), no more than the triangle reaches."""
+    whole = _turn(triangle[0], triangle[1], triangle[2])
+    u = _turn(triangle[0], point, triangle[2]) / whole
+    v = _turn(triangle[0], triangle[1], point) / whole
+    z = triangle[:, 2]
+    height = z[0] + u * (z[1] - z[0]) + v * (z[2] - z[0])
+    return float(min(max(height, z.min()), z.max()))

@@ -1,0 +1,132 @@
+"""A triangulation that grows point by point (Bowyer & Watson), within the convex hull it starts from."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from holdfast.base.arrays import Float, Int
+from holdfast.base.compiled import compiled
+
+FLAT = 1e-10  # twice the area of a triangle, the box being 1 by 1, below which it is none
+ROUND = 1e-9  # by how much a point must lie within a circumcircle
+
+
+@compiled
+def hull(points: Float) -> Int:
+    """Indices of the corners of the convex hull of points (n, 2), anticlockwise (Andrew's chains)."""
+    order = np.argsort(points[:, 0] + 1e-9 * points[:, 1], kind="mergesort")
+    chain = np.empty(2 * len(points) + 1, dtype=np.int64)
+    size = 0
+    for side in range(2):
+        floor = size + 1
+        for step in range(len(order)):
+            k = order[step] if side == 0 else order[len(order) - 1 - step]
+            while size > floor and _area(points, chain[size - 2], chain[size - 1], k) <= 1e-7:
+                size -= 1
+            if size == 0 or np.abs(points[chain[size - 1]] - points[k]).max() > 1e-7:
+                chain[size] = k
+                size += 1
+        size -= 1
+    return chain[: max(size, 0)].copy()
+
+
+def fan(corners: Int) -> Int:
+    """The triangles (k - 2, 3) of a convex polygon with ``corners`` (k,) from its first one."""
+    return np.column_stack([np.full(len(corners) - 2, corners[0]), corners[1:-1], corners[2:]])
+
+
+@compiled
+def _area(points: Float, a: int, b: int, c: int) -> float:
+    """Twice the signed area."""
+    return float(
+        (points[b, 0] - points[a, 0]) * (points[c, 1] - points[a, 1])
+        - (points[b, 1] - points[a, 1]) * (points[c, 0] - points[a, 0])
+    )
+
+
+@compiled
+def _least_share(points: Float, triangle: Int, k: int) -> float:
+    """The smallest barycentric coordinate of point k."""
+    a, b, c = triangle
+    whole = _area(points, a, b, c)
+    return float(min(_area(points, k, b, c), _area(points, a, k, c), _area(points, a, b, k)) / whole)
+
+
+@compiled
+def _within_circle(points: Float, triangle: Int, k: int) -> bool:
+    total = 0.0
+    x, y = points[k]
+    for i in range(3):
+        a, b, c = triangle[i], triangle[(i + 1) % 3], triangle[(i + 2) % 3]
+        bx, by, cx, cy = points[b, 0] - x, points[b, 1] - y, points[c, 0] - x, points[c, 1] - y
+        total += ((points[a, 0] - x) ** 2 + (points[a, 1] - y) ** 2) * (bx * cy - by * cx)
+    return total > ROUND
+
+
+@compiled
+def inserted(points: Float, triangles: Int, k: int) -> Int:
+    """The triangles (t, 3), anticlockwise, with point k as a corner; unchanged where it is one already."""
+    count = len(triangles)
+    holds = np.zeros(count, dtype=np.bool_)
+    bad = np.zeros(count, dtype=np.bool_)
+    best, nearest = -np.inf, 0
+    for t in range(count):
+        share = _least_share(points, triangles[t], k)
+        if share > best:
+            best, nearest = share, t
+        holds[t] = share > -1e-9
+        bad[t] = holds[t] or _within_circle(points, triangles[t], k)
+        for i in range(3):
+            if np.abs(points[triangles[t, i]] - points[k]).max() < 1e-9:
+                return triangles
+    holds[nearest] = True
+    for attempt in range(2):
+        if attempt == 1:
+            bad = holds
+        old = np.flatnonzero(bad)
+        fresh = np.empty((3 * len(old), 3), dtype=np.int64)
+        made, before, after, valid = 0, 0.0, 0.0, True
+        for n in range(len(old)):
+            t = int(old[n])
+            before += _area(points, triangles[t, 0], triangles[t, 1], triangles[t, 2])
+            for i in range(3):
+                a, b = triangles[t, i], triangles[t, (i + 1) % 3]
+                shared = False
+                for u in old:
+                    for j in range(3):
+                        if triangles[u, j] == b and triangles[u, (j + 1) % 3] == a:
+                            shared = True
+                if shared:
+                    continue
+                area = _area(points, a, b, k)
+                if area > FLAT:
+                    fresh[made, 0], fresh[made, 1], fresh[made, 2] = a, b, k
+                    made += 1
+                    after += area
+                elif area < -FLAT:
+                    valid = False
+        if valid and made > 0 and abs(after - before) <= 1e-6 * before:
+            return np.concatenate((triangles[~bad], fresh[:made]))
+    return triangles
+
+
+@compiled
+def located(points: Float, triangles: Int, asked: Int) -> tuple[Int, Float]:
+    """The triangle (a,) of each point asked for, and its barycentric coordinates there (a, 3), none negative."""
+    where = np.zeros(len(asked), dtype=np.int64)
+    shares = np.zeros((len(asked), 3))
+    for n in range(len(asked)):
+        best, k = -np.inf, asked[n]
+        for t in range(len(triangles)):
+            share = _least_share(points, triangles[t], k)
+            if share > best:
+                best = share
+                where[n] = t
+                if share >= 0:
+                    break
+        a, b, c = triangles[where[n]]
+        shares[n, 0] = max(_area(points, k, b, c), 0.0)
+        shares[n, 1] = max(_area(points, a, k, c), 0.0)
+        shares[n, 2] = max(_area(points, a, b, k), 0.0)
+        shares[n] /= shares[n].sum()
+    return where, shares

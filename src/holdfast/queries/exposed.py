@@ -1,0 +1,23 @@
+"""Which cells of a body's surface lie under its contacts, where nobody can push."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from holdfast.base.arrays import Bool
+from holdfast.contacts.interface import Patch
+from holdfast.geometry.cells import Cells
+from holdfast.geometry.polygon import inside, shapely_polygon
+
+
+def covered(cells: Cells, patches: list[Patch], gap: float) -> Bool:
+    """(C,) whether a cell's point lies on a contact face, where nobody can push; lines and points cover nothing."""
+    result = np.zeros(len(cells.points), dtype=bool)
+    for patch in patches:
+        if patch.kind != "face":
+            continue
+        arm = cells.points - patch.polygon[0]
+        near = (np.abs(arm @ patch.normal) <= gap) & (np.abs(cells.normals @ patch.normal) > 0.9)
+        if near.any():
+            result[near] |= inside(shapely_polygon(patch.rings), arm[near] @ patch.frame.T)
+    return result

@@ -1,0 +1,196 @@
+"""Robustness over all exposed surfaces: inward pushes at a point of every cell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Bool, Float, Int, Objects, checked_number, objects
+from holdfast.base.errors import SceneError, message
+from holdfast.base.progress import report
+from holdfast.engines.contract import Claim, Mode, Status, Verdict
+from holdfast.geometry.cells import Cells, blocked, surface_cells
+from holdfast.queries.exposed import covered
+from holdfast.queries.request import (
+    DEFAULT_ENGINE,
+    EngineChoice,
+    body_number,
+    checked_assembly,
+    engine_of,
+    push_columns,
+)
+
+MAX_POINTS = 2_000_000
+SIGNIFICANT = 6  # digits of a force that count in a ranking
+
+
+@dataclass(frozen=True)
+class MapPoint:
+    """One point of a map: a push of ``force`` along ``direction`` (inward) at ``point`` moves ``moving``.
+
+    Where not ``solved``, ``force`` was interpolated, with a stated relative ``error``.
+    """
+
+    body: str
+    point: tuple[float, float, float]
+    direction: tuple[float, float, float]
+    force: float
+    status: Status
+    mode: Mode
+    moving: tuple[str, ...]
+    mechanism: str
+    solved: bool
+    error: float
+
+
+@dataclass(frozen=True, eq=False)
+class RobustnessMap:
+    """Robustness to inward pushes over the exposed surfaces of bodies.
+
+    ``points`` and outward ``normals`` (n, 3), ``body`` (n,) names, ``force`` (n,) [N] for a push along minus the
+    normal; ``status``, ``lower``, ``upper``, ``moving``, ``mode`` (n,) and ``mechanism`` (n,) as in Robustness.
+    ``cells`` holds the surface pieces of each body that the points stand for (in the order of the points), ``hidden``
+    those where nobody can push. ``solved`` (n,) tells which points were solved, ``error`` (n,) the stated relative
+    error of ``force`` where it was interpolated between them (0 elsewhere).
+    """
+
+    engine: str
+    claim: Claim
+    assembly: Assembly
+    verdict: Verdict
+    points: Float
+    normals: Float
+    body: Objects
+    force: Float
+    status: Objects
+    lower: Float
+    upper: Float
+    moving: Objects
+    mode: Objects
+    mechanism: Objects
+    solved: Bool
+    error: Float
+    cells: dict[str, Cells]
+    hidden: dict[str, Cells]
+    notes: tuple[str, ...]
+
+    def weakest(self) -> MapPoint:
+        """The point where the smallest push moves something (the first of equals); an infinite one if none does."""
+        return self.at(int(self._ranking[0]))
+
+    def weakest_of_each_body(self) -> tuple[MapPoint, ...]:
+        """The weakest point of every body, weakest body first."""
+        first: dict[str, int] = {}
+        for index in self._ranking:
+            first.setdefault(self.body[index], int(index))
+        return tuple(self.at(index) for index in first.values())
+
+    @cached_property
+    def _ranking(self) -> Int:
+        """(n,) points from weak to strong; forces that differ by rounding alone stay in the order of the points."""
+        with np.errstate(divide="ignore"):
+            magnitude = np.floor(np.log10(self.force)) - SIGNIFICANT
+        unit = np.where(np.isfinite(magnitude), 10.0 ** np.where(np.isfinite(magnitude), magnitude, 0), 1.0)
+        return np.argsort(np.round(self.force / unit) * unit, kind="stable")
+
+    def at(self, index: int) -> MapPoint:
+        """The point of that number."""
+        px, py, pz = (float(v) for v in self.points[index])
+        dx, dy, dz = (float(-v) for v in self.normals[index])
+        return MapPoint(
+            self.body[index],
+            (px, py, pz),
+            (dx, dy, dz),
+            float(self.force[index]),
+            self.status[index],
+            self.mode[index],
+            self.moving[index],
+            "" if self.mechanism[index] is None else self.mechanism[index].text,
+            bool(self.solved[index]),
+            float(self.error[index]),
+        )
+
+
+def robustness_map(
+    assembly: Assembly,
+    bodies: Sequence[str] | None = None,
+    spacing: float = 0.01,
+    *,
+    engine: EngineChoice = DEFAULT_ENGINE,
+    gap: float = 0.01,
+) -> RobustnessMap:
+    """R for inward normal pushes over all exposed surfaces of ``bodies`` (all movable ones unless named).
+
+    ``spacing`` [m] is the distance of neighbouring points. Points on contact patches, and points with another body
+    less than half a spacing in front of them, are left out: nobody can push there. ``gap`` is the largest
+    (upper - lower) / upper wanted of engines that give bounds. ``compliant`` interpolates between points that it solved
+    until the expected relative error is at most ``gap``; up to three times that is stated. With 0 every point is solved
+    on its own. ``graph`` takes no notice.
+    """
+    checked_assembly(assembly)
+    step = checked_number(spacing, "robustness_map: spacing", above=0)
+    checked_number(gap, "robustness_map: gap", minimum=0)
+    if isinstance(bodies, str):
+        raise SceneError(message("robustness_map", f"bodies is the text {bodies!r}", "needs a list of names"))
+    names = [body.name for body in assembly.movable] if bodies is None else list(bodies)
+    if not names:
+        problem = "there is no movable body" if bodies is None else "bodies is empty"
+        raise SceneError(message("robustness_map", problem, "name bodies, or free one"))
+    numbers = {name: body_number(assembly, name) for name in names}
+    _check_count(assembly, names, step)
+    method = engine_of(engine)
+    state = method.prepare(assembly)
+    shown: dict[str, Cells] = {}
+    hidden: dict[str, Cells] = {}
+    capacities = []
+    for done, (name, number) in enumerate(numbers.items()):
+        report("robustness of all surfaces", done, len(numbers))
+        cells = surface_cells(assembly.scene.body(name).surface_world, step)
+        patches = [patch for i in assembly.interfaces if name in i.bodies for patch in i.patches]
+        under = covered(cells, patches, assembly.tolerances.gap)
+        for other in assembly.bodies:
+            if other.name != name:
+                under |= blocked(cells, other.surface_world, step / 2)
+        shown[name], hidden[name] = cells.chosen(~under), cells.chosen(under)
+        columns = push_columns(assembly, number, shown[name].points, -shown[name].normals)
+        capacities.append(state.load_factor(columns, gap or None))
+    report("robustness of all surfaces", len(numbers), len(numbers))
+    return RobustnessMap(
+        method.name,
+        method.claim,
+        assembly,
+        state.verdict(),
+        np.vstack([cells.points for cells in shown.values()]),
+        np.vstack([cells.normals for cells in shown.values()]),
+        objects([name for name, cells in shown.items() for _ in cells.points]),
+        np.concatenate([c.factor for c in capacities]),
+        objects([s for c in capacities for s in c.status]),
+        np.concatenate([c.lower for c in capacities]),
+        np.concatenate([c.upper for c in capacities]),
+        objects([m for c in capacities for m in c.moving]),
+        objects([m for c in capacities for m in c.mode]),
+        objects([m for c in capacities for m in c.mechanism]),
+        np.concatenate([c.solved for c in capacities]),
+        np.concatenate([c.error for c in capacities]),
+        shown,
+        hidden,
+        state.notes,
+    )
+
+
+def _check_count(assembly: Assembly, names: Sequence[str], spacing: float) -> None:
+    """Refuse a spacing that would take more points than memory, before taking any."""
+    area = 0.0
+    for name in names:
+        surface = assembly.scene.body(name).surface_world
+        a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
+        area += float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2
+    expected = area / spacing**2
+    if expected > MAX_POINTS:
+        problem = f"spacing {spacing:g} m gives about {expected:,.0f} points on {area:.3g} m²"
+        remedy = f"use {np.sqrt(area / MAX_POINTS) * 1.05:.2g} m or more, or name fewer bodies"
+        raise SceneError(message("robustness_map", problem, remedy))

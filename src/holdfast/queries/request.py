@@ -1,0 +1,132 @@
+"""What a question consists of: an engine, loads, load columns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.base.arrays import Float, checked, checked_pushes
+from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.rigid import wrench_at
+from holdfast.engines.compliant.engine import Compliant
+from holdfast.engines.contract import Engine
+from holdfast.engines.graph.engine import Graph
+from holdfast.engines.limit.engine import Limit
+from holdfast.geometry.distance import distance_to_surface
+
+ENGINES: dict[str, Callable[[], Engine]] = {"graph": Graph, "limit": Limit, "compliant": Compliant}
+
+DEFAULT_ENGINE = "compliant"
+
+EngineChoice: TypeAlias = str | Engine
+
+
+@dataclass(frozen=True, eq=False)
+class Load:
+    """A load on a body, world axes: ``force`` (3,) [N] at ``point`` (3,) [m], and ``moment`` (3,) [N m]."""
+
+    body: str
+    point: Float | None = None
+    force: Float | None = None
+    moment: Float | None = None
+
+    def __post_init__(self) -> None:
+        where = f"load on {self.body!r}"
+        if self.force is None and self.moment is None:
+            raise SceneError(message(where, "has neither force nor moment", "give one"))
+        if self.force is not None and self.point is None:
+            raise SceneError(message(where, "has a force but no point", "say where it acts"))
+        for name in ("point", "force", "moment"):
+            value = getattr(self, name)
+            object.__setattr__(self, name, np.zeros(3) if value is None else checked(value, (3,), f"{where}: {name}"))
+
+
+def checked_assembly(value: object) -> Assembly:
+    """``value`` if it is an assembly; raises HoldfastError that says how to get one."""
+    if not isinstance(value, Assembly):
+        remedy = "needs an Assembly: hf.assemble(hf.load_scene(path)) makes one"
+        raise HoldfastError(message("assembly", f"got a {type(value).__name__}", remedy))
+    return value
+
+
+def engine_of(choice: EngineChoice) -> Engine:
+    """The engine of a name, or the instance itself."""
+    if isinstance(choice, str):
+        if choice not in ENGINES:
+            raise HoldfastError(message("engine", f"{choice!r} is unknown", f"known: {', '.join(ENGINES)}"))
+        return ENGINES[choice]()
+    if isinstance(choice, type) or not hasattr(choice, "prepare"):
+        raise HoldfastError(
+            message("engine", f"got {choice!r:.60}", f"needs a name ({', '.join(ENGINES)}) or an engine")
+        )
+    return choice
+
+
+def total_wrench(assembly: Assembly, loads: Iterable[Load]) -> Float:
+    """(6J,) sum of loads."""
+    total = np.zeros(6 * len(assembly.movable))
+    if isinstance(loads, Load) or not isinstance(loads, Iterable):
+        raise SceneError(message("loads", f"got a single {type(loads).__name__}", "needs a list of loads"))
+    for load in loads:
+        if not isinstance(load, Load):
+            raise SceneError(message("loads", f"hold a {type(load).__name__}", "needs holdfast.Load objects"))
+        k = body_number(assembly, load.body)
+        if k == FIXED:
+            continue  # the ground takes it
+        assert load.force is not None
+        assert load.point is not None
+        assert load.moment is not None
+        wrench = wrench_at(load.force, load.point, assembly.com[k])
+        wrench[3:] += load.moment
+        total[6 * k : 6 * k + 6] += wrench
+    return total
+
+
+def body_number(assembly: Assembly, name: str) -> int:
+    """The number of a body in the assembly; raises SceneError for an unknown one."""
+    assembly.scene.body(name)
+    return assembly.index[name]
+
+
+def push_columns(assembly: Assembly, number: int, points: Float, directions: Float) -> Float:
+    """W (6J, n): unit pushes along ``directions`` (n, 3) at ``points`` (n, 3) of a body; none reach a fixed one."""
+    W = np.zeros((6 * len(assembly.movable), len(points)))
+    if number != FIXED:
+        W[6 * number : 6 * number + 6] = wrench_at(directions, points, assembly.com[number]).T
+    return W
+
+
+def pushes(
+    assembly: Assembly,
+    body: str,
+    points: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
+    directions: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
+    where: str,
+) -> tuple[Float, Float, Float]:
+    """Points (n, 3), unit directions (n, 3) and columns (6J, n) of pushes as a caller gave them, checked.
+
+    A single point or direction is repeated for the other; points must lie on the body.
+    """
+    p, e = checked_pushes(points, directions, where)
+    if not len(p):
+        raise SceneError(message(where, "got no points", "needs at least one"))
+    number = body_number(assembly, body)
+    _check_on_surface(assembly, body, p, where)
+    return p, e, push_columns(assembly, number, p, e)
+
+
+def _check_on_surface(assembly: Assembly, name: str, points: Float, where: str) -> None:
+    body = assembly.scene.body(name)
+    tolerance = assembly.tolerances.gap + body.shape.surface.sagitta
+    distance = distance_to_surface(points, body.surface_world)
+    worst = int(np.argmax(distance))
+    if distance[worst] > tolerance:
+        place = np.array2string(points[worst], precision=4, separator=", ")
+        away = f"{distance[worst] * 1e3:.3g} mm" if distance[worst] < 1 else f"{distance[worst]:.3g} m"
+        problem = f"point {worst} at {place} is {away} from the surface"
+        remedy = f"needs points on the body (tolerance {tolerance * 1e3:.3g} mm), in world coordinates"
+        raise SceneError(message(where, problem, remedy))

@@ -1,0 +1,241 @@
+"""R where poses and friction are known only roughly: seeded samples, their quantiles, and how many do not stand."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from holdfast.assembly.assembly import FIXED, Assembly, assemble, checked_pose_sigma
+from holdfast.base.arrays import Float, Objects, checked_number, frozen, objects
+from holdfast.base.errors import HoldfastError, HoldfastWarning, message
+from holdfast.base.progress import report
+from holdfast.contacts.detect import SIGMAS
+from holdfast.engines.contract import Claim, Status
+from holdfast.queries.push import robustness
+from holdfast.queries.request import (
+    DEFAULT_ENGINE,
+    EngineChoice,
+    Load,
+    body_number,
+    checked_assembly,
+    engine_of,
+    push_columns,
+    total_wrench,
+)
+from holdfast.queries.sensitivity import MuRange, friction_intervals, with_friction
+from holdfast.scene.scene import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class RobustnessUnder:
+    """The largest push at each of n points, in ``samples`` samples of what is uncertain.
+
+    ``force`` (samples, n) [N]: 0 where a sample does not stand, and 0 as well where it is not known (the sample, or the
+    push, is undecided); inf where no push moves anything. ``status`` (samples, n) tells these apart, as in Robustness.
+    ``stands`` is the share of samples that stand for certain (STABLE), ``undecided`` the share of those that may: the
+    rest do not. ``nominal`` (n,) [N] is R of the assembly as it was given. ``points`` and ``directions`` (n, 3), world,
+    of the assembly as given. ``notes`` are simplifications the answer rests on.
+    """
+
+    engine: str
+    claim: Claim
+    body: str
+    points: Float
+    directions: Float
+    force: Float
+    status: Objects
+    nominal: Float
+    stands: float
+    undecided: float
+    samples: int
+    seed: int
+    notes: tuple[str, ...]
+
+    def quantile(self, q: float) -> Float:
+        """(n,) [N]: the force of a sample that at least a share 1 - ``q`` of the samples reach; 0 is the smallest.
+
+        Always the force of a sample, never between two, and samples that do not stand or are undecided count as 0.
+        """
+        share = checked_number(q, "quantile: q", minimum=0)
+        if share > 1:
+            raise HoldfastError(message("quantile: q", f"is {share:g}", "needs a share from 0 to 1"))
+        return np.asarray(np.sort(self.force, axis=0)[int(share * (self.samples - 1))])
+
+    @property
+    def median(self) -> Float:
+        """(n,) [N]: the quantile of one half."""
+        return self.quantile(0.5)
+
+
+@dataclass(frozen=True, eq=False)
+class _Spread:
+    """What is uncertain: standard deviations [m], [deg] of the poses, and those the contacts are found again with."""
+
+    assembly: Assembly
+    deviation: tuple[float, float] | None
+    friction: dict[tuple[str, str], tuple[float, float]] | None
+
+    def __call__(self, rng: np.random.Generator) -> tuple[Assembly, Float, Float]:
+        """One sample, with the (J, 3) shifts [m] and (J, 3, 3) rotations of its movable bodies.
+
+        All is drawn whether or not it is used: friction is the same with known poses, and the other way round.
+        """
+        level, deviates = rng.random(), rng.standard_normal((len(self.assembly.movable), 6))
+        metres, degrees = self.deviation or (0.0, 0.0)
+        shifts = metres * deviates[:, :3]
+        turns = Rotation.from_rotvec(np.radians(degrees) * deviates[:, 3:]).as_matrix().reshape(-1, 3, 3)
+        sample = self.assembly if self.deviation is None else self._moved(shifts, turns)
+        if self.friction is not None:
+            sample = with_friction(sample, {p: a + level * (b - a) for p, (a, b) in self.friction.items()})
+        return sample, shifts, turns
+
+    def _moved(self, shifts: Float, turns: Float) -> Assembly:
+        """Bodies moved and their contacts found again, between the pairs that touch in the given assembly."""
+        given = self.assembly
+        bodies = []
+        for body in given.bodies:
+            k = given.index[body.name]
+            if k == FIXED:
+                bodies.append(body)
+                continue
+            assert body.pose is not None
+            pose = np.array(body.pose)
+            pose[:3, :3] = turns[k] @ pose[:3, :3]
+            pose[:3, 3] = given.com[k] + shifts[k] + turns[k] @ (pose[:3, 3] - given.com[k])
+            bodies.append(replace(body, pose=pose, density=None))  # its mass is known by now
+        scene = Scene(bodies, given.scene.friction, given.scene.gravity, given.scene.name)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", HoldfastWarning)  # the notes count what overlaps
+            found = assemble(scene, angle=given.tolerances.angle, pose_sigma=self._tolerance)
+        known = {frozenset(interface.bodies) for interface in given.interfaces}
+        return replace(found, interfaces=tuple(i for i in found.interfaces if frozenset(i.bodies) in known))
+
+    @property
+    def _tolerance(self) -> tuple[float, float]:
+        """Two bodies deviate by √2 as much as one does, on top of what the given assembly allows for."""
+        metres, degrees = self.deviation or (0.0, 0.0)
+        own = self.assembly.tolerances
+        return (
+            float(np.hypot(own.gap / SIGMAS, np.sqrt(2) * metres)),
+            float(np.hypot(np.degrees(own.tilt), np.sqrt(2) * degrees)),
+        )
+
+
+def robustness_under(
+    assembly: Assembly,
+    body: str,
+    points: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
+    directions: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
+    standing: Iterable[Load] = (),
+    *,
+    pose_sigma: float | tuple[float, float] | None = None,
+    mu_interval: MuRange | None = None,
+    samples: int = 100,
+    seed: int,
+    engine: EngineChoice = DEFAULT_ENGINE,
+) -> RobustnessUnder:
+    """R(p, e) in ``samples`` samples of uncertain poses and friction; the rest as in ``robustness``.
+
+    ``pose_sigma``: standard deviation of the poses' positions along each world axis [m], or of these and of rotations
+    about each world axis through the centre of mass [deg]; every movable body on its own, fixed ones not at all. Points
+    and standing loads move with their body, directions, forces and moments stay in the world. Where bodies touch is
+    found anew, between the pairs that touch in ``assembly``, with a tolerance that allows for the deviates: gaps and
+    overlaps within it are accepted, what changes is the outline, the place and the tilt of the contacts.
+
+    ``mu_interval``: a relative width (0.2: ± 20 %) or (low, high) for all touching pairs, or a dict of (low, high) by
+    the two bodies' names; each sample has one level, uniform in 0..1, at which all pairs lie between low and high.
+
+    The same ``seed`` gives the same samples, the first ones of a larger number too. See docs/uncertainty.md.
+    """
+    checked_assembly(assembly)
+    where = f"robustness of {body!r} under uncertainty"
+    count = _whole(samples, f"{where}: samples", 1)
+    number = _whole(seed, f"{where}: seed", 0)
+    spread = _Spread(
+        assembly,
+        None if pose_sigma is None else _deviation(assembly, pose_sigma, where),
+        None if mu_interval is None else friction_intervals(assembly, mu_interval, where),
+    )
+    method, loads = engine_of(engine), standing if isinstance(standing, Load) else list(standing)
+    nominal = robustness(assembly, body, points, directions, loads, engine=method)
+    forces = np.zeros((count, len(nominal.force)))
+    status: list[Status] = []
+    verdicts: list[Status] = []
+    overlapping = 0
+    rng = np.random.default_rng(number)
+    for k in range(count):
+        report("samples", k, count)
+        sample, shifts, turns = spread(rng)
+        points_now, loads_now = _attached(assembly, sample, body, nominal.points, loads, shifts, turns)
+        state = method.prepare(sample, total_wrench(sample, loads_now))
+        columns = push_columns(sample, body_number(sample, body), points_now, nominal.directions)
+        verdicts.append(state.verdict().status)
+        if verdicts[-1] is Status.STABLE:
+            capacity = state.load_factor(columns)
+            forces[k], told = capacity.factor, capacity.status
+        else:
+            told = (verdicts[-1],) * len(columns.T)
+        status.extend(told)
+        overlapping += spread.deviation is not None and bool(sample.overlaps)
+    report("samples", count, count)
+    notes = nominal.notes
+    if overlapping:
+        share = f"{overlapping} of {count} samples have bodies that overlap by more than the tolerance"
+        notes = (*notes, f"{share}: contacts there may be missing, which lowers their forces")
+    return RobustnessUnder(
+        method.name,
+        method.claim,
+        body,
+        nominal.points,
+        nominal.directions,
+        np.asarray(frozen(forces)),
+        objects(status).reshape(forces.shape),
+        nominal.force,
+        verdicts.count(Status.STABLE) / count,
+        verdicts.count(Status.UNDECIDED) / count,
+        count,
+        number,
+        notes,
+    )
+
+
+def _attached(
+    given: Assembly, sample: Assembly, body: str, points: Float, loads: Iterable[Load], shifts: Float, turns: Float
+) -> tuple[Float, list[Load]]:
+    """Points (n, 3) and loads of the given assembly where the sample's bodies have taken them."""
+    if sample.scene.bodies is given.scene.bodies:
+        return points, list(loads)
+
+    def carried(name: str, place: Float) -> Float:
+        k = given.index[name]
+        if k == FIXED:
+            return place
+        return np.asarray(given.com[k] + shifts[k] + (place - given.com[k]) @ turns[k].T)
+
+    return carried(body, points), [replace(load, point=carried(load.body, np.asarray(load.point))) for load in loads]
+
+
+def _deviation(assembly: Assembly, pose_sigma: float | tuple[float, float], where: str) -> tuple[float, float]:
+    metres, degrees = checked_pose_sigma(pose_sigma, where)
+    if not assembly.detected:
+        problem = f"pose_sigma = {pose_sigma!r}, but the interfaces of the assembly were given"
+        remedy = "they cannot be found anew where bodies move: vary mu_interval only, or assemble without interfaces"
+        raise HoldfastError(message(where, problem, remedy))
+    thin = min(assembly.movable, key=lambda b: b.shape.surface.thickness, default=None)
+    if thin is not None and metres > thin.shape.surface.thickness:
+        problem = (
+            f"pose_sigma = {metres:g} m, but body {thin.name!r} is only {thin.shape.surface.thickness:.3g} m thick"
+        )
+        raise HoldfastError(message(where, problem, "needs metres, less than the thickness of what it moves"))
+    return metres, degrees
+
+
+def _whole(value: object, where: str, least: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
+        raise HoldfastError(message(where, f"is {value!r:.40}", f"needs a whole number of at least {least}"))
+    return int(value)

@@ -1,0 +1,50 @@
+"""The one list of shipped scenes."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+
+from holdfast.base.errors import SceneError, message
+from holdfast.scene.formats.files import load_scene
+from holdfast.scene.scene import Scene
+from holdfast.scene.shipped import blocks
+
+
+def tabletop() -> Scene:
+    """Meshes from files: two books, the upper one carrying a bottle on its overhang, a tray with a mug and a bottle."""
+    return load_scene(Path(__file__).parent / "tabletop" / "tabletop.yaml")
+
+
+SHIPPED: Mapping[str, Callable[[], Scene]] = MappingProxyType(
+    {
+        builder.__name__: builder
+        for builder in (
+            blocks.cube,
+            blocks.stack,
+            blocks.table,
+            blocks.tall_table,
+            blocks.wall2x2,
+            blocks.bonded_wall,
+            blocks.slope,
+            blocks.slope_two,
+            blocks.cantilever,
+            blocks.arch,
+            blocks.v_groove,
+            blocks.wedged,
+            blocks.wedged_floor,
+            tabletop,
+        )
+    }
+)
+
+
+def shipped_scene(name: str) -> Scene:
+    """The shipped scene of that name."""
+    if name not in SHIPPED:
+        near = difflib.get_close_matches(name, SHIPPED, n=1)
+        remedy = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(SHIPPED)}"
+        raise SceneError(message("shipped scene", f"{name!r} is unknown", remedy))
+    return SHIPPED[name]()

@@ -1,5 +1,0 @@
-"""Scenes that come with holdfast, by name: used by examples, tests and benchmarks alike."""
-
-from holdfast.shipped.registry import SHIPPED, shipped_scene
-
-__all__ = ["SHIPPED", "shipped_scene"]

@@ -1,0 +1,1 @@
+"""What the engines are compared with: ground truths, baselines, and the benchmark suites that measure both."""

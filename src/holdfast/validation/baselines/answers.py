@@ -1,0 +1,114 @@
+"""R(p, e) at many points by what the engines are compared with, in one shape."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias, get_args
+
+import numpy as np
+
+from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Float, Objects, objects
+from holdfast.base.errors import HoldfastError, message
+from holdfast.engines.contract import Status
+from holdfast.queries.request import checked_assembly, pushes
+from holdfast.validation.baselines import lmgc90, mujoco, pybullet
+from holdfast.validation.baselines.search import Peak, World, climb
+
+Simulator = Literal["pybullet", "mujoco", "lmgc90"]
+Protocol = Literal["printed", "hold"]
+
+RANGE = 100.0  # [N] of the paper
+WIDEST = 0.05  # relative: a wider bracket is no answer
+NEARLY_NOTHING = 1e-3  # total weights: nor must a bracket be narrower than that
+
+Answer: TypeAlias = tuple[Status, float, float, float]  # force, lower, upper [N]
+
+
+@dataclass(frozen=True, eq=False)
+class Answers:
+    """The largest push at each of n points, as a ``method`` that is compared with has it: nothing is certified.
+
+    ``force`` (n,) [N] with ``status`` FINITE, INFINITE (force inf: nothing was seen to move, which is not to say that
+    nothing would), UNSTABLE (force 0: it does not stand) or UNDECIDED (force 0: not known). ``lower`` and ``upper``
+    (n,) [N]: where a search ended.
+    """
+
+    method: str
+    body: str
+    points: Float
+    directions: Float
+    force: Float
+    status: Objects
+    lower: Float
+    upper: Float
+
+    @classmethod
+    def told(cls, method: str, body: str, points: Float, directions: Float, answers: Sequence[Answer]) -> Answers:
+        """From the answer to every push."""
+        values = np.array([answer[1:] for answer in answers])
+        status = objects([answer[0] for answer in answers])
+        return cls(method, body, points, directions, values[:, 0], status, values[:, 1], values[:, 2])
+
+    @property
+    def undecided(self) -> int:
+        """How many queries were left without an answer."""
+        return int((self.status == Status.UNDECIDED).sum())
+
+
+def simulated(
+    assembly: Assembly,
+    body: str,
+    points: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
+    directions: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
+    *,
+    engine: Simulator = "pybullet",
+    protocol: Protocol = "hold",
+    most: float = RANGE,
+    accuracy: float = 5e-3,
+) -> Answers:
+    """R(p, e) by a simulator; ``points`` and ``directions`` as in ``robustness``.
+
+    "printed" is Algorithm 2 of Nadeau & Kelly in PyBullet (baselines/pybullet.py), to 100 N whatever ``most`` and
+    ``accuracy`` are. "hold" tries loads up to ``most`` [N], each held until rest or motion is seen, in any simulator,
+    to ``accuracy`` times the load. Where nothing moves up to the range's end the answer is infinite.
+    """
+    checked_assembly(assembly)
+    where = f"simulated robustness of {body!r}"
+    for name, value, known in (("engine", engine, Simulator), ("protocol", protocol, Protocol)):
+        if value not in get_args(known):
+            raise HoldfastError(message(where, f"{name} = {value!r}", f"known: {', '.join(get_args(known))}"))
+    p, e, W = pushes(assembly, body, points, directions, where)
+    if protocol == "hold":
+        world = _world(assembly, engine)
+        peaks = [climb(world, assembly.weight, column, accuracy, most) for column in W.T]
+    elif engine == "pybullet":
+        once = pybullet.World(assembly, pybullet.PRINTED_STEP, pybullet.PRINTED_ITERATIONS)
+        peaks = [once.printed(column) for column in W.T]
+        most = pybullet.PRINTED_RANGE
+    else:
+        raise HoldfastError(message(where, f"protocol 'printed' in {engine}", "is PyBullet's: ask for 'hold'"))
+    found = [_answer(peak, most, NEARLY_NOTHING * assembly.weight) for peak in peaks]
+    return Answers.told(f"{engine} ({protocol})", body, p, e, found)
+
+
+def _world(assembly: Assembly, engine: Simulator) -> World:
+    if engine == "pybullet":
+        return pybullet.World(assembly)
+    return mujoco.World(assembly) if engine == "mujoco" else lmgc90.World(assembly)
+
+
+def _answer(peak: Peak, most: float, nothing: float) -> Answer:
+    """What a search up to ``most`` [N] comes to; brackets are closed enough within WIDEST or ``nothing`` [N]."""
+    if peak.moves == 0:
+        if peak.undecided:
+            return Status.UNDECIDED, 0.0, 0.0, np.inf
+        return Status.UNSTABLE, 0.0, 0.0, 0.0
+    if np.isinf(peak.moves):
+        if peak.held >= (1 - 1e-9) * most:  # 100 halvings of a range end next to its end
+            return Status.INFINITE, np.inf, peak.held, np.inf
+        return Status.UNDECIDED, 0.0, peak.held, np.inf
+    if peak.moves - peak.held > max(WIDEST * peak.moves, nothing):
+        return Status.UNDECIDED, 0.0, peak.held, peak.moves
+    return Status.FINITE, peak.force, peak.held, peak.moves

@@ -1,0 +1,105 @@
+"""The optimisation that Nadeau & Kelly compare with, eq. 28-32: a linear program over polygon cones, solved by IPOPT.
+
+As printed: max s subject to equilibrium, |f_t| within an inscribed polygon of 4 or 8 sides (eq. 6) and f_n >= 0; IPOPT
+for at most 1,000 iterations; solved gives s, infeasible 0, unbounded or out of iterations infinity. So an answer
+"infinite" may be a solver that ran out of steps, and is optimistic then; engine ``limit`` proves both.
+
+What the paper leaves open, and what is chosen here:
+
+- IPOPT's own settings otherwise (tolerance 1e-8, MUMPS), started from zero forces and s = 0, in N and N m, torques
+  about each body's centre of mass.
+- s is not bounded, as printed. Where a push would hold what falls by itself the answer is that push's s: optimistic.
+  A negative s, which says that the weight alone is not carried, counts as infeasible.
+- "Unbounded" is IPOPT's Diverging_Iterates. Solved_To_Acceptable_Level counts as solved. Whatever else IPOPT ends with
+  (restoration failed, too few degrees of freedom, a search direction too small) is undecided.
+
+Engine ``limit`` solves the same program over the exact cone or over polygons, with certificates (``holdfast.Limit``).
+
+Optional: ``pip install 'holdfast[simulators]'`` (casadi, which brings IPOPT).
+"""
+
+from __future__ import annotations
+
+import importlib
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.nodes import ContactNodes, contact_nodes, equilibrium_operator
+from holdfast.base.errors import HoldfastError, message
+from holdfast.engines.cones import FrictionCone
+from holdfast.engines.contract import Status
+from holdfast.queries.request import checked_assembly, pushes
+from holdfast.validation.baselines.answers import Answer, Answers
+
+POINTS = 20  # contact points an interface
+ITERATIONS = 1000
+SOLVED = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
+INFEASIBLE = ("Infeasible_Problem_Detected",)
+ENDLESS = ("Diverging_Iterates", "Maximum_Iterations_Exceeded")
+
+
+def optimised(
+    assembly: Assembly,
+    body: str,
+    points: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
+    directions: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
+    *,
+    sides: int = 4,
+    nodes: ContactNodes | None = None,
+    seed: int = 0,
+) -> Answers:
+    """R(p, e) as printed, one solve a push; ``points`` and ``directions`` as in ``robustness``.
+
+    ``nodes``: the paper's random ones, POINTS an interface, from ``seed`` unless given.
+    """
+    checked_assembly(assembly)
+    p, e, W = pushes(assembly, body, points, directions, f"optimised robustness of {body!r}")
+    nodes = contact_nodes(assembly, POINTS, "paper", seed) if nodes is None else nodes
+    solver, limits = _program(assembly, nodes, FrictionCone("inscribed", sides))
+    found = []
+    for column in W.T:
+        answer = solver(x0=0, p=column, **limits)
+        found.append(_answer(solver.stats()["return_status"], float(answer["x"][-1])))
+    return Answers.told(f"ipopt ({sides})", body, p, e, found)
+
+
+def _program(assembly: Assembly, nodes: ContactNodes, cone: FrictionCone) -> tuple[Any, dict[str, Any]]:
+    """IPOPT on variables (f, s) with the load column as a parameter, and the limits of variables and constraints."""
+    casadi = _casadi()
+    G = equilibrium_operator(assembly, nodes)
+    C, cones = cone.rows(nodes)
+    x = casadi.MX.sym("x", 3 * len(nodes) + 1)
+    load = casadi.MX.sym("load", G.shape[0])
+    forces, s = x[:-1], x[-1]
+    balance = casadi.mtimes(casadi.DM(G), forces) + assembly.weight_wrench() + s * load
+    friction = casadi.mtimes(casadi.DM(sparse.csc_matrix(C)), forces)
+    problem = {"x": x, "p": load, "f": -s, "g": casadi.vertcat(balance, friction)}
+    quiet = {"ipopt.print_level": 0, "ipopt.sb": "yes", "print_time": False, "error_on_fail": False}
+    solver = casadi.nlpsol("optimised", "ipopt", problem, quiet | {"ipopt.max_iter": ITERATIONS})
+    pressed = np.full(3 * len(nodes) + 1, -np.inf)
+    pressed[:-1:3] = 0.0
+    slack = [np.zeros(size) if kind == "zero" else np.full(size, -np.inf) for kind, size in cones]
+    return solver, {"lbx": pressed, "lbg": np.concatenate([np.zeros(G.shape[0]), *slack]), "ubg": 0}
+
+
+def _answer(ended: str, s: float) -> Answer:
+    """What the paper makes of how IPOPT ended."""
+    if ended in SOLVED and s >= 0:
+        return Status.FINITE, s, s, s
+    if ended in (*SOLVED, *INFEASIBLE):
+        return Status.UNSTABLE, 0.0, 0.0, 0.0
+    if ended in ENDLESS:
+        return Status.INFINITE, np.inf, 0.0, np.inf
+    return Status.UNDECIDED, 0.0, 0.0, np.inf
+
+
+def _casadi() -> ModuleType:
+    try:
+        return importlib.import_module("casadi")
+    except ImportError:
+        remedy = "pip install 'holdfast[simulators]'"
+        raise HoldfastError(message("ipopt", "casadi, which brings IPOPT, is not installed", remedy)) from None

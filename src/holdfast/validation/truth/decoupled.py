@@ -1,0 +1,236 @@
+"""Hand-derived decoupled truth of normal pushes on three scenes: cube, stack, table.
+
+"Decoupled" is the reasoning of Nadeau & Kelly (arXiv 2411.09810, Sec. V and VI-A4): R = min(R_slip, R_top), slipping
+and toppling examined apart, contact pressure from the minimum-energy distribution (uniform on all interfaces here).
+The derivation, face by face, and what is wrong with this truth as physics: ``docs/decoupled_truth.md``.
+
+Nothing here enumerates cuts or axes: every line is the mechanism found to govern on paper. The tests compare it with an
+evaluator that enumerates. SI units, world axes, z up, floor top at z = 0, g = 9.81 m/s2.
+
+Faces that are in contact (undersides of the cubes, tops of the legs, ...) are answered as well, as if a hand could
+reach them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import asinh, hypot, log, sqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Bool, Float, Int, checked_pushes
+from holdfast.base.errors import SceneError, message
+from holdfast.scene.shapes import Box
+
+WHERE = "decoupled truth"
+SAME = 1e-9  # [m, kg, m/s2] by which a scene may differ from the one worked out
+
+GRAVITY = 9.81  # [m/s2]
+ON_FACE = 1e-6  # how far a point may lie off the face its normal names [m]
+
+CUBE_SIDE = 0.1  # [m]
+CUBE_WEIGHT = 1.0 * GRAVITY  # [N]
+CUBE_MU = 0.6
+STACK = ("cube1", "cube2", "cube3")  # bottom to top
+
+TABLE_MU = 0.5
+TABLE_SIZE = {"slab": (0.5, 0.2, 0.05), "leg_left": (0.05, 0.2, 0.2), "leg_right": (0.05, 0.2, 0.2)}  # [m]
+TABLE_CENTRE = {"slab": (0.0, 0.0, 0.225), "leg_left": (-0.175, 0.0, 0.1), "leg_right": (0.175, 0.0, 0.1)}  # [m]
+SCENES = {"cube": ("cube",), "stack": STACK, "table": tuple(TABLE_SIZE)}  # the bodies of each
+LEG_INNER, LEG_OUTER = 0.15, 0.2  # |x| of the two faces of a leg [m]
+LEG_HEIGHT = 0.2  # [m]
+HALF_DEPTH = 0.1  # half the common y extent of slab and legs [m]
+SLAB_WEIGHT = 2.0 * GRAVITY  # [N]
+LEG_WEIGHT = 1.0 * GRAVITY  # [N]
+ON_LEG = SLAB_WEIGHT / 2  # force between the slab and one leg [N]
+ON_FLOOR = ON_LEG + LEG_WEIGHT  # force between one leg and the floor [N]
+
+
+def robustness(
+    scene: str | Assembly,
+    body: str,
+    points: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
+    directions: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
+) -> Float:
+    """(n,) decoupled robustness [N] of pushes on ``body`` at points (n, 3) straight into its faces; inf: nothing moves.
+
+    ``scene``: "cube", "stack" or "table", or an assembly of one of these shipped scenes; anything else raises
+    SceneError.
+    """
+    p, e = checked_pushes(points, directions, f"{WHERE} of {body!r}")
+    name = recognised(scene) if isinstance(scene, Assembly) else scene
+    if name not in SCENES:
+        raise SceneError(message(WHERE, f"scene {name!r} was not worked out by hand", f"known: {', '.join(SCENES)}"))
+    _named([body], body, SCENES[name])
+    if name == "cube":
+        return truth_cube(p, -e)
+    return (truth_stack if name == "stack" else truth_table)(p, -e, [body] * len(p))
+
+
+def recognised(assembly: Assembly) -> str:
+    """Which scene worked out by hand this is: "cube", "stack" or "table"; SceneError for any other."""
+    cube = (CUBE_SIDE,) * 3
+    level = CUBE_SIDE / 2
+    known = {
+        scene: (CUBE_MU, {name: (cube, (0.0, 0.0, level + k * CUBE_SIDE), 1.0) for k, name in enumerate(SCENES[scene])})
+        for scene in ("cube", "stack")
+    }
+    weights = {"slab": SLAB_WEIGHT, "leg_left": LEG_WEIGHT, "leg_right": LEG_WEIGHT}
+    table = {name: (size, TABLE_CENTRE[name], weights[name] / GRAVITY) for name, size in TABLE_SIZE.items()}
+    known["table"] = (TABLE_MU, table)
+    level_gravity = np.allclose(assembly.scene.gravity, (0, 0, -GRAVITY), rtol=0, atol=SAME)
+    for scene, (mu, boxes) in known.items():
+        bodies = assembly.movable
+        if {body.name for body in bodies} != set(boxes) or not level_gravity:
+            continue
+        if not np.allclose(assembly.mu, mu, rtol=0, atol=SAME):
+            continue
+        if all(_is_box(assembly, body.name, *boxes[body.name]) for body in bodies):
+            return scene
+    names = ", ".join(repr(body.name) for body in assembly.movable[:5])
+    problem = f"the scene of {names} is not one that was worked out by hand"
+    raise SceneError(message(WHERE, problem, "needs the shipped scene cube, stack or table"))
+
+
+def _is_box(assembly: Assembly, name: str, size: tuple[float, ...], centre: tuple[float, ...], mass: float) -> bool:
+    body = assembly.scene.body(name)
+    assert body.mass is not None
+    assert body.pose is not None
+    pose = np.eye(4)
+    pose[:3, 3] = centre
+    return (
+        isinstance(body.shape, Box)
+        and np.allclose(body.shape.size, size, rtol=0, atol=SAME)
+        and np.allclose(body.pose, pose, rtol=0, atol=SAME)
+        and np.allclose(body.com_world, centre, rtol=0, atol=SAME)
+        and abs(body.mass - mass) <= SAME
+    )
+
+
+def distance_integral(a: float, b: float) -> float:
+    """Integral of sqrt(x^2 + y^2) over [0, a] x [0, b] [m3]: a b D / 3 + (a^3 asinh(b/a) + b^3 asinh(a/b)) / 6."""
+    return a * b * hypot(a, b) / 3 + (a**3 * asinh(b / a) + b**3 * asinh(a / b)) / 6
+
+
+# Mean distance to the torsion axis, "lever of friction" [m]: torsion capacity = mu N lever.
+CUBE_LEVER = CUBE_SIDE / 6 * (sqrt(2) + log(1 + sqrt(2)))  # a square about its own centre
+LEG_LEVER = distance_integral(0.05, 2 * HALF_DEPTH) / (0.05 * 2 * HALF_DEPTH)  # a leg's end about one of its corners
+SLAB_LEVER = (  # both leg tops about the middle of the table
+    distance_integral(LEG_OUTER, HALF_DEPTH) - distance_integral(LEG_INNER, HALF_DEPTH)
+) / ((LEG_OUTER - LEG_INNER) * HALF_DEPTH)
+
+
+def truth_cube(points: ArrayLike, normals: ArrayLike) -> Float:
+    """Decoupled robustness [N] of the cube (0.1 m, 1 kg, mu 0.6, on the floor) to pushes along -normals.
+
+    ``points`` (n, 3) [m] on its faces, ``normals`` (n, 3) outward; returns (n,), inf where nothing moves it.
+    """
+    p = np.asarray(points, dtype=np.float64).reshape(-1, 3)
+    axis, sign = _face(p, normals, (0.0, 0.0, CUBE_SIDE / 2), (CUBE_SIDE,) * 3)
+    return _pile(p, axis, sign, carried=np.full(len(p), CUBE_WEIGHT), pile=CUBE_WEIGHT)
+
+
+def truth_stack(points: ArrayLike, normals: ArrayLike, body: Sequence[str]) -> Float:
+    """Decoupled robustness [N] of the stack of three such cubes to pushes on the cubes named in ``body`` (n,).
+
+    ``points`` (n, 3) [m] on the faces of those cubes, ``normals`` (n, 3) outward; returns (n,), inf where nothing
+    moves.
+    """
+    p = np.asarray(points, dtype=np.float64).reshape(-1, 3)
+    result = np.empty(len(p))
+    for level, name in enumerate(STACK):
+        here = _named(body, name, STACK)
+        centre = (0.0, 0.0, (level + 0.5) * CUBE_SIDE)
+        axis, sign = _face(p[here], np.asarray(normals)[here], centre, (CUBE_SIDE,) * 3)
+        carried = np.full(int(here.sum()), (len(STACK) - level) * CUBE_WEIGHT)
+        result[here] = _pile(p[here], axis, sign, carried=carried, pile=len(STACK) * CUBE_WEIGHT)
+    return result
+
+
+def truth_table(points: ArrayLike, normals: ArrayLike, body: Sequence[str]) -> Float:
+    """Decoupled robustness [N] of the table to pushes on ``body`` (n,): "slab", "leg_left" or "leg_right".
+
+    ``points`` (n, 3) [m] on the faces of those bodies, ``normals`` (n, 3) outward; returns (n,), inf where nothing
+    moves.
+    """
+    p = np.asarray(points, dtype=np.float64).reshape(-1, 3)
+    result = np.empty(len(p))
+    for name, size in TABLE_SIZE.items():
+        here = _named(body, name, tuple(TABLE_SIZE))
+        axis, sign = _face(p[here], np.asarray(normals)[here], TABLE_CENTRE[name], size)
+        result[here] = _slab(p[here], axis, sign) if name == "slab" else _leg(p[here], axis, sign)
+    return result
+
+
+def _pile(p: Float, axis: Int, sign: Float, *, carried: Float, pile: float) -> Float:
+    """Pushes on a cube of a pile: ``carried`` (n,) is the weight on its underside, ``pile`` that of the whole pile."""
+    across = np.where(axis == 0, np.abs(p[:, 1]), np.abs(p[:, 0]))
+    twist = CUBE_MU * carried / np.maximum(across / CUBE_LEVER, 1.0)  # mu N min(1, lever / across): slip or torsion
+    with np.errstate(divide="ignore"):
+        tip = pile * CUBE_SIDE / 2 / p[:, 2]  # the whole pile over its front edge on the floor
+    lift = carried * (CUBE_SIDE / 2) / (CUBE_SIDE / 2 + np.maximum(np.abs(p[:, 0]), np.abs(p[:, 1])))
+    vertical = np.where(sign > 0, np.inf, lift)
+    result: Float = np.where(axis == 2, vertical, np.minimum(twist, tip))
+    return result
+
+
+def _slab(p: Float, axis: Int, sign: Float) -> Float:
+    """Pushes on the slab: pressed on its overhang, lifted, shoved at an end, shoved at a long side."""
+    x, y = np.abs(p[:, 0]), np.abs(p[:, 1])
+    with np.errstate(divide="ignore"):
+        press = np.where(x > LEG_OUTER, SLAB_WEIGHT * LEG_OUTER / np.maximum(x - LEG_OUTER, 0.0), np.inf)
+    lift = SLAB_WEIGHT * np.minimum(LEG_OUTER / (LEG_OUTER + x), HALF_DEPTH / (HALF_DEPTH + y))
+    end = np.full(len(p), TABLE_MU * SLAB_WEIGHT)
+    side = TABLE_MU * SLAB_WEIGHT / np.maximum(x / SLAB_LEVER, 1.0)
+    return np.select([axis == 0, axis == 1, sign > 0], [end, side, press], lift)
+
+
+def _leg(p: Float, axis: Int, sign: Float) -> Float:
+    """Pushes on a leg: twisted out between slab and floor, shoved along y, or lifted with the slab."""
+    x, y, z = np.abs(p[:, 0]), np.abs(p[:, 1]), p[:, 2]
+    slip = TABLE_MU * (ON_FLOOR + ON_LEG)
+    # About the upright edge farther from the push. Turning about the leg's own middle is never easier: the mean
+    # distance to the middle is half that to a corner, but the lever |y| is less than half of |y| + 0.1.
+    face = slip / np.maximum((HALF_DEPTH + y) / LEG_LEVER, 1.0)
+    # The leg and the slab roll about the line from the leg's inner foot to the far leg's outer top, in the plane
+    # y = +-0.1: run 0.35, rise 0.2. x is counted outwards from the middle of the table, z from the floor.
+    run, rise = LEG_INNER + LEG_OUTER, LEG_HEIGHT
+    with np.errstate(divide="ignore"):
+        roll = (ON_FLOOR + ON_LEG) * HALF_DEPTH * run / (run * z + rise * (x - LEG_INNER))
+    end = np.minimum(slip, roll)
+    over_far_leg = ON_FLOOR * (LEG_OUTER + 0.175) + ON_LEG * 0.025  # about the far leg's outer top edge [N m]
+    sideways = (ON_FLOOR + ON_LEG) * HALF_DEPTH
+    lift = np.minimum(over_far_leg / (LEG_OUTER + x), sideways / (HALF_DEPTH + y))
+    vertical = np.where(sign > 0, np.inf, lift)
+    return np.select([axis == 0, axis == 1], [face, end], vertical)
+
+
+def _named(body: Sequence[str], name: str, known: tuple[str, ...]) -> Bool:
+    """Mask (n,) of the queries on ``name``; refuses names that are not in ``known``."""
+    names = np.asarray(body)
+    strange = sorted(set(names.tolist()) - set(known))
+    if strange:
+        raise SceneError(message(WHERE, f"body {strange[0]!r} is not in this scene", f"it has {', '.join(known)}"))
+    mask: Bool = names == name
+    return mask
+
+
+def _face(p: Float, normals: ArrayLike, centre: tuple[float, ...], size: tuple[float, ...]) -> tuple[Int, Float]:
+    """Which box face each (point, outward normal) is on: its axis (n,) in 0..2 and its sign (n,)."""
+    n = np.asarray(normals, dtype=np.float64).reshape(-1, 3)
+    rows = np.arange(len(n))
+    axis = np.abs(n).argmax(axis=1)
+    sign = np.sign(n[rows, axis])
+    off_axis = np.abs(n - sign[:, None] * np.eye(3)[axis]).max(axis=1, initial=0.0)
+    local, half = p - np.asarray(centre), np.asarray(size) / 2
+    off_face = np.abs(local[rows, axis] - sign * half[axis])
+    outside = (np.abs(local) - half).max(axis=1, initial=-np.inf)
+    wrong = (off_axis > ON_FACE) | (off_face > ON_FACE) | (outside > ON_FACE)
+    if wrong.any():
+        i = int(wrong.argmax())
+        problem = f"point {p[i]} with outward normal {n[i]} is not on a face of the box at {centre}"
+        raise SceneError(message(f"{WHERE}: push {i}", problem, "needs pushes straight into a face"))
+    return axis, sign

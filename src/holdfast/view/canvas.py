@@ -1,0 +1,51 @@
+"""Blank pages and PNG files: what all pictures that are drawn by matplotlib begin and end with."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from holdfast.base.errors import HoldfastError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+_DPI = 100
+
+
+def blank(width: int, height: int) -> tuple[Figure, FigureCanvasAgg]:
+    """A white page of so many pixels."""
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise HoldfastError(
+            "writing a PNG needs matplotlib, which is not installed; remedy: pip install 'holdfast[viewer]'"
+        ) from error
+    figure = Figure(figsize=(width / _DPI, height / _DPI), dpi=_DPI, facecolor="white")
+    return figure, FigureCanvasAgg(figure)
+
+
+def pixel_axes(figure: Figure, width: int, height: int) -> Axes:
+    """Axes over the whole page in pixels, from its upper left corner."""
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0, width), ylim=(height, 0), facecolor="none")
+    axes.set_axis_off()
+    axes.set_autoscale_on(False)
+    return axes
+
+
+def paint(figure: Figure, page: NDArray[np.float64]) -> None:
+    """Lay an image (height, width, 3) of shares of full colour under all else."""
+    figure.figimage(np.rint(page * 255.0).astype(np.uint8), zorder=-1)
+
+
+def png_of(canvas: FigureCanvasAgg) -> bytes:
+    """The page as a PNG."""
+    stream = BytesIO()
+    canvas.print_png(stream)
+    return stream.getvalue()

@@ -1,0 +1,76 @@
+"""The edges that give a body its shape: where its surface bends or ends, however it is cut into cells."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from holdfast.view.soup import Soup
+
+_BEND_COSINE: Final = float(np.cos(np.deg2rad(24.0)))
+_GRID: Final = 1e-6
+
+
+def feature_edges(soup: Soup) -> NDArray[np.float64]:
+    """Segments (E, 2, 3) [m] along which a body's surface bends by more than 24° or ends."""
+    found = [np.empty((0, 2, 3))]
+    for body in np.unique(soup.body):
+        own = soup.body == body
+        found.append(_of_one(soup.vertices, soup.triangles[own], soup.normals[own]))
+    return np.concatenate(found)
+
+
+def _of_one(
+    vertices: NDArray[np.float64], triangles: NDArray[np.int64], normals: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    size = float(np.ptp(vertices[triangles.ravel()], axis=0).max()) or 1.0
+    _, first, merged = np.unique(np.rint(vertices / (size * _GRID)), axis=0, return_index=True, return_inverse=True)
+    corners = merged.ravel()[triangles]
+    pairs = np.sort(np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]]), axis=1)
+    facing = np.tile(normals, (3, 1))
+    real = pairs[:, 0] != pairs[:, 1]
+    pairs, facing = pairs[real], facing[real]
+    unique, group, count = np.unique(pairs, axis=0, return_inverse=True, return_counts=True)
+    order = np.argsort(group.ravel(), kind="stable")
+    start = np.concatenate([[0], np.cumsum(count)[:-1]])
+    one, other = facing[order[start]], facing[order[start + count - 1]]
+    bends = np.einsum("ij,ij->i", one, other) < _BEND_COSINE
+    points = vertices[first]
+    shared = points[unique[(count > 1) & bends]]
+    lone = count == 1
+    return np.concatenate([shared, _open_ends(points[unique[lone]], one[lone], size)])
+
+
+def _open_ends(segments: NDArray[np.float64], normals: NDArray[np.float64], size: float) -> NDArray[np.float64]:
+    """Return the parts of one-sided segments that no coplanar neighbour with other vertices continues."""
+    if not len(segments):
+        return segments
+    along = segments[:, 1] - segments[:, 0]
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    leading = np.argmax(np.abs(along) > 1e-6, axis=1)
+    along *= np.sign(along[np.arange(len(along)), leading])[:, None]
+    moment = np.cross(segments[:, 0], along) / size
+    lines: dict[bytes, list[int]] = defaultdict(list)
+    for index, key in enumerate(np.rint(np.column_stack([along, moment]) * 1e5 + 0.317).astype(np.int64)):
+        lines[key.tobytes()].append(index)
+    parts = [_along_line(segments[m], normals[m], along[m[0]], size) for m in lines.values()]
+    return np.concatenate([np.empty((0, 2, 3)), *parts])
+
+
+def _along_line(
+    segments: NDArray[np.float64], normals: NDArray[np.float64], along: NDArray[np.float64], size: float
+) -> NDArray[np.float64]:
+    span = np.sort(segments @ along, axis=1)
+    foot = segments[0, 0] - (segments[0, 0] @ along) * along
+    marks = np.unique(span)
+    middle = (marks[1:] + marks[:-1]) / 2.0
+    covers = (span[:, :1] < middle) & (middle < span[:, 1:])
+    kept = []
+    for k in np.flatnonzero(np.diff(marks) > size * 10 * _GRID):
+        facing = normals[covers[:, k]]
+        if len(facing) == 1 or (len(facing) and float((facing @ facing.T).min()) < _BEND_COSINE):
+            kept.append([foot + marks[k] * along, foot + marks[k + 1] * along])
+    return np.array(kept).reshape(-1, 2, 3)

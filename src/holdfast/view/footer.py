@@ -1,0 +1,196 @@
+"""The words of a PNG: header, captions, colour bar, swatches and the list of weakest pushes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from holdfast.view import colours
+from holdfast.view.layout import Box, Layout, has_contacts
+from holdfast.view.marks import CONTACT, FONT, INK, badge
+from holdfast.view.picture import Picture
+from holdfast.view.soup import forces
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+GREY: Final = "#59606b"
+_BAR_SHARE: Final = 0.37
+_SWATCH_SHARE: Final = 0.23
+_ROWS: Final = 5
+_ROW: Final = 25.0
+_POINTS_PER_PIXEL: Final = 0.72
+
+
+class Writer:
+    """Puts text on a page whose axes are in pixels, and measures it."""
+
+    def __init__(self, axes: Axes, canvas: FigureCanvasAgg, unit: float) -> None:
+        self.axes = axes
+        self.unit = unit
+        self._renderer = canvas.get_renderer()
+
+    def put(
+        self,
+        x: float,
+        y: float,
+        text: str,
+        pixels: float,
+        *,
+        colour: str = INK,
+        bold: bool = False,
+        align: str = "left",
+    ) -> None:
+        """Write a line whose letters stand on row y; ``pixels`` is the letter height at the design size."""
+        self.axes.text(
+            x,
+            y,
+            text,
+            color=colour,
+            fontsize=pixels * self.unit * _POINTS_PER_PIXEL,
+            fontfamily=FONT,
+            ha=align,
+            va="baseline",
+            fontweight="bold" if bold else "normal",
+            zorder=9,
+            parse_math=False,
+        )
+
+    def width(self, text: str, pixels: float, bold: bool = False) -> float:
+        """Width of a line [px]."""
+        from matplotlib.font_manager import FontProperties
+
+        weight = "bold" if bold else "normal"
+        font = FontProperties(family=FONT, size=pixels * self.unit * _POINTS_PER_PIXEL, weight=weight)
+        return float(self._renderer.get_text_width_height_descent(text, font, False)[0])
+
+    def clipped(self, text: str, pixels: float, room: float, bold: bool = False) -> str:
+        """Return the text, cut with an ellipsis where it is wider than ``room`` [px]."""
+        if self.width(text, pixels, bold) <= room:
+            return text
+        while text and self.width(text + "…", pixels, bold) > room:
+            text = text[:-1]
+        return text.rstrip() + "…"
+
+    def wrapped(self, text: str, pixels: float, room: float, lines: int) -> list[str]:
+        """Return the text broken at blanks into at most ``lines`` lines of ``room`` [px]."""
+        result = [""]
+        for word in text.split():
+            longer = f"{result[-1]} {word}".strip()
+            if self.width(longer, pixels) <= room or not result[-1] or len(result) == lines:
+                result[-1] = longer
+            else:
+                result.append(word)
+        return [self.clipped(line, pixels, room) for line in result]
+
+
+def plain(text: str) -> str:
+    """Text on one line: the line breaks of hover texts become commas."""
+    return ", ".join(part.strip() for part in text.replace("\n", "<br>").split("<br>") if part.strip())
+
+
+def draw_header(writer: Writer, picture: Picture, box: Box) -> None:
+    """Title and up to two lines of subtitle."""
+    unit = writer.unit
+    size = 27.0
+    title = plain(picture.title)
+    while size > 18.0 and writer.width(title, size, bold=True) > box.width:
+        size -= 1.0
+    writer.put(box.left, 44 * unit, writer.clipped(title, size, box.width, bold=True), size, bold=True)
+    for row, line in enumerate(writer.wrapped(plain(picture.subtitle), 16.0, box.width, 2)):
+        writer.put(box.left, (70 + 21 * row) * unit, line, 16.0, colour=GREY)
+
+
+def paint_bar(page: NDArray[np.float64], layout: Layout, scale: colours.Scale | None) -> None:
+    """Put the colours of the scale into the page image (H, W, 3)."""
+    if scale is None:
+        return
+    bar = _bar(layout)
+    page[bar.top : bar.top + bar.height, bar.left : bar.left + bar.width] = colours.sample(
+        np.linspace(0.0, 1.0, bar.width)
+    )
+
+
+def draw_footer(writer: Writer, picture: Picture, layout: Layout, scale: colours.Scale | None) -> None:
+    """Colour bar text, swatches, and the numbered list of weakest pushes."""
+    foot = layout.footer
+    left = float(foot.left)
+    if scale is not None:
+        _draw_bar(writer, layout, scale, picture.value_name)
+        left += _BAR_SHARE * foot.width + 44 * writer.unit
+    _draw_swatches(writer, picture, left, foot.top)
+    left += _SWATCH_SHARE * foot.width
+    _draw_list(writer, picture, left, foot)
+
+
+def _bar(layout: Layout) -> Box:
+    foot, unit = layout.footer, layout.unit
+    indent = round(20 * unit)
+    return Box(
+        foot.left + indent, foot.top + round(48 * unit), round(foot.width * _BAR_SHARE) - indent, round(24 * unit)
+    )
+
+
+def _draw_bar(writer: Writer, layout: Layout, scale: colours.Scale, name: str) -> None:
+    unit, bar = writer.unit, _bar(layout)
+    base = bar.top + bar.height
+    title = name + ("   (logarithmic)" if scale.log else "")
+    writer.put(layout.footer.left, bar.top - 16 * unit, title, 16.0, bold=True)
+    for tick in colours.ticks(scale):
+        x = bar.left + tick.position * bar.width
+        writer.axes.plot([x, x], [base, base + 6 * unit], color=INK, lw=0.8 * unit, zorder=9)
+        writer.put(x, base + 22 * unit, tick.label, 14.0, align="center")
+    writer.put(bar.left, base + 46 * unit, "◂ weak: gives way first", 13.0, colour=GREY)
+    writer.put(bar.left + bar.width, base + 46 * unit, "strong ▸", 13.0, colour=GREY, align="right")
+
+
+def _draw_swatches(writer: Writer, picture: Picture, left: float, top: float) -> None:
+    from matplotlib.patches import Rectangle
+
+    unit = writer.unit
+    rows = _swatches(picture)
+    if rows:
+        writer.put(left, top + 32 * unit, "other surfaces", 16.0, bold=True)
+    for row, (colour, text) in enumerate(rows):
+        y = top + (48 + row * _ROW) * unit
+        writer.axes.add_patch(
+            Rectangle((left, y), 24 * unit, 16 * unit, facecolor=colour, edgecolor=INK, lw=0.6 * unit, zorder=9)
+        )
+        writer.put(left + 34 * unit, y + 13 * unit, text, 14.0)
+
+
+def _swatches(picture: Picture) -> list[tuple[str | tuple[float, ...], str]]:
+    force = forces(picture)
+    shown: list[tuple[bool, str | tuple[float, ...], str]] = [
+        (bool(np.any(force <= 0.0)), colours.ZERO, picture.zero_name),
+        (bool(np.any(np.isposinf(force))), colours.INFINITE, "no push moves it (∞)"),
+        (any(solid.fixed for solid in picture.solids), colours.FIXED, "fixed body"),
+        (any(not solid.fixed for solid in picture.solids), colours.COVERED, "covered, cannot be pushed"),
+        (has_contacts(picture), (*colours.rgb_of(CONTACT), 0.3), "contact patch"),
+    ]
+    return [(colour, text) for present, colour, text in shown if present]
+
+
+def _draw_list(writer: Writer, picture: Picture, left: float, foot: Box) -> None:
+    unit = writer.unit
+    labels = [plain(arrow.label) for arrow in picture.weakest]
+    if not labels:
+        return
+    writer.put(left, foot.top + 32 * unit, "weakest pushes", 16.0, bold=True)
+    room = foot.left + foot.width - left
+    widest = max(writer.width(label, 14.0) for label in labels) + 50 * unit
+    columns = 2 if widest <= room / 2 and len(labels) > _ROWS else 1
+    letters = 14.0 if widest <= room / columns else 11.5
+    fitting = columns * _ROWS
+    shown = len(labels) if len(labels) <= fitting else fitting - 1
+    for k, label in enumerate(labels[:shown]):
+        x = left + (k // _ROWS) * room / columns
+        y = foot.top + (56 + (k % _ROWS) * _ROW) * unit
+        badge(writer.axes, x + 11 * unit, y, str(k + 1), 0.85 * unit)
+        writer.put(x + 30 * unit, y + 5 * unit, writer.clipped(label, letters, room / columns - 40 * unit), letters)
+    if shown < len(labels):
+        x, y = left + (columns - 1) * room / columns, foot.top + (61 + (_ROWS - 1) * _ROW) * unit
+        writer.put(x + 30 * unit, y, f"… and {len(labels) - shown} more", 14.0, colour=GREY)

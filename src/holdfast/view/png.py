@@ -1,0 +1,88 @@
+"""A robustness map as a PNG, drawn without a display or a graphics card."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from holdfast.base.errors import HoldfastError
+from holdfast.base.files import write_atomically
+from holdfast.view import colours
+from holdfast.view.canvas import blank, paint, pixel_axes, png_of
+from holdfast.view.footer import GREY, Writer, draw_footer, draw_header, paint_bar
+from holdfast.view.layout import Layout, Shot, layout_of
+from holdfast.view.marks import draw_contacts, draw_pushes, draw_scale_bar, visible
+from holdfast.view.picture import Picture
+from holdfast.view.shade import Panel, render
+from holdfast.view.soup import fixed, forces, movable
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_SMALLEST = (480, 300)
+
+
+def write_png(picture: Picture, path: str | os.PathLike[str], *, size: tuple[int, int] = (1600, 1000)) -> None:
+    """Draw the picture into a PNG file of size (width, height) pixels; a failure leaves an old file as it was."""
+    if size[0] < _SMALLEST[0] or size[1] < _SMALLEST[1]:
+        raise HoldfastError(f"size: {size} is too small for a legible picture; use at least {_SMALLEST}")
+    write_atomically(path, _png(picture, size))
+
+
+def _png(picture: Picture, size: tuple[int, int]) -> bytes:
+    scale = colours.scale_of(forces(picture))
+    layout = layout_of(picture, size)
+    panels = [_panel(picture, shot, scale) for shot in layout.shots]
+    figure, canvas = blank(*size)
+    axes = pixel_axes(figure, *size)
+    paint(figure, _page(layout, panels, scale, size))
+    _annotate(Writer(axes, canvas, layout.unit), picture, layout, panels, scale)
+    return png_of(canvas)
+
+
+def _panel(picture: Picture, shot: Shot, scale: colours.Scale | None) -> Panel:
+    still = fixed(picture) if shot.fixed else None
+    shape = (shot.box.height, shot.box.width)
+    return render(movable(picture, scale), still, shot.camera, shape, ghost=shot.contacts)
+
+
+def _page(
+    layout: Layout, panels: list[Panel], scale: colours.Scale | None, size: tuple[int, int]
+) -> NDArray[np.float64]:
+    page = np.ones((size[1], size[0], 3))
+    for shot, panel in zip(layout.shots, panels, strict=True):
+        box = shot.box
+        page[box.top : box.top + box.height, box.left : box.left + box.width] = panel.image
+    paint_bar(page, layout, scale)
+    return page
+
+
+def _annotate(
+    writer: Writer, picture: Picture, layout: Layout, panels: list[Panel], scale: colours.Scale | None
+) -> None:
+    draw_header(writer, picture, layout.header)
+    maps = [(shot, panel) for shot, panel in zip(layout.shots, panels, strict=True) if not shot.contacts]
+    seen = [[visible(shot, panel.depth, arrow) for arrow in picture.weakest] for shot, panel in maps]
+    for index, (shot, _) in enumerate(maps):
+        nowhere = {k: False for k in range(len(picture.weakest)) if index == 0 and not any(s[k] for s in seen)}
+        here = {k: True for k, is_seen in enumerate(seen[index]) if is_seen}
+        draw_pushes(writer.axes, shot, picture, here | nowhere, layout.unit)
+    for shot in layout.shots:
+        _frame(writer.axes, shot, layout.unit)
+        writer.put(shot.box.left + 12 * layout.unit, shot.box.top + 23 * layout.unit, shot.caption, 14.0, colour=GREY)
+        if shot.contacts:
+            draw_contacts(writer.axes, shot, picture, layout.unit)
+    draw_scale_bar(writer.axes, layout.shots[0], layout.unit)
+    draw_footer(writer, picture, layout, scale)
+
+
+def _frame(axes: Axes, shot: Shot, unit: float) -> None:
+    from matplotlib.patches import Rectangle
+
+    box = shot.box
+    axes.add_patch(
+        Rectangle((box.left, box.top), box.width, box.height, fill=False, edgecolor="#dfe2e7", lw=0.8 * unit, zorder=1)
+    )

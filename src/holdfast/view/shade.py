@@ -1,0 +1,123 @@
+"""From triangles to a smooth picture of one panel: gentle light, outlines, faded floors, anti-aliasing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from holdfast.view import colours
+from holdfast.view.camera import Camera, View, unit
+from holdfast.view.raster import CREASE, OUTLINE, Layer, rasterise
+from holdfast.view.soup import Soup
+
+SHADE_LOSS: Final = 0.12
+_SAMPLES: Final = 2
+_INK: Final = np.array([0.10, 0.11, 0.14], dtype=np.float32)
+_LIGHT_INK: Final = np.array([0.85, 0.80, 0.82], dtype=np.float32)
+_LUMINANCE: Final = np.array([0.30, 0.59, 0.11], dtype=np.float32)
+_DARK: Final = 0.27
+_BACKGROUND: Final = np.array([1.0, 1.0, 1.0])
+_STRENGTH: Final = {CREASE: 0.42, OUTLINE: 0.85}
+_FIXED_STRENGTH: Final = 0.30
+_FIXED_VEIL: Final = 0.30
+_FADE: Final = (0.10, 0.75)
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A drawn panel: image (H, W, 3) 0..1, and the depth [m] of movable bodies at each of its pixels (H, W)."""
+
+    image: NDArray[np.float64]
+    depth: NDArray[np.float64]
+
+
+def render(
+    movable: Soup,
+    fixed: Soup | None,
+    camera: Camera,
+    shape: tuple[int, int],
+    ghost: bool = False,
+    focus: NDArray[np.float64] | None = None,
+) -> Panel:
+    """Draw both soups into a panel of (rows, columns); fixed bodies fade out away from the movable ones.
+
+    ``ghost`` draws the movable bodies pale, as a backdrop for what lies inside them. ``focus``: points (N, 3) that the
+    fixed bodies fade away from instead.
+    """
+    fine = camera.magnified(_SAMPLES)
+    size = (shape[0] * _SAMPLES, shape[1] * _SAMPLES)
+    front = _layer(movable, fine, size)
+    paint = _ghost_paint(movable, camera.view) if ghost else _paint(movable, camera.view)
+    image = _ink(_lookup(paint, front, _BACKGROUND), front, 0.45 if ghost else 1.0)
+    if fixed is not None and len(fixed.triangles):
+        image = _with_fixed(image, front, fixed, fine, movable.vertices if focus is None else focus)
+    rows, columns = shape
+    pooled = image.reshape(rows, _SAMPLES, columns, _SAMPLES, 3).mean(axis=(1, 3))
+    return Panel(pooled.astype(float), front.depth[::_SAMPLES, ::_SAMPLES])
+
+
+def light(normals: NDArray[np.float64], view: View) -> NDArray[np.float64]:
+    """Brightness (T,) of faces by their normal, between 1 - SHADE_LOSS and 1; the light hangs beside the viewer."""
+    lamp = unit(0.55 * view.toward + 0.75 * view.up - 0.45 * view.right)
+    return np.asarray(1.0 - SHADE_LOSS * (1.0 - np.clip(normals @ lamp, 0.0, 1.0)), dtype=float)
+
+
+def _paint(soup: Soup, view: View) -> NDArray[np.float64]:
+    away = soup.normals @ view.toward < 0.0
+    rgb = np.where(away[:, None], np.asarray(colours.COVERED), soup.rgb)
+    return rgb * light(soup.normals, view)[:, None]
+
+
+def _ghost_paint(soup: Soup, view: View) -> NDArray[np.float64]:
+    return np.tile([0.955, 0.96, 0.968], (len(soup.triangles), 1)) * light(soup.normals, view)[:, None] ** 0.5
+
+
+def _layer(soup: Soup, camera: Camera, size: tuple[int, int]) -> Layer:
+    axes = np.stack([camera.view.right, camera.view.up, camera.view.toward], axis=1)
+    return rasterise(camera.pixels(soup.vertices), soup.triangles, soup.normals @ axes, soup.body, camera.scale, size)
+
+
+def _lookup(paint: NDArray[np.float64], layer: Layer, background: NDArray[np.float64]) -> NDArray[np.float32]:
+    # The index -1 of empty pixels picks the last row.
+    table = np.concatenate([paint, background[None]]).astype(np.float32)
+    return table[layer.triangle]
+
+
+def _ink(image: NDArray[np.float32], layer: Layer, amount: float) -> NDArray[np.float32]:
+    for kind, strength in _STRENGTH.items():
+        drawn = layer.line == kind
+        under = image[drawn]
+        # Dark lines would drown in the dark end of the scale, so creases are drawn light there.
+        dark = (under @ _LUMINANCE < _DARK) & (kind == CREASE)
+        ink = np.where(dark[:, None], _LIGHT_INK, _INK)
+        image[drawn] = under + np.float32(strength * amount) * (ink - under)
+    return image
+
+
+def _with_fixed(
+    image: NDArray[np.float32], front: Layer, fixed: Soup, camera: Camera, focus: NDArray[np.float64]
+) -> NDArray[np.float32]:
+    size = (image.shape[0], image.shape[1])
+    layer = _layer(fixed, camera, size)
+    colour = _ink(_lookup(_paint(fixed, camera.view), layer, _BACKGROUND), layer, _FIXED_STRENGTH)
+    cover = np.zeros(size, dtype=np.float32)
+    rows, columns = np.nonzero(layer.triangle >= 0)
+    world = camera.world(np.column_stack([columns + 0.5, rows + 0.5, layer.depth[rows, columns]]))
+    cover[rows, columns] = _fade(world, focus)
+    hides = (front.triangle >= 0) & (layer.depth < front.depth - 1.0 / camera.scale)
+    cover[hides] *= _FIXED_VEIL
+    cover[(front.triangle >= 0) & ~hides] = 0.0
+    edge = (front.triangle < 0) & (front.line > 0)
+    cover[edge] = 0.0
+    return image + cover[:, :, None] * (colour - image)
+
+
+def _fade(world: NDArray[np.float64], focus: NDArray[np.float64]) -> NDArray[np.float64]:
+    low, high = focus.min(axis=0), focus.max(axis=0)
+    beyond = np.maximum(np.maximum(low - world, world - high), 0.0)
+    reach = np.linalg.norm(beyond, axis=1) / max(float(np.linalg.norm(high - low)), 1e-12)
+    ramp = np.clip((_FADE[1] - reach) / (_FADE[1] - _FADE[0]), 0.0, 1.0)
+    return np.asarray(ramp * ramp * (3.0 - 2.0 * ramp), dtype=float)

@@ -1,0 +1,131 @@
+"""The contact law, its Jacobian, and the linear systems of a path."""
+
+import numpy as np
+import pytest
+
+import holdfast as hf
+from holdfast.assembly.nodes import contact_nodes, equilibrium_operator
+from holdfast.elastic.law import evaluate, next_change, node_forces
+from holdfast.elastic.linear import SparseSolver, dense_solve, make_work
+from holdfast.engines.compliant.model import elastic_model, levers
+from holdfast.engines.mechanism import relative_velocity
+from holdfast.scene.shipped import shipped_scene
+
+SCENES = ["cube", "table", "arch", "v_groove", "tabletop"]
+
+
+def model(name: str, ratio: float = 1.0) -> tuple:
+    assembly = hf.assemble(shipped_scene(name))
+    nodes = contact_nodes(assembly, 49, "quadrature")
+    return assembly, nodes, elastic_model(assembly, nodes, assembly.weight_wrench(), ratio)
+
+
+def unbalance(m, q: np.ndarray, K: np.ndarray | None = None) -> np.ndarray:
+    r = np.zeros(len(q))
+    evaluate(m, 1.0, q, r, np.zeros_like(m.bonded) if K is None else K, np.zeros(6), np.zeros(6))
+    return r
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("ratio", [1.0, 0.5])
+def test_forces_follow_the_law_at_every_node(name: str, ratio: float) -> None:
+    assembly, nodes, m = model(name, ratio)
+    seen = set()
+    for seed in range(20):
+        q = np.random.default_rng(seed).normal(size=len(m.wrench))
+        f = np.zeros((len(nodes), 3))
+        node_forces(m, q, f)
+        u = relative_velocity(nodes, assembly.com, (levers(assembly) * q).reshape(-1, 6))
+        normal = m.k * np.maximum(0, -u[:, 0])
+        trial = -ratio * m.k[:, None] * u[:, 1:]
+        share = np.minimum(1, nodes.mu * normal / np.linalg.norm(trial, axis=1))
+        np.testing.assert_allclose(f, np.column_stack([normal, share[:, None] * trial]), atol=1e-12)
+        seen |= set(np.where(normal == 0, "open", np.where(share == 1, "stuck", "slides")))
+    assert seen == {"open", "stuck", "slides"}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_unbalance_is_that_of_the_equilibrium_operator(name: str) -> None:
+    assembly, nodes, m = model(name)
+    q = np.random.default_rng(1).normal(size=len(m.wrench))
+    f = np.zeros((len(nodes), 3))
+    node_forces(m, q, f)
+    expected = levers(assembly) * (equilibrium_operator(assembly, nodes) @ f.ravel()) + m.wrench
+    np.testing.assert_allclose(unbalance(m, q), expected, atol=1e-11)
+
+
+def bordered(m, K: np.ndarray, w: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """The dense matrix of the system, sheet by sheet, by its definition."""
+    n = len(w)
+    A = np.zeros((n + 1, n + 1))
+    for p in range(len(m.a)):
+        T = np.zeros((6, n))
+        if m.b[p] >= 0:
+            T[:, 6 * m.b[p] : 6 * m.b[p] + 6] += m.Tb[p]
+        if m.a[p] >= 0:
+            T[:, 6 * m.a[p] : 6 * m.a[p] + 6] -= m.Ta[p]
+        A[:n, :n] += T.T @ K[p] @ T
+    A[:n, n], A[n, :n] = -w, c
+    return A
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_jacobian_is_the_derivative(name: str) -> None:
+    _, _, m = model(name)
+    n = len(m.wrench)
+    q = np.random.default_rng(2).normal(size=n)
+    K = np.zeros_like(m.bonded)
+    unbalance(m, q, K)
+    A = bordered(m, K, np.zeros(n), np.zeros(n))[:n, :n]
+    h = 1e-7
+    change = np.array([unbalance(m, q + h * e) - unbalance(m, q - h * e) for e in np.eye(n)]).T / (2 * h)
+    np.testing.assert_allclose(-change, A, atol=1e-6)
+    assert np.abs(A - A.T).max() > 1e-3  # sliding makes it unsymmetric
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_dense_and_sparse_solutions_and_the_sign_of_the_determinant(name: str) -> None:
+    _, _, m = model(name)
+    n = len(m.wrench)
+    rng = np.random.default_rng(3)
+    for _ in range(4):
+        works = [make_work(m, dense=True), make_work(m, dense=False)]
+        q, w, c, rhs = rng.normal(size=n), rng.normal(size=n), rng.normal(size=n), rng.normal(size=(n + 1, 2))
+        for work in works:
+            unbalance(m, q, work.K)
+            work.w[:], work.c[:], work.rhs[:] = w, c, rhs
+            work.ask[0] = 0.1
+        dense_solve(m, works[0])
+        SparseSolver(m).solve(works[1])
+        A = bordered(m, works[0].K + 0.1 * m.bonded, w, c)
+        for work in works:
+            np.testing.assert_allclose(A @ work.rhs, rhs, atol=1e-7)
+            assert work.ask[2] == np.linalg.slogdet(A)[0]
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_law_is_homogeneous(name: str) -> None:
+    _, _, m = model(name)
+    q = np.random.default_rng(4).normal(size=len(m.wrench))
+    for factor in (1e-3, 1e5):
+        np.testing.assert_allclose(
+            unbalance(m, factor * q) - m.wrench, factor * (unbalance(m, q) - m.wrench), rtol=1e-9
+        )
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_nothing_changes_its_state_before_the_next_change(name: str) -> None:
+    _, nodes, m = model(name)
+    rng = np.random.default_rng(5)
+    q, t = rng.normal(size=(2, len(m.wrench)))
+
+    def states(at: np.ndarray) -> np.ndarray:
+        f = np.zeros((len(nodes), 3))
+        node_forces(m, at, f)
+        sliding = np.linalg.norm(f[:, 1:], axis=1) > (1 - 1e-12) * nodes.mu * f[:, 0]
+        return np.where(f[:, 0] <= 0, 0, np.where(sliding, 2, 1))
+
+    h = next_change(m, q, t)
+    assert np.isfinite(h)
+    assert (states(q) == states(q + 0.999 * h * t)).all()
+    assert (states(q) != states(q + (h + 1e-9) * t)).any()

@@ -1,0 +1,103 @@
+"""Cells tile the surfaces of bodies."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import trimesh
+
+import holdfast as hf
+from holdfast.geometry.cells import Cells, surface_cells
+from holdfast.geometry.distance import distance_to_surface
+from holdfast.geometry.polygon import inside, shapely_polygon
+from holdfast.geometry.surface import Surface
+from holdfast.queries.exposed import covered
+from holdfast.scene.shipped import shipped_scene
+
+ELL = trimesh.creation.extrude_polygon(
+    shapely_polygon([np.array([(0, 0), (0.2, 0), (0.2, 0.1), (0.1, 0.1), (0.1, 0.3), (0, 0.3)], dtype=float)]), 0.05
+)
+TABLETOP = {body.name: body.surface_world for body in shipped_scene("tabletop").movable}
+SURFACES = {
+    "box": hf.Box((0.1, 0.2, 0.3)).surface,
+    "sliver": hf.Box((0.1, 0.2, 1e-4)).surface,
+    "ell": hf.Mesh(ELL.vertices, ELL.faces).surface,
+    "cylinder": hf.Cylinder(0.05, 0.2).surface,
+    "sphere": hf.Sphere(0.1).surface,
+    **TABLETOP,
+}
+SPACINGS = (0.01, 0.03, 0.5)
+OFF = dict.fromkeys(SURFACES, 1e-9) | dict.fromkeys(TABLETOP, 2e-8)  # [m]; coordinates in those files are float32
+
+
+def area_of(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+
+
+def some(values: np.ndarray, count: int) -> np.ndarray:
+    """About ``count`` of the rows, spread evenly."""
+    return values[:: max(1, len(values) // count)]
+
+
+def distance_to(point: np.ndarray, surface: Surface, k: int) -> float:
+    return float(distance_to_surface(point[None], Surface(surface.vertices, surface.faces[k : k + 1]))[0])
+
+
+@pytest.mark.parametrize("spacing", SPACINGS)
+@pytest.mark.parametrize("name", SURFACES)
+def test_cells_cover_the_surface_once(name: str, spacing: float) -> None:
+    surface = SURFACES[name]
+    cells = surface_cells(surface, spacing)
+    total = area_of(surface.vertices, surface.faces).sum()
+    assert area_of(cells.vertices, cells.triangles).sum() == pytest.approx(total, rel=1e-9)
+    assert distance_to_surface(some(cells.vertices, 150), surface).max() < OFF[name]
+
+
+@pytest.mark.parametrize("spacing", SPACINGS)
+@pytest.mark.parametrize("name", SURFACES)
+def test_every_cell_has_a_point_on_the_body_and_an_outward_normal(name: str, spacing: float) -> None:
+    surface = SURFACES[name]
+    cells = surface_cells(surface, spacing)
+    assert set(cells.cell) == set(range(len(cells.points)))
+    assert len(cells.normals) == len(cells.points)
+    assert distance_to_surface(some(cells.points, 150), surface).max() < OFF[name]
+    np.testing.assert_allclose(np.linalg.norm(cells.normals, axis=1), 1, rtol=1e-9)
+    triangles = surface.vertices[surface.faces]
+    for point, normal in zip(some(cells.points, 9), some(cells.normals, 9), strict=True):
+        off = np.abs(((point - triangles[:, 0]) * surface.normals).sum(1))
+        near = [k for k in np.flatnonzero(off < 1e-7) if distance_to(point, surface, k) < 1e-7]
+        assert (surface.normals[near] @ normal).max() > 1 - 1e-6
+
+
+def test_cells_are_about_one_spacing_wide() -> None:
+    cells = surface_cells(SURFACES["box"], 0.01)
+    assert len(cells.points) == 2 * (10 * 20 + 10 * 30 + 20 * 30)
+    sizes = np.bincount(cells.cell, area_of(cells.vertices, cells.triangles))
+    np.testing.assert_allclose(sizes, 1e-4, rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["table", "arch", "tabletop"])
+def test_covered_cells_are_those_on_patches(name: str) -> None:
+    assembly = hf.assemble(shipped_scene(name))
+    for body in assembly.movable:
+        cells = surface_cells(body.surface_world, 0.02)
+        patches = [p for i in assembly.interfaces if body.name in i.bodies for p in i.patches]
+        found = covered(cells, patches, assembly.tolerances.gap)
+        for point, hidden in zip(cells.points, found, strict=True):
+            on = [
+                abs((point - p.polygon[0]) @ p.normal) < 1e-9
+                and inside(shapely_polygon(p.rings), (point - p.polygon[0])[None] @ p.frame.T)[0]
+                for p in patches
+            ]
+            assert hidden == any(on)
+
+
+def test_a_choice_of_cells_is_numbered_anew() -> None:
+    cells = surface_cells(SURFACES["box"], 0.05)
+    keep = np.arange(len(cells.points)) % 3 == 0
+    chosen: Cells = cells.chosen(keep)
+    np.testing.assert_array_equal(chosen.points, cells.points[keep])
+    assert set(chosen.cell) == set(range(len(chosen.points)))
+    old = np.flatnonzero(keep)[chosen.cell]
+    np.testing.assert_array_equal(old, cells.cell[keep[cells.cell]])

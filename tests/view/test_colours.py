@@ -1,0 +1,103 @@
+"""The colour scale: what goes where, and what stands apart."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from holdfast.view import colours
+
+
+def distance(one: object, other: object) -> float:
+    return float(np.linalg.norm(colours.oklab(np.asarray(one)) - colours.oklab(np.asarray(other))))
+
+
+def test_steps_of_the_scale_look_equally_large_and_get_lighter() -> None:
+    lab = colours.oklab(colours.TABLE)
+    steps = np.linalg.norm(np.diff(lab, axis=0), axis=1)
+    assert steps.max() < 1.1 * steps.mean()
+    assert steps.min() > 0.8 * steps.mean()
+    assert np.all(np.diff(lab[:, 0]) > 0.0)
+
+
+def test_special_colours_are_apart_from_each_other_and_from_the_scale() -> None:
+    special = [colours.INFINITE, colours.ZERO, colours.FIXED, colours.COVERED]
+    for one, other in itertools.combinations(special, 2):
+        assert distance(one, other) > 0.07
+    for one in special[:3]:
+        assert min(distance(one, rgb) for rgb in colours.TABLE) > 0.05
+
+
+def test_wide_ranges_are_logarithmic_and_narrow_ones_linear() -> None:
+    wide, narrow = colours.scale_of([1.0, 10.0, 100.0]), colours.scale_of([10.0, 20.0, 30.0])
+    assert wide is not None
+    assert wide.log
+    assert wide.position(10.0) == pytest.approx(0.5)
+    assert narrow is not None
+    assert not narrow.log
+    assert narrow.position(20.0) == pytest.approx(0.5)
+
+
+def test_a_few_outliers_are_clamped_and_marked() -> None:
+    bulk = np.linspace(10.0, 20.0, 200)
+    scale = colours.scale_of(np.concatenate([bulk, [1e9], [1e-9]]))
+    assert scale is not None
+    assert (scale.below, scale.above, scale.log) == (True, True, False)
+    assert 9.0 < scale.low < 11.0
+    assert 19.0 < scale.high < 21.0
+    marks = colours.ticks(scale)
+    assert marks[0].label.startswith("≤ ")
+    assert marks[-1].label.startswith("≥ ")
+    np.testing.assert_allclose(colours.colours(scale, [1e9])[0], colours.TABLE[-1])
+
+
+def test_a_weak_spot_is_not_taken_for_an_outlier() -> None:
+    scale = colours.scale_of([*np.linspace(10.0, 20.0, 200), 0.1])
+    assert scale is not None
+    assert (scale.low, scale.below, scale.log) == (0.1, False, True)
+
+
+def test_two_values_far_apart_are_not_outliers() -> None:
+    scale = colours.scale_of([1.0, 1000.0])
+    assert scale == colours.Scale(1.0, 1000.0, log=True)
+
+
+@pytest.mark.parametrize("values", [[], [np.inf], [0.0], [np.inf, 0.0, -1.0], [np.nan]])
+def test_without_finite_positive_values_there_is_no_scale(values: list[float]) -> None:
+    assert colours.scale_of(values) is None
+    assert colours.colours(None, values).shape == (len(values), 3)
+
+
+@pytest.mark.parametrize("values", [[5.0], [5.0] * 9, [5.0, 5.0 + 1e-12], [5.0, np.inf, 0.0]])
+def test_equal_values_sit_inside_a_scale_of_their_size(values: list[float]) -> None:
+    scale = colours.scale_of(values)
+    assert scale is not None
+    assert scale.low < 5.0 < scale.high
+    assert 0.2 < float(scale.position(5.0)) < 0.8
+    assert len(colours.ticks(scale)) >= 3
+
+
+def test_infinite_zero_and_unknown_get_their_own_colours() -> None:
+    force = [np.inf, 0.0, -1.0, np.nan, 3.0]
+    rgb = colours.colours(colours.scale_of(force), force)
+    expected = [colours.INFINITE, colours.ZERO, colours.ZERO, colours.COVERED, colours.TABLE[128]]
+    np.testing.assert_allclose(rgb, expected, atol=0.02)
+
+
+@pytest.mark.parametrize(("low", "high"), [(1e-6, 1e-3), (0.3, 9.0), (7.0, 8.0), (1.0, 1e9), (123.0, 45678.0)])
+def test_ticks_run_upward_with_room_between_them(low: float, high: float) -> None:
+    scale = colours.scale_of([low, high])
+    assert scale is not None
+    marks = colours.ticks(scale)
+    places = [mark.position for mark in marks]
+    assert places[0] == 0.0
+    assert places[-1] == 1.0
+    assert 3 <= len(marks) <= 11
+    assert min(np.diff(places)) > 0.05
+
+
+@pytest.mark.parametrize(("value", "text"), [(1234.0, "1230"), (0.0512, "0.0512"), (98.76, "98.8"), (2.5e7, "2.5e+07")])
+def test_numbers_have_three_digits(value: float, text: str) -> None:
+    assert colours.number(value) == text

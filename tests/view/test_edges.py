@@ -1,0 +1,44 @@
+"""Feature edges do not depend on how a surface is cut."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from holdfast.view.edges import feature_edges
+from holdfast.view.picture import HeatSurface, Picture, Solid
+from holdfast.view.soup import movable
+
+
+def edge_length(*parts: HeatSurface | Solid) -> float:
+    heat = tuple(part for part in parts if isinstance(part, HeatSurface))
+    solids = tuple(part for part in parts if isinstance(part, Solid))
+    segments = feature_edges(movable(Picture("", "", heat, solids), None))
+    return float(np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1).sum())
+
+
+@pytest.mark.parametrize("cut", [10.0, 0.5, 0.13])
+def test_a_box_has_its_twelve_edges_however_fine_its_cells(heat_box, cut: float) -> None:
+    box = heat_box("a", (0.0, 0.0, 0.0), (1.0, 2.0, 3.0), lambda p: p[:, 0] + 1.0, cut)
+    assert edge_length(box) == pytest.approx(24.0)
+
+
+def test_faces_cut_differently_on_both_sides_of_an_edge_still_make_one_edge() -> None:
+    vertices = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0], [2, 1, 0], [0, 0, -1], [2, 0, -1.0]])
+    top = [[0, 1, 3], [1, 4, 3], [1, 2, 4]]
+    side = [[0, 5, 6], [0, 6, 2]]
+    bent = Solid("l", vertices, np.array(top + side), fixed=False)
+    assert edge_length(bent) == pytest.approx(2 * (2 + 1 + 1) + 2)
+
+
+def test_a_flat_face_with_unmatched_cuts_has_no_inner_edge() -> None:
+    vertices = np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0], [1, 1, 0], [0, 2, 0], [1, 2, 0], [2, 2, 0.0]])
+    flat = Solid(
+        "f", vertices, np.array([[0, 1, 2], [0, 2, 3], [3, 4, 6], [3, 6, 5], [4, 2, 7], [4, 7, 6]]), fixed=False
+    )
+    assert edge_length(flat) == pytest.approx(8.0)
+
+
+def test_two_touching_bodies_keep_their_own_edges(heat_box) -> None:
+    boxes = [heat_box(str(k), (0.0, 0.0, k), (1.0, 1.0, k + 1.0), lambda p: p[:, 0] + 1.0, 1.0) for k in range(2)]
+    assert edge_length(*boxes) == pytest.approx(24.0)
