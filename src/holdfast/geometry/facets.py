@@ -8,7 +8,9 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int
+from holdfast.base.values import Value
 from holdfast.geometry.topology import Topology
 
 LEAST = 5  # triangles: fewer are as well left as they are
@@ -16,8 +18,9 @@ COPLANAR = 1e-5  # [rad] between neighbouring triangles of one facet
 FLATNESS = 1e-7  # of the surface's size: vertices of a facet may leave its plane by no more
 
 
-@dataclass(frozen=True, eq=False)
-class Facets:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Facets(Value):
     """The large flat faces of a surface.
 
     ``label`` (F,) number of the facet each triangle belongs to, -1 for those of none; ``rings`` one tuple a facet:

@@ -9,8 +9,10 @@ import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.errors import GeometryError, message
+from holdfast.base.values import Value
 
 if TYPE_CHECKING:
     import trimesh
@@ -20,8 +22,9 @@ LEAST_ROUND = 0.005  # of area to the power 3/2 (a ball has 0.094): an open piec
 SCRAP = 0.01  # of the whole area: loose pieces of a scan with less do not put its orientation in doubt
 
 
-@dataclass(frozen=True)
-class PlaneFit:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class PlaneFit(Value):
     """A flat region found in a noisy mesh.
 
     ``normal`` (3,) and ``offset`` [m] of the plane normal · x = offset in the body frame, the region's ``area`` [m²],
@@ -35,8 +38,9 @@ class PlaneFit:
     worst: float
 
 
-@dataclass(frozen=True)
-class MeshReport:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class MeshReport(Value):
     """What a mesh was like and what was done about it.
 
     Counts: vertices ``welded``, ``degenerate`` and ``duplicate`` faces left out, faces ``flipped`` to face outward,

@@ -6,13 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int
+from holdfast.base.values import Value
 
 FLAT = 1e-3  # [rad] a smaller dihedral is rounding, not an edge
 
 
-@dataclass(frozen=True, eq=False)
-class Topology:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Topology(Value):
     """Edges and vertices of a triangle surface.
 
     ``edges`` (E, 2) vertices; ``sides`` (E, 2) the faces beside each, -1 where there is none; ``bend`` (E,) angle

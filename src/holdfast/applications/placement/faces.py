@@ -34,7 +34,6 @@ class Face:
 def faces_of(body: Body) -> tuple[Face, ...]:
     """All faces of the body's convex hull, the steadiest first."""
     vertices = body.shape.surface.vertices
-    assert body.com is not None
     hull = ConvexHull(vertices)
     normals = hull.equations[:, :3]
     first: list[int] = []
@@ -46,9 +45,8 @@ def faces_of(body: Body) -> tuple[Face, ...]:
         else:
             first.append(int(k))
             groups.append([int(k)])
-    faces = [
-        _face(unit(normals[group].mean(0)), vertices[np.unique(hull.simplices[group])], body.com) for group in groups
-    ]
+    com = body.com_body
+    faces = [_face(unit(normals[group].mean(0)), vertices[np.unique(hull.simplices[group])], com) for group in groups]
     return tuple(sorted(faces, key=lambda face: -round(face.tilt, 9)))
 
 
