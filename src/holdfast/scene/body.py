@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -19,6 +20,9 @@ from holdfast.scene.shapes import Shape, as_shape
 
 if TYPE_CHECKING:
     import trimesh
+
+
+ROUNDING = 1e-9  # [-] by how much a mass may differ from density times volume: processors differ in the last digits
 
 
 @archived
@@ -76,17 +80,17 @@ class Body(Value):
                 _ = self.com_body  # a shape without a volume has none: say so now
 
     def _set_mass(self, mass: float | None, density: float | None, where: str) -> None:
-        """Keep the mass that was given or follows from the density; both only where they agree to the last digit."""
+        """Keep the mass that was given or follows from the density; both only where they agree."""
         set_ = object.__setattr__
         if mass is not None:
             mass = checked_number(mass, f"{where}: mass", above=0)
         if density is not None:
             density = checked_number(density, f"{where}: density", above=0)
             follows = density * self.shape.mass_properties.volume
-            if mass is not None and mass != follows:
+            if mass is not None and not math.isclose(mass, follows, rel_tol=ROUNDING):
                 problem = f"mass = {mass:g} and density = {density:g}"
                 raise SceneError(message(where, problem, "give one of them, the other as None"))
-            mass = follows
+            mass = follows if mass is None else mass
         if mass is None and not self.fixed:
             raise SceneError(message(where, "has no mass", "give mass= or density=, or fixed=True"))
         set_(self, "mass", mass)
