@@ -28,7 +28,6 @@ from holdfast.queries.request import (
     total_wrench,
 )
 from holdfast.queries.sensitivity import MuRange, friction_intervals, with_friction
-from holdfast.scene.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,17 +96,13 @@ class _Spread:
     def _moved(self, shifts: Float, turns: Float) -> Assembly:
         """Bodies moved and their contacts found again, between the pairs that touch in the given assembly."""
         given = self.assembly
-        bodies = []
-        for body in given.bodies:
-            k = given.index[body.name]
-            if k == FIXED:
-                bodies.append(body)
-                continue
+        poses = {}
+        for k, body in enumerate(given.movable):
             pose = np.array(body.pose)
             pose[:3, :3] = turns[k] @ pose[:3, :3]
             pose[:3, 3] = given.com[k] + shifts[k] + turns[k] @ (pose[:3, 3] - given.com[k])
-            bodies.append(body.moved(pose))
-        scene = Scene(bodies, given.scene.friction, given.scene.gravity, given.scene.name)
+            poses[body.name] = pose
+        scene = given.scene.moved(poses)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", HoldfastWarning)  # the notes count what overlaps
             found = assemble(scene, angle=given.tolerances.angle, pose_sigma=self._tolerance)
