@@ -54,7 +54,7 @@ def run(path: Path, spacing: float) -> tuple[float, int]:
 
 
 def first_calls(path: Path, spacing: float) -> tuple[float, float]:
-    """Seconds of a new process's first call: with an empty folder of machine code, and with what that call left in it."""
+    """Seconds of a new process's first call: with an empty folder of machine code, and with what that call left."""
     with tempfile.TemporaryDirectory() as cache:
         environment = dict(os.environ, **{FOLDER_VARIABLE: cache})
         code = (
