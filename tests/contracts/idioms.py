@@ -20,7 +20,7 @@ def bodies() -> list[hf.Body]:
     pose = np.eye(4)
     pose[:3, 3] = (0.1, 0, 0.1)
     floor = hf.Body(
-        "floor", hf.Box((1, 1, 0.1)), pose=[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, -0.05], [0, 0, 0, 1]], fixed=True
+        "floor", hf.Box((1, 1, 0.1)), pose=[(1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, -0.05), (0, 0, 0, 1)], fixed=True
     )
     vase = hf.Body("vase", hf.Cylinder(0.03, 0.2), mass=0.4, pose=pose, material="glass")
     tilted = hf.Body("brick", hf.Box([0.2, 0.1, 0.05]), density=2000, com=(0, 0, 0.001), inertia=np.eye(3) * 1e-3)
@@ -46,7 +46,7 @@ def moved_bodies() -> hf.Body:
     pose = np.eye(4)
     pose[:3, 3] = (0.2, 0, 0.1)
     vase = bodies()[1].moved(pose)
-    return vase.moved([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0.1], [0, 0, 0, 1]])
+    return vase.moved([(1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0.1), (0, 0, 0, 1)])
 
 
 def files(folder: Path) -> hf.Scene:

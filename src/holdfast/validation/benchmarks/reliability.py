@@ -14,7 +14,7 @@ import holdfast as hf
 from holdfast.base.arrays import Float
 from holdfast.geometry.cells import surface_cells
 from holdfast.queries.request import push_columns
-from holdfast.scene.shipped import SHIPPED, shipped_scene
+from holdfast.scene.shipped import shipped_scene, shipped_scenes
 from holdfast.validation.benchmarks.checkout import checkout
 from holdfast.validation.benchmarks.suite import Case, Row, Suite, table
 
@@ -92,7 +92,7 @@ def settled(name: str, path: Path) -> list[Row]:
 
 
 def cases() -> Mapping[str, Case]:
-    found: dict[str, Case] = {name: partial(shipped, name) for name in SHIPPED}
+    found: dict[str, Case] = {name: partial(shipped, name) for name in shipped_scenes()}
     for name in SETTLED:
         path = settled_file(name)
         if path is not None:
