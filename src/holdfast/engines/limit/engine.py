@@ -177,11 +177,11 @@ class LimitState:
 
     def solve(self, load: Float) -> LoadLimit:
         """The largest factor of one load (6J,)."""
-        return self._solved(load)[0]
+        return self._maximised(load)[0]
 
     def gradient(self, load: Float, where: str) -> Gradient:
         """Derivatives of the largest factor of one load (6J,), all from one solve."""
-        limit, solution = self._solved(load)
+        limit, solution = self._maximised(load)
         forces = np.empty((0, 3)) if solution is None else solution.x[:-1].reshape(-1, 3)
         return gradient(self.assembly, self.rest.nodes, limit, forces[:, 0] * self.assembly.weight, where)
 
@@ -189,7 +189,7 @@ class LimitState:
         """The x (d,) in the box |x_k| <= 1 for which ``columns`` @ x is carried, between two polyhedra."""
         return find_set(self.assembly, self.solve, columns, gap, where)
 
-    def _solved(self, load: Float) -> tuple[LoadLimit, ConeSolution | None]:
+    def _maximised(self, load: Float) -> tuple[LoadLimit, ConeSolution | None]:
         """The largest factor of one load (6J,), and the solution of its program (None: there is no load)."""
         scaled = self.assembly.equation_scale / self.assembly.weight * load
         size = float(np.abs(scaled).max(initial=0))
