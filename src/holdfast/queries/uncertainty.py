@@ -16,6 +16,7 @@ from holdfast.base.errors import HoldfastError, HoldfastWarning, message
 from holdfast.base.progress import report
 from holdfast.contacts.detect import SIGMAS
 from holdfast.engines.contract import Claim, Status
+from holdfast.queries.intervals import MuRange, friction_intervals, with_friction
 from holdfast.queries.push import robustness
 from holdfast.queries.request import (
     DEFAULT_ENGINE,
@@ -27,7 +28,6 @@ from holdfast.queries.request import (
     push_columns,
     total_wrench,
 )
-from holdfast.queries.sensitivity import MuRange, friction_intervals, with_friction
 from holdfast.scene.scene import Scene
 
 
