@@ -13,6 +13,7 @@ from holdfast.base.arrays import Float, checked, frozen, unit
 from holdfast.base.errors import GeometryError, message
 from holdfast.base.rigid import tangents
 from holdfast.geometry import polygon as flat
+from holdfast.geometry.hull import convex_hull
 
 FLATNESS = 0.02  # [-] how far a given polygon's corners may leave its plane, relative to its size
 
@@ -106,7 +107,7 @@ class Patch:
         """(m, 3) corners of the convex hull, counter-clockwise."""
         if self.kind != "face":
             return self.polygon
-        return self.lifted(flat.convex_hull(self.rings[0], 1e-9 * self.size))
+        return self.lifted(convex_hull(self.rings[0], 1e-9 * self.size))
 
     def flipped(self) -> Patch:
         """The same patch seen from the other body."""

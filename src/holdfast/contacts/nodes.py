@@ -15,6 +15,7 @@ from holdfast.base.arrays import Float, frozen
 from holdfast.base.errors import HoldfastError, message
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.geometry import polygon as flat
+from holdfast.geometry.hull import convex_hull, smallest_rectangle
 
 Sampling = Literal["hull", "quadrature", "corners", "paper"]
 
@@ -66,7 +67,7 @@ def _sampled(interface: Interface, count: int, sampling: Sampling, seed: int) ->
 
 def corner_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     """All corners of the hull, whatever ``count``: they carry every force that the whole patch could carry."""
-    corners = flat.convex_hull(patch.rings[0], 1e-9 * patch.size)
+    corners = convex_hull(patch.rings[0], 1e-9 * patch.size)
     return corners, np.full(len(corners), patch.area / len(corners))
 
 
@@ -121,8 +122,8 @@ class _Sheet:
 
     @classmethod
     def of(cls, patch: Patch) -> _Sheet:
-        hull = flat.convex_hull(patch.rings[0], 1e-9 * patch.size)
-        axes, low, high = flat.smallest_rectangle(hull)
+        hull = convex_hull(patch.rings[0], 1e-9 * patch.size)
+        axes, low, high = smallest_rectangle(hull)
         return cls(patch, axes, low, high - low, (hull @ axes.T - low) / (high - low))
 
     def flat(self, unit: Float) -> Float:

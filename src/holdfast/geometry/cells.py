@@ -6,15 +6,16 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
 
-from holdfast.base.arrays import Bool, Float, Int, unit
+from holdfast.base.arrays import Bool, Float, Int, freeze, frozen, unit
 from holdfast.base.compiled import compiled
 from holdfast.base.rigid import tangents
-from holdfast.geometry.polygon import convex_hull, keep_half_plane, smallest_rectangle
+from holdfast.geometry.area import areas_of
+from holdfast.geometry.hull import convex_hull, smallest_rectangle
+from holdfast.geometry.polygon import keep_half_plane
 from holdfast.geometry.surface import Surface
 
-COPLANAR = 1e-8  # 1 - cos of the angle below which neighbouring triangles make one facet
+COPLANAR = float(np.arccos(1 - 1e-8))  # XXX
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +32,14 @@ class Cells:
     triangles: Int
     cell: Int
 
+    def __post_init__(self) -> None:
+        freeze(self)
+
+    @property
+    def areas(self) -> Float:
+        """(C,) area of each cell [m²]."""
+        return frozen(np.bincount(self.cell, areas_of(self.vertices, self.triangles), minlength=len(self.points)))
+
     def chosen(self, keep: Bool) -> Cells:
         """Only the cells where ``keep`` (C,) is true."""
         number = np.cumsum(keep) - 1
@@ -42,7 +51,7 @@ class Cells:
 
 def surface_cells(surface: Surface, spacing: float) -> Cells:
     """Flat facets are cut by a grid along their smallest rectangle; small triangles of curved ones are clustered."""
-    facet = _facets(surface)
+    facet = surface.topology.regions(COPLANAR)
     parts: list[Cells] = []
     small = np.zeros(len(surface.faces), dtype=bool)
     order = np.argsort(facet, kind="stable")
@@ -96,19 +105,6 @@ def _hit(points: Float, normals: Float, triangles: Float, reach: float) -> Bool:
                 result[i] = True
                 break
     return result
-
-
-def _facets(surface: Surface) -> Int:
-    """(F,) number of the flat facet each triangle belongs to: neighbours across an edge with one normal."""
-    faces = surface.faces
-    edges = np.sort(np.vstack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-    owner = np.tile(np.arange(len(faces)), 3)
-    order = np.lexsort((edges[:, 1], edges[:, 0]))
-    same = (edges[order[1:]] == edges[order[:-1]]).all(1)
-    a, b = owner[order[:-1][same]], owner[order[1:][same]]
-    flat = (surface.normals[a] * surface.normals[b]).sum(1) > 1 - COPLANAR
-    links = sparse.coo_matrix((np.ones(flat.sum()), (a[flat], b[flat])), shape=(len(faces),) * 2)
-    return np.asarray(sparse.csgraph.connected_components(links, directed=False)[1], dtype=np.int64)
 
 
 def _gridded(corners: Float, normal: Float, spacing: float) -> Cells:
@@ -204,7 +200,7 @@ def _clustered(surface: Surface, members: Int, spacing: float) -> Cells:
     keys = np.hstack([np.floor(centres / spacing + 1e-9), np.round(normals * 1.2)]).astype(np.int64)
     _, cell = np.unique(keys, axis=0, return_inverse=True)
     cell = cell.reshape(-1)
-    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+    areas = surface.areas[members]
     total = np.maximum(np.bincount(cell, areas), 1e-300)
     middle = np.column_stack([np.bincount(cell, areas * centres[:, k]) for k in range(3)]) / total[:, None]
     away = np.linalg.norm(centres - middle[cell], axis=1)

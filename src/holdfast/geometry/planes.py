@@ -66,8 +66,7 @@ class _Patchwork:
         self.noise = noise
         self.corners = surface.vertices[surface.faces]
         self.normals = surface.normals
-        cross = np.cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, 2] - self.corners[:, 0])
-        self.area = np.linalg.norm(cross, axis=1) / 2
+        self.area = surface.areas
         self.centres = self.corners.mean(1)
         sides = surface.topology.sides
         one, two = sides[sides[:, 1] >= 0].T

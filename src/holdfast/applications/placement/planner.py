@@ -32,7 +32,7 @@ from holdfast.applications.placement.support import (
     support_points,
 )
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float, unit
+from holdfast.base.arrays import Float
 from holdfast.base.errors import SceneError
 from holdfast.base.rigid import transform
 from holdfast.contacts.detect import find_contacts
@@ -146,10 +146,10 @@ class Planner:
         """Points of the scene to build poses on."""
         return support_points(self.maps, self.weight, self.up, self.options.weights, self.options.region)
 
-    @cached_property
+    @property
     def up(self) -> Float:
         """(3,) against gravity."""
-        return unit(-self.assembly.scene.gravity)
+        return self.assembly.scene.up
 
     @cached_property
     def weight(self) -> float:
