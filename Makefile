@@ -3,6 +3,8 @@ PYTHON ?= python3.11
 VENV ?= .venv
 BIN := $(VENV)/bin
 OUT ?= out
+# Where compiled loops are kept (src/holdfast/base/compiled.py)
+COMPILED := $(or $(HOLDFAST_CACHE_DIR),$(or $(XDG_CACHE_HOME),$(HOME)/.cache)/holdfast)
 
 .PHONY: demo test test-slow test-referees benchmark lint clean
 
@@ -42,3 +44,4 @@ benchmark: $(VENV)/.simulators
 
 clean:
 	rm -rf $(VENV) $(OUT) build dist src/*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(COMPILED)/compiled-*
