@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from holdfast.base.errors import HoldfastError, SceneError, message
-
-if TYPE_CHECKING:
-    from _typeshed import DataclassInstance
 
 Array = TypeVar("Array", bound=NDArray[Any])
 Float: TypeAlias = NDArray[np.float64]
@@ -30,14 +26,6 @@ def frozen(array: Array) -> Array:
 def kept(array: Array) -> Array:
     """The same array if it is read-only, else a read-only copy: whoever made it may write to it later."""
     return frozen(array.copy()) if array.flags.writeable else array
-
-
-def freeze(value: DataclassInstance) -> None:
-    """Make every array in the fields of a dataclass read-only, in place: for values whose arrays are their own."""
-    for entry in fields(value):
-        array = getattr(value, entry.name)
-        if isinstance(array, np.ndarray):
-            frozen(array)
 
 
 def checked(

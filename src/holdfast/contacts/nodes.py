@@ -20,8 +20,8 @@ from holdfast.geometry.hull import convex_hull, smallest_rectangle
 Sampling = Literal["hull", "quadrature", "corners", "paper"]
 
 CANDIDATES = 10  # random points of which the paper takes the farthest
-CELLS = 6  # between two neighbouring nodes of a grid; even
-MANY, FEW_CELLS = 2000, 2  # the same in grids of so many nodes
+CELLS = 6  # a grid step, to count tributary areas by; even, so that none lies halfway between two nodes
+MANY, FEW_CELLS = 2000, 2  # grids with at least MANY nodes are counted by FEW_CELLS a step: they are fine enough
 LATTICE = 19  # candidate points along each side of a patch; odd, so that the middle is among them
 LEAST_SHARES = (0.1, 0.01)  # no corrected weight falls below this share of its tributary area; the larger if it can
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
 
-from holdfast.base.arrays import Float, Int, freeze, frozen
+from holdfast.base.arrays import Float, Int
+from holdfast.base.values import seal
 from holdfast.geometry.area import outline_vector
 from holdfast.geometry.topology import Topology
 
@@ -28,9 +28,7 @@ class Facets:
     rings: tuple[tuple[Int, ...], ...]
 
     def __post_init__(self) -> None:
-        freeze(self)
-        for ring in itertools.chain.from_iterable(self.rings):
-            frozen(ring)
+        seal(self)
 
     @classmethod
     def of(cls, vertices: Float, faces: Int, normals: Float, topology: Topology) -> Facets:

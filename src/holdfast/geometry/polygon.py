@@ -118,7 +118,7 @@ def union(pieces: Sequence[Sequence[Float]], tolerance: float, smallest_hole: fl
 
 
 def rings_of(geometry: shapely.Geometry, tolerance: float, smallest_hole: float) -> list[list[Float]]:
-    """The polygons of a geometry as [outline counter-clockwise, holes clockwise, ...], straight corners left out."""
+    """The polygons of a geometry as [outline counter-clockwise, holes clockwise, ...], without straight corners."""
     result = []
     for part in getattr(geometry, "geoms", [geometry]):
         if not isinstance(part, shapely.Polygon) or part.is_empty or not part.area > 0:
@@ -135,7 +135,7 @@ def rings_of(geometry: shapely.Geometry, tolerance: float, smallest_hole: float)
 
 @compiled
 def keep_half_plane(corners: Float, kept: Float, count: int, a: float, b: float, c: float) -> int:
-    """Keep the part of a polygon where a x + b y + c >= 0 (Sutherland-Hodgman); ``kept`` is room to work in."""
+    """Keep the part of a polygon where a x + b y + c >= 0 (Sutherland-Hodgman); ``kept`` is scratch memory."""
     n = 0
     for i in range(count):
         j = i + 1 if i + 1 < count else 0

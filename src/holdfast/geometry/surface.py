@@ -7,7 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from holdfast.base.arrays import Float, Int, freeze, frozen
+from holdfast.base.arrays import Float, Int, frozen
+from holdfast.base.values import seal
 from holdfast.geometry.area import areas_of, normals_of
 from holdfast.geometry.facets import Facets, balanced
 from holdfast.geometry.topology import Topology
@@ -30,7 +31,7 @@ class Surface:
     oriented: bool = True
 
     def __post_init__(self) -> None:
-        freeze(self)
+        seal(self)
 
     @cached_property
     def normals(self) -> Float:

@@ -8,7 +8,8 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from holdfast.base.arrays import Bool, Float, Int, freeze
+from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.values import seal
 
 FLAT = 1e-3  # [rad] a smaller dihedral is rounding, not an edge
 
@@ -30,7 +31,7 @@ class Edges:
     first: Int
 
     def __post_init__(self) -> None:
-        freeze(self)
+        seal(self)
 
     @classmethod
     def of(cls, faces: Int, count: int) -> Edges:
@@ -69,7 +70,7 @@ class Topology:
     closed: bool
 
     def __post_init__(self) -> None:
-        freeze(self)
+        seal(self)
 
     @classmethod
     def of(cls, vertices: Float, faces: Int, normals: Float) -> Topology:

@@ -8,8 +8,8 @@ from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compiled
 from holdfast.geometry.hull import twice_area
 
-FLAT = 1e-10  # twice the area of a triangle, the box being 1 by 1, below which it is none
-ROUND = 1e-9  # by how much a point must lie within a circumcircle
+FLAT = 1e-10  # twice the area, for points in a unit square: a triangle with less counts as none
+ROUND = 1e-9  # a point counts as within a circumcircle if the in-circle determinant exceeds this
 
 
 def fan(corners: Int) -> Int:

@@ -13,6 +13,7 @@ from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.rigid import tangents
 from holdfast.engines.contract import Claim, Status
+from holdfast.geometry.hull import outline_numbers
 from holdfast.view.polar import Curve, Footprint, PolarPicture, write_polar
 
 LEVEL = 1e-6  # share of a direction along gravity up to which it counts as level

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from holdfast.geometry.topology import Edges
+from holdfast.view.raster import CREASE_COSINE
 from holdfast.view.soup import Soup
 
-_BEND_COSINE: Final = float(np.cos(np.deg2rad(24.0)))  # drawn from here on: sides of a tessellated curve bend less
 _GRID: Final = 1e-6  # of the body's size: cells of one corner are cut to slightly different vertices, merged here
 
 
@@ -34,7 +34,7 @@ def _of_one(
     shared, ends = edges.shared[length], edges.ends[length]
     begin = edges.first[length]
     one, other = (normals[edges.sides[k] // 3] for k in (begin, begin + shared - 1))
-    bends = np.einsum("ij,ij->i", one, other) < _BEND_COSINE
+    bends = np.einsum("ij,ij->i", one, other) < CREASE_COSINE
     points = vertices[first]
     lone = shared == 1
     return np.concatenate([points[ends[~lone & bends]], _open_ends(points[ends[lone]], one[lone], size)])
@@ -70,6 +70,6 @@ def _along_line(
     kept = []
     for k in np.flatnonzero(np.diff(marks) > size * 10 * _GRID):
         facing = normals[covers[:, k]]
-        if len(facing) == 1 or (len(facing) and float((facing @ facing.T).min()) < _BEND_COSINE):
+        if len(facing) == 1 or (len(facing) and float((facing @ facing.T).min()) < CREASE_COSINE):
             kept.append([foot + marks[k] * along, foot + marks[k + 1] * along])
     return np.array(kept).reshape(-1, 2, 3)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from holdfast.base.arrays import Float, unit
+from holdfast.base.arrays import Float
 from holdfast.base.rigid import tangents
 from holdfast.geometry.hull import convex_hull, hull_facets, smallest_rectangle
 from holdfast.scene.body import Body

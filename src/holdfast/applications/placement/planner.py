@@ -32,7 +32,7 @@ from holdfast.applications.placement.support import (
     support_points,
 )
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Float, unit
 from holdfast.base.errors import SceneError
 from holdfast.base.rigid import transform
 from holdfast.contacts.detect import find_contacts
