@@ -79,7 +79,7 @@ class Patch:
 
     @property
     def measure(self) -> float:
-        """Its weight where nodes and stiffness are shared out [m²]: the area, with lines and points ``breadth`` wide."""
+        """Its weight where nodes and stiffness are shared out [m²]: the area; lines and points are ``breadth`` wide."""
         return {"face": self.area, "line": self.length * self.breadth, "point": self.breadth**2}[self.kind]
 
     @cached_property

@@ -16,7 +16,9 @@ from holdfast.geometry.hull import convex_hull, smallest_rectangle
 from holdfast.geometry.polygon import keep_half_plane
 from holdfast.geometry.surface import Surface
 
-COPLANAR = float(np.arccos(1 - 1e-8))  # [rad] XXX
+# [rad] between neighbouring triangles of one facet. Wider than that of ``Facets``: coordinates in files have six or
+# seven digits, and a grid may cover a face whose outline would be too rough for contact.
+COPLANAR = float(np.arccos(1 - 1e-8))
 SMALL = 1.5  # spacings: a facet that is no larger either way is not cut by a grid of its own
 WHOLE = 0.999  # share of a square of the grid: a cell with less is ragged, its centroid may lie outside the surface
 ROUNDING = 1e-9  # of a spacing, or of the area of a square

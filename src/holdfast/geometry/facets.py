@@ -12,7 +12,7 @@ from holdfast.geometry.area import outline_vector
 from holdfast.geometry.topology import Topology
 
 LEAST = 5  # triangles: fewer are as well left as they are
-COPLANAR = 1e-5  # [rad] between neighbouring triangles of one facet
+COPLANAR = 1e-5  # [rad] between neighbouring triangles of one facet: its outline stands for them in contact
 FLATNESS = 1e-7  # of the surface's size: vertices of a facet may leave its plane by no more
 
 
