@@ -3,9 +3,8 @@
 import numpy as np
 
 import holdfast as hf
-from holdfast.scene.shipped import shipped_scene
 
-assembly = hf.assemble(shipped_scene("stack"))
+assembly = hf.assemble(hf.shipped_scene("stack"))
 lean = hf.Load("cube3", point=(0, 0, 0.3), force=(0, 0, -5.0))
 for name, direction in (("+x", (1, 0, 0)), ("+x +y", (1, 1, 0))):
     unit = np.array(direction) / np.linalg.norm(direction)

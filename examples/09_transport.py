@@ -7,12 +7,11 @@ import numpy as np
 
 import holdfast as hf
 from holdfast.report import save_polar
-from holdfast.scene.shipped import shipped_scene
 
 out = Path(sys.argv[1]) if len(sys.argv) > 1 else Path("out")
 out.mkdir(exist_ok=True)
 
-assembly = hf.assemble(shipped_scene("slope_two"))
+assembly = hf.assemble(hf.shipped_scene("slope_two"))
 ahead, back = np.array([0, 1, 0]), np.array([0, -1, 0])
 t = hf.transport_limits(assembly, [ahead, back], engine="limit")
 for name, a, mode, moving in zip(("ahead", "back"), t.acceleration, t.mode, t.moving, strict=True):

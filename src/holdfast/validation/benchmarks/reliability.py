@@ -14,7 +14,7 @@ import holdfast as hf
 from holdfast.base.arrays import Float
 from holdfast.geometry.cells import surface_cells
 from holdfast.queries.request import push_columns
-from holdfast.scene.shipped import SHIPPED, shipped_scene
+from holdfast.scene.shipped import shipped_scene, shipped_scenes
 from holdfast.validation.benchmarks.suite import Case, Row, Suite, table
 
 CASES = Path("..") / "shared" / "cases" / "settled"  # beside the checkout; left out where it is absent
@@ -86,7 +86,9 @@ def settled(name: str) -> list[Row]:
 
 def cases() -> Mapping[str, Case]:
     there = [name for name in SETTLED if (CASES / f"{name}.json").exists()]
-    return {name: partial(shipped, name) for name in SHIPPED} | {f"settled {n}": partial(settled, n) for n in there}
+    return {name: partial(shipped, name) for name in shipped_scenes()} | {
+        f"settled {n}": partial(settled, n) for n in there
+    }
 
 
 def written(rows: list[Row]) -> str:
