@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from holdfast.base.arrays import Float, checked_number
+from holdfast.base.arrays import Float, checked_number, frozen
 from holdfast.base.errors import HoldfastError, HoldfastWarning, SceneError, message
 from holdfast.contacts.detect import (
     DEFAULT_ANGLE,
@@ -75,12 +75,12 @@ class Assembly:
     @cached_property
     def com(self) -> Float:
         """(J, 3) centres of mass in the world [m]: the reference points of all wrenches."""
-        return np.array([body.com_world for body in self.movable]).reshape(-1, 3)
+        return frozen(np.array([body.com_world for body in self.movable]).reshape(-1, 3))
 
     @cached_property
     def mass(self) -> Float:
         """(J,) [kg]."""
-        return np.array([body.mass for body in self.movable], dtype=np.float64)
+        return frozen(np.array([body.mass for body in self.movable], dtype=np.float64))
 
     def weight_wrench(self, acceleration: Float | None = None) -> Float:
         """(6J,) weight of every body, and its inertial force on a support that accelerates by (3,) [m/s²]."""
@@ -100,7 +100,7 @@ class Assembly:
         """
         share = self.mass.sum() / self.mass
         size = np.array([body.size for body in self.movable])
-        return np.repeat(np.column_stack([share, share / size]).ravel(), 3)
+        return frozen(np.repeat(np.column_stack([share, share / size]).ravel(), 3))
 
     @cached_property
     def size(self) -> float:

@@ -9,8 +9,9 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.arrays import Bool, Float, Int, frozen
 from holdfast.base.rigid import tangents
+from holdfast.base.values import seal
 from holdfast.contacts.nodes import Sampling, interface_nodes
 
 
@@ -29,6 +30,9 @@ class ContactNodes:
     interface: Int
     a: Int
     b: Int
+
+    def __post_init__(self) -> None:
+        seal(self)
 
     @property
     def normals(self) -> Float:
@@ -50,7 +54,7 @@ class ContactNodes:
     @cached_property
     def spans(self) -> Int:
         """(interfaces + 1,) where each interface's nodes begin; they stand in order."""
-        return np.searchsorted(self.interface, np.arange(self.interface.max(initial=-1) + 2))
+        return frozen(np.searchsorted(self.interface, np.arange(self.interface.max(initial=-1) + 2)))
 
 
 def contact_nodes(assembly: Assembly, count: int, sampling: Sampling, seed: int = 0) -> ContactNodes:

@@ -66,7 +66,7 @@ class Body:
         elif not self.fixed:
             raise SceneError(message(where, "has no mass", "give mass= or density=, or fixed=True"))
         if not self.fixed and self.com is None:
-            object.__setattr__(self, "com", frozen(np.array(self.shape.mass_properties.com)))
+            object.__setattr__(self, "com", self.shape.mass_properties.com)
 
     com_given = False
 
@@ -74,7 +74,7 @@ class Body:
     def com_world(self) -> Float:
         """(3,) centre of mass in the world [m]; the frame's origin for a fixed body without one."""
         com = np.zeros(3) if self.com is None else self.com
-        return np.asarray(self.placed(com[None])[0])
+        return frozen(self.placed(com[None])[0])
 
     @cached_property
     def inertia_com(self) -> Float:
@@ -85,7 +85,7 @@ class Body:
         mass = 0.0 if self.mass is None else self.mass
         offset = shape.com - (shape.com if self.com is None else self.com)
         parallel = np.eye(3) * (offset @ offset) - np.outer(offset, offset)
-        return np.asarray(mass / shape.volume * shape.inertia + mass * parallel)
+        return frozen(mass / shape.volume * shape.inertia + mass * parallel)
 
     def placed(self, points: Float) -> Float:
         """Points (n, 3) of the body frame in the world [m]."""
@@ -95,7 +95,7 @@ class Body:
     def box(self) -> tuple[Float, Float]:
         """Lowest and highest corner (3,) of the bounding box in the world [m]."""
         vertices = self.surface_world.vertices
-        return vertices.min(0), vertices.max(0)
+        return frozen(vertices.min(0)), frozen(vertices.max(0))
 
     @property
     def size(self) -> float:
@@ -106,13 +106,13 @@ class Body:
     def surface_world(self) -> Surface:
         """The shape's triangles in the world."""
         surface = self.shape.surface
-        return Surface(frozen(self.placed(surface.vertices)), surface.faces, surface.sagitta, surface.oriented)
+        return Surface(self.placed(surface.vertices), surface.faces, surface.sagitta, surface.oriented)
 
     @cached_property
     def reduced_world(self) -> Surface:
         """The same solid in as few triangles as its flat faces need, in the world: what contact search works on."""
         local = self.shape.surface.reduced
-        return Surface(frozen(self.placed(local.vertices)), local.faces, local.sagitta, local.oriented)
+        return Surface(self.placed(local.vertices), local.faces, local.sagitta, local.oriented)
 
     @property
     def _pose(self) -> Float:

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from holdfast.base.arrays import Float, checked
+from holdfast.base.arrays import Float, checked, frozen, unit
 from holdfast.base.errors import SceneError, message
 from holdfast.scene.body import Body
 from holdfast.scene.friction import Friction
@@ -62,6 +62,11 @@ class Scene:
     def materials(self) -> dict[str, str | None]:
         """Each body's material."""
         return {body.name: body.material for body in self.bodies}
+
+    @cached_property
+    def up(self) -> Float:
+        """(3,) unit vector against gravity."""
+        return frozen(unit(-self.gravity))
 
     @property
     def movable(self) -> tuple[Body, ...]:

@@ -81,11 +81,10 @@ class Removals:
         self._reduced: OrderedDict[frozenset[str], Assembly] = OrderedDict()
         self._answers: dict[tuple[frozenset[str], str], Removal] = {}
 
-    @cached_property
+    @property
     def up(self) -> Float:
         """(3,) against gravity."""
-        gravity = self.assembly.scene.gravity
-        return np.asarray(-gravity / np.linalg.norm(gravity))
+        return self.assembly.scene.up
 
     @cached_property
     def names(self) -> tuple[str, ...]:
