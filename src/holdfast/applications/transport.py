@@ -152,7 +152,6 @@ def inertial_loads(
     loads = []
     for body in checked_assembly(assembly).movable:
         assert body.mass is not None
-        assert body.pose is not None
         r = body.com_world - at
         turn = body.pose[:3, :3]
         inertia = turn @ body.inertia_com @ turn.T

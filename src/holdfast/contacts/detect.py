@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from holdfast.base.archive import archived
+from holdfast.base.values import Value
 from holdfast.contacts.clipping import clip_faces
 from holdfast.contacts.facing import facing_polygons
 from holdfast.contacts.features import touching_features
@@ -28,8 +30,9 @@ NEGLIGIBLE_WIDTH = 1e-6  # patches narrower than this, relative to the smaller b
 NOMINAL_BREADTH = 1e-3  # of the smaller body: the width that a line or a point is given in weights
 
 
-@dataclass(frozen=True)
-class Tolerances:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Tolerances(Value):
     """How far apart, or into each other, two surfaces may be and still touch: ``gap`` [m] and ``angle`` [deg].
 
     Round shapes lie inside their true surface by their sagitta: between two bodies it is added to the gap. ``tilt``
@@ -72,8 +75,9 @@ def box_distance(a: Body, b: Body) -> float:
     return float(np.linalg.norm(np.maximum(np.maximum(low_a - high_b, low_b - high_a), 0)))
 
 
-@dataclass(frozen=True)
-class Contacts:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Contacts(Value):
     """The interfaces of a scene, and the pairs that would touch if no third body lay between them."""
 
     interfaces: tuple[Interface, ...]

@@ -103,11 +103,10 @@ class _Spread:
             if k == FIXED:
                 bodies.append(body)
                 continue
-            assert body.pose is not None
             pose = np.array(body.pose)
             pose[:3, :3] = turns[k] @ pose[:3, :3]
             pose[:3, 3] = given.com[k] + shifts[k] + turns[k] @ (pose[:3, 3] - given.com[k])
-            bodies.append(replace(body, pose=pose, density=None))  # its mass is known by now
+            bodies.append(body.moved(pose))
         scene = Scene(bodies, given.scene.friction, given.scene.gravity, given.scene.name)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", HoldfastWarning)  # the notes count what overlaps

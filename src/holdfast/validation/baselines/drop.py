@@ -94,13 +94,11 @@ def describe(assembly: Assembly, lifted: str | None, lift: float) -> str:
             start = centre + (lift * up if body.name == lifted else 0.0)
             home = Xml.SubElement(space, "body", pos=as_text(start))
             Xml.SubElement(home, "freejoint")
-            assert body.pose is not None
             inertia = body.pose[:3, :3] @ body.inertia_com @ body.pose[:3, :3].T
             entries = inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
             Xml.SubElement(home, "inertial", pos="0 0 0", mass=f"{body.mass!r}", fullinertia=as_text(entries))
         geom = {"name": body.name, "condim": "3", "contype": "0", "conaffinity": "0"}
         if isinstance(body.shape, Box):
-            assert body.pose is not None
             across = np.concatenate([body.pose[:3, 0], body.pose[:3, 1]])
             shape = {"type": "box", "size": as_text(body.shape.size / 2), "xyaxes": as_text(across)}
             Xml.SubElement(home, "geom", geom | shape | {"pos": as_text(body.pose[:3, 3] - centre)})
