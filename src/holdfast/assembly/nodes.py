@@ -10,9 +10,9 @@ from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.arrays import Bool, Float, Int, frozen
 from holdfast.base.rigid import tangents
-from holdfast.base.values import Value
+from holdfast.base.values import Value, seal
 from holdfast.contacts.nodes import Sampling, interface_nodes
 
 
@@ -32,6 +32,9 @@ class ContactNodes(Value):
     interface: Int
     a: Int
     b: Int
+
+    def __post_init__(self) -> None:
+        seal(self)
 
     @property
     def normals(self) -> Float:
@@ -53,7 +56,7 @@ class ContactNodes(Value):
     @cached_property
     def spans(self) -> Int:
         """(interfaces + 1,) where each interface's nodes begin; they stand in order."""
-        return np.searchsorted(self.interface, np.arange(self.interface.max(initial=-1) + 2))
+        return frozen(np.searchsorted(self.interface, np.arange(self.interface.max(initial=-1) + 2)))
 
 
 def contact_nodes(assembly: Assembly, count: int, sampling: Sampling, seed: int = 0) -> ContactNodes:

@@ -10,6 +10,7 @@ import numpy as np
 
 K = TypeVar("K", bound=Hashable)
 V = TypeVar("V")
+T = TypeVar("T")
 
 LONGEST = 900  # characters of a text that stands for a value
 SHOWN = 9  # numbers of an array, or items of a table, that are written out
@@ -84,7 +85,7 @@ def _names(value: object, role: Literal["compare", "repr"]) -> list[str]:
     return [entry.name for entry in fields(cast(Any, value)) if getattr(entry, role)]
 
 
-def sealed(item: Any) -> Any:  # noqa: ANN401 - anything that a value holds
+def sealed(item: T) -> T:
     """The same item, all arrays in it read-only."""
     if isinstance(item, np.ndarray):
         item.setflags(write=False)
@@ -95,6 +96,12 @@ def sealed(item: Any) -> Any:  # noqa: ANN401 - anything that a value holds
         for part in item.values():
             sealed(part)
     return item
+
+
+def seal(value: object) -> None:
+    """Make the arrays in the fields of a dataclass read-only, in place: for values whose arrays are their own."""
+    for _, item in items_of(value):
+        sealed(item)
 
 
 def alike(a: Any, b: Any) -> bool:  # noqa: ANN401 - anything that values hold

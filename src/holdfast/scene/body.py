@@ -142,13 +142,13 @@ class Body(Value):
     def surface_world(self) -> Surface:
         """The shape's triangles in the world."""
         surface = self.shape.surface
-        return Surface(frozen(self.placed(surface.vertices)), surface.faces, surface.sagitta, surface.oriented)
+        return Surface(self.placed(surface.vertices), surface.faces, surface.sagitta, surface.oriented)
 
     @cached_property
     def reduced_world(self) -> Surface:
         """The same solid in as few triangles as its flat faces need, in the world: what contact search works on."""
         local = self.shape.surface.reduced
-        return Surface(frozen(self.placed(local.vertices)), local.faces, local.sagitta, local.oriented)
+        return Surface(self.placed(local.vertices), local.faces, local.sagitta, local.oriented)
 
 
 def _checked_inertia(value: Any, where: str) -> Float:  # noqa: ANN401

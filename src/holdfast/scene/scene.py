@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, checked
+from holdfast.base.arrays import Float, checked, frozen, unit
 from holdfast.base.errors import SceneError, message
 from holdfast.base.values import Value
 from holdfast.scene.body import Body
@@ -67,6 +67,11 @@ class Scene(Value):
     def materials(self) -> Mapping[str, str | None]:
         """Each body's material."""
         return MappingProxyType({body.name: body.material for body in self.bodies})
+
+    @cached_property
+    def up(self) -> Float:
+        """(3,) unit vector against gravity."""
+        return frozen(unit(-self.gravity))
 
     @property
     def movable(self) -> tuple[Body, ...]:

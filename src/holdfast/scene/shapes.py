@@ -15,13 +15,15 @@ from numpy.typing import ArrayLike
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int, checked, checked_number, frozen
 from holdfast.base.errors import GeometryError, HoldfastWarning, message
-from holdfast.base.values import Value, sealed
+from holdfast.base.values import Value, seal
 from holdfast.geometry.hygiene import MeshReport, PlaneFit, cleaned
 from holdfast.geometry.planes import flattened
 from holdfast.geometry.surface import Surface
 
 if TYPE_CHECKING:
     import trimesh
+
+LEAST_VOLUME = 1e-9  # of the bounding box: a closed surface around less has no inside to speak of
 
 
 @archived
@@ -34,7 +36,7 @@ class MassProperties(Value):
     inertia: Float
 
     def __post_init__(self) -> None:
-        sealed((self.com, self.inertia))
+        seal(self)
 
 
 @archived
@@ -56,7 +58,7 @@ class Box(Value):
         corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * self.size / 2
         quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
         faces = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))], dtype=np.int64)
-        return Surface(frozen(corners), frozen(faces))
+        return Surface(corners, faces)
 
     @cached_property
     def mass_properties(self) -> MassProperties:
@@ -100,7 +102,7 @@ class Cylinder(Value):
             [np.column_stack([np.full(n, 2 * n), j, i]), np.column_stack([np.full(n, 2 * n + 1), i + n, j + n])]
         )
         sagitta = self.radius * (1 - float(np.cos(np.pi / n)))
-        return Surface(frozen(vertices), frozen(np.vstack([sides, caps]).astype(np.int64)), sagitta)
+        return Surface(vertices, np.vstack([sides, caps]).astype(np.int64), sagitta)
 
     @cached_property
     def mass_properties(self) -> MassProperties:
@@ -130,7 +132,7 @@ class Sphere(Value):
 
         ball = trimesh.creation.icosphere(subdivisions=self.subdivisions, radius=self.radius)
         sagitta = self.radius - float(np.linalg.norm(ball.triangles_center, axis=1).min())
-        return Surface(frozen(np.array(ball.vertices)), frozen(np.array(ball.faces, dtype=np.int64)), sagitta)
+        return Surface(np.array(ball.vertices), np.array(ball.faces, dtype=np.int64), sagitta)
 
     @cached_property
     def mass_properties(self) -> MassProperties:
@@ -225,8 +227,8 @@ class Mesh(Value):
     @cached_property
     def _flattened(self) -> tuple[Surface, tuple[PlaneFit, ...]]:
         vertices = np.array(self._solid.vertices, dtype=np.float64)
-        faces = frozen(np.array(self._solid.faces, dtype=np.int64))
-        surface = Surface(frozen(vertices), faces, oriented=self._cleaned[1].oriented)
+        faces = np.array(self._solid.faces, dtype=np.int64)
+        surface = Surface(vertices, faces, oriented=self._cleaned[1].oriented)
         return flattened(surface, self.noise) if self.noise else (surface, ())
 
     @cached_property
@@ -248,8 +250,6 @@ class Mesh(Value):
             float(solid.volume), np.array(solid.center_mass), np.array(solid.moment_inertia) / solid.density
         )
 
-
-LEAST_VOLUME = 1e-9  # of the bounding box: less is a closed surface without inside
 
 Shape: TypeAlias = Box | Cylinder | Sphere | Mesh
 

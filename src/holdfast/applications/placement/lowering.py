@@ -19,6 +19,7 @@ from scipy import sparse
 from holdfast.base.arrays import Float, unit
 from holdfast.base.errors import SceneError, message
 from holdfast.base.rigid import tangents, transform
+from holdfast.base.values import sealed
 from holdfast.conic.program import ConeKind, ConeProgram
 from holdfast.conic.solve import Outcome, solve
 from holdfast.contacts.features import Features, touching_features
@@ -90,7 +91,7 @@ class Moved:
         """The same skin in the world."""
         turn, skin = pose[:3, :3], self.skin
         triangles = transform(pose, skin.triangles.reshape(-1, 3)).reshape(-1, 3, 3)
-        return skin._replace(
+        placed = skin._replace(
             vertices=transform(pose, skin.vertices),
             triangles=triangles,
             normals=np.ascontiguousarray(skin.normals @ turn.T),
@@ -99,6 +100,7 @@ class Moved:
             mean=np.ascontiguousarray(skin.mean @ turn.T),
             outward=np.ascontiguousarray(skin.outward @ turn.T),
         )
+        return sealed(placed)
 
 
 @dataclass(frozen=True, eq=False)

@@ -146,10 +146,10 @@ class Planner:
         """Points of the scene to build poses on."""
         return support_points(self.maps, self.weight, self.up, self.options.weights, self.options.region)
 
-    @cached_property
+    @property
     def up(self) -> Float:
         """(3,) against gravity."""
-        return unit(-self.assembly.scene.gravity)
+        return self.assembly.scene.up
 
     @cached_property
     def weight(self) -> float:

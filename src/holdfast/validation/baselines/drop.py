@@ -17,7 +17,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float, Int, unit
+from holdfast.base.arrays import Float, Int
 from holdfast.base.errors import HoldfastError, message
 from holdfast.scene.body import Body
 from holdfast.scene.shapes import Box
@@ -85,7 +85,7 @@ def describe(assembly: Assembly, lifted: str | None, lift: float) -> str:
     )  # fmt: skip
     Xml.SubElement(option, "flag", multiccd="enable")
     asset, space = Xml.SubElement(root, "asset"), Xml.SubElement(root, "worldbody")
-    up = unit(-assembly.scene.gravity)
+    up = assembly.scene.up
     for number, body in enumerate(assembly.bodies):
         centre = np.zeros(3)
         home = space
