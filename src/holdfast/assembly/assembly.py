@@ -250,8 +250,8 @@ def assemble(
         raise HoldfastError(message("assemble", f"gap = {gap!r} and pose_sigma = {pose_sigma!r}", "give one of them"))
     tilt = 0.0
     if pose_sigma is not None:
-        metres, degrees = checked_pose_sigma(pose_sigma, "assemble")
-        gap, tilt = SIGMAS * metres, float(np.radians(degrees))
+        metres, tilt = checked_pose_sigma(pose_sigma, "assemble")
+        gap = SIGMAS * metres
     tolerances = Tolerances(
         default_gap(scene) if gap is None else checked_number(gap, "assemble: gap", above=0),
         DEFAULT_ANGLE if angle is None else checked_number(angle, "assemble: angle", above=0),
