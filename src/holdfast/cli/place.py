@@ -73,9 +73,8 @@ def place(
         result = plan_placement(
             assemble(rest, gap=gap, angle=angle), body, engine=method, region=_corners(region), budget=budget,
             seed=seed, candidates=candidates, attempts=attempts, supports=support or None,
-            least_supports=least_supports, avoid=avoid or (),
-            approach=rest.gravity if from_above else None, spacing=spacing,
-            friction=whole.friction,
+            least_supports=least_supports, avoid=avoid or (), spacing=spacing, friction=whole.friction,
+            approach=rest.gravity if from_above else None,
         )  # fmt: skip
     written = []
     if result.assembly is not None:
