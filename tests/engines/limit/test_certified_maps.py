@@ -74,7 +74,7 @@ def test_pushes_on_another_body_profit_from_cuts_already_known() -> None:
         assert len(state.cuts.rows) > before
     fresh = Limit().prepare(assembly)
     fresh.load_factor(columns, 0.01)
-    assert len(state.cuts.rows) - before <= len(fresh._cuts.rows)
+    assert len(state.cuts.rows) - before <= len(fresh.cuts.rows)
 
 
 def test_two_runs_agree_to_the_bit() -> None:
