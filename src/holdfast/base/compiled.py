@@ -1,30 +1,213 @@
-"""The one way of compiling a hot loop, and what such loops share."""
+"""The one way of compiling a hot loop; machine code is kept on disk and never outlives the source it came from.
+
+Numba's own disk cache looks at the file of a function alone: where a function that it calls, or a constant that it
+reads, changes in another file, it keeps running the old machine code. Here all machine code lies in a folder that is
+named after everything it may depend on: the sources of all modules that take part in compiled code, and the versions
+of Python, Numba, llvmlite and NumPy. The processor is part of the key of every entry.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import os
+import pickle
+import re
+import shutil
+import sys
+import warnings
 from collections.abc import Callable
-from typing import ParamSpec, TypeVar, cast
+from functools import cache
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar, cast
 
+import llvmlite
 import numba
+import numpy as np
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
 from numba.extending import register_jitable
 
 from holdfast.base.arrays import Float
+from holdfast.base.errors import HoldfastWarning, message
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
+FOLDER_VARIABLE = "HOLDFAST_CACHE_DIR"  # environment variable that names another folder for machine code
+KEPT = 16  # folders of earlier sources that are kept: one for each of several checkouts in use at a time
+DIGEST = 32  # bytes of SHA-256 in front of every file of machine code
+
+_PACKAGE = Path(__file__).parents[1]
+_IMPORT = re.compile(r"^\s*from (holdfast[\w.]*) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
+_CONSTANT = re.compile(r"\b[A-Z][A-Z0-9_]+\b")
+
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile ``function`` on its first call and keep the machine code on disk beside it; no lock is held."""
-    try:
-        return cast(Callable[P, R], numba.njit(cache=True, nogil=True)(function))
-    except RuntimeError:  # no writable folder for the machine code: compile in every process
-        return cast(Callable[P, R], numba.njit(nogil=True)(function))
+    """Compile ``function`` on its first call and keep the machine code on disk; calls do not hold Python's lock."""
+    dispatcher = numba.njit(nogil=True)(function)
+    if hasattr(dispatcher, "_cache"):  # not where NUMBA_DISABLE_JIT hands the function back
+        dispatcher._cache = _MachineCode(function)
+    return cast(Callable[P, R], dispatcher)
 
 
 def compilable(function: Callable[P, R]) -> Callable[P, R]:
     """Leave ``function`` to Python, but let compiled functions that call it compile it as a part of themselves."""
     return cast(Callable[P, R], register_jitable(function))
+
+
+def machine_code_folder() -> Path:
+    """Where machine code of all versions is kept: $HOLDFAST_CACHE_DIR, or ``holdfast`` in the user's cache folder."""
+    named = os.environ.get(FOLDER_VARIABLE)
+    if named:
+        return Path(named).expanduser()
+    base = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
+    return (Path(base) if base else Path.home() / ".cache") / "holdfast"
+
+
+@cache
+def fingerprint() -> str:
+    """A hash of all that machine code may depend on, besides the processor."""
+    digest = hashlib.sha256()
+    versions = (sys.version, numba.__version__, llvmlite.__version__, np.__version__)
+    digest.update("\n".join(versions).encode())
+    for path in compiled_sources(_PACKAGE):
+        digest.update(f"\n{path.relative_to(_PACKAGE).as_posix()}\n".encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:20]
+
+
+def compiled_sources(package: Path) -> list[Path]:
+    """The modules of ``package`` with compiled functions, and those that such a module takes a constant from.
+
+    Numba writes the value of a global constant into the machine code.
+    """
+    texts = {path: path.read_text(encoding="utf-8") for path in sorted(package.rglob("*.py"))}
+    found = {path for path, text in texts.items() if "base.compiled import" in text or path.name == "compiled.py"}
+    for path in sorted(found):
+        for module, names in _IMPORT.findall(texts[path]):
+            if _CONSTANT.search(names):
+                found.add(package.joinpath(*module.split(".")[1:]).with_suffix(".py"))
+    return sorted(found & set(texts))
+
+
+class _Locator:
+    """Tells Numba where the machine code of a function lies, and when it is out of date."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._line = function.__code__.co_firstlineno
+        self._folder = machine_code_folder() / f"compiled-{fingerprint()}" / function.__module__
+
+    @classmethod
+    def from_function(cls, function: Callable[..., Any], _: str) -> _Locator:
+        return cls(function)
+
+    def ensure_cache_path(self) -> None:
+        if not self._folder.parent.exists():
+            _drop_oldest(self._folder.parents[1])
+        self._folder.mkdir(parents=True, exist_ok=True)
+
+    def get_cache_path(self) -> str:
+        return str(self._folder)
+
+    def get_source_stamp(self) -> str:
+        return fingerprint()
+
+    def get_disambiguator(self) -> str:
+        return str(self._line)
+
+
+class _Results(CompileResultCacheImpl):  # type: ignore[misc]
+    _locator_classes = (_Locator,)
+
+
+class _CheckedFile(IndexDataCacheFile):  # type: ignore[misc]
+    """Every file of machine code begins with its checksum: a damaged one must never be run."""
+
+    def _load_data(self, name: str) -> Any:  # noqa: ANN401 - what Numba pickled
+        content = Path(self._data_path(name)).read_bytes()
+        if hashlib.sha256(content[DIGEST:]).digest() != content[:DIGEST]:
+            raise ValueError("the checksum does not fit")
+        return pickle.loads(content[DIGEST:])
+
+    def _save_data(self, name: str, data: Any) -> None:  # noqa: ANN401
+        content = self._dump(data)
+        with self._open_for_write(self._data_path(name)) as stream:
+            stream.write(hashlib.sha256(content).digest() + content)
+
+
+class _Overloads(FunctionCache):  # type: ignore[misc]
+    _impl_class = _Results
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        self._cache_file = _CheckedFile(self._cache_path, self._impl.filename_base, fingerprint())
+
+
+class _MachineCode:
+    """The cache of one compiled function, as Numba's dispatcher asks it; set up at its first call."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._function = function
+        self._kept: FunctionCache | None = None
+
+    @property
+    def cache_path(self) -> str:
+        """The folder of this function's files."""
+        return str(self._inner.cache_path)
+
+    def load_overload(self, signature: Any, context: Any) -> Any:  # noqa: ANN401 - Numba's own types
+        """The machine code for these types, or None: it was never compiled, or its file is damaged."""
+        try:
+            return self._inner.load_overload(signature, context)
+        except Exception as cause:  # a damaged file may raise anything
+            self._drop(cause)
+            return None
+
+    def save_overload(self, signature: Any, result: Any) -> None:  # noqa: ANN401
+        """Keep the machine code, or say once why that is not possible."""
+        try:
+            self._inner.save_overload(signature, result)
+        except OSError as cause:
+            _warn_unkept(str(machine_code_folder()), cause.strerror or str(cause))
+
+    def enable(self) -> None:
+        """Asked by Numba; machine code is always kept."""
+
+    def disable(self) -> None:
+        """Asked by Numba; machine code is always kept."""
+
+    def flush(self) -> None:
+        """Forget what is kept of this function."""
+        self._inner.flush()
+
+    @property
+    def _inner(self) -> FunctionCache:
+        if self._kept is None:
+            self._kept = _Overloads(self._function)
+        return self._kept
+
+    def _drop(self, cause: Exception) -> None:
+        name = f"{self._function.__module__}.{self._function.__qualname__}"
+        problem = f"cannot be used ({type(cause).__name__}: {cause})"
+        text = message(f"machine code of {name}", problem, "it is dropped and compiled again")
+        warnings.warn(text, HoldfastWarning, stacklevel=4)
+        stem = f"{self._function.__module__.rsplit('.', 1)[-1]}.{self._function.__qualname__}-"
+        for path in Path(self.cache_path).glob(f"{stem}*"):
+            path.unlink(missing_ok=True)
+
+
+@cache
+def _warn_unkept(folder: str, reason: str) -> None:
+    """Said once: every process compiles anew where machine code cannot be kept."""
+    problem = f"cannot be written ({reason}), so every process compiles anew"
+    remedy = f"name a writable folder by the environment variable {FOLDER_VARIABLE}"
+    warnings.warn(message(f"machine code folder {folder}", problem, remedy), HoldfastWarning, stacklevel=5)
+
+
+def _drop_oldest(root: Path) -> None:
+    """Before a new folder is made: keep the ``KEPT`` - 1 that were made last."""
+    folders = sorted(root.glob("compiled-*"), key=lambda path: path.stat().st_mtime, reverse=True)
+    for path in folders[KEPT - 1 :]:
+        shutil.rmtree(path, ignore_errors=True)
 
 
 @compiled

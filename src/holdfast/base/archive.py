@@ -1,0 +1,254 @@
+"""Values as files, without loss and without pickle: JSON text, or NumPy's .npz for large ones.
+
+A file holds the registered name of each class and the contents of its fields, so modules may move without breaking
+files. What several parts share is written once, and shared again when it is read.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import fields
+from enum import Enum
+from pathlib import Path
+from typing import Any, TypeVar
+from zipfile import BadZipFile
+
+import numpy as np
+
+from holdfast.base.errors import HoldfastError, located, message
+from holdfast.base.files import write_atomically
+from holdfast.base.values import Table, Value, items_of, sealed
+
+FORMAT = "holdfast-answer/1"
+SUFFIXES = (".json", ".npz")
+
+C = TypeVar("C", bound=type)
+
+_CLASSES: dict[str, type] = {}
+
+
+def archived(cls: C) -> C:
+    """Class decorator: values of this class (a ``Value`` or an ``Enum``) can be saved; their files hold its name."""
+    known = _CLASSES.setdefault(cls.__name__, cls)
+    if known is not cls and known.__module__ != cls.__module__:
+        raise HoldfastError(message("archive", f"two classes are named {cls.__name__!r}", "names are unique"))
+    _CLASSES[cls.__name__] = cls
+    return cls
+
+
+def save(value: Value, path: str | os.PathLike[str]) -> None:
+    """Write ``value`` to a .json or .npz file; ``load`` gives it back without loss."""
+    suffix = _suffix(path)
+    arrays: dict[str, Any] | None = None if suffix == ".json" else {}
+    data = {"format": FORMAT, "value": _Writer(arrays).plain(value)}
+    text = json.dumps(data, allow_nan=False)
+    if arrays is None:
+        write_atomically(path, (text + "\n").encode())
+        return
+    stream = io.BytesIO()
+    np.savez_compressed(stream, allow_pickle=False, value=np.array(text), **arrays)
+    write_atomically(path, stream.getvalue())
+
+
+def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - whatever was saved
+    """The value that ``save`` wrote; raises HoldfastError for any other file."""
+    suffix = _suffix(path)
+    with located(str(path)):
+        try:
+            data, arrays = _json(Path(path)) if suffix == ".json" else _npz(Path(path))
+            if not isinstance(data, dict) or data.get("format") != FORMAT:
+                shown = data.get("format") if isinstance(data, dict) else type(data).__name__
+                raise HoldfastError(message("answer", f"is of format {shown!r:.60}", f"needs {FORMAT!r}"))
+            return _Reader(arrays).value(data["value"])
+        except OSError as cause:
+            raise HoldfastError(
+                message("answer", f"cannot be read: {cause.strerror or cause}", "name a file")
+            ) from cause
+        except (
+            KeyError,
+            TypeError,
+            ValueError,
+            IndexError,
+            AttributeError,
+            RecursionError,
+            EOFError,
+            BadZipFile,
+        ) as cause:
+            problem = f"is damaged ({type(cause).__name__}: {cause!s:.80})"
+            raise HoldfastError(message("answer", problem, "needs a file that an answer's save wrote")) from cause
+
+
+def to_dict(value: Any) -> Any:  # noqa: ANN401 - anything that a value holds
+    """Plain data for JSON: arrays as lists, infinity as the text "inf", values as dicts of their fields."""
+    if isinstance(value, Enum):
+        return value.value
+    if isinstance(value, float | np.floating):
+        return float(value) if math.isfinite(value) else str(float(value))
+    if isinstance(value, bool | np.bool_):
+        return bool(value)
+    if isinstance(value, int | np.integer):
+        return int(value)
+    if isinstance(value, np.ndarray):
+        return to_dict(value.tolist())
+    if isinstance(value, tuple | list):
+        return [to_dict(item) for item in value]
+    if isinstance(value, Mapping):
+        return {key if isinstance(key, str) else "-".join(map(str, key)): to_dict(item) for key, item in value.items()}
+    if isinstance(value, Value):
+        own = getattr(value, "to_dict", None)
+        return own() if own is not None else {name: to_dict(item) for name, item in items_of(value)}
+    return value if value is None or isinstance(value, str) else str(value)
+
+
+class _Writer:
+    """Plain data of values; whatever is not plain becomes a dict with one key that begins with $."""
+
+    def __init__(self, arrays: dict[str, Any] | None) -> None:
+        self.arrays = arrays
+        self.seen: dict[int, int] = {}
+        self.kept: list[Any] = []  # so that no number of an object in ``seen`` is given to another one
+
+    def plain(self, item: Any) -> Any:  # noqa: ANN401
+        if item is None or isinstance(item, bool | np.bool_):
+            return None if item is None else bool(item)
+        if isinstance(item, Enum):
+            return {"$enum": [type(item).__name__, item.value]}
+        if isinstance(item, str):
+            return str(item)
+        if isinstance(item, int | np.integer):
+            return int(item)
+        if isinstance(item, float | np.floating):
+            return float(item) if math.isfinite(item) else {"$float": str(float(item))}
+        if isinstance(item, Path):
+            return {"$path": str(item)}
+        if isinstance(item, tuple):
+            return {"$tuple": [self.plain(part) for part in item]}
+        if isinstance(item, list):
+            return [self.plain(part) for part in item]
+        if isinstance(item, Mapping):
+            kind = "$table" if isinstance(item, Table) else "$map"
+            return {kind: [[self.plain(key), self.plain(part)] for key, part in item.items()]}
+        return self.shared(item)
+
+    def shared(self, item: Any) -> Any:  # noqa: ANN401
+        """Arrays and values, which others may refer to."""
+        if id(item) in self.seen:
+            return {"$same": self.seen[id(item)]}
+        self.seen[id(item)] = len(self.kept)
+        self.kept.append(item)
+        if isinstance(item, np.ndarray):
+            return self.array(item)
+        if isinstance(item, Value) and _CLASSES.get(type(item).__name__) is type(item):
+            return {"$value": type(item).__name__, "fields": {name: self.plain(part) for name, part in items_of(item)}}
+        problem = f"a {type(item).__name__} cannot be saved"
+        raise HoldfastError(message("save", problem, "only values of holdfast's own classes can"))
+
+    def array(self, item: np.ndarray[Any, Any]) -> Any:  # noqa: ANN401
+        if item.dtype == object:
+            return {"$objects": [self.plain(part) for part in item.flat], "shape": list(item.shape)}
+        kind = item.dtype.str
+        if self.arrays is not None and item.size > 8:
+            name = f"array{len(self.arrays)}"
+            self.arrays[name] = item
+            return {"$array": name}
+        if item.dtype.kind == "f":
+            numbers = [x if math.isfinite(x) else str(x) for x in item.ravel().tolist()]
+        elif item.dtype.kind in "biu":
+            numbers = item.ravel().tolist()
+        else:
+            return {"$bytes": base64.b64encode(item.tobytes()).decode(), "dtype": kind, "shape": list(item.shape)}
+        return {"$numbers": numbers, "dtype": kind, "shape": list(item.shape)}
+
+
+class _Reader:
+    """Values from plain data."""
+
+    def __init__(self, arrays: Mapping[str, Any]) -> None:
+        self.arrays = arrays
+        self.known: list[Any] = []
+
+    def value(self, data: Any) -> Any:  # noqa: ANN401
+        if isinstance(data, list):
+            return [self.value(part) for part in data]
+        if not isinstance(data, dict):
+            return data
+        tag, content = next(iter(data.items()))
+        match tag:
+            case "$float":
+                return float(content)
+            case "$path":
+                return Path(content)
+            case "$tuple":
+                return tuple(self.value(part) for part in content)
+            case "$map":
+                return {self.value(key): self.value(part) for key, part in content}
+            case "$table":
+                return Table({self.value(key): self.value(part) for key, part in content})
+            case "$enum":
+                return _class(content[0], Enum)(content[1])
+            case "$same":
+                return self.known[content]
+        place = len(self.known)
+        self.known.append(None)
+        self.known[place] = self.shared(tag, content, data)
+        return self.known[place]
+
+    def shared(self, tag: str, content: Any, data: dict[str, Any]) -> Any:  # noqa: ANN401
+        match tag:
+            case "$array":
+                return sealed(np.array(self.arrays[content]))
+            case "$numbers":
+                kind = np.dtype(data["dtype"])
+                numbers = [float(x) for x in content] if kind.kind == "f" else content
+                return sealed(np.array(numbers, dtype=kind).reshape(data["shape"]))
+            case "$bytes":
+                kind = np.dtype(data["dtype"])
+                return sealed(np.frombuffer(base64.b64decode(content), dtype=kind).reshape(data["shape"]).copy())
+            case "$objects":
+                array = np.empty(len(content), dtype=object)
+                for k, part in enumerate(content):
+                    array[k] = self.value(part)
+                return sealed(array.reshape(data["shape"]))
+            case "$value":
+                return self.built(_class(content, Value), data["fields"])
+        raise ValueError(f"unknown tag {tag!r:.40}")
+
+    def built(self, cls: type, data: Mapping[str, Any]) -> Any:  # noqa: ANN401
+        names = {entry.name for entry in fields(cls)}
+        if names != set(data):
+            raise ValueError(f"{cls.__name__} has other fields than {sorted(data)}")
+        state = {name: self.value(part) for name, part in data.items()}
+        result: Any = object.__new__(cls)
+        result.__setstate__(state)
+        return result
+
+
+def _class(name: str, base: type) -> Any:  # noqa: ANN401
+    cls = _CLASSES.get(name)
+    if cls is None or not issubclass(cls, base):
+        raise ValueError(f"holds a {name!r:.40}, which is not known")
+    return cls
+
+
+def _json(path: Path) -> tuple[Any, Mapping[str, Any]]:
+    return json.loads(path.read_text(encoding="utf-8")), {}
+
+
+def _npz(path: Path) -> tuple[Any, Mapping[str, Any]]:
+    with np.load(path, allow_pickle=False) as archive:
+        arrays = {name: archive[name] for name in archive.files}
+    return json.loads(str(arrays.pop("value"))), arrays
+
+
+def _suffix(path: str | os.PathLike[str]) -> str:
+    suffix = Path(path).suffix.lower()
+    if suffix not in SUFFIXES:
+        raise HoldfastError(
+            message(str(path), f"suffix {suffix!r}", f"name a file that ends in {' or '.join(SUFFIXES)}")
+        )
+    return suffix

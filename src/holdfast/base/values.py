@@ -1,0 +1,157 @@
+"""Values: what they hold can be carried to another process, copied, compared, and never written to."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable, Iterator, Mapping
+from dataclasses import fields
+from typing import Any, Literal, TypeVar, cast
+
+import numpy as np
+
+K = TypeVar("K", bound=Hashable)
+V = TypeVar("V")
+T = TypeVar("T")
+
+LONGEST = 900  # characters of a text that stands for a value
+SHOWN = 9  # numbers of an array, or items of a table, that are written out
+
+
+class Value:
+    """What every frozen dataclass of holdfast has besides its fields: declare ``eq=False, repr=False`` with it.
+
+    Pickling and ``copy.deepcopy`` take the fields alone, not what was computed from them, and arrays come back
+    read-only. Two values are equal if they are of one class and all fields are, arrays element by element; equal values
+    have equal hashes. ``repr`` stays below 1,000 characters whatever the value holds. Fields declared with
+    ``compare=False`` or ``repr=False`` are left out of the one or the other.
+    """
+
+    def __getstate__(self) -> dict[str, Any]:
+        return dict(items_of(self))
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for name, item in state.items():
+            object.__setattr__(self, name, sealed(item))
+
+    def __eq__(self, other: object) -> bool:
+        if self is other:
+            return True
+        if type(self) is not type(other):
+            return NotImplemented
+        return all(alike(getattr(self, name), getattr(other, name)) for name in _names(self, "compare"))
+
+    def __hash__(self) -> int:
+        return hash((type(self).__name__, tuple(_key(getattr(self, name)) for name in _names(self, "compare"))))
+
+    def __repr__(self) -> str:
+        text = ", ".join(f"{name}={shown(getattr(self, name))}" for name in _names(self, "repr"))
+        return f"{type(self).__name__}({cut(text, LONGEST)})"
+
+
+class Table(Mapping[K, V]):
+    """A mapping that cannot be changed; it pickles, copies, compares and hashes by its items."""
+
+    __slots__ = ("_items",)
+
+    def __init__(self, items: Mapping[K, V] | Iterable[tuple[K, V]] = ()) -> None:
+        self._items = dict(items)
+
+    def __getitem__(self, key: K) -> V:
+        return self._items[key]
+
+    def __iter__(self) -> Iterator[K]:
+        return iter(self._items)
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def __hash__(self) -> int:
+        return hash(frozenset((key, _key(item)) for key, item in self._items.items()))
+
+    def __reduce__(self) -> tuple[type[Table[K, V]], tuple[dict[K, V]]]:
+        return type(self), (self._items,)
+
+    def __repr__(self) -> str:
+        return f"Table({shown(self._items)})"
+
+
+def items_of(value: object) -> Iterator[tuple[str, Any]]:
+    """Names and contents of a dataclass's fields, in their order."""
+    for entry in fields(cast(Any, value)):
+        yield entry.name, getattr(value, entry.name)
+
+
+def _names(value: object, role: Literal["compare", "repr"]) -> list[str]:
+    """The fields that take part in comparing, or in ``repr``."""
+    return [entry.name for entry in fields(cast(Any, value)) if getattr(entry, role)]
+
+
+def sealed(item: T) -> T:
+    """The same item, all arrays in it read-only."""
+    if isinstance(item, np.ndarray):
+        item.setflags(write=False)
+    elif isinstance(item, tuple | list):
+        for part in item:
+            sealed(part)
+    elif isinstance(item, Mapping):
+        for part in item.values():
+            sealed(part)
+    return item
+
+
+def seal(value: object) -> None:
+    """Make the arrays in the fields of a dataclass read-only, in place: for values whose arrays are their own."""
+    for _, item in items_of(value):
+        sealed(item)
+
+
+def alike(a: Any, b: Any) -> bool:  # noqa: ANN401 - anything that values hold
+    """Whether two contents of fields are equal, arrays element by element."""
+    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
+        same = isinstance(a, np.ndarray) and isinstance(b, np.ndarray) and a.shape == b.shape and a.dtype == b.dtype
+        if not same or a.dtype != object:
+            return same and bool((a == b).all())
+        return all(alike(x, y) for x, y in zip(a.flat, b.flat, strict=True))
+    if isinstance(a, tuple | list) and isinstance(b, tuple | list):
+        return type(a) is type(b) and len(a) == len(b) and all(alike(x, y) for x, y in zip(a, b, strict=True))
+    if isinstance(a, Mapping) and isinstance(b, Mapping):
+        return a.keys() == b.keys() and all(alike(item, b[key]) for key, item in a.items())
+    return bool(a == b)
+
+
+def _key(item: Any) -> Hashable:  # noqa: ANN401
+    """Something that hashes as the item compares."""
+    if isinstance(item, np.ndarray):
+        if item.dtype == object:
+            return item.shape, tuple(_key(part) for part in item.flat)
+        positive = item + 0.0 if item.dtype.kind == "f" else item  # -0.0 and 0.0 are equal
+        return item.shape, positive.tobytes()
+    if isinstance(item, tuple | list):
+        return tuple(_key(part) for part in item)
+    if isinstance(item, Mapping):
+        return frozenset((key, _key(part)) for key, part in item.items())
+    return cast(Hashable, item)
+
+
+def shown(item: Any) -> str:  # noqa: ANN401
+    """A short text for the content of a field."""
+    if isinstance(item, np.ndarray):
+        if item.size > SHOWN or item.dtype == object:
+            return f"<array {item.shape}>"
+        return np.array2string(item, precision=6, separator=", ").replace("\n", "")
+    if isinstance(item, Value):
+        name = getattr(item, "name", None)
+        return f"<{type(item).__name__}{f' {cut(repr(name), 60)}' if isinstance(name, str) else ''}>"
+    if isinstance(item, tuple | list):
+        inner = ", ".join(shown(part) for part in item[:SHOWN])
+        more = f", ... {len(item) - SHOWN} more" if len(item) > SHOWN else ""
+        return f"({inner}{more})"
+    if isinstance(item, Mapping):
+        pairs = [f"{cut(repr(key), 60)}: {shown(part)}" for key, part in list(item.items())[:SHOWN]]
+        pairs += [f"... {len(item) - SHOWN} more"] if len(item) > SHOWN else []
+        return "{" + ", ".join(pairs) + "}"
+    return cut(repr(item), 200)
+
+
+def cut(text: str, most: int) -> str:
+    """``text`` of at most ``most`` characters, with dots where more were."""
+    return text if len(text) <= most else text[: most - 3] + "..."

@@ -1,0 +1,118 @@
+"""Machine code on disk: never older than its sources, never run where damaged."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+import holdfast
+from holdfast.base.compiled import compiled_sources
+
+PACKAGE = Path(holdfast.__file__).parent
+
+LIBRARY = """
+from holdfast.base.compiled import compiled
+from holdfast.toy.numbers import SHARE
+@compiled
+def share(x: float) -> float:
+    return SHARE * x
+"""
+CALLER = """
+from holdfast.base.compiled import compiled
+from holdfast.toy.library import share
+@compiled
+def answer(x: float) -> float:
+    return share(x) + 1.0
+"""
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    """A copy of ``base`` with a compiled function that calls another one in another file."""
+    copy = tmp_path / "src" / "holdfast"
+    shutil.copytree(PACKAGE / "base", copy / "base", ignore=shutil.ignore_patterns("__pycache__"))
+    (copy / "__init__.py").write_text("")
+    toy = copy / "toy"
+    toy.mkdir()
+    (toy / "__init__.py").write_text("")
+    (toy / "numbers.py").write_text("SHARE = 2.0\n")
+    (toy / "library.py").write_text(LIBRARY)
+    (toy / "caller.py").write_text(CALLER)
+    return copy
+
+
+def run(package: Path, environment: Mapping[str, str] | None = None) -> tuple[float, int, str]:
+    """``answer(3.0)`` in a new process, how many functions it had to compile, and what it said on stderr."""
+    code = "from holdfast.toy.caller import answer\nprint(answer(3.0), sum(answer.stats.cache_misses.values()))\n"
+    known = dict(os.environ, PYTHONPATH=str(package.parent), HOLDFAST_CACHE_DIR=str(package.parent / "cache"))
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=known | dict(environment or {}), capture_output=True, text=True, check=True
+    )
+    value, missed = done.stdout.split()
+    return float(value), int(missed), done.stderr
+
+
+def test_machine_code_is_found_again(package: Path) -> None:
+    assert run(package)[:2] == (7.0, 1)
+    assert run(package)[:2] == (7.0, 0)
+
+
+@pytest.mark.parametrize(
+    ("module", "old", "new", "expected"),
+    [("library", "SHARE * x", "SHARE * x / 2", 4.0), ("numbers", "2.0", "5.0", 16.0)],
+)
+def test_a_change_in_another_file_changes_the_answer(
+    package: Path, module: str, old: str, new: str, expected: float
+) -> None:
+    assert run(package)[0] == 7.0
+    path = package / "toy" / f"{module}.py"
+    path.write_text(path.read_text().replace(old, new))
+    assert run(package)[0] == expected
+
+
+@pytest.mark.parametrize("kind", ["nbc", "nbi"])
+@pytest.mark.parametrize("damage", ["cut", "changed", "empty"])
+def test_a_damaged_file_costs_a_compilation(package: Path, kind: str, damage: str) -> None:
+    run(package)
+    files = list((package.parent / "cache").rglob(f"caller*.{kind}"))
+    assert len(files) == 1
+    content = files[0].read_bytes()
+    middle = len(content) // 2
+    changed = content[:middle] + bytes([content[middle] ^ 255]) + content[middle + 1 :]
+    files[0].write_bytes({"cut": content[:middle], "changed": changed, "empty": b""}[damage])
+    value, missed, said = run(package)
+    assert (value, missed) == (7.0, 1)
+    if kind == "nbc" or damage != "changed":
+        assert "compiled again" in said
+    assert run(package) == (7.0, 0, "")
+
+
+def test_a_folder_that_cannot_be_written_is_said_once(package: Path, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    value, missed, said = run(package, {"HOLDFAST_CACHE_DIR": str(tmp_path / "file" / "below")})
+    assert (value, missed) == (7.0, 1)
+    assert said.count("cannot be written") == 1
+    assert "HOLDFAST_CACHE_DIR" in said
+
+
+def test_the_sources_of_all_kernels_count() -> None:
+    names = {path.relative_to(PACKAGE).as_posix() for path in compiled_sources(PACKAGE)}
+    assert {"elastic/law.py", "elastic/newton.py", "contacts/features.py", "base/compiled.py"} <= names
+
+
+def test_of_many_folders_the_newest_stay(package: Path) -> None:
+    cache = package.parent / "cache"
+    for k in range(30):
+        folder = cache / f"compiled-{k:02d}"
+        folder.mkdir(parents=True)
+        os.utime(folder, (k, k))
+    run(package)
+    left = sorted(path.name for path in cache.iterdir())
+    assert len(left) == 16
+    assert left[:15] == [f"compiled-{k}" for k in range(15, 30)]

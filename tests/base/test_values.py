@@ -1,0 +1,139 @@
+"""Values carry, copy, compare and save without loss."""
+
+from __future__ import annotations
+
+import copy
+import json
+import pickle
+from dataclasses import dataclass
+from enum import StrEnum, auto
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from holdfast.base.archive import archived, load, save, to_dict
+from holdfast.base.arrays import Float, Objects
+from holdfast.base.errors import HoldfastError
+from holdfast.base.values import Table, Value, sealed
+
+
+@archived
+class Colour(StrEnum):
+    RED = auto()
+
+
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Part(Value):
+    weights: Float
+
+
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Whole(Value):
+    name: str
+    share: float
+    colour: Colour
+    part: Part | None
+    again: Part | None
+    numbers: Float
+    told: Objects
+    table: Table[tuple[str, str], float]
+    flags: tuple[bool, ...] = (True, False)
+
+    @cached_property
+    def twice(self) -> Float:
+        return self.numbers * 2
+
+
+def whole(share: float = np.inf, count: int = 5) -> Whole:
+    part = Part(sealed(np.array([0.1, np.inf, -0.0])))
+    told = np.empty(3, dtype=object)
+    told[:] = [Colour.RED, None, ("a", "b")]
+    numbers = np.linspace(0, 1, count) ** 3
+    return Whole("crate", share, Colour.RED, part, part, sealed(numbers), sealed(told), Table({("a", "b"): 0.3}))
+
+
+def roundtrips(value: Whole, folder: Path) -> list[Whole]:
+    results = [pickle.loads(pickle.dumps(value)), copy.deepcopy(value)]
+    for suffix in (".json", ".npz"):
+        save(value, folder / f"value{suffix}")
+        results.append(load(folder / f"value{suffix}"))
+    return results
+
+
+@pytest.mark.parametrize("count", [0, 5, 1000])
+def test_nothing_is_lost(tmp_path: Path, count: int) -> None:
+    value = whole(count=count)
+    assert value.twice.shape == (count,)
+    for other in roundtrips(value, tmp_path):
+        assert other == value
+        assert hash(other) == hash(value)
+        assert other is not value
+        assert other.numbers.tobytes() == value.numbers.tobytes()
+        assert other.part is other.again  # what was shared stays shared
+        assert "twice" not in vars(other)
+        with pytest.raises(ValueError, match="read-only"):
+            other.numbers[:] = 0
+        assert isinstance(other.colour, Colour)
+        assert other.part is not None
+        assert np.signbit(other.part.weights[2])
+
+
+@pytest.mark.parametrize("change", [{"share": 1.0}, {"count": 4}])
+def test_a_difference_is_seen(change: dict) -> None:
+    assert whole() != whole(**change)
+    assert whole() != "crate"
+
+
+def test_text_stays_short() -> None:
+    value = whole(count=100_000)
+    assert len(repr(value)) < 1000
+    assert len(repr(Table({str(k): float(k) for k in range(10_000)}))) < 1000
+
+
+def test_plain_data_is_json() -> None:
+    data = to_dict(whole())
+    assert json.loads(json.dumps(data, allow_nan=False)) == data
+    assert data["share"] == "inf"
+    assert data["told"] == ["red", None, ["a", "b"]]
+    assert data["table"] == {"a-b": 0.3}
+
+
+def test_a_table_cannot_be_changed() -> None:
+    table = Table({"a": 1.0})
+    with pytest.raises(TypeError):
+        table["a"] = 2.0  # type: ignore[index]
+    assert table == {"a": 1.0}
+
+
+@pytest.mark.parametrize("suffix", [".json", ".npz"])
+@pytest.mark.parametrize("damage", ["cut", "empty", "other"])
+def test_a_damaged_file_is_one_clear_error(tmp_path: Path, suffix: str, damage: str) -> None:
+    path = tmp_path / f"value{suffix}"
+    save(whole(count=50), path)
+    content = path.read_bytes()
+    path.write_bytes({"cut": content[: len(content) // 2], "empty": b"", "other": b'{"format": "x"}'}[damage])
+    with pytest.raises(HoldfastError, match=str(path)):
+        load(path)
+
+
+def test_a_file_cannot_name_other_classes(tmp_path: Path) -> None:
+    path = tmp_path / "value.json"
+    save(whole(), path)
+    path.write_text(path.read_text().replace('"Whole"', '"Path"'))
+    with pytest.raises(HoldfastError, match="not known"):
+        load(path)
+
+
+def test_what_cannot_be_saved_says_so_and_leaves_nothing(tmp_path: Path) -> None:
+    told = np.empty(1, dtype=object)
+    told[0] = print
+    value = Whole("x", 0.0, Colour.RED, None, None, np.zeros(1), told, Table())
+    with pytest.raises(HoldfastError, match="cannot be saved"):
+        save(value, tmp_path / "value.json")
+    with pytest.raises(HoldfastError, match="suffix"):
+        save(value, tmp_path / "value.txt")
+    assert list(tmp_path.iterdir()) == []
