@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, checked, unit
@@ -14,7 +14,16 @@ from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.engines.capabilities import GRADIENTS
 from holdfast.engines.contract import Claim
 from holdfast.queries.intervals import Pair
-from holdfast.queries.request import CERTAIN_ENGINE, Load, body_number, engine_of, push_columns, total_wrench
+from holdfast.queries.request import (
+    CERTAIN_ENGINE,
+    Load,
+    body_number,
+    checked_assembly,
+    engine_of,
+    push_columns,
+    total_wrench,
+)
+from holdfast.scene.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,10 +49,10 @@ class Sensitivity:
 
 
 def sensitivity(
-    assembly: Assembly,
+    assembly: Assembly | Scene,
     body: str,
-    point: Any,  # noqa: ANN401 - (3,) numbers, checked
-    direction: Any,  # noqa: ANN401 - (3,) numbers, checked
+    point: ArrayLike,
+    direction: ArrayLike,
     *,
     standing: Iterable[Load] = (),
 ) -> Sensitivity:
@@ -54,6 +63,7 @@ def sensitivity(
     bound R from above (R is concave in them); whether a kink is met is not tested. Contact nodes, the push and
     standing loads stay where they are. Raises HoldfastError where R is zero, infinite or undecided.
     """
+    assembly = checked_assembly(assembly)
     where = f"sensitivity of {body!r}"
     p = checked(point, (3,), f"{where}: point")
     e = checked(direction, (3,), f"{where}: direction")

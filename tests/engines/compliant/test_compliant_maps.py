@@ -31,7 +31,7 @@ CASES = {"cube": 0.008, "stack": 0.013, "table": 0.03}
 def _case(scene: str) -> tuple[Standing, RobustnessMap, Capacity]:
     """A map, and every one of its points by a path of its own."""
     assembly = hf.assemble(shipped_scene(scene))
-    result = hf.robustness_map(assembly, None, CASES[scene], engine="compliant", gap=GAP)
+    result = hf.robustness_map(assembly, None, spacing=CASES[scene], engine="compliant", gap=GAP)
     state = Compliant().prepare(assembly)
     columns = [
         push_columns(assembly, assembly.index[name], result.points[here], -result.normals[here])
@@ -100,10 +100,10 @@ def test_without_a_gap_with_few_columns_or_several_bodies_every_column_is_solved
 
 def test_with_a_gap_of_nothing_a_map_solves_every_point() -> None:
     assembly = hf.assemble(shipped_scene("cube"))
-    result = hf.robustness_map(assembly, None, 0.02, engine="compliant", gap=0)
+    result = hf.robustness_map(assembly, None, spacing=0.02, engine="compliant", gap=0)
     assert result.solved.all()
     assert not result.error.any()
-    assert not hf.robustness_map(assembly, None, 0.008, engine="compliant").solved.all()
+    assert not hf.robustness_map(assembly, None, spacing=0.008, engine="compliant").solved.all()
 
 
 def _pushes(state: Standing, directions: Float) -> Float:
