@@ -23,10 +23,11 @@ from holdfast.engines.limit.engine import Limit
 from holdfast.queries.map import RobustnessMap, robustness_map
 from holdfast.queries.push import LoadFactor, Robustness, load_factor, robustness
 from holdfast.queries.request import Load
-from holdfast.queries.sensitivity import Sensitivity, WorstCase, sensitivity, worst_case
+from holdfast.queries.sensitivity import Sensitivity, sensitivity
 from holdfast.queries.sets import ConvexSet, admissible_wrenches, sustainable_accelerations
 from holdfast.queries.stability import Stability, stability
 from holdfast.queries.uncertainty import RobustnessUnder, robustness_under
+from holdfast.queries.worst_case import WorstCase, worst_case
 from holdfast.scene.body import Body
 from holdfast.scene.formats.registry import load_scene, save_scene
 from holdfast.scene.friction import Friction

@@ -9,13 +9,16 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.archive import archived
+from holdfast.base.arrays import Bool, Float, Int, frozen
 from holdfast.base.rigid import tangents
+from holdfast.base.values import Value, seal
 from holdfast.contacts.nodes import Sampling, interface_nodes
 
 
-@dataclass(frozen=True, eq=False)
-class ContactNodes:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactNodes(Value):
     """I contact nodes; the force at node i is (f_n, f_t1, f_t2) along ``axes[i]`` and acts on body b, minus it on a.
 
     ``points`` (I, 3) [m]; ``axes`` (I, 3, 3) rows normal (into b), t1, t2; ``mu`` (I,); ``weights`` (I,) tributary
@@ -29,6 +32,9 @@ class ContactNodes:
     interface: Int
     a: Int
     b: Int
+
+    def __post_init__(self) -> None:
+        seal(self)
 
     @property
     def normals(self) -> Float:
@@ -50,7 +56,7 @@ class ContactNodes:
     @cached_property
     def spans(self) -> Int:
         """(interfaces + 1,) where each interface's nodes begin; they stand in order."""
-        return np.searchsorted(self.interface, np.arange(self.interface.max(initial=-1) + 2))
+        return frozen(np.searchsorted(self.interface, np.arange(self.interface.max(initial=-1) + 2)))
 
 
 def contact_nodes(assembly: Assembly, count: int, sampling: Sampling, seed: int = 0) -> ContactNodes:

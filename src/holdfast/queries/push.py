@@ -12,8 +12,8 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, Objects, checked, objects
 from holdfast.base.errors import HoldfastError, message
 from holdfast.engines.contract import Capacity, Claim, Engine, Mechanism, Mode, State, Status
-from holdfast.engines.limit.engine import Limit
 from holdfast.queries.request import (
+    CERTAIN_ENGINE,
     DEFAULT_ENGINE,
     EngineChoice,
     Load,
@@ -158,5 +158,5 @@ def solved(
     if method.claim is Claim.ESTIMATED:
         remedy = "engine graph is not ordered against limit: ask 'compliant', or 'limit' itself"
         raise HoldfastError(message("bound", f"asked of engine {method.name!r}", remedy))
-    certain = Limit().prepare(assembly, standing, acceleration).load_factor(W)
+    certain = engine_of(CERTAIN_ENGINE).prepare(assembly, standing, acceleration).load_factor(W)
     return state, replace(capacity, upper=np.minimum(capacity.upper, certain.upper))

@@ -21,6 +21,7 @@ from holdfast.geometry.distance import distance_to_surface
 ENGINES: dict[str, Callable[[], Engine]] = {"graph": Graph, "limit": Limit, "compliant": Compliant}
 
 DEFAULT_ENGINE = "compliant"
+CERTAIN_ENGINE = "limit"  # proves above which load no equilibrium exists, and what follows from that
 
 EngineChoice: TypeAlias = str | Engine
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -15,8 +15,9 @@ from holdfast.base.arrays import Float, Objects, checked_number, frozen, objects
 from holdfast.base.errors import HoldfastError, HoldfastWarning, message
 from holdfast.base.progress import report
 from holdfast.contacts.detect import SIGMAS
-from holdfast.engines.contract import Claim, Status
-from holdfast.queries.push import robustness
+from holdfast.engines.contract import Claim, Engine, Status
+from holdfast.queries.intervals import MuRange, friction_intervals, with_friction
+from holdfast.queries.push import Robustness, robustness
 from holdfast.queries.request import (
     DEFAULT_ENGINE,
     EngineChoice,
@@ -27,7 +28,6 @@ from holdfast.queries.request import (
     push_columns,
     total_wrench,
 )
-from holdfast.queries.sensitivity import MuRange, friction_intervals, with_friction
 from holdfast.scene.scene import Scene
 
 
@@ -103,11 +103,10 @@ class _Spread:
             if k == FIXED:
                 bodies.append(body)
                 continue
-            assert body.pose is not None
             pose = np.array(body.pose)
             pose[:3, :3] = turns[k] @ pose[:3, :3]
             pose[:3, 3] = given.com[k] + shifts[k] + turns[k] @ (pose[:3, 3] - given.com[k])
-            bodies.append(replace(body, pose=pose, density=None))  # its mass is known by now
+            bodies.append(body.moved(pose))
         scene = Scene(bodies, given.scene.friction, given.scene.gravity, given.scene.name)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", HoldfastWarning)  # the notes count what overlaps
@@ -163,28 +162,17 @@ def robustness_under(
     )
     method, loads = engine_of(engine), standing if isinstance(standing, Load) else list(standing)
     nominal = robustness(assembly, body, points, directions, loads, engine=method)
-    forces = np.zeros((count, len(nominal.force)))
-    status: list[Status] = []
-    verdicts: list[Status] = []
-    overlapping = 0
     rng = np.random.default_rng(number)
+    found = []
     for k in range(count):
         report("samples", k, count)
-        sample, shifts, turns = spread(rng)
-        points_now, loads_now = _attached(assembly, sample, body, nominal.points, loads, shifts, turns)
-        state = method.prepare(sample, total_wrench(sample, loads_now))
-        columns = push_columns(sample, body_number(sample, body), points_now, nominal.directions)
-        verdicts.append(state.verdict().status)
-        if verdicts[-1] is Status.STABLE:
-            capacity = state.load_factor(columns)
-            forces[k], told = capacity.factor, capacity.status
-        else:
-            told = (verdicts[-1],) * len(columns.T)
-        status.extend(told)
-        overlapping += spread.deviation is not None and bool(sample.overlaps)
+        found.append(_answered(spread(rng), assembly, body, nominal, loads, method))
     report("samples", count, count)
+    force, status = np.array([answer.force for answer in found]), [s for answer in found for s in answer.status]
+    verdicts = [answer.verdict for answer in found]
     notes = nominal.notes
-    if overlapping:
+    overlapping = sum(answer.overlaps for answer in found)
+    if spread.deviation is not None and overlapping:
         share = f"{overlapping} of {count} samples have bodies that overlap by more than the tolerance"
         notes = (*notes, f"{share}: contacts there may be missing, which lowers their forces")
     return RobustnessUnder(
@@ -193,8 +181,8 @@ def robustness_under(
         body,
         nominal.points,
         nominal.directions,
-        np.asarray(frozen(forces)),
-        objects(status).reshape(forces.shape),
+        frozen(force),
+        objects(status).reshape(force.shape),
         nominal.force,
         verdicts.count(Status.STABLE) / count,
         verdicts.count(Status.UNDECIDED) / count,
@@ -202,6 +190,35 @@ def robustness_under(
         number,
         notes,
     )
+
+
+class _Answer(NamedTuple):
+    """Of one sample: forces (n,) [N] and status (n,) of the pushes, its verdict, and whether its bodies overlap."""
+
+    force: Float
+    status: Sequence[Status]
+    verdict: Status
+    overlaps: bool
+
+
+def _answered(
+    drawn: tuple[Assembly, Float, Float],
+    given: Assembly,
+    body: str,
+    nominal: Robustness,
+    standing: Iterable[Load],
+    engine: Engine,
+) -> _Answer:
+    """The pushes of ``nominal`` on a sample, points and ``standing`` loads taken along by their bodies."""
+    sample, shifts, turns = drawn
+    points, loads = _attached(given, sample, body, nominal.points, standing, shifts, turns)
+    state = engine.prepare(sample, total_wrench(sample, loads))
+    columns = push_columns(sample, body_number(sample, body), points, nominal.directions)
+    verdict = state.verdict().status
+    if verdict is not Status.STABLE:
+        return _Answer(np.zeros(len(points)), (verdict,) * len(points), verdict, bool(sample.overlaps))
+    capacity = state.load_factor(columns)
+    return _Answer(capacity.factor, capacity.status, verdict, bool(sample.overlaps))
 
 
 def _attached(
