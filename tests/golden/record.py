@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 
 import holdfast as hf
-from holdfast.shipped import SHIPPED, shipped_scene
 
 FOLDER = Path(__file__).parent / "answers"
 
@@ -29,7 +28,7 @@ Plain = Any  # what json.dumps takes
 @cache
 def assembled(scene: str) -> hf.Assembly:
     """The assembly of a shipped scene."""
-    return hf.assemble(shipped_scene(scene))
+    return hf.assemble(hf.shipped_scene(scene))
 
 
 def triangles(body: hf.Body) -> np.ndarray:
@@ -265,7 +264,11 @@ def loads_topic() -> Plain:
 def transport_topic() -> Plain:
     """Accelerations of the carrier, level, tilted and turning; how fast a path may be driven."""
     arrays = ("directions", "claim", "acceleration", "status", "lower", "upper", "moving", "mode", "notes")
-    turning = {"tilt": (0.03, -0.02, 0.0), "angular_acceleration": (0.0, 0.1, 0.4), "angular_velocity": (0, 0, 0.5)}
+    turning = {
+        "tilt": np.degrees((0.03, -0.02, 0.0)),
+        "angular_acceleration": (0.0, 0.1, 0.4),
+        "angular_velocity": (0, 0, 0.5),
+    }
     result: dict[str, Plain] = {}
 
     def told(limits: hf.TransportLimits) -> Plain:
@@ -339,7 +342,7 @@ def uncertainty_topic() -> Plain:
             result[f"{scene}: samples by {engine}"] = asked(
                 lambda a=assembly, b=body, p=points, w=ways, e=engine: fields(
                     hf.robustness_under(
-                        a, b, p, w, pose_sigma=(0.0005, 0.1), mu_interval=0.2, samples=3, seed=11, engine=e
+                        a, b, p, w, pose_sigma=(0.0005, 0.1), friction=0.2, samples=3, seed=11, engine=e
                     ),
                     *samples,
                 )
@@ -417,7 +420,7 @@ def without_topic() -> Plain:
 
 
 TOPICS: dict[str, Callable[[], Plain]] = {
-    **{f"scene_{name}": lambda name=name: scene_topic(name) for name in SHIPPED},
+    **{f"scene_{name}": lambda name=name: scene_topic(name) for name in hf.shipped_scenes()},
     "engines": engines_topic,
     "loads": loads_topic,
     "transport": transport_topic,
