@@ -18,8 +18,14 @@ for name, a, mode, moving in zip(("ahead", "back"), t.acceleration, t.mode, t.mo
     print(f"{name}: {a:.2f} m/s², then {mode} of {', '.join(moving)} ({t.engine}: {t.claim})")
 
 # the tray is tilted by 5 degrees, and the robot turns on the spot, half a metre from the tray
-turning = {"angular_velocity": (0, 0, 1.0), "angular_acceleration": (0, 0, 0.5), "pivot": (0, -0.5, 0)}
-around = hf.transport_limits(assembly, tilt=np.radians([5, 0, 0]), engine="limit", **turning)
+around = hf.transport_limits(
+    assembly,
+    tilt=(5, 0, 0),
+    angular_velocity=(0, 0, 1.0),
+    angular_acceleration=(0, 0, 0.5),
+    pivot=(0, -0.5, 0),
+    engine="limit",
+)
 print(f"tilted and turning, the least of 100 directions: {around.acceleration.min():.2f} m/s²")
 save_polar([hf.transport_limits(assembly, engine="limit"), around], out / "transport.png", ["level", "tilted, turning"])
 
@@ -30,4 +36,4 @@ time = np.linspace(0, 2, 101)[:, None]
 path = 4 * np.sin(np.pi * time) * [0.5, 1.0, 0.0]  # m/s²: off, and to a stop
 s = hf.safe_time_scale(path, safe, margin=0.2)
 print(f"play the path at {s:.0%} of its speed: it takes {2 / s:.2f} s instead of 2 s")
-print(f"within the set: {all(safe.contains(s**2 * path))}")
+print(f"of the set it then uses at most {np.max(safe.usage(s**2 * path)):.0%}")

@@ -53,7 +53,7 @@ def test_an_unknown_body_suggests_the_nearest_name() -> None:
         lambda a: hf.robustness(a, "slb", (0, 0, 0), (0, 0, 1), engine="graph"),
         lambda a: hf.robustness_map(a, ["slb"], engine="graph"),
         lambda a: hf.load_factor(a, [hf.Load("slb", moment=(0, 0, 1))], engine="graph"),
-        lambda a: hf.stability(a, [hf.Load("slb", moment=(0, 0, 1))], engine="graph"),
+        lambda a: hf.stability(a, loads=[hf.Load("slb", moment=(0, 0, 1))], engine="graph"),
     ],
 )
 def test_every_question_names_the_nearest_body(ask: Any) -> None:

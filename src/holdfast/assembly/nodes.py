@@ -9,14 +9,16 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, frozen
 from holdfast.base.rigid import tangents
-from holdfast.base.values import seal
+from holdfast.base.values import Value, seal
 from holdfast.contacts.nodes import Sampling, interface_nodes
 
 
-@dataclass(frozen=True, eq=False)
-class ContactNodes:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactNodes(Value):
     """I contact nodes; the force at node i is (f_n, f_t1, f_t2) along ``axes[i]`` and acts on body b, minus it on a.
 
     ``points`` (I, 3) [m]; ``axes`` (I, 3, 3) rows normal (into b), t1, t2; ``mu`` (I,); ``weights`` (I,) tributary

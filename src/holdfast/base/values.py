@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Iterator, Mapping
 from dataclasses import fields
-from typing import Any, TypeVar, cast
+from typing import Any, Literal, TypeVar, cast
 
 import numpy as np
 
@@ -21,7 +21,8 @@ class Value:
 
     Pickling and ``copy.deepcopy`` take the fields alone, not what was computed from them, and arrays come back
     read-only. Two values are equal if they are of one class and all fields are, arrays element by element; equal values
-    have equal hashes. ``repr`` stays below 1,000 characters whatever the value holds.
+    have equal hashes. ``repr`` stays below 1,000 characters whatever the value holds. Fields declared with
+    ``compare=False`` or ``repr=False`` are left out of the one or the other.
     """
 
     def __getstate__(self) -> dict[str, Any]:
@@ -36,13 +37,13 @@ class Value:
             return True
         if type(self) is not type(other):
             return NotImplemented
-        return all(alike(a, b) for (_, a), (_, b) in zip(items_of(self), items_of(other), strict=True))
+        return all(alike(getattr(self, name), getattr(other, name)) for name in _names(self, "compare"))
 
     def __hash__(self) -> int:
-        return hash((type(self).__name__, tuple(_key(item) for _, item in items_of(self))))
+        return hash((type(self).__name__, tuple(_key(getattr(self, name)) for name in _names(self, "compare"))))
 
     def __repr__(self) -> str:
-        text = ", ".join(f"{name}={shown(item)}" for name, item in items_of(self))
+        text = ", ".join(f"{name}={shown(getattr(self, name))}" for name in _names(self, "repr"))
         return f"{type(self).__name__}({cut(text, LONGEST)})"
 
 
@@ -77,6 +78,11 @@ def items_of(value: object) -> Iterator[tuple[str, Any]]:
     """Names and contents of a dataclass's fields, in their order."""
     for entry in fields(cast(Any, value)):
         yield entry.name, getattr(value, entry.name)
+
+
+def _names(value: object, role: Literal["compare", "repr"]) -> list[str]:
+    """The fields that take part in comparing, or in ``repr``."""
+    return [entry.name for entry in fields(cast(Any, value)) if getattr(entry, role)]
 
 
 def sealed(item: T) -> T:

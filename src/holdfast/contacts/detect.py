@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from holdfast.base.archive import archived
+from holdfast.base.values import Value
 from holdfast.contacts.clipping import clip_faces
 from holdfast.contacts.facing import facing_polygons
 from holdfast.contacts.features import touching_features
@@ -28,12 +30,13 @@ NEGLIGIBLE_WIDTH = 1e-6  # patches narrower than this, relative to the smaller b
 NOMINAL_BREADTH = 1e-3  # of the smaller body: the width that a line or a point is given in weights
 
 
-@dataclass(frozen=True)
-class Tolerances:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Tolerances(Value):
     """How far apart, or into each other, two surfaces may be and still touch: ``gap`` [m] and ``angle`` [deg].
 
     Round shapes lie inside their true surface by their sagitta: between two bodies it is added to the gap. ``tilt``
-    [rad] is the standard deviation of the poses' rotation: it adds to the gap what it moves at the end of a body, and
+    [deg] is the standard deviation of the poses' rotation: it adds to the gap what it moves at the end of a body, and
     to the angle. With ``capped`` no pair's gap exceeds half the thickness of the thinner body; ``depth`` [m], how far
     into each other, never does either: the far side of a plate is not its near side.
     """
@@ -47,17 +50,21 @@ class Tolerances:
     def between(self, a: Body, b: Body) -> Tolerances:
         """The tolerances of one pair of bodies: its gap, angle and depth, with nothing left to add."""
         lever = max((body.size / 2 for body in (a, b) if not body.fixed), default=0.0)
-        gap, angle = self.gap + SIGMAS * self.tilt * lever, self.angle + SIGMAS * float(np.degrees(self.tilt))
+        gap, angle = self.gap + self._swing(lever), self.angle + SIGMAS * self.tilt
         gap += a.shape.surface.sagitta + b.shape.surface.sagitta
         thin = THINNEST * min(a.shape.surface.thickness, b.shape.surface.thickness)
         if self.capped:
             gap = min(gap, thin)
         return Tolerances(gap, min(angle, STEEPEST) if self.tilt else angle, depth=min(gap, thin))
 
+    def _swing(self, lever: float) -> float:
+        """How far the rotation moves the end of a lever [m]."""
+        return SIGMAS * float(np.radians(self.tilt)) * lever
+
     def widest(self, scene: Scene) -> float:
         """An upper bound on the gap of every pair of bodies [m]."""
         lever = max((body.size / 2 for body in scene.movable), default=0.0)
-        return self.gap + SIGMAS * self.tilt * lever + 2 * max(body.shape.surface.sagitta for body in scene.bodies)
+        return self.gap + self._swing(lever) + 2 * max(body.shape.surface.sagitta for body in scene.bodies)
 
 
 def default_gap(scene: Scene) -> float:
@@ -72,8 +79,9 @@ def box_distance(a: Body, b: Body) -> float:
     return float(np.linalg.norm(np.maximum(np.maximum(low_a - high_b, low_b - high_a), 0)))
 
 
-@dataclass(frozen=True)
-class Contacts:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Contacts(Value):
     """The interfaces of a scene, and the pairs that would touch if no third body lay between them."""
 
     interfaces: tuple[Interface, ...]

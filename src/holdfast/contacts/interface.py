@@ -9,9 +9,11 @@ from typing import Any, Literal
 
 import numpy as np
 
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, frozen, kept, unit
 from holdfast.base.errors import GeometryError, message
 from holdfast.base.rigid import tangents
+from holdfast.base.values import Value
 from holdfast.geometry import polygon as flat
 from holdfast.geometry.hull import convex_hull
 
@@ -21,8 +23,9 @@ PatchKind = Literal["face", "line", "point"]
 InterfaceStatus = Literal["touching", "penetrating"]
 
 
-@dataclass(frozen=True, eq=False)
-class Patch:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Patch(Value):
     """A flat piece of contact: a face, a line, or a point.
 
     ``polygon`` (k, 3) [m], counter-clockwise seen from the tip of ``normal`` (3,); two corners are a line, one is a
@@ -121,8 +124,9 @@ class Patch:
         return replace(self, polygon=self.polygon[::-1], normal=-self.normal, holes=holes)
 
 
-@dataclass(frozen=True, eq=False)
-class Interface:
+@archived
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Interface(Value):
     """All patches between two bodies; their normals point into the second one."""
 
     bodies: tuple[str, str]
@@ -155,6 +159,11 @@ class Interface:
         set_(self, "patches", tuple(patches))
         set_(self, "status", status)
         set_(self, "flags", tuple(flags))
+
+    @cached_property
+    def samples(self) -> dict[tuple[int, str, int], list[tuple[Float, Float]]]:
+        """Nodes sampled so far, by count, sampling and seed: many assemblies that differ little share an interface."""
+        return {}
 
     @property
     def area(self) -> float:

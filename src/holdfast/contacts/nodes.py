@@ -6,7 +6,6 @@ import itertools
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, get_args
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -38,15 +37,10 @@ def interface_nodes(interface: Interface, count: int, sampling: Sampling, seed: 
         )
     if count < 4:
         raise HoldfastError(message("nodes", f"{count} nodes an interface", "needs at least 4"))
-    known = _SAMPLED.setdefault(interface, {})
     key = count, sampling, seed
-    if key not in known:
-        known[key] = _sampled(interface, count, sampling, seed)
-    return known[key]
-
-
-# an interface is part of many assemblies where bodies are taken away one after the other
-_SAMPLED: WeakKeyDictionary[Interface, dict[tuple[int, str, int], list[tuple[Float, Float]]]] = WeakKeyDictionary()
+    if key not in interface.samples:
+        interface.samples[key] = _sampled(interface, count, sampling, seed)
+    return interface.samples[key]
 
 
 def _sampled(interface: Interface, count: int, sampling: Sampling, seed: int) -> list[tuple[Float, Float]]:

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int
-from holdfast.base.values import seal
+from holdfast.base.values import Value, seal
 from holdfast.geometry.area import outline_vector
 from holdfast.geometry.topology import Topology
 
@@ -16,8 +17,9 @@ COPLANAR = 1e-5  # [rad] between neighbouring triangles of one facet: its outlin
 FLATNESS = 1e-7  # of the surface's size: vertices of a facet may leave its plane by no more
 
 
-@dataclass(frozen=True, eq=False)
-class Facets:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Facets(Value):
     """The large flat faces of a surface.
 
     ``label`` (F,) number of the facet each triangle belongs to, -1 for those of none; ``rings`` one tuple a facet:

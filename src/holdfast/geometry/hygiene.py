@@ -9,8 +9,10 @@ import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.errors import GeometryError, message
+from holdfast.base.values import Value
 from holdfast.geometry.area import area_vectors
 from holdfast.geometry.topology import Edges
 
@@ -21,8 +23,9 @@ LEAST_ROUND = 0.005  # volume over area^(3/2), 0.094 for a ball: an open piece w
 SCRAP = 0.01  # share of the whole area: smaller pieces that have no inside do not put a scan's orientation in doubt
 
 
-@dataclass(frozen=True)
-class PlaneFit:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class PlaneFit(Value):
     """A flat region found in a noisy mesh.
 
     ``normal`` (3,) and ``offset`` [m] of the plane normal · x = offset in the body frame, the region's ``area`` [m²],
@@ -36,8 +39,9 @@ class PlaneFit:
     worst: float
 
 
-@dataclass(frozen=True)
-class MeshReport:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class MeshReport(Value):
     """What a mesh was like and what was done about it.
 
     Counts: vertices ``welded``, ``degenerate`` and ``duplicate`` faces left out, faces ``flipped`` to face outward,

@@ -7,8 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int, frozen
-from holdfast.base.values import seal
+from holdfast.base.values import Value, seal
 from holdfast.geometry.area import areas_of, normals_of
 from holdfast.geometry.facets import Facets, balanced
 from holdfast.geometry.topology import Topology
@@ -17,8 +18,9 @@ STRAIGHT = 1e-8  # of its size: how far a surface may bend and still count as fl
 HUB = 64  # spokes: a fan with more is cut anew before it is reduced
 
 
-@dataclass(frozen=True, eq=False)
-class Surface:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Surface(Value):
     """Triangles with outward normals: vertices (V, 3) [m], faces (F, 3).
 
     ``sagitta`` [m]: how far the triangles lie inside the curved surface they stand for; ``oriented``: whether it is

@@ -8,8 +8,9 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.base.values import seal
+from holdfast.base.values import Value, seal
 
 FLAT = 1e-3  # [rad] a smaller dihedral is rounding, not an edge
 
@@ -51,8 +52,9 @@ class Edges:
         return sides
 
 
-@dataclass(frozen=True, eq=False)
-class Topology:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Topology(Value):
     """Edges and vertices of a triangle surface.
 
     ``edges`` (E, 2) vertices; ``sides`` (E, 2) the faces beside each, -1 where there is none; ``bend`` (E,) angle

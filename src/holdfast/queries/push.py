@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, Objects, checked, objects
 from holdfast.base.errors import HoldfastError, message
 from holdfast.engines.contract import Capacity, Claim, Engine, Mechanism, Mode, State, Status
-from holdfast.engines.limit.engine import Limit
 from holdfast.queries.request import (
+    CERTAIN_ENGINE,
     DEFAULT_ENGINE,
     EngineChoice,
     Load,
@@ -22,6 +22,7 @@ from holdfast.queries.request import (
     pushes,
     total_wrench,
 )
+from holdfast.scene.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,12 +67,12 @@ class LoadFactor:
 
 
 def robustness(
-    assembly: Assembly,
+    assembly: Assembly | Scene,
     body: str,
-    points: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
-    directions: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
-    standing: Iterable[Load] = (),
+    points: ArrayLike,
+    directions: ArrayLike,
     *,
+    standing: Iterable[Load] = (),
     engine: EngineChoice = DEFAULT_ENGINE,
     bound: bool = False,
 ) -> Robustness:
@@ -82,7 +83,7 @@ def robustness(
     above it no equilibrium exists, by engine ``limit``. A point further from the body's surface than the
     contact tolerance raises SceneError.
     """
-    checked_assembly(assembly)
+    assembly = checked_assembly(assembly)
     p, e, W = pushes(assembly, body, points, directions, f"robustness of {body!r}")
     method = engine_of(engine)
     held = total_wrench(assembly, standing)
@@ -105,11 +106,11 @@ def robustness(
 
 
 def load_factor(
-    assembly: Assembly,
+    assembly: Assembly | Scene,
     loads: Iterable[Load],
-    standing: Iterable[Load] = (),
-    acceleration: Any = None,  # noqa: ANN401 - (3,) numbers, checked
     *,
+    standing: Iterable[Load] = (),
+    acceleration: ArrayLike | None = None,
     engine: EngineChoice = DEFAULT_ENGINE,
     bound: bool = False,
 ) -> LoadFactor:
@@ -118,7 +119,7 @@ def load_factor(
     ``standing`` loads and the inertial forces of a support that accelerates by ``acceleration`` (3,) [m/s²] act all
     the while, unscaled. ``bound`` as in ``robustness``.
     """
-    checked_assembly(assembly)
+    assembly = checked_assembly(assembly)
     method = engine_of(engine)
     W = total_wrench(assembly, loads)[:, None]
     moved = None if acceleration is None else checked(acceleration, (3,), "load_factor: acceleration")
@@ -158,5 +159,5 @@ def solved(
     if method.claim is Claim.ESTIMATED:
         remedy = "engine graph is not ordered against limit: ask 'compliant', or 'limit' itself"
         raise HoldfastError(message("bound", f"asked of engine {method.name!r}", remedy))
-    certain = Limit().prepare(assembly, standing, acceleration).load_factor(W)
+    certain = engine_of(CERTAIN_ENGINE).prepare(assembly, standing, acceleration).load_factor(W)
     return state, replace(capacity, upper=np.minimum(capacity.upper, certain.upper))

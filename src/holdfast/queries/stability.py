@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from holdfast.assembly.assembly import Assembly
 from holdfast.engines.contract import Certificate, Claim, ContactForces, Mechanism, Status
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load, checked_assembly, engine_of, total_wrench
+from holdfast.scene.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,9 +36,11 @@ class Stability:
     notes: tuple[str, ...]
 
 
-def stability(assembly: Assembly, loads: Iterable[Load] = (), *, engine: EngineChoice = DEFAULT_ENGINE) -> Stability:
+def stability(
+    assembly: Assembly | Scene, *, loads: Iterable[Load] = (), engine: EngineChoice = DEFAULT_ENGINE
+) -> Stability:
     """Whether the assembly stands under its weight and ``loads``; ``engine`` is a name or an instance."""
-    checked_assembly(assembly)
+    assembly = checked_assembly(assembly)
     method = engine_of(engine)
     state = method.prepare(assembly, total_wrench(assembly, loads))
     verdict = state.verdict()

@@ -10,10 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int, checked, checked_number, frozen
 from holdfast.base.errors import GeometryError, HoldfastWarning, message
-from holdfast.base.values import seal
+from holdfast.base.values import Value, seal
 from holdfast.geometry.hygiene import MeshReport, PlaneFit, cleaned
 from holdfast.geometry.planes import flattened
 from holdfast.geometry.surface import Surface
@@ -24,8 +26,9 @@ if TYPE_CHECKING:
 LEAST_VOLUME = 1e-9  # of the bounding box: a closed surface around less has no inside to speak of
 
 
-@dataclass(frozen=True)
-class MassProperties:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class MassProperties(Value):
     """Volume [m³], centre of mass (3,) [m] and inertia (3, 3) [m⁵] about it, at unit density, in the body frame."""
 
     volume: float
@@ -36,17 +39,18 @@ class MassProperties:
         seal(self)
 
 
-@dataclass(frozen=True)
-class Box:
+@archived
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Box(Value):
     """A cuboid centred on its frame; ``size`` (3,) edge lengths [m]."""
 
     size: Float
 
-    def __post_init__(self) -> None:
-        size = checked(self.size, (3,), "Box: size", error=GeometryError)
-        if (size <= 0).any():
-            raise GeometryError(message("Box", f"size is {size.tolist()}", "needs three lengths > 0 [m]"))
-        object.__setattr__(self, "size", size)
+    def __init__(self, size: ArrayLike) -> None:
+        lengths = checked(size, (3,), "Box: size", error=GeometryError)
+        if (lengths <= 0).any():
+            raise GeometryError(message("Box", f"size is {lengths.tolist()}", "needs three lengths > 0 [m]"))
+        object.__setattr__(self, "size", lengths)
 
     @cached_property
     def surface(self) -> Surface:
@@ -64,8 +68,9 @@ class Box:
         return MassProperties(volume, np.zeros(3), np.diag(squares.sum() - squares) * volume / 12)
 
 
-@dataclass(frozen=True)
-class Cylinder:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Cylinder(Value):
     """A cylinder about its z axis, centred; ``radius`` and ``height`` [m].
 
     Contacts see an inscribed prism with ``segments`` sides (its end faces are smaller by 2π²/(3 segments²)); mass
@@ -107,8 +112,9 @@ class Cylinder:
         return MassProperties(volume, np.zeros(3), volume * np.diag([r2 / 4 + h2 / 12, r2 / 4 + h2 / 12, r2 / 2]))
 
 
-@dataclass(frozen=True)
-class Sphere:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Sphere(Value):
     """A ball centred on its frame; ``radius`` [m]. Contacts see a subdivided icosahedron inside it."""
 
     radius: float
@@ -135,36 +141,48 @@ class Sphere:
         return MassProperties(volume, np.zeros(3), np.eye(3) * 0.4 * volume * self.radius**2)
 
 
-@dataclass(frozen=True)
-class Mesh:
+@archived
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Mesh(Value):
     """A triangle mesh: ``vertices`` (V, 3) [m], ``faces`` (F, 3) counter-clockwise seen from outside.
 
     ``file`` and ``scale`` remember where it was read from, so that a saved scene can name the file instead of copying
     it; ``vertices`` are already scaled. ``noise`` [m]: standard deviation of the vertices of a scan; regions that are
-    flat up to it are made flat before contacts are sought (``report`` tells which, and the residual).
+    flat up to it are made flat before contacts are sought (``report`` tells which, and the residual). ``where`` is what
+    errors call it. Meshes of the same vertices, faces and noise are equal, wherever they come from.
     """
 
     vertices: Float
     faces: Int
-    file: Path | None = None
-    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    noise: float = 0.0
-    where: str = field(default="Mesh", repr=False)
+    file: Path | None = field(compare=False)
+    scale: tuple[float, float, float] = field(compare=False)
+    noise: float
+    where: str = field(compare=False, repr=False)
 
-    def __post_init__(self) -> None:
-        where = self.where
-        noise = checked_number(self.noise, f"{where}: noise", minimum=0, error=GeometryError)
-        object.__setattr__(self, "noise", noise)
-        vertices = checked(self.vertices, (None, 3), f"{where}: vertices", error=GeometryError)
-        faces = checked(self.faces, (None, 3), f"{where}: faces", error=GeometryError)
-        if len(faces) == 0 or len(vertices) == 0:
+    def __init__(
+        self,
+        vertices: ArrayLike,
+        faces: ArrayLike,
+        file: Path | None = None,
+        scale: tuple[float, float, float] = (1.0, 1.0, 1.0),
+        noise: float = 0.0,
+        where: str = "Mesh",
+    ) -> None:
+        set_ = object.__setattr__
+        set_(self, "noise", checked_number(noise, f"{where}: noise", minimum=0, error=GeometryError))
+        corners = checked(vertices, (None, 3), f"{where}: vertices", error=GeometryError)
+        numbers = checked(faces, (None, 3), f"{where}: faces", error=GeometryError)
+        if len(numbers) == 0 or len(corners) == 0:
             raise GeometryError(message(where, "has no triangles", "needs a surface with at least four"))
-        wrong = faces[(faces < 0) | (faces >= len(vertices)) | (faces != np.floor(faces))]
+        wrong = numbers[(numbers < 0) | (numbers >= len(corners)) | (numbers != np.floor(numbers))]
         if len(wrong):
-            problem = f"a face names vertex {wrong[0]:g} of {len(vertices)}"
+            problem = f"a face names vertex {wrong[0]:g} of {len(corners)}"
             raise GeometryError(message(where, problem, "needs indices into vertices, whole numbers from 0"))
-        object.__setattr__(self, "vertices", vertices)
-        object.__setattr__(self, "faces", frozen(faces.astype(np.int64)))
+        set_(self, "vertices", corners)
+        set_(self, "faces", frozen(numbers.astype(np.int64)))
+        set_(self, "file", file)
+        set_(self, "scale", scale)
+        set_(self, "where", where)
 
     @classmethod
     def from_file(

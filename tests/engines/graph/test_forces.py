@@ -23,7 +23,7 @@ def balance(assembly: Assembly, answer: Stability) -> float:
     wrench = G @ forces.force.ravel()
     worst = 0.0
     for body in assembly.movable:
-        centre = body.pose[:3, :3] @ body.com + body.pose[:3, 3]
+        centre = body.pose[:3, :3] @ body.com_body + body.pose[:3, 3]
         weight = body.mass * assembly.scene.gravity
         total = wrench[row[body.name] : row[body.name] + 6] + np.concatenate([weight, np.cross(centre, weight)])
         worst = max(worst, float(np.abs(total / np.repeat([1, assembly.size], 3)).max()))

@@ -33,9 +33,8 @@ class Face:
 def faces_of(body: Body) -> tuple[Face, ...]:
     """All faces of the body's convex hull, the steadiest first."""
     vertices = body.shape.surface.vertices
-    assert body.com is not None
     facets = hull_facets(vertices, COPLANAR)
-    faces = [_face(normal, vertices[corners], body.com) for normal, corners in facets]
+    faces = [_face(normal, vertices[corners], body.com_body) for normal, corners in facets]
     return tuple(sorted(faces, key=lambda face: -round(face.tilt, 9)))
 
 

@@ -70,7 +70,7 @@ class Moved:
     @cached_property
     def skin(self) -> Skin:
         """Its surface in the body frame."""
-        return Skin.of(at(self.body, np.eye(4)))
+        return Skin.of(self.body.moved(np.eye(4)))
 
     @cached_property
     def size(self) -> float:
@@ -80,8 +80,7 @@ class Moved:
     @property
     def com(self) -> Float:
         """(3,) [m] in the body frame."""
-        assert self.body.com is not None
-        return self.body.com
+        return self.body.com_body
 
     def surface(self, pose: Float) -> Surface:
         """Its surface at ``pose`` (4, 4), in as few triangles as it needs."""
@@ -112,13 +111,6 @@ class Touches:
     normals: Float
     gaps: Float
     mu: Float
-
-
-def at(body: Body, pose: Float) -> Body:
-    """The same body elsewhere; mass, centre of mass and inertia are those it had."""
-    return Body(
-        body.name, body.shape, mass=body.mass, pose=pose, com=body.com, inertia=body.inertia, material=body.material
-    )
 
 
 def height_above(moved: Moved, pose: Float, stills: Sequence[Still], up: Float) -> float:

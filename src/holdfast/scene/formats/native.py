@@ -241,14 +241,13 @@ def _friction(model: float | FrictionModel) -> Friction:
 
 
 def _body_data(body: Body, path: Path) -> dict[str, Any]:
-    assert body.pose is not None
     data: dict[str, Any] = {"name": body.name, "shape": _shape_data(body.shape, path)}
     if body.density is not None:
         data["density"] = body.density
     elif body.mass is not None:
         data["mass"] = body.mass
     data["pose"] = body.pose.tolist()
-    if body.com_given and body.com is not None:
+    if body.com is not None:
         data["com"] = body.com.tolist()
     if body.inertia is not None:
         data["inertia"] = body.inertia.tolist()
