@@ -4,7 +4,6 @@ import sys
 from pathlib import Path
 
 import holdfast as hf
-from holdfast.report.placement import save_placement_png
 from holdfast.scene.shipped import shipped_scene
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
@@ -16,7 +15,7 @@ box = hf.Body("box", hf.Box((0.06, 0.05, 0.04)), mass=0.4)
 p = hf.plan_placement(assembly, box, engine="graph", supports=["B", "C", "D"], candidates=4)
 print(f"{p.status} after {p.attempts} attempts at {p.pose[:3, 3].round(3)}, on {p.contacts[0].bodies[0]}")
 print(f"least push afterwards: {p.robustness:.3g} N on {p.weakest.body} ({p.weakest.mode})")
-save_placement_png(p, folder / "placement.png")
+p.save_png(folder / "placement.png")
 
 # a brick that no place there bears: a reason, and the try that came nearest
 brick = hf.Body("brick", hf.Box((0.05, 0.05, 0.05)), mass=50)

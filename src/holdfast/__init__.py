@@ -5,6 +5,7 @@ from holdfast.applications.disassembly.removal import Removal
 from holdfast.applications.placement.options import Weights
 from holdfast.applications.placement.plan import plan_placement
 from holdfast.applications.placement.result import Placement
+from holdfast.applications.saved import load_answer
 from holdfast.applications.transport import (
     TransportLimits,
     horizontal_directions,
@@ -15,11 +16,13 @@ from holdfast.applications.transport import (
 )
 from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.errors import GeometryError, HoldfastError, HoldfastWarning, SceneError, SolverError, UnstableError
+from holdfast.base.painters import painters_come_from
 from holdfast.contacts.interface import Interface, Patch
+from holdfast.engines.answers import Bound, Claim
 from holdfast.engines.compliant.engine import Compliant
-from holdfast.engines.contract import Claim, Status
 from holdfast.engines.graph.engine import Graph
 from holdfast.engines.limit.engine import Limit
+from holdfast.engines.verdict import Status
 from holdfast.queries.map import RobustnessMap, robustness_map
 from holdfast.queries.push import LoadFactor, Robustness, load_factor, robustness
 from holdfast.queries.request import Load
@@ -38,6 +41,7 @@ __version__ = "0.1.0"
 __all__ = [
     "Assembly",
     "Body",
+    "Bound",
     "Box",
     "Claim",
     "Compliant",
@@ -76,6 +80,7 @@ __all__ = [
     "disassembly_order",
     "horizontal_directions",
     "inertial_loads",
+    "load_answer",
     "load_factor",
     "load_scene",
     "plan_placement",
@@ -91,3 +96,13 @@ __all__ = [
     "transport_limits",
     "worst_case",
 ]
+
+
+def _painters() -> None:
+    """Import what draws answers: heavy, so not before the first picture is wanted."""
+    from holdfast.report import painters
+
+    painters.register()
+
+
+painters_come_from(_painters)

@@ -9,13 +9,16 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.rigid import tangents
+from holdfast.base.values import Value, items_of, sealed
 from holdfast.contacts.nodes import Sampling, interface_nodes
 
 
-@dataclass(frozen=True, eq=False)
-class ContactNodes:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactNodes(Value):
     """I contact nodes; the force at node i is (f_n, f_t1, f_t2) along ``axes[i]`` and acts on body b, minus it on a.
 
     ``points`` (I, 3) [m]; ``axes`` (I, 3, 3) rows normal (into b), t1, t2; ``mu`` (I,); ``weights`` (I,) tributary
@@ -46,6 +49,11 @@ class ContactNodes:
         """Only the nodes where ``keep`` (I,) is true."""
         points, axes, mu, weights = self.points[keep], self.axes[keep], self.mu[keep], self.weights[keep]
         return ContactNodes(points, axes, mu, weights, self.interface[keep], self.a[keep], self.b[keep])
+
+    @property
+    def read_only(self) -> ContactNodes:
+        """The same nodes as views that nobody can write to; compiled code is handed the writable ones."""
+        return ContactNodes(**{name: sealed(array.view()) for name, array in items_of(self)})
 
     @cached_property
     def spans(self) -> Int:

@@ -88,6 +88,8 @@ def to_dict(value: Any) -> Any:  # noqa: ANN401 - anything that a value holds
     if isinstance(value, Enum):
         return value.value
     if isinstance(value, float | np.floating):
+        if math.isnan(value):
+            raise ValueError("an answer holds NaN: a defect in holdfast")
         return float(value) if math.isfinite(value) else str(float(value))
     if isinstance(value, bool | np.bool_):
         return bool(value)

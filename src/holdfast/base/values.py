@@ -23,6 +23,14 @@ class Value:
     have equal hashes. ``repr`` stays below 1,000 characters whatever the value holds.
     """
 
+    def seal(self) -> None:
+        """Make all arrays in the fields read-only, for ``__post_init__``; whoever gave one may still write to it."""
+        for name, item in items_of(self):
+            if isinstance(item, np.ndarray) and item.flags.writeable:
+                object.__setattr__(self, name, sealed(item.view()))
+            else:
+                sealed(item)
+
     def __getstate__(self) -> dict[str, Any]:
         return dict(items_of(self))
 

@@ -8,17 +8,20 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, unit
 from holdfast.base.compiled import compiled
 from holdfast.base.rigid import tangents
+from holdfast.base.values import Value
 from holdfast.geometry.polygon import convex_hull, keep_half_plane, smallest_rectangle
 from holdfast.geometry.surface import Surface
 
 COPLANAR = 1e-8  # 1 - cos of the angle below which neighbouring triangles make one facet
 
 
-@dataclass(frozen=True, eq=False)
-class Cells:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Cells(Value):
     """Pieces of a surface, each with a query point.
 
     ``points`` (C, 3) with outward ``normals`` (C, 3); ``triangles`` (T, 3) over ``vertices`` (V, 3) belong to ``cell``

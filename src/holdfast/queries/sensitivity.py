@@ -21,9 +21,10 @@ from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.arrays import Float, Objects, checked, checked_number, objects, unit
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.progress import report
-from holdfast.engines.contract import Claim, Status
+from holdfast.engines.answers import Claim
 from holdfast.engines.limit.engine import Limit, LimitState
 from holdfast.engines.mechanism import describe, relative_velocity
+from holdfast.engines.verdict import Status
 from holdfast.queries.push import robustness
 from holdfast.queries.request import Load, body_number, push_columns, total_wrench
 from holdfast.scene.scene import Scene
@@ -134,7 +135,7 @@ def sensitivity(
         {name: float(v) for name, v in zip(names, -motion[:, :3] @ assembly.scene.gravity, strict=True)},
         dict(zip(names, d_com, strict=True)),
         -solved.factor * np.cross(e, motion[number, 3:]),
-        describe(assembly, state.rest.nodes, motion, "none", dual=True).moving,
+        describe(state.kinematics, motion, "none", dual=True).moving,
     )
 
 
@@ -185,11 +186,11 @@ def worst_case(
     worst = [(len(_WEAKEST_FIRST), np.inf, 0)] * n
     for number, corner in enumerate(corners):
         report("worst case", number, len(corners))
-        capacity = Limit().prepare(rough, base + _change(rough, corner)).load_factor(columns)
-        lower, upper = np.minimum(lower, capacity.lower), np.minimum(upper, capacity.upper)
-        ranks = [_WEAKEST_FIRST.index(status) for status in capacity.status]
-        found = zip(ranks, capacity.factor.tolist(), [number] * n, strict=True)
-        worst = [min(pair) for pair in zip(worst, found, strict=True)]
+        found = Limit().prepare(rough, base + _change(rough, corner)).load_factor(columns)
+        lower, upper = np.minimum(lower, found.lower), np.minimum(upper, found.upper)
+        ranks = [_WEAKEST_FIRST.index(status) for status in found.status]
+        here = zip(ranks, found.force.tolist(), [number] * n, strict=True)
+        worst = [min(pair) for pair in zip(worst, here, strict=True)]
     report("worst case", len(corners), len(corners))
     return WorstCase(
         nominal.engine,

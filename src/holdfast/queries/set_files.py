@@ -18,7 +18,7 @@ import numpy as np
 from holdfast.base.arrays import Float, checked, checked_number
 from holdfast.base.errors import HoldfastError, located, message
 from holdfast.base.files import write_atomically
-from holdfast.engines.contract import Claim
+from holdfast.engines.answers import Claim
 
 if TYPE_CHECKING:
     from holdfast.queries.sets import ConvexSet

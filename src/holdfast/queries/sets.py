@@ -14,8 +14,9 @@ from holdfast.assembly.assembly import FIXED, Assembly, body_forces
 from holdfast.base.arrays import Bool, Float, Objects, checked, checked_number, frozen, objects
 from holdfast.base.errors import HoldfastError, SceneError, SolverError, message
 from holdfast.base.progress import report
-from holdfast.engines.contract import Claim, Status
+from holdfast.engines.answers import Claim
 from holdfast.engines.limit.engine import Limit, LimitState
+from holdfast.engines.verdict import Status
 from holdfast.queries.request import EngineChoice, Load, body_number, engine_of, total_wrench
 from holdfast.queries.set_files import read_set, save_set
 

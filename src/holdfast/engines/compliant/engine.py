@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -20,12 +21,14 @@ from holdfast.elastic import path
 from holdfast.elastic import resting as rest
 from holdfast.elastic.law import Elastic
 from holdfast.elastic.linear import SparseSolver, Work, make_work
+from holdfast.engines.answers import Answers, Bound, Claim
 from holdfast.engines.compliant.interpolated import UNKNOWN, survey
 from holdfast.engines.compliant.model import Stiffness, elastic_model, force_unit, levers
 from holdfast.engines.compliant.verdict import judged, settled
-from holdfast.engines.contract import Capacity, Claim, Mechanism, Status, Verdict, no_capacity
-from holdfast.engines.mechanism import describe, modes_of
+from holdfast.engines.contract import EXACT, Accuracy, ForcesOnly, Within
+from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of
 from holdfast.engines.rest import find_rest
+from holdfast.engines.verdict import Status, Verdict
 
 DENSE = 150  # unknowns up to which dense elimination in compiled code is faster than sparse LU
 FEWEST = 2  # nodes along a side
@@ -169,8 +172,8 @@ def _joined(parts: list[Paths]) -> Paths:
 
 
 @dataclass(frozen=True, eq=False)
-class Answers:
-    """What is known of k columns: ``kind`` of path.py, factors and their lower bounds, and as in Capacity."""
+class Known:
+    """What is known of k columns: ``kind`` of path.py, factors and their lower bounds, and as in Answers."""
 
     kind: Int
     factor: Float
@@ -205,16 +208,23 @@ class CompliantState:
         """None: what the answers rest on is their claim."""
         return ()
 
-    def load_factor(self, W: Float, gap: float | None = None) -> Capacity:
+    def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
         """For each column of W (6J, n) the peak of its load path; ``lower`` is that less the discretisation estimate.
 
-        With ``gap`` MANY columns on one body are interpolated between paths (interpolated.py) with expected errors of
-        at most ``gap``: ``lower`` then also lies below what the stated error allows.
-        A ``gap`` of 1 asks for no bounds: ``lower`` is then 0, and no finer nodes are needed.
+        ``Within`` a gap MANY columns on one body are interpolated between paths (interpolated.py) with expected errors
+        of at most that: ``lower`` then also lies below what the stated error allows.
+        With ``ForcesOnly`` ``lower`` is 0, and no finer nodes are needed.
         """
-        count = W.shape[1]
+        count, bounds = W.shape[1], not isinstance(accuracy, ForcesOnly)
+        known: dict[str, Any] = {
+            "engine": self.engine.name,
+            "claim": self.engine.claim,
+            "verdict": self.rest,
+            "lower_bound": Bound.ESTIMATED if bounds else Bound.NONE,
+            "notes": self.notes,
+        }
         if self.rest.status is not Status.STABLE:
-            return no_capacity(count, self.rest)
+            return Answers.not_standing(count, **known)
         loaded = np.flatnonzero(np.abs(W).max(axis=0, initial=0) > 0)
         factor, lower, upper = np.full(count, np.inf), np.full(count, np.inf), np.full(count, np.inf)
         status = [Status.INFINITE] * count
@@ -223,22 +233,31 @@ class CompliantState:
         if len(loaded):
             asked = W[:, loaded]
             bodies = np.flatnonzero((asked != 0).reshape(-1, 6, len(loaded)).any((1, 2)))
-            if gap is None or gap >= 1 or len(loaded) < MANY or len(bodies) > 1:
-                answers = self._each(asked, bounds=gap is None or gap < 1)
+            if isinstance(accuracy, Within) and len(loaded) >= MANY and len(bodies) == 1:
+                answers = self._surveyed(asked, 6 * int(bodies[0]), accuracy.gap)
             else:
-                answers = self._surveyed(asked, 6 * int(bodies[0]), gap)
+                answers = self._each(asked, bounds=bounds)
             factor[loaded], lower[loaded] = answers.factor, answers.lower
             solved[loaded], error[loaded] = answers.solved, answers.error
             for k, column in enumerate(loaded.tolist()):
                 told[column], status[column] = answers.mechanisms[k], KINDS[int(answers.kind[k])]
-        return Capacity.told(factor, lower, upper, status, told, solved, error)
+        return Answers.of(
+            force=factor,
+            lower=lower,
+            upper=upper,
+            solved=solved,
+            error=error,
+            status=status,
+            mechanism=told,
+            **known,
+        )
 
-    def _each(self, W: Float, *, bounds: bool) -> Answers:
+    def _each(self, W: Float, *, bounds: bool) -> Known:
         """Every column of W (6J, k) along its own path."""
         paths = self.answered(W, bounds=bounds)
         told = self._told(paths)
         solved, error = np.ones(len(told), dtype=bool), np.zeros(len(told))
-        return Answers(paths.kind, paths.factor, paths.lower, told, solved, error)
+        return Known(paths.kind, paths.factor, paths.lower, told, solved, error)
 
     def _told(self, paths: Paths) -> list[Mechanism | None]:
         """What gives way at the end of each path."""
@@ -248,7 +267,7 @@ class CompliantState:
             told[k] = mechanism
         return told
 
-    def _surveyed(self, W: Float, first: int, gap: float) -> Answers:
+    def _surveyed(self, W: Float, first: int, gap: float) -> Known:
         """Columns W (6J, k) that load one body, at rows ``first`` to ``first + 6``: few paths, the rest between."""
         known: list[Paths] = []
         order: list[Int] = []
@@ -286,7 +305,7 @@ class CompliantState:
         lower[between] = factor[between] * np.maximum(1 - error[between], 0.0) * share
         for k, column in enumerate(between.tolist()):
             mechanisms[column] = told[corner[k, nearest[k]]]
-        return Answers(kind, factor, lower, mechanisms, solved, error)
+        return Known(kind, factor, lower, mechanisms, solved, error)
 
     def paths(self, W: Float, *, cuts: bool = False) -> Paths:
         """Follow the load paths of columns W (6J, k), none of them zero; ``cuts``: say how peaks answer to loads."""
@@ -422,10 +441,15 @@ class CompliantState:
             velocities = (gather @ twists.T).T.reshape(len(twists), len(self.nodes), 3)
             modes = modes_of(velocities, np.zeros(len(self.nodes)))
             found += [
-                describe(self.assembly, self.nodes, t.reshape(-1, 6), mode, dual=False)
+                describe(self.kinematics, t.reshape(-1, 6), mode, dual=False)
                 for t, mode in zip(twists, modes, strict=True)
             ]
         return found
+
+    @cached_property
+    def kinematics(self) -> Kinematics:
+        """What all mechanisms of this state share."""
+        return Kinematics.of(self.assembly, self.nodes)
 
     @cached_property
     def _gather(self) -> sparse.csr_matrix:

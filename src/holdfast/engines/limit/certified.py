@@ -17,9 +17,9 @@ from scipy.spatial import ConvexHull, cKDTree
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.compiled import compiled
 from holdfast.base.progress import report
-from holdfast.engines.contract import Status
 from holdfast.engines.directions import flat_groups, moment_frame
 from holdfast.engines.limit.solved import Solved
+from holdfast.engines.verdict import Status
 
 NEIGHBOURS = 10
 
