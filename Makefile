@@ -6,7 +6,7 @@ OUT ?= out
 # Where compiled loops are kept (src/holdfast/base/compiled.py)
 COMPILED := $(or $(HOLDFAST_CACHE_DIR),$(or $(XDG_CACHE_HOME),$(HOME)/.cache)/holdfast)
 
-.PHONY: demo test test-slow test-referees benchmark lint clean
+.PHONY: demo test test-slow test-referees benchmark figures lint clean
 
 $(VENV)/.ready: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -41,6 +41,10 @@ test-referees: $(VENV)/.simulators
 
 benchmark: $(VENV)/.simulators
 	$(BIN)/holdfast benchmark all --compare
+
+# Numbers and tables of README.md and docs/ from benchmarks/results
+figures: $(VENV)/.ready
+	$(BIN)/python tools/figures.py write
 
 clean:
 	rm -rf $(VENV) $(OUT) build dist src/*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

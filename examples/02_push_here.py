@@ -1,9 +1,8 @@
 """2. How hard may one push here? The answer names its kind, its bounds and what gives way."""
 
 import holdfast as hf
-from holdfast.scene.shipped import shipped_scene
 
-assembly = hf.assemble(shipped_scene("table"))
+assembly = hf.assemble(hf.shipped_scene("table"))
 points = [(-0.25, 0.0, 0.225), (-0.24, 0.0, 0.25), (0.0, 0.0, 0.25), (0.2, -0.1, 0.225)]
 directions = [(1, 0, 0), (0, 0, -1), (0, 0, -1), (0, 1, 0)]
 r = hf.robustness(assembly, body="slab", points=points, directions=directions)

@@ -1,9 +1,8 @@
 """7. Many bodies: cuts grow exponentially; the engine refuses in good time and says what can be done."""
 
 import holdfast as hf
-from holdfast.scene.shipped import shipped_scene
 
-scene = shipped_scene("bonded_wall")
+scene = hf.shipped_scene("bonded_wall")
 assembly = hf.assemble(scene)
 verdict = hf.stability(assembly, engine="graph")
 print(f"{len(assembly.movable)} bodies, {len(assembly.interfaces)} interfaces: {verdict.status}")

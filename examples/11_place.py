@@ -4,15 +4,16 @@ import sys
 from pathlib import Path
 
 import holdfast as hf
-from holdfast.scene.shipped import shipped_scene
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
 folder.mkdir(exist_ok=True)
 
 # a box onto a plank that a counterweight holds down: its free end would not bear it
-assembly = hf.assemble(shipped_scene("cantilever"))
+assembly = hf.assemble(hf.shipped_scene("cantilever"))
 box = hf.Body("box", hf.Box((0.06, 0.05, 0.04)), mass=0.4)
 p = hf.plan_placement(assembly, box, engine="graph", supports=["B", "C", "D"], candidates=4)
+if p.pose is None or p.weakest is None:
+    sys.exit(f"no place was found: {p.reason}")
 print(f"{p.status} after {p.attempts} attempts at {p.pose[:3, 3].round(3)}, on {p.contacts[0].bodies[0]}")
 print(f"least push afterwards: {p.robustness:.3g} N on {p.weakest.body} ({p.weakest.mode})")
 p.save_png(folder / "placement.png")

@@ -31,7 +31,7 @@ from trimesh.exchange.stl import export_stl
 
 Array = NDArray[np.float64]
 
-SCENE_FOLDER = Path(__file__).resolve().parents[1] / "src" / "holdfast" / "shipped" / "tabletop"
+SCENE_FOLDER = Path(__file__).resolve().parents[1] / "src" / "holdfast" / "scene" / "shipped" / "tabletop"
 SEGMENTS = 48
 
 BOTTLE_BASE_RADIUS = 0.030

@@ -26,15 +26,17 @@ from holdfast.engines.verdict import Status
 from holdfast.queries.map import RobustnessMap, robustness_map
 from holdfast.queries.push import LoadFactor, Robustness, load_factor, robustness
 from holdfast.queries.request import Load
-from holdfast.queries.sensitivity import Sensitivity, WorstCase, sensitivity, worst_case
+from holdfast.queries.sensitivity import Sensitivity, sensitivity
 from holdfast.queries.sets import ConvexSet, admissible_wrenches, sustainable_accelerations
 from holdfast.queries.stability import Stability, stability
 from holdfast.queries.uncertainty import RobustnessUnder, robustness_under
+from holdfast.queries.worst_case import WorstCase, worst_case
 from holdfast.scene.body import Body
-from holdfast.scene.formats.files import load_scene, save_scene
+from holdfast.scene.formats.registry import load_scene, save_scene
 from holdfast.scene.friction import Friction
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
+from holdfast.scene.shipped import shipped_scene, shipped_scenes
 
 __version__ = "0.1.0"
 
@@ -90,6 +92,8 @@ __all__ = [
     "safe_time_scale",
     "save_scene",
     "sensitivity",
+    "shipped_scene",
+    "shipped_scenes",
     "stability",
     "sustainable_accelerations",
     "tilted",

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.applications.disassembly.loose import comes_loose
 from holdfast.applications.disassembly.removal import Answer
 from holdfast.applications.disassembly.search import hanging_without
 from holdfast.base.rigid import pose_from
+from holdfast.engines.limit.loose import comes_loose
 from holdfast.scene.shipped import shipped_scene
 from holdfast.scene.shipped.blocks import at, box, floor, prism, wall
 
@@ -170,17 +170,6 @@ def test_between_two_walls_nothing_clamps_a_light_touch() -> None:
     assert told.order == ()
     assert "could clamp" in told.blocked["cube"]
     assert not told.proven
-
-
-def test_beside_one_neighbour_nothing_clamps_below_friction_1() -> None:
-    """A block on a floor and against a wall: its wall holds it down by friction only if μ² >= 1."""
-    for mu, loose in ((0.9, True), (1.1, False)):
-        bodies = [
-            floor(),
-            still("wall", (0.1, 0.5, 0.5), (-0.05, 0, 0.25)),
-            box("cube", (0.1, 0.1, 0.1), 1, (0.05, 0, 0.05)),
-        ]
-        assert comes_loose(hf.assemble(hf.Scene(bodies, mu)), "cube", Z) is loose
 
 
 def vice(mu: float, mass: float = 1.0) -> hf.Scene:

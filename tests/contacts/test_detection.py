@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 import holdfast as hf
 from holdfast.base.rigid import pose_from
-from holdfast.scene.shipped import SHIPPED, shipped_scene
+from holdfast.scene.shipped import shipped_scene, shipped_scenes
 from holdfast.scene.shipped.blocks import at, box, floor, table
 
 SIDE = (0.1, 0.1, 0.1)
@@ -131,7 +131,7 @@ def test_hulls_and_areas_are_the_closed_forms(name: str) -> None:
         assert found[pair].status == "touching"
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", shipped_scenes())
 def test_normals_point_into_the_second_body(name: str) -> None:
     assembly = hf.assemble(shipped_scene(name))
     for interface in assembly.interfaces:

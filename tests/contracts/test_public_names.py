@@ -19,6 +19,8 @@ EDGE = (0.2499, 0.0, 0.25)
 SIGNATURES: dict[str, list[str]] = {
     "load_scene": ["path"],
     "save_scene": ["scene", "path"],
+    "shipped_scene": ["name"],
+    "shipped_scenes": [],
     "Scene": ["bodies", "friction", "gravity"],
     "Body": ["name", "shape", "mass", "density", "pose", "com", "inertia", "material", "fixed"],
     "Box": ["size"],

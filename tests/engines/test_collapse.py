@@ -1,4 +1,4 @@
-"""The least motion that no contact can resist, and the bounds of certified maps on curved surfaces, on their own."""
+"""The least motion that no contact can resist, on its own."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import pytest
 import holdfast as hf
 from holdfast.assembly.nodes import contact_nodes
 from holdfast.engines.collapse import least_motion
-from holdfast.engines.limit.certified import _combined
 from holdfast.engines.mechanism import modes_of, relative_velocity
 from holdfast.scene.shipped.blocks import box, floor
 
@@ -32,21 +31,3 @@ def test_a_flat_box_on_a_steep_slope_slides_down_and_nothing_else_moves(lean: tu
 def test_a_box_that_stands_has_no_such_motion() -> None:
     assembly = hf.assemble(hf.Scene([floor(), box("box", (0.1, 0.1, 0.02), 1, (0, 0, 0.01))], 0.5))
     assert least_motion(assembly, contact_nodes(assembly, 4, "corners"), assembly.weight_wrench()) is None
-
-
-def test_what_a_combination_misses_is_paid_for() -> None:
-    """γ(w) = |D w| is a gauge known in closed form: no bound may fall below it, inside or outside the known loads."""
-    rng = np.random.default_rng(0)
-    D = rng.normal(size=(6, 6))
-    ahead = np.array([3.0, 0, 0, 0, 0, 0])
-    known = rng.normal(size=(40, 6)) + ahead
-    points = np.vstack([rng.normal(size=(60, 6)), rng.normal(size=(60, 6)) * 0.3 + ahead])
-    near = np.argsort(((points[:, None] - known) ** 2).sum(2), axis=1)[:, :10]
-    gauge = np.linalg.norm(known @ D.T, axis=1)
-    axes = np.tile(np.linalg.norm(D, axis=0), (2, 1))
-    bound = _combined(points, known, near.astype(np.int64), gauge, axes)
-    exact = np.linalg.norm(points @ D.T, axis=1)
-    assert (bound >= exact * (1 - 1e-9)).all()
-    np.testing.assert_allclose(
-        _combined(2 * known, known, near[:40] * 0 + np.arange(40)[:, None], gauge, axes), 2 * gauge
-    )

@@ -10,13 +10,13 @@ import pytest
 import holdfast as hf
 from holdfast.base.rigid import pose_from
 from holdfast.geometry.distance import distance_to_surface
-from holdfast.scene.shipped import SHIPPED, shipped_scene
+from holdfast.scene.shipped import shipped_scene, shipped_scenes
 from holdfast.scene.shipped.blocks import box, cube, floor, table
 
 TOO_MANY_CUTS = {"bonded_wall"}
 
 
-@pytest.mark.parametrize("name", sorted(set(SHIPPED) - TOO_MANY_CUTS))
+@pytest.mark.parametrize("name", sorted(set(shipped_scenes()) - TOO_MANY_CUTS))
 def test_maps_of_shipped_scenes_are_numbers_on_the_bodies(name: str) -> None:
     assembly = hf.assemble(shipped_scene(name))
     found = hf.robustness_map(assembly, spacing=0.04, engine="graph")

@@ -13,7 +13,7 @@ from pathlib import Path
 from holdfast import Assembly, Disassembly, HoldfastError, Interface, assemble, disassembly_order, load_scene
 from holdfast.applications.disassembly.removal import Removal
 from holdfast.assembly.nodes import contact_nodes
-from holdfast.scene.shipped import SHIPPED, shipped_scene
+from holdfast.scene.shipped import shipped_scene, shipped_scenes
 from holdfast.validation.baselines import mujoco
 
 NODES = 16  # an interface
@@ -71,4 +71,4 @@ def main(names: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:] or [name for name in SHIPPED if name not in LARGE])
+    main(sys.argv[1:] or [name for name in shipped_scenes() if name not in LARGE])

@@ -14,7 +14,7 @@ import trimesh
 
 import holdfast as hf
 from holdfast.cli.main import run
-from holdfast.scene.formats import text
+from holdfast.scene.formats import source
 
 HEAD = "format: holdfast-scene/1\n"
 FLOOR = "  - {name: floor, shape: {type: box, size: [1, 1, 0.1]}, fixed: true}\n"
@@ -53,13 +53,13 @@ BINARY = bytes(range(256)) * 20
 
 # name: (file name, content, what the message must say after the file's name)
 FILES: dict[str, tuple[str, str | bytes, str]] = {
-    "empty file": ("s.yaml", "", r"does not say which format.*; .*format: holdfast-scene/1"),
+    "empty file": ("s.yaml", "", r"is in no known format \(empty\); .*format: holdfast-scene/1"),
     "empty json": ("s.json", "", r":1: is not JSON: .*; check"),
     "binary": ("s.yaml", BINARY, r"cannot be read: .*; needs a readable UTF-8"),
     "binary json": ("s.json", BINARY, r"cannot be read: .*; needs a readable UTF-8"),
     "control characters": ("s.yaml", "a: \x01", r"is not a YAML scene: .*control characters.*; check"),
-    "no format": ("s.yaml", "friction: 0.5\n", r"does not say which format.*; .*format: holdfast-scene/1"),
-    "a list": ("s.yaml", "- 1\n", r"does not say which format.*; .*format: holdfast-scene/1"),
+    "no format": ("s.yaml", "friction: 0.5\n", r"no known format \(no `format` .* .friction.\); .*holdfast-scene/1"),
+    "a list": ("s.yaml", "- 1\n", r"is in no known format \(only \[1\]\); .*format: holdfast-scene/1"),
     "unknown format": ("s.yaml", scene().replace("/1", "/9"), r"format: .*'holdfast-scene/9'; "),
     "json trailing": ("s.json", json.dumps(native()) + "xyz", r":1: is not JSON: Extra data; check"),
     "json nan": ("s.json", json.dumps(native(gravity=[0, 0, float("nan")])), r"gravity\[2\]: .*nan; "),
@@ -236,11 +236,11 @@ def test_a_damaged_mesh_file_is_called_damaged(suffix: str, damage: str, tmp_pat
     assert "ModuleNotFoundError" not in str(caught.value)
 
 
-@pytest.mark.parametrize(("limit", "name"), [("MAX_YAML_BYTES", "s.yaml"), ("MAX_JSON_BYTES", "s.json")])
+@pytest.mark.parametrize(("limit", "name"), [("MAX_YAML_BYTES", "s.yaml"), ("MAX_BYTES", "s.json")])
 def test_a_file_that_is_too_large_is_refused_unread(
     limit: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(text, limit, 1000)
+    monkeypatch.setattr(source, limit, 1000)
     (tmp_path / name).write_text("x" * 1001)
     with pytest.raises(hf.SceneError, match=rf"{name}: is 1,001 bytes; the limit is 1,000: keep meshes in files"):
         hf.load_scene(tmp_path / name)
@@ -257,3 +257,18 @@ def test_an_unhashable_key_is_not_called_repeated(tmp_path: Path) -> None:
     with pytest.raises(hf.SceneError, match=r"s\.yaml:1: ") as caught:
         hf.load_scene(tmp_path / "s.yaml")
     assert "twice" not in str(caught.value)
+
+
+def test_the_check_for_repeated_keys_is_linear(tmp_path: Path) -> None:
+    keys = [f'"k{i}": 1' for i in [*range(100_000), 99_999]]
+    (tmp_path / "s.json").write_text("{" + ", ".join(keys) + "}")
+    started = time.process_time()
+    with pytest.raises(hf.SceneError, match="key 'k99999' stands twice"):
+        hf.load_scene(tmp_path / "s.json")
+    assert time.process_time() - started < 10
+
+
+@pytest.mark.parametrize("name", ["s.yaml", "s.json"])
+def test_a_byte_order_mark_is_no_content(name: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text(json.dumps(native()), encoding="utf-8-sig")
+    assert len(hf.load_scene(tmp_path / name).bodies) == 1

@@ -19,7 +19,7 @@ from hypothesis.extra.numpy import arrays
 import holdfast as hf
 from holdfast.base.rigid import pose_from
 from holdfast.scene.formats.native import schema
-from holdfast.scene.shipped import SHIPPED, shipped_scene
+from holdfast.scene.shipped import shipped_scene, shipped_scenes
 
 SUFFIXES = (".yaml", ".json")
 COLUMN = trimesh.creation.cylinder(0.1, 0.3, sections=9)
@@ -44,7 +44,7 @@ def assert_same(first: hf.Scene, second: hf.Scene) -> None:
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", shipped_scenes())
 def test_shipped_scenes_come_back_bit_for_bit(name: str, suffix: str, tmp_path: Path) -> None:
     scene = shipped_scene(name)
     path = tmp_path / f"scene{suffix}"
@@ -143,7 +143,7 @@ def test_mesh_files_are_found_from_wherever_the_scene_is_saved(
 
 
 def test_a_scene_and_its_meshes_can_move_together(tmp_path: Path) -> None:
-    source = Path(hf.__file__).parent / "shipped" / "tabletop"
+    source = Path(hf.__file__).parent / "scene" / "shipped" / "tabletop"
     shutil.copytree(source, tmp_path / "moved")
     assert_same(shipped_scene("tabletop"), hf.load_scene(tmp_path / "moved" / "tabletop.yaml"))
 
@@ -158,7 +158,7 @@ def test_numpy_numbers_can_be_saved(suffix: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("path", "match"),
     [
-        ("scene.txt", r"scene\.txt: suffix '\.txt'; needs \.yaml"),
+        ("scene.txt", r"scene\.txt: suffix '\.txt'; can be written: holdfast scene \(\.yaml"),
         ("no/such/scene.yaml", r"scene\.yaml: cannot be written: No such file.*; name a file in a writable folder"),
         ("file/scene.yaml", r"scene\.yaml: cannot be written: Not a directory; name a file"),
     ],
@@ -210,7 +210,7 @@ def test_the_schema_is_closed_and_describes_itself() -> None:
     assert references <= names
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", shipped_scenes())
 def test_saved_files_have_only_keys_of_the_schema(name: str, tmp_path: Path) -> None:
     hf.save_scene(shipped_scene(name), tmp_path / "scene.json")
     data = json.loads((tmp_path / "scene.json").read_text())
@@ -222,7 +222,7 @@ def test_saved_files_have_only_keys_of_the_schema(name: str, tmp_path: Path) -> 
         assert set(body["shape"]) <= set(defs[kind[body["shape"]["type"]]]["properties"])
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", shipped_scenes())
 def test_saved_files_fulfil_the_schema(name: str, tmp_path: Path) -> None:
     jsonschema = pytest.importorskip("jsonschema")
     hf.save_scene(shipped_scene(name), tmp_path / "scene.json")

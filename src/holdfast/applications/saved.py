@@ -12,10 +12,11 @@ from holdfast.base.archive import load
 from holdfast.base.errors import HoldfastError, message
 from holdfast.queries.map import RobustnessMap
 from holdfast.queries.push import LoadFactor, Robustness
-from holdfast.queries.sensitivity import Sensitivity, WorstCase
+from holdfast.queries.sensitivity import Sensitivity
 from holdfast.queries.sets import ConvexSet
 from holdfast.queries.stability import Stability
 from holdfast.queries.uncertainty import RobustnessUnder
+from holdfast.queries.worst_case import WorstCase
 
 ANSWERS: tuple[type, ...] = (
     *(Stability, Robustness, LoadFactor, RobustnessMap, RobustnessUnder, Sensitivity, WorstCase, ConvexSet),

@@ -122,7 +122,7 @@ def horizontal_directions(assembly: Assembly, count: int = DIRECTIONS) -> Float:
         raise HoldfastError(
             message("horizontal_directions", f"count = {count!r}", "needs a whole number of at least 1")
         )
-    ahead, left = tangents(unit(-checked_assembly(assembly).scene.gravity))
+    ahead, left = tangents(checked_assembly(assembly).scene.up)
     angle = 2 * np.pi * np.arange(count)[:, None] / count
     return np.asarray(frozen(np.cos(angle) * ahead + np.sin(angle) * left))
 
@@ -166,7 +166,6 @@ def inertial_loads(
     loads = []
     for body in checked_assembly(assembly).movable:
         assert body.mass is not None
-        assert body.pose is not None
         r = body.com_world - at
         turn = body.pose[:3, :3]
         inertia = turn @ body.inertia_com @ turn.T

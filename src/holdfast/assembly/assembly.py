@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import itertools
 import warnings
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from types import MappingProxyType
 
 import numpy as np
 
-from holdfast.base.arrays import Float, checked_number
+from holdfast.base.archive import archived
+from holdfast.base.arrays import Float, checked_number, frozen
 from holdfast.base.errors import HoldfastError, HoldfastWarning, SceneError, message
+from holdfast.base.values import Value
 from holdfast.contacts.detect import (
     DEFAULT_ANGLE,
     SIGMAS,
@@ -30,8 +33,9 @@ HUGE = 50.0  # [m] a movable body larger than this is suspected to be in other u
 FIXED = -1  # the node of the graph into which all fixed bodies are merged
 
 
-@dataclass(frozen=True, eq=False)
-class Assembly:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Assembly(Value):
     """Bodies and the interfaces between them.
 
     Movable bodies are numbered 0..J-1 in scene order; all fixed bodies are the one node FIXED. ``overlaps`` are pairs
@@ -57,10 +61,10 @@ class Assembly:
         return self.scene.movable
 
     @cached_property
-    def index(self) -> dict[str, int]:
+    def index(self) -> Mapping[str, int]:
         """Number of each body: 0..J-1, or FIXED."""
         numbers = {body.name: k for k, body in enumerate(self.movable)}
-        return {body.name: numbers.get(body.name, FIXED) for body in self.bodies}
+        return MappingProxyType({body.name: numbers.get(body.name, FIXED) for body in self.bodies})
 
     @cached_property
     def ends(self) -> tuple[tuple[int, int], ...]:
@@ -75,12 +79,12 @@ class Assembly:
     @cached_property
     def com(self) -> Float:
         """(J, 3) centres of mass in the world [m]: the reference points of all wrenches."""
-        return np.array([body.com_world for body in self.movable]).reshape(-1, 3)
+        return frozen(np.array([body.com_world for body in self.movable]).reshape(-1, 3))
 
     @cached_property
     def mass(self) -> Float:
         """(J,) [kg]."""
-        return np.array([body.mass for body in self.movable], dtype=np.float64)
+        return frozen(np.array([body.mass for body in self.movable], dtype=np.float64))
 
     def weight_wrench(self, acceleration: Float | None = None) -> Float:
         """(6J,) weight of every body, and its inertial force on a support that accelerates by (3,) [m/s²]."""
@@ -100,7 +104,7 @@ class Assembly:
         """
         share = self.mass.sum() / self.mass
         size = np.array([body.size for body in self.movable])
-        return np.repeat(np.column_stack([share, share / size]).ravel(), 3)
+        return frozen(np.repeat(np.column_stack([share, share / size]).ravel(), 3))
 
     @cached_property
     def size(self) -> float:

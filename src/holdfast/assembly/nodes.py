@@ -10,9 +10,9 @@ from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.arrays import Bool, Float, Int, frozen
 from holdfast.base.rigid import tangents
-from holdfast.base.values import Value, items_of, sealed
+from holdfast.base.values import Value, seal
 from holdfast.contacts.nodes import Sampling, interface_nodes
 
 
@@ -33,6 +33,9 @@ class ContactNodes(Value):
     a: Int
     b: Int
 
+    def __post_init__(self) -> None:
+        seal(self)
+
     @property
     def normals(self) -> Float:
         """(I, 3), pointing into body b."""
@@ -50,15 +53,10 @@ class ContactNodes(Value):
         points, axes, mu, weights = self.points[keep], self.axes[keep], self.mu[keep], self.weights[keep]
         return ContactNodes(points, axes, mu, weights, self.interface[keep], self.a[keep], self.b[keep])
 
-    @property
-    def read_only(self) -> ContactNodes:
-        """The same nodes as views that nobody can write to; compiled code is handed the writable ones."""
-        return ContactNodes(**{name: sealed(array.view()) for name, array in items_of(self)})
-
     @cached_property
     def spans(self) -> Int:
         """(interfaces + 1,) where each interface's nodes begin; they stand in order."""
-        return np.searchsorted(self.interface, np.arange(self.interface.max(initial=-1) + 2))
+        return frozen(np.searchsorted(self.interface, np.arange(self.interface.max(initial=-1) + 2)))
 
 
 def contact_nodes(assembly: Assembly, count: int, sampling: Sampling, seed: int = 0) -> ContactNodes:

@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from holdfast.base.errors import HoldfastError, SceneError, message
 
+Array = TypeVar("Array", bound=NDArray[Any])
 Float: TypeAlias = NDArray[np.float64]
 Int: TypeAlias = NDArray[np.int64]
 Bool: TypeAlias = NDArray[np.bool_]
 Objects: TypeAlias = NDArray[np.object_]
 
 
-def frozen(array: NDArray[Any]) -> NDArray[Any]:
+def frozen(array: Array) -> Array:
     """The same array, no longer writable."""
     array.setflags(write=False)
     return array
+
+
+def kept(array: Array) -> Array:
+    """The same array if it is read-only, else a read-only copy: whoever made it may write to it later."""
+    return frozen(array.copy()) if array.flags.writeable else array
 
 
 def checked(

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from holdfast.base.archive import save, to_dict
-from holdfast.base.values import LONGEST, Value, cut, items_of
+from holdfast.base.values import LONGEST, Value, cut, items_of, seal
 
 MOST_ROWS = 12  # of a summary
 LONGEST_CELL = 160  # characters
@@ -32,7 +32,7 @@ class PublicValue(Value):
     """A value that answers a question of a user: declare ``eq=False, repr=False`` with its frozen dataclass."""
 
     def __post_init__(self) -> None:
-        self.seal()
+        seal(self)
 
     def summary(self) -> Summary:
         """The answer at a glance."""

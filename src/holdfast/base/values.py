@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Iterator, Mapping
 from dataclasses import fields
-from typing import Any, TypeVar, cast
+from typing import Any, Literal, TypeVar, cast
 
 import numpy as np
 
 K = TypeVar("K", bound=Hashable)
 V = TypeVar("V")
+T = TypeVar("T")
 
 LONGEST = 900  # characters of a text that stands for a value
 SHOWN = 9  # numbers of an array, or items of a table, that are written out
@@ -20,16 +21,9 @@ class Value:
 
     Pickling and ``copy.deepcopy`` take the fields alone, not what was computed from them, and arrays come back
     read-only. Two values are equal if they are of one class and all fields are, arrays element by element; equal values
-    have equal hashes. ``repr`` stays below 1,000 characters whatever the value holds.
+    have equal hashes. ``repr`` stays below 1,000 characters whatever the value holds. Fields declared with
+    ``compare=False`` or ``repr=False`` are left out of the one or the other.
     """
-
-    def seal(self) -> None:
-        """Make all arrays in the fields read-only, for ``__post_init__``; whoever gave one may still write to it."""
-        for name, item in items_of(self):
-            if isinstance(item, np.ndarray) and item.flags.writeable:
-                object.__setattr__(self, name, sealed(item.view()))
-            else:
-                sealed(item)
 
     def __getstate__(self) -> dict[str, Any]:
         return dict(items_of(self))
@@ -43,13 +37,13 @@ class Value:
             return True
         if type(self) is not type(other):
             return NotImplemented
-        return all(alike(a, b) for (_, a), (_, b) in zip(items_of(self), items_of(other), strict=True))
+        return all(alike(getattr(self, name), getattr(other, name)) for name in _names(self, "compare"))
 
     def __hash__(self) -> int:
-        return hash((type(self).__name__, tuple(_key(item) for _, item in items_of(self))))
+        return hash((type(self).__name__, tuple(_key(getattr(self, name)) for name in _names(self, "compare"))))
 
     def __repr__(self) -> str:
-        text = ", ".join(f"{name}={shown(item)}" for name, item in items_of(self))
+        text = ", ".join(f"{name}={shown(getattr(self, name))}" for name in _names(self, "repr"))
         return f"{type(self).__name__}({cut(text, LONGEST)})"
 
 
@@ -86,7 +80,12 @@ def items_of(value: object) -> Iterator[tuple[str, Any]]:
         yield entry.name, getattr(value, entry.name)
 
 
-def sealed(item: Any) -> Any:  # noqa: ANN401 - anything that a value holds
+def _names(value: object, role: Literal["compare", "repr"]) -> list[str]:
+    """The fields that take part in comparing, or in ``repr``."""
+    return [entry.name for entry in fields(cast(Any, value)) if getattr(entry, role)]
+
+
+def sealed(item: T) -> T:
     """The same item, all arrays in it read-only."""
     if isinstance(item, np.ndarray):
         item.setflags(write=False)
@@ -97,6 +96,12 @@ def sealed(item: Any) -> Any:  # noqa: ANN401 - anything that a value holds
         for part in item.values():
             sealed(part)
     return item
+
+
+def seal(value: object) -> None:
+    """Make the arrays in the fields of a dataclass read-only, in place: for values whose arrays are their own."""
+    for _, item in items_of(value):
+        sealed(item)
 
 
 def alike(a: Any, b: Any) -> bool:  # noqa: ANN401 - anything that values hold

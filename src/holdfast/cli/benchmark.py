@@ -9,9 +9,8 @@ import typer
 
 from holdfast.cli.common import AsJson, out, print_json, progress
 from holdfast.validation.benchmarks import runner
+from holdfast.validation.benchmarks.checkout import results_folder
 from holdfast.validation.benchmarks.registry import SUITES, suite
-
-Names = Annotated[list[str] | None, typer.Argument(metavar="[SUITE]...", help=f"{', '.join(SUITES)}, or all")]
 
 
 def benchmark(
@@ -22,7 +21,9 @@ def benchmark(
         bool, typer.Option("--save", help="write JSON, Markdown and picture; interrupted runs resume")
     ] = False,
     compare: Annotated[bool, typer.Option("--compare", help="show ratios of times to the saved results")] = False,
-    results: Annotated[Path, typer.Option(help="folder of saved results")] = runner.RESULTS,
+    results: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="folder of saved results (default: that of the checkout)")
+    ] = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="measure again what an interrupted run has left")] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -36,18 +37,19 @@ def benchmark(
                 out.print(f"{name}: {about}", highlight=False, soft_wrap=True)
         return
     chosen = [suite(name) for name in (SUITES if names == ["all"] else names)]
+    folder = results_folder(results) if save or compare else None
     measured = {}
     for one in chosen:
         with progress():
-            rows = runner.run(one, results if save else None, fresh=fresh)
+            rows = runner.run(one, folder if save else None, fresh=fresh)
         measured[one.name] = rows
         if not as_json:
             text = f"\n## {one.name}\n\n{runner.written(one, rows)}"
             out.print(text, markup=False, highlight=False, soft_wrap=True)
-            for line in runner.compared(one, rows, results) if compare else ():
+            for line in runner.compared(one, rows, folder) if folder and compare else ():
                 out.print(line, markup=False, highlight=False, soft_wrap=True)
-        if save:
-            for path in runner.save(one, rows, results):
+        if folder and save:
+            for path in runner.save(one, rows, folder):
                 if not as_json:
                     out.print(f"wrote {path}", highlight=False, soft_wrap=True)
     if as_json:

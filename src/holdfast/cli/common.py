@@ -20,13 +20,15 @@ from holdfast.engines.contract import Engine
 from holdfast.engines.graph.engine import Graph
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import ENGINES, engine_of
-from holdfast.scene.formats.files import load_scene
+from holdfast.scene.formats.registry import load_scene, writable
 from holdfast.scene.scene import Scene
-from holdfast.scene.shipped import SHIPPED, shipped_scene
+from holdfast.scene.shipped import shipped_scene, shipped_scenes
 
 out, err = Console(), Console(stderr=True)
 
 EXIT = {Status.STABLE: 0, Status.UNSTABLE: 1, Status.UNDECIDED: 3}
+
+WRITTEN_SUFFIXES = ", ".join(dict.fromkeys(suffix for each in writable() for suffix in each.suffixes))
 
 SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="a scene file, or the name of a shipped scene")]
 Gap = Annotated[float | None, typer.Option(help="contact tolerance in m; default: 1/1000 of the usual body size")]
@@ -41,10 +43,10 @@ AsJson = Annotated[bool, typer.Option("--json", help="print JSON; infinity is th
 
 def scene_of(name: str) -> Scene:
     """The scene in a file of that name, or the shipped one."""
-    if Path(name).exists() or name not in SHIPPED:
+    if Path(name).exists() or name not in shipped_scenes():
         if not Path(name).suffix and not Path(name).exists():
             raise HoldfastError(
-                message(name, "is neither a file nor a shipped scene", f"shipped: {', '.join(SHIPPED)}")
+                message(name, "is neither a file nor a shipped scene", f"shipped: {', '.join(shipped_scenes())}")
             )
         return load_scene(name)
     return shipped_scene(name)

@@ -7,17 +7,17 @@ from typing import Annotated
 
 import typer
 
-from holdfast.cli.common import AsJson, SceneArgument, out, print_json, scene_of
-from holdfast.scene.formats.files import save_scene
+from holdfast.cli.common import WRITTEN_SUFFIXES, AsJson, SceneArgument, out, print_json, scene_of
 from holdfast.scene.formats.native import schema
+from holdfast.scene.formats.registry import save_scene
 
 
 def convert(
     source: SceneArgument,
-    target: Annotated[Path, typer.Argument(metavar="TARGET", help="native scene file to write (.yaml or .json)")],
+    target: Annotated[Path, typer.Argument(metavar="TARGET", help=f"scene file to write: {WRITTEN_SUFFIXES}")],
     as_json: AsJson = False,
 ) -> None:
-    """Write a scene in the native format, from any format that can be read."""
+    """Write a scene, from any format that can be read, in the format of the suffix of TARGET."""
     scene = scene_of(source)
     save_scene(scene, target)
     counts = {"written": str(target), "bodies": len(scene.bodies), "movable": len(scene.movable)}

@@ -12,6 +12,7 @@ from holdfast.assembly.assembly import assemble
 from holdfast.base.errors import HoldfastError, message
 from holdfast.cli.common import (
     EXIT,
+    WRITTEN_SUFFIXES,
     Angle,
     AsJson,
     EngineName,
@@ -28,13 +29,13 @@ from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.report.data import placement_data
 from holdfast.report.placement import placement_report
 from holdfast.scene.body import Body
-from holdfast.scene.formats.files import save_scene
+from holdfast.scene.formats.registry import save_scene
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import MESH_SUFFIXES, Mesh
 
 CORNERS = "x0,y0,x1,y1 or x0,y0,z0,x1,y1,z1"
 Region = Annotated[str | None, typer.Option(help=f"low and high corner of a box in m: {CORNERS}")]
-Saved = Annotated[Path | None, typer.Option(help="write the scene with the object in place here (.yaml, .json)")]
+Saved = Annotated[Path | None, typer.Option(help=f"write the scene with the object in place here: {WRITTEN_SUFFIXES}")]
 
 
 def place(

@@ -39,7 +39,7 @@ def _clip_pair(
 ) -> int:
     """Clip one pair in the plane halfway between them: corners to ``out`` (c, 3), direction to ``normal`` (3,).
 
-    ``heights`` (2,) takes the least and largest separation; ``room`` (4, MAX_CORNERS, 3) is memory to work in. Returns
+    ``heights`` (2,) takes the least and largest separation; ``room`` (4, MAX_CORNERS, 3) is scratch memory. Returns
     the number of corners, 0 where they do not meet.
     """
     corners, kept, flat_b, axes = room[0], room[1], room[2], room[3]

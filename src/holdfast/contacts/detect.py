@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from holdfast.base.archive import archived
+from holdfast.base.values import Value
 from holdfast.contacts.clipping import clip_faces
 from holdfast.contacts.facing import facing_polygons
 from holdfast.contacts.features import touching_features
@@ -22,14 +24,15 @@ RELATIVE_GAP = 1e-3  # default gap over the usual size of the movable bodies
 USUAL_OVER_SMALLEST = 5  # the usual size is the median, but not more than this times the smallest
 DEFAULT_ANGLE = 1.0  # [deg]
 SIGMAS = 4  # standard deviations of a pose that the tolerances allow for
-THINNEST = 0.5  # of the thinner body: a gap from the poses' deviation grows no wider, and no overlap counts deeper
-STEEPEST = 45.0  # [deg] nor does the angle
+THINNEST = 0.5  # of the thinner body's thickness: the largest gap that uncertain poses give, and the deepest contact
+STEEPEST = 45.0  # [deg] the largest angle that uncertain poses give
 NEGLIGIBLE_WIDTH = 1e-6  # patches narrower than this, relative to the smaller body, are rounding
 NOMINAL_BREADTH = 1e-3  # of the smaller body: the width that a line or a point is given in weights
 
 
-@dataclass(frozen=True)
-class Tolerances:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Tolerances(Value):
     """How far apart, or into each other, two surfaces may be and still touch: ``gap`` [m] and ``angle`` [deg].
 
     Round shapes lie inside their true surface by their sagitta: between two bodies it is added to the gap. ``tilt``
@@ -45,7 +48,7 @@ class Tolerances:
     depth: float = np.inf
 
     def between(self, a: Body, b: Body) -> Tolerances:
-        """Those of one pair, with a gap and an angle of its own."""
+        """The tolerances of one pair of bodies: its gap, angle and depth, with nothing left to add."""
         lever = max((body.size / 2 for body in (a, b) if not body.fixed), default=0.0)
         gap, angle = self.gap + SIGMAS * self.tilt * lever, self.angle + SIGMAS * float(np.degrees(self.tilt))
         gap += a.shape.surface.sagitta + b.shape.surface.sagitta
@@ -55,7 +58,7 @@ class Tolerances:
         return Tolerances(gap, min(angle, STEEPEST) if self.tilt else angle, depth=min(gap, thin))
 
     def widest(self, scene: Scene) -> float:
-        """No pair's gap is larger [m]."""
+        """An upper bound on the gap of every pair of bodies [m]."""
         lever = max((body.size / 2 for body in scene.movable), default=0.0)
         return self.gap + SIGMAS * self.tilt * lever + 2 * max(body.shape.surface.sagitta for body in scene.bodies)
 
@@ -72,8 +75,9 @@ def box_distance(a: Body, b: Body) -> float:
     return float(np.linalg.norm(np.maximum(np.maximum(low_a - high_b, low_b - high_a), 0)))
 
 
-@dataclass(frozen=True)
-class Contacts:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Contacts(Value):
     """The interfaces of a scene, and the pairs that would touch if no third body lay between them."""
 
     interfaces: tuple[Interface, ...]

@@ -9,8 +9,10 @@ import shapely
 
 from holdfast.base.arrays import Float, Int, unit
 from holdfast.base.rigid import tangents
+from holdfast.base.values import seal
 from holdfast.contacts.skin import Skin
 from holdfast.geometry import polygon as flat
+from holdfast.geometry.area import outline_vector
 from holdfast.geometry.surface import Surface
 
 
@@ -24,6 +26,9 @@ class Piece:
     rings: tuple[Float, ...]
     normal: Float
     heights: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        seal(self)
 
 
 def facing_polygons(
@@ -53,7 +58,7 @@ def _outline(skin: Skin, local: Surface, key: int) -> tuple[list[Float], Float]:
     if key < 0:
         return [skin.triangles[-1 - key]], skin.normals[-1 - key]
     rings = [skin.vertices[ring] for ring in local.facets.rings[key]]
-    return rings, unit(np.cross(rings[0] - rings[0][0], np.roll(rings[0], -1, axis=0) - rings[0][0]).sum(0))
+    return rings, unit(outline_vector(rings[0] - rings[0][0]))
 
 
 def _shared(

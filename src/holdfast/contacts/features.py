@@ -9,16 +9,19 @@ the mean of their normals; on a sharp edge or corner it would have no normal of 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.base.compiled import compiled, dot3
+from holdfast.base.compiled import compilable, compiled, dot3
+from holdfast.base.values import seal
 from holdfast.contacts.skin import SMOOTH, Skin
 from holdfast.geometry.topology import FLAT
 
 NEAR_PARALLEL = 0.02  # sine below which two edges have no cross product to speak of
 ROUNDING = 1e-9  # of the size of the smaller body
+ROW = 13  # numbers that stand for a feature: two ends (3 each), normal (3), two heights, inset, blended
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +39,24 @@ class Features:
     inset: Float
     blended: Bool
 
+    def __post_init__(self) -> None:
+        seal(self)
+
+
+class Within(NamedTuple):
+    """Tolerances of one search, all but the angle's in metres.
+
+    Surfaces touch up to ``gap`` apart and ``depth`` into each other; a feature may fall towards the other body by an
+    angle whose sine is ``sin_angle``; lengths up to ``tiny`` are rounding, and sharp edges are stayed away from by
+    ``strict``.
+    """
+
+    gap: float
+    depth: float
+    sin_angle: float
+    tiny: float
+    strict: float
+
 
 def touching_features(
     a: Skin, b: Skin, pairs: Int, *, gap: float, depth: float, sin_angle: float, size: float, strict: float
@@ -44,12 +65,11 @@ def touching_features(
 
     ``size`` [m] is that of the smaller body; a sharp edge is stayed away from by ``strict`` [m].
     """
-    lines, points, counts = np.empty((64, 13)), np.empty((64, 13)), np.zeros(2, dtype=np.int64)
+    lines, points, counts = np.empty((64, ROW)), np.empty((64, ROW)), np.zeros(2, dtype=np.int64)
+    within = Within(gap, depth, sin_angle, ROUNDING * size, strict)
     for flipped, one, other in ((False, a, b), (True, b, a)):
-        lines, points = _features_on_faces(
-            one, other, pairs, flipped, gap, depth, sin_angle, ROUNDING * size, strict, lines, points, counts
-        )
-    points = _edges_on_edges(a, b, pairs, gap, depth, sin_angle, strict, points, counts)
+        lines, points = _features_on_faces(one, other, pairs, flipped, within, lines, points, counts)
+    points = _edges_on_edges(a, b, pairs, within, points, counts)
     found = (
         Features(rows[:, :6].reshape(-1, 2, 3), rows[:, 6:9], rows[:, 9:11], rows[:, 11], rows[:, 12] > 0)
         for rows in (lines[: counts[0]], points[: counts[1]])
@@ -146,7 +166,7 @@ def _over(skin: Skin, face: int, point: Float, height: float, tiny: float, stric
 
 @compiled
 def _inset(skin: Skin, face: int, point: Float) -> float:
-    """Distance of a point over a face to the nearest of its sharp edges; infinite where it has none."""
+    """Distance of a point over a face to the nearest sharp edge of that face; infinite where it has none."""
     least = np.inf
     for k in range(3):
         bend = skin.bend[skin.of_face[face, k]]
@@ -166,22 +186,11 @@ def _height(skin: Skin, face: int, point: Float) -> float:
 
 @compiled
 def _features_on_faces(
-    one: Skin,
-    other: Skin,
-    pairs: Int,
-    flipped: bool,
-    gap: float,
-    depth: float,
-    sin_angle: float,
-    tiny: float,
-    strict: float,
-    lines: Float,
-    points: Float,
-    counts: Int,
+    one: Skin, other: Skin, pairs: Int, flipped: bool, within: Within, lines: Float, points: Float, counts: Int
 ) -> tuple[Float, Float]:
     """Vertices and edges of ``one`` on faces of ``other``; ``flipped`` where ``one`` is the second body.
 
-    Rows (ends, normal, heights, inset) are added to ``lines`` and ``points``, which grow; ``counts`` (2,) are in use.
+    Rows are added to ``lines`` and ``points``, which grow; ``counts`` (2,) are in use.
     """
     normal = np.empty(3)
     middle = np.empty(3)
@@ -189,85 +198,114 @@ def _features_on_faces(
     for pair in range(len(pairs)):
         i, j = (pairs[pair, 1], pairs[pair, 0]) if flipped else (pairs[pair, 0], pairs[pair, 1])
         for k in range(3):
-            if one.owns_vertex[i, k]:
-                v = one.triangles[i, k]
-                h = _height(other, j, v)
-                if -depth <= h <= gap and _over(other, j, v, h, tiny, strict):
-                    blended = _normal_at(other, j, v, h, tiny, normal)
-                    if _vertex_rises(one, one.faces[i, k], normal, sin_angle):
-                        if counts[1] == len(points):
-                            points = np.concatenate((points, np.empty_like(points)))
-                        row = points[counts[1]]
-                        for m in range(3):
-                            row[m] = row[3 + m] = v[m] - h / 2 * normal[m]
-                            row[6 + m] = sign * normal[m]
-                        row[9] = row[10] = h
-                        row[11] = _inset(other, j, v)
-                        row[12] = blended
-                        counts[1] += 1
+            points = _with_room(points, counts[1])
+            lines = _with_room(lines, counts[0])
+            if one.owns_vertex[i, k] and _vertex_on_face(one, other, i, k, j, within, sign, normal, points[counts[1]]):
+                counts[1] += 1
             edge = one.of_face[i, k]
-            if not (one.owns_edge[i, k] and FLAT < one.bend[edge] < np.inf):
-                continue
-            p, q = one.vertices[one.edges[edge, 0]], one.vertices[one.edges[edge, 1]]
-            hp, hq = _height(other, j, p), _height(other, j, q)
-            length = np.sqrt((q[0] - p[0]) ** 2 + (q[1] - p[1]) ** 2 + (q[2] - p[2]) ** 2)
-            if abs(hq - hp) > (sin_angle + np.sin(SMOOTH / 2)) * length:
-                continue
-            low, high = 0.0, 1.0
-            # -depth <= h <= gap, then the three sides of the face: each keeps f(t) = f0 + t (f1 - f0) >= 0
-            for bound in range(5):
-                if bound < 2:
-                    f0 = depth + hp if bound == 0 else gap - hp
-                    f1 = depth + hq if bound == 0 else gap - hq
-                else:
-                    out = other.outward[j, bound - 2]
-                    c = other.triangles[j, bound - 2]
-                    nearest = min(abs(hp), abs(hq)) if hp * hq > 0 else 0.0
-                    slack = _slack(other.bend[other.of_face[j, bound - 2]], nearest, tiny, -tiny)
-                    f0 = slack - (out[0] * (p[0] - c[0]) + out[1] * (p[1] - c[1]) + out[2] * (p[2] - c[2]))
-                    f1 = slack - (out[0] * (q[0] - c[0]) + out[1] * (q[1] - c[1]) + out[2] * (q[2] - c[2]))
-                if f0 < 0 and f1 < 0:
-                    low, high = 1.0, 0.0
-                elif f0 < 0:
-                    low = max(low, f0 / (f0 - f1))
-                elif f1 < 0:
-                    high = min(high, f0 / (f0 - f1))
-            if (high - low) * length <= strict:
-                continue
-            t = (low + high) / 2
-            for m in range(3):
-                middle[m] = p[m] + t * (q[m] - p[m])
-            blended = _normal_at(other, j, middle, hp + t * (hq - hp), tiny, normal)
-            slope = 0.0
-            for m in range(3):
-                slope += (q[m] - p[m]) / length * normal[m]
-            if abs(slope) > sin_angle or not _edge_rises(one, edge, normal, sin_angle):
-                continue
-            inset = _inset(other, j, middle)
-            if inset <= strict:  # it runs along a sharp edge
-                continue
-            if counts[0] == len(lines):
-                lines = np.concatenate((lines, np.empty_like(lines)))
-            row = lines[counts[0]]
-            for e in range(2):
-                t = high if e else low
-                h = hp + t * (hq - hp)
-                for m in range(3):
-                    row[3 * e + m] = p[m] + t * (q[m] - p[m]) - h / 2 * normal[m]
-                row[9 + e] = h
-            for m in range(3):
-                row[6 + m] = sign * normal[m]
-            row[11] = inset
-            row[12] = blended
-            counts[0] += 1
+            sticks_out = one.owns_edge[i, k] and FLAT < one.bend[edge] < np.inf
+            if sticks_out and _edge_on_face(one, other, edge, j, within, sign, normal, middle, lines[counts[0]]):
+                counts[0] += 1
     return lines, points
 
 
+@compilable
+def _with_room(rows: Float, used: int) -> Float:
+    """The rows (n, ROW), twice as many where all are in use."""
+    return np.concatenate((rows, np.empty_like(rows))) if used == len(rows) else rows
+
+
+@compilable
+def _vertex_on_face(
+    one: Skin, other: Skin, i: int, k: int, j: int, within: Within, sign: float, normal: Float, row: Float
+) -> bool:
+    """Whether the k-th vertex of face i of ``one`` touches face j of ``other``; then ``row`` (ROW,) tells where."""
+    v = one.triangles[i, k]
+    h = _height(other, j, v)
+    if not (-within.depth <= h <= within.gap and _over(other, j, v, h, within.tiny, within.strict)):
+        return False
+    blended = _normal_at(other, j, v, h, within.tiny, normal)
+    if not _vertex_rises(one, one.faces[i, k], normal, within.sin_angle):
+        return False
+    for m in range(3):
+        row[m] = row[3 + m] = v[m] - h / 2 * normal[m]
+        row[6 + m] = sign * normal[m]
+    row[9] = row[10] = h
+    row[11] = _inset(other, j, v)
+    row[12] = blended
+    return True
+
+
+@compilable
+def _edge_on_face(
+    one: Skin, other: Skin, edge: int, j: int, within: Within, sign: float, normal: Float, middle: Float, row: Float
+) -> bool:
+    """Whether a part of an edge of ``one`` runs along face j of ``other``; then ``row`` (ROW,) tells which part."""
+    p, q = one.vertices[one.edges[edge, 0]], one.vertices[one.edges[edge, 1]]
+    hp, hq = _height(other, j, p), _height(other, j, q)
+    length = np.sqrt((q[0] - p[0]) ** 2 + (q[1] - p[1]) ** 2 + (q[2] - p[2]) ** 2)
+    if abs(hq - hp) > (within.sin_angle + np.sin(SMOOTH / 2)) * length:
+        return False
+    low, high = _part_over(other, j, p, q, hp, hq, within)
+    if (high - low) * length <= within.strict:
+        return False
+    t = (low + high) / 2
+    for m in range(3):
+        middle[m] = p[m] + t * (q[m] - p[m])
+    blended = _normal_at(other, j, middle, hp + t * (hq - hp), within.tiny, normal)
+    slope = 0.0
+    for m in range(3):
+        slope += (q[m] - p[m]) / length * normal[m]
+    if abs(slope) > within.sin_angle or not _edge_rises(one, edge, normal, within.sin_angle):
+        return False
+    inset = _inset(other, j, middle)
+    if inset <= within.strict:  # it runs along a sharp edge
+        return False
+    for e in range(2):
+        t = high if e else low
+        h = hp + t * (hq - hp)
+        for m in range(3):
+            row[3 * e + m] = p[m] + t * (q[m] - p[m]) - h / 2 * normal[m]
+        row[9 + e] = h
+    for m in range(3):
+        row[6 + m] = sign * normal[m]
+    row[11] = inset
+    row[12] = blended
+    return True
+
+
+@compilable
+def _part_over(other: Skin, j: int, p: Float, q: Float, hp: float, hq: float, within: Within) -> tuple[float, float]:
+    """From where to where, as shares of its length, a segment from p to q lies over face j; 1 to 0 where nowhere.
+
+    ``hp`` and ``hq`` [m] are the heights of its ends. It is cut by -depth <= h <= gap and by the three sides of the
+    face; each of these keeps the part where f(t) = f0 + t (f1 - f0) >= 0.
+    """
+    low, high = 0.0, 1.0
+    for bound in range(5):
+        if bound < 2:
+            f0 = within.depth + hp if bound == 0 else within.gap - hp
+            f1 = within.depth + hq if bound == 0 else within.gap - hq
+        else:
+            out = other.outward[j, bound - 2]
+            c = other.triangles[j, bound - 2]
+            nearest = min(abs(hp), abs(hq)) if hp * hq > 0 else 0.0
+            slack = _slack(other.bend[other.of_face[j, bound - 2]], nearest, within.tiny, -within.tiny)
+            f0 = slack - (out[0] * (p[0] - c[0]) + out[1] * (p[1] - c[1]) + out[2] * (p[2] - c[2]))
+            f1 = slack - (out[0] * (q[0] - c[0]) + out[1] * (q[1] - c[1]) + out[2] * (q[2] - c[2]))
+        if f0 < 0 and f1 < 0:
+            low, high = 1.0, 0.0
+        elif f0 < 0:
+            low = max(low, f0 / (f0 - f1))
+        elif f1 < 0:
+            high = min(high, f0 / (f0 - f1))
+    return low, high
+
+
 @compiled
-def _edges_on_edges(
-    a: Skin, b: Skin, pairs: Int, gap: float, depth: float, sin_angle: float, strict: float, points: Float, counts: Int
-) -> Float:
+def _edges_on_edges(a: Skin, b: Skin, pairs: Int, within: Within, points: Float, counts: Int) -> Float:
     """Crossings of edges that stick out, inside both, with the cross product as normal."""
+    strict = within.strict
     n = np.empty(3)
     back = np.empty(3)
     for pair in range(len(pairs)):
@@ -293,7 +331,7 @@ def _edges_on_edges(
                     continue
                 dx, dy, dz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
                 h = (dx * n[0] + dy * n[1] + dz * n[2]) / cross
-                if abs(h) > gap:  # depth is never more
+                if abs(h) > within.gap:  # depth is never more
                     continue
                 ud, wd, uw = ux * dx + uy * dy + uz * dz, wx * dx + wy * dy + wz * dz, ux * wx + uy * wy + uz * wz
                 determinant = uu * ww - uw * uw
@@ -305,18 +343,17 @@ def _edges_on_edges(
                 for m in range(3):
                     n[m] /= cross
                 for sign in (1.0, -1.0):
-                    if not -depth <= sign * h <= gap:
+                    if not -within.depth <= sign * h <= within.gap:
                         continue
                     for m in range(3):
                         back[m] = -sign * n[m]
-                    if not _edge_rises(a, ea, back, sin_angle):
+                    if not _edge_rises(a, ea, back, within.sin_angle):
                         continue
                     for m in range(3):
                         back[m] = sign * n[m]
-                    if not _edge_rises(b, eb, back, sin_angle):
+                    if not _edge_rises(b, eb, back, within.sin_angle):
                         continue
-                    if counts[1] == len(points):
-                        points = np.concatenate((points, np.empty_like(points)))
+                    points = _with_room(points, counts[1])
                     row = points[counts[1]]
                     for m in range(3):
                         row[m] = row[3 + m] = (p[m] + t * (q[m] - p[m]) + r[m] + o * (s[m] - r[m])) / 2

@@ -9,10 +9,13 @@ from typing import Any, Literal
 
 import numpy as np
 
-from holdfast.base.arrays import Float, checked, frozen, unit
+from holdfast.base.archive import archived
+from holdfast.base.arrays import Float, checked, frozen, kept, unit
 from holdfast.base.errors import GeometryError, message
 from holdfast.base.rigid import tangents
+from holdfast.base.values import Value
 from holdfast.geometry import polygon as flat
+from holdfast.geometry.hull import convex_hull
 
 FLATNESS = 0.02  # [-] how far a given polygon's corners may leave its plane, relative to its size
 
@@ -20,8 +23,9 @@ PatchKind = Literal["face", "line", "point"]
 InterfaceStatus = Literal["touching", "penetrating"]
 
 
-@dataclass(frozen=True, eq=False)
-class Patch:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Patch(Value):
     """A flat piece of contact: a face, a line, or a point.
 
     ``polygon`` (k, 3) [m], counter-clockwise seen from the tip of ``normal`` (3,); two corners are a line, one is a
@@ -37,6 +41,12 @@ class Patch:
     breadth: float = 0.0
     inset: float = np.inf
 
+    def __post_init__(self) -> None:
+        set_ = object.__setattr__
+        set_(self, "polygon", kept(self.polygon))
+        set_(self, "normal", kept(self.normal))
+        set_(self, "holes", tuple(kept(hole) for hole in self.holes))
+
     @property
     def kind(self) -> PatchKind:
         """What touches: "face", "line" or "point"."""
@@ -45,12 +55,12 @@ class Patch:
     @cached_property
     def frame(self) -> Float:
         """(2, 3) tangents t1, t2 with t1 x t2 = normal; they depend on the normal alone."""
-        return np.array(tangents(self.normal))
+        return frozen(np.array(tangents(self.normal)))
 
     @cached_property
     def rings(self) -> tuple[Float, ...]:
         """The outline and holes in the frame, relative to the first corner."""
-        return tuple((ring - self.polygon[0]) @ self.frame.T for ring in (self.polygon, *self.holes))
+        return tuple(frozen((ring - self.polygon[0]) @ self.frame.T) for ring in (self.polygon, *self.holes))
 
     def lifted(self, points: Float) -> Float:
         """Points (n, 2) of the frame in the world (n, 3)."""
@@ -58,7 +68,7 @@ class Patch:
 
     @cached_property
     def _moments(self) -> Float:
-        return flat.polynomial_moments(self.rings)
+        return frozen(flat.polynomial_moments(self.rings))
 
     @property
     def area(self) -> float:
@@ -72,15 +82,15 @@ class Patch:
 
     @property
     def measure(self) -> float:
-        """The share of an interface's nodes and stiffness that is its due [m²]: the area, if ``breadth`` is a width."""
+        """Its weight where nodes and stiffness are shared out [m²]: the area; lines and points are ``breadth`` wide."""
         return {"face": self.area, "line": self.length * self.breadth, "point": self.breadth**2}[self.kind]
 
     @cached_property
     def centroid(self) -> Float:
         """(3,) [m]."""
         if self.kind != "face":
-            return np.asarray(self.polygon.mean(0))
-        return np.asarray(self.lifted(self._moments[None, 1:3] / self.area)[0])
+            return frozen(self.polygon.mean(0))
+        return frozen(self.lifted(self._moments[None, 1:3] / self.area)[0])
 
     @cached_property
     def size(self) -> float:
@@ -106,7 +116,7 @@ class Patch:
         """(m, 3) corners of the convex hull, counter-clockwise."""
         if self.kind != "face":
             return self.polygon
-        return self.lifted(flat.convex_hull(self.rings[0], 1e-9 * self.size))
+        return frozen(self.lifted(convex_hull(self.rings[0], 1e-9 * self.size)))
 
     def flipped(self) -> Patch:
         """The same patch seen from the other body."""
@@ -114,8 +124,9 @@ class Patch:
         return replace(self, polygon=self.polygon[::-1], normal=-self.normal, holes=holes)
 
 
-@dataclass(frozen=True, eq=False)
-class Interface:
+@archived
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Interface(Value):
     """All patches between two bodies; their normals point into the second one."""
 
     bodies: tuple[str, str]
@@ -148,6 +159,11 @@ class Interface:
         set_(self, "patches", tuple(patches))
         set_(self, "status", status)
         set_(self, "flags", tuple(flags))
+
+    @cached_property
+    def samples(self) -> dict[tuple[int, str, int], list[tuple[Float, Float]]]:
+        """Nodes sampled so far, by count, sampling and seed: many assemblies that differ little share an interface."""
+        return {}
 
     @property
     def area(self) -> float:

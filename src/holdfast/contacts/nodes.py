@@ -6,7 +6,6 @@ import itertools
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, get_args
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -15,12 +14,13 @@ from holdfast.base.arrays import Float, frozen
 from holdfast.base.errors import HoldfastError, message
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.geometry import polygon as flat
+from holdfast.geometry.hull import convex_hull, smallest_rectangle
 
 Sampling = Literal["hull", "quadrature", "corners", "paper"]
 
 CANDIDATES = 10  # random points of which the paper takes the farthest
-CELLS = 6  # between two neighbouring nodes of a grid; even
-MANY, FEW_CELLS = 2000, 2  # the same in grids of so many nodes
+CELLS = 6  # a grid step, to count tributary areas by; even, so that none lies halfway between two nodes
+MANY, FEW_CELLS = 2000, 2  # grids with at least MANY nodes are counted by FEW_CELLS a step: they are fine enough
 LATTICE = 19  # candidate points along each side of a patch; odd, so that the middle is among them
 LEAST_SHARES = (0.1, 0.01)  # no corrected weight falls below this share of its tributary area; the larger if it can
 
@@ -37,15 +37,10 @@ def interface_nodes(interface: Interface, count: int, sampling: Sampling, seed: 
         )
     if count < 4:
         raise HoldfastError(message("nodes", f"{count} nodes an interface", "needs at least 4"))
-    known = _SAMPLED.setdefault(interface, {})
     key = count, sampling, seed
-    if key not in known:
-        known[key] = _sampled(interface, count, sampling, seed)
-    return known[key]
-
-
-# an interface is part of many assemblies where bodies are taken away one after the other
-_SAMPLED: WeakKeyDictionary[Interface, dict[tuple[int, str, int], list[tuple[Float, Float]]]] = WeakKeyDictionary()
+    if key not in interface.samples:
+        interface.samples[key] = _sampled(interface, count, sampling, seed)
+    return interface.samples[key]
 
 
 def _sampled(interface: Interface, count: int, sampling: Sampling, seed: int) -> list[tuple[Float, Float]]:
@@ -66,7 +61,7 @@ def _sampled(interface: Interface, count: int, sampling: Sampling, seed: int) ->
 
 def corner_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     """All corners of the hull, whatever ``count``: they carry every force that the whole patch could carry."""
-    corners = flat.convex_hull(patch.rings[0], 1e-9 * patch.size)
+    corners = convex_hull(patch.rings[0], 1e-9 * patch.size)
     return corners, np.full(len(corners), patch.area / len(corners))
 
 
@@ -121,8 +116,8 @@ class _Sheet:
 
     @classmethod
     def of(cls, patch: Patch) -> _Sheet:
-        hull = flat.convex_hull(patch.rings[0], 1e-9 * patch.size)
-        axes, low, high = flat.smallest_rectangle(hull)
+        hull = convex_hull(patch.rings[0], 1e-9 * patch.size)
+        axes, low, high = smallest_rectangle(hull)
         return cls(patch, axes, low, high - low, (hull @ axes.T - low) / (high - low))
 
     def flat(self, unit: Float) -> Float:

@@ -9,7 +9,9 @@ import manifold3d
 import numpy as np
 from scipy.spatial import cKDTree
 
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
+from holdfast.base.values import Value
 from holdfast.contacts.detect import Tolerances, neighbours
 from holdfast.contacts.skin import near_boxes
 from holdfast.geometry.distance import distance_to_surface, nearest_of, winding_number
@@ -21,8 +23,9 @@ MOST_DISTANCES = 3_000_000  # corner-to-triangle distances worth taking: about a
 MOST_ANGLES = 5_000_000  # solid angles worth summing: about a quarter of one
 
 
-@dataclass(frozen=True)
-class Overlap:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Overlap(Value):
     """Two bodies that share volume; ``depth`` [m] is how deep one is in the other.
 
     ``tolerance`` [m] is the gap of the pair: up to twice that the overlap is a "warning", beyond it an "error" of the

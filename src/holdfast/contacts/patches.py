@@ -16,6 +16,7 @@ from holdfast.contacts.features import Features
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.skin import SMOOTH
 from holdfast.geometry import polygon as flat
+from holdfast.geometry.area import outline_vector
 
 HAIRLINE = 1e-3  # of the negligible width: gaps between pieces that belong together
 SAME_WAY = float(np.cos(np.radians(15)))  # normals closer than this answer for each other at the same place
@@ -46,7 +47,7 @@ def _plane_patches(pieces: Sequence[Piece], origin: Float, negligible: float) ->
     rings = [[ring - origin for ring in piece.rings] for piece in pieces]
     normal = pieces[0].normal
     if len(pieces) > 1:
-        areas = [np.linalg.norm(np.cross(r, np.roll(r, -1, axis=0)).sum(0)) for r, *_ in rings]
+        areas = [np.linalg.norm(outline_vector(r)) for r, *_ in rings]
         normal = unit(np.array(areas) @ np.array([piece.normal for piece in pieces]))
     frame = np.array(tangents(normal))
     level = float(np.mean([(r @ normal).mean() for r, *_ in rings]))
@@ -99,7 +100,7 @@ def line_patches(lines: Features, faces: Sequence[Patch], gap: float, negligible
 
 
 def _joined(spans: Float, reach: float) -> list[tuple[float, float, Int]]:
-    """Intervals (n, 2) that overlap, or come within ``reach``, as one: its ends and which ones it is made of."""
+    """The union of intervals (n, 2), those within ``reach`` joined: both ends of each part, and the intervals in it."""
     order = np.argsort(spans[:, 0], kind="stable")
     result: list[tuple[float, float, Int]] = []
     members: list[int] = []
@@ -219,7 +220,7 @@ def point_patches(points: Features, others: Sequence[Patch], gap: float, breadth
 
 
 def _spread(places: Float, normals: Float, members: Int, apart: float) -> list[Int]:
-    """Members of one direction, those at the same place together; too many are thinned to hull and farthest."""
+    """Groups of points of one direction that lie within ``apart`` of each other; of too many groups, some are kept."""
     groups: list[list[int]] = []
     centres: list[Float] = []
     for k in members:

@@ -8,6 +8,7 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.compiled import compiled
+from holdfast.base.values import sealed
 from holdfast.geometry.surface import Surface
 from holdfast.geometry.topology import Topology
 from holdfast.scene.body import Body
@@ -18,6 +19,8 @@ LARGE = 8  # times the median: larger faces are searched apart, so that they do 
 
 class Skin(NamedTuple):
     """A triangle surface in the world as plain arrays for compiled code.
+
+    All of them are read-only: a skin with one that is not would be compiled for anew.
 
     ``triangles`` (F, 3, 3) with ``normals`` (F, 3) and boxes ``low``, ``high`` (F, 3); ``faces`` (F, 3) and the fields
     of Topology; ``mean`` (V, 3) normals of smooth vertices, zero at sharp ones; ``owns_vertex`` and ``owns_edge``
@@ -52,7 +55,7 @@ class Skin(NamedTuple):
         owner[faces[::-1].ravel()] = np.repeat(np.arange(count)[::-1], 3)
         number = np.arange(count)[:, None]
         triangles = surface.vertices[faces]
-        return cls(
+        skin = cls(
             np.ascontiguousarray(surface.vertices),
             np.ascontiguousarray(triangles),
             np.ascontiguousarray(surface.normals),
@@ -71,6 +74,7 @@ class Skin(NamedTuple):
             _outward(triangles, surface.normals),
             local.facets.label,
         )
+        return sealed(skin)
 
 
 def _outward(triangles: Float, normals: Float) -> Float:

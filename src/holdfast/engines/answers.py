@@ -13,7 +13,7 @@ import numpy as np
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, Objects, objects
 from holdfast.base.errors import HoldfastError, message
-from holdfast.base.values import Value
+from holdfast.base.values import Value, seal
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.verdict import Status, Verdict
 
@@ -76,7 +76,7 @@ class Answers(Value):
     verdict: Verdict
 
     def __post_init__(self) -> None:
-        self.seal()
+        seal(self)
         lengths = {name: len(getattr(self, name)) for name in COLUMNS}
         if len(set(lengths.values())) > 1:
             told = ", ".join(f"{name} {length}" for name, length in lengths.items())

@@ -13,7 +13,7 @@ from holdfast.assembly.nodes import ContactNodes
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import shift_twist
-from holdfast.base.values import Value
+from holdfast.base.values import Value, seal
 
 AT_REST = 1e-6  # velocities below this share of the largest count as rest
 
@@ -36,7 +36,7 @@ class Kinematics(Value):
     nodes: ContactNodes
 
     def __post_init__(self) -> None:
-        self.seal()
+        seal(self)
 
     @classmethod
     def of(cls, assembly: Assembly, nodes: ContactNodes) -> Kinematics:
@@ -46,7 +46,7 @@ class Kinematics(Value):
             com=assembly.com,
             size=assembly.size,
             pairs=tuple(interface.bodies for interface in assembly.interfaces),
-            nodes=nodes.read_only,
+            nodes=nodes,
         )
 
 
@@ -67,7 +67,7 @@ class Mechanism(Value):
     kinematics: Kinematics
 
     def __post_init__(self) -> None:
-        self.seal()
+        seal(self)
 
     @cached_property
     def text(self) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int
-from holdfast.base.values import Value
+from holdfast.base.values import Value, seal
 from holdfast.engines.mechanism import Mechanism
 
 
@@ -42,7 +42,7 @@ class ContactForces(Value):
     usage: Float
 
     def __post_init__(self) -> None:
-        self.seal()
+        seal(self)
 
 
 @archived

@@ -6,26 +6,33 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
 
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Bool, Float, Int, unit
+from holdfast.base.arrays import Bool, Float, Int, frozen, unit
 from holdfast.base.compiled import compiled
 from holdfast.base.rigid import tangents
-from holdfast.base.values import Value
-from holdfast.geometry.polygon import convex_hull, keep_half_plane, smallest_rectangle
+from holdfast.base.values import Value, seal
+from holdfast.geometry.area import areas_of
+from holdfast.geometry.hull import convex_hull, smallest_rectangle
+from holdfast.geometry.polygon import keep_half_plane
 from holdfast.geometry.surface import Surface
 
-COPLANAR = 1e-8  # 1 - cos of the angle below which neighbouring triangles make one facet
+# [rad] between neighbouring triangles of one facet. Wider than that of ``Facets``: coordinates in files have six or
+# seven digits, and a grid may cover a face whose outline would be too rough for contact.
+COPLANAR = float(np.arccos(1 - 1e-8))
+SMALL = 1.5  # spacings: a facet that is no larger either way is not cut by a grid of its own
+WHOLE = 0.999  # share of a square of the grid: a cell with less is ragged, its centroid may lie outside the surface
+ROUNDING = 1e-9  # of a spacing, or of the area of a square
+WAYS = 1.2  # normals that round to the same multiples of 1 / WAYS face about the same way
 
 
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
 class Cells(Value):
-    """Pieces of a surface, each with a query point.
+    """C pieces of a surface, each with a query point.
 
-    ``points`` (C, 3) with outward ``normals`` (C, 3); ``triangles`` (T, 3) over ``vertices`` (V, 3) belong to ``cell``
-    (T,).
+    ``points`` (C, 3) [m] with outward unit ``normals`` (C, 3). The pieces are made of ``triangles`` (T, 3) over
+    ``vertices`` (V, 3) [m]; ``cell`` (T,) is the piece that each belongs to.
     """
 
     points: Float
@@ -33,6 +40,15 @@ class Cells(Value):
     vertices: Float
     triangles: Int
     cell: Int
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+    @property
+    def areas(self) -> Float:
+        """(C,) area of each cell [m²]."""
+        areas = areas_of(self.vertices, self.triangles)
+        return frozen(np.asarray(np.bincount(self.cell, areas, minlength=len(self.points)), dtype=np.float64))
 
     def chosen(self, keep: Bool) -> Cells:
         """Only the cells where ``keep`` (C,) is true."""
@@ -45,7 +61,7 @@ class Cells(Value):
 
 def surface_cells(surface: Surface, spacing: float) -> Cells:
     """Flat facets are cut by a grid along their smallest rectangle; small triangles of curved ones are clustered."""
-    facet = _facets(surface)
+    facet = surface.topology.regions(COPLANAR)
     parts: list[Cells] = []
     small = np.zeros(len(surface.faces), dtype=bool)
     order = np.argsort(facet, kind="stable")
@@ -53,7 +69,7 @@ def surface_cells(surface: Surface, spacing: float) -> Cells:
     for start, end in itertools.pairwise(bounds):
         members = order[start:end]
         corners = surface.vertices[surface.faces[members]]
-        if np.ptp(corners.reshape(-1, 3), axis=0).max() < 1.5 * spacing:
+        if np.ptp(corners.reshape(-1, 3), axis=0).max() < SMALL * spacing:
             small[members] = True
         else:
             parts.append(_gridded(corners, surface.normals[members[0]], spacing))
@@ -101,36 +117,26 @@ def _hit(points: Float, normals: Float, triangles: Float, reach: float) -> Bool:
     return result
 
 
-def _facets(surface: Surface) -> Int:
-    """(F,) number of the flat facet each triangle belongs to: neighbours across an edge with one normal."""
-    faces = surface.faces
-    edges = np.sort(np.vstack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-    owner = np.tile(np.arange(len(faces)), 3)
-    order = np.lexsort((edges[:, 1], edges[:, 0]))
-    same = (edges[order[1:]] == edges[order[:-1]]).all(1)
-    a, b = owner[order[:-1][same]], owner[order[1:][same]]
-    flat = (surface.normals[a] * surface.normals[b]).sum(1) > 1 - COPLANAR
-    links = sparse.coo_matrix((np.ones(flat.sum()), (a[flat], b[flat])), shape=(len(faces),) * 2)
-    return np.asarray(sparse.csgraph.connected_components(links, directed=False)[1], dtype=np.int64)
-
-
 def _gridded(corners: Float, normal: Float, spacing: float) -> Cells:
-    """One facet of triangles (n, 3, 3)."""
+    """Cells of one flat facet, given as triangles (n, 3, 3): the squares of a grid, cut off at the facet's outline.
+
+    The point of a cell is its centroid, or that of its largest piece where it is ragged.
+    """
     origin = corners[0, 0]
     frame = np.array(tangents(normal))
     plane = (corners - origin) @ frame.T
-    axes, low, high = smallest_rectangle(convex_hull(plane.reshape(-1, 2), 1e-9 * spacing))
+    axes, low, high = smallest_rectangle(convex_hull(plane.reshape(-1, 2), ROUNDING * spacing))
     aligned = plane @ axes.T - low
-    counts = np.maximum(np.ceil((high - low) / spacing - 1e-9), 1).astype(np.int64)
+    counts = np.maximum(np.ceil((high - low) / spacing - ROUNDING), 1).astype(np.int64)
     step = (high - low) / counts
     pieces, sizes, cell = _grid_pieces(aligned, step, counts)
     areas, centres = _centroids(pieces, sizes)
-    kept = areas > 1e-9 * step.prod()
+    kept = areas > ROUNDING * step.prod()
     pieces, sizes, cell, areas, centres = pieces[kept], sizes[kept], cell[kept], areas[kept], centres[kept]
     used, cell = np.unique(cell, return_inverse=True)
     total = np.bincount(cell, areas)
     point = np.column_stack([np.bincount(cell, areas * centres[:, k]) for k in range(2)]) / total[:, None]
-    ragged = total < 0.999 * step.prod()
+    ragged = total < WHOLE * step.prod()
     largest = np.lexsort((areas, cell))[np.append(np.flatnonzero(np.diff(np.sort(cell))), len(cell) - 1)]
     point[ragged] = centres[largest[ragged]]
 
@@ -175,8 +181,8 @@ def _grid_pieces(triangles: Float, step: Float, counts: Int) -> tuple[Float, Int
         for k in range(2):
             low = min(triangles[t, 0, k], triangles[t, 1, k], triangles[t, 2, k])
             high = max(triangles[t, 0, k], triangles[t, 1, k], triangles[t, 2, k])
-            first[k] = max(int(np.floor(low / step[k] - 1e-9)), 0)
-            last[k] = min(int(np.ceil(high / step[k] + 1e-9)), counts[k])
+            first[k] = max(int(np.floor(low / step[k] - ROUNDING)), 0)
+            last[k] = min(int(np.ceil(high / step[k] + ROUNDING)), counts[k])
         for i in range(first[0], last[0]):
             for j in range(first[1], last[1]):
                 if found == capacity:
@@ -200,14 +206,17 @@ def _grid_pieces(triangles: Float, step: Float, counts: Int) -> tuple[Float, Int
 
 
 def _clustered(surface: Surface, members: Int, spacing: float) -> Cells:
-    """Triangles in one cube of a lattice that face about the same way share a cell; its point is on the middle one."""
+    """Triangles in one cube of a lattice that face about the same way share a cell.
+
+    Its point is the centre of the triangle nearest to their common centroid.
+    """
     corners = surface.vertices[surface.faces[members]]
     normals = surface.normals[members]
     centres = corners.mean(1)
-    keys = np.hstack([np.floor(centres / spacing + 1e-9), np.round(normals * 1.2)]).astype(np.int64)
+    keys = np.hstack([np.floor(centres / spacing + ROUNDING), np.round(normals * WAYS)]).astype(np.int64)
     _, cell = np.unique(keys, axis=0, return_inverse=True)
     cell = cell.reshape(-1)
-    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+    areas = surface.areas[members]
     total = np.maximum(np.bincount(cell, areas), 1e-300)
     middle = np.column_stack([np.bincount(cell, areas * centres[:, k]) for k in range(3)]) / total[:, None]
     away = np.linalg.norm(centres - middle[cell], axis=1)
@@ -218,6 +227,7 @@ def _clustered(surface: Surface, members: Int, spacing: float) -> Cells:
 
 
 def _joined(parts: list[Cells]) -> Cells:
+    """All cells in one value, vertices and cells numbered on."""
     offsets = np.cumsum([0] + [len(part.vertices) for part in parts])
     numbers = np.cumsum([0] + [len(part.points) for part in parts])
     return Cells(

@@ -8,10 +8,12 @@ from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compiled, dot3
 from holdfast.geometry.surface import Surface
 
+# Points are copied below: read-only ones, such as those of a surface, would have the loops compiled a second time.
+
 
 def distance_to_surface(points: Float, surface: Surface) -> Float:
     """(n,) distance of points (n, 3) to the nearest triangle [m]."""
-    return np.asarray(np.sqrt(_squared(np.ascontiguousarray(points), surface.vertices[surface.faces])))
+    return np.asarray(np.sqrt(_squared(np.array(points, order="C"), surface.vertices[surface.faces])))
 
 
 def winding_number(points: Float, surface: Surface) -> Float:
@@ -19,7 +21,7 @@ def winding_number(points: Float, surface: Surface) -> Float:
 
     The sum of the triangles' solid angles over 4π (van Oosterom and Strackee 1983; Jacobson et al. 2013).
     """
-    return np.asarray(_winding(np.ascontiguousarray(points), surface.vertices[surface.faces]))
+    return np.asarray(_winding(np.array(points, order="C"), surface.vertices[surface.faces]))
 
 
 @compiled

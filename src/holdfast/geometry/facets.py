@@ -5,19 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int
+from holdfast.base.values import Value, seal
+from holdfast.geometry.area import outline_vector
 from holdfast.geometry.topology import Topology
 
 LEAST = 5  # triangles: fewer are as well left as they are
-COPLANAR = 1e-5  # [rad] between neighbouring triangles of one facet
+COPLANAR = 1e-5  # [rad] between neighbouring triangles of one facet: its outline stands for them in contact
 FLATNESS = 1e-7  # of the surface's size: vertices of a facet may leave its plane by no more
 
 
-@dataclass(frozen=True, eq=False)
-class Facets:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Facets(Value):
     """The large flat faces of a surface.
 
     ``label`` (F,) number of the facet each triangle belongs to, -1 for those of none; ``rings`` one tuple a facet:
@@ -27,22 +29,19 @@ class Facets:
     label: Int
     rings: tuple[tuple[Int, ...], ...]
 
+    def __post_init__(self) -> None:
+        seal(self)
+
     @classmethod
     def of(cls, vertices: Float, faces: Int, normals: Float, topology: Topology) -> Facets:
         """Groups of LEAST or more coplanar triangles whose rim is made of simple rings."""
-        count = len(faces)
-        smooth = (np.abs(topology.bend) <= COPLANAR) & (topology.sides[:, 1] >= 0)
-        one, two = topology.sides[smooth].T
-        graph = coo_matrix((np.ones(len(one)), (one, two)), shape=(count, count))
-        _, group = connected_components(graph, directed=False)
-        sizes = np.bincount(group)
-        label = np.full(count, -1, dtype=np.int64)
+        region = topology.regions(COPLANAR)
+        inner = topology.joins(COPLANAR)
+        label = np.full(len(faces), -1, dtype=np.int64)
         found: list[tuple[Int, ...]] = []
         extent = float(np.linalg.norm(np.ptp(vertices, axis=0)))
-        inner = np.zeros(len(topology.edges), dtype=bool)
-        inner[smooth] = True
-        for number in np.flatnonzero(sizes >= LEAST):
-            members = np.flatnonzero(group == number)
+        for number in np.flatnonzero(np.bincount(region) >= LEAST):
+            members = np.flatnonzero(region == number)
             normal = normals[members].mean(0)
             normal /= max(float(np.linalg.norm(normal)), 1e-300)
             heights = vertices[faces[members]] @ normal
@@ -53,7 +52,7 @@ class Facets:
             rings = _rings(starts, ends)
             if rings is None:
                 continue
-            areas = [float(np.cross(vertices[r], np.roll(vertices[r], -1, axis=0)).sum(0) @ normal) for r in rings]
+            areas = [float(outline_vector(vertices[ring]) @ normal) for ring in rings]
             if sum(area > 0 for area in areas) != 1:
                 continue
             order = np.argsort(areas)[::-1]
@@ -81,9 +80,10 @@ def _rings(starts: Int, ends: Int) -> list[Int] | None:
 
 
 def balanced(vertices: Float, faces: Int, facets: Facets) -> Int:
-    """The faces (F, 3), convex facets cut anew by halving their rings.
+    """The faces (F, 3), with every convex facet without holes triangulated anew by halving its ring.
 
-    A point then lies in the boxes of a few triangles of each size, where it would lie in those of all slivers of a fan.
+    Triangles of a fan are slivers whose bounding boxes overlap, so that a point lies in the boxes of most of them; of
+    these it lies in the boxes of a few of each size.
     """
     kept = [faces[facets.label < 0]]
     for number, (outline, *holes) in enumerate(facets.rings):

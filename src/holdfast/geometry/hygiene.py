@@ -9,19 +9,23 @@ import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.errors import GeometryError, message
+from holdfast.base.values import Value
+from holdfast.geometry.area import area_vectors
+from holdfast.geometry.topology import Edges
 
 if TYPE_CHECKING:
     import trimesh
 
-LEAST_ROUND = 0.005  # of area to the power 3/2 (a ball has 0.094): an open piece with less volume has no inside
+LEAST_ROUND = 0.005  # volume over area^(3/2), 0.094 for a ball: an open piece with less has no inside to speak of
+SCRAP = 0.01  # share of the whole area: smaller pieces that have no inside do not put a scan's orientation in doubt
 
-SCRAP = 0.01  # of the whole area: loose pieces of a scan with less do not put its orientation in doubt
 
-
-@dataclass(frozen=True)
-class PlaneFit:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class PlaneFit(Value):
     """A flat region found in a noisy mesh.
 
     ``normal`` (3,) and ``offset`` [m] of the plane normal · x = offset in the body frame, the region's ``area`` [m²],
@@ -35,8 +39,9 @@ class PlaneFit:
     worst: float
 
 
-@dataclass(frozen=True)
-class MeshReport:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class MeshReport(Value):
     """What a mesh was like and what was done about it.
 
     Counts: vertices ``welded``, ``degenerate`` and ``duplicate`` faces left out, faces ``flipped`` to face outward,
@@ -95,33 +100,30 @@ def cleaned(vertices: Float, faces: Int, where: str) -> tuple[trimesh.Trimesh, M
 
 def _oriented(solid: trimesh.Trimesh, report: MeshReport) -> MeshReport:
     """Wind neighbouring faces alike, then every piece outward, in place."""
-    faces = np.array(solid.faces)
-    half = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
-    keys = half.min(1) * len(solid.vertices) + half.max(1)
-    _, inverse, shared = np.unique(keys, return_inverse=True, return_counts=True)
-    order = np.argsort(inverse, kind="stable")
-    first = np.concatenate([[0], np.cumsum(shared)[:-1]])[shared == 2]
-    one, two = order[first], order[first + 1]
-    against = half[one, 0] == half[two, 0]  # neighbours wound alike run along their edge in opposite senses
+    faces = np.array(solid.faces, dtype=np.int64)
     count = len(faces)
-    graph = coo_matrix((np.ones(len(one)), (one // 3, two // 3)), shape=(count, count)).tocsr()
+    edges = Edges.of(faces, len(solid.vertices))
+    first = edges.first[edges.shared == 2]
+    one, two = edges.sides[first], edges.sides[first + 1]
+    starts = faces.ravel()
+    against = starts[one] == starts[two]  # neighbours wound alike run along their edge in opposite senses
+    one, two = one // 3, two // 3
+    graph = coo_matrix((np.ones(len(one)), (one, two)), shape=(count, count)).tocsr()
     pieces, label = connected_components(graph, directed=False)
     labels: Int = label.astype(np.int64)
     flip, sound = np.zeros(count, dtype=bool), True
     if against.any():
-        flip = _parity(graph, one // 3, two // 3, against, labels, pieces)
-        sound = bool((against == (flip[one // 3] ^ flip[two // 3])).all())
-    corners = solid.triangles
-    rims = np.bincount(labels[np.arange(count).repeat(3)[(shared[inverse] != 2)]], minlength=pieces)
-    sound &= _turn_pieces(corners, flip, labels, pieces, rims == 0)
+        flip = _parity(graph, one, two, against, labels, pieces)
+        sound = bool((against == (flip[one] ^ flip[two])).all())
+    rims = np.bincount(labels[(edges.shared[edges.of_face] != 2).any(1)], minlength=pieces)
+    sound &= _turn_pieces(np.array(solid.vertices), faces, flip, labels, rims == 0)
     faces[flip] = faces[flip][:, ::-1]
     solid.faces = faces
-    open_edges, crowded = int((shared == 1).sum()), int((shared > 2).sum())
     return replace(
         report,
         flipped=int(flip.sum()),
-        open_edges=open_edges,
-        crowded_edges=crowded,
+        open_edges=int((edges.shared == 1).sum()),
+        crowded_edges=int((edges.shared > 2).sum()),
         pieces=int(pieces),
         oriented=sound,
     )
@@ -143,29 +145,31 @@ def _parity(graph: csr_matrix, one: Int, two: Int, against: Bool, labels: Int, p
     return flip
 
 
-def _turn_pieces(corners: Float, flip: Bool, labels: Int, pieces: int, closed: Bool) -> bool:
+def _turn_pieces(vertices: Float, faces: Int, flip: Bool, labels: Int, closed: Bool) -> bool:
     """Turn pieces that are inside out, in ``flip`` (F,); whether it is known of all which side is the inside.
 
-    A closed shell inside another stays as it is: it is a cavity. An open piece counts by the volume it nearly bounds.
+    ``labels`` (F,) number the pieces, ``closed`` (pieces,) those without a rim. A closed shell inside another stays as
+    it is: it is a cavity. An open piece is turned by the volume that it nearly bounds.
     """
     sign = np.where(flip, -1.0, 1.0)
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    sizes = np.linalg.norm(cross, axis=1) / 2
+    corners = vertices[faces]
+    vectors = area_vectors(vertices, faces)
+    areas = np.linalg.norm(vectors, axis=1)
     known = True
     boxes = []
-    for piece in range(pieces):
+    for piece in range(len(closed)):
         mine = corners[labels == piece]
         boxes.append((mine.min((0, 1)), mine.max((0, 1))))
-    for piece in range(pieces):
+    for piece in range(len(closed)):
         members = labels == piece
         centre = corners[members].mean((0, 1))
-        volume = float((sign[members] * ((corners[members, 0] - centre) * cross[members]).sum(1)).sum()) / 6
+        volume = float((sign[members] * ((corners[members, 0] - centre) * vectors[members]).sum(1)).sum()) / 3
         low, high = boxes[piece]
         inside = any((lo < low).all() and (high < hi).all() for k, (lo, hi) in enumerate(boxes) if k != piece)
         if not closed[piece]:
-            area = float(sizes[members].sum())
+            area = float(areas[members].sum())
             if abs(volume) < LEAST_ROUND * area**1.5:
-                known &= area < SCRAP * float(sizes.sum())
+                known &= area < SCRAP * float(areas.sum())
                 continue
         if volume < 0 and not inside:
             flip[members] ^= True

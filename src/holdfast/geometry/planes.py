@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
 
-from holdfast.base.arrays import Bool, Float, Int, frozen
+from holdfast.base.arrays import Bool, Float, Int
 from holdfast.geometry.hygiene import PlaneFit
 from holdfast.geometry.surface import Surface
 
@@ -56,7 +56,7 @@ def flattened(surface: Surface, noise: float) -> tuple[Surface, tuple[PlaneFit, 
         )
     _snap(vertices, surface.faces, label, planes, BAND * noise)
     fits.sort(key=lambda fit: -fit.area)
-    return Surface(frozen(vertices), surface.faces, surface.sagitta, surface.oriented), tuple(fits)
+    return Surface(vertices, surface.faces, surface.sagitta, surface.oriented), tuple(fits)
 
 
 class _Patchwork:
@@ -66,8 +66,7 @@ class _Patchwork:
         self.noise = noise
         self.corners = surface.vertices[surface.faces]
         self.normals = surface.normals
-        cross = np.cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, 2] - self.corners[:, 0])
-        self.area = np.linalg.norm(cross, axis=1) / 2
+        self.area = surface.areas
         self.centres = self.corners.mean(1)
         sides = surface.topology.sides
         one, two = sides[sides[:, 1] >= 0].T

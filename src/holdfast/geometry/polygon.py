@@ -1,4 +1,4 @@
-"""Flat polygons with holes: exact moments, hulls, and points inside."""
+"""Flat polygons with holes: exact moments, unions, and points inside."""
 
 from __future__ import annotations
 
@@ -82,39 +82,6 @@ def without_collinear(ring: Float, tolerance: float) -> Float:
     return np.array(points)
 
 
-def convex_hull(points: Float, tolerance: float) -> Float:
-    """(m, 2) corners of the convex hull, counter-clockwise, collinear points dropped (monotone chain)."""
-    order = points[np.lexsort((points[:, 1], points[:, 0]))]
-
-    def chain(sequence: Float) -> list[Float]:
-        result: list[Float] = []
-        for p in sequence:
-            while len(result) >= 2:
-                a, b = result[-2], result[-1]
-                if (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]) > 0:
-                    break
-                result.pop()
-            result.append(p)
-        return result
-
-    lower, upper = chain(order), chain(order[::-1])
-    return without_collinear(np.array(lower[:-1] + upper[:-1]), tolerance)
-
-
-def smallest_rectangle(hull: Float) -> tuple[Float, Float, Float]:
-    """The smallest rectangle around a hull (m, 2): rows of its (2, 2) axes, longer side first, and its bounds."""
-    edges = np.roll(hull, -1, axis=0) - hull
-    directions = edges / np.linalg.norm(edges, axis=1, keepdims=True)
-    across = np.column_stack([-directions[:, 1], directions[:, 0]])
-    extents = np.ptp(hull @ directions.T, axis=0) * np.ptp(hull @ across.T, axis=0)
-    best = int(np.argmin(np.round(extents / extents.max(), 9)))
-    axes = np.array([directions[best], across[best]])
-    if np.ptp(hull @ axes[0]) < np.ptp(hull @ axes[1]) * (1 - 1e-9):
-        axes = np.array([across[best], -directions[best]])
-    along = hull @ axes.T
-    return axes, along.min(0), along.max(0)
-
-
 def shapely_polygon(rings: Sequence[Float]) -> shapely.Polygon:
     """The polygon with the first ring as outline and the others as holes."""
     return shapely.Polygon(rings[0], list(rings[1:]))
@@ -151,7 +118,7 @@ def union(pieces: Sequence[Sequence[Float]], tolerance: float, smallest_hole: fl
 
 
 def rings_of(geometry: shapely.Geometry, tolerance: float, smallest_hole: float) -> list[list[Float]]:
-    """The polygons of a geometry as [outline counter-clockwise, holes clockwise, ...], straight corners left out."""
+    """The polygons of a geometry as [outline counter-clockwise, holes clockwise, ...], without straight corners."""
     result = []
     for part in getattr(geometry, "geoms", [geometry]):
         if not isinstance(part, shapely.Polygon) or part.is_empty or not part.area > 0:
@@ -168,7 +135,7 @@ def rings_of(geometry: shapely.Geometry, tolerance: float, smallest_hole: float)
 
 @compiled
 def keep_half_plane(corners: Float, kept: Float, count: int, a: float, b: float, c: float) -> int:
-    """Keep the part of a polygon where a x + b y + c >= 0 (Sutherland-Hodgman); ``kept`` is room to work in."""
+    """Keep the part of a polygon where a x + b y + c >= 0 (Sutherland-Hodgman); ``kept`` is scratch memory."""
     n = 0
     for i in range(count):
         j = i + 1 if i + 1 < count else 0

@@ -7,7 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int, frozen
+from holdfast.base.values import Value, seal
+from holdfast.geometry.area import areas_of, normals_of
 from holdfast.geometry.facets import Facets, balanced
 from holdfast.geometry.topology import Topology
 
@@ -15,8 +18,9 @@ STRAIGHT = 1e-8  # of its size: how far a surface may bend and still count as fl
 HUB = 64  # spokes: a fan with more is cut anew before it is reduced
 
 
-@dataclass(frozen=True)
-class Surface:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Surface(Value):
     """Triangles with outward normals: vertices (V, 3) [m], faces (F, 3).
 
     ``sagitta`` [m]: how far the triangles lie inside the curved surface they stand for; ``oriented``: whether it is
@@ -28,12 +32,23 @@ class Surface:
     sagitta: float = 0.0
     oriented: bool = True
 
+    def __post_init__(self) -> None:
+        seal(self)
+
     @cached_property
     def normals(self) -> Float:
         """(F, 3) unit outward normals."""
-        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
-        cross = np.cross(b - a, c - a)
-        return np.asarray(cross / np.maximum(np.linalg.norm(cross, axis=1, keepdims=True), 1e-300))
+        return frozen(normals_of(self.vertices, self.faces))
+
+    @cached_property
+    def areas(self) -> Float:
+        """(F,) [m²]."""
+        return frozen(areas_of(self.vertices, self.faces))
+
+    @property
+    def area(self) -> float:
+        """Of all triangles [m²]."""
+        return float(self.areas.sum())
 
     @cached_property
     def thickness(self) -> float:
@@ -65,7 +80,7 @@ class Surface:
             return start._balanced()
         read = fewer.to_mesh64()
         vertices, faces = np.array(read.vert_properties[:, :3]), np.array(read.tri_verts, dtype=np.int64)
-        return replace(self, vertices=frozen(vertices), faces=frozen(faces))._balanced()
+        return replace(self, vertices=vertices, faces=faces)._balanced()
 
     def _balanced(self) -> Surface:
         """The same surface, its large convex faces cut so that they are searched fast."""
@@ -73,7 +88,7 @@ class Surface:
             return self
         faces = balanced(self.vertices, self.faces, self.facets)
         used, numbers = np.unique(faces, return_inverse=True)
-        return replace(self, vertices=frozen(self.vertices[used]), faces=frozen(numbers.reshape(faces.shape)))
+        return replace(self, vertices=self.vertices[used], faces=numbers.reshape(faces.shape))
 
     @cached_property
     def facets(self) -> Facets:

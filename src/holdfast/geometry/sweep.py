@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from holdfast.base.arrays import Float, Int, unit
+from holdfast.base.arrays import Float, Int, frozen, unit
 from holdfast.base.compiled import compilable, compiled
 from holdfast.base.rigid import tangents
 from holdfast.geometry.surface import Surface
@@ -43,19 +43,18 @@ class Swept:
     @cached_property
     def corners(self) -> Float:
         """(V, 3) coordinates across (two) and along the direction [m]."""
-        return np.ascontiguousarray(
-            self.surface.vertices @ np.column_stack([*tangents(self.direction), self.direction])
-        )
+        axes = np.column_stack([*tangents(self.direction), self.direction])
+        return frozen(np.ascontiguousarray(self.surface.vertices @ axes))
 
     @cached_property
     def low(self) -> Float:
         """(3,) lowest coordinates."""
-        return np.asarray(self.corners.min(0))
+        return frozen(self.corners.min(0))
 
     @cached_property
     def high(self) -> Float:
         """(3,) highest coordinates."""
-        return np.asarray(self.corners.max(0))
+        return frozen(self.corners.max(0))
 
     @cached_property
     def front(self) -> Faces:
@@ -76,7 +75,8 @@ class Swept:
         longest = np.maximum((u**2).sum(1), np.maximum((w**2).sum(1), ((w - u) ** 2).sum(1)))
         size = float(np.max(self.high - self.low))
         chosen = np.ascontiguousarray(t[seen > ROUNDING * size * np.sqrt(longest)])
-        return Faces(chosen, np.ascontiguousarray(chosen.min(1)), np.ascontiguousarray(chosen.max(1)))
+        low, high = np.ascontiguousarray(chosen.min(1)), np.ascontiguousarray(chosen.max(1))
+        return Faces(frozen(chosen), frozen(low), frozen(high))
 
 
 def first_hit(moving: Surface, still: Surface, direction: Float, tolerance: float = 0.0) -> float:
@@ -91,7 +91,7 @@ def first_hit(moving: Surface, still: Surface, direction: Float, tolerance: floa
 
 
 def hit_distance(moving: Swept, still: Swept, tolerance: float = 0.0) -> float:
-    """``first_hit`` of surfaces made ready for one direction: for many pairs."""
+    """``first_hit`` for surfaces that were made ready for one direction, so that many pairs share that work."""
     size = float(np.max(moving.high - moving.low))
     narrow = max(tolerance, ROUNDING * size)
     across = np.minimum(moving.high, still.high)[:2] - np.maximum(moving.low, still.low)[:2]
@@ -119,7 +119,7 @@ def hit_distance(moving: Swept, still: Swept, tolerance: float = 0.0) -> float:
 
 
 def _least(moving: Swept, still: Swept, tolerance: float, narrow: float) -> float:
-    """From which distance ahead on a back face counts [m]: those further behind have been passed.
+    """The distance ahead [m] from which on a back face counts: those further behind have been passed.
 
     Where the inside is not known, contacts at 0 may just as well be opening: they do not count.
     """

@@ -6,28 +6,10 @@ import numpy as np
 
 from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compiled
+from holdfast.geometry.hull import twice_area
 
-FLAT = 1e-10  # twice the area of a triangle, the box being 1 by 1, below which it is none
-ROUND = 1e-9  # by how much a point must lie within a circumcircle
-
-
-@compiled
-def hull(points: Float) -> Int:
-    """Indices of the corners of the convex hull of points (n, 2), anticlockwise (Andrew's chains)."""
-    order = np.argsort(points[:, 0] + 1e-9 * points[:, 1], kind="mergesort")
-    chain = np.empty(2 * len(points) + 1, dtype=np.int64)
-    size = 0
-    for side in range(2):
-        floor = size + 1
-        for step in range(len(order)):
-            k = order[step] if side == 0 else order[len(order) - 1 - step]
-            while size > floor and _area(points, chain[size - 2], chain[size - 1], k) <= 1e-7:
-                size -= 1
-            if size == 0 or np.abs(points[chain[size - 1]] - points[k]).max() > 1e-7:
-                chain[size] = k
-                size += 1
-        size -= 1
-    return chain[: max(size, 0)].copy()
+FLAT = 1e-10  # twice the area, for points in a unit square: a triangle with less counts as none
+ROUND = 1e-9  # a point counts as within a circumcircle if the in-circle determinant exceeds this
 
 
 def fan(corners: Int) -> Int:
@@ -36,20 +18,11 @@ def fan(corners: Int) -> Int:
 
 
 @compiled
-def _area(points: Float, a: int, b: int, c: int) -> float:
-    """Twice the signed area."""
-    return float(
-        (points[b, 0] - points[a, 0]) * (points[c, 1] - points[a, 1])
-        - (points[b, 1] - points[a, 1]) * (points[c, 0] - points[a, 0])
-    )
-
-
-@compiled
 def _least_share(points: Float, triangle: Int, k: int) -> float:
     """The smallest barycentric coordinate of point k."""
     a, b, c = triangle
-    whole = _area(points, a, b, c)
-    return float(min(_area(points, k, b, c), _area(points, a, k, c), _area(points, a, b, k)) / whole)
+    whole = twice_area(points, a, b, c)
+    return float(min(twice_area(points, k, b, c), twice_area(points, a, k, c), twice_area(points, a, b, k)) / whole)
 
 
 @compiled
@@ -88,7 +61,7 @@ def inserted(points: Float, triangles: Int, k: int) -> Int:
         made, before, after, valid = 0, 0.0, 0.0, True
         for n in range(len(old)):
             t = int(old[n])
-            before += _area(points, triangles[t, 0], triangles[t, 1], triangles[t, 2])
+            before += twice_area(points, triangles[t, 0], triangles[t, 1], triangles[t, 2])
             for i in range(3):
                 a, b = triangles[t, i], triangles[t, (i + 1) % 3]
                 shared = False
@@ -98,7 +71,7 @@ def inserted(points: Float, triangles: Int, k: int) -> Int:
                             shared = True
                 if shared:
                     continue
-                area = _area(points, a, b, k)
+                area = twice_area(points, a, b, k)
                 if area > FLAT:
                     fresh[made, 0], fresh[made, 1], fresh[made, 2] = a, b, k
                     made += 1
@@ -125,8 +98,8 @@ def located(points: Float, triangles: Int, asked: Int) -> tuple[Int, Float]:
                 if share >= 0:
                     break
         a, b, c = triangles[where[n]]
-        shares[n, 0] = max(_area(points, k, b, c), 0.0)
-        shares[n, 1] = max(_area(points, a, k, c), 0.0)
-        shares[n, 2] = max(_area(points, a, b, k), 0.0)
+        shares[n, 0] = max(twice_area(points, k, b, c), 0.0)
+        shares[n, 1] = max(twice_area(points, a, k, c), 0.0)
+        shares[n, 2] = max(twice_area(points, a, b, k), 0.0)
         shares[n] /= shares[n].sum()
     return where, shares

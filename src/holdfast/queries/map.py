@@ -204,11 +204,7 @@ def robustness_map(
 
 def _check_count(assembly: Assembly, names: Sequence[str], spacing: float) -> None:
     """Refuse a spacing that would take more points than memory, before taking any."""
-    area = 0.0
-    for name in names:
-        surface = assembly.scene.body(name).surface_world
-        a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
-        area += float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2
+    area = sum(assembly.scene.body(name).surface_world.area for name in names)
     expected = area / spacing**2
     if expected > MAX_POINTS:
         problem = f"spacing {spacing:g} m gives about {expected:,.0f} points on {area:.3g} m²"

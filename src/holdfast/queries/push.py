@@ -13,8 +13,8 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.base.public import Summary, number
 from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.contract import Engine
-from holdfast.engines.limit.engine import Limit
 from holdfast.queries.request import (
+    CERTAIN_ENGINE,
     DEFAULT_ENGINE,
     EngineChoice,
     Load,
@@ -146,4 +146,4 @@ def asked(
     if method.claim is Claim.ESTIMATED:
         remedy = "engine graph is not ordered against limit: ask 'compliant', or 'limit' itself"
         raise HoldfastError(message("bound", f"asked of engine {method.name!r}", remedy))
-    return found.bounded_by(Limit().prepare(assembly, standing, acceleration).load_factor(W))
+    return found.bounded_by(engine_of(CERTAIN_ENGINE).prepare(assembly, standing, acceleration).load_factor(W))

@@ -21,6 +21,7 @@ from holdfast.geometry.distance import distance_to_surface
 ENGINES: dict[str, Callable[[], Engine]] = {"graph": Graph, "limit": Limit, "compliant": Compliant}
 
 DEFAULT_ENGINE = "compliant"
+CERTAIN_ENGINE = "limit"  # proves above which load no equilibrium exists, and what follows from that
 
 EngineChoice: TypeAlias = str | Engine
 
@@ -51,6 +52,20 @@ def checked_assembly(value: object) -> Assembly:
         remedy = "needs an Assembly: hf.assemble(hf.load_scene(path)) makes one"
         raise HoldfastError(message("assembly", f"got a {type(value).__name__}", remedy))
     return value
+
+
+def register_engine(name: str, make: Callable[[], Engine]) -> Callable[[], None]:
+    """Let ``engine=name`` mean what ``make()`` gives, in every question; call what is returned to take that back."""
+    if not isinstance(name, str) or name in ENGINES:
+        problem = f"there is an engine {name!r}" if isinstance(name, str) else f"name is a {type(name).__name__}"
+        raise HoldfastError(message("register_engine", problem, "give it another name"))
+    ENGINES[name] = make
+
+    def take_back() -> None:
+        if ENGINES.get(name) is make:
+            del ENGINES[name]
+
+    return take_back
 
 
 def engine_of(choice: EngineChoice) -> Engine:

@@ -2,37 +2,31 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from holdfast.assembly.assembly import FIXED, Assembly, body_forces
+from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Bool, Float, Objects, checked, checked_number, frozen, objects
-from holdfast.base.errors import HoldfastError, SceneError, SolverError, message
-from holdfast.base.progress import report
+from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.public import PublicValue, Summary, number
 from holdfast.engines.answers import Claim
-from holdfast.engines.limit.engine import Limit, LimitState
+from holdfast.engines.capabilities import SETS
 from holdfast.engines.verdict import Status
-from holdfast.queries.request import EngineChoice, Load, body_number, engine_of, total_wrench
-from holdfast.queries.set_files import read_set, save_set
+from holdfast.geometry.half_spaces import largest_row
+from holdfast.queries.request import CERTAIN_ENGINE, EngineChoice, Load, body_number, engine_of, total_wrench
 
-FORCE_BOUND = 20.0  # total weights, and torques of that times the assembly's size
-ACCELERATION_BOUND = 5.0  # g
-BUDGET = {3: 240, 6: 240}  # solves; in 6-D the facets of a hull, not the solves, are what costs
-BATCH = {3: 6, 6: 40}  # solves between two looks at both polyhedra
-SMALLEST = 1e-6  # of the box: a set that reaches less far along an axis is taken as flat
-CUT_MARGIN = 1e-7  # of the box, and
-WEIGHT_MARGIN = 1e-8  # of the total weight: how far outwards cuts are moved
-ROUNDING = 1e-9  # a point on a facet counts as inside
-ALIKE = 0.995  # cosine above which two directions of one batch ask the same
+FORCE_BOUND = 20.0  # default bound of forces, in total weights; of torques, in total weights times the assembly's size
+ACCELERATION_BOUND = 5.0  # default bound of each component of an acceleration, in g
+ROUNDING = 1e-9  # a point that breaks a row by less than this share counts as inside
 
 
-@dataclass(frozen=True, eq=False)
-class ConvexSet:
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class ConvexSet(PublicValue):
     """A convex set between two polyhedra: every point of ``inner`` belongs to it, every one outside ``outer`` does not.
 
     ``inner`` and ``outer`` are (A (m, d), b (m,)) with A x <= b, scaled to b = 1 (0 is inside both). ``inner`` ends at
@@ -73,17 +67,35 @@ class ConvexSet:
         """
         points, single = self._points(x, "usage: x")
         A, b = self.inner
-        used = np.maximum(_largest(A / b[:, None], points), 0.0)
+        used = np.maximum(largest_row(A / b[:, None], points), 0.0)
         return float(used[0]) if single else used
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the set as JSON (.json) or for NumPy (.npz), with both polyhedra as half-spaces."""
-        save_set(self, path)
+    def checked_after_load(self) -> None:
+        """Raise HoldfastError where a file holds what no set can be."""
+        dimension = len(checked(self.bound, (None,), "bound"))
+        checked(self.vertices, (None, dimension), "vertices")
+        for name in ("gap", "gap_wanted"):
+            checked_number(getattr(self, name), name, minimum=0)
+        for name in ("inner", "outer"):
+            A, b = getattr(self, name)
+            checked(A, (len(checked(b, (None,), f"{name}: b")), dimension), f"{name}: A")
+            if not (b > 0).all():
+                problem = f"has {b.min():g}"
+                raise HoldfastError(message(f"{name}: b", problem, "needs positive numbers: 0 is in the set"))
 
-    @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> ConvexSet:
-        """Read a set back that ``save`` wrote, bit for bit the same."""
-        return cls(**read_set(path))
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for JSON: both polyhedra as A and b of A x <= b."""
+        names = ("engine", "claim", "vertices", "bound", "gap", "gap_wanted", "solves", "units", "frame", "notes")
+        half_spaces = {name: to_dict(dict(zip("Ab", getattr(self, name), strict=True))) for name in ("inner", "outer")}
+        return half_spaces | {name: to_dict(getattr(self, name)) for name in names}
+
+    def summary(self) -> Summary:
+        """How large and how close."""
+        headline = f"{len(self.bound)} dimensions, inner part of {len(self.inner[1])} facets, gap {self.gap:.2%}"
+        reach = np.abs(self.vertices).max(axis=0, initial=0.0)
+        rows = [[f"{k + 1}", number(far, unit)] for k, (far, unit) in enumerate(zip(reach, self.units, strict=True))]
+        facts = [("engine", f"{self.engine} ({self.claim})"), ("frame", self.frame)]
+        return Summary(headline, facts, ("coordinate", "reaches at most"), rows, self.notes)
 
     def _points(self, x: Any, where: str) -> tuple[Float, bool]:  # noqa: ANN401
         dimension = len(self.bound)
@@ -96,7 +108,7 @@ def admissible_wrenches(
     assembly: Assembly,
     body: str,
     *,
-    engine: EngineChoice = "limit",
+    engine: EngineChoice = CERTAIN_ENGINE,
     gap: float = 0.05,
     bound: Any = None,  # noqa: ANN401 - two numbers, checked
     standing: Iterable[Load] = (),
@@ -110,15 +122,15 @@ def admissible_wrenches(
     Raises HoldfastError if the assembly does not stand, or if 0 is not inside the set.
     """
     where = f"admissible wrenches of {body!r}"
-    number = body_number(assembly, body)
-    if number == FIXED:
+    index = body_number(assembly, body)
+    if index == FIXED:
         raise SceneError(message(where, "the body is fixed: it takes every wrench", "name a movable body"))
     if bound is None:
         limits = FORCE_BOUND * assembly.weight * np.array([1.0, assembly.size])
     else:
         limits = checked(bound, (2,), f"{where}: bound")
     columns = np.zeros((6 * len(assembly.movable), 6))
-    columns[6 * number : 6 * number + 6] = np.eye(6)
+    columns[6 * index : 6 * index + 6] = np.eye(6)
     units = ("N",) * 3 + ("N m",) * 3
     frame = f"world axes; torque about the centre of mass of {body!r}"
     return _convex_set(where, assembly, engine, standing, columns, np.repeat(limits, 3), gap, units, frame)
@@ -127,7 +139,7 @@ def admissible_wrenches(
 def sustainable_accelerations(
     assembly: Assembly,
     *,
-    engine: EngineChoice = "limit",
+    engine: EngineChoice = CERTAIN_ENGINE,
     gap: float = 0.02,
     bound: float | None = None,
     standing: Iterable[Load] = (),
@@ -149,14 +161,7 @@ def sustainable_accelerations(
 
 def _satisfied(half_spaces: tuple[Float, Float], points: Float) -> Bool:
     A, b = half_spaces
-    return np.asarray(_largest(A / b[:, None], points) <= 1 + ROUNDING)
-
-
-def _largest(A: Float, points: Float) -> Float:
-    """(n,) max over the rows of A of A x, in pieces that fit into memory; -inf without rows."""
-    step = max(1, 4_000_000 // max(len(A), 1))
-    pieces = [(points[k : k + step] @ A.T).max(axis=1, initial=-np.inf) for k in range(0, len(points), step)]
-    return np.concatenate(pieces) if pieces else np.empty(0)
+    return np.asarray(largest_row(A / b[:, None], points) <= 1 + ROUNDING)
 
 
 def _convex_set(
@@ -176,156 +181,28 @@ def _convex_set(
     if not assembly.movable:
         raise SceneError(message(where, "there is no movable body", "free one"))
     method = engine_of(engine)
-    if not isinstance(method, Limit):
-        problem = f"engine {method.name!r} proves nothing about loads that it was not asked"
-        raise HoldfastError(message(where, problem, "use engine='limit'"))
     state = method.prepare(assembly, total_wrench(assembly, standing))
+    sets = SETS.of(state, engine=method.name, where=where)
     verdict = state.verdict()
     if not verdict.equilibrium_exists:
         raise HoldfastError(message(where, f"the assembly is {verdict.status}", verdict.reason))
-    search = _Search(where, state, columns * bound)
-    reached = search.run(wanted)
-    inner, cuts, vertices = search.polyhedra()
+    found = sets.load_set(columns * bound, wanted, where)
     notes = state.notes if verdict.status is Status.STABLE else (*state.notes, verdict.reason)
     return ConvexSet(
-        method.name,
-        method.claim,
-        (_frozen(inner / bound), _frozen(np.ones(len(inner)))),
-        (_frozen(cuts / bound), _frozen(np.ones(len(cuts)))),
-        _frozen(vertices * bound),
-        _frozen(bound),
-        reached,
-        wanted,
-        search.solves,
-        units,
-        frame,
-        notes,
+        engine=method.name,
+        claim=method.claim,
+        inner=(_frozen(found.inner / bound), _frozen(np.ones(len(found.inner)))),
+        outer=(_frozen(found.outer / bound), _frozen(np.ones(len(found.outer)))),
+        vertices=_frozen(found.vertices * bound),
+        bound=_frozen(bound),
+        gap=found.gap,
+        gap_wanted=wanted,
+        solves=found.solves,
+        units=units,
+        frame=frame,
+        notes=notes,
     )
 
 
 def _frozen(array: Float) -> Float:
     return np.asarray(frozen(np.array(array, dtype=np.float64)))
-
-
-@dataclass(eq=False)
-class _Search:
-    """Points and cuts in units of the box [-1, 1]^d, one of each from every solve along a ray from 0.
-
-    A cut is kept as its row a of a·x <= 1. The ray gap is largest at a vertex of the outer polytope, because the
-    inner gauge is convex: asking along that vertex either confirms it or cuts it off.
-    """
-
-    where: str
-    state: LimitState
-    columns: Float
-    points: list[Float] = field(default_factory=list)
-    cuts: list[Float] = field(default_factory=list)
-    failed: list[Float] = field(default_factory=list)
-    solves: int = 0
-    inner: Float = field(default_factory=lambda: np.empty(0))
-    vertices: Float = field(default_factory=lambda: np.empty(0))
-
-    def run(self, wanted: float) -> float:
-        """Ask until the ray gap is at most ``wanted`` or the budget is used; returns the gap reached."""
-        dimension = self.columns.shape[1]
-        budget = BUDGET[dimension]
-        for direction in (*np.eye(dimension), *-np.eye(dimension)):
-            self._ask(direction)
-            self._check_inside(direction)
-        while True:
-            vertices, gauge = self._corners()
-            gap = max(1 - 1 / float(gauge.max()), 0.0)
-            report(self.where, min(self.solves, budget), budget)
-            left = budget - self.solves
-            chosen = self._worst(
-                vertices, gauge, 1 / (1 - wanted) if wanted < 1 else np.inf, min(BATCH[dimension], left)
-            )
-            if gap <= wanted or not chosen:
-                report(self.where, budget, budget)
-                return gap
-            for direction in chosen:
-                self._ask(direction)
-
-    def polyhedra(self) -> tuple[Float, Float, Float]:
-        """Rows of the inner polytope and of the outer polyhedron without the box, and the vertices of the inner one."""
-        cuts = np.array(self.cuts).reshape(-1, self.columns.shape[1])
-        return self.inner, np.unique(cuts, axis=0), self.vertices
-
-    def _ask(self, direction: Float) -> None:
-        self.solves += 1
-        solved = self.state.solve(self.columns @ direction)
-        if solved.status is Status.UNDECIDED:
-            self.failed.append(direction / np.linalg.norm(direction))
-            return
-        reach = 1 / float(np.abs(direction).max())
-        self.points.append(min(solved.lower, reach) * direction)
-        if solved.twists is not None:
-            normal = self.columns.T @ solved.twists
-            self.cuts.append(normal / (solved.upper + self._slack(normal, solved.twists)))
-
-    def _slack(self, normal: Float, twists: Float) -> float:
-        """How far a cut may be wrong where the solver's twists leave the dual cone: by loads and by weights."""
-        assembly = self.state.assembly
-        speeds = float(np.abs(twists / assembly.equation_scale).sum())
-        return CUT_MARGIN * float(np.abs(normal).sum()) + WEIGHT_MARGIN * assembly.weight * speeds
-
-    def _check_inside(self, direction: Float) -> None:
-        if self.failed:
-            problem = f"the solver found no answer along {_shown(direction)}"
-            raise SolverError(message(self.where, problem, "ask for load_factor along single loads"))
-        if np.abs(self.points[-1]).max() < SMALLEST:
-            problem = f"0 is not inside the set: less than {SMALLEST:g} of the bound along {_shown(direction)} moves it"
-            remedy = "the set is flat or ends at 0; ask for load_factor along single loads, or give a smaller bound"
-            raise HoldfastError(message(self.where, problem, remedy))
-
-    def _corners(self) -> tuple[Float, Float]:
-        """Vertices (k, d) of outer polyhedron and box, and the inner gauge (k,) there: outer over inner reach."""
-        dimension = self.columns.shape[1]
-        box = np.vstack([np.eye(dimension), -np.eye(dimension)])
-        rows = np.vstack([box, np.array(self.cuts).reshape(-1, dimension)])
-        vertices = _rows(self._hull(rows))  # a row of the polar set's hull is a vertex of the set itself
-        hull = self._hull(np.array(self.points))
-        self.inner = _drawn_in(hull)
-        self.vertices = np.array(self.points)[hull.vertices]
-        return vertices, _largest(self.inner, vertices)
-
-    def _hull(self, points: Float) -> ConvexHull:
-        """Cuts that nearly coincide defeat exact arithmetic in many dimensions: there the points are joggled."""
-        last: QhullError | None = None
-        for options in ("Qt", "QJ") if self.columns.shape[1] <= 3 else ("QJ",):
-            try:
-                return ConvexHull(points, qhull_options=options)
-            except QhullError as error:
-                last = error
-        problem = f"no convex hull of the points found ({str(last).splitlines()[0]})"
-        raise SolverError(message(self.where, problem, "give a bound closer to the set's size")) from last
-
-    def _worst(self, vertices: Float, gauge: Float, enough: float, count: int) -> list[Float]:
-        """Up to ``count`` vertices to ask along: largest gauge first, no two alike, none that failed before."""
-        chosen: list[Float] = []
-        taken = list(self.failed)
-        for k in np.argsort(-gauge, kind="stable"):
-            if len(chosen) >= count or gauge[k] <= enough:
-                break
-            way = vertices[k] / np.linalg.norm(vertices[k])
-            if not taken or float((np.array(taken) @ way).max()) < ALIKE:
-                taken.append(way)
-                chosen.append(vertices[k])
-        return chosen
-
-
-def _drawn_in(hull: ConvexHull) -> Float:
-    """Rows of a hull, drawn in by as much as its facets miss the points that they go through."""
-    rows = hull.equations[:, :-1] / -hull.equations[:, -1:]
-    missed = float(np.abs(np.einsum("fkd,fd->fk", hull.points[hull.simplices], rows) - 1).max())
-    return _rows(hull) * (1 + missed)
-
-
-def _rows(hull: ConvexHull) -> Float:
-    """Rows a of a·x <= 1 of a hull around 0, each once."""
-    rows = np.asarray(hull.equations[:, :-1] / -hull.equations[:, -1:])
-    return np.asarray(rows[np.unique(np.round(rows, 9), axis=0, return_index=True)[1]])
-
-
-def _shown(direction: Float) -> str:
-    return "(" + ", ".join(f"{v + 0.0:.3g}" for v in direction) + ")"

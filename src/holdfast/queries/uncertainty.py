@@ -18,8 +18,10 @@ from holdfast.base.progress import report
 from holdfast.base.public import Summary, number
 from holdfast.contacts.detect import SIGMAS
 from holdfast.engines.answers import Answers, joined
+from holdfast.engines.contract import Engine
 from holdfast.engines.verdict import Status
-from holdfast.queries.push import robustness
+from holdfast.queries.intervals import MuRange, friction_intervals, with_friction
+from holdfast.queries.push import Robustness, robustness
 from holdfast.queries.request import (
     DEFAULT_ENGINE,
     EngineChoice,
@@ -31,7 +33,6 @@ from holdfast.queries.request import (
     total_wrench,
 )
 from holdfast.queries.result import SHOWN, Result, places_of
-from holdfast.queries.sensitivity import MuRange, friction_intervals, with_friction
 from holdfast.scene.scene import Scene
 
 
@@ -140,11 +141,10 @@ class _Spread:
             if k == FIXED:
                 bodies.append(body)
                 continue
-            assert body.pose is not None
             pose = np.array(body.pose)
             pose[:3, :3] = turns[k] @ pose[:3, :3]
             pose[:3, 3] = given.com[k] + shifts[k] + turns[k] @ (pose[:3, 3] - given.com[k])
-            bodies.append(replace(body, pose=pose, density=None))  # its mass is known by now
+            bodies.append(body.moved(pose))
         scene = Scene(bodies, given.scene.friction, given.scene.gravity, given.scene.name)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", HoldfastWarning)  # the notes count what overlaps
@@ -200,27 +200,17 @@ def robustness_under(
     )
     method, loads = engine_of(engine), standing if isinstance(standing, Load) else list(standing)
     nominal = robustness(assembly, body, points, directions, loads, engine=method)
-    answers: list[Answers] = []
-    verdicts: list[Status] = []
-    overlapping = 0
     rng = np.random.default_rng(whole_seed)
+    found = []
     for k in range(count):
         report("samples", k, count)
-        sample, shifts, turns = spread(rng)
-        points_now, loads_now = _attached(assembly, sample, body, nominal.points, loads, shifts, turns)
-        state = method.prepare(sample, total_wrench(sample, loads_now))
-        columns = push_columns(sample, body_number(sample, body), points_now, nominal.directions)
-        verdict = state.verdict()
-        verdicts.append(verdict.status)
-        if verdict.status is Status.STABLE:
-            found = state.load_factor(columns)
-        else:  # whatever a push could be by itself: a sample that may not stand counts as 0
-            found = Answers.not_standing(len(columns.T), engine=method.name, claim=method.claim, verdict=verdict)
-        answers.append(replace(found, mechanism=objects([None] * len(found))))
-        overlapping += spread.deviation is not None and bool(sample.overlaps)
+        found.append(_answered(spread(rng), assembly, body, nominal, loads, method))
     report("samples", count, count)
+    answers = [answer for answer, _ in found]
+    verdicts = [answer.verdict.status for answer in answers]
     notes = nominal.notes
-    if overlapping:
+    overlapping = sum(overlaps for _, overlaps in found)
+    if spread.deviation is not None and overlapping:
         share = f"{overlapping} of {count} samples have bodies that overlap by more than the tolerance"
         notes = (*notes, f"{share}: contacts there may be missing, which lowers their forces")
     table = joined([nominal.answers.rows(slice(0)), *answers])
@@ -235,6 +225,27 @@ def robustness_under(
         samples=count,
         seed=whole_seed,
     )
+
+
+def _answered(
+    drawn: tuple[Assembly, Float, Float],
+    given: Assembly,
+    body: str,
+    nominal: Robustness,
+    standing: Iterable[Load],
+    engine: Engine,
+) -> tuple[Answers, bool]:
+    """The pushes of ``nominal`` on a sample, points and ``standing`` loads taken along; and whether bodies overlap."""
+    sample, shifts, turns = drawn
+    points, loads = _attached(given, sample, body, nominal.points, standing, shifts, turns)
+    state = engine.prepare(sample, total_wrench(sample, loads))
+    columns = push_columns(sample, body_number(sample, body), points, nominal.directions)
+    verdict = state.verdict()
+    if verdict.status is Status.STABLE:
+        found = state.load_factor(columns)
+    else:  # whatever a push could be by itself: a sample that may not stand counts as 0
+        found = Answers.not_standing(len(points), engine=engine.name, claim=engine.claim, verdict=verdict)
+    return replace(found, mechanism=objects([None] * len(found))), bool(sample.overlaps)
 
 
 def _attached(

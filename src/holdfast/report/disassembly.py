@@ -64,13 +64,12 @@ def strip_of(result: Disassembly) -> Sequence:
         stuck = "the goal is among them" if result.goal else "none of them may go next"
         note = "asked for no more" if result.reached else stuck
         frames.append(Frame(left, "", f"{len(result.remaining)} stay", note))
-    gravity = assembly.scene.gravity
     return Sequence(
         f"{assembly.scene.name or 'assembly'}: taken apart",
         _outcome(result)[0] + f" · engine {result.engine} ({result.claim})",
         tuple(frames),
         np.asarray(result.lift),
-        -gravity / np.linalg.norm(gravity),
+        assembly.scene.up,
     )
 
 

@@ -39,7 +39,6 @@ def save_html(result: RobustnessMap, path: str | os.PathLike[str]) -> None:
 def picture_of(result: RobustnessMap) -> Picture:
     """The heat map with contacts, resting forces and the weakest push on each body."""
     assembly = result.assembly
-    gravity = assembly.scene.gravity
     heat = [_surface(result, name, cells) for name, cells in result.cells.items() if len(cells.points)]
     return Picture(
         title=_title(result),
@@ -52,7 +51,7 @@ def picture_of(result: RobustnessMap) -> Picture:
         contact_points=np.empty((0, 3)) if result.verdict.forces is None else result.verdict.forces.points,
         contact_forces=() if result.verdict.forces is None else _force_arrows(assembly, result.verdict.forces),
         weakest=_weak_arrows(result),
-        up=-gravity / np.linalg.norm(gravity),
+        up=assembly.scene.up,
         zero_name=_ZERO.get(result.verdict.status, "moves without a push (0)"),
     )
 

@@ -29,26 +29,25 @@ def save_placement_png(result: Placement, path: str | os.PathLike[str], *, seed:
     rng = np.random.default_rng(seed)
     chosen = np.unique(rng.choice(len(support.points), SHOWN, p=support.chance))
     length = ARROW * result.assembly.size
-    up = -result.assembly.scene.gravity / np.linalg.norm(result.assembly.scene.gravity)
     arrows = tuple(Arrow(p + length * n, p, "") for p, n in zip(result.points, result.normals, strict=True))
     before = PointsPanel(
-        "contact points, sampled by what they withstand", bare_picture(result.assembly, up, without=name),
+        "contact points, sampled by what they withstand", bare_picture(result.assembly, without=name),
         support.points[chosen], support.normals[chosen], support.force[chosen],
     )  # fmt: skip
     told = f"the pose they define: least push {result.robustness:.3g} N"
-    after = PointsPanel(told, bare_picture(result.assembly, up), marks=arrows, accent=name)
+    after = PointsPanel(told, bare_picture(result.assembly), marks=arrows, accent=name)
     title = f"{result.assembly.scene.name or 'scene'}: where to put {name}"
     write_atomically(path, sheet_png([[before, after]], title, f"engine {result.engine} ({result.claim})"))
 
 
-def bare_picture(assembly: Assembly, up: Any, without: str = "") -> Picture:  # noqa: ANN401 - (3,) numbers
+def bare_picture(assembly: Assembly, without: str = "") -> Picture:
     """The bodies without a map."""
     solids = [
         Solid(body.name, body.surface_world.vertices, body.surface_world.faces, body.fixed)
         for body in assembly.bodies
         if body.name != without
     ]
-    return Picture("", "", (), tuple(solids), up=np.asarray(up, dtype=float))
+    return Picture("", "", (), tuple(solids), up=assembly.scene.up)
 
 
 def placement_report(result: Placement, scene: str, body: str) -> RenderableType:

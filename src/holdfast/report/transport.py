@@ -6,15 +6,15 @@ import os
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from holdfast.applications.transport import TransportLimits
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float, unit
+from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.rigid import tangents
 from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import Status
+from holdfast.geometry.hull import outline_numbers
 from holdfast.view.polar import Curve, Footprint, PolarPicture, write_polar
 
 LEVEL = 1e-6  # share of a direction along gravity up to which it counts as level
@@ -35,7 +35,7 @@ def polar_picture(results: Sequence[TransportLimits], names: Sequence[str] | Non
     if not results:
         raise HoldfastError(message("polar plot", "has no answers", "give at least one"))
     first = results[0]
-    frame = np.array(tangents(unit(-first.assembly.scene.gravity)))
+    frame = np.array(tangents(first.assembly.scene.up))
     plain = np.allclose(frame, np.eye(3)[:2])
     named = names or [result.engine for result in results]
     return PolarPicture(
@@ -50,7 +50,7 @@ def polar_picture(results: Sequence[TransportLimits], names: Sequence[str] | Non
 
 def level_angles(result: TransportLimits) -> Float:
     """(n,) angles [rad] in [0, 2π) of level directions, from the first of ``horizontal_directions`` on."""
-    up = unit(-result.assembly.scene.gravity)
+    up = result.assembly.scene.up
     if np.abs(result.directions @ up).max() > LEVEL:
         remedy = "ask along hf.horizontal_directions(...)"
         raise HoldfastError(message("transport limits by angle", "a direction is not level", remedy))
@@ -85,11 +85,10 @@ def _lines(result: TransportLimits, angle: Float) -> tuple[str, ...]:
 
 
 def _footprints(assembly: Assembly, frame: Float) -> tuple[Footprint, ...]:
-    up = unit(-assembly.scene.gravity)
     found = []
     for body in assembly.bodies:
         vertices = body.surface_world.vertices
         flat = vertices @ frame.T
-        outline = flat[ConvexHull(flat).vertices]
-        found.append(Footprint(outline, body.fixed, float((vertices @ up).max())))
+        outline = flat[outline_numbers(flat)]
+        found.append(Footprint(outline, body.fixed, float((vertices @ assembly.scene.up).max())))
     return tuple(found)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Literal, get_args
 
+from holdfast.base.archive import archived
 from holdfast.base.arrays import checked_number
 from holdfast.base.errors import SceneError, message
+from holdfast.base.values import Table, Value
 
 Combine = Literal["max", "min", "product"]
 
@@ -19,13 +20,15 @@ _COMBINE: Mapping[str, Callable[[float, float], float]] = {
 }
 
 
-@dataclass(frozen=True)
-class Friction:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Friction(Value):
     """The friction table.
 
     Looked up in this order: ``pairs`` by body names, then by a body name and a material, then by materials; then the
     two bodies' own ``values`` through ``combine`` (formats that give one coefficient a body disagree on the rule, so
-    it has no default); then ``default``. Nothing is guessed: a touching pair without a coefficient is an error.
+    it has no default); then ``default``. Nothing is guessed: a touching pair without a coefficient is an error. Both
+    tables are read-only copies of what was given; the names of a pair stand in alphabetic order.
     """
 
     default: float | None = None
@@ -55,8 +58,8 @@ class Friction:
         if values and self.combine is None:
             problem = f"{len(values)} bodies have a value of their own but combine is not given"
             raise SceneError(message("friction", problem, "say how two values make a pair's: max, min or product"))
-        object.__setattr__(self, "pairs", MappingProxyType(pairs))
-        object.__setattr__(self, "values", MappingProxyType(values))
+        object.__setattr__(self, "pairs", Table(pairs))
+        object.__setattr__(self, "values", Table(values))
 
     def between(self, a: str, b: str, materials: Mapping[str, str | None]) -> float:
         """The coefficient between bodies ``a`` and ``b``; ``materials`` names each body's material."""

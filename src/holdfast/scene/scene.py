@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from holdfast.base.arrays import Float, checked
+from holdfast.base.archive import archived
+from holdfast.base.arrays import Float, checked, frozen, unit
 from holdfast.base.errors import SceneError, message
+from holdfast.base.values import Value
 from holdfast.scene.body import Body
 from holdfast.scene.friction import Friction
 
 
-@dataclass(frozen=True, eq=False)
-class Scene:
+@archived
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Scene(Value):
     """Bodies (at least one fixed), a friction table (or one coefficient for all), and gravity (3,) [m/s²]."""
 
     bodies: tuple[Body, ...]
@@ -28,7 +33,7 @@ class Scene:
         self,
         bodies: Iterable[Body],
         friction: Friction | float,
-        gravity: Sequence[float] | Float = (0.0, 0.0, -9.81),
+        gravity: ArrayLike = (0.0, 0.0, -9.81),
         name: str = "",
     ) -> None:
         set_ = object.__setattr__
@@ -59,9 +64,14 @@ class Scene:
         self.friction.check_names(names, {m for m in self.materials.values() if m is not None})
 
     @cached_property
-    def materials(self) -> dict[str, str | None]:
+    def materials(self) -> Mapping[str, str | None]:
         """Each body's material."""
-        return {body.name: body.material for body in self.bodies}
+        return MappingProxyType({body.name: body.material for body in self.bodies})
+
+    @cached_property
+    def up(self) -> Float:
+        """(3,) unit vector against gravity."""
+        return frozen(unit(-self.gravity))
 
     @property
     def movable(self) -> tuple[Body, ...]:

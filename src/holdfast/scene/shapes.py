@@ -10,9 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int, checked, checked_number, frozen
 from holdfast.base.errors import GeometryError, HoldfastWarning, message
+from holdfast.base.values import Value, seal
 from holdfast.geometry.hygiene import MeshReport, PlaneFit, cleaned
 from holdfast.geometry.planes import flattened
 from holdfast.geometry.surface import Surface
@@ -20,27 +23,34 @@ from holdfast.geometry.surface import Surface
 if TYPE_CHECKING:
     import trimesh
 
+LEAST_VOLUME = 1e-9  # of the bounding box: a closed surface around less has no inside to speak of
 
-@dataclass(frozen=True)
-class MassProperties:
+
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class MassProperties(Value):
     """Volume [m³], centre of mass (3,) [m] and inertia (3, 3) [m⁵] about it, at unit density, in the body frame."""
 
     volume: float
     com: Float
     inertia: Float
 
+    def __post_init__(self) -> None:
+        seal(self)
 
-@dataclass(frozen=True)
-class Box:
+
+@archived
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Box(Value):
     """A cuboid centred on its frame; ``size`` (3,) edge lengths [m]."""
 
     size: Float
 
-    def __post_init__(self) -> None:
-        size = checked(self.size, (3,), "Box: size", error=GeometryError)
-        if (size <= 0).any():
-            raise GeometryError(message("Box", f"size is {size.tolist()}", "needs three lengths > 0 [m]"))
-        object.__setattr__(self, "size", size)
+    def __init__(self, size: ArrayLike) -> None:
+        lengths = checked(size, (3,), "Box: size", error=GeometryError)
+        if (lengths <= 0).any():
+            raise GeometryError(message("Box", f"size is {lengths.tolist()}", "needs three lengths > 0 [m]"))
+        object.__setattr__(self, "size", lengths)
 
     @cached_property
     def surface(self) -> Surface:
@@ -48,7 +58,7 @@ class Box:
         corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * self.size / 2
         quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
         faces = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))], dtype=np.int64)
-        return Surface(frozen(corners), frozen(faces))
+        return Surface(corners, faces)
 
     @cached_property
     def mass_properties(self) -> MassProperties:
@@ -58,8 +68,9 @@ class Box:
         return MassProperties(volume, np.zeros(3), np.diag(squares.sum() - squares) * volume / 12)
 
 
-@dataclass(frozen=True)
-class Cylinder:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Cylinder(Value):
     """A cylinder about its z axis, centred; ``radius`` and ``height`` [m].
 
     Contacts see an inscribed prism with ``segments`` sides (its end faces are smaller by 2π²/(3 segments²)); mass
@@ -91,7 +102,7 @@ class Cylinder:
             [np.column_stack([np.full(n, 2 * n), j, i]), np.column_stack([np.full(n, 2 * n + 1), i + n, j + n])]
         )
         sagitta = self.radius * (1 - float(np.cos(np.pi / n)))
-        return Surface(frozen(vertices), frozen(np.vstack([sides, caps]).astype(np.int64)), sagitta)
+        return Surface(vertices, np.vstack([sides, caps]).astype(np.int64), sagitta)
 
     @cached_property
     def mass_properties(self) -> MassProperties:
@@ -101,8 +112,9 @@ class Cylinder:
         return MassProperties(volume, np.zeros(3), volume * np.diag([r2 / 4 + h2 / 12, r2 / 4 + h2 / 12, r2 / 2]))
 
 
-@dataclass(frozen=True)
-class Sphere:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Sphere(Value):
     """A ball centred on its frame; ``radius`` [m]. Contacts see a subdivided icosahedron inside it."""
 
     radius: float
@@ -120,7 +132,7 @@ class Sphere:
 
         ball = trimesh.creation.icosphere(subdivisions=self.subdivisions, radius=self.radius)
         sagitta = self.radius - float(np.linalg.norm(ball.triangles_center, axis=1).min())
-        return Surface(frozen(np.array(ball.vertices)), frozen(np.array(ball.faces, dtype=np.int64)), sagitta)
+        return Surface(np.array(ball.vertices), np.array(ball.faces, dtype=np.int64), sagitta)
 
     @cached_property
     def mass_properties(self) -> MassProperties:
@@ -129,36 +141,48 @@ class Sphere:
         return MassProperties(volume, np.zeros(3), np.eye(3) * 0.4 * volume * self.radius**2)
 
 
-@dataclass(frozen=True)
-class Mesh:
+@archived
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Mesh(Value):
     """A triangle mesh: ``vertices`` (V, 3) [m], ``faces`` (F, 3) counter-clockwise seen from outside.
 
     ``file`` and ``scale`` remember where it was read from, so that a saved scene can name the file instead of copying
     it; ``vertices`` are already scaled. ``noise`` [m]: standard deviation of the vertices of a scan; regions that are
-    flat up to it are made flat before contacts are sought (``report`` tells which, and the residual).
+    flat up to it are made flat before contacts are sought (``report`` tells which, and the residual). ``where`` is what
+    errors call it. Meshes of the same vertices, faces and noise are equal, wherever they come from.
     """
 
     vertices: Float
     faces: Int
-    file: Path | None = None
-    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    noise: float = 0.0
-    where: str = field(default="Mesh", repr=False)
+    file: Path | None = field(compare=False)
+    scale: tuple[float, float, float] = field(compare=False)
+    noise: float
+    where: str = field(compare=False, repr=False)
 
-    def __post_init__(self) -> None:
-        where = self.where
-        noise = checked_number(self.noise, f"{where}: noise", minimum=0, error=GeometryError)
-        object.__setattr__(self, "noise", noise)
-        vertices = checked(self.vertices, (None, 3), f"{where}: vertices", error=GeometryError)
-        faces = checked(self.faces, (None, 3), f"{where}: faces", error=GeometryError)
-        if len(faces) == 0 or len(vertices) == 0:
+    def __init__(
+        self,
+        vertices: ArrayLike,
+        faces: ArrayLike,
+        file: Path | None = None,
+        scale: tuple[float, float, float] = (1.0, 1.0, 1.0),
+        noise: float = 0.0,
+        where: str = "Mesh",
+    ) -> None:
+        set_ = object.__setattr__
+        set_(self, "noise", checked_number(noise, f"{where}: noise", minimum=0, error=GeometryError))
+        corners = checked(vertices, (None, 3), f"{where}: vertices", error=GeometryError)
+        numbers = checked(faces, (None, 3), f"{where}: faces", error=GeometryError)
+        if len(numbers) == 0 or len(corners) == 0:
             raise GeometryError(message(where, "has no triangles", "needs a surface with at least four"))
-        wrong = faces[(faces < 0) | (faces >= len(vertices)) | (faces != np.floor(faces))]
+        wrong = numbers[(numbers < 0) | (numbers >= len(corners)) | (numbers != np.floor(numbers))]
         if len(wrong):
-            problem = f"a face names vertex {wrong[0]:g} of {len(vertices)}"
+            problem = f"a face names vertex {wrong[0]:g} of {len(corners)}"
             raise GeometryError(message(where, problem, "needs indices into vertices, whole numbers from 0"))
-        object.__setattr__(self, "vertices", vertices)
-        object.__setattr__(self, "faces", frozen(faces.astype(np.int64)))
+        set_(self, "vertices", corners)
+        set_(self, "faces", frozen(numbers.astype(np.int64)))
+        set_(self, "file", file)
+        set_(self, "scale", scale)
+        set_(self, "where", where)
 
     @classmethod
     def from_file(
@@ -203,8 +227,8 @@ class Mesh:
     @cached_property
     def _flattened(self) -> tuple[Surface, tuple[PlaneFit, ...]]:
         vertices = np.array(self._solid.vertices, dtype=np.float64)
-        faces = frozen(np.array(self._solid.faces, dtype=np.int64))
-        surface = Surface(frozen(vertices), faces, oriented=self._cleaned[1].oriented)
+        faces = np.array(self._solid.faces, dtype=np.int64)
+        surface = Surface(vertices, faces, oriented=self._cleaned[1].oriented)
         return flattened(surface, self.noise) if self.noise else (surface, ())
 
     @cached_property
@@ -226,8 +250,6 @@ class Mesh:
             float(solid.volume), np.array(solid.center_mass), np.array(solid.moment_inertia) / solid.density
         )
 
-
-LEAST_VOLUME = 1e-9  # of the bounding box: less is a closed surface without inside
 
 Shape: TypeAlias = Box | Cylinder | Sphere | Mesh
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from holdfast.base.arrays import unit
 from holdfast.view.picture import Picture
 
 _TURN = np.deg2rad(34.0)
@@ -49,11 +50,6 @@ class Camera:
     def magnified(self, factor: int) -> Camera:
         """Return the same camera on a panel with ``factor`` times as many pixels per side."""
         return Camera(self.view, self.origin, self.scale * factor)
-
-
-def unit(vector: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the vector scaled to length 1."""
-    return np.asarray(vector / np.linalg.norm(vector), dtype=float)
 
 
 def heat_points(picture: Picture) -> NDArray[np.float64]:

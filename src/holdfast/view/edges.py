@@ -8,10 +8,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from holdfast.geometry.topology import Edges
+from holdfast.view.raster import CREASE_COSINE
 from holdfast.view.soup import Soup
 
-_BEND_COSINE: Final = float(np.cos(np.deg2rad(24.0)))
-_GRID: Final = 1e-6
+_GRID: Final = 1e-6  # of the body's size: cells of one corner are cut to slightly different vertices, merged here
 
 
 def feature_edges(soup: Soup) -> NDArray[np.float64]:
@@ -28,24 +29,22 @@ def _of_one(
 ) -> NDArray[np.float64]:
     size = float(np.ptp(vertices[triangles.ravel()], axis=0).max()) or 1.0
     _, first, merged = np.unique(np.rint(vertices / (size * _GRID)), axis=0, return_index=True, return_inverse=True)
-    corners = merged.ravel()[triangles]
-    pairs = np.sort(np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]]), axis=1)
-    facing = np.tile(normals, (3, 1))
-    real = pairs[:, 0] != pairs[:, 1]
-    pairs, facing = pairs[real], facing[real]
-    unique, group, count = np.unique(pairs, axis=0, return_inverse=True, return_counts=True)
-    order = np.argsort(group.ravel(), kind="stable")
-    start = np.concatenate([[0], np.cumsum(count)[:-1]])
-    one, other = facing[order[start]], facing[order[start + count - 1]]
-    bends = np.einsum("ij,ij->i", one, other) < _BEND_COSINE
+    edges = Edges.of(merged.ravel()[triangles], len(first))
+    length = edges.ends[:, 0] != edges.ends[:, 1]  # sides of slivers end where they begin once corners are merged
+    shared, ends = edges.shared[length], edges.ends[length]
+    begin = edges.first[length]
+    one, other = (normals[edges.sides[k] // 3] for k in (begin, begin + shared - 1))
+    bends = np.einsum("ij,ij->i", one, other) < CREASE_COSINE
     points = vertices[first]
-    shared = points[unique[(count > 1) & bends]]
-    lone = count == 1
-    return np.concatenate([shared, _open_ends(points[unique[lone]], one[lone], size)])
+    lone = shared == 1
+    return np.concatenate([points[ends[~lone & bends]], _open_ends(points[ends[lone]], one[lone], size)])
 
 
 def _open_ends(segments: NDArray[np.float64], normals: NDArray[np.float64], size: float) -> NDArray[np.float64]:
-    """Return the parts of one-sided segments that no coplanar neighbour with other vertices continues."""
+    """Return the parts of one-sided segments that no coplanar neighbour continues.
+
+    Where cells of different grids meet, an edge of one lies along several of the other without sharing vertices.
+    """
     if not len(segments):
         return segments
     along = segments[:, 1] - segments[:, 0]
@@ -71,6 +70,6 @@ def _along_line(
     kept = []
     for k in np.flatnonzero(np.diff(marks) > size * 10 * _GRID):
         facing = normals[covers[:, k]]
-        if len(facing) == 1 or (len(facing) and float((facing @ facing.T).min()) < _BEND_COSINE):
+        if len(facing) == 1 or (len(facing) and float((facing @ facing.T).min()) < CREASE_COSINE):
             kept.append([foot + marks[k] * along, foot + marks[k + 1] * along])
     return np.array(kept).reshape(-1, 2, 3)

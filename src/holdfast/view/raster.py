@@ -14,7 +14,7 @@ PLAIN: Final = 0
 CREASE: Final = 1
 OUTLINE: Final = 2
 
-_CREASE_COSINE: Final = float(np.cos(np.deg2rad(24.0)))
+CREASE_COSINE: Final = float(np.cos(np.deg2rad(24.0)))  # of the bend that is drawn: curved sides bend by less
 _STEP_PIXELS: Final = 3.0
 _NOTHING: Final = -1
 
@@ -46,7 +46,7 @@ def rasterise(
     behind = np.where(normals[:, 2] < 0.0, 0.5 / scale, 0.0)
     _fill(np.ascontiguousarray(pixels), np.ascontiguousarray(triangles), behind, depth, seen)
     line = np.zeros(shape, dtype=np.uint8)
-    _lines(seen, depth, np.ascontiguousarray(normals), body, scale, _CREASE_COSINE, _STEP_PIXELS, line)
+    _lines(seen, depth, np.ascontiguousarray(normals), body, scale, CREASE_COSINE, _STEP_PIXELS, line)
     return Layer(seen, depth, line)
 
 

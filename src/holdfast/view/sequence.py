@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -17,7 +18,7 @@ from holdfast.view.footer import GREY, Writer
 from holdfast.view.marks import PUSH, arrow_shapes
 from holdfast.view.picture import Picture, Solid
 from holdfast.view.shade import render
-from holdfast.view.soup import Soup, triangle_normals
+from holdfast.view.soup import soup_of
 
 NEXT: Final = colours.rgb_of("#ea7a3c")
 STAYS: Final = colours.rgb_of("#b9c4d2")
@@ -72,8 +73,9 @@ def _png(sequence: Sequence) -> bytes:
     writer.put(_PAD, 66, writer.clipped(sequence.subtitle, 15.0, size[0] - 2 * _PAD), 15.0, colour=GREY)
     for k, frame in enumerate(sequence.frames):
         left, top = _PAD + k % columns * (wide + _GUTTER), _HEADER + k // columns * (high + _CAPTION)
-        movable = _soup([s for s in frame.solids if not s.fixed], frame.next)
-        fixed = _soup([s for s in frame.solids if s.fixed], "")
+        colour = partial(_colour, coloured=frame.next)
+        movable = soup_of([s for s in frame.solids if not s.fixed], colour)
+        fixed = soup_of([s for s in frame.solids if s.fixed], colour)
         page[top : top + high, left : left + wide] = render(movable, fixed, camera, (high, wide), focus=focus).image
         axes.add_patch(Rectangle((left, top), wide, high, fill=False, edgecolor="#dfe2e7", lw=0.8, zorder=1))
         if frame.next:
@@ -109,17 +111,5 @@ def _camera(sequence: Sequence) -> tuple[Camera, tuple[int, int], float]:
     return fit(view, around, wide, high, 16.0), (wide, high), length
 
 
-def _soup(solids: list[Solid], coloured: str) -> Soup:
-    """Triangles of the bodies, each in one colour."""
-    vertices, triangles, rgb, body = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], [np.empty((0, 3))], [[0][:0]]
-    count = 0
-    for number, solid in enumerate(solids):
-        colour = colours.FIXED if solid.fixed else NEXT if solid.name == coloured else STAYS
-        vertices.append(solid.vertices)
-        triangles.append(solid.triangles + count)
-        rgb.append(np.tile(np.asarray(colour), (len(solid.triangles), 1)))
-        body.append([number] * len(solid.triangles))
-        count += len(solid.vertices)
-    points, faces = np.concatenate(vertices), np.concatenate(triangles)
-    numbers = np.concatenate([np.asarray(b, dtype=np.int64) for b in body])
-    return Soup(points, faces, np.concatenate(rgb), triangle_normals(points, faces), numbers)
+def _colour(solid: Solid, coloured: str) -> colours.Rgb:
+    return colours.FIXED if solid.fixed else NEXT if solid.name == coloured else STAYS

@@ -8,8 +8,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from holdfast.base.arrays import unit
 from holdfast.view import colours
-from holdfast.view.camera import Camera, View, unit
+from holdfast.view.camera import Camera, View
 from holdfast.view.raster import CREASE, OUTLINE, Layer, rasterise
 from holdfast.view.soup import Soup
 

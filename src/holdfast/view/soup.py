@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from holdfast.geometry.area import normals_of
 from holdfast.view import colours
 from holdfast.view.picture import HeatSurface, Picture, Solid
+
+Part = TypeVar("Part", HeatSurface | Solid, Solid)
 
 
 @dataclass(frozen=True)
@@ -31,39 +35,34 @@ def forces(picture: Picture) -> NDArray[np.float64]:
 def movable(picture: Picture, scale: colours.Scale | None) -> Soup:
     """Return the coloured surfaces and the covered parts of the same bodies."""
     parts: list[HeatSurface | Solid] = [*picture.heat, *(solid for solid in picture.solids if not solid.fixed)]
-    return _soup(parts, scale)
+    return soup_of(parts, lambda part: _rgb(part, scale))
 
 
 def fixed(picture: Picture) -> Soup:
     """Return the bodies that never move."""
-    return _soup([solid for solid in picture.solids if solid.fixed], None)
+    return soup_of([solid for solid in picture.solids if solid.fixed], lambda part: _rgb(part, None))
 
 
-def triangle_normals(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return unit normals (T, 3); zero where a triangle has no area."""
-    a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    normal = np.cross(b - a, c - a)
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    length[length == 0.0] = 1.0
-    return np.asarray(normal / length, dtype=float)
+def soup_of(parts: Iterable[Part], paint: Callable[[Part], ArrayLike]) -> Soup:
+    """Return the triangles of all parts, those of one name as one body.
 
-
-def _rgb(part: HeatSurface | Solid, scale: colours.Scale | None) -> NDArray[np.float64]:
-    if isinstance(part, HeatSurface):
-        return colours.colours(scale, part.force)[part.cell]
-    return np.tile(np.asarray(colours.FIXED if part.fixed else colours.COVERED), (len(part.triangles), 1))
-
-
-def _soup(parts: Iterable[HeatSurface | Solid], scale: colours.Scale | None) -> Soup:
+    ``paint`` gives the colour of a part, (3,) or one for each of its triangles (T, 3).
+    """
     vertices, triangles, rgb, body = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], [np.empty((0, 3))], [[0][:0]]
     names: dict[str, int] = {}
     count = 0
     for part in parts:
         vertices.append(part.vertices)
         triangles.append(part.triangles + count)
-        rgb.append(_rgb(part, scale))
+        rgb.append(np.broadcast_to(np.asarray(paint(part), dtype=float), (len(part.triangles), 3)))
         body.append([names.setdefault(part.name, len(names))] * len(part.triangles))
         count += len(part.vertices)
     points, faces = np.concatenate(vertices), np.concatenate(triangles)
     numbers = np.concatenate([np.asarray(b, dtype=np.int64) for b in body])
-    return Soup(points, faces, np.concatenate(rgb), triangle_normals(points, faces), numbers)
+    return Soup(points, faces, np.concatenate(rgb), normals_of(points, faces), numbers)
+
+
+def _rgb(part: HeatSurface | Solid, scale: colours.Scale | None) -> ArrayLike:
+    if isinstance(part, HeatSurface):
+        return colours.colours(scale, part.force)[part.cell]
+    return colours.FIXED if part.fixed else colours.COVERED

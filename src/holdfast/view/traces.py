@@ -8,8 +8,9 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from holdfast.base.arrays import unit
 from holdfast.view import colours
-from holdfast.view.camera import heat_points, unit
+from holdfast.view.camera import heat_points
 from holdfast.view.edges import feature_edges
 from holdfast.view.marks import CONTACT, INK
 from holdfast.view.picture import Arrow, HeatSurface, Picture

@@ -18,7 +18,8 @@ from holdfast.engines.compliant.engine import MANY, Compliant, CompliantState, S
 from holdfast.engines.compliant.interpolated import UNKNOWN, Survey, survey
 from holdfast.engines.contract import Within
 from holdfast.engines.verdict import Status
-from holdfast.geometry.triangulation import fan, hull, inserted
+from holdfast.geometry.hull import corner_numbers
+from holdfast.geometry.triangulation import fan, inserted
 from holdfast.queries.map import RobustnessMap
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
@@ -222,7 +223,7 @@ def test_steps_stay_on_the_branch_that_short_steps_follow(
 
 def test_triangulations_grow_as_delaunay_says() -> None:
     points = np.random.default_rng(2).random((60, 2))
-    corners = hull(points)
+    corners = corner_numbers(points)
     assert set(corners) == set(Delaunay(points).convex_hull.ravel())
     triangles = fan(corners)
     for k in range(len(points)):
@@ -235,7 +236,7 @@ def test_triangulations_grow_as_delaunay_says() -> None:
 def test_triangulations_of_grids_cover_them_once() -> None:
     """Points on edges and on common circles, in random order."""
     points = np.stack(np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 9)), 2).reshape(-1, 2)
-    corners = hull(points)
+    corners = corner_numbers(points)
     assert sorted(corners) == [0, 8, 72, 80]
     triangles = fan(corners)
     for k in np.random.default_rng(3).permutation(81):

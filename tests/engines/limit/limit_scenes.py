@@ -131,3 +131,8 @@ def push_wrench(assembly: Assembly, body: str, point: ArrayLike, force: ArrayLik
     total[k, :3] = force
     total[k, 3:] = np.cross(np.asarray(point) - assembly.movable[k].com_world, force)
     return total.ravel()
+
+
+def columns(assembly: Assembly, count: int, seed: int) -> Array:
+    """(6J, count) unit pushes at random."""
+    return np.column_stack([push_wrench(assembly, *query) for query in random_pushes(assembly, count, seed)])

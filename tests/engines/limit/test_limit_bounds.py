@@ -5,11 +5,11 @@ import pytest
 from limit_scenes import (
     Array,
     X,
+    columns,
     cube,
     dense_operator,
     push,
     push_wrench,
-    random_pushes,
     shipped,
     weights,
 )
@@ -20,10 +20,6 @@ from holdfast.base.rigid import tangents
 from holdfast.engines.answers import Answers
 
 SCENES = ["cube", "stack", "table", "slope_two", "arch", "v_groove", "wall2x2", "cantilever"]
-
-
-def columns(assembly: Assembly, count: int, seed: int) -> Array:
-    return np.column_stack([push_wrench(assembly, *query) for query in random_pushes(assembly, count, seed)])
 
 
 def feasible(assembly: Assembly, wrench: Array, sides: int = 32) -> bool:

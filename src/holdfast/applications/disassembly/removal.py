@@ -19,15 +19,16 @@ from typing import TypeVar
 import numpy as np
 
 from holdfast.applications.disassembly.exits import Exits
-from holdfast.applications.disassembly.loose import comes_loose
 from holdfast.assembly.assembly import Assembly, components
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import wrench_at
 from holdfast.base.values import Value
 from holdfast.engines.answers import Claim
+from holdfast.engines.capabilities import RELEASES
 from holdfast.engines.contract import FORCES_ONLY, Engine, State
 from holdfast.engines.verdict import Status, Verdict
+from holdfast.queries.request import CERTAIN_ENGINE, engine_of
 
 T = TypeVar("T")
 
@@ -80,17 +81,17 @@ class Removals:
     def __init__(self, assembly: Assembly, engine: Engine, lift: Float) -> None:
         self.assembly, self.engine, self.lift = assembly, engine, lift
         self.exits = Exits(assembly, lift)
+        self._releases = RELEASES.of(engine_of(CERTAIN_ENGINE), engine=CERTAIN_ENGINE, where="disassembly")
         self.asked = 0  # answers that took contact forces
         self._verdicts: dict[frozenset[str], Verdict] = {}
         self._states: OrderedDict[frozenset[str], State] = OrderedDict()
         self._reduced: OrderedDict[frozenset[str], Assembly] = OrderedDict()
         self._answers: dict[tuple[frozenset[str], str], Removal] = {}
 
-    @cached_property
+    @property
     def up(self) -> Float:
         """(3,) against gravity."""
-        gravity = self.assembly.scene.gravity
-        return np.asarray(-gravity / np.linalg.norm(gravity))
+        return self.assembly.scene.up
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -176,7 +177,7 @@ class Removals:
             found = self._under(name, assembly, loads)
             if found is not None:
                 return self._held(name, part) if found.moving == (name,) else found
-        if comes_loose(assembly, name, self.up):
+        if self._releases.comes_loose(assembly, name, self.up):
             return Removal(name, Answer.SAFE, SAFE, lift=1.0)
         if self.engine.claim is Claim.EXISTS:  # on paper what clamps it may be there or not
             return Removal(name, Answer.UNDECIDED, "its neighbours could clamp it: engine 'compliant' tells")

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
-from holdfast.base.arrays import Float, unit
+from holdfast.base.arrays import Float
 from holdfast.base.rigid import tangents
-from holdfast.geometry.polygon import convex_hull, smallest_rectangle
+from holdfast.geometry.hull import convex_hull, hull_facets, smallest_rectangle
 from holdfast.scene.body import Body
 
 COPLANAR = 1e-3  # [rad] hull triangles that differ by less are one face
@@ -34,21 +33,8 @@ class Face:
 def faces_of(body: Body) -> tuple[Face, ...]:
     """All faces of the body's convex hull, the steadiest first."""
     vertices = body.shape.surface.vertices
-    assert body.com is not None
-    hull = ConvexHull(vertices)
-    normals = hull.equations[:, :3]
-    first: list[int] = []
-    groups: list[list[int]] = []
-    for k in np.lexsort(normals.T):
-        alike = np.flatnonzero(normals[first] @ normals[k] > np.cos(COPLANAR))
-        if len(alike):
-            groups[alike[0]].append(int(k))
-        else:
-            first.append(int(k))
-            groups.append([int(k)])
-    faces = [
-        _face(unit(normals[group].mean(0)), vertices[np.unique(hull.simplices[group])], body.com) for group in groups
-    ]
+    facets = hull_facets(vertices, COPLANAR)
+    faces = [_face(normal, vertices[corners], body.com_body) for normal, corners in facets]
     return tuple(sorted(faces, key=lambda face: -round(face.tilt, 9)))
 
 

@@ -19,6 +19,7 @@ from scipy import sparse
 from holdfast.base.arrays import Float, unit
 from holdfast.base.errors import SceneError, message
 from holdfast.base.rigid import tangents, transform
+from holdfast.base.values import sealed
 from holdfast.conic.program import ConeKind, ConeProgram
 from holdfast.conic.solve import Outcome, solve
 from holdfast.contacts.features import Features, touching_features
@@ -69,7 +70,7 @@ class Moved:
     @cached_property
     def skin(self) -> Skin:
         """Its surface in the body frame."""
-        return Skin.of(at(self.body, np.eye(4)))
+        return Skin.of(self.body.moved(np.eye(4)))
 
     @cached_property
     def size(self) -> float:
@@ -79,8 +80,7 @@ class Moved:
     @property
     def com(self) -> Float:
         """(3,) [m] in the body frame."""
-        assert self.body.com is not None
-        return self.body.com
+        return self.body.com_body
 
     def surface(self, pose: Float) -> Surface:
         """Its surface at ``pose`` (4, 4), in as few triangles as it needs."""
@@ -91,7 +91,7 @@ class Moved:
         """The same skin in the world."""
         turn, skin = pose[:3, :3], self.skin
         triangles = transform(pose, skin.triangles.reshape(-1, 3)).reshape(-1, 3, 3)
-        return skin._replace(
+        placed = skin._replace(
             vertices=transform(pose, skin.vertices),
             triangles=triangles,
             normals=np.ascontiguousarray(skin.normals @ turn.T),
@@ -100,6 +100,7 @@ class Moved:
             mean=np.ascontiguousarray(skin.mean @ turn.T),
             outward=np.ascontiguousarray(skin.outward @ turn.T),
         )
+        return sealed(placed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,13 +111,6 @@ class Touches:
     normals: Float
     gaps: Float
     mu: Float
-
-
-def at(body: Body, pose: Float) -> Body:
-    """The same body elsewhere; mass, centre of mass and inertia are those it had."""
-    return Body(
-        body.name, body.shape, mass=body.mass, pose=pose, com=body.com, inertia=body.inertia, material=body.material
-    )
 
 
 def height_above(moved: Moved, pose: Float, stills: Sequence[Still], up: Float) -> float:

@@ -17,7 +17,7 @@ from holdfast.applications.placement.options import (
 from holdfast.applications.placement.planner import MOST_ATTEMPTS, Planner
 from holdfast.applications.placement.result import Placement
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import checked_number, unit
+from holdfast.base.arrays import checked_number
 from holdfast.base.errors import SceneError, message
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
 from holdfast.scene.body import Body
@@ -108,7 +108,7 @@ def planner(
         raise SceneError(message(f"{where}: weights", f"is {weights!r:.60}", "needs holdfast.Weights(...)"))
     method = engine_of(engine)
     second = None if confirm is None else engine_of(confirm)
-    up = unit(-assembly.scene.gravity)
+    up = assembly.scene.up
     options = Options(
         checked_region(region, up),
         tuple(body.name for body in assembly.bodies) if supports is None else names_of(assembly, supports, "supports"),

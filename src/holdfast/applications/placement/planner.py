@@ -22,7 +22,7 @@ import manifold3d
 import numpy as np
 
 from holdfast.applications.placement.faces import Face, faces_of
-from holdfast.applications.placement.lowering import Moved, Still, at, lowered
+from holdfast.applications.placement.lowering import Moved, Still, lowered
 from holdfast.applications.placement.options import Options
 from holdfast.applications.placement.poses import choose_points, direction_in, plane_of, pose_on
 from holdfast.applications.placement.result import Candidate, Placement
@@ -149,10 +149,10 @@ class Planner:
         """Points of the scene to build poses on."""
         return support_points(self.maps, self.weight, self.up, self.options.weights, self.options.region)
 
-    @cached_property
+    @property
     def up(self) -> Float:
         """(3,) against gravity."""
-        return unit(-self.assembly.scene.gravity)
+        return self.assembly.scene.up
 
     @cached_property
     def weight(self) -> float:
@@ -202,12 +202,12 @@ class Planner:
     @cached_property
     def _solid(self) -> manifold3d.Manifold | None:
         """The object in its own frame."""
-        return solid_of(at(self.body, np.eye(4)))
+        return solid_of(self.body.moved(np.eye(4)))
 
     @cached_property
     def _edges(self) -> Float:
         """(n, 3) directions of the scene's bodies: their axes."""
-        axes = [body.pose[:3, :3].T for body in self.assembly.bodies if body.pose is not None]
+        axes = [body.pose[:3, :3].T for body in self.assembly.bodies]
         return np.unique(np.round(np.vstack(axes), 6), axis=0)
 
     @cached_property
@@ -278,7 +278,7 @@ class Planner:
 
     def _checked(self, pose: Float) -> tuple[str, Assembly | None]:
         """What is wrong with a pose, and the assembly with the object there."""
-        options, placed = self.options, at(self.body, pose)
+        options, placed = self.options, self.body.moved(pose)
         com = placed.com_world
         level = np.abs(self.up) < 1 - 1e-9  # the height of the centre of mass is not asked for
         if not ((com >= options.region[0]) & (com <= options.region[1]))[level].all():

@@ -15,7 +15,7 @@ from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float
 from holdfast.base.painters import paint
 from holdfast.base.public import Summary, number
-from holdfast.base.values import Table, Value
+from holdfast.base.values import Table, Value, seal
 from holdfast.contacts.interface import Interface
 from holdfast.engines.verdict import Status
 from holdfast.queries.map import MapPoint, RobustnessMap
@@ -40,7 +40,7 @@ class Candidate(Value):
     robustness: float | None = None
 
     def __post_init__(self) -> None:
-        self.seal()
+        seal(self)
 
 
 @archived

@@ -10,11 +10,10 @@ import numpy as np
 from holdfast.applications.placement.options import Weights
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, Int, Objects
-from holdfast.base.values import Value
+from holdfast.base.arrays import Float, Objects
+from holdfast.base.values import Value, seal
 from holdfast.queries.map import RobustnessMap, robustness_map
 from holdfast.queries.request import EngineChoice
-from holdfast.scene.body import Body
 
 STEEPEST = 0.2  # cosine: what faces up less carries no weight
 MOST_FIXED = 3000  # points on fixed bodies: they need no answers, only places
@@ -37,7 +36,7 @@ class SupportPoints(Value):
     chance: Float
 
     def __post_init__(self) -> None:
-        self.seal()
+        seal(self)
 
 
 def scene_map(assembly: Assembly, engine: EngineChoice, spacing: float, names: Collection[str]) -> list[RobustnessMap]:
@@ -48,7 +47,7 @@ def scene_map(assembly: Assembly, engine: EngineChoice, spacing: float, names: C
     if movable:
         maps.append(robustness_map(assembly, movable, spacing, engine=engine))
     if fixed:
-        step = max(spacing, float(np.sqrt(sum(_area(body) for body in fixed) / MOST_FIXED)))
+        step = max(spacing, float(np.sqrt(sum(body.surface_world.area for body in fixed) / MOST_FIXED)))
         maps.append(robustness_map(assembly, [body.name for body in fixed], step, engine=engine))
     return maps
 
@@ -61,7 +60,7 @@ def support_points(
     normals = np.vstack([m.normals for m in maps])
     body = np.concatenate([m.body for m in maps])
     force = np.concatenate([m.force for m in maps])
-    area = np.concatenate([_cell_areas(m) for m in maps])
+    area = np.concatenate([cells.areas for m in maps for cells in m.cells.values()])
     level = normals @ up
     kept = (level > STEEPEST) & ((points >= region[0]) & (points <= region[1])).all(1)
     share = np.where(np.isinf(force), 1.0, force / (np.where(np.isinf(force), 0.0, force) + weight))
@@ -72,20 +71,3 @@ def support_points(
     return SupportPoints(
         points=points[kept], normals=normals[kept], body=body[kept], force=force[kept], area=area[kept], chance=chance
     )
-
-
-def _area(body: Body) -> float:
-    surface = body.surface_world
-    a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
-    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2
-
-
-def _cell_areas(m: RobustnessMap) -> Float:
-    """(n,) area of the cell of every point of a map."""
-    areas = []
-    for cells in m.cells.values():
-        a, b, c = (cells.vertices[cells.triangles[:, k]] for k in range(3))
-        twice = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-        numbers: Int = cells.cell
-        areas.append(np.bincount(numbers, twice / 2, minlength=len(cells.points)))
-    return np.concatenate(areas)

@@ -216,13 +216,8 @@ class CompliantState:
         With ``ForcesOnly`` ``lower`` is 0, and no finer nodes are needed.
         """
         count, bounds = W.shape[1], not isinstance(accuracy, ForcesOnly)
-        known: dict[str, Any] = {
-            "engine": self.engine.name,
-            "claim": self.engine.claim,
-            "verdict": self.rest,
-            "lower_bound": Bound.ESTIMATED if bounds else Bound.NONE,
-            "notes": self.notes,
-        }
+        known: dict[str, Any] = {"engine": self.engine.name, "claim": self.engine.claim, "verdict": self.rest}
+        known["lower_bound"] = Bound.ESTIMATED if bounds else Bound.NONE
         if self.rest.status is not Status.STABLE:
             return Answers.not_standing(count, **known)
         loaded = np.flatnonzero(np.abs(W).max(axis=0, initial=0) > 0)
@@ -241,16 +236,8 @@ class CompliantState:
             solved[loaded], error[loaded] = answers.solved, answers.error
             for k, column in enumerate(loaded.tolist()):
                 told[column], status[column] = answers.mechanisms[k], KINDS[int(answers.kind[k])]
-        return Answers.of(
-            force=factor,
-            lower=lower,
-            upper=upper,
-            solved=solved,
-            error=error,
-            status=status,
-            mechanism=told,
-            **known,
-        )
+        known |= {"lower": lower, "upper": upper, "solved": solved, "error": error}
+        return Answers.of(force=factor, status=status, mechanism=told, **known)
 
     def _each(self, W: Float, *, bounds: bool) -> Known:
         """Every column of W (6J, k) along its own path."""

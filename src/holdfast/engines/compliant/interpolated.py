@@ -22,7 +22,8 @@ from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compiled
 from holdfast.elastic import path
 from holdfast.engines.directions import flat_groups, moment_frame
-from holdfast.geometry.triangulation import fan, hull, inserted, located
+from holdfast.geometry.hull import corner_numbers
+from holdfast.geometry.triangulation import fan, inserted, located
 
 STATED = 3.0  # stated over expected error
 WIDER = 1.5  # stated error over the distance of the answer from what bounds it
@@ -72,7 +73,7 @@ def survey(loads: Float, follow: Follow, gap: float) -> Survey:
     faces, wanted = [], [rest]
     for members in groups:
         places = _places(loads[members])
-        corners = hull(places)
+        corners = corner_numbers(places)
         if len(corners) < 3:
             wanted.append(members)
             continue

@@ -8,11 +8,11 @@ is blocked, v·n > 0 that the contact opens and its preload f·v has to be overc
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from holdfast.base.arrays import Bool, Float
 from holdfast.base.compiled import compiled
 from holdfast.engines.graph.slip import node_slip
+from holdfast.geometry.hull import hull_edges, outline_numbers
 
 ON_AXIS = 1e-6  # of the size: a node nearer to the axis than this does not move
 SLIDING = 1e-6  # |v·n| / |v| below this counts as v·n = 0
@@ -33,25 +33,11 @@ def toppling_axes(points: Float, size: float) -> tuple[Float, Float]:
     if len(spread) < 2 or spread[1] <= tolerance:
         return points[:1], directions[:1]
     if len(spread) < 3 or spread[2] <= tolerance:
-        segments = _flat_edges(centred @ directions[:2].T)
+        corners = outline_numbers(centred @ directions[:2].T)
+        segments = np.column_stack([corners, np.roll(corners, -1)])
     else:
-        segments = _solid_edges(centred)
+        segments = hull_edges(centred, SLIDING)
     return _lines(points[segments[:, 0]], points[segments[:, 1]], tolerance)
-
-
-def _flat_edges(flat: Float) -> np.ndarray[tuple[int, int], np.dtype[np.intp]]:
-    hull = ConvexHull(flat).vertices
-    return np.column_stack([hull, np.roll(hull, -1)])
-
-
-def _solid_edges(points: Float) -> np.ndarray[tuple[int, int], np.dtype[np.intp]]:
-    hull = ConvexHull(points)
-    normals = hull.equations[:, :3]
-    facet, opposite = np.indices(hull.neighbors.shape)
-    other = hull.neighbors
-    folded = (normals[facet] * normals[other]).sum(-1) < 1 - SLIDING**2 / 2
-    facet, opposite = facet[(other > facet) & folded], opposite[(other > facet) & folded]
-    return np.column_stack([hull.simplices[facet, (opposite + k) % 3] for k in (1, 2)])
 
 
 def _lines(start: Float, end: Float, tolerance: float) -> tuple[Float, Float]:

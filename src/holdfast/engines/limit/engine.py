@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -11,23 +13,29 @@ from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, equilibrium_operator
-from holdfast.base.arrays import Float, Int
-from holdfast.conic.program import ConeProgram
-from holdfast.conic.solve import ConeSolution, Outcome, Prepared
+from holdfast.base.arrays import Float
+from holdfast.base.errors import HoldfastError, message
+from holdfast.conic.solve import ConeSolution, Outcome
 from holdfast.engines.answers import Answers, Bound, Claim
+from holdfast.engines.capabilities import Gradient, LoadSet, Weakest
 from holdfast.engines.cones import ConeChoice, FrictionCone
 from holdfast.engines.contract import EXACT, Accuracy, Within
 from holdfast.engines.directions import FLAT_GROUP
-from holdfast.engines.forces import force_program
-from holdfast.engines.limit.certified import Cuts, certify
-from holdfast.engines.limit.solved import Solved
+from holdfast.engines.limit.certified import certify
+from holdfast.engines.limit.gauge import Cuts
+from holdfast.engines.limit.load_limit import LoadLimit
+from holdfast.engines.limit.loose import comes_loose
+from holdfast.engines.limit.program import LoadProgram
+from holdfast.engines.limit.sensitivity import gradient
+from holdfast.engines.limit.sets import find_set
+from holdfast.engines.limit.worst_case import corners_of, weakest
 from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of
 from holdfast.engines.rest import Rest, find_rest
 from holdfast.engines.self_stress import needs_self_stress
 from holdfast.engines.verdict import Status, Verdict
 
-MARGIN = 1e-7  # relative: bounds are moved outwards by the accuracy of the solver
-ACCEPTED = 1e-6  # residual of a solution, in units of the weight, above which it is no answer
+MARGIN = 1e-7  # share of an answer by which its bounds are moved outwards, for the error of the solver
+ACCEPTED = 1e-6  # largest residual of a solution that counts as an answer, in units of the total weight
 
 
 @dataclass(frozen=True)
@@ -61,6 +69,24 @@ class Limit:
         rest = find_rest(assembly, wrench, nodes, cone)
         return LimitState(self, assembly, wrench, _judged(assembly, rest, wrench, cone))
 
+    def weakest(
+        self,
+        assembly: Assembly,
+        standing: Float,
+        W: Float,
+        *,
+        masses: Mapping[str, tuple[float, float]],
+        coms: Mapping[str, Float],
+        where: str,
+    ) -> Weakest:
+        """The smallest factor of each column of W over boxes of masses and centres of mass: at one of its corners."""
+        corners = corners_of(assembly, masses, coms, where)
+        return weakest(assembly, lambda load: self.prepare(assembly, load), standing, W, corners)
+
+    def comes_loose(self, assembly: Assembly, body: str, up: Float) -> bool:
+        """Whether no contact can hold ``body``; over the exact cone, for a polygon inside it would prove nothing."""
+        return comes_loose(assembly, body, up)
+
 
 def _judged(assembly: Assembly, rest: Rest, wrench: Float, cone: FrictionCone) -> Rest:
     """STABLE only where the equilibrium needs no self-stress, else UNDECIDED although one exists."""
@@ -79,12 +105,18 @@ def _judged(assembly: Assembly, rest: Rest, wrench: Float, cone: FrictionCone) -
 
 @dataclass(frozen=True, eq=False)
 class LimitState:
-    """Engine ``limit`` with one program, set up once, for all loads of an assembly."""
+    """Engine ``limit`` with one program, set up once, for all loads of an assembly.
+
+    Several threads may ask one state. Exact answers are the same as from one thread; those ``Within`` a gap depend on
+    what was asked before, because bounds draw on all earlier solves, and such calls wait for each other.
+    """
 
     engine: Limit
     assembly: Assembly
     wrench: Float
     rest: Rest
+    cuts: Cuts = field(default_factory=Cuts, init=False, repr=False)
+    _certifying: Lock = field(default_factory=Lock, init=False, repr=False)
 
     def verdict(self) -> Verdict:
         """Whether an equilibrium exists, and whether it needs self-stress."""
@@ -131,19 +163,20 @@ class LimitState:
         }
 
     def _certified(self, W: Float, first: int, gap: float) -> Answers:
-        bounds = certify(W, first, self.solve, self._cuts, gap, self.assembly.size / 4)
+        with self._certifying:
+            bounds = certify(W, first, self.solve, self.cuts, gap, self.assembly.size / 4)
         with np.errstate(divide="ignore"):
             lower, upper = 1 / bounds.high, 1 / bounds.low
         finite = (bounds.high > 0) & ~bounds.undecided
         kinds = np.array([Status.INFINITE, Status.FINITE, Status.UNDECIDED], dtype=object)
         status = kinds[np.where(bounds.undecided, 2, finite.astype(int))]
         used = np.unique(bounds.cut[finite & (bounds.cut >= 0)])
-        rows = np.array([self._cuts.rows[k] for k in used]).reshape(len(used), len(W))
+        rows = np.array([self.cuts.rows[k] for k in used]).reshape(len(used), len(W))
         known = dict(zip((int(k) for k in used), self.mechanisms(rows), strict=True))
         told = [known.get(int(k)) if f else None for k, f in zip(bounds.cut, finite, strict=True)]
         return Answers.of(force=lower, lower=lower, upper=upper, status=status.tolist(), mechanism=told, **self._known)
 
-    def _answers(self, answers: list[Solved]) -> Answers:
+    def _answers(self, answers: list[LoadLimit]) -> Answers:
         told: list[Mechanism | None] = [None] * len(answers)
         finite = [k for k, answer in enumerate(answers) if answer.twists is not None]
         twists = np.array([answers[k].twists for k in finite]).reshape(len(finite), len(self.wrench))
@@ -153,10 +186,6 @@ class LimitState:
         status = [a.status for a in answers]
         return Answers.of(force=factor, lower=lower, upper=upper, status=status, mechanism=told, **self._known)
 
-    @cached_property
-    def _cuts(self) -> Cuts:
-        return Cuts()
-
     def mechanisms(self, twists: Float) -> list[Mechanism]:
         """The collapse mechanisms of dual twists (k, 6J)."""
         velocities = (self._gather @ twists.T).T.reshape(len(twists), len(self.rest.nodes), 3)
@@ -165,42 +194,58 @@ class LimitState:
             describe(self.kinematics, t.reshape(-1, 6), mode, dual=True) for t, mode in zip(twists, modes, strict=True)
         ]
 
-    def solve(self, load: Float) -> Solved:
+    def solve(self, load: Float) -> LoadLimit:
         """The largest factor of one load (6J,)."""
+        return self._maximised(load)[0]
+
+    def gradient(self, load: Float, where: str) -> Gradient:
+        """Derivatives of the largest factor of one load (6J,), all from one solve."""
+        limit, solution = self._maximised(load)
+        forces = np.empty((0, 3)) if solution is None else solution.x[:-1].reshape(-1, 3)
+        if limit.twists is None:
+            remedy = "there are derivatives only where a finite push moves something"
+            raise HoldfastError(message(where, f"the push is {limit.status}", remedy))
+        pressing = forces[:, 0] * self.assembly.weight
+        return gradient(self.assembly, self.rest.nodes, limit.twists, pressing, self._answers([limit]))
+
+    def load_set(self, columns: Float, gap: float, where: str) -> LoadSet:
+        """The x (d,) in the box |x_k| <= 1 for which ``columns`` @ x is carried, between two polyhedra."""
+        return find_set(self.assembly, self.solve, columns, gap, where)
+
+    def _maximised(self, load: Float) -> tuple[LoadLimit, ConeSolution | None]:
+        """The largest factor of one load (6J,), and the solution of its program (None: there is no load)."""
         scaled = self.assembly.equation_scale / self.assembly.weight * load
         size = float(np.abs(scaled).max(initial=0))
         if size == 0:
-            return Solved(np.inf, np.inf, np.inf, Status.INFINITE, None)
-        prepared, column = self._prepared
-        prepared.change(column, scaled / size)
-        solution = prepared.solve()
+            return LoadLimit(np.inf, np.inf, np.inf, Status.INFINITE, None), None
+        solution = self._program.maximise(scaled / size)
         if solution.outcome is Outcome.UNBOUNDED and self._supports_itself(solution, scaled / size):
             ray = solution.x[:-1].reshape(-1, 3) / solution.x[-1] * self.assembly.weight * size
-            return Solved(np.inf, np.inf, np.inf, Status.INFINITE, None, self.rest.nodes.world(ray))
+            return LoadLimit(np.inf, np.inf, np.inf, Status.INFINITE, None, self.rest.nodes.world(ray)), solution
         if solution.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED) or solution.residual > ACCEPTED:
-            return Solved(0.0, 0.0, np.inf, Status.UNDECIDED, None)
-        return self._bounded(solution, load, size)
+            return LoadLimit(0.0, 0.0, np.inf, Status.UNDECIDED, None), solution
+        return self._bounded(solution, load, size), solution
 
-    def _bounded(self, solution: ConeSolution, load: Float, size: float) -> Solved:
+    def _bounded(self, solution: ConeSolution, load: Float, size: float) -> LoadLimit:
         """Bounds from both sides: s of the primal point, and gravity over load power of the dual mechanism."""
         primal = max(float(solution.x[-1]), 0.0) / size
         twists = self.assembly.equation_scale * solution.z[: len(load)]
         power = float(twists @ load)
         if not power > 0:
-            return Solved(0.0, 0.0, np.inf, Status.UNDECIDED, None)
+            return LoadLimit(0.0, 0.0, np.inf, Status.UNDECIDED, None)
         dual = max(-float(twists @ self.wrench) / power, 0.0)
         spill = float(np.abs(solution.z).sum()) * solution.residual * self.assembly.weight / power
         slack = MARGIN * max(primal, dual) + spill
         lower, upper = max(min(primal, dual) - slack, 0.0), max(primal, dual) + slack
-        return Solved(primal, lower, upper, Status.FINITE, twists / power)
+        return LoadLimit(primal, lower, upper, Status.FINITE, twists / power)
 
     def _supports_itself(self, solution: ConeSolution, column: Float) -> bool:
         """Whether the ray of an unbounded program holds: contact forces in the cones that balance the load alone."""
         ray = solution.x / max(float(solution.x[-1]), 1e-300)
         if not solution.x[-1] > 0:
             return False
-        program = self._program
-        balance = program.A[: len(column), :-1] @ ray[:-1] + column
+        A = self._program.cone_program.A
+        balance = A[: len(column), :-1] @ ray[:-1] + column
         forces = ray[:-1].reshape(-1, 3)
         largest = max(float(np.abs(forces).max(initial=0)), 1.0)
         excess = np.linalg.norm(forces[:, 1:], axis=1) - self.rest.nodes.mu * forces[:, 0]
@@ -219,20 +264,6 @@ class LimitState:
         return sparse.csr_matrix(equilibrium_operator(self.assembly, self.rest.nodes).T)
 
     @cached_property
-    def _program(self) -> ConeProgram:
-        """Variables (f, s); the last column of A holds the load, in all equilibrium rows."""
+    def _program(self) -> LoadProgram:
         cone = FrictionCone(self.engine.cone, self.engine.sides)
-        base, G = force_program(self.assembly, self.rest.nodes, self.wrench, cone)
-        rows = G.shape[0]
-        column = sparse.csc_matrix((np.ones(rows), (np.arange(rows), np.zeros(rows, int))), (base.A.shape[0], 1))
-        A = sparse.csc_matrix(sparse.hstack([base.A, column]))
-        count = A.shape[1]
-        return ConeProgram(
-            sparse.csc_matrix((count, count)), np.append(np.zeros(count - 1), -1.0), A, base.b, base.cones
-        )
-
-    @cached_property
-    def _prepared(self) -> tuple[Prepared, Int]:
-        program = self._program
-        rows = 6 * len(self.assembly.movable)
-        return Prepared(program, tolerance=1e-9), np.arange(program.A.nnz - rows, program.A.nnz)
+        return LoadProgram(self.assembly, self.rest.nodes, self.wrench, cone)

@@ -23,6 +23,9 @@ from holdfast.base.arrays import Float
 from holdfast.base.errors import SceneError, located, message
 from holdfast.base.rigid import pose_from
 from holdfast.scene.body import Body
+from holdfast.scene.formats import text
+from holdfast.scene.formats.registry import register
+from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import Combine, Friction
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Cylinder, Mesh, Shape, Sphere
@@ -149,8 +152,15 @@ def schema() -> dict[str, Any]:
     return SceneModel.model_json_schema() | {"$schema": "https://json-schema.org/draft/2020-12/schema"}
 
 
-def scene_from(data: Any, path: Path) -> Scene:  # noqa: ANN401 - plain data, checked here
-    """The scene that ``data`` describes; mesh paths are relative to ``path``."""
+def sniff(source: Source) -> bool:
+    """Whether the file calls itself a native scene, of whichever version."""
+    data = source.data
+    return isinstance(data, dict) and str(data.get("format")).startswith("holdfast-scene/")
+
+
+def read(source: Source) -> Scene:
+    """The scene that the file describes; mesh paths are relative to it."""
+    data, path = source.data, source.path
     try:
         model = SceneModel.model_validate(data)
     except ValidationError as cause:
@@ -159,8 +169,13 @@ def scene_from(data: Any, path: Path) -> Scene:  # noqa: ANN401 - plain data, ch
     return Scene(bodies, _friction(model.friction), model.gravity, model.name)
 
 
-def data_from(scene: Scene, path: Path) -> dict[str, Any]:
-    """Plain data that ``scene_from`` turns back into an equal scene; mesh files are named relative to ``path``."""
+def write(scene: Scene, path: Path) -> bytes:
+    """JSON or YAML by the path's suffix, from which ``read`` gives an equal scene; mesh paths are relative to it."""
+    data = _scene_data(scene, path)
+    return (text.as_json(data) if path.suffix.lower() == ".json" else text.as_yaml(data)).encode()
+
+
+def _scene_data(scene: Scene, path: Path) -> dict[str, Any]:
     friction = scene.friction
     table: dict[str, Any] = {"default": friction.default}
     table["pairs"] = [{"between": list(pair), "mu": mu} for pair, mu in friction.pairs.items()]
@@ -226,14 +241,13 @@ def _friction(model: float | FrictionModel) -> Friction:
 
 
 def _body_data(body: Body, path: Path) -> dict[str, Any]:
-    assert body.pose is not None
     data: dict[str, Any] = {"name": body.name, "shape": _shape_data(body.shape, path)}
     if body.density is not None:
         data["density"] = body.density
     elif body.mass is not None:
         data["mass"] = body.mass
     data["pose"] = body.pose.tolist()
-    if body.com_given and body.com is not None:
+    if body.com is not None:
         data["com"] = body.com.tolist()
     if body.inertia is not None:
         data["inertia"] = body.inertia.tolist()
@@ -291,5 +305,8 @@ def _first_problem(error: ValidationError, data: Any, path: Path) -> str:  # noq
         near = difflib.get_close_matches(str(first["loc"][-1]), _KEYS, n=1)
         hint = f"did you mean {_KEYS[near[0]]!r}? " if near else ""
         return message(where, f"unknown key{more}", f"{hint}`holdfast schema` prints the keys there are")
-    text = first["msg"].removeprefix("Value error, ")
-    return message(where, f"{text}{shown}{more}", "`holdfast schema` prints the format")
+    problem = first["msg"].removeprefix("Value error, ")
+    return message(where, f"{problem}{shown}{more}", "`holdfast schema` prints the format")
+
+
+register("holdfast scene", text.SUFFIXES, sniff, read, write, mark=f"`format: {FORMAT}`")

@@ -1,7 +1,6 @@
 """Reader for block assemblies as polygon meshes with one friction coefficient (keys ``blocks``, ``interfaces``).
 
-The interfaces in such a file are another detector's; ``given_interfaces`` returns them as plain data, since a scene
-holds no contacts.
+The interfaces in such a file are another detector's and are left alone, since a scene holds no contacts.
 """
 
 from __future__ import annotations
@@ -16,17 +15,21 @@ from holdfast.base.arrays import Float, Int, checked
 from holdfast.base.errors import GeometryError, SceneError, message
 from holdfast.base.rigid import tangents
 from holdfast.scene.body import Body
+from holdfast.scene.formats.registry import register
+from holdfast.scene.formats.source import Source
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Mesh
 
 
-def recognises(data: Any) -> bool:  # noqa: ANN401 - plain data
+def sniff(source: Source) -> bool:
     """Whether this is a block assembly."""
+    data = source.data
     return isinstance(data, dict) and isinstance(data.get("blocks"), list)
 
 
-def scene_from(data: dict[str, Any], path: Path) -> Scene:
+def read(source: Source) -> Scene:
     """The scene of a block assembly; faces may be non-triangular and non-convex."""
+    data, path = source.data, source.path
     try:
         bodies = [_body(block, path) for block in data["blocks"]]
         return Scene(bodies, float(data["friction"]), data["gravity"], str(data.get("name", path.stem)))
@@ -58,3 +61,6 @@ def triangulated(vertices: Float, face: Int) -> Int:
     flat = np.column_stack([corners @ t1, corners @ t2])
     flat = (flat - flat.mean(0)) / np.ptp(flat, axis=0).max()
     return np.asarray(face[np.array(manifold3d.triangulate([flat]))], dtype=np.int64)
+
+
+register("block assembly", (".json",), sniff, read, mark="`blocks`")

@@ -9,6 +9,8 @@ import numpy as np
 
 from holdfast.base.errors import SceneError, message
 from holdfast.scene.body import Body
+from holdfast.scene.formats.registry import register
+from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import Friction
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Mesh
@@ -16,13 +18,15 @@ from holdfast.scene.shapes import Mesh
 FORMAT = "settled-scene/1"
 
 
-def recognises(data: Any) -> bool:  # noqa: ANN401 - plain data
+def sniff(source: Source) -> bool:
     """Whether this is a settled scene."""
+    data = source.data
     return isinstance(data, dict) and data.get("format") == FORMAT
 
 
-def scene_from(data: dict[str, Any], path: Path) -> Scene:
+def read(source: Source) -> Scene:
     """The scene; the friction of a pair is the larger of its two values, as the format prescribes."""
+    data, path = source.data, source.path
     try:
         objects = data["objects"]
         bodies = [_body(item, path) for item in objects]
@@ -60,3 +64,6 @@ def _orthonormal(pose: np.ndarray[Any, np.dtype[np.float64]]) -> np.ndarray[Any,
     result = pose.copy()
     result[:3, :3] = rotation
     return result
+
+
+register("settled scene", (".json",), sniff, read, mark=f"`format: {FORMAT}`")

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Hashable
-from pathlib import Path
 from typing import Any
 
 import yaml
 
 from holdfast.base.errors import SceneError, message
-from holdfast.base.files import write_atomically
 
-MAX_YAML_BYTES = 8_000_000  # parsing takes about 1 s for 1 MB
-MAX_JSON_BYTES = 200_000_000
+SUFFIXES = (".yaml", ".yml", ".json")
 MAX_DEPTH = 40
 
 
@@ -33,32 +30,15 @@ class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[mi
         return result
 
 
-def read(path: Path) -> Any:  # noqa: ANN401 - plain data
-    """The file's content as dicts, lists and scalars; raises SceneError naming file and line."""
-    where = str(path)
-    if not path.is_file():
-        problem = "is a folder, not a scene file" if path.is_dir() else "no such scene file"
-        raise SceneError(message(where, problem, "check the path"))
-    is_json = path.suffix.lower() == ".json"
-    limit = MAX_JSON_BYTES if is_json else MAX_YAML_BYTES
-    size = path.stat().st_size
-    if size > limit:
-        remedy = f"the limit is {limit:,}: keep meshes in files of their own"
-        raise SceneError(message(where, f"is {size:,} bytes", remedy))
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as cause:
-        raise SceneError(message(where, f"cannot be read: {cause}", "needs a readable UTF-8 text file")) from cause
-    return _json(text, where) if is_json else _yaml(text, where)
+def from_json(text: str, where: str) -> Any:  # noqa: ANN401 - plain data
+    """Dicts, lists and scalars; raises SceneError naming ``where`` and the line."""
 
-
-def _json(text: str, where: str) -> Any:  # noqa: ANN401
     def no_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        result = dict(pairs)
-        if len(result) < len(pairs):
-            names = [name for name, _ in pairs]
-            twice = next(name for name in names if names.count(name) > 1)
-            raise SceneError(message(where, f"key {twice!r} stands twice", "keep one"))
+        result: dict[str, Any] = {}
+        for name, value in pairs:
+            if name in result:
+                raise SceneError(message(where, f"key {name!r} stands twice", "keep one"))
+            result[name] = value
         return result
 
     try:
@@ -71,7 +51,8 @@ def _json(text: str, where: str) -> Any:  # noqa: ANN401
         raise SceneError(message(where, f"is not JSON: {cause}", "check the file")) from cause
 
 
-def _yaml(text: str, where: str) -> Any:  # noqa: ANN401
+def from_yaml(text: str, where: str) -> Any:  # noqa: ANN401 - plain data
+    """Dicts, lists and scalars; raises SceneError naming ``where`` and the line."""
     try:
         _refuse_aliases_and_depth(text, where)
         return yaml.load(text, Loader=_Loader)
@@ -99,13 +80,14 @@ def _refuse_aliases_and_depth(text: str, where: str) -> None:
             raise SceneError(message(line, "is nested too deeply", f"the limit is {MAX_DEPTH} levels"))
 
 
-def write(path: Path, data: Any) -> None:  # noqa: ANN401
-    """Write plain data as JSON or YAML by the file's suffix; the file appears whole or not at all."""
-    if path.suffix.lower() == ".json":
-        text = json.dumps(data, indent=1, allow_nan=False) + "\n"
-    else:
-        text = yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)
-    write_atomically(path, text.encode())
+def as_json(data: Any) -> str:  # noqa: ANN401 - plain data
+    """JSON with a level of indentation for each level of the data; a number that is not finite is a ValueError."""
+    return json.dumps(data, indent=1, allow_nan=False) + "\n"
+
+
+def as_yaml(data: Any) -> str:  # noqa: ANN401 - plain data
+    """YAML with the keys in the order of the data and rows of numbers on one line."""
+    return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)
 
 
 class _Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc]

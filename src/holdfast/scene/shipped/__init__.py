@@ -1,5 +1,5 @@
 """Scenes that come with holdfast, by name: used by examples, tests and benchmarks alike."""
 
-from holdfast.scene.shipped.registry import SHIPPED, shipped_scene
+from holdfast.scene.shipped.registry import shipped_scene, shipped_scenes
 
-__all__ = ["SHIPPED", "shipped_scene"]
+__all__ = ["shipped_scene", "shipped_scenes"]

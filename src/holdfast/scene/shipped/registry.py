@@ -8,7 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from holdfast.base.errors import SceneError, message
-from holdfast.scene.formats.files import load_scene
+from holdfast.scene.formats.registry import load_scene
 from holdfast.scene.scene import Scene
 from holdfast.scene.shipped import blocks
 
@@ -18,7 +18,7 @@ def tabletop() -> Scene:
     return load_scene(Path(__file__).parent / "tabletop" / "tabletop.yaml")
 
 
-SHIPPED: Mapping[str, Callable[[], Scene]] = MappingProxyType(
+_BUILDERS: Mapping[str, Callable[[], Scene]] = MappingProxyType(
     {
         builder.__name__: builder
         for builder in (
@@ -41,10 +41,15 @@ SHIPPED: Mapping[str, Callable[[], Scene]] = MappingProxyType(
 )
 
 
+def shipped_scenes() -> tuple[str, ...]:
+    """The names of the scenes that come with holdfast."""
+    return tuple(_BUILDERS)
+
+
 def shipped_scene(name: str) -> Scene:
-    """The shipped scene of that name."""
-    if name not in SHIPPED:
-        near = difflib.get_close_matches(name, SHIPPED, n=1)
-        remedy = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(SHIPPED)}"
+    """The scene of that name among those that come with holdfast."""
+    if name not in _BUILDERS:
+        near = difflib.get_close_matches(name, _BUILDERS, n=1)
+        remedy = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(_BUILDERS)}"
         raise SceneError(message("shipped scene", f"{name!r} is unknown", remedy))
-    return SHIPPED[name]()
+    return _BUILDERS[name]()

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float, Int, unit
+from holdfast.base.arrays import Float, Int
 from holdfast.base.errors import HoldfastError, message
 from holdfast.scene.body import Body
 from holdfast.scene.shapes import Box
@@ -85,7 +85,7 @@ def describe(assembly: Assembly, lifted: str | None, lift: float) -> str:
     )  # fmt: skip
     Xml.SubElement(option, "flag", multiccd="enable")
     asset, space = Xml.SubElement(root, "asset"), Xml.SubElement(root, "worldbody")
-    up = unit(-assembly.scene.gravity)
+    up = assembly.scene.up
     for number, body in enumerate(assembly.bodies):
         centre = np.zeros(3)
         home = space
@@ -94,13 +94,11 @@ def describe(assembly: Assembly, lifted: str | None, lift: float) -> str:
             start = centre + (lift * up if body.name == lifted else 0.0)
             home = Xml.SubElement(space, "body", pos=as_text(start))
             Xml.SubElement(home, "freejoint")
-            assert body.pose is not None
             inertia = body.pose[:3, :3] @ body.inertia_com @ body.pose[:3, :3].T
             entries = inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
             Xml.SubElement(home, "inertial", pos="0 0 0", mass=f"{body.mass!r}", fullinertia=as_text(entries))
         geom = {"name": body.name, "condim": "3", "contype": "0", "conaffinity": "0"}
         if isinstance(body.shape, Box):
-            assert body.pose is not None
             across = np.concatenate([body.pose[:3, 0], body.pose[:3, 1]])
             shape = {"type": "box", "size": as_text(body.shape.size / 2), "xyaxes": as_text(across)}
             Xml.SubElement(home, "geom", geom | shape | {"pos": as_text(body.pose[:3, 3] - centre)})

@@ -161,8 +161,7 @@ def _check(assembly: Assembly) -> None:
         problem = f"gravity is {assembly.scene.gravity.tolist()}"
         raise HoldfastError(message("referee LMGC90", problem, f"needs {GRAVITY.tolist()}"))
     for body in assembly.movable:
-        given = np.zeros(3) if body.com is None else body.com
-        if np.abs(given - body.shape.mass_properties.com).max() > 1e-6 * body.size:
+        if np.abs(body.com_body - body.shape.mass_properties.com).max() > 1e-6 * body.size:
             problem = "the centre of mass is not that of the shape"
             raise HoldfastError(message(f"referee LMGC90: body {body.name!r}", problem, "needs uniform density"))
 

@@ -157,7 +157,6 @@ def describe(assembly: Assembly, nodes: ContactNodes, carrier: float | None = No
     space = Xml.SubElement(root, "worldbody")
     homes = []
     for k, body in enumerate(assembly.movable):
-        assert body.pose is not None
         home = Xml.SubElement(space, "body", pos=as_text(assembly.com[k]))
         Xml.SubElement(home, "freejoint")
         turn = body.pose[:3, :3]

@@ -148,7 +148,6 @@ def blocks(assembly: Assembly, nodes: ContactNodes, ratio: float = 1.0) -> Block
     count = len(assembly.movable)
     inverse = np.zeros((count, 6, 6))
     for j, body in enumerate(assembly.movable):
-        assert body.pose is not None
         assert body.mass is not None
         turn = body.pose[:3, :3]
         inverse[j, :3, :3] = np.eye(3) / body.mass

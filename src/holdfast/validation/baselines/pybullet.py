@@ -167,7 +167,6 @@ class World:
 
     def _add(self, body: Body, friction: float) -> int:
         """A body about its centre of mass along its principal axes, as PyBullet keeps inertia."""
-        assert body.pose is not None
         moments, axes = np.linalg.eigh(body.inertia_com) if not body.fixed else (np.zeros(3), np.eye(3))
         axes = axes * np.sign(np.linalg.det(axes))
         turn = body.pose[:3, :3] @ axes
@@ -197,7 +196,6 @@ class World:
 
     def _shape(self, body: Body, centre: Float, turn: Float) -> int:
         """The collision shape, placed relative to ``centre`` (3,) and axes ``turn`` (3, 3)."""
-        assert body.pose is not None
         bullet, client = self.bullet, self.client
         placed: dict[str, Any] = {
             "collisionFramePosition": (turn.T @ (body.pose[:3, 3] - centre)).tolist(),

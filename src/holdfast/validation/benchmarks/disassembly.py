@@ -8,7 +8,7 @@ from functools import partial
 from typing import BinaryIO
 
 import holdfast as hf
-from holdfast.scene.shipped import SHIPPED, shipped_scene
+from holdfast.scene.shipped import shipped_scene, shipped_scenes
 from holdfast.scene.shipped.blocks import wall
 from holdfast.validation.benchmarks.suite import Case, Row, Suite
 
@@ -21,7 +21,7 @@ def cases() -> Mapping[str, Case]:
     walls: dict[str, Case] = {
         f"wall {c} x {b}": partial(_planned, wall(c, b, 0.25, f"wall {c} x {b}")) for c, b in SHAPES
     }
-    return {name: partial(_planned, shipped_scene(name)) for name in SHIPPED if name not in REFUSED} | walls
+    return {name: partial(_planned, shipped_scene(name)) for name in shipped_scenes() if name not in REFUSED} | walls
 
 
 def _planned(scene: hf.Scene) -> list[Row]:

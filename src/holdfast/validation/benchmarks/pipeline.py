@@ -16,6 +16,7 @@ import numpy as np
 import trimesh
 
 import holdfast as hf
+from holdfast.base.compiled import FOLDER_VARIABLE
 from holdfast.scene.shipped import shipped_scene
 from holdfast.validation.benchmarks.suite import Case, Row, Suite
 
@@ -25,7 +26,7 @@ RUNS = 15
 
 
 def write_as_meshes(name: str, folder: Path) -> tuple[Path, float]:
-    """The shipped scene with every box as an STL file, and a spacing that gives at least 1,000 exposed points."""
+    """Save a shipped scene with its boxes as STL files; return its path and a spacing for at least 1,000 points."""
     scene = shipped_scene(name)
     bodies = []
     for body in scene.bodies:
@@ -53,9 +54,9 @@ def run(path: Path, spacing: float) -> tuple[float, int]:
 
 
 def first_calls(path: Path, spacing: float) -> tuple[float, float]:
-    """Seconds of the first call in a new process: with nothing compiled yet, and with the cache that this left."""
+    """Seconds of a new process's first call: with an empty folder of machine code, and with what that call left."""
     with tempfile.TemporaryDirectory() as cache:
-        environment = dict(os.environ, NUMBA_CACHE_DIR=cache)
+        environment = dict(os.environ, **{FOLDER_VARIABLE: cache})
         code = (
             "import json, sys; from pathlib import Path; from holdfast.validation.benchmarks.pipeline import run; "
             f"print(json.dumps(run(Path({str(path)!r}), {spacing!r})[0]))"

@@ -14,10 +14,10 @@ import holdfast as hf
 from holdfast.base.arrays import Float
 from holdfast.geometry.cells import surface_cells
 from holdfast.queries.request import push_columns
-from holdfast.scene.shipped import SHIPPED, shipped_scene
+from holdfast.scene.shipped import shipped_scene, shipped_scenes
+from holdfast.validation.benchmarks.checkout import checkout
 from holdfast.validation.benchmarks.suite import Case, Row, Suite, table
 
-CASES = Path("..") / "shared" / "cases" / "settled"  # beside the checkout; left out where it is absent
 SETTLED: Mapping[str, Mapping[str, float]] = {
     "jenga12": {"gap": 5e-4},
     "lack_table": {"gap": 1e-3},
@@ -76,17 +76,28 @@ def shipped(name: str) -> list[Row]:
     return [one(name, hf.assemble(shipped_scene(name)), PER_SCENE)]
 
 
-def settled(name: str) -> list[Row]:
+def settled_file(name: str) -> Path | None:
+    """The file of a settled scene, which lies beside the checkout; None where it is absent."""
+    root = checkout()
+    path = None if root is None else root.parent / "shared" / "cases" / "settled" / f"{name}.json"
+    return path if path is not None and path.exists() else None
+
+
+def settled(name: str, path: Path) -> list[Row]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", hf.HoldfastWarning)  # scans overlap by fractions of a millimetre
-        scene = hf.load_scene(CASES / f"{name}.json")
+        scene = hf.load_scene(path)
         assembly = hf.assemble(scene, gap=SETTLED[name].get("gap"), angle=SETTLED[name].get("angle"))
         return [one(f"settled {name}", assembly, PER_SETTLED)]
 
 
 def cases() -> Mapping[str, Case]:
-    there = [name for name in SETTLED if (CASES / f"{name}.json").exists()]
-    return {name: partial(shipped, name) for name in SHIPPED} | {f"settled {n}": partial(settled, n) for n in there}
+    found: dict[str, Case] = {name: partial(shipped, name) for name in shipped_scenes()}
+    for name in SETTLED:
+        path = settled_file(name)
+        if path is not None:
+            found[f"settled {name}"] = partial(settled, name, path)
+    return found
 
 
 def written(rows: list[Row]) -> str:

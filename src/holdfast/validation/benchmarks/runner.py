@@ -1,4 +1,4 @@
-"""Runs suites case by case, keeps what is done, writes results and compares them with saved ones."""
+"""Runs suites case by case, writes their results, and compares them with saved ones."""
 
 from __future__ import annotations
 
@@ -17,12 +17,11 @@ from holdfast.base.files import write_atomically
 from holdfast.base.progress import report
 from holdfast.validation.benchmarks.suite import Row, Suite, table
 
-RESULTS = Path("benchmarks") / "results"
 PACKAGES = ("numpy", "scipy", "numba", "clarabel", "mujoco", "pybullet", "compas_lmgc90", "casadi")
 
 
 def machine() -> dict[str, Any]:
-    """What the figures depend on."""
+    """Processor and versions of packages, on which the results depend."""
     found: dict[str, Any] = {
         "processor": platform.processor() or platform.machine(),
         "cores": os.cpu_count(),
@@ -38,10 +37,10 @@ def machine() -> dict[str, Any]:
 
 
 def run(suite: Suite, folder: Path | None = None, *, fresh: bool = False) -> list[Row]:
-    """All rows of a suite.
+    """Measure all cases of a suite and return their rows.
 
-    With ``folder``, cases already done there by an interrupted run of the same version on the same machine are not
-    measured again (unless ``fresh``), and each case is kept as soon as it is done.
+    With a ``folder``, each case is written there as soon as it is measured, and cases that an interrupted run of the
+    same version on the same machine has left there are not measured again, unless ``fresh``.
     """
     cases, here = suite.cases(), machine()
     kept = None if folder is None else folder / f"{suite.name}.partial.json"
@@ -66,7 +65,7 @@ def written(suite: Suite, rows: list[Row]) -> str:
 
 
 def save(suite: Suite, rows: list[Row], folder: Path) -> list[Path]:
-    """Write rows as JSON and Markdown, and a picture where the suite has one; what was kept of partial runs goes."""
+    """Write rows as JSON and Markdown, and a picture where the suite has one; remove what an interrupted run left."""
     paths = [folder / f"{suite.name}.json", folder / f"{suite.name}.md"]
     _write(paths[0], {"suite": suite.name, "machine": machine(), "rows": rows})
     text = f"# {suite.name}\n\n{suite.about}\n\n{written(suite, rows)}\n"
@@ -81,7 +80,7 @@ def save(suite: Suite, rows: list[Row], folder: Path) -> list[Path]:
 
 
 def compared(suite: Suite, rows: list[Row], folder: Path) -> list[str]:
-    """One line for every time [s] of ``rows``: its ratio to the saved one."""
+    """For every time [s] in ``rows``, one line that gives its ratio to the saved time."""
     path = folder / f"{suite.name}.json"
     if not path.exists():
         return [f"nothing saved in {path}"]

@@ -70,12 +70,12 @@ def test_pushes_on_another_body_profit_from_cuts_already_known() -> None:
     for body in ("cube3", "cube2"):
         cells = hf.robustness_map(assembly, [body], 0.01, engine="graph")
         columns = push_columns(assembly, assembly.index[body], cells.points, -cells.normals)
-        before = len(state._cuts.rows)
+        before = len(state.cuts.rows)
         state.load_factor(columns, Within(0.01))
-        assert len(state._cuts.rows) > before
+        assert len(state.cuts.rows) > before
     fresh = Limit().prepare(assembly)
     fresh.load_factor(columns, Within(0.01))
-    assert len(state._cuts.rows) - before <= len(fresh._cuts.rows)
+    assert len(state.cuts.rows) - before <= len(fresh._cuts.rows)
 
 
 def test_two_runs_agree_to_the_bit() -> None:

@@ -1,0 +1,60 @@
+"""What is known of γ(w) = 1/R(w), the reciprocal of the largest factor of a load w: cuts, and bounds at unit pushes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from holdfast.base.arrays import Bool, Float, Int
+from holdfast.engines.limit.load_limit import LoadLimit
+
+
+@dataclass
+class Cuts:
+    """Lower bounds for the loads of all bodies: γ(w) >= row @ w for each of ``rows`` (6J,) and any w (6J,)."""
+
+    rows: list[Float] = field(default_factory=list)
+
+    def learn(self, limit: LoadLimit) -> int | None:
+        """Take the cut of one solved load; returns its number, None where it proves none."""
+        if limit.twists is None or not limit.upper > 0:
+            return None
+        self.rows.append(limit.twists / limit.upper)
+        return len(self.rows) - 1
+
+
+@dataclass
+class Field:
+    """Bounds ``low`` and ``high`` (n,) of γ at n ``loads`` (n, 6) on one body, whose rows of a load begin at ``first``.
+
+    ``cut`` (n,) is the number of the cut that gives ``low`` (-1: none); ``solved`` (n,) tells which loads were solved
+    themselves, ``undecided`` (n,) for which of these the solver found no answer. ``seen`` cuts were taken so far.
+    """
+
+    loads: Float
+    first: int
+    cuts: Cuts
+    low: Float
+    high: Float
+    cut: Int
+    solved: Bool
+    undecided: Bool
+    seen: int = 0
+
+    def rise(self) -> None:
+        """Raise ``low`` to what the cuts learnt since the last call prove."""
+        fresh = self.cuts.rows[self.seen :]
+        if fresh:
+            values = self.loads @ np.array(fresh)[:, self.first : self.first + 6].T
+            best = np.argmax(values, axis=1)
+            top = values[np.arange(len(values)), best]
+            better = top > self.low
+            self.low[better] = top[better]
+            self.cut[better] = self.seen + best[better]
+            self.seen += len(fresh)
+
+    def doubtful(self, members: Int, gap: float) -> Bool:
+        """Which of these loads have bounds further apart than ``gap``: (upper - lower) / upper of the factor."""
+        low, high = self.low[members], self.high[members]
+        return np.asarray(~self.solved[members] & (high > 0) & ~(low >= (1 - gap) * high))

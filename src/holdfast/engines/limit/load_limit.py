@@ -1,0 +1,25 @@
+"""The largest factor of one load, and what proves it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from holdfast.base.arrays import Float
+from holdfast.engines.verdict import Status
+
+
+@dataclass(frozen=True, eq=False)
+class LoadLimit:
+    """The largest ``factor`` of one load, with bounds and ``status``, and the evidence.
+
+    Finite: the dual ``twists`` (6J,) of the movable bodies, scaled so that the load does work at unit power. Infinite:
+    the ``ray`` (I, 3) [N], world axes: forces on each node's second body that balance the load alone, so that any
+    multiple of it is carried.
+    """
+
+    factor: float
+    lower: float
+    upper: float
+    status: Status
+    twists: Float | None
+    ray: Float | None = None

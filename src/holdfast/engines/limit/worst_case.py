@@ -1,0 +1,95 @@
+"""The weakest answer over a box of masses and centres of mass: at one of its corners.
+
+As the largest value of a cone program R is concave in the weights' wrench w_g, and w_g is affine in each mass and in
+each centre of mass while the others are held. A concave function is smallest at an end of an interval, so going from
+value to value the smallest R of the whole box is found at a corner.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Float
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.progress import report
+from holdfast.engines.answers import Answers, joined
+from holdfast.engines.capabilities import Corner, Weakest
+from holdfast.engines.contract import State
+from holdfast.engines.verdict import Status
+
+MAX_CORNERS = 4096  # each takes a program of its own; twelve uncertain values
+
+GUARANTEE = (
+    "exact for engine limit: R grows with every friction coefficient, is concave in the weights' wrench, and that is "
+    "affine in each mass and in each centre of mass, so a corner of the box is weakest"
+)
+
+_WEAKEST_FIRST = (Status.UNSTABLE, Status.UNDECIDED, Status.FINITE, Status.INFINITE)
+
+
+def weakest(
+    assembly: Assembly, prepare: Callable[[Float], State], standing: Float, W: Float, corners: tuple[Corner, ...]
+) -> Weakest:
+    """The smallest factor of each column of W (6J, n) over all ``corners``, and at which.
+
+    ``prepare`` readies the engine under the wrench (6J,) that acts besides the nominal weights; ``standing`` (6J,) is
+    what acts of it at every corner.
+    """
+    n = W.shape[1]
+    lower, upper = np.full(n, np.inf), np.full(n, np.inf)
+    worst = [(len(_WEAKEST_FIRST), np.inf, 0)] * n
+    rows: list[Answers | None] = [None] * n
+    for number, corner in enumerate(corners):
+        report("worst case", number, len(corners))
+        found = prepare(standing + _change(assembly, corner)).load_factor(W)
+        lower, upper = np.minimum(lower, found.lower), np.minimum(upper, found.upper)
+        for k in range(n):
+            here = (_WEAKEST_FIRST.index(found.status[k]), float(found.force[k]), number)
+            if here < worst[k]:
+                worst[k], rows[k] = here, found.rows(slice(k, k + 1))
+    report("worst case", len(corners), len(corners))
+    answers = replace(joined([row for row in rows if row is not None]), lower=lower, upper=upper)
+    return Weakest(answers=answers, corner=tuple(k for _, _, k in worst), corners=corners, guarantee=GUARANTEE)
+
+
+def corners_of(
+    assembly: Assembly, masses: Mapping[str, tuple[float, float]], coms: Mapping[str, Float], where: str
+) -> tuple[Corner, ...]:
+    """All corners of the box of ``masses`` (low, high) [kg] and half widths ``coms`` (3,) [m] by body."""
+    gravity = assembly.scene.gravity
+    matters = [k for k in range(3) if np.linalg.norm(np.delete(gravity, k)) > 0]  # weight may slide along itself
+    values: list[tuple[str, int, tuple[float, ...]]] = [
+        (name, -1, tuple(dict.fromkeys(interval))) for name, interval in masses.items()
+    ]
+    values += [(name, k, (-half[k], half[k])) for name, half in coms.items() for k in matters if half[k] > 0]
+    count = int(np.prod([len(choices) for _, _, choices in values], dtype=object))
+    if count > MAX_CORNERS:
+        problem = f"{len(values)} uncertain values have {count:,} corners"
+        raise HoldfastError(message(where, problem, f"at most {MAX_CORNERS:,}: name the bodies that matter"))
+    corners = []
+    for chosen in itertools.product(*(choices for _, _, choices in values)):
+        weights: dict[str, float] = {}
+        centres = {name: assembly.com[assembly.index[name]].tolist() for name in coms}
+        for (name, axis, _), value in zip(values, chosen, strict=True):
+            if axis < 0:
+                weights[name] = value
+            else:
+                centres[name][axis] += value
+        corners.append(Corner(weights, {name: (c[0], c[1], c[2]) for name, c in centres.items()}))
+    return tuple(corners)
+
+
+def _change(assembly: Assembly, corner: Corner) -> Float:
+    """(6J,) what the corner's masses and centres of mass add to the weights' wrench about the nominal centres."""
+    change = np.zeros((len(assembly.movable), 6))
+    for name in {**corner.masses, **corner.coms}:
+        k = assembly.index[name]
+        pull = corner.masses.get(name, float(assembly.mass[k])) * assembly.scene.gravity
+        change[k, :3] = pull - assembly.mass[k] * assembly.scene.gravity
+        change[k, 3:] = np.cross(np.array(corner.coms.get(name, assembly.com[k])) - assembly.com[k], pull)
+    return change.ravel()

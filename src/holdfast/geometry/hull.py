@@ -1,0 +1,118 @@
+"""Convex hulls of points, in a plane and in space.
+
+There are three algorithms, each for what the others cannot do: exact corners within a stated tolerance
+(``convex_hull``), corner numbers inside compiled code (``corner_numbers``), and facets in space (Qhull).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from holdfast.base.arrays import Float, Int, unit
+from holdfast.base.compiled import compiled
+from holdfast.geometry.polygon import without_collinear
+
+SAME = 1e-7  # of a unit square: points closer than this are one corner, and turns of twice that area are none
+
+
+def convex_hull(points: Float, tolerance: float) -> Float:
+    """(m, 2) corners of the convex hull, counter-clockwise, collinear points dropped (monotone chain)."""
+    order = points[np.lexsort((points[:, 1], points[:, 0]))]
+
+    def chain(sequence: Float) -> list[Float]:
+        result: list[Float] = []
+        for p in sequence:
+            while len(result) >= 2:
+                a, b = result[-2], result[-1]
+                if (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]) > 0:
+                    break
+                result.pop()
+            result.append(p)
+        return result
+
+    lower, upper = chain(order), chain(order[::-1])
+    return without_collinear(np.array(lower[:-1] + upper[:-1]), tolerance)
+
+
+def smallest_rectangle(hull: Float) -> tuple[Float, Float, Float]:
+    """The smallest rectangle around a hull (m, 2): rows of its (2, 2) axes, longer side first, and its bounds."""
+    edges = np.roll(hull, -1, axis=0) - hull
+    directions = edges / np.linalg.norm(edges, axis=1, keepdims=True)
+    across = np.column_stack([-directions[:, 1], directions[:, 0]])
+    extents = np.ptp(hull @ directions.T, axis=0) * np.ptp(hull @ across.T, axis=0)
+    best = int(np.argmin(np.round(extents / extents.max(), 9)))
+    axes = np.array([directions[best], across[best]])
+    if np.ptp(hull @ axes[0]) < np.ptp(hull @ axes[1]) * (1 - 1e-9):
+        axes = np.array([across[best], -directions[best]])
+    along = hull @ axes.T
+    return axes, along.min(0), along.max(0)
+
+
+@compiled
+def corner_numbers(points: Float) -> Int:
+    """(k,) which of points (n, 2) are corners of their hull, counter-clockwise (Andrew's chains, compiled).
+
+    The points fill about a unit square.
+    """
+    order = np.argsort(points[:, 0] + 1e-9 * points[:, 1], kind="mergesort")
+    chain = np.empty(2 * len(points) + 1, dtype=np.int64)
+    size = 0
+    for side in range(2):
+        floor = size + 1
+        for step in range(len(order)):
+            k = order[step] if side == 0 else order[len(order) - 1 - step]
+            while size > floor and twice_area(points, chain[size - 2], chain[size - 1], k) <= SAME:
+                size -= 1
+            if size == 0 or np.abs(points[chain[size - 1]] - points[k]).max() > SAME:
+                chain[size] = k
+                size += 1
+        size -= 1
+    return chain[: max(size, 0)].copy()
+
+
+@compiled
+def twice_area(points: Float, a: int, b: int, c: int) -> float:
+    """Twice the signed area."""
+    return float(
+        (points[b, 0] - points[a, 0]) * (points[c, 1] - points[a, 1])
+        - (points[b, 1] - points[a, 1]) * (points[c, 0] - points[a, 0])
+    )
+
+
+def outline_numbers(points: Float) -> Int:
+    """(k,) which of points (n, 2) are corners of their hull, counter-clockwise, in the order that Qhull gives them."""
+    return np.asarray(ConvexHull(points).vertices, dtype=np.int64)
+
+
+def hull_edges(points: Float, flat: float) -> Int:
+    """(E, 2) numbers of the points (n, 3) that the edges of their hull join.
+
+    Those where two triangles meet at an angle of ``flat`` [rad] or less lie within a facet: they are left out.
+    """
+    hull = ConvexHull(points)
+    normals = hull.equations[:, :3]
+    facet, opposite = np.indices(hull.neighbors.shape)
+    other = hull.neighbors
+    folded = (normals[facet] * normals[other]).sum(-1) < 1 - flat**2 / 2
+    facet, opposite = facet[(other > facet) & folded], opposite[(other > facet) & folded]
+    return np.column_stack([hull.simplices[facet, (opposite + k) % 3] for k in (1, 2)]).astype(np.int64)
+
+
+def hull_facets(points: Float, angle: float) -> list[tuple[Float, Int]]:
+    """Outward unit normals (3,) of the facets of the hull of points (n, 3), and the numbers (k,) of their corners.
+
+    Triangles whose normals differ by less than ``angle`` [rad] from the first of a facet belong to it.
+    """
+    hull = ConvexHull(points)
+    normals = hull.equations[:, :3]
+    first: list[int] = []
+    groups: list[list[int]] = []
+    for k in np.lexsort(normals.T):
+        alike = np.flatnonzero(normals[first] @ normals[k] > np.cos(angle))
+        if len(alike):
+            groups[alike[0]].append(int(k))
+        else:
+            first.append(int(k))
+            groups.append([int(k)])
+    return [(unit(normals[g].mean(0)), np.unique(hull.simplices[g]).astype(np.int64)) for g in groups]

@@ -1,0 +1,93 @@
+"""Uncertain friction, masses and centres of mass as a caller gives them: intervals and boxes, checked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.base.arrays import Float, checked, checked_number
+from holdfast.base.errors import SceneError, message
+from holdfast.queries.request import body_number
+from holdfast.scene.scene import Scene
+
+Pair: TypeAlias = tuple[str, str]
+MuRange: TypeAlias = float | tuple[float, float] | Mapping[Pair, tuple[float, float]]
+MassRange: TypeAlias = float | Mapping[str, tuple[float, float]]
+ComRange: TypeAlias = float | Mapping[str, Any]
+
+
+def friction_intervals(assembly: Assembly, mu: MuRange | None, where: str) -> dict[Pair, tuple[float, float]]:
+    """(low, high) of the coefficient of every touching pair."""
+    pairs = {i.bodies: m for i, m in zip(assembly.interfaces, assembly.mu, strict=True)}
+    if mu is None:
+        return {p: (m, m) for p, m in pairs.items()}
+    if isinstance(mu, Mapping):
+        given = {frozenset(pair): interval for pair, interval in mu.items()}
+        unknown = [pair for pair in mu if frozenset(pair) not in {frozenset(p) for p in pairs}]
+        if unknown:
+            raise SceneError(message(f"{where}: mu", f"no contact between {unknown[0]!r}", "name touching bodies"))
+        return {p: _interval(given.get(frozenset(p), (m, m)), f"{where}: mu of {p!r}") for p, m in pairs.items()}
+    if isinstance(mu, tuple | list):
+        return dict.fromkeys(pairs, _interval(mu, f"{where}: mu"))
+    width = _width(mu, f"{where}: mu")
+    return {p: (m * (1 - width), m * (1 + width)) for p, m in pairs.items()}
+
+
+def with_friction(assembly: Assembly, mu: Mapping[Pair, float]) -> Assembly:
+    """The assembly with these coefficients, by the two bodies' names; its contacts stay."""
+    old = assembly.scene
+    known = {(min(p), max(p)): m for p, m in mu.items()}
+    table = replace(old.friction, pairs={**old.friction.pairs, **known})
+    return replace(assembly, scene=Scene(old.bodies, table, old.gravity, old.name))
+
+
+def mass_intervals(assembly: Assembly, mass: MassRange | None, where: str) -> dict[str, tuple[float, float]]:
+    """(low, high) [kg] by body."""
+    if mass is None:
+        return {}
+    if not isinstance(mass, Mapping):
+        width = _width(mass, f"{where}: mass")
+        return {
+            b.name: (m * (1 - width), m * (1 + width)) for b, m in zip(assembly.movable, assembly.mass, strict=True)
+        }
+    _check_movable(assembly, mass, f"{where}: mass")
+    return {name: _interval(interval, f"{where}: mass of {name!r}") for name, interval in mass.items()}
+
+
+def com_boxes(assembly: Assembly, com: ComRange | None, where: str) -> dict[str, Float]:
+    """Half widths (3,) [m] by body."""
+    if com is None:
+        return {}
+    if not isinstance(com, Mapping):
+        width = checked_number(com, f"{where}: com", minimum=0)
+        return {b.name: np.full(3, width) for b in assembly.movable}
+    _check_movable(assembly, com, f"{where}: com")
+    boxes = {name: checked(half, (3,), f"{where}: com of {name!r}") for name, half in com.items()}
+    for name, half in boxes.items():
+        if (half < 0).any():
+            raise SceneError(message(f"{where}: com of {name!r}", f"is {half.tolist()}", "needs half widths >= 0"))
+    return boxes
+
+
+def _check_movable(assembly: Assembly, names: Iterable[str], where: str) -> None:
+    for name in names:
+        if body_number(assembly, name) == FIXED:
+            raise SceneError(message(where, f"{name!r} is fixed", "name movable bodies"))
+
+
+def _interval(value: Any, where: str) -> tuple[float, float]:  # noqa: ANN401
+    low, high = (float(v) for v in checked(value, (2,), where))
+    if not 0 <= low <= high:
+        raise SceneError(message(where, f"is ({low:g}, {high:g})", "needs 0 <= low <= high"))
+    return low, high
+
+
+def _width(value: Any, where: str) -> float:  # noqa: ANN401
+    width = checked_number(value, where, minimum=0)
+    if width >= 1:
+        raise SceneError(message(where, f"relative width {width:g}", "needs less than 1; give (low, high) instead"))
+    return width

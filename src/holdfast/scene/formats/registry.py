@@ -1,0 +1,180 @@
+"""The formats of scene files: who reads a file, who writes one, and what either is told where nobody does.
+
+A format registers a name, its suffixes and up to three functions:
+
+- ``sniff(source) -> bool``: whether this file is in the format, judged by its content. Cheap, exact, and without
+  optional packages; a SceneError (this content is no text, no JSON, no XML) counts as no.
+- ``read(source, *, ...) -> Scene``: its keyword-only parameters are the options that ``load_scene`` takes for it.
+- ``write(scene, path, *, ...) -> bytes``: the content of the file that will be at ``path``, likewise with options. It
+  writes nothing itself, so that no half a file is ever left.
+"""
+
+from __future__ import annotations
+
+import difflib
+import inspect
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from holdfast.base.errors import HoldfastError, SceneError, located, message
+from holdfast.base.files import write_atomically
+from holdfast.scene.formats.source import Source
+from holdfast.scene.scene import Scene
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format of scene files: what it is called, which files are in it, and the functions that read and write it.
+
+    ``mark`` says in a word or two how its files are recognised; ``extra`` is the optional dependency group that reading
+    or writing imports.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    sniff: Callable[[Source], bool] | None = None
+    read: Callable[..., Scene] | None = None
+    write: Callable[..., bytes] | None = None
+    mark: str = ""
+    extra: str = ""
+
+    def __post_init__(self) -> None:
+        where = f"format {self.name!r}"
+        object.__setattr__(self, "suffixes", tuple(self.suffixes))
+        for suffix in self.suffixes:
+            if not suffix.startswith(".") or suffix != suffix.lower():
+                raise HoldfastError(message(where, f"suffix {suffix!r}", "needs a dot and small letters, as '.yaml'"))
+        if self.read is None and self.write is None:
+            raise HoldfastError(message(where, "neither reads nor writes", "give read=, write= or both"))
+        if self.sniff is None and not self.suffixes:
+            raise HoldfastError(message(where, "no file would be in it", "give suffixes, sniff= or both"))
+
+    def __str__(self) -> str:
+        return f"{self.name} ({', '.join(self.suffixes)}{': ' if self.mark and self.suffixes else ''}{self.mark})"
+
+
+_formats: dict[str, Format] = {}
+
+
+def register(
+    name: str,
+    suffixes: Iterable[str],
+    sniff: Callable[[Source], bool] | None = None,
+    read: Callable[..., Scene] | None = None,
+    write: Callable[..., bytes] | None = None,
+    *,
+    mark: str = "",
+    extra: str = "",
+) -> Format:
+    """Make a format known to ``load_scene``, ``save_scene`` and the command line; the module's text says the rest."""
+    if name in _formats:
+        raise HoldfastError(message(f"format {name!r}", "is registered already", "unregister it first"))
+    _formats[name] = Format(name, tuple(suffixes), sniff, read, write, mark, extra)
+    return _formats[name]
+
+
+def unregister(name: str) -> None:
+    """Forget a format."""
+    if name not in _formats:
+        raise HoldfastError(message(f"format {name!r}", "is unknown", f"known: {', '.join(_formats)}"))
+    del _formats[name]
+
+
+def readable() -> tuple[Format, ...]:
+    """The formats that can be read."""
+    return tuple(each for each in _formats.values() if each.read is not None)
+
+
+def writable() -> tuple[Format, ...]:
+    """The formats that can be written."""
+    return tuple(each for each in _formats.values() if each.write is not None)
+
+
+def load_scene(path: str | Path, **options: Any) -> Scene:  # noqa: ANN401 - each format has its own
+    """Read a scene file in any known format, told by its suffix and its content.
+
+    ``options`` are those of the file's format; one that it does not have is an error.
+    """
+    path = Path(path)
+    with located(str(path)):
+        source = Source(path)
+        chosen = _format_of(source)
+        assert chosen.read is not None
+        return _called(chosen, chosen.read, source, options=options)
+
+
+def save_scene(scene: Scene, path: str | Path, **options: Any) -> None:  # noqa: ANN401 - each format has its own
+    """Write a scene in the format of the path's suffix; the file appears whole or not at all.
+
+    From the native formats (.yaml, .json) ``load_scene`` gives the same scene back, bit for bit. ``options`` are those
+    of the format; one that it does not have is an error.
+    """
+    path = Path(path)
+    with located(str(path)):
+        chosen = next((each for each in writable() if path.suffix.lower() in each.suffixes), None)
+        if chosen is None:
+            raise SceneError(_not_written(path))
+        assert chosen.write is not None
+        content = _called(chosen, chosen.write, scene, path, options=options)
+    write_atomically(path, content)
+
+
+def _format_of(source: Source) -> Format:
+    """The format that recognises the content: those of the file's suffix are asked first, then all others."""
+    own = [each for each in readable() if source.suffix in each.suffixes]
+    others = [each for each in readable() if source.suffix not in each.suffixes]
+    troubles = []
+    for each in own + others:
+        try:
+            if each.sniff is not None and each.sniff(source):
+                return each
+        except SceneError as trouble:
+            if each in own:
+                troubles.append(trouble)
+    for each in own:
+        if each.sniff is None:  # the suffix alone says it, where no content says otherwise
+            return each
+    if troubles:
+        raise troubles[0]
+    raise SceneError(_not_read(source))
+
+
+def _not_read(source: Source) -> str:
+    problem = f"is in no known format ({source.described()})"
+    only = [each.name for each in writable() if source.suffix in each.suffixes and each.read is None]
+    if only:
+        problem += f"; {' and '.join(only)} can be written, not read"
+    return message(str(source.path), problem, f"can be read: {', '.join(map(str, readable()))}")
+
+
+def _not_written(path: Path) -> str:
+    problem = f"suffix {path.suffix!r}"
+    only = [each.name for each in readable() if path.suffix.lower() in each.suffixes]
+    if only:
+        problem += f" ({' and '.join(only)} can be read, not written)"
+    known = ", ".join(f"{each.name} ({', '.join(each.suffixes)})" for each in writable())
+    return message(str(path), problem, f"can be written: {known}")
+
+
+def _called(chosen: Format, function: Callable[..., T], *arguments: Any, options: dict[str, Any]) -> T:  # noqa: ANN401
+    """The function's value, after its options are checked, and with a word on what is not installed."""
+    parameters = inspect.signature(function).parameters.values()
+    known = [each.name for each in parameters if each.kind is inspect.Parameter.KEYWORD_ONLY]
+    for option in options:
+        if option not in known:
+            near = difflib.get_close_matches(option, known, n=1)
+            hint = f"did you mean {near[0]!r}? " if near else ""
+            having = f"its options: {', '.join(known)}" if known else "it has none"
+            raise SceneError(message(f"option {option!r}", f"is unknown to the format {chosen.name!r}", hint + having))
+    try:
+        return function(*arguments, **options)
+    except ModuleNotFoundError as cause:
+        if not chosen.extra:
+            raise
+        problem = f"needs {cause.name}, which is not installed"
+        remedy = f"pip install 'holdfast[{chosen.extra}]'"
+        raise HoldfastError(message(f"format {chosen.name!r}", problem, remedy)) from cause

@@ -1,0 +1,114 @@
+"""A scene file while it is being read: every part of it is read, and parsed, at most once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from holdfast.base.errors import SceneError, message
+from holdfast.scene.formats import text
+
+MAX_BYTES = 200_000_000
+MAX_YAML_BYTES = 8_000_000  # parsing takes about 1 s for 1 MB
+HEAD_BYTES = 4096
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """The file at ``path``, as formats see it: its first bytes, and on demand its content, text and plain data.
+
+    What cannot be had raises SceneError: a binary file has no text, a text that is neither JSON nor YAML has no data.
+    """
+
+    path: Path
+
+    def __post_init__(self) -> None:
+        if not self.path.is_file():
+            problem = "is a folder, not a scene file" if self.path.is_dir() else "no such scene file"
+            raise SceneError(message(str(self.path), problem, "check the path"))
+
+    @cached_property
+    def suffix(self) -> str:
+        """In lower case, with its dot; empty if there is none."""
+        return self.path.suffix.lower()
+
+    @cached_property
+    def head(self) -> bytes:
+        """The first 4,096 bytes, or all of a shorter file."""
+        return self._read(HEAD_BYTES)
+
+    @cached_property
+    def content(self) -> bytes:
+        """All bytes."""
+        self._check_size(MAX_BYTES)
+        return self._read(-1)
+
+    @cached_property
+    def text(self) -> str:
+        """The content as UTF-8, without a byte-order mark."""
+        remedy = "needs a readable UTF-8 text file"
+        if b"\0" in self.head:  # told before a large file is read
+            raise SceneError(message(str(self.path), "cannot be read: has zero bytes, which no text has", remedy))
+        try:
+            return self.content.decode("utf-8-sig")
+        except UnicodeDecodeError as cause:
+            raise SceneError(message(str(self.path), f"cannot be read: {cause}", remedy)) from cause
+
+    @property
+    def data(self) -> Any:  # noqa: ANN401 - plain data
+        """The text parsed as JSON or YAML: dicts, lists and scalars, which all formats share and none may change."""
+        data, error = self._parsed
+        if error is not None:
+            raise error
+        return data
+
+    @cached_property
+    def _parsed(self) -> tuple[Any, SceneError | None]:
+        """The data, or why there is none: a failure too is found out once, however many formats ask."""
+        try:
+            if self._is_json:
+                return text.from_json(self.text, str(self.path)), None
+            self._check_size(MAX_YAML_BYTES)
+            return text.from_yaml(self.text, str(self.path)), None
+        except SceneError as error:
+            return None, error
+
+    @property
+    def _is_json(self) -> bool:
+        """By the suffix, and where it says nothing by the first character."""
+        if self.suffix in text.SUFFIXES:
+            return self.suffix == ".json"
+        return self.head.lstrip()[:1] in (b"{", b"[")
+
+    def _check_size(self, limit: int) -> None:
+        size = self.path.stat().st_size
+        if size > limit:
+            remedy = f"the limit is {limit:,}: keep meshes in files of their own"
+            raise SceneError(message(str(self.path), f"is {size:,} bytes", remedy))
+
+    def _read(self, count: int) -> bytes:
+        try:
+            with self.path.open("rb") as stream:
+                return stream.read(count)
+        except OSError as cause:
+            problem = f"cannot be read: {cause.strerror or cause}"
+            raise SceneError(message(str(self.path), problem, "needs a file that may be read")) from cause
+
+    def described(self) -> str:
+        """A few words on the content, for those who must say that they do not know it."""
+        if not self.head:
+            return "empty"
+        data, error = self._parsed
+        if error is not None or isinstance(data, str):
+            return f"first bytes {self.head[:16]!r}"
+        if not isinstance(data, dict) or not data:
+            return f"only {_short(data)}"
+        if "format" in data:
+            return f"`format` is {_short(data['format'])}"
+        return f"no `format` among its keys {', '.join(_short(key) for key in [*data][:3])}{', ...' * (len(data) > 3)}"
+
+
+def _short(value: Any) -> str:  # noqa: ANN401 - plain data
+    return f"{value!r:.40}"

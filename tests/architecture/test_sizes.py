@@ -1,0 +1,92 @@
+"""Functions and modules stay short enough to be read in one go."""
+
+from __future__ import annotations
+
+import ast
+import io
+import tokenize
+from pathlib import Path
+
+import pytest
+
+import holdfast
+
+ROOT = Path(holdfast.__file__).parent
+LONGEST_FUNCTION = 60  # code lines: no blank ones, comments or docstrings
+LONGEST_COMPILED = 100  # of a compiled function: a call costs what Python's does not
+LONGEST_MODULE = 330
+MANY_MODULES = 230  # nine modules in ten are shorter
+
+# Too long, and being rewritten: a name comes off this list with its function.
+EXCEPTIONS = {"elastic/path.py:follow"}
+
+LAYOUT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
+DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+
+
+def code_lines(source: str) -> set[int]:
+    """Numbers of the lines that hold code."""
+    lines: set[int] = set()
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type not in LAYOUT:
+            lines.update(range(token.start[0], token.end[0] + 1))
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, DOCUMENTED) and ast.get_docstring(node, clean=False) is not None:
+            docstring = node.body[0]
+            lines.difference_update(range(docstring.lineno, (docstring.end_lineno or 0) + 1))
+    return lines
+
+
+def functions(source: str) -> list[tuple[str, int, bool]]:
+    """Name, code lines and whether it is compiled, of every function, nested ones and methods too."""
+    lines = code_lines(source)
+    return [
+        (
+            node.name,
+            sum(node.lineno <= line <= (node.end_lineno or 0) for line in lines),
+            any(ast.unparse(mark) in ("compiled", "compilable") for mark in node.decorator_list),
+        )
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+    ]
+
+
+def too_long(name: str, source: str) -> list[str]:
+    found = [
+        f"{name}:{function}"
+        for function, count, compiled in functions(source)
+        if count > (LONGEST_COMPILED if compiled else LONGEST_FUNCTION)
+    ]
+    return found + ([name] if len(code_lines(source)) > LONGEST_MODULE else [])
+
+
+def sources() -> dict[str, str]:
+    return {path.relative_to(ROOT).as_posix(): path.read_text() for path in sorted(ROOT.rglob("*.py"))}
+
+
+def test_no_function_and_no_module_is_too_long() -> None:
+    found = {place for name, source in sources().items() for place in too_long(name, source)}
+    assert found - EXCEPTIONS == set()
+
+
+def test_every_exception_is_still_needed() -> None:
+    found = {place for name, source in sources().items() for place in too_long(name, source)}
+    assert set() == EXCEPTIONS - found
+
+
+def test_most_modules_are_short() -> None:
+    lengths = sorted(len(code_lines(source)) for name, source in sources().items() if not name.endswith("__init__.py"))
+    assert lengths[int(0.9 * len(lengths))] <= MANY_MODULES
+
+
+@pytest.mark.parametrize(
+    ("mark", "lines", "long"), [("", 61, True), ("", 60, False), ("@compiled\n", 101, True), ("@compiled\n", 99, False)]
+)
+def test_a_planted_function_is_measured(mark: str, lines: int, long: bool) -> None:
+    body = '    """Not a line of code,\n\n    nor this."""\n\n    # nor this\n' + "    x = 1\n" * (lines - 1)
+    assert too_long("planted.py", f"{mark}def f():\n{body}") == (["planted.py:f"] if long else [])
+
+
+def test_a_planted_module_is_measured() -> None:
+    assert too_long("planted.py", "x = 1\n" * (LONGEST_MODULE + 1)) == ["planted.py"]
+    assert too_long("planted.py", "x = 1\n# and why\n\n" * LONGEST_MODULE) == []

@@ -1,0 +1,170 @@
+"""How the documentation tells users to write things: mypy checks it as users write it, a test runs every function.
+
+Nothing here is annotated for mypy's sake and no error is silenced: what fails here fails for users.
+"""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+import holdfast as hf
+
+
+def bodies() -> list[hf.Body]:
+    """Sizes and poses from tuples, lists and arrays alike, whole numbers included."""
+    pose = np.eye(4)
+    pose[:3, 3] = (0.1, 0, 0.1)
+    floor = hf.Body(
+        "floor", hf.Box((1, 1, 0.1)), pose=[(1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, -0.05), (0, 0, 0, 1)], fixed=True
+    )
+    vase = hf.Body("vase", hf.Cylinder(0.03, 0.2), mass=0.4, pose=pose, material="glass")
+    tilted = hf.Body("brick", hf.Box([0.2, 0.1, 0.05]), density=2000, com=(0, 0, 0.001), inertia=np.eye(3) * 1e-3)
+    ball = hf.Body("ball", hf.Sphere(0.05), mass=1, com=[0, 0, 0])
+    block = hf.Body("block", hf.Box(np.array([0.1, 0.1, 0.1])), mass=1.0)
+    wedge = hf.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])
+    return [floor, vase, tilted, ball, block, hf.Body("wedge", wedge, mass=1.0)]
+
+
+def scenes() -> hf.Scene:
+    """Friction as one number or as a table."""
+    everywhere = hf.Friction(default=0.5)
+    by_pair = hf.Friction(default=0.5, pairs={("glass", "floor"): 0.3})
+    imported = hf.Friction(values={"floor": 0.4, "vase": 0.6}, combine="min")
+    ground, vase, *_ = bodies()
+    for friction in (everywhere, by_pair, imported):
+        hf.Scene([ground, vase], friction)
+    return hf.Scene([ground, vase], 0.5, gravity=(0, 0, -9.81), name="shelf")
+
+
+def moved_bodies() -> hf.Body:
+    """A body elsewhere, from a pose as an array or as rows."""
+    pose = np.eye(4)
+    pose[:3, 3] = (0.2, 0, 0.1)
+    vase = bodies()[1].moved(pose)
+    return vase.moved([(1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0.1), (0, 0, 0, 1)])
+
+
+def files(folder: Path) -> hf.Scene:
+    """Scenes by name, from files and to files; paths as text too."""
+    names: tuple[str, ...] = tuple(hf.shipped_scenes())
+    scene = hf.shipped_scene(names[0])
+    hf.save_scene(scene, folder / "copy.yaml")
+    hf.save_scene(scene, str(folder / "copy.json"))
+    return hf.load_scene(folder / "copy.yaml")
+
+
+def contacts() -> hf.Assembly:
+    """Contacts found with tolerances of one's own, or given."""
+    scene = hf.shipped_scene("cube")
+    hf.assemble(scene, gap=0.001, angle=1)
+    hf.assemble(scene, pose_sigma=0.001)
+    hf.assemble(scene, pose_sigma=(0.001, 0.3))
+    square = [(-0.05, -0.05, 0), (0.05, -0.05, 0), (0.05, 0.05, 0), (-0.05, 0.05, 0)]
+    return hf.assemble(scene, interfaces=[hf.Interface(("ground", "cube"), polygon=square, normal=(0, 0, 1))])
+
+
+def edited_assemblies() -> hf.Assembly:
+    """An assembly with a body moved, taken out or put in."""
+    assembly = hf.assemble(hf.shipped_scene("stack"))
+    lower = assembly.without("cube3")
+    cube = assembly.scene.body("cube3")
+    assert cube.pose is not None
+    return lower.with_body(cube).moved({"cube3": cube.pose})
+
+
+def pushes() -> float:
+    """One push or many; every array of the answer has a type."""
+    assembly = hf.assemble(scenes())
+    r = hf.robustness(assembly, body="vase", points=(0.07, 0, 0.15), directions=(1, 0, 0))
+    hf.robustness(assembly, "vase", [(0.07, 0, 0.15), (0.13, 0, 0.15)], [(1, 0, 0), (-1, 0, 0)], engine="graph")
+    hf.robustness(assembly, "vase", np.array([[0.07, 0, 0.15]]), [0, 0, -1], bound=True, engine=hf.Limit())
+    hf.robustness(
+        assembly, "vase", [0.07, 0, 0.15], (1, 0, 0), standing=[hf.Load("vase", (0.1, 0, 0.2), force=(0, 0, -1))]
+    )
+    lower: NDArray[np.float64] = r.lower
+    for force, status, mode, moving in zip(r.force, r.status, r.mode, r.moving, strict=True):
+        print(f"{force:.2f} N, {status}, {mode} of {', '.join(moving)}")
+    return float(lower[0])
+
+
+def engines() -> list[hf.Stability]:
+    """Engines by name or with options, and verdicts under loads."""
+    assembly = hf.assemble(hf.shipped_scene("table"))
+    chosen = (
+        hf.Graph(nodes=12),
+        hf.Limit(cone="inscribed", sides=8),
+        hf.Compliant(stiffness={("slab", "leg_left"): 3.0}),
+    )
+    verdicts = [hf.stability(assembly, engine=engine) for engine in chosen]
+    s = hf.stability(assembly, loads=[hf.Load("slab", (0, 0, 0.25), force=(0, 0, -5))])
+    if s.status is hf.Status.UNSTABLE and s.certificate is not None:
+        print(s.certificate.power, s.moving)
+    return [*verdicts, s]
+
+
+def load_factors() -> float:
+    """Several loads at once, or an acceleration of the support."""
+    assembly = hf.assemble(hf.shipped_scene("table"))
+    f = hf.load_factor(assembly, loads=[hf.Load("slab", (0, 0, 0.25), force=(1, 0, 0), moment=[0, 0, 0.1])])
+    g = hf.load_factor(assembly, loads=[], acceleration=(1, 0, 0), standing=[hf.Load("slab", moment=(0, 0, 0.1))])
+    return min(f.factor, g.factor)
+
+
+def maps(folder: Path) -> str:
+    """A map, its weakest point, and pictures."""
+    m = hf.robustness_map(hf.shipped_scene("cube"), spacing=0.05)
+    weak = m.weakest()
+    finite = m.points[m.force < np.inf]
+    print(f"{weak.body}: {weak.force:.2f} N, {weak.mode}, at {weak.point}; {len(finite)} points")
+    m.save_png(folder / "map.png")
+    m.save_html(folder / "map.html")
+    return weak.body
+
+
+def uncertain() -> float:
+    """Samples of poses, and the worst over intervals."""
+    assembly = hf.assemble(hf.shipped_scene("cube"))
+    point, direction = (-0.05, 0, 0.05), (1, 0, 0)
+    u = hf.robustness_under(assembly, "cube", point, direction, samples=4, seed=0, pose_sigma=(0.001, 0.3))
+    w = hf.worst_case(assembly, "cube", point, direction, mass={"cube": (0.9, 1.1)})
+    s = hf.sensitivity(assembly, "cube", point, direction)
+    print(u.quantile(0.05), u.stands, s.force)
+    return float(w.force[0])
+
+
+def carriers(folder: Path) -> float:
+    """Accelerations of what carries the scene."""
+    assembly = hf.assemble(hf.shipped_scene("slope"))
+    t = hf.transport_limits(assembly, [(1, 0, 0), (0, 1, 0)], angular_velocity=(0, 0, 1), engine="limit")
+    safe = hf.sustainable_accelerations(assembly)
+    safe.save(folder / "safe.json")
+    A, b = hf.load_answer(folder / "safe.json").inner
+    hf.admissible_wrenches(assembly, "cube1").contains(np.zeros(6))
+    return float(t.acceleration.min() + (A @ (0, 0, 0) - b).max())
+
+
+def orders_and_places() -> NDArray[np.float64]:
+    """What may be lifted out, and where the next thing can stand."""
+    assembly = hf.assemble(hf.shipped_scene("stack"))
+    d = hf.disassembly_order(assembly, lift=(0, 0, 1), goal=["cube1"])
+    print(d.order)
+    p = hf.plan_placement(assembly, hf.Body("mug", hf.Cylinder(0.03, 0.08), mass=0.2), engine="graph", seed=1)
+    return np.eye(4) if p.pose is None else p.pose
+
+
+def answers(folder: Path) -> str:
+    """Scenes where assemblies are needed, answers to keep and to send elsewhere, one family of errors."""
+    s = hf.stability(hf.shipped_scene("cube"))
+    s.save(folder / "answer.json")
+    again = hf.load_answer(folder / "answer.json")
+    print(again, copy.deepcopy(s).status, pickle.loads(pickle.dumps(s)).status, s.to_dict()["status"])
+    try:
+        hf.shipped_scene("cubes")
+    except hf.HoldfastError as error:
+        return str(error)
+    return ""

@@ -1,0 +1,114 @@
+"""No array that a scene, an assembly or its contact nodes hold or hand out can be written to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import is_dataclass
+from functools import cached_property
+
+import numpy as np
+import pytest
+
+import holdfast as hf
+from holdfast.assembly.nodes import contact_nodes
+from holdfast.contacts.facing import Piece
+from holdfast.contacts.skin import Skin
+from holdfast.geometry.cells import surface_cells
+from holdfast.geometry.sweep import Swept
+from holdfast.scene.shipped import shipped_scene
+
+SCENES = ("cube", "table", "arch", "v_groove", "wedged", "tabletop")
+
+
+def parts(value: object) -> Iterator[tuple[str, object]]:
+    """What can be reached from a value in one step: items, fields and properties, those that are computed too."""
+    if isinstance(value, Mapping):
+        yield from ((f"[{key!r}]", item) for key, item in value.items())
+    elif isinstance(value, tuple | list):
+        yield from ((f"[{k}]", item) for k, item in enumerate(value))
+    elif is_dataclass(value) and type(value).__module__.startswith("holdfast."):
+        names = set(value.__dataclass_fields__) | {
+            name
+            for cls in type(value).__mro__
+            for name, member in vars(cls).items()
+            if isinstance(member, property | cached_property)
+        }
+        for name in sorted(name for name in names if not name.startswith("_")):
+            try:
+                yield f".{name}", getattr(value, name)
+            except hf.HoldfastError:  # the mass of an open mesh
+                continue
+
+
+def arrays(value: object, where: str) -> Iterator[tuple[str, np.ndarray]]:
+    """All arrays that can be reached from a value, each with the way to it."""
+    waiting, seen = [(where, value)], {}
+    while waiting:
+        path, item = waiting.pop()
+        if isinstance(item, np.ndarray):
+            yield path, item
+        elif id(item) not in seen:
+            seen[id(item)] = item  # kept alive, so that no other object gets its number
+            waiting += [(path + step, part) for step, part in parts(item)]
+
+
+def writable(value: object, where: str) -> list[str]:
+    return sorted({path for path, array in arrays(value, where) if array.flags.writeable})
+
+
+@pytest.fixture(scope="module", params=SCENES)
+def assembly(request: pytest.FixtureRequest) -> hf.Assembly:
+    return hf.assemble(shipped_scene(request.param))
+
+
+def test_scenes_and_assemblies_hand_out_read_only_arrays(assembly: hf.Assembly) -> None:
+    assert writable(assembly, "assembly") == []
+
+
+def test_none_of_these_arrays_takes_a_value(assembly: hf.Assembly) -> None:
+    found = [array for _, array in arrays(assembly, "assembly") if array.size]
+    assert len(found) > 50
+    for array in found:
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = array.flat[0]
+
+
+def test_contact_nodes_are_read_only(assembly: hf.Assembly) -> None:
+    for sampling in ("hull", "quadrature"):
+        nodes = contact_nodes(assembly, 12, sampling)
+        assert writable(nodes, "nodes") == []
+        assert writable(nodes.chosen(nodes.interface == 0), "nodes") == []
+
+
+def test_what_is_made_of_a_surface_is_read_only(assembly: hf.Assembly) -> None:
+    body = assembly.movable[0]
+    surface = body.surface_world
+    cells = surface_cells(surface, body.size / 5)
+    swept = Swept(surface, assembly.scene.up)
+    made = (cells, cells.chosen(cells.normals[:, 2] > 0), swept, swept.front, swept.back, Skin.of(body))
+    assert writable(made, "made") == []
+
+
+def test_patches_seen_from_the_other_body_are_read_only(assembly: hf.Assembly) -> None:
+    assert writable([patch.flipped() for i in assembly.interfaces for patch in i.patches], "flipped") == []
+
+
+def test_what_a_caller_keeps_stays_writable_and_changes_nothing() -> None:
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    normal = np.array([0.0, 0, 1])
+    patch = hf.Patch(corners, normal)
+    body = hf.Body("slab", hf.Box((1, 1, 1)), mass=1.0, pose=np.eye(4))
+    interface = hf.Interface(("slab", "floor"), corners, normal)
+    corners += 5
+    normal *= 0
+    assert patch.area == pytest.approx(1)
+    assert patch.polygon.max() == 1
+    assert interface.patches[0].polygon.max() == 1
+    assert body.pose is not None
+    assert not body.pose.flags.writeable
+
+
+def test_a_planted_writable_array_is_found() -> None:
+    piece = Piece((np.zeros((3, 3)),), np.zeros(3), (0.0, 0.0))
+    object.__setattr__(piece, "normal", np.zeros(3))
+    assert writable({"a": [piece]}, "planted") == ["planted['a'][0].normal"]

@@ -1,0 +1,81 @@
+"""One state asked by four threads at a time answers as it answers one, to the last digit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+import numpy as np
+import pytest
+from limit_scenes import columns, shipped
+
+from holdfast.engines.limit.engine import Limit
+from holdfast.engines.limit.load_limit import LoadLimit
+
+T = TypeVar("T")
+THREADS = 4
+
+
+def at_once(ask: Callable[[int], T], count: int) -> list[T]:
+    with ThreadPoolExecutor(THREADS) as pool:
+        return list(pool.map(ask, range(count)))
+
+
+def digits(limit: LoadLimit) -> tuple[object, ...]:
+    arrays = (None if a is None else a.tobytes() for a in (limit.twists, limit.ray))
+    return (limit.factor, limit.lower, limit.upper, limit.status, *arrays)
+
+
+@pytest.mark.parametrize("name", ["table", "arch", "wedged"])
+def test_single_loads_are_the_same_from_four_threads(name: str) -> None:
+    assembly = shipped(name)
+    W = columns(assembly, 40, 7)
+    alone = [digits(Limit().prepare(assembly).solve(w)) for w in W.T]
+    state = Limit().prepare(assembly)
+    assert at_once(lambda k: digits(state.solve(W[:, k])), W.shape[1]) == alone
+
+
+def test_an_answer_depends_on_no_earlier_load() -> None:
+    """What threads rely on: which solver answers, and what it was asked before, is a matter of chance."""
+    assembly = shipped("arch")
+    W = columns(assembly, 12, 8) * 10.0 ** np.random.default_rng(1).uniform(-3, 3, 12)
+    state = Limit().prepare(assembly)
+    first = [digits(state.solve(w)) for w in W.T]
+    assert [digits(state.solve(w)) for w in W.T[::-1]] == first[::-1]
+
+
+def test_load_factors_are_the_same_from_four_threads() -> None:
+    assembly = shipped("table")
+    W = columns(assembly, 40, 9)
+    alone = Limit().prepare(assembly).load_factor(W)
+    state = Limit().prepare(assembly)
+    for found in at_once(lambda _: state.load_factor(W), THREADS):
+        for name in ("factor", "lower", "upper"):
+            np.testing.assert_array_equal(getattr(found, name), getattr(alone, name))
+        assert found.moving == alone.moving
+
+
+def test_derivatives_are_those_of_the_load_asked_whatever_others_ask() -> None:
+    assembly = shipped("table")
+    W = columns(assembly, 24, 10)
+    W = W[:, np.isfinite(Limit().prepare(assembly).load_factor(W).force)]
+    alone = [Limit().prepare(assembly).gradient(w, "here").d_mu for w in W.T]
+    state = Limit().prepare(assembly)
+    assert at_once(lambda k: state.gradient(W[:, k], "here").d_mu, W.shape[1]) == alone
+
+
+def test_bounds_within_a_gap_hold_from_four_threads() -> None:
+    """Later calls profit from the cuts of earlier ones, so bounds may be tighter, but each contains the answer."""
+    assembly = shipped("table")
+    slab = 6 * assembly.index["slab"]
+    rng = np.random.default_rng(11)
+    W = np.zeros((6 * len(assembly.movable), 60))
+    W[slab] = 1.0
+    W[slab + 3 : slab + 6] = rng.uniform(-0.1, 0.1, (3, 60)) * np.array([[0.0], [1.0], [1.0]])
+    exact = Limit().prepare(assembly).load_factor(W).force
+    state = Limit().prepare(assembly)
+    for found in at_once(lambda _: state.load_factor(W, 0.05), THREADS):
+        assert (found.lower <= exact * (1 + 1e-6)).all()
+        assert (found.upper >= exact * (1 - 1e-6)).all()
+        assert (found.lower >= 0.95 * found.upper * (1 - 1e-9)).all()

@@ -1,0 +1,69 @@
+"""The worst case in closed form, and which boxes are refused."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import holdfast as hf
+from holdfast.queries.worst_case import worst_case
+from holdfast.scene.shipped import shipped_scene
+from holdfast.scene.shipped.blocks import cube
+
+G = 9.81
+X = np.array([1.0, 0, 0])
+
+
+def test_the_worst_cube_in_closed_form() -> None:
+    assembly = hf.assemble(cube())
+    points, ways, half = [[-0.05, 0, 0.02], [-0.05, 0, 0.098]], [X, X], {"cube": (0.01, 0, 0.02)}
+    found = worst_case(assembly, "cube", points, ways, mu=(0.5, 0.7), mass={"cube": (0.8, 1.1)}, com=half)
+    least = 0.8 * G * min(0.5, 1)
+    np.testing.assert_allclose(found.force, [least, min(least, 0.8 * G * 0.04 / 0.098)], rtol=1e-6)
+    assert (found.force <= found.nominal).all()
+    assert (found.lower <= found.force).all()
+    assert (found.force <= found.upper).all()
+    assert found.corners == 4, "shifts along gravity do not count"
+    assert found.masses[1] == {"cube": 0.8}
+    assert found.coms[1]["cube"][0] == pytest.approx(0.01)
+    assert found.mu == {("floor", "cube"): 0.5}
+    assert "exact" in found.guarantee
+
+
+def test_a_corner_that_does_not_stand_makes_the_worst_case_zero() -> None:
+    found = worst_case(hf.assemble(cube()), "cube", [-0.05, 0, 0.02], X, com={"cube": (0.06, 0, 0)})
+    assert found.force[0] == 0
+    assert found.status[0] is hf.Status.UNSTABLE
+    down = worst_case(hf.assemble(cube()), "cube", [0, 0, 0.1], [0, 0, -1], mu=0.3, mass=0.2)
+    assert down.status[0] is hf.Status.INFINITE
+    assert np.isinf(down.force[0])
+
+
+def test_without_uncertainty_it_is_the_query() -> None:
+    found = worst_case(hf.assemble(cube()), "cube", [-0.05, 0.045, 0.02], X)
+    assert found.force[0] == pytest.approx(found.nominal[0], rel=1e-9)
+    assert found.corners == 1
+
+
+@pytest.mark.parametrize(
+    ("asked", "told"),
+    [
+        ({"mu": {("cube", "table"): (0.1, 0.2)}}, "no contact between"),
+        ({"mu": (0.5, 0.4)}, "needs 0 <= low <= high"),
+        ({"mu": 1.0}, "relative width"),
+        ({"mass": {"floor": (1, 2)}}, "'floor' is fixed"),
+        ({"mass": {"cub": (1, 2)}}, "no body named"),
+        ({"com": -0.1}, ">= 0"),
+        ({"com": {"cube": (0.1, 0, -0.1)}}, "half widths >= 0"),
+    ],
+)
+def test_a_bad_box_is_refused(asked: dict[str, Any], told: str) -> None:
+    with pytest.raises(hf.HoldfastError, match=told):
+        worst_case(hf.assemble(cube()), "cube", [-0.05, 0, 0.02], X, **asked)
+
+
+def test_too_many_corners_are_refused_with_a_remedy() -> None:
+    with pytest.raises(hf.HoldfastError, match=r"corners; at most 4,096: name the bodies that matter"):
+        worst_case(hf.assemble(shipped_scene("arch")), "v3", [0, 0, 0.3], [0, 0, -1], mass=0.1, com=0.01)
