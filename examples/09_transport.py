@@ -19,7 +19,7 @@ for name, a, mode, moving in zip(("ahead", "back"), t.acceleration, t.mode, t.mo
 # the tray is tilted by 5 degrees, and the robot turns on the spot, half a metre from the tray
 around = hf.transport_limits(
     assembly,
-    tilt=np.radians([5, 0, 0]),
+    tilt=(5, 0, 0),
     angular_velocity=(0, 0, 1.0),
     angular_acceleration=(0, 0, 0.5),
     pivot=(0, -0.5, 0),

@@ -65,7 +65,7 @@ def contacts() -> hf.Assembly:
     hf.assemble(scene, pose_sigma=0.001)
     hf.assemble(scene, pose_sigma=(0.001, 0.3))
     square = [(-0.05, -0.05, 0), (0.05, -0.05, 0), (0.05, 0.05, 0), (-0.05, 0.05, 0)]
-    return hf.assemble(scene, interfaces=[hf.Interface(("ground", "cube"), polygon=square, normal=(0, 0, 1))])
+    return hf.assemble(scene, interfaces=[hf.Interface(("floor", "cube"), polygon=square, normal=(0, 0, 1))])
 
 
 def edited_assemblies() -> hf.Assembly:

@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from holdfast.assembly.assembly import Assembly, body_forces
@@ -86,13 +87,13 @@ class TransportLimits(Columns):
 
 
 def transport_limits(
-    assembly: Assembly,
-    directions: Any = None,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
+    assembly: Assembly | Scene,
+    directions: ArrayLike | None = None,
     *,
-    tilt: Any = None,  # noqa: ANN401 - (3,) or (3, 3) numbers, checked
-    angular_acceleration: Any = None,  # noqa: ANN401 - (3,) numbers, checked
-    angular_velocity: Any = None,  # noqa: ANN401 - (3,) numbers, checked
-    pivot: Any = (0.0, 0.0, 0.0),  # noqa: ANN401 - (3,) numbers, checked
+    tilt: ArrayLike | None = None,
+    angular_acceleration: ArrayLike | None = None,
+    angular_velocity: ArrayLike | None = None,
+    pivot: ArrayLike = (0.0, 0.0, 0.0),
     standing: Iterable[Load] = (),
     engine: EngineChoice = DEFAULT_ENGINE,
     bound: bool = False,
@@ -100,7 +101,7 @@ def transport_limits(
     """The largest acceleration of the carrier along each direction before anything moves on it.
 
     ``directions`` (n, 3) or (3,), of any length, axes of the scene; 100 in the horizontal plane if None. All the while
-    the carrier is tilted by ``tilt`` (see ``tilted``), turns by ``angular_acceleration`` (3,) [rad/s²] and
+    the carrier is tilted by ``tilt`` [deg] (see ``tilted``), turns by ``angular_acceleration`` (3,) [rad/s²] and
     ``angular_velocity`` (3,) [rad/s] about ``pivot`` (3,) [m] (see ``inertial_loads``), and ``standing`` loads act.
     ``bound`` as in ``robustness``.
     """
@@ -116,7 +117,7 @@ def transport_limits(
     return TransportLimits(answers=found, assembly=carried, directions=ways)
 
 
-def horizontal_directions(assembly: Assembly, count: int = DIRECTIONS) -> Float:
+def horizontal_directions(assembly: Assembly | Scene, count: int = DIRECTIONS) -> Float:
     """(count, 3) unit vectors around the circle across gravity, from the x axis (as far as that is level) on."""
     if not isinstance(count, int | np.integer) or count < 1:
         raise HoldfastError(
@@ -127,10 +128,10 @@ def horizontal_directions(assembly: Assembly, count: int = DIRECTIONS) -> Float:
     return np.asarray(frozen(np.cos(angle) * ahead + np.sin(angle) * left))
 
 
-def tilted(assembly: Assembly, tilt: Any) -> Assembly:  # noqa: ANN401 - (3,) or (3, 3) numbers, checked
+def tilted(assembly: Assembly | Scene, tilt: ArrayLike) -> Assembly:
     """The same assembly on a carrier that was turned by ``tilt``: gravity turns the other way in the scene's axes.
 
-    ``tilt``: a rotation vector (3,) [rad] or a rotation matrix (3, 3), from where the scene's axes are now to where the
+    ``tilt``: a rotation vector (3,) [deg] or a rotation matrix (3, 3), from where the scene's axes are now to where the
     carrier has them.
     """
     where = "tilt"
@@ -139,18 +140,18 @@ def tilted(assembly: Assembly, tilt: Any) -> Assembly:  # noqa: ANN401 - (3,) or
         pose[:3, :3] = checked(tilt, (3, 3), where)
         turn = checked_pose(pose, where)[:3, :3]
     else:
-        turn = Rotation.from_rotvec(np.array(checked(tilt, (3,), where))).as_matrix()
-    scene = checked_assembly(assembly).scene
-    return replace(assembly, scene=Scene(scene.bodies, scene.friction, turn.T @ scene.gravity, scene.name))
+        turn = Rotation.from_rotvec(np.radians(checked(tilt, (3,), where))).as_matrix()
+    assembly = checked_assembly(assembly)
+    return replace(assembly, scene=replace(assembly.scene, gravity=turn.T @ assembly.scene.gravity))
 
 
 def inertial_loads(
-    assembly: Assembly,
+    assembly: Assembly | Scene,
     *,
-    acceleration: Any = None,  # noqa: ANN401 - (3,) numbers, checked
-    angular_acceleration: Any = None,  # noqa: ANN401 - (3,) numbers, checked
-    angular_velocity: Any = None,  # noqa: ANN401 - (3,) numbers, checked
-    pivot: Any = (0.0, 0.0, 0.0),  # noqa: ANN401 - (3,) numbers, checked
+    acceleration: ArrayLike | None = None,
+    angular_acceleration: ArrayLike | None = None,
+    angular_velocity: ArrayLike | None = None,
+    pivot: ArrayLike = (0.0, 0.0, 0.0),
 ) -> tuple[Load, ...]:
     """What every movable body feels on a carrier in motion, as standing loads of any query.
 
@@ -176,7 +177,7 @@ def inertial_loads(
 
 
 def safe_time_scale(
-    accelerations: Any,  # noqa: ANN401 - (n, 3) numbers, checked
+    accelerations: ArrayLike,
     limits: ConvexSet | TransportLimits,
     *,
     margin: float = 0.0,

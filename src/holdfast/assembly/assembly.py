@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import itertools
-import warnings
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from holdfast.assembly.caution import warn_of_overlaps, warn_of_units
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked_number, frozen
-from holdfast.base.errors import HoldfastError, HoldfastWarning, SceneError, message
-from holdfast.base.values import Value
+from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.values import Value, cut
 from holdfast.contacts.detect import (
     DEFAULT_ANGLE,
     SIGMAS,
@@ -29,7 +30,6 @@ from holdfast.contacts.overlap import Overlap, distance, find_overlaps
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
-HUGE = 50.0  # [m] a movable body larger than this is suspected to be in other units
 FIXED = -1  # the node of the graph into which all fixed bodies are merged
 
 
@@ -49,6 +49,12 @@ class Assembly(Value):
     overlaps: tuple[Overlap, ...] = ()
     occluded: tuple[tuple[str, str], ...] = ()
     detected: bool = True
+
+    def __repr__(self) -> str:
+        parts = {"movable bodies": self.movable, "interfaces": self.interfaces, "overlaps": self.overlaps}
+        counts = ", ".join(f"{len(part)} {name}" for name, part in parts.items())
+        found = f"gap {self.tolerances.gap * 1e3:.3g} mm" if self.detected else "interfaces given"
+        return f"Assembly(<Scene {cut(repr(self.scene.name), 60)}>, {counts}, {found})"
 
     @property
     def bodies(self) -> tuple[Body, ...]:
@@ -139,34 +145,65 @@ class Assembly(Value):
             and distance(a, b, 1.001 * self.tolerances.between(a, b).gap) is not None
         )
 
-    def without(self, names: Collection[str]) -> Assembly:
+    @cached_property
+    def groups(self) -> tuple[tuple[str, ...], ...]:
+        """Names of the movable bodies that share contacts, group by group, in the order of the scene.
+
+        Contacts with fixed bodies join nothing: what stands apart on one floor is several groups.
+        """
+        between = [(a, b) for a, b in self.ends if FIXED not in (a, b)]
+        return tuple(tuple(self.movable[k].name for k in group) for group in components(len(self.movable), between))
+
+    def moved(self, poses: Mapping[str, ArrayLike]) -> Assembly:
+        """The assembly with the bodies of these names at other poses (4, 4), body frame to world.
+
+        Contacts are sought anew: it equals ``assemble`` of the moved scene at this assembly's tolerances, which are
+        kept. Raises HoldfastError where the interfaces were given.
+        """
+        return self._sought(self.scene.moved(poses), "moved")
+
+    def with_body(self, body: Body) -> Assembly:
+        """The assembly with one body more, after the others.
+
+        Contacts are sought anew: it equals ``assemble`` of the larger scene at this assembly's tolerances, which are
+        kept. Raises HoldfastError where the interfaces were given.
+        """
+        warn_of_units([body], self.tolerances.gap, stacklevel=3)
+        return self._sought(self.scene.with_body(body), "with_body")
+
+    def _sought(self, scene: Scene, what: str) -> Assembly:
+        if not self.detected:
+            problem = "its interfaces were given, and where bodies touch now cannot be told from them"
+            remedy = "assemble the changed scene with interfaces= of its own"
+            raise HoldfastError(message(f"Assembly.{what}", problem, remedy))
+        return _search(scene, self.tolerances, self.overlaps, stacklevel=4)
+
+    def without(self, *names: str | Iterable[str]) -> Assembly:
         """The assembly with these bodies taken away: the interfaces of the others are kept, not sought again.
 
         It equals ``assemble`` of the scene without them at the same tolerances. Where one of them lay between two
-        bodies that come within the gap (``occluded``), contacts are sought anew.
+        bodies that come within the gap (``occluded``), contacts are sought anew. Given interfaces stay given.
         """
-        gone = set(names)
+        gone = self.scene.checked_names(*names)
         scene = self.scene.without(gone)
+        if self.detected and self._uncovers(gone):
+            return _search(scene, self.tolerances, self.overlaps, stacklevel=3)
         overlaps = tuple(o for o in self.overlaps if gone.isdisjoint(o.bodies))
-        if self._uncovers(gone):
-            contacts = find_contacts(scene, self.tolerances)
-            found = _with_status(contacts.interfaces, overlaps)
-            return Assembly(scene, found, self.tolerances, overlaps, contacts.occluded)
         kept = tuple(i for i in self.interfaces if gone.isdisjoint(i.bodies))
         occluded = tuple(pair for pair in self.occluded if gone.isdisjoint(pair))
         return Assembly(scene, kept, self.tolerances, overlaps, occluded, self.detected)
 
-    def _uncovers(self, gone: set[str]) -> bool:
-        """Whether a body that goes may lie between two that stay."""
+    def _uncovers(self, gone: Collection[str]) -> bool:
+        """Whether a body that goes may hide something between two that stay: it is near to one of them at least."""
         hidden = [set(pair) for pair in self.occluded]
         hidden += [set(i.bodies) for i in self.interfaces if "occluded" in i.flags]
-        return any(pair.isdisjoint(gone) and any(pair <= self._beside[name] for name in gone) for pair in hidden)
+        return any(pair.isdisjoint(gone) and any(self._beside[name] & pair for name in gone) for pair in hidden)
 
     @cached_property
     def _beside(self) -> dict[str, set[str]]:
-        """The bodies that each body touches."""
+        """The bodies that each body touches, or would touch if none lay between."""
         beside: dict[str, set[str]] = {body.name: set() for body in self.bodies}
-        for a, b in (i.bodies for i in self.interfaces):
+        for a, b in (*(i.bodies for i in self.interfaces), *self.occluded):
             beside[a].add(b)
             beside[b].add(a)
         return beside
@@ -190,6 +227,7 @@ class Assembly(Value):
 
 def assemble(
     scene: Scene,
+    *,
     gap: float | None = None,
     angle: float | None = None,
     pose_sigma: float | tuple[float, float] | None = None,
@@ -212,8 +250,8 @@ def assemble(
         raise HoldfastError(message("assemble", f"gap = {gap!r} and pose_sigma = {pose_sigma!r}", "give one of them"))
     tilt = 0.0
     if pose_sigma is not None:
-        metres, degrees = checked_pose_sigma(pose_sigma, "assemble")
-        gap, tilt = SIGMAS * metres, float(np.radians(degrees))
+        metres, tilt = checked_pose_sigma(pose_sigma, "assemble")
+        gap = SIGMAS * metres
     tolerances = Tolerances(
         default_gap(scene) if gap is None else checked_number(gap, "assemble: gap", above=0),
         DEFAULT_ANGLE if angle is None else checked_number(angle, "assemble: angle", above=0),
@@ -222,12 +260,18 @@ def assemble(
     )
     if tolerances.angle >= 90:
         raise HoldfastError(message("assemble", f"angle = {tolerances.angle:g} deg", "needs less than 90"))
-    _warn_of_units(scene, tolerances.gap)
+    warn_of_units(scene.movable, tolerances.gap, stacklevel=3)
     if interfaces is not None:
         return Assembly(scene, _given(scene, interfaces), tolerances, detected=False)
+    return _search(scene, tolerances, (), stacklevel=3)
+
+
+def _search(scene: Scene, tolerances: Tolerances, known: Collection[Overlap], stacklevel: int) -> Assembly:
+    """The assembly of all contacts there are; a warning names the overlaps that are not ``known``."""
     overlaps = find_overlaps(scene, tolerances)
-    if overlaps:
-        warnings.warn(_overlap_warning(overlaps), HoldfastWarning, stacklevel=2)
+    new = [overlap for overlap in overlaps if overlap not in known]
+    if new:
+        warn_of_overlaps(new, stacklevel=stacklevel + 1)
     contacts = find_contacts(scene, tolerances)
     return Assembly(scene, _with_status(contacts.interfaces, overlaps), tolerances, overlaps, contacts.occluded)
 
@@ -266,22 +310,6 @@ def components(count: int, ends: Iterable[tuple[int, int]]) -> list[list[int]]:
     return list(groups.values())
 
 
-def _warn_of_units(scene: Scene, gap: float) -> None:
-    """Millimetres where metres are meant make contacts of everything, or of nothing: say so at once."""
-    across = {body.name: float((body.box[1] - body.box[0]).max()) for body in scene.movable}
-    widest = max(across, key=lambda name: across[name], default=None)
-    if widest is not None and across[widest] > HUGE:
-        problem = f"is {across[widest]:.3g} m across"
-        text = message(f"body {widest!r}", problem, "if its mesh is in millimetres, use scale 0.001")
-        warnings.warn(text, HoldfastWarning, stacklevel=3)
-    sizes = {body.name: body.shape.surface.thickness for body in scene.movable}
-    thin = min(sizes, key=lambda name: sizes[name], default=None)
-    if thin is not None and gap > 0.5 * sizes[thin]:
-        problem = f"is {gap * 1e3:.3g} mm, but body {thin!r} is only {sizes[thin] * 1e3:.3g} mm thick"
-        text = message("gap", problem, "bodies may touch through it: gap is in metres, use a smaller one")
-        warnings.warn(text, HoldfastWarning, stacklevel=3)
-
-
 def _with_status(interfaces: Sequence[Interface], overlaps: Sequence[Overlap]) -> tuple[Interface, ...]:
     deep = {frozenset(overlap.bodies) for overlap in overlaps}
     return tuple(
@@ -290,21 +318,6 @@ def _with_status(interfaces: Sequence[Interface], overlaps: Sequence[Overlap]) -
         else Interface(i.bodies, patches=i.patches, status="penetrating", flags=i.flags)
         for i in interfaces
     )
-
-
-def _overlap_warning(overlaps: Sequence[Overlap]) -> str:
-    """One warning for all pairs, the deepest first."""
-    worst = sorted(overlaps, key=lambda overlap: -overlap.depth)[:5]
-    pairs = ", ".join(
-        f"{a!r} and {b!r} by {'about ' if o.estimated else ''}{o.depth * 1e3:.3g} mm"
-        for o in worst
-        for a, b in [o.bodies]
-    )
-    more = f" and {len(overlaps) - 5} more pairs" if len(overlaps) > 5 else ""
-    errors = sum(o.severity == "error" for o in overlaps)
-    deep = f"; {errors} deeper than twice that" if errors else ""
-    problem = f"{pairs}{more}; the gap tolerance is {worst[0].tolerance * 1e3:.3g} mm{deep}"
-    return message("bodies overlap", problem, "correct the poses, or raise gap; contacts there may be missing")
 
 
 def _given(scene: Scene, interfaces: Iterable[Interface]) -> tuple[Interface, ...]:

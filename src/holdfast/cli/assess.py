@@ -73,7 +73,7 @@ def map_surfaces(
     method = engine_with(engine, nodes=nodes, immobile_above=immobile_above, mass_margin=mass_margin, max_cuts=max_cuts)
     assembly: Assembly = assemble(scene_of(scene), gap=gap, angle=angle)
     with progress():
-        result = robustness_map(assembly, body, spacing, engine=method)
+        result = robustness_map(assembly, body, spacing=spacing, engine=method)
     if png is not None:
         result.save_png(png)
     if html is not None:

@@ -50,7 +50,7 @@ def disassemble(
     method = engine_with(engine, nodes=nodes)
     assembly = assemble(scene_of(scene), gap=gap, angle=angle)
     with progress():
-        result = disassembly_order(assembly, method, lift, goal or None, budget=budget)
+        result = disassembly_order(assembly, engine=method, lift=lift, goal=goal or None, budget=budget)
     if png is not None:
         result.save_png(png)
     if as_json:

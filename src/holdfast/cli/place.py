@@ -72,11 +72,21 @@ def place(
     method = engine_with(engine)
     with progress():
         result = plan_placement(
-            assemble(rest, gap=gap, angle=angle), body, method, _corners(region), budget, seed, candidates=candidates,
-            attempts=attempts, supports=support or None, least_supports=least_supports, avoid=avoid or (),
-            approach=rest.gravity if from_above else None, spacing=spacing,
+            assemble(rest, gap=gap, angle=angle),
+            body,
+            engine=method,
+            region=_corners(region),
+            budget=budget,
+            seed=seed,
+            candidates=candidates,
+            attempts=attempts,
+            supports=support or None,
+            least_supports=least_supports,
+            avoid=avoid or (),
+            approach=rest.gravity if from_above else None,
+            spacing=spacing,
             friction=whole.friction,
-        )  # fmt: skip
+        )
     written = []
     if result.assembly is not None:
         if png is not None:
@@ -109,11 +119,7 @@ def _taken(scene: Scene, thing: str, mass: float | None, material: str | None) -
     if ":" in thing:
         file, _, name = thing.rpartition(":")
         return scene, scene_of(file).body(name)
-    body = scene.body(thing)
-    others = [other for other in scene.bodies if other.name != thing]
-    named = {b.name for b in others} | {b.material for b in others if b.material is not None}
-    friction = scene.friction.among(named)
-    return Scene(others, friction, scene.gravity, scene.name), body
+    return scene.without(thing), scene.body(thing)
 
 
 def _corners(region: str | None) -> list[list[float]] | None:

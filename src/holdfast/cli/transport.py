@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 
 from holdfast.applications.transport import horizontal_directions, inertial_loads, tilted, transport_limits
@@ -58,7 +57,7 @@ def transport(
     methods = [engine_with(engine, nodes=nodes), *(engine_with(name) for name in compare or ())]
     assembly = assemble(scene_of(scene), gap=gap, angle=angle)
     if tilt is not None:
-        assembly = tilted(assembly, np.radians(tilt))
+        assembly = tilted(assembly, tilt)
     loads = inertial_loads(
         assembly, angular_acceleration=angular_acceleration, angular_velocity=angular_velocity, pivot=pivot
     )

@@ -36,7 +36,7 @@ class Tolerances(Value):
     """How far apart, or into each other, two surfaces may be and still touch: ``gap`` [m] and ``angle`` [deg].
 
     Round shapes lie inside their true surface by their sagitta: between two bodies it is added to the gap. ``tilt``
-    [rad] is the standard deviation of the poses' rotation: it adds to the gap what it moves at the end of a body, and
+    [deg] is the standard deviation of the poses' rotation: it adds to the gap what it moves at the end of a body, and
     to the angle. With ``capped`` no pair's gap exceeds half the thickness of the thinner body; ``depth`` [m], how far
     into each other, never does either: the far side of a plate is not its near side.
     """
@@ -50,17 +50,21 @@ class Tolerances(Value):
     def between(self, a: Body, b: Body) -> Tolerances:
         """The tolerances of one pair of bodies: its gap, angle and depth, with nothing left to add."""
         lever = max((body.size / 2 for body in (a, b) if not body.fixed), default=0.0)
-        gap, angle = self.gap + SIGMAS * self.tilt * lever, self.angle + SIGMAS * float(np.degrees(self.tilt))
+        gap, angle = self.gap + self._swing(lever), self.angle + SIGMAS * self.tilt
         gap += a.shape.surface.sagitta + b.shape.surface.sagitta
         thin = THINNEST * min(a.shape.surface.thickness, b.shape.surface.thickness)
         if self.capped:
             gap = min(gap, thin)
         return Tolerances(gap, min(angle, STEEPEST) if self.tilt else angle, depth=min(gap, thin))
 
+    def _swing(self, lever: float) -> float:
+        """How far the rotation moves the end of a lever [m]."""
+        return SIGMAS * float(np.radians(self.tilt)) * lever
+
     def widest(self, scene: Scene) -> float:
         """An upper bound on the gap of every pair of bodies [m]."""
         lever = max((body.size / 2 for body in scene.movable), default=0.0)
-        return self.gap + SIGMAS * self.tilt * lever + 2 * max(body.shape.surface.sagitta for body in scene.bodies)
+        return self.gap + self._swing(lever) + 2 * max(body.shape.surface.sagitta for body in scene.bodies)
 
 
 def default_gap(scene: Scene) -> float:

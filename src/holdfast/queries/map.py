@@ -33,6 +33,7 @@ from holdfast.queries.request import (
     push_columns,
 )
 from holdfast.queries.result import Forces, gives_way, least, told
+from holdfast.scene.scene import Scene
 
 MAX_POINTS = 2_000_000
 SIGNIFICANT = 6  # digits of a force that count in a ranking
@@ -147,10 +148,10 @@ class RobustnessMap(Forces):
 
 
 def robustness_map(
-    assembly: Assembly,
+    assembly: Assembly | Scene,
     bodies: Sequence[str] | None = None,
-    spacing: float = 0.01,
     *,
+    spacing: float = 0.01,
     engine: EngineChoice = DEFAULT_ENGINE,
     gap: float = 0.01,
 ) -> RobustnessMap:
@@ -162,7 +163,7 @@ def robustness_map(
     until the expected relative error is at most ``gap``; up to three times that is stated. With 0 every point is solved
     on its own. ``graph`` takes no notice.
     """
-    checked_assembly(assembly)
+    assembly = checked_assembly(assembly)
     step = checked_number(spacing, "robustness_map: spacing", above=0)
     wanted = checked_number(gap, "robustness_map: gap", minimum=0)
     if isinstance(bodies, str):

@@ -6,6 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked
@@ -24,6 +26,7 @@ from holdfast.queries.request import (
     total_wrench,
 )
 from holdfast.queries.result import Forces, Single, gives_way, least, places_of, told
+from holdfast.scene.scene import Scene
 
 
 @archived
@@ -81,12 +84,12 @@ class LoadFactor(Single):
 
 
 def robustness(
-    assembly: Assembly,
+    assembly: Assembly | Scene,
     body: str,
-    points: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
-    directions: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
-    standing: Iterable[Load] = (),
+    points: ArrayLike,
+    directions: ArrayLike,
     *,
+    standing: Iterable[Load] = (),
     engine: EngineChoice = DEFAULT_ENGINE,
     bound: bool = False,
 ) -> Robustness:
@@ -97,7 +100,7 @@ def robustness(
     above it no equilibrium exists, by engine ``limit``. A point further from the body's surface than the
     contact tolerance raises SceneError.
     """
-    checked_assembly(assembly)
+    assembly = checked_assembly(assembly)
     p, e, W = pushes(assembly, body, points, directions, f"robustness of {body!r}")
     method = engine_of(engine)
     held = total_wrench(assembly, standing)
@@ -106,11 +109,11 @@ def robustness(
 
 
 def load_factor(
-    assembly: Assembly,
+    assembly: Assembly | Scene,
     loads: Iterable[Load],
-    standing: Iterable[Load] = (),
-    acceleration: Any = None,  # noqa: ANN401 - (3,) numbers, checked
     *,
+    standing: Iterable[Load] = (),
+    acceleration: ArrayLike | None = None,
     engine: EngineChoice = DEFAULT_ENGINE,
     bound: bool = False,
 ) -> LoadFactor:
@@ -119,7 +122,7 @@ def load_factor(
     ``standing`` loads and the inertial forces of a support that accelerates by ``acceleration`` (3,) [m/s²] act all
     the while, unscaled. ``bound`` as in ``robustness``.
     """
-    checked_assembly(assembly)
+    assembly = checked_assembly(assembly)
     method = engine_of(engine)
     W = total_wrench(assembly, loads)[:, None]
     moved = None if acceleration is None else checked(acceleration, (3,), "load_factor: acceleration")

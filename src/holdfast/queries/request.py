@@ -7,16 +7,20 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.assembly.assembly import FIXED, Assembly, assemble
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_pushes
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.rigid import wrench_at
+from holdfast.base.values import Value
 from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.contract import Engine
 from holdfast.engines.graph.engine import Graph
 from holdfast.engines.limit.engine import Limit
 from holdfast.geometry.distance import distance_to_surface
+from holdfast.scene.scene import Scene
 
 ENGINES: dict[str, Callable[[], Engine]] = {"graph": Graph, "limit": Limit, "compliant": Compliant}
 
@@ -26,28 +30,38 @@ CERTAIN_ENGINE = "limit"  # proves above which load no equilibrium exists, and w
 EngineChoice: TypeAlias = str | Engine
 
 
-@dataclass(frozen=True, eq=False)
-class Load:
+@archived
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Load(Value):
     """A load on a body, world axes: ``force`` (3,) [N] at ``point`` (3,) [m], and ``moment`` (3,) [N m]."""
 
     body: str
-    point: Float | None = None
-    force: Float | None = None
-    moment: Float | None = None
+    point: Float
+    force: Float
+    moment: Float
 
-    def __post_init__(self) -> None:
-        where = f"load on {self.body!r}"
-        if self.force is None and self.moment is None:
+    def __init__(
+        self,
+        body: str,
+        point: ArrayLike | None = None,
+        force: ArrayLike | None = None,
+        moment: ArrayLike | None = None,
+    ) -> None:
+        where = f"load on {body!r}"
+        if force is None and moment is None:
             raise SceneError(message(where, "has neither force nor moment", "give one"))
-        if self.force is not None and self.point is None:
+        if force is not None and point is None:
             raise SceneError(message(where, "has a force but no point", "say where it acts"))
-        for name in ("point", "force", "moment"):
-            value = getattr(self, name)
-            object.__setattr__(self, name, np.zeros(3) if value is None else checked(value, (3,), f"{where}: {name}"))
+        object.__setattr__(self, "body", body)
+        for name, value in (("point", point), ("force", force), ("moment", moment)):
+            given = (0.0, 0.0, 0.0) if value is None else value
+            object.__setattr__(self, name, checked(given, (3,), f"{where}: {name}"))
 
 
 def checked_assembly(value: object) -> Assembly:
-    """``value`` if it is an assembly; raises HoldfastError that says how to get one."""
+    """``value`` if it is an assembly; of a scene, the assembly at default tolerances. HoldfastError for all else."""
+    if isinstance(value, Scene):
+        return assemble(value)
     if not isinstance(value, Assembly):
         remedy = "needs an Assembly: hf.assemble(hf.load_scene(path)) makes one"
         raise HoldfastError(message("assembly", f"got a {type(value).__name__}", remedy))
@@ -92,9 +106,6 @@ def total_wrench(assembly: Assembly, loads: Iterable[Load]) -> Float:
         k = body_number(assembly, load.body)
         if k == FIXED:
             continue  # the ground takes it
-        assert load.force is not None
-        assert load.point is not None
-        assert load.moment is not None
         wrench = wrench_at(load.force, load.point, assembly.com[k])
         wrench[3:] += load.moment
         total[6 * k : 6 * k + 6] += wrench

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived
@@ -16,8 +17,17 @@ from holdfast.base.public import Summary, number
 from holdfast.base.values import Table
 from holdfast.engines.capabilities import GRADIENTS
 from holdfast.queries.intervals import Pair
-from holdfast.queries.request import CERTAIN_ENGINE, Load, body_number, engine_of, push_columns, total_wrench
+from holdfast.queries.request import (
+    CERTAIN_ENGINE,
+    Load,
+    body_number,
+    checked_assembly,
+    engine_of,
+    push_columns,
+    total_wrench,
+)
 from holdfast.queries.result import NAMED, SHOWN, Single, gives_way
+from holdfast.scene.scene import Scene
 
 
 @archived
@@ -57,10 +67,10 @@ class Sensitivity(Single):
 
 
 def sensitivity(
-    assembly: Assembly,
+    assembly: Assembly | Scene,
     body: str,
-    point: Any,  # noqa: ANN401 - (3,) numbers, checked
-    direction: Any,  # noqa: ANN401 - (3,) numbers, checked
+    point: ArrayLike,
+    direction: ArrayLike,
     *,
     standing: Iterable[Load] = (),
 ) -> Sensitivity:
@@ -71,6 +81,7 @@ def sensitivity(
     bound R from above (R is concave in them); whether a kink is met is not tested. Contact nodes, the push and
     standing loads stay where they are. Raises HoldfastError where R is zero, infinite or undecided.
     """
+    assembly = checked_assembly(assembly)
     where = f"sensitivity of {body!r}"
     p = checked(point, (3,), f"{where}: point")
     e = checked(direction, (3,), f"{where}: direction")

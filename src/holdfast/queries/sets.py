@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import FIXED, Assembly, body_forces
 from holdfast.base.archive import archived, to_dict
@@ -17,7 +18,16 @@ from holdfast.engines.answers import Claim
 from holdfast.engines.capabilities import SETS
 from holdfast.engines.verdict import Status
 from holdfast.geometry.half_spaces import largest_row
-from holdfast.queries.request import CERTAIN_ENGINE, EngineChoice, Load, body_number, engine_of, total_wrench
+from holdfast.queries.request import (
+    CERTAIN_ENGINE,
+    EngineChoice,
+    Load,
+    body_number,
+    checked_assembly,
+    engine_of,
+    total_wrench,
+)
+from holdfast.scene.scene import Scene
 
 FORCE_BOUND = 20.0  # default bound of forces, in total weights; of torques, in total weights times the assembly's size
 ACCELERATION_BOUND = 5.0  # default bound of each component of an acceleration, in g
@@ -105,12 +115,12 @@ class ConvexSet(PublicValue):
 
 
 def admissible_wrenches(
-    assembly: Assembly,
+    assembly: Assembly | Scene,
     body: str,
     *,
     engine: EngineChoice = CERTAIN_ENGINE,
     gap: float = 0.05,
-    bound: Any = None,  # noqa: ANN401 - two numbers, checked
+    bound: ArrayLike | None = None,
     standing: Iterable[Load] = (),
 ) -> ConvexSet:
     """The wrenches that ``body`` can take besides weight and ``standing`` loads before anything in the assembly moves.
@@ -121,6 +131,7 @@ def admissible_wrenches(
     In six dimensions the number of solves is limited: ``gap`` is a wish, and the ``gap`` of the result what came of it.
     Raises HoldfastError if the assembly does not stand, or if 0 is not inside the set.
     """
+    assembly = checked_assembly(assembly)
     where = f"admissible wrenches of {body!r}"
     index = body_number(assembly, body)
     if index == FIXED:
@@ -137,7 +148,7 @@ def admissible_wrenches(
 
 
 def sustainable_accelerations(
-    assembly: Assembly,
+    assembly: Assembly | Scene,
     *,
     engine: EngineChoice = CERTAIN_ENGINE,
     gap: float = 0.02,
@@ -150,6 +161,7 @@ def sustainable_accelerations(
     mass. ``bound`` [m/s²] of each component ends the inner polytope; 5 g by default. Raises HoldfastError if the
     assembly does not stand, or if 0 is not inside the set.
     """
+    assembly = checked_assembly(assembly)
     where = "sustainable accelerations"
     default = ACCELERATION_BOUND * float(np.linalg.norm(assembly.scene.gravity))
     limit = default if bound is None else checked_number(bound, f"{where}: bound", above=0)

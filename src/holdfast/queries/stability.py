@@ -13,6 +13,7 @@ from holdfast.engines.answers import Claim
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.verdict import Certificate, ContactForces, Status, Verdict
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load, checked_assembly, engine_of, total_wrench
+from holdfast.scene.scene import Scene
 
 
 @archived
@@ -91,9 +92,11 @@ class Stability(PublicValue):
         return Summary(f"{self.status}: {self.reason}", facts, notes=self.notes)
 
 
-def stability(assembly: Assembly, loads: Iterable[Load] = (), *, engine: EngineChoice = DEFAULT_ENGINE) -> Stability:
+def stability(
+    assembly: Assembly | Scene, *, loads: Iterable[Load] = (), engine: EngineChoice = DEFAULT_ENGINE
+) -> Stability:
     """Whether the assembly stands under its weight and ``loads``; ``engine`` is a name or an instance."""
-    checked_assembly(assembly)
+    assembly = checked_assembly(assembly)
     method = engine_of(engine)
     state = method.prepare(assembly, total_wrench(assembly, loads))
     return Stability(engine=method.name, claim=method.claim, verdict=state.verdict(), notes=state.notes)

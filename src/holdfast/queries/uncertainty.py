@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from holdfast.assembly.assembly import FIXED, Assembly, assemble, checked_pose_sigma
@@ -135,17 +136,13 @@ class _Spread:
     def _moved(self, shifts: Float, turns: Float) -> Assembly:
         """Bodies moved and their contacts found again, between the pairs that touch in the given assembly."""
         given = self.assembly
-        bodies = []
-        for body in given.bodies:
-            k = given.index[body.name]
-            if k == FIXED:
-                bodies.append(body)
-                continue
+        poses = {}
+        for k, body in enumerate(given.movable):
             pose = np.array(body.pose)
             pose[:3, :3] = turns[k] @ pose[:3, :3]
             pose[:3, 3] = given.com[k] + shifts[k] + turns[k] @ (pose[:3, 3] - given.com[k])
-            bodies.append(body.moved(pose))
-        scene = Scene(bodies, given.scene.friction, given.scene.gravity, given.scene.name)
+            poses[body.name] = pose
+        scene = given.scene.moved(poses)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", HoldfastWarning)  # the notes count what overlaps
             found = assemble(scene, angle=given.tolerances.angle, pose_sigma=self._tolerance)
@@ -159,21 +156,21 @@ class _Spread:
         own = self.assembly.tolerances
         return (
             float(np.hypot(own.gap / SIGMAS, np.sqrt(2) * metres)),
-            float(np.hypot(np.degrees(own.tilt), np.sqrt(2) * degrees)),
+            float(np.hypot(own.tilt, np.sqrt(2) * degrees)),
         )
 
 
 def robustness_under(
-    assembly: Assembly,
+    assembly: Assembly | Scene,
     body: str,
-    points: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
-    directions: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
-    standing: Iterable[Load] = (),
+    points: ArrayLike,
+    directions: ArrayLike,
     *,
+    samples: int = 200,
+    seed: int = 0,
     pose_sigma: float | tuple[float, float] | None = None,
-    mu_interval: MuRange | None = None,
-    samples: int = 100,
-    seed: int,
+    friction: MuRange | None = None,
+    standing: Iterable[Load] = (),
     engine: EngineChoice = DEFAULT_ENGINE,
 ) -> RobustnessUnder:
     """R(p, e) in ``samples`` samples of uncertain poses and friction; the rest as in ``robustness``.
@@ -184,22 +181,22 @@ def robustness_under(
     found anew, between the pairs that touch in ``assembly``, with a tolerance that allows for the deviates: gaps and
     overlaps within it are accepted, what changes is the outline, the place and the tilt of the contacts.
 
-    ``mu_interval``: a relative width (0.2: ± 20 %) or (low, high) for all touching pairs, or a dict of (low, high) by
+    ``friction``: a relative width (0.2: ± 20 %) or (low, high) for all touching pairs, or a dict of (low, high) by
     the two bodies' names; each sample has one level, uniform in 0..1, at which all pairs lie between low and high.
 
     The same ``seed`` gives the same samples, the first ones of a larger number too. See docs/uncertainty.md.
     """
-    checked_assembly(assembly)
+    assembly = checked_assembly(assembly)
     where = f"robustness of {body!r} under uncertainty"
     count = _whole(samples, f"{where}: samples", 1)
     whole_seed = _whole(seed, f"{where}: seed", 0)
     spread = _Spread(
         assembly,
         None if pose_sigma is None else _deviation(assembly, pose_sigma, where),
-        None if mu_interval is None else friction_intervals(assembly, mu_interval, where),
+        None if friction is None else friction_intervals(assembly, friction, where),
     )
     method, loads = engine_of(engine), standing if isinstance(standing, Load) else list(standing)
-    nominal = robustness(assembly, body, points, directions, loads, engine=method)
+    nominal = robustness(assembly, body, points, directions, standing=loads, engine=method)
     rng = np.random.default_rng(whole_seed)
     found = []
     for k in range(count):

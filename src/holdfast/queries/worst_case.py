@@ -6,6 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Objects, objects
@@ -23,8 +25,17 @@ from holdfast.queries.intervals import (
     with_friction,
 )
 from holdfast.queries.push import robustness
-from holdfast.queries.request import CERTAIN_ENGINE, Load, body_number, engine_of, push_columns, total_wrench
+from holdfast.queries.request import (
+    CERTAIN_ENGINE,
+    Load,
+    body_number,
+    checked_assembly,
+    engine_of,
+    push_columns,
+    total_wrench,
+)
 from holdfast.queries.result import Forces, least
+from holdfast.scene.scene import Scene
 
 
 @archived
@@ -60,32 +71,33 @@ class WorstCase(Forces):
 
 
 def worst_case(
-    assembly: Assembly,
+    assembly: Assembly | Scene,
     body: str,
-    points: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
-    directions: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
+    points: ArrayLike,
+    directions: ArrayLike,
     *,
-    mu: MuRange | None = None,
+    friction: MuRange | None = None,
     mass: MassRange | None = None,
     com: ComRange | None = None,
     standing: Iterable[Load] = (),
 ) -> WorstCase:
     """The smallest R(p, e) by engine ``limit`` over intervals of friction and boxes of masses and centres of mass.
 
-    ``mu``: a relative width (0.2: ± 20 %) or (low, high) for all touching pairs, or a dict of (low, high) by the two
-    bodies' names. ``mass``: a relative width for all movable bodies, or a dict of (low, high) [kg] by body. ``com``: a
-    half width [m] for all movable bodies, or a dict of half widths (3,) [m] by body: a box along the world axes around
-    the centre of mass. What is not named is taken as known. Poses, contacts and points stay as they are.
+    ``friction``: a relative width (0.2: ± 20 %) or (low, high) for all touching pairs, or a dict of (low, high) by the
+    two bodies' names. ``mass``: a relative width for all movable bodies, or a dict of (low, high) [kg] by body.
+    ``com``: a half width [m] for all movable bodies, or a dict of half widths (3,) [m] by body: a box along the world
+    axes around the centre of mass. What is not named is taken as known. Poses, contacts and points stay as they are.
 
     Exact, not sampled: the lower end of every μ, and of masses and centres of mass all corners (``guarantee`` says
     why), at one set-up each. Their number doubles with every uncertain value (shifts along gravity do not count); more
     than 4,096 raise HoldfastError.
     """
+    assembly = checked_assembly(assembly)
     where = f"worst case of {body!r}"
     loads = list(standing)
-    nominal = robustness(assembly, body, points, directions, loads, engine=CERTAIN_ENGINE)
-    low = {pair: ends[0] for pair, ends in friction_intervals(assembly, mu, where).items()}
-    rough = assembly if mu is None else with_friction(assembly, low)
+    nominal = robustness(assembly, body, points, directions, standing=loads, engine=CERTAIN_ENGINE)
+    low = {pair: ends[0] for pair, ends in friction_intervals(assembly, friction, where).items()}
+    rough = assembly if friction is None else with_friction(assembly, low)
     masses, coms = mass_intervals(rough, mass, where), com_boxes(rough, com, where)
     columns = push_columns(rough, body_number(rough, body), nominal.points, nominal.directions)
     method = WORST_CASES.of(engine_of(CERTAIN_ENGINE), engine=CERTAIN_ENGINE, where=where)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
 
@@ -88,13 +88,32 @@ class Scene(Value):
         remedy = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(names[:20])}"
         raise SceneError(message("scene", f"has no body named {name!r}", remedy))
 
-    def without(self, names: Collection[str]) -> Scene:
-        """The scene with these bodies taken away."""
-        for name in names:
+    def moved(self, poses: Mapping[str, ArrayLike]) -> Scene:
+        """The scene with the bodies of these names at other poses (4, 4), body frame to world."""
+        if not hasattr(poses, "items"):
+            remedy = 'needs a dict such as {"cup": pose}'
+            raise SceneError(message("scene: moved", f"got a {type(poses).__name__}", remedy))
+        for name in poses:
             self.body(name)
-        left = [body for body in self.bodies if body.name not in names]
+        return replace(
+            self, bodies=tuple(body.moved(poses[body.name]) if body.name in poses else body for body in self.bodies)
+        )
+
+    def with_body(self, body: Body) -> Scene:
+        """The scene with one body more, after the others."""
+        return replace(self, bodies=(*self.bodies, body))
+
+    def without(self, *names: str | Iterable[str]) -> Scene:
+        """The scene with these bodies taken away; friction that names them is forgotten."""
+        gone = self.checked_names(*names)
+        left = tuple(body for body in self.bodies if body.name not in gone)
         known = {body.name for body in left} | {body.material for body in left if body.material is not None}
-        return Scene(left, self.friction.among(known), self.gravity, self.name)
+        return replace(self, bodies=left, friction=self.friction.among(known))
+
+    def checked_names(self, *names: str | Iterable[str]) -> frozenset[str]:
+        """All of the names, given one by one or in lists; raises SceneError where no body has one."""
+        single = [[name] if isinstance(name, str) else name for name in names]
+        return frozenset(self.body(name).name for several in single for name in several)
 
     def mu(self, a: str, b: str) -> float:
         """The static friction coefficient between two bodies."""

@@ -11,11 +11,12 @@ from scipy.spatial import Delaunay
 
 import holdfast as hf
 from holdfast.base.arrays import Float, Int
-from holdfast.elastic import path
-from holdfast.elastic.linear import SparseSolver, make_work
+from holdfast.elastic.outcome import PathOutcome
+from holdfast.elastic.system import System
 from holdfast.engines.answers import Answers
-from holdfast.engines.compliant.engine import MANY, Compliant, CompliantState, System
-from holdfast.engines.compliant.interpolated import UNKNOWN, Survey, survey
+from holdfast.engines.compliant.engine import Compliant
+from holdfast.engines.compliant.interpolated import Solved, Survey, survey
+from holdfast.engines.compliant.state import MANY, Standing
 from holdfast.engines.contract import Within
 from holdfast.engines.verdict import Status
 from holdfast.geometry.hull import corner_numbers
@@ -29,10 +30,10 @@ CASES = {"cube": 0.008, "stack": 0.013, "table": 0.03}
 
 
 @cache
-def _case(scene: str) -> tuple[CompliantState, RobustnessMap, Answers]:
+def _case(scene: str) -> tuple[Standing, RobustnessMap, Answers]:
     """A map, and every one of its points by a path of its own."""
     assembly = hf.assemble(shipped_scene(scene))
-    result = hf.robustness_map(assembly, None, CASES[scene], engine="compliant", gap=GAP)
+    result = hf.robustness_map(assembly, None, spacing=CASES[scene], engine="compliant", gap=GAP)
     state = Compliant().prepare(assembly)
     columns = [
         push_columns(assembly, assembly.index[name], result.points[here], -result.normals[here])
@@ -90,7 +91,7 @@ def test_points_say_whether_they_were_solved() -> None:
 def test_without_a_gap_with_few_columns_or_several_bodies_every_column_is_solved() -> None:
     state, result, _ = _case("stack")
     body = result.body == "cube3"
-    assembly = state.assembly
+    assembly = state.grid.assembly
     W = push_columns(assembly, assembly.index["cube3"], result.points[body], -result.normals[body])
     assert not state.load_factor(W, Within(GAP)).solved.all()
     assert state.load_factor(W[:, : MANY - 1], Within(GAP)).solved.all()
@@ -101,25 +102,25 @@ def test_without_a_gap_with_few_columns_or_several_bodies_every_column_is_solved
 
 def test_with_a_gap_of_nothing_a_map_solves_every_point() -> None:
     assembly = hf.assemble(shipped_scene("cube"))
-    result = hf.robustness_map(assembly, None, 0.02, engine="compliant", gap=0)
+    result = hf.robustness_map(assembly, None, spacing=0.02, engine="compliant", gap=0)
     assert result.solved.all()
     assert not result.error.any()
-    assert not hf.robustness_map(assembly, None, 0.008, engine="compliant").solved.all()
+    assert not hf.robustness_map(assembly, None, spacing=0.008, engine="compliant").solved.all()
 
 
-def _pushes(state: CompliantState, directions: Float) -> Float:
-    at = state.assembly.com[[2, 2, 2]] + [[-0.04, 0.01, 0.02], [0.02, -0.04, -0.01], [0.01, 0.03, 0.03]]
-    return push_columns(state.assembly, 2, at, directions)
+def _pushes(state: Standing, directions: Float) -> Float:
+    at = state.grid.assembly.com[[2, 2, 2]] + [[-0.04, 0.01, 0.02], [0.02, -0.04, -0.01], [0.01, 0.03, 0.03]]
+    return push_columns(state.grid.assembly, 2, at, directions)
 
 
 def test_cuts_are_the_slopes_of_the_peak() -> None:
     """Against differences of the peaks of neighbouring pushes, in random directions of the load."""
     state, _, _ = _case("stack")
     W = _pushes(state, np.array([[1.0, 0, 0], [0, 1, 0.2], [1, 1, 0]]))
-    paths = state.paths(W, cuts=True)
+    paths = state.grid.paths(W, cuts=True)
     assert (np.abs((paths.cut * W.T).sum(1) - 1) < 1e-9).all()
     other = W + 1e-3 * np.random.default_rng(1).normal(size=W.shape) * np.tile(np.repeat([1, 0.05], 3), 3)[:, None]
-    measured = paths.peak / state.paths(other).peak - 1
+    measured = paths.peak / state.grid.paths(other).peak - 1
     expected = (paths.cut * other.T).sum(1) - 1
     assert np.abs(measured).max() > 5e-4
     assert np.allclose(measured, expected, rtol=0.1, atol=1e-4)
@@ -127,11 +128,9 @@ def test_cuts_are_the_slopes_of_the_peak() -> None:
 
 def test_sparse_and_dense_elimination_give_the_same_cuts() -> None:
     state, _, _ = _case("stack")
-    assert state.system is not None
-    model = state.system.model
-    other = replace(state, system=System(model, make_work(model, dense=False), SparseSolver(model)))
+    other = replace(state.grid, system=System.by_lu(state.grid.system.model))
     W = _pushes(state, np.array([[1.0, 0, 0], [0, 1, 0.2], [1, 1, 0]]))
-    one, two = state.paths(W, cuts=True), other.paths(W, cuts=True)
+    one, two = state.grid.paths(W, cuts=True), other.paths(W, cuts=True)
     assert np.allclose(one.peak, two.peak, rtol=1e-4)
     assert np.allclose(one.cut, two.cut, rtol=1e-2, atol=1e-3 * np.abs(one.cut).max())
 
@@ -144,8 +143,8 @@ def _plane_pushes(count: int) -> Float:
 
 
 def _surveyed(loads: Float, value: Float, slopes: Float, kind: Int | None = None) -> Survey:
-    kinds = np.full(len(loads), path.PEAK) if kind is None else kind
-    return survey(loads, lambda k: (kinds[k], value[k], slopes[k], np.zeros(len(k), dtype=int)), GAP)
+    kinds = np.full(len(loads), PathOutcome.PEAK) if kind is None else kind
+    return survey(loads, lambda k: Solved(kinds[k], value[k], slopes[k], np.zeros(len(k), dtype=int)), GAP)
 
 
 def test_quadratic_resistance_is_interpolated_exactly() -> None:
@@ -156,7 +155,7 @@ def test_quadratic_resistance_is_interpolated_exactly() -> None:
     slopes[:, 0], slopes[:, 4], slopes[:, 5] = 2 - value, 0.2 * loads[:, 4], 0.4 * loads[:, 5]
     assert np.allclose((slopes * loads).sum(1), value)
     found = _surveyed(loads, value, slopes)
-    between = found.kind == UNKNOWN
+    between = ~found.solved
     assert between.mean() > 0.9
     assert np.allclose(found.value[between], value[between], rtol=1e-9)
 
@@ -168,7 +167,7 @@ def test_kinks_are_followed_down_to_the_gap() -> None:
     which = np.argmax(loads @ planes.T, axis=1)
     value = (loads @ planes.T).max(1)
     found = _surveyed(loads, value, planes[which])
-    between = found.kind == UNKNOWN
+    between = ~found.solved
     off = np.abs(value[between] / found.value[between] - 1)
     assert between.mean() > 0.8
     assert (off <= found.error[between]).all()
@@ -183,9 +182,9 @@ def test_nothing_is_interpolated_between_finite_and_endless() -> None:
     endless = loads[:, 4] > 0.3
     value = np.where(endless, 0.0, 1.0)
     slopes = value[:, None] * np.array([1.0, 0, 0, 0, 0, 0])
-    found = _surveyed(loads, value, slopes, np.where(endless, path.ENDLESS, path.PEAK))
+    found = _surveyed(loads, value, slopes, np.where(endless, PathOutcome.ENDLESS, PathOutcome.PEAK))
     assert np.array_equal(found.value == 0, endless)
-    between = found.kind == UNKNOWN
+    between = ~found.solved
     assert 0.2 < between.mean() < 0.9
     assert not endless[between].any()
     assert not endless[found.corner[between]].any()
@@ -193,11 +192,11 @@ def test_nothing_is_interpolated_between_finite_and_endless() -> None:
 
 def test_an_undecided_neighbour_spoils_interpolation() -> None:
     loads = _plane_pushes(9)
-    value, kind = np.ones(81), np.full(81, path.PEAK)
-    kind[0], value[0] = path.LOST, 0.0
+    value, kind = np.ones(81), np.full(81, PathOutcome.PEAK)
+    kind[0], value[0] = PathOutcome.LOST, 0.0
     slopes = value[:, None] * np.array([1.0, 0, 0, 0, 0, 0])
     found = _surveyed(loads, value, slopes, kind)
-    assert (found.corner[found.kind == UNKNOWN] != 0).all()
+    assert (found.corner[~found.solved] != 0).all()
 
 
 # (scene, body, point, direction): pushes whose long steps once ended on another branch of the path [m]

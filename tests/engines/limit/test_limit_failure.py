@@ -172,7 +172,7 @@ def test_loads_of_any_size(size: float) -> None:
 @pytest.mark.parametrize("held", [1e-9, 1e3, 1e6, 1e9, 1e12])
 def test_standing_loads_of_any_size(held: float) -> None:
     answer = load_factor(
-        cube(), [Load("cube", (-0.05, 0, 0), X)], [Load("cube", (0, 0, 0.1), -held * Z)], engine="limit"
+        cube(), [Load("cube", (-0.05, 0, 0), X)], standing=[Load("cube", (0, 0, 0.1), -held * Z)], engine="limit"
     )
     truth = 0.6 * (G0 + held)
     assert answer.lower <= truth * (1 + 1e-9)

@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from holdfast.applications.disassembly.removal import WHOLE, Answer, Removal, Removals
 from holdfast.applications.disassembly.search import everything, fewest
@@ -23,6 +24,7 @@ from holdfast.engines.answers import Claim
 from holdfast.engines.contract import FORCES_ONLY, Engine
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
+from holdfast.scene.scene import Scene
 
 SHOWN = 8  # names in a line
 BUDGET = 2000  # answers by contact forces after which a search stops
@@ -151,12 +153,12 @@ class Disassembly(PublicValue):
 
 
 def disassembly_order(
-    assembly: Assembly,
-    engine: EngineChoice = DEFAULT_ENGINE,
-    lift: Any = (0.0, 0.0, 1.0),  # noqa: ANN401 - (3,) numbers, checked
-    goal: str | Iterable[str] | None = None,
+    assembly: Assembly | Scene,
     *,
+    lift: ArrayLike = (0.0, 0.0, 1.0),
+    goal: str | Iterable[str] | None = None,
     budget: int = BUDGET,
+    engine: EngineChoice = DEFAULT_ENGINE,
 ) -> Disassembly:
     """In which order bodies can be lifted out along ``lift`` (3,) one by one while the rest stands.
 
@@ -165,7 +167,7 @@ def disassembly_order(
     all movable bodies. ``budget``: how many answers by contact forces a search may take. An assembly that does not
     stand raises UnstableError (a SceneError), one that is undecided SolverError, with the verdict.
     """
-    checked_assembly(assembly)
+    assembly = checked_assembly(assembly)
     method = engine_of(engine)
     if not isinstance(budget, int | np.integer) or budget < 0:
         raise HoldfastError(message("disassembly_order: budget", f"{budget!r}", "needs a whole number, not negative"))

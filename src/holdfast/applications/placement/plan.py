@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+
+from numpy.typing import ArrayLike
 
 from holdfast.applications.placement.options import (
     Options,
@@ -22,28 +23,29 @@ from holdfast.base.errors import SceneError, message
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
 from holdfast.scene.body import Body
 from holdfast.scene.friction import Friction
+from holdfast.scene.scene import Scene
 
 SPACING = 0.01  # [m] between the points of a map
 MASS_MARGIN = 0.1  # share of its weight by which the object may be heavier than it was said to be
 
 
 def plan_placement(
-    assembly: Assembly,
+    assembly: Assembly | Scene,
     body: Body,
+    *,
     engine: EngineChoice = DEFAULT_ENGINE,
-    region: Any = None,  # noqa: ANN401 - (2, 2) or (2, 3) numbers, checked
+    region: ArrayLike | None = None,
     budget: float | None = None,
     seed: int = 0,
-    *,
     candidates: int = 1,
     attempts: int = MOST_ATTEMPTS,
     supports: Sequence[str] | None = None,
     least_supports: int = 1,
     avoid: Sequence[str] = (),
-    orientations: Any = None,  # noqa: ANN401 - (k, 3, 3) numbers, checked
+    orientations: ArrayLike | None = None,
     turn: bool = True,
     tilt: float = 5.0,
-    approach: Any = None,  # noqa: ANN401 - (3,) numbers, checked
+    approach: ArrayLike | None = None,
     weights: Weights | None = None,
     friction: Friction | float | None = None,
     mass_margin: float = MASS_MARGIN,
@@ -65,7 +67,7 @@ def plan_placement(
     [m] is that of all maps. ``confirm``: the engine that also has to find the pose stable, or None.
     """
     return planner(
-        assembly, body, engine, region=region, supports=supports, least_supports=least_supports, avoid=avoid,
+        assembly, body, engine=engine, region=region, supports=supports, least_supports=least_supports, avoid=avoid,
         orientations=orientations, turn=turn, tilt=tilt, approach=approach, weights=weights,
         friction=friction, mass_margin=mass_margin, spacing=spacing, confirm=confirm,
     ).plan(
@@ -77,18 +79,18 @@ def plan_placement(
 
 
 def planner(
-    assembly: Assembly,
+    assembly: Assembly | Scene,
     body: Body,
-    engine: EngineChoice = DEFAULT_ENGINE,
     *,
-    region: Any = None,  # noqa: ANN401
+    engine: EngineChoice = DEFAULT_ENGINE,
+    region: ArrayLike | None = None,
     supports: Sequence[str] | None = None,
     least_supports: int = 1,
     avoid: Sequence[str] = (),
-    orientations: Any = None,  # noqa: ANN401
+    orientations: ArrayLike | None = None,
     turn: bool = True,
     tilt: float = 5.0,
-    approach: Any = None,  # noqa: ANN401
+    approach: ArrayLike | None = None,
     weights: Weights | None = None,
     friction: Friction | float | None = None,
     mass_margin: float = MASS_MARGIN,
@@ -96,7 +98,7 @@ def planner(
     confirm: EngineChoice | None = DEFAULT_ENGINE,
 ) -> Planner:
     """A planner to be asked with many seeds; arguments as of ``plan_placement``."""
-    checked_assembly(assembly)
+    assembly = checked_assembly(assembly)
     where = "plan_placement"
     if not isinstance(body, Body):
         raise SceneError(message(where, f"body is a {type(body).__name__}", "needs a holdfast.Body with a mass"))

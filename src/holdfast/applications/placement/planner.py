@@ -344,13 +344,13 @@ class Planner:
         if len(found) > 1:
             rated = []
             for candidate, after in found:
-                coarse = robustness_map(after, None, ROUGHLY * self.options.spacing, engine=self.engine)
+                coarse = robustness_map(after, None, spacing=ROUGHLY * self.options.spacing, engine=self.engine)
                 least, own = least_force(coarse), least_force(coarse, self.body.name)
                 rated.append((round(least, 9), own, replace(candidate, robustness=least), after))
             rated.sort(key=lambda entry: entry[:2], reverse=True)
             found = [(candidate, after) for _, _, candidate, after in rated]
         after = found[0][1]
-        full = robustness_map(after, None, self.options.spacing, engine=self.engine)
+        full = robustness_map(after, None, spacing=self.options.spacing, engine=self.engine)
         undecided = int((full.status == Status.UNDECIDED).sum())
         reason = "everything stands with it"
         if undecided:

@@ -45,10 +45,10 @@ def scene_map(assembly: Assembly, engine: EngineChoice, spacing: float, names: C
     movable = [body.name for body in assembly.movable if body.name in names]
     fixed = [body for body in assembly.bodies if body.fixed and body.name in names]
     if movable:
-        maps.append(robustness_map(assembly, movable, spacing, engine=engine))
+        maps.append(robustness_map(assembly, movable, spacing=spacing, engine=engine))
     if fixed:
         step = max(spacing, float(np.sqrt(sum(body.surface_world.area for body in fixed) / MOST_FIXED)))
-        maps.append(robustness_map(assembly, [body.name for body in fixed], step, engine=engine))
+        maps.append(robustness_map(assembly, [body.name for body in fixed], spacing=step, engine=engine))
     return maps
 
 
