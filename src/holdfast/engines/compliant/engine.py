@@ -8,7 +8,9 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked_number
+from holdfast.base.values import Value
 from holdfast.base.errors import HoldfastError, message
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.engines.compliant.grid import Grid
@@ -22,8 +24,9 @@ from holdfast.engines.verdict import Status
 FEWEST = 2  # nodes along a side
 
 
-@dataclass(frozen=True)
-class Compliant:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Compliant(Value):
     """Elastic contacts without adhesion, Coulomb friction without dilatancy: what comes to rest, and up to which load.
 
     ``nodes`` along each side of a square patch (others have as many in all); ``stiffness_ratio`` tangential over normal

@@ -10,7 +10,9 @@ import numpy as np
 
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.nodes import ContactNodes, contact_nodes
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, checked_number
+from holdfast.base.values import Value
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.progress import report
 from holdfast.base.rigid import rotation_about, shift_twist
@@ -27,8 +29,9 @@ from holdfast.engines.verdict import Status, Verdict
 NO_MOMENT = 1e-5  # lever below which a load turns nothing, relative to the size: poses are not known better
 
 
-@dataclass(frozen=True)
-class Graph:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Graph(Value):
     """The paper's method with its options.
 
     ``nodes`` an interface (20), placed by ``sampling`` ("hull": corners first, then farthest points; "quadrature": a

@@ -13,7 +13,9 @@ from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, equilibrium_operator
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
+from holdfast.base.values import Value
 from holdfast.base.errors import HoldfastError, message
 from holdfast.conic.solve import ConeSolution, Outcome
 from holdfast.engines.answers import Answers, Bound, Claim
@@ -38,8 +40,9 @@ MARGIN = 1e-7  # share of an answer by which its bounds are moved outwards, for 
 ACCEPTED = 1e-6  # largest residual of a solution that counts as an answer, in units of the total weight
 
 
-@dataclass(frozen=True)
-class Limit:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Limit(Value):
     """Static limit analysis over all corners of all patches, which carry whatever the patches can.
 
     ``cone``: "exact", or a polygon of ``sides`` "inscribed" (cautious) or "circumscribed" (optimistic).
