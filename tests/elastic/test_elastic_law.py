@@ -6,7 +6,8 @@ import pytest
 import holdfast as hf
 from holdfast.assembly.nodes import contact_nodes, equilibrium_operator
 from holdfast.elastic.law import evaluate, next_change, node_forces
-from holdfast.elastic.linear import SparseSolver, dense_solve, make_work
+from holdfast.elastic.linear import dense_solve, make_work
+from holdfast.elastic.sparse import SparseSolver
 from holdfast.engines.compliant.model import elastic_model, levers
 from holdfast.engines.mechanism import relative_velocity
 from holdfast.scene.shipped import shipped_scene
@@ -84,7 +85,9 @@ def test_the_jacobian_is_the_derivative(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_dense_and_sparse_solutions_and_the_sign_of_the_determinant(name: str) -> None:
+@pytest.mark.parametrize("transposed", [False, True])
+@pytest.mark.parametrize("corner", [0.0, 0.7])
+def test_dense_and_sparse_solutions_and_the_sign_of_the_determinant(name: str, corner: float, transposed: bool) -> None:
     _, _, m = model(name)
     n = len(m.wrench)
     rng = np.random.default_rng(3)
@@ -94,13 +97,17 @@ def test_dense_and_sparse_solutions_and_the_sign_of_the_determinant(name: str) -
         for work in works:
             unbalance(m, q, work.K)
             work.w[:], work.c[:], work.rhs[:] = w, c, rhs
-            work.ask[0] = 0.1
-        dense_solve(m, works[0])
-        SparseSolver(m).solve(works[1])
         A = bordered(m, works[0].K + 0.1 * m.bonded, w, c)
-        for work in works:
+        A[n, n] = corner
+        if transposed:
+            A = A.T
+        signs = [
+            dense_solve(m, works[0], 0.1, corner, transposed),
+            SparseSolver(m).solve(works[1], 0.1, corner, transposed),
+        ]
+        for work, sign in zip(works, signs, strict=True):
             np.testing.assert_allclose(A @ work.rhs, rhs, atol=1e-7)
-            assert work.ask[2] == np.linalg.slogdet(A)[0]
+            assert sign == np.linalg.slogdet(A)[0]
 
 
 @pytest.mark.parametrize("name", SCENES)

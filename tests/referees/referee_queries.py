@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from holdfast import Assembly, Compliant, Status, assemble, robustness
 from holdfast.assembly.nodes import ContactNodes
-from holdfast.elastic.path import PEAK
+from holdfast.elastic.outcome import PathOutcome
 from holdfast.scene.shipped import shipped_scene
 from holdfast.validation.baselines.search import push
 
@@ -65,6 +65,5 @@ def engine(query: Query, nodes: ContactNodes | None = None) -> float:
         return float(answer.force[0])
     column = push(assembly, query.body, query.point, query.direction)
     state = Compliant().on(assembly, assembly.weight_wrench(), nodes)
-    paths = state.paths(column[:, None])
-    state._by_verdicts(column[:, None], paths)
-    return float(paths.peak[0]) if paths.kind[0] == PEAK else float("inf")
+    paths = state.refined.found(column[:, None])
+    return float(paths.peak[0]) if paths.outcome[0] == PathOutcome.PEAK else float("inf")

@@ -90,3 +90,9 @@ def test_an_overlap_within_the_gap_does_not_warn(recwarn: pytest.WarningsRecorde
     assembly = hf.assemble(sunk(0.0009), gap=1e-3)
     assert not recwarn.list
     assert len(assembly.interfaces) == 1
+
+
+def test_up_is_against_gravity() -> None:
+    gravity = np.array([3.0, 0.0, -4.0])
+    assert hf.Scene([FLOOR], 0.5, gravity=gravity).up.tolist() == [-0.6, 0.0, 0.8]
+    assert hf.Scene([FLOOR], 0.5).up.tolist() == [0, 0, 1]

@@ -26,7 +26,8 @@ from holdfast.cli.common import (
     scene_of,
 )
 from holdfast.queries.request import DEFAULT_ENGINE
-from holdfast.report.placement import placement_data, placement_report, save_placement_png
+from holdfast.report.data import placement_data
+from holdfast.report.placement import placement_report
 from holdfast.scene.body import Body
 from holdfast.scene.formats.registry import save_scene
 from holdfast.scene.scene import Scene
@@ -79,7 +80,7 @@ def place(
     written = []
     if result.assembly is not None:
         if png is not None:
-            save_placement_png(result, png)
+            result.save_png(png)
             written.append(png)
         if save is not None:
             save_scene(result.assembly.scene, save)

@@ -1,10 +1,11 @@
-"""Linear systems of a path: the stiffness bordered by a load and by a condition on the displacement.
+"""The linear systems of a path: the stiffness bordered by a load and by a condition on the displacement.
 
     [ K + ε D   -w ] [x]
     [   cᵀ       d ] [s]
 
-K and D are sums over sheets of 6x6 blocks. Small systems are solved by dense elimination within compiled code, large
-ones by sparse LU from Python: the algorithms (settle.py, path.py) run either way.
+K is the stiffness of the contacts as they are, D that of bonded contacts; both are sums over sheets of 6x6 blocks. ε is
+called ``drag`` and d ``corner``. Small systems are solved by dense elimination within compiled code, large ones by
+sparse LU from Python (sparse.py): the algorithms (resting.py, path.py) run either way.
 """
 
 from __future__ import annotations
@@ -12,34 +13,26 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import splu
 
-from holdfast.base.arrays import Bool, Float, Int
-from holdfast.base.compiled import compilable, compiled
+from holdfast.base.arrays import Float
+from holdfast.base.compiled import compiled
 from holdfast.elastic.law import Elastic
 
-SINGULAR = 0.0
-SMALL_PIVOT = 0.1  # of the largest in its column: below it the order that suits the symmetric pattern is left
-VISCOSITY, CORNER, SIGN, TRANSPOSED = 0, 1, 2, 3  # entries of Work.ask
-NO_RESISTANCE = 1e-9  # over that of bonded contacts as wide as the body
-NEAR_SINGULAR = 1e-12  # added, so that a singular stiffness can be factored
+SINGULAR = 0.0  # the sign of the determinant of a system that has no unique solution
 
 
 class Work(NamedTuple):
-    """A system and scratch.
+    """A system of n = 6J displacements, and memory to work in.
 
-    ``K`` (P, 6, 6); ``w``, ``c`` (n,); right-hand sides ``rhs`` (n + 1, 2). ``ask`` (4,) holds ε, d, once solved the
-    sign of the determinant (0: singular), and 1 where the transposed system is meant. ``A`` (n + 1, n + 1) is for the
-    dense solution, the rest is scratch.
+    ``K`` (P, 6, 6); ``w``, ``c`` (n,); ``rhs`` (n + 1, 2) two right-hand sides, which become the solutions. ``A``
+    (n + 1, n + 1) is the matrix of dense elimination, empty (0, 0) for sparse LU. ``r`` (n,) is the unbalance at a
+    displacement (newton.py), ``trial`` (n,) a displacement tried; ``v``, ``F`` (6,) a sheet's twist and wrench.
     """
 
     K: Float
     w: Float
     c: Float
     rhs: Float
-    ask: Float
     A: Float
     r: Float
     trial: Float
@@ -48,7 +41,7 @@ class Work(NamedTuple):
 
 
 def make_work(m: Elastic, *, dense: bool) -> Work:
-    """Room for a model of n = 6J unknowns."""
+    """The memory that one thread needs for a model."""
     n = len(m.wrench)
     square = np.zeros((n + 1, n + 1)) if dense else np.zeros((0, 0))
     return Work(
@@ -56,7 +49,6 @@ def make_work(m: Elastic, *, dense: bool) -> Work:
         np.zeros(n),
         np.zeros(n),
         np.zeros((n + 1, 2)),
-        np.zeros(4),
         square,
         np.zeros(n),
         np.zeros(n),
@@ -97,20 +89,23 @@ def _add_blocks(m: Elastic, K: Float, factor: float, A: Float, X: Float) -> None
 
 
 @compiled
-def dense_solve(m: Elastic, work: Work) -> None:
-    """Solve the system of ``work`` in place, by Gauss elimination with row scaling and partial pivoting."""
+def dense_solve(m: Elastic, work: Work, drag: float, corner: float, transposed: bool) -> float:
+    """Solve the system of ``work``, or its transpose, in place by Gauss elimination with row scaling and pivoting.
+
+    Returns the sign of the determinant, or SINGULAR.
+    """
     A, rhs, n = work.A, work.rhs, len(work.w)
     A[:] = 0.0
     X = np.empty((6, 6))
     _add_blocks(m, work.K, 1.0, A, X)
-    if work.ask[0] > 0:
-        _add_blocks(m, m.bonded, work.ask[0], A, X)
+    if drag > 0:
+        _add_blocks(m, m.bonded, drag, A, X)
     for i in range(n):
         A[i, n] = -work.w[i]
         A[n, i] = work.c[i]
-    A[n, n] = work.ask[1]
+    A[n, n] = corner
     size = n + 1
-    if work.ask[3] > 0:
+    if transposed:
         for i in range(size):
             for j in range(i):
                 A[i, j], A[j, i] = A[j, i], A[i, j]
@@ -132,8 +127,7 @@ def dense_solve(m: Elastic, work: Work) -> None:
             if abs(A[i, c]) > abs(A[pivot, c]):
                 pivot = i
         if not abs(A[pivot, c]) > 0:
-            work.ask[2] = 0.0
-            return
+            return SINGULAR
         if pivot != c:
             sign = -sign
             for j in range(c, size):
@@ -159,118 +153,4 @@ def dense_solve(m: Elastic, work: Work) -> None:
             two -= A[c, j] * rhs[j, 1]
         rhs[c, 0] = one / A[c, c]
         rhs[c, 1] = two / A[c, c]
-    work.ask[2] = sign
-
-
-@compiled
-def _blocks(m: Elastic, K: Float, viscosity: float, out: Float) -> None:
-    """The 6x6 blocks of every sheet's pairs of bodies (bb, ba, ab, aa), row by row, into ``out`` (P, 4, 6, 6)."""
-    for p in range(len(m.a)):
-        D = K[p] + viscosity * m.bonded[p]
-        X, Y = D @ m.Tb[p], D @ m.Ta[p]
-        out[p, 0] = m.Tb[p].T @ X
-        out[p, 1] = -(m.Tb[p].T @ Y)
-        out[p, 2] = -(m.Ta[p].T @ X)
-        out[p, 3] = m.Ta[p].T @ Y
-
-
-def _pattern(m: Elastic) -> tuple[Bool, Int, Int]:
-    """Which entries of ``_blocks`` belong to free bodies, and the rows and columns of those."""
-    ends = np.stack([np.stack([m.b, m.b, m.a, m.a], 1), np.stack([m.b, m.a, m.b, m.a], 1)], 2)
-    rows = (6 * ends[:, :, 0, None, None] + np.arange(6)[:, None] + np.zeros((1, 6), int)).ravel()
-    columns = (6 * ends[:, :, 1, None, None] + np.arange(6) + np.zeros((6, 1), int)).ravel()
-    kept = np.repeat((ends >= 0).all(2).ravel(), 36)
-    return kept, rows[kept], columns[kept]
-
-
-def loose(m: Elastic, K: Float) -> Float:
-    """How far each body (J,) moves in a motion (largest: 1) that the stiffness ``K`` (P, 6, 6) does not resist.
-
-    Zero where there is none. By inverse iteration from a fixed random start, so that of several such motions a general
-    combination is found; each body's rows and columns in units of its own bonded contacts and size.
-    """
-    n = len(m.wrench)
-    kept, rows, columns = _pattern(m)
-    blocks = np.zeros((len(m.a), 4, 6, 6))
-    _blocks(m, m.bonded, 0.0, blocks)
-    firmest = np.zeros(n)
-    on = (rows == columns) & (rows % 6 < 3)
-    np.add.at(firmest, rows[on], blocks.ravel()[kept][on])
-    size = m.scale[::6] / m.scale[3::6]
-    unit = np.repeat(np.sqrt(firmest.reshape(-1, 6).max(1)), 6) * np.stack([np.ones_like(size), size], 1).repeat(3)
-    _blocks(m, K, 0.0, blocks)
-    scaled = blocks.ravel()[kept] / (unit[rows] * unit[columns])
-    A = sparse.csc_matrix((scaled, (rows, columns)), shape=(n, n))
-    factors = splu(A + NEAR_SINGULAR * sparse.eye(n, format="csc"))
-    x = np.random.default_rng(0).normal(size=n)
-    for _ in range(3):
-        x = factors.solve(x)
-        x /= np.abs(x).max()
-    if np.abs(np.asarray(A @ x)).max() > NO_RESISTANCE:
-        return np.zeros(n // 6)
-    return np.asarray(np.abs(x).reshape(-1, 6).max(1))
-
-
-class SparseSolver:
-    """Sparse LU of the systems of one model; the pattern is found once."""
-
-    def __init__(self, m: Elastic) -> None:
-        self._m = m
-        self._blocks = np.zeros((len(m.a), 4, 6, 6))
-        n = len(m.wrench)
-        kept, rows, columns = _pattern(m)
-        edge = np.arange(n)
-        rows = np.concatenate([rows, edge, np.full(n, n), [n]])
-        columns = np.concatenate([columns, np.full(n, n), edge, [n]])
-        places, slot = np.unique(columns * (n + 1) + rows, return_inverse=True)
-        self._kept = kept
-        self._slot = slot.reshape(-1)  # where each value is added
-        self._row = (places % (n + 1)).astype(np.int32)
-        self._start = np.searchsorted(places, (n + 1) * np.arange(n + 2)).astype(np.int32)
-        self._by_row = np.argsort(self._row, kind="stable")
-        self._row_start = np.searchsorted(self._row[self._by_row], np.arange(n + 1))
-
-    def solve(self, work: Work) -> None:
-        """Solve the system of ``work`` in place."""
-        viscosity, corner, _, transposed = work.ask
-        _blocks(self._m, work.K, viscosity, self._blocks)
-        values = np.concatenate([self._blocks.ravel()[self._kept], -work.w, work.c, [corner]])
-        data = np.bincount(self._slot, values, len(self._row))
-        top = np.maximum.reduceat(np.abs(data)[self._by_row], self._row_start)
-        scale = 1 / np.where(top > 0, top, 1.0)
-        matrix = sparse.csc_matrix((data * scale[self._row], self._row, self._start), copy=True)
-        matrix.eliminate_zeros()  # of open contacts: they would fill the factors
-        try:
-            factors = splu(
-                matrix,
-                permc_spec="MMD_AT_PLUS_A",
-                diag_pivot_thresh=SMALL_PIVOT,
-                options={"SymmetricMode": True},
-            )
-        except RuntimeError:  # exactly singular
-            work.ask[SIGN] = SINGULAR
-            return
-        if transposed:
-            work.rhs[:] = factors.solve(work.rhs.copy(), "T") * scale[:, None]  # type: ignore[call-overload]
-        else:
-            work.rhs[:] = factors.solve(work.rhs * scale[:, None])
-        diagonal = factors.U.diagonal()
-        sign = np.sign(diagonal).prod() * _parity(factors.perm_r) * _parity(factors.perm_c)
-        work.ask[SIGN] = sign if np.isfinite(work.rhs).all() else SINGULAR
-
-
-@compilable
-def solve(m: Elastic, work: Work, sparse: SparseSolver | None) -> None:
-    """Solve the system of ``work`` in place: by ``sparse``, or by dense elimination."""
-    if sparse is None:
-        dense_solve(m, work)
-    else:
-        sparse.solve(work)
-
-
-def _parity(permutation: Int) -> float:
-    """1 for even permutations, -1 for odd ones: by the number of cycles."""
-    n = len(permutation)
-    graph = sparse.csr_matrix((np.ones(n), (np.arange(n), permutation)), shape=(n, n))
-    cycles, _ = connected_components(graph, directed=False)
-    return 1.0 if (n - cycles) % 2 == 0 else -1.0
+    return sign

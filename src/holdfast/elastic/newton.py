@@ -2,19 +2,55 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.compiled import compilable, compiled
 from holdfast.elastic.law import Elastic, add_wrench, evaluate, sheet_twist
-from holdfast.elastic.linear import SparseSolver, Work, solve
+from holdfast.elastic.linear import SINGULAR, Work
+from holdfast.elastic.sparse import SparseSolver, solve
 
-HALVINGS = 8
-ROUNDING = 5e-17  # share of the largest term that sums lose, as measured where bodies have drifted far
+HALVINGS = 8  # of a Newton step, in search of a smaller unbalance
+ROUNDING = 5e-17  # rounding error of a sum over its largest term, measured on bodies that have drifted far
+
+
+class Balance(NamedTuple):
+    """Which unbalance is to vanish: r(q, s) = weight · wrench + contact forces + s w - ε D (q - anchor).
+
+    ``weight`` scales the model's wrench; ``drag`` is ε; ``corner`` is d of the bordered system (linear.py): 0 on a
+    path, 1 where s shall stay as it is; ``anchor`` (n,) is the displacement without drag.
+    """
+
+    weight: float
+    drag: float
+    corner: float
+    anchor: Float
+
+
+class Iteration(NamedTuple):
+    """How Newton's method ended.
+
+    ``converged``; ``s`` with which it ended; the ``steps`` taken; ``states``: a number that tells which nodes are open,
+    stuck or sliding; ``sign`` of the determinant of the last system, 0 (SINGULAR) if there was none.
+    """
+
+    converged: bool
+    s: float
+    steps: int
+    states: int
+    sign: float
+
+
+@compilable
+def on_path(origin: Float) -> Balance:
+    """The balance of a path: the whole weight, no drag; ``origin`` (n,) zeros."""
+    return Balance(1.0, 0.0, 0.0, origin)
 
 
 @compiled
-def viscous(m: Elastic, work: Work, q: Float, anchor: Float) -> None:
+def add_drag(m: Elastic, work: Work, drag: float, q: Float, anchor: Float) -> None:
     """work.r -= ε D (q - anchor): the drag of bonded contacts."""
     for p in range(len(m.a)):
         sheet_twist(m, p, q, work.v)
@@ -26,15 +62,15 @@ def viscous(m: Elastic, work: Work, q: Float, anchor: Float) -> None:
             for j in range(6):
                 total += m.bonded[p, i, j] * work.v[j]
             work.F[i] = total
-        add_wrench(m, p, work.F, -work.ask[0], work.r)
+        add_wrench(m, p, work.F, -drag, work.r)
 
 
 @compiled
-def unbalance(m: Elastic, work: Work, weight: float, q: Float, s: float, anchor: Float) -> int:
-    """work.r = what is left of weight, contact forces, load and drag at (q, s); returns the states of the nodes."""
-    states = evaluate(m, weight, q, work.r, work.K, work.v, work.F)
-    if work.ask[0] > 0:
-        viscous(m, work, q, anchor)
+def unbalance(m: Elastic, work: Work, balance: Balance, q: Float, s: float) -> int:
+    """Set work.r (n,) to the unbalance at (q, s), work.K to the stiffness there; returns the states of the nodes."""
+    states = evaluate(m, balance.weight, q, work.r, work.K, work.v, work.F)
+    if balance.drag > 0:
+        add_drag(m, work, balance.drag, q, balance.anchor)
     for i in range(len(work.r)):
         work.r[i] += s * work.w[i]
     return states
@@ -68,7 +104,7 @@ def rounding(m: Elastic, q: Float) -> float:
 
 @compiled
 def squared(m: Elastic, r: Float) -> float:
-    """The sum of squares of the same."""
+    """The sum of squares of the components of r, each body's in units of its own weight and size."""
     total = 0.0
     for i in range(len(r)):
         total += (m.scale[i] * r[i]) ** 2
@@ -88,27 +124,22 @@ def dot(a: Float, b: Float) -> float:
 def newton(
     m: Elastic,
     work: Work,
-    weight: float,
+    balance: Balance,
     q: Float,
-    s: Float,
+    s: float,
     level: float,
     tolerance: float,
     most: int,
-    anchor: Float,
-    told: Float,
     sparse: SparseSolver | None,
-) -> None:
-    """Improve (q, s) in place until the unbalance is below ``tolerance`` on the plane c·q = ``level``.
+) -> Iteration:
+    """Improve q (in place) and s until the unbalance is below ``tolerance`` on the plane c·q = ``level``.
 
-    In the end ``told`` holds whether it converged (1 or 0), the steps taken, and
-    the states of the nodes; after success ``rhs[:, 1]`` is the direction (dq, ds) of the path, dℓ = c·dq = 1.
+    After success ``work.rhs[:, 1]`` is the direction (dq, ds) of the path, dℓ = c·dq = 1.
     """
     n = len(q)
-    told[0] = 0.0
-    states = unbalance(m, work, weight, q, s[0], anchor)
-    slow, before = 0, np.inf
+    states = unbalance(m, work, balance, q, s)
+    slow, before, sign = 0, np.inf, SINGULAR
     for step in range(most + 1):
-        told[1], told[2] = step, states
         error = worst(m, work.r)
         off = level - dot(work.c, q)
         work.rhs[:n, 0] = work.r
@@ -118,20 +149,18 @@ def newton(
         slow = slow + 1 if error > 0.5 * before else 0
         before = error
         if not np.isfinite(error) or (not done and (step == most or slow > max(3, most // 4))):
-            return
-        solve(m, work, sparse)
-        if work.ask[2] == 0.0:
-            return
-        if done:
-            told[0] = 1.0
-            return
+            break
+        sign = solve(m, work, balance.drag, balance.corner, False, sparse)
+        if done or sign == SINGULAR:
+            return Iteration(sign != SINGULAR, s, step, states, sign)
         base = squared(m, work.r)
         share = 1.0
         for _ in range(HALVINGS):
             work.trial[:] = q + share * work.rhs[:n, 0]
-            states = unbalance(m, work, weight, work.trial, s[0] + share * work.rhs[n, 0], anchor)
+            states = unbalance(m, work, balance, work.trial, s + share * work.rhs[n, 0])
             if squared(m, work.r) <= (1 - 0.01 * share) * base or worst(m, work.r) <= tolerance:
                 break
             share *= 0.5
         q[:] = work.trial
-        s[0] += share * work.rhs[n, 0]
+        s += share * work.rhs[n, 0]
+    return Iteration(False, s, step, states, sign)

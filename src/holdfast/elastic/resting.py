@@ -11,131 +11,131 @@ r(q) = ε D (q - q_before) of whatever length 1/ε succeeds.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.compiled import compilable, compiled
 from holdfast.elastic.law import Elastic
-from holdfast.elastic.linear import SparseSolver, Work
-from holdfast.elastic.newton import newton, rounding, unbalance, worst
+from holdfast.elastic.linear import Work
+from holdfast.elastic.newton import Balance, newton, rounding, unbalance, worst
+from holdfast.elastic.outcome import RestOutcome
+from holdfast.elastic.sparse import SparseSolver, solve
 
-REST, DRIFT, LOST = 1, 2, 0
+EXACT = 1e-11  # unbalance of a state of rest, each body's in units of its own weight
+ON_THE_WAY = 1e-9  # unbalance of states with drag
+ROUNDING = 1e-6  # growth of ON_THE_WAY with the displacement, in sizes of the bonded one: rounding errors far out
+STEADY = 0.01  # relative change of its rate below which a drift is steady
+DECADES = 1e4  # factor by which ε must have fallen while a drift was steady
+LONG = 1e3  # factor by which time must have grown while a drift was steady, where the motion itself is followed
+CLEAR = 100.0  # times the rounding error of a balance: the least force that counts as driving a drift
+LEAST_DRAG = 1e-13  # ε below which no rest is sought in single steps
+SLOWEST = 0.97  # factor by which ε falls at least from one single step to the next
+STIFFEST = 1e3  # ε above which the motion is not followed in still shorter steps
+MOST_STEPS = 6000  # of Newton's method along the motion
+MOST_SINGLE_STEPS = 3000  # of Newton's method with ever less drag
 
-EXACT = 1e-11  # residual of a state at rest, each body's in its own weight
-LOOSE = 1e-9  # residual on the way
-ROUNDING = 1e-6  # of LOOSE for every size of the bonded displacement: what rounding costs far out
-STEADY = 0.01  # a drift whose rate changes by less than this is steady
-DECADES = 1e4  # over so much of ε it must be steady
-LONG = 1e3  # where the motion is followed, a drift must be steady over so much of its time
-CLEAR = 100.0  # times what rounding leaves of a balance: forces that drive a drift are at least that
-STIFFEST = 1e3  # drag with which a step must succeed
-MOST = 6000  # Newton steps
+
+class Rest(NamedTuple):
+    """How the search for rest ended; ``steps`` of Newton's method, and the ``drag`` ε of the last state found."""
+
+    outcome: RestOutcome
+    steps: int
+    drag: float
 
 
 @compilable
-def settle(
-    m: Elastic, work: Work, weight: float, q: Float, drift: Float, told: Float, sparse: SparseSolver | None
-) -> None:
-    """Find q (6J,) at rest under ``weight`` times the wrench and no load.
+def settle(m: Elastic, work: Work, weight: float, q: Float, drift: Float, sparse: SparseSolver | None) -> Rest:
+    """Find q (6J,) at rest under ``weight`` times the wrench and no load, from bonded contacts.
 
-    In the end ``told[0]`` is REST, DRIFT (then ``drift`` (6J,) is its velocity) or LOST, ``told[1]`` the Newton steps
-    taken, ``told[2]`` the ε reached.
+    Where bodies drift, ``drift`` (6J,) becomes their velocity.
     """
     bonded = q.copy()
-    _less_drag(m, work, weight, q, drift, told, sparse)
-    if told[0] == 0.0:
-        q[:] = bonded
-        move(m, work, weight, q, drift, told, sparse)
-    work.ask[0] = 0.0
+    single = lessen_drag(m, work, weight, q, drift, sparse)
+    if single.outcome != RestOutcome.LOST:
+        return single
+    q[:] = bonded
+    moved = move(m, work, weight, q, drift, sparse)
+    return Rest(moved.outcome, single.steps + moved.steps, moved.drag)
 
 
 @compilable
-def _less_drag(
-    m: Elastic, work: Work, weight: float, q: Float, drift: Float, told: Float, sparse: SparseSolver | None
-) -> None:
+def lessen_drag(m: Elastic, work: Work, weight: float, q: Float, drift: Float, sparse: SparseSolver | None) -> Rest:
     """``settle`` in single steps from the undeformed assembly, with ever less drag."""
     n = len(q)
-    inner, s, origin, old = np.zeros(3), np.zeros(1), np.zeros(n), np.zeros(n)
+    origin, old = np.zeros(n), np.zeros(n)
     work.w[:] = 0.0
     work.c[:] = 0.0
-    work.ask[0], work.ask[1] = 0.0, 1.0
-    told[0], told[1], told[2] = 0.0, 0.0, 1.0
     bonded = q.copy()
-    newton(m, work, weight, q, s, 0.0, EXACT, 30, origin, inner, sparse)
-    told[1] += inner[1]
-    if inner[0] > 0:
-        told[0] = 1.0
-        return
+    found = newton(m, work, Balance(weight, 0.0, 1.0, origin), q, 0.0, 0.0, EXACT, 30, sparse)
+    taken, reached = found.steps, 1.0
+    if found.converged:
+        return Rest(RestOutcome.RESTS, taken, reached)
     q[:] = bonded / 2
     drag, factor = 1.0, 0.5
-    steady, rate, states = drag, 0.0, -1.0
-    while drag > 1e-13 and told[1] < 3000:
+    steady, rate, states = drag, 0.0, -1
+    while drag > LEAST_DRAG and taken < MOST_SINGLE_STEPS:
         old[:] = q
-        work.ask[0] = drag
-        rounding = np.abs(q).max() / max(np.abs(bonded).max(), 1e-300)
-        newton(m, work, weight, q, s, 0.0, LOOSE * max(1.0, ROUNDING * rounding), 25, origin, inner, sparse)
-        told[1] += inner[1] + 1
-        if inner[0] == 0.0:
+        spread = np.abs(q).max() / max(np.abs(bonded).max(), 1e-300)
+        tolerance = ON_THE_WAY * max(1.0, ROUNDING * spread)
+        found = newton(m, work, Balance(weight, drag, 1.0, origin), q, 0.0, 0.0, tolerance, 25, sparse)
+        taken += found.steps + 1
+        if not found.converged:
             q[:] = old
-            if factor > 0.97:
-                return
+            if factor > SLOWEST:
+                break
             drag /= factor
             factor = np.sqrt(factor)
             drag *= factor
             continue
-        told[2] = drag
+        reached = drag
         drift[:] = q - old
         top = np.abs(q).max()
-        if abs(drag * top - rate) > STEADY * rate or inner[2] != states:
+        if abs(drag * top - rate) > STEADY * rate or found.states != states:
             steady = drag
         growing = drag * top > 0.5 * rate
-        rate, states = drag * top, inner[2]
+        rate, states = drag * top, found.states
         if steady >= DECADES * drag:
-            told[0] = 2.0
-            return
+            return Rest(RestOutcome.DRIFTS, taken, reached)
+        steps = found.steps
         if not growing or steady > 0.99 * drag:
             old[:] = q
-            work.ask[0] = 0.0
-            newton(m, work, weight, old, s, 0.0, EXACT, 12, origin, inner, sparse)
-            told[1] += inner[1] + 1
-            if inner[0] > 0:
+            found = newton(m, work, Balance(weight, 0.0, 1.0, origin), old, 0.0, 0.0, EXACT, 12, sparse)
+            taken += found.steps + 1
+            if found.converged:
                 q[:] = old
-                told[0] = 1.0
-                return
-        if inner[1] < 6 or factor > 0.9:
+                return Rest(RestOutcome.RESTS, taken, reached)
+            steps = found.steps
+        if steps < 6 or factor > 0.9:
             factor = max(factor * factor, 0.01)
         drag *= factor
+    return Rest(RestOutcome.LOST, taken, reached)
 
 
 @compilable
-def move(
-    m: Elastic, work: Work, weight: float, q: Float, drift: Float, told: Float, sparse: SparseSolver | None
-) -> None:
+def move(m: Elastic, work: Work, weight: float, q: Float, drift: Float, sparse: SparseSolver | None) -> Rest:
     """``settle`` along the overdamped motion D q' = r(q) from q, by implicit steps.
 
     It drifts where its velocity has been the same for nearly all of the time and of the way, with a force that is no
-    rounding.
+    rounding error.
     """
     n = len(q)
-    inner, s, origin, trial, steady = np.zeros(3), np.zeros(1), np.zeros(n), np.zeros(n), np.zeros(n)
+    origin, trial, steady = np.zeros(n), np.zeros(n), np.zeros(n)
     first = q.copy()
-    told[0] = 0.0
     work.w[:] = 0.0
     work.c[:] = 0.0
-    work.ask[1] = 1.0
-    drag, time, since, before, taken = 1.0, 0.0, 0.0, 0.0, 0.0
-    while taken < MOST and drag < STIFFEST:
+    drag, time, since, before, taken, reached = 1.0, 0.0, 0.0, 0.0, 0, 0.0
+    while taken < MOST_STEPS and drag < STIFFEST:
         noise = rounding(m, q)
         trial[:] = q
-        work.ask[0] = drag
-        newton(m, work, weight, trial, s, 0.0, max(LOOSE, noise), 12, q, inner, sparse)
-        taken += inner[1] + 1
-        told[1] += inner[1] + 1
-        told[2] = drag
-        if inner[0] == 0.0:
+        found = newton(m, work, Balance(weight, drag, 1.0, q), trial, 0.0, 0.0, max(ON_THE_WAY, noise), 12, sparse)
+        taken += found.steps + 1
+        reached = drag
+        if not found.converged:
             drag *= 4
             continue
-        steps = inner[1]
+        steps = found.steps
         drift[:] = drag * (trial - q)
         q[:] = trial
         time += 1 / drag
@@ -143,35 +143,47 @@ def move(
         if not np.abs(drift - steady).max() <= STEADY * rate or rate == 0.0:
             steady[:] = drift
             since, before = time, np.abs(q - first).max()
-        work.ask[0] = 0.0
-        unbalance(m, work, weight, q, 0.0, origin)
-        clear = worst(m, work.r) > CLEAR * max(LOOSE, noise)
+        free = Balance(weight, 0.0, 1.0, origin)
+        unbalance(m, work, free, q, 0.0)
+        clear = worst(m, work.r) > CLEAR * max(ON_THE_WAY, noise)
         if clear and time > LONG * since and rate * (time - since) > before:
-            told[0] = 2.0
-            return
+            return Rest(RestOutcome.DRIFTS, taken, reached)
         trial[:] = q
-        newton(m, work, weight, trial, s, 0.0, min(max(EXACT, noise), LOOSE), 8 if clear else 30, origin, inner, sparse)
-        taken += inner[1] + 1
-        told[1] += inner[1] + 1
-        if inner[0] > 0:
+        tolerance = min(max(EXACT, noise), ON_THE_WAY)
+        found = newton(m, work, free, trial, 0.0, 0.0, tolerance, 8 if clear else 30, sparse)
+        taken += found.steps + 1
+        if found.converged:
             q[:] = trial
-            told[0] = 1.0
-            return
+            return Rest(RestOutcome.RESTS, taken, reached)
         if steps == 0:  # no step is due, and none leads to rest
-            return
+            break
         if steps <= 3:
             drag /= 4
         elif steps <= 6:
             drag /= 2
+    return Rest(RestOutcome.LOST, taken, reached)
+
+
+@compilable
+def bond_all(m: Elastic, work: Work, weight: float, q: Float, sparse: SparseSolver | None) -> None:
+    """Set q (6J,) to the displacement under ``weight`` times the wrench with all contacts bonded."""
+    n = len(q)
+    work.K[:] = m.bonded
+    work.w[:] = 0.0
+    work.c[:] = 0.0
+    work.rhs[:] = 0.0
+    work.rhs[:n, 0] = weight * m.wrench
+    solve(m, work, 0.0, 1.0, False, sparse)
+    q[:] = work.rhs[:n, 0]
 
 
 @compiled
-def settle_dense(m: Elastic, work: Work, weight: float, q: Float, drift: Float, told: Float) -> None:
+def settle_dense(m: Elastic, work: Work, weight: float, q: Float, drift: Float) -> Rest:
     """``settle`` by dense elimination."""
-    settle(m, work, weight, q, drift, told, None)
+    return settle(m, work, weight, q, drift, None)
 
 
 @compiled
-def move_dense(m: Elastic, work: Work, weight: float, q: Float, drift: Float, told: Float) -> None:
+def move_dense(m: Elastic, work: Work, weight: float, q: Float, drift: Float) -> Rest:
     """``move`` by dense elimination."""
-    move(m, work, weight, q, drift, told, None)
+    return move(m, work, weight, q, drift, None)

@@ -32,8 +32,11 @@ def _of_one(
     edges = Edges.of(merged.ravel()[triangles], len(first))
     length = edges.ends[:, 0] != edges.ends[:, 1]  # sides of slivers end where they begin once corners are merged
     shared, ends = edges.shared[length], edges.ends[length]
-    begin = edges.first[length]
-    one, other = (normals[edges.sides[k] // 3] for k in (begin, begin + shared - 1))
+    # Slivers of cells lie along an edge twice, so it may have more than two sides: of these, the first and the last by
+    # their place in the triangle are compared. Which two it is changes what is drawn and nothing else.
+    count = len(triangles)
+    place = edges.sides % 3 * count + edges.sides // 3
+    one, other = (normals[end.reduceat(place, edges.first)[length] % count] for end in (np.minimum, np.maximum))
     bends = np.einsum("ij,ij->i", one, other) < CREASE_COSINE
     points = vertices[first]
     lone = shared == 1

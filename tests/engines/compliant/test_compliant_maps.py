@@ -11,11 +11,14 @@ from scipy.spatial import Delaunay
 
 import holdfast as hf
 from holdfast.base.arrays import Float, Int
-from holdfast.elastic import path
-from holdfast.elastic.linear import SparseSolver, make_work
-from holdfast.engines.compliant.engine import MANY, Compliant, CompliantState, System
-from holdfast.engines.compliant.interpolated import UNKNOWN, Survey, survey
-from holdfast.engines.contract import Capacity, Status
+from holdfast.elastic.outcome import PathOutcome
+from holdfast.elastic.system import System
+from holdfast.engines.answers import Answers
+from holdfast.engines.compliant.engine import Compliant
+from holdfast.engines.compliant.interpolated import Solved, Survey, survey
+from holdfast.engines.compliant.state import MANY, Standing
+from holdfast.engines.contract import Within
+from holdfast.engines.verdict import Status
 from holdfast.geometry.hull import corner_numbers
 from holdfast.geometry.triangulation import fan, inserted
 from holdfast.queries.map import RobustnessMap
@@ -27,7 +30,7 @@ CASES = {"cube": 0.008, "stack": 0.013, "table": 0.03}
 
 
 @cache
-def _case(scene: str) -> tuple[CompliantState, RobustnessMap, Capacity]:
+def _case(scene: str) -> tuple[Standing, RobustnessMap, Answers]:
     """A map, and every one of its points by a path of its own."""
     assembly = hf.assemble(shipped_scene(scene))
     result = hf.robustness_map(assembly, None, spacing=CASES[scene], engine="compliant", gap=GAP)
@@ -46,10 +49,10 @@ def test_a_map_says_what_single_paths_say_within_its_stated_error(scene: str) ->
     decided = np.array([status is not Status.UNDECIDED for status in exact.status])
     assert decided.mean() > 0.99
     assert (result.status == np.array(exact.status, dtype=object))[decided].all()
-    assert np.array_equal(result.force[result.solved], exact.factor[result.solved])
+    assert np.array_equal(result.force[result.solved], exact.force[result.solved])
     assert not result.error[result.solved].any()
-    between = ~result.solved & np.isfinite(exact.factor) & decided
-    off = np.abs(exact.factor[between] / result.force[between] - 1)
+    between = ~result.solved & np.isfinite(exact.force) & decided
+    off = np.abs(exact.force[between] / result.force[between] - 1)
     assert between.sum() > 0.25 * len(between)
     assert off.mean() <= 0.005
     assert off.max() <= 0.03
@@ -64,7 +67,7 @@ def test_lower_bounds_between_paths_allow_for_the_interpolation(scene: str) -> N
     between = ~result.solved & np.isfinite(result.force)
     assert (result.lower[between] <= result.force[between] * (1 - result.error[between])).all()
     decided = np.array([status is not Status.UNDECIDED for status in exact.status])
-    assert (result.lower <= exact.factor)[decided].all()
+    assert (result.lower <= exact.force)[decided].all()
     assert np.median(result.lower[between] / exact.lower[between]) > 0.97
 
 
@@ -75,7 +78,7 @@ def test_pushes_that_nothing_moves_have_paths_of_their_own() -> None:
     assert set(result.status[top]) == {Status.INFINITE}
     assert result.solved[np.isinf(result.force)].all()
     assert not result.solved.all()
-    assert np.array_equal(np.isinf(result.force), np.isinf(exact.factor))
+    assert np.array_equal(np.isinf(result.force), np.isinf(exact.force))
 
 
 def test_points_say_whether_they_were_solved() -> None:
@@ -88,13 +91,13 @@ def test_points_say_whether_they_were_solved() -> None:
 def test_without_a_gap_with_few_columns_or_several_bodies_every_column_is_solved() -> None:
     state, result, _ = _case("stack")
     body = result.body == "cube3"
-    assembly = state.assembly
+    assembly = state.grid.assembly
     W = push_columns(assembly, assembly.index["cube3"], result.points[body], -result.normals[body])
-    assert not state.load_factor(W, GAP).solved.all()
-    assert state.load_factor(W[:, : MANY - 1], GAP).solved.all()
+    assert not state.load_factor(W, Within(GAP)).solved.all()
+    assert state.load_factor(W[:, : MANY - 1], Within(GAP)).solved.all()
     assert state.load_factor(W).solved.all()
     W[6 * assembly.index["cube1"], 0] = 0.1
-    assert state.load_factor(W[:, :60], GAP).solved.all()
+    assert state.load_factor(W[:, :60], Within(GAP)).solved.all()
 
 
 def test_with_a_gap_of_nothing_a_map_solves_every_point() -> None:
@@ -105,19 +108,19 @@ def test_with_a_gap_of_nothing_a_map_solves_every_point() -> None:
     assert not hf.robustness_map(assembly, None, spacing=0.008, engine="compliant").solved.all()
 
 
-def _pushes(state: CompliantState, directions: Float) -> Float:
-    at = state.assembly.com[[2, 2, 2]] + [[-0.04, 0.01, 0.02], [0.02, -0.04, -0.01], [0.01, 0.03, 0.03]]
-    return push_columns(state.assembly, 2, at, directions)
+def _pushes(state: Standing, directions: Float) -> Float:
+    at = state.grid.assembly.com[[2, 2, 2]] + [[-0.04, 0.01, 0.02], [0.02, -0.04, -0.01], [0.01, 0.03, 0.03]]
+    return push_columns(state.grid.assembly, 2, at, directions)
 
 
 def test_cuts_are_the_slopes_of_the_peak() -> None:
     """Against differences of the peaks of neighbouring pushes, in random directions of the load."""
     state, _, _ = _case("stack")
     W = _pushes(state, np.array([[1.0, 0, 0], [0, 1, 0.2], [1, 1, 0]]))
-    paths = state.paths(W, cuts=True)
+    paths = state.grid.paths(W, cuts=True)
     assert (np.abs((paths.cut * W.T).sum(1) - 1) < 1e-9).all()
     other = W + 1e-3 * np.random.default_rng(1).normal(size=W.shape) * np.tile(np.repeat([1, 0.05], 3), 3)[:, None]
-    measured = paths.peak / state.paths(other).peak - 1
+    measured = paths.peak / state.grid.paths(other).peak - 1
     expected = (paths.cut * other.T).sum(1) - 1
     assert np.abs(measured).max() > 5e-4
     assert np.allclose(measured, expected, rtol=0.1, atol=1e-4)
@@ -125,11 +128,9 @@ def test_cuts_are_the_slopes_of_the_peak() -> None:
 
 def test_sparse_and_dense_elimination_give_the_same_cuts() -> None:
     state, _, _ = _case("stack")
-    assert state.system is not None
-    model = state.system.model
-    other = replace(state, system=System(model, make_work(model, dense=False), SparseSolver(model)))
+    other = replace(state.grid, system=System.by_lu(state.grid.system.model))
     W = _pushes(state, np.array([[1.0, 0, 0], [0, 1, 0.2], [1, 1, 0]]))
-    one, two = state.paths(W, cuts=True), other.paths(W, cuts=True)
+    one, two = state.grid.paths(W, cuts=True), other.paths(W, cuts=True)
     assert np.allclose(one.peak, two.peak, rtol=1e-4)
     assert np.allclose(one.cut, two.cut, rtol=1e-2, atol=1e-3 * np.abs(one.cut).max())
 
@@ -142,8 +143,8 @@ def _plane_pushes(count: int) -> Float:
 
 
 def _surveyed(loads: Float, value: Float, slopes: Float, kind: Int | None = None) -> Survey:
-    kinds = np.full(len(loads), path.PEAK) if kind is None else kind
-    return survey(loads, lambda k: (kinds[k], value[k], slopes[k], np.zeros(len(k), dtype=int)), GAP)
+    kinds = np.full(len(loads), PathOutcome.PEAK) if kind is None else kind
+    return survey(loads, lambda k: Solved(kinds[k], value[k], slopes[k], np.zeros(len(k), dtype=int)), GAP)
 
 
 def test_quadratic_resistance_is_interpolated_exactly() -> None:
@@ -154,7 +155,7 @@ def test_quadratic_resistance_is_interpolated_exactly() -> None:
     slopes[:, 0], slopes[:, 4], slopes[:, 5] = 2 - value, 0.2 * loads[:, 4], 0.4 * loads[:, 5]
     assert np.allclose((slopes * loads).sum(1), value)
     found = _surveyed(loads, value, slopes)
-    between = found.kind == UNKNOWN
+    between = ~found.solved
     assert between.mean() > 0.9
     assert np.allclose(found.value[between], value[between], rtol=1e-9)
 
@@ -166,7 +167,7 @@ def test_kinks_are_followed_down_to_the_gap() -> None:
     which = np.argmax(loads @ planes.T, axis=1)
     value = (loads @ planes.T).max(1)
     found = _surveyed(loads, value, planes[which])
-    between = found.kind == UNKNOWN
+    between = ~found.solved
     off = np.abs(value[between] / found.value[between] - 1)
     assert between.mean() > 0.8
     assert (off <= found.error[between]).all()
@@ -181,9 +182,9 @@ def test_nothing_is_interpolated_between_finite_and_endless() -> None:
     endless = loads[:, 4] > 0.3
     value = np.where(endless, 0.0, 1.0)
     slopes = value[:, None] * np.array([1.0, 0, 0, 0, 0, 0])
-    found = _surveyed(loads, value, slopes, np.where(endless, path.ENDLESS, path.PEAK))
+    found = _surveyed(loads, value, slopes, np.where(endless, PathOutcome.ENDLESS, PathOutcome.PEAK))
     assert np.array_equal(found.value == 0, endless)
-    between = found.kind == UNKNOWN
+    between = ~found.solved
     assert 0.2 < between.mean() < 0.9
     assert not endless[between].any()
     assert not endless[found.corner[between]].any()
@@ -191,11 +192,11 @@ def test_nothing_is_interpolated_between_finite_and_endless() -> None:
 
 def test_an_undecided_neighbour_spoils_interpolation() -> None:
     loads = _plane_pushes(9)
-    value, kind = np.ones(81), np.full(81, path.PEAK)
-    kind[0], value[0] = path.LOST, 0.0
+    value, kind = np.ones(81), np.full(81, PathOutcome.PEAK)
+    kind[0], value[0] = PathOutcome.LOST, 0.0
     slopes = value[:, None] * np.array([1.0, 0, 0, 0, 0, 0])
     found = _surveyed(loads, value, slopes, kind)
-    assert (found.corner[found.kind == UNKNOWN] != 0).all()
+    assert (found.corner[~found.solved] != 0).all()
 
 
 # (scene, body, point, direction): pushes whose long steps once ended on another branch of the path [m]
@@ -215,7 +216,7 @@ def test_steps_stay_on_the_branch_that_short_steps_follow(
     assembly = hf.assemble(shipped_scene(scene))
     along = np.array(direction) / np.linalg.norm(direction)
     push = push_columns(assembly, assembly.index[body], np.array([point]), along[None])
-    found = Compliant().prepare(assembly).load_factor(push).factor[0]
+    found = Compliant().prepare(assembly).load_factor(push).force[0]
     assert found == expected or found == pytest.approx(expected, rel=1e-3)
 
 

@@ -5,26 +5,27 @@ import pytest
 from compliant_scenes import X, shipped
 
 from holdfast import Compliant
+from holdfast.assembly.nodes import contact_nodes
 from holdfast.elastic.law import node_forces
-from holdfast.elastic.path import PEAK
+from holdfast.elastic.outcome import PathOutcome
 from holdfast.engines.compliant.fixed_point import Fixed, fixed_point
 from holdfast.validation.benchmarks.reliability import random_pushes
 
 
-def outcome(state, wrench: np.ndarray, most: int = 150) -> Fixed:
-    return fixed_point(state.assembly, state.nodes, wrench, state.system.model.k, most=most).outcome
+def outcome(grid, wrench: np.ndarray, most: int = 150) -> Fixed:
+    return fixed_point(grid.assembly, grid.nodes, wrench, grid.system.model.k, most=most).outcome
 
 
 def agreement(name: str, count: int) -> tuple[int, int]:
     """Verdicts beside the peaks of ``count`` random pushes, and how many came to one; none may contradict the path."""
     assembly = shipped(name)
-    state = Compliant(nodes=5).prepare(assembly)
+    grid = Compliant(nodes=5).prepare(assembly).grid
     W = random_pushes(assembly, 5 * count, 5)
-    paths = state.paths(W)
+    paths = grid.paths(W)
     answers = []
-    for k in np.flatnonzero(paths.kind == PEAK)[:count]:
-        below = outcome(state, state.wrench + 0.98 * paths.peak[k] * W[:, k])
-        above = outcome(state, state.wrench + 1.02 * paths.peak[k] * W[:, k])
+    for k in np.flatnonzero(paths.outcome == PathOutcome.PEAK)[:count]:
+        below = outcome(grid, grid.wrench + 0.98 * paths.peak[k] * W[:, k])
+        above = outcome(grid, grid.wrench + 1.02 * paths.peak[k] * W[:, k])
         assert below is not Fixed.MOVES
         assert above is not Fixed.RESTS
         answers += [below, above]
@@ -47,20 +48,21 @@ def test_a_hundred_pushes_rest_below_the_peak_and_move_above() -> None:
 
 @pytest.mark.parametrize("name", ["cube", "stack", "table", "arch", "slope"])
 def test_the_same_forces_at_rest(name: str) -> None:
-    state = Compliant(nodes=5).prepare(shipped(name))
-    other = fixed_point(state.assembly, state.nodes, state.wrench, state.system.model.k)
+    grid = Compliant(nodes=5).prepare(shipped(name)).grid
+    other = fixed_point(grid.assembly, grid.nodes, grid.wrench, grid.system.model.k)
     assert other.outcome is Fixed.RESTS
-    forces = np.zeros((len(state.nodes), 3))
-    node_forces(state.system.model, state.start, forces)
-    np.testing.assert_allclose(other.forces, forces * state.assembly.weight, atol=1e-5 * state.assembly.weight)
+    forces = np.zeros((len(grid.nodes), 3))
+    node_forces(grid.system.model, grid.settled.q, forces)
+    np.testing.assert_allclose(other.forces, forces * grid.assembly.weight, atol=1e-5 * grid.assembly.weight)
 
 
 def test_no_equilibrium_and_no_way_to_it() -> None:
-    cube = Compliant(nodes=5).prepare(shipped("cube"))
+    cube = Compliant(nodes=5).prepare(shipped("cube")).grid
     push = np.r_[7 * X, np.zeros(3)]  # more than μ m g
     assert outcome(cube, cube.wrench + push) is Fixed.MOVES
-    wedged = Compliant(nodes=5).on(shipped("wedged"), shipped("wedged").weight_wrench())
-    found = fixed_point(shipped("wedged"), wedged.nodes, wedged.wrench, wedged.nodes.weights)
+    wedged = shipped("wedged")
+    nodes = contact_nodes(wedged, 25, "quadrature")
+    found = fixed_point(wedged, nodes, wedged.weight_wrench(), nodes.weights)
     assert found.outcome is Fixed.MOVES
     assert found.twists[0, 2] < 0
     assert -found.twists[0, 2] == pytest.approx(np.abs(found.twists).max())

@@ -11,9 +11,10 @@ from compliant_scenes import SMALL, STANDING, X, floor, shipped
 
 import holdfast as hf
 from holdfast import Status, stability
-from holdfast.elastic.path import LOST, PEAK
-from holdfast.elastic.resting import DRIFT, REST, move_dense, settle_dense
-from holdfast.engines.compliant.verdict import settled, unbalanced
+from holdfast.elastic.outcome import PathOutcome, RestOutcome
+from holdfast.elastic.resting import move_dense, settle_dense
+from holdfast.engines.compliant.bisection import with_bisected_peaks
+from holdfast.engines.compliant.verdict import unbalanced
 from holdfast.validation.benchmarks.reliability import random_pushes
 
 CASES = Path(__file__).parents[4] / "shared" / "cases"
@@ -90,8 +91,8 @@ def test_shipped_scenes_stand(name: str) -> None:
     state = hf.Compliant().prepare(assembly)
     result = state.verdict()
     assert result.status is Status.STABLE
-    local = np.einsum("ikx,ix->ik", state.nodes.axes, result.forces.force)
-    total, each = unbalanced(assembly, state.nodes, local, state.wrench)
+    local = np.einsum("ikx,ix->ik", state.grid.nodes.axes, result.forces.force)
+    total, each = unbalanced(assembly, state.grid.nodes, local, state.grid.wrench)
     assert total <= 1e-8
     assert each <= 1e-7
     assert result.residual == pytest.approx(total)
@@ -122,32 +123,30 @@ def test_standing_loads_count() -> None:
 @pytest.mark.parametrize("name", SMALL)
 def test_rest_does_not_depend_on_the_way_there(name: str) -> None:
     """From bonded contacts by Newton's method, or through all the drag: the same forces."""
-    state = hf.Compliant().prepare(shipped(name))
-    m, work = state.system.model, state.system.work
-    q, drift, told = np.zeros(len(m.wrench)), np.zeros(len(m.wrench)), np.zeros(3)
-    settle_dense(m, work, 1.0, q, drift, told)  # from no displacement at all
-    assert told[0] == REST
-    again = settled(m, work, None)
-    np.testing.assert_allclose(q, again.q, atol=1e-6 * np.abs(q).max())
+    system = hf.Compliant().prepare(shipped(name)).grid.system
+    n = len(system.model.wrench)
+    q, drift = np.zeros(n), np.zeros(n)
+    assert settle_dense(system.model, system.work, 1.0, q, drift).outcome is RestOutcome.RESTS  # undeformed at first
+    np.testing.assert_allclose(q, system.come_to_rest().q, atol=1e-6 * np.abs(q).max())
 
 
 @pytest.mark.parametrize("name", ["stack", "table", "arch", "wall2x2"])
 def test_the_motion_itself_rests_below_the_peak_and_drifts_above(name: str) -> None:
     """What verdicts fall back on: the overdamped motion, followed from bonded contacts without a single longer step."""
     assembly = shipped(name)
-    state = hf.Compliant().prepare(assembly)
+    grid = hf.Compliant().prepare(assembly).grid
     W = random_pushes(assembly, 12, 3)
-    paths = state.paths(W)
-    pushed = np.flatnonzero(paths.kind == PEAK)[:3]
+    paths = grid.paths(W)
+    pushed = np.flatnonzero(paths.outcome == PathOutcome.PEAK)[:3]
     assert len(pushed) == 3
-    m, work = state.system.model, state.system.work
-    loads = state._loads(W)
+    m, work = grid.system.model, grid.system.work
+    loads = grid.loads(W)
     for k in pushed:
-        for share, end in ((0.97, REST), (1.03, DRIFT)):
-            q, drift, told = state.start.copy(), np.zeros(len(m.wrench)), np.zeros(3)
-            move_dense(m._replace(wrench=m.wrench + share * paths.peak[k] * loads[k]), work, 1.0, q, drift, told)
-            assert told[0] == end
-            if end == DRIFT:  # the load does work on it
+        for share, end in ((0.97, RestOutcome.RESTS), (1.03, RestOutcome.DRIFTS)):
+            q, drift = grid.settled.q.copy(), np.zeros(len(m.wrench))
+            loaded = m._replace(wrench=m.wrench + share * paths.peak[k] * loads[k])
+            assert move_dense(loaded, work, 1.0, q, drift).outcome is end
+            if end is RestOutcome.DRIFTS:  # the load does work on it
                 assert drift @ (m.wrench + share * paths.peak[k] * loads[k]) > 0
 
 
@@ -155,19 +154,17 @@ def test_the_motion_itself_rests_below_the_peak_and_drifts_above(name: str) -> N
 def test_a_lost_path_is_found_again_by_verdicts(name: str) -> None:
     """Paths given up at 60 to 99 % of their peak: verdicts lead to the same peak, or slightly beside it."""
     assembly = shipped(name)
-    state = hf.Compliant().prepare(assembly)
+    grid = hf.Compliant().prepare(assembly).grid
     W = random_pushes(assembly, 12, 4)
-    paths = state.paths(W)
-    W = W[:, np.flatnonzero(paths.kind == PEAK)[:3]]
-    paths = state.paths(W)
-    known = paths.peak.copy()
-    paths.kind[:] = LOST
-    paths.peak[:] *= (0.6, 0.9, 0.99)
-    paths.q[:] = state.start
-    state._by_verdicts(W, paths)
-    assert (paths.kind == PEAK).all()
-    np.testing.assert_allclose(paths.peak, known, rtol=5e-3)
-    assert (paths.peak <= known * (1 + 1e-3)).all()
+    W = W[:, np.flatnonzero(grid.paths(W).outcome == PathOutcome.PEAK)[:3]]
+    paths = grid.paths(W)
+    lost = paths._replace(
+        outcome=np.full(3, PathOutcome.LOST), peak=paths.peak * (0.6, 0.9, 0.99), q=np.tile(grid.settled.q, (3, 1))
+    )
+    found = with_bisected_peaks(grid, W, lost)
+    assert (found.outcome == PathOutcome.PEAK).all()
+    np.testing.assert_allclose(found.peak, paths.peak, rtol=5e-3)
+    assert (found.peak <= paths.peak * (1 + 1e-3)).all()
 
 
 def resting(shape: object, height: float, turned: np.ndarray | None = None) -> hf.Assembly:

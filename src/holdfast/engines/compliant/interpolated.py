@@ -15,25 +15,39 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from holdfast.base.arrays import Float, Int
+from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.compiled import compiled
-from holdfast.elastic import path
+from holdfast.elastic.outcome import PathOutcome
 from holdfast.engines.directions import flat_groups, moment_frame
 from holdfast.geometry.hull import corner_numbers
 from holdfast.geometry.triangulation import fan, inserted, located
 
 STATED = 3.0  # stated over expected error
-WIDER = 1.5  # stated error over the distance of the answer from what bounds it
-KINK = 0.4  # the same over the distance of values and planes, which is large where slopes differ
-MIXED = 0.6  # the same where not all corners move in the same way
-FLOOR = 1e-2  # relative: what nodes and steps of paths alone may hide
-UNTESTED = 16  # points that no triangle holds without a path inside
-UNKNOWN = -1  # kind of a push without a path
+WIDER = 1.5  # stated error over the relative distance of the answer from its bounds, at first
+KINK = 0.4  # weight of the relative distance between values and planes in that: it is large where slopes differ
+MIXED = 0.6  # weight of the same where not all corners move in the same way
+FLOOR = 1e-2  # minimum relative error stated: what grids and path steps alone may hide
+UNTESTED = 16  # interpolated points in one triangle, above which one of them is followed to test the rest
 
-Follow = Callable[[Int], tuple[Int, Float, Float, Int]]
+
+class Solved(NamedTuple):
+    """What paths gave for k pushes.
+
+    ``outcome`` (k,) of PathOutcome; ``value`` (k,) γ; ``slope`` (k, 6) its derivative by the load; ``motion`` (k,)
+    numbers of what gives way.
+    """
+
+    outcome: Int
+    value: Float
+    slope: Float
+    motion: Int
+
+
+Follow = Callable[[Int], Solved]
 
 
 @dataclass
@@ -48,12 +62,14 @@ class Face:
 
 @dataclass(frozen=True, eq=False)
 class Survey:
-    """What is known of n pushes: ``kind`` (n,) of path.py or UNKNOWN, γ ``value`` (n,), relative ``error`` (n,) of 1/γ.
+    """What is known of n pushes: γ ``value`` (n,), relative ``error`` (n,) of 1/γ.
 
-    ``corner`` (n, 3) are the solved pushes that a value was interpolated between, ``share`` (n, 3) with which weights.
+    Where ``solved`` (n,), a push has a path of its own, with ``outcome`` (n,) of PathOutcome. ``corner`` (n, 3) are the
+    solved pushes that a value was interpolated between, ``share`` (n, 3) with which weights.
     """
 
-    kind: Int
+    solved: Bool
+    outcome: Int
     value: Float
     error: Float
     corner: Int
@@ -63,14 +79,15 @@ class Survey:
 def survey(loads: Float, follow: Follow, gap: float) -> Survey:
     """Values of γ at loads (n, 6) on one body with expected errors of at most ``gap``; STATED times that is stated.
 
-    ``follow(indices)`` gives kinds, γ, its derivatives (k, 6) by the load, and numbers of what gives way.
+    ``follow(indices)`` follows the paths of some of the loads.
     """
     count = len(loads)
-    kind, value, slopes = np.full(count, UNKNOWN), np.zeros(count), np.zeros((count, 6))
-    motion = np.zeros(count, dtype=np.int64)
+    solved, value = np.zeros(count, dtype=bool), np.zeros(count)
+    known = Solved(np.zeros(count, dtype=np.int64), value, np.zeros((count, 6)), np.zeros(count, dtype=np.int64))
+    outcome = known.outcome
     error, corner, share = np.zeros(count), np.tile(np.arange(count)[:, None], 3), np.tile([1.0, 0.0, 0.0], (count, 1))
-    groups, rest = flat_groups(loads)
-    faces, wanted = [], [rest]
+    groups, others = flat_groups(loads)
+    faces, wanted = [], [others]
     for members in groups:
         places = _places(loads[members])
         corners = corner_numbers(places)
@@ -79,20 +96,20 @@ def survey(loads: Float, follow: Follow, gap: float) -> Survey:
             continue
         faces.append(Face(members, places, fan(corners)))
         wanted.append(members[corners])
-    _solve(np.unique(np.concatenate(wanted)), follow, kind, value, slopes, motion)
+    _solve(np.unique(np.concatenate(wanted)), follow, solved, known)
     while faces:
         picked, open_faces = [], []
         for face in faces:
-            asked = np.flatnonzero(kind[face.members] == UNKNOWN)
+            asked = np.flatnonzero(~solved[face.members])
             if not len(asked):
                 continue
             where, weights = located(face.places, face.triangles, asked)
             within = face.members[face.triangles[where]]
             points = face.members[asked]
-            middle, spread = _between(loads, points, within, weights, kind, value, slopes, motion)
+            middle, spread = _between(loads, points, within, weights, known)
             stated = face.wider * spread + FLOOR
             value[points], error[points], corner[points], share[points] = middle, stated, within, weights
-            endless = (kind[within] == path.ENDLESS).all(1)
+            endless = (outcome[within] == PathOutcome.ENDLESS).all(1)
             if endless.any():
                 picked.append(points[endless])
             spread[endless] = stated[endless] = 0.0
@@ -104,12 +121,12 @@ def survey(loads: Float, follow: Follow, gap: float) -> Survey:
             break
         fresh = np.concatenate(picked)
         expected = value[fresh]
-        _solve(fresh, follow, kind, value, slopes, motion)
+        _solve(fresh, follow, solved, known)
         miss = dict(zip(fresh.tolist(), np.abs(value[fresh] - expected).tolist(), strict=True))
         for face, added in open_faces:
             for k in added.tolist():
                 number = face.members[k]
-                if kind[number] == path.PEAK and np.isfinite(error[number]):
+                if outcome[number] == PathOutcome.PEAK and np.isfinite(error[number]):
                     off = max(miss[number] / value[number] - FLOOR / 2, 0.0)
                     estimated = (error[number] - FLOOR) / face.wider
                     if off > estimated > 0:
@@ -117,7 +134,7 @@ def survey(loads: Float, follow: Follow, gap: float) -> Survey:
                 face.triangles = inserted(face.places, face.triangles, k)
         error[fresh], share[fresh], corner[fresh] = 0.0, (1.0, 0.0, 0.0), fresh[:, None]
         faces = [face for face, _ in open_faces]
-    return Survey(kind, value, error, corner, share)
+    return Survey(solved, outcome, value, error, corner, share)
 
 
 def _places(loads: Float) -> Float:
@@ -128,9 +145,12 @@ def _places(loads: Float) -> Float:
     return np.ascontiguousarray((chart - low) / size)
 
 
-def _solve(indices: Int, follow: Follow, kind: Int, value: Float, slopes: Float, motion: Int) -> None:
+def _solve(indices: Int, follow: Follow, solved: Bool, known: Solved) -> None:
+    """Enter what the paths of some loads give into ``known``, and that they are ``solved``."""
     if len(indices):
-        kind[indices], value[indices], slopes[indices], motion[indices] = follow(indices)
+        solved[indices] = True
+        for column, found in zip(known, follow(indices), strict=True):
+            column[indices] = found
 
 
 def _doubtful(where: Int, weights: Float, spread: Float, stated: Float, most: float) -> Int:
@@ -143,15 +163,14 @@ def _doubtful(where: Int, weights: Float, spread: Float, stated: Float, most: fl
 
 
 @compiled
-def _between(
-    loads: Float, points: Int, corners: Int, shares: Float, kind: Int, value: Float, slopes: Float, motion: Int
-) -> tuple[Float, Float]:
+def _between(loads: Float, points: Int, corners: Int, shares: Float, known: Solved) -> tuple[Float, Float]:
     """γ at points within triangles, and how far apart the estimates are, relative; inf where corners are not alike."""
+    value, slopes, motion = known.value, known.slope, known.motion
     middle, spread = np.zeros(len(points)), np.zeros(len(points))
     for n in range(len(points)):
         finite = 0
         for i in range(3):
-            finite += kind[corners[n, i]] == 1
+            finite += known.outcome[corners[n, i]] == PathOutcome.PEAK
         if finite < 3:
             middle[n], spread[n] = np.nan, np.inf
             continue

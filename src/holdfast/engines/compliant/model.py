@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -14,7 +15,24 @@ from holdfast.elastic.law import Elastic, bond
 
 Stiffness: TypeAlias = float | Mapping[tuple[str, str], float] | None
 
-FLAT = 1e-9  # nodes of a sheet leave its plane by no more than this share of the assembly's size
+FLAT = 1e-9  # distance of a sheet's nodes from its plane, at most, over the assembly's size
+
+
+@dataclass(frozen=True, eq=False)
+class Springs:
+    """What contacts are made of.
+
+    ``nodes`` along each side of a square patch; ``ratio`` of tangential over normal stiffness; ``stiffness`` [N/m³] as
+    engine Compliant takes it.
+    """
+
+    nodes: int
+    ratio: float = 1.0
+    stiffness: Stiffness = None
+
+    def finer(self, times: int) -> Springs:
+        """The same with ``times`` as many nodes along each side."""
+        return replace(self, nodes=times * self.nodes)
 
 
 def force_unit(assembly: Assembly, wrench: Float) -> float:

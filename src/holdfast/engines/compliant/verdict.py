@@ -2,69 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, equilibrium_operator
 from holdfast.base.arrays import Float
-from holdfast.elastic import resting as rest
 from holdfast.elastic.law import Elastic, evaluate, node_forces
-from holdfast.elastic.linear import CORNER, SparseSolver, Work, loose, solve
+from holdfast.elastic.outcome import RestOutcome
+from holdfast.elastic.sparse import unresisted_motion
+from holdfast.elastic.system import Settled
 from holdfast.engines.compliant.fixed_point import Fixed, fixed_point
 from holdfast.engines.compliant.model import levers
-from holdfast.engines.contract import Mechanism, Status, Verdict
-from holdfast.engines.mechanism import describe, modes_of, relative_velocity
+from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of, relative_velocity
 from holdfast.engines.rest import contact_forces, doubt_of, find_rest, undecided
+from holdfast.engines.verdict import Status, Verdict
 
-BALANCED = 1e-8  # residual of a rest state over the total weight, beyond which it is none
-BALANCED_EACH = 1e-7  # the same over each body's own weight
-TAKEN_ALONG = 1e-3  # share of the largest displacement in a motion from which on a body takes part in it
-
-
-@dataclass(frozen=True, eq=False)
-class Settled:
-    """The end of ``settle``: ``how`` (REST, DRIFT or LOST), displacement ``q`` and ``drift`` (6J,), ``steps``, ε."""
-
-    how: int
-    q: Float
-    drift: Float
-    steps: int
-    drag: float
-
-
-def settled(
-    m: Elastic, work: Work, sparse: SparseSolver | None, weight: float = 1.0, near: Float | None = None
-) -> Settled:
-    """Start from bonded contacts and let them come to rest, or not; if given, first from a displacement ``near``."""
-    n = len(m.wrench)
-    q, drift, told = np.zeros(n), np.zeros(n), np.zeros(3)
-    if near is not None:
-        q[:] = near
-        if sparse is None:
-            rest.move_dense(m, work, weight, q, drift, told)
-        else:
-            rest.move(m, work, weight, q, drift, told, sparse)
-        if told[0] != rest.LOST:
-            return Settled(int(told[0]), q, drift, int(told[1]), float(told[2]))
-    work.K[:] = m.bonded
-    work.w[:] = work.c[:] = work.ask[:] = 0.0
-    work.ask[CORNER] = 1.0
-    work.rhs[:] = 0.0
-    work.rhs[:n, 0] = weight * m.wrench
-    solve(m, work, sparse)
-    q[:] = work.rhs[:n, 0]
-    if sparse is None:
-        rest.settle_dense(m, work, weight, q, drift, told)
-    else:
-        rest.settle(m, work, weight, q, drift, told, sparse)
-    return Settled(int(told[0]), q, drift, int(told[1]), float(told[2]))
+BALANCED = 1e-8  # largest residual of a state of rest, over the total weight
+BALANCED_EACH = 1e-7  # largest residual of a state of rest, over each body's own weight
+TAKEN_ALONG = 1e-3  # least displacement with which a body takes part in a motion, over the largest in it
 
 
 def judged(assembly: Assembly, nodes: ContactNodes, wrench: Float, m: Elastic, unit: float, end: Settled) -> Verdict:
-    """The verdict that follows from how ``settle`` ended under ``wrench`` (6J,) [N, N m], forces in units [N]."""
-    if end.how == rest.REST:
+    """The verdict that follows from how the search for rest ended.
+
+    Under ``wrench`` (6J,) [N, N m]; ``unit`` [N] is the model's unit of force.
+    """
+    if end.outcome is RestOutcome.RESTS:
         forces = np.zeros((len(nodes), 3))
         node_forces(m, end.q, forces)
         total, each = unbalanced(assembly, nodes, forces * unit, wrench)
@@ -73,7 +36,7 @@ def judged(assembly: Assembly, nodes: ContactNodes, wrench: Float, m: Elastic, u
     certain = find_rest(assembly, wrench).verdict
     if certain.status is Status.UNSTABLE:
         return certain
-    if end.how == rest.DRIFT:
+    if end.outcome is RestOutcome.DRIFTS:
         twists = (levers(assembly) * end.drift).reshape(-1, 6)
         return _drifts(assembly, nodes, twists, certain.equilibrium_exists)
     if certain.equilibrium_exists:
@@ -107,7 +70,7 @@ def balanced(assembly: Assembly, m: Elastic, q: Float | None) -> tuple[str, ...]
     K = m.bonded.copy()
     if q is not None:
         evaluate(m, 1.0, q, np.zeros(len(q)), K, np.zeros(6), np.zeros(6))
-    moved = loose(m, K)
+    moved = unresisted_motion(m, K)
     return tuple(body.name for body, far in zip(assembly.movable, moved, strict=True) if far > TAKEN_ALONG)
 
 
@@ -119,14 +82,21 @@ def _stands(
     if only_balanced:
         names = ", ".join(only_balanced)
         reason += f"; only balanced, as on an edge, a corner or a round side: {names} (some smallest push moves it)"
-    return Verdict(Status.STABLE, True, False, contact, residual, None, None, reason)
+    return Verdict(
+        status=Status.STABLE,
+        reason=reason,
+        equilibrium_exists=True,
+        self_stress=False,
+        forces=contact,
+        residual=residual,
+    )
 
 
 def motion_of(assembly: Assembly, nodes: ContactNodes, twists: Float) -> Mechanism:
     """The mechanism of a motion (J, 6) that elastic contacts make: without dilatancy."""
     velocity = relative_velocity(nodes, assembly.com, twists)
     mode = modes_of(velocity[None], np.zeros(len(nodes)))[0]
-    return describe(assembly, nodes, twists, mode, dual=False)
+    return describe(Kinematics.of(assembly, nodes), twists, mode, dual=False)
 
 
 def _drifts(assembly: Assembly, nodes: ContactNodes, twists: Float, exists: bool | None) -> Verdict:
@@ -136,4 +106,10 @@ def _drifts(assembly: Assembly, nodes: ContactNodes, twists: Float, exists: bool
         return undecided(f"the contacts found do not bring it to rest, but {doubt}", mechanism=mechanism)
     more = ", although an equilibrium exists: nothing presses the contacts that it needs" if exists else ""
     reason = f"elastic contacts do not come to rest{more}; a steady drift remains: {mechanism.text}"
-    return Verdict(Status.UNSTABLE, exists, True if exists else None, None, np.inf, mechanism, None, reason)
+    return Verdict(
+        status=Status.UNSTABLE,
+        reason=reason,
+        equilibrium_exists=exists,
+        self_stress=True if exists else None,
+        mechanism=mechanism,
+    )

@@ -14,6 +14,8 @@ import numpy as np
 from holdfast.base.arrays import Float, Int, checked
 from holdfast.base.errors import GeometryError, SceneError, message
 from holdfast.base.rigid import tangents
+from holdfast.geometry.area import outline_vector
+from holdfast.geometry.triangulation import fan
 from holdfast.scene.body import Body
 from holdfast.scene.formats.registry import register
 from holdfast.scene.formats.source import Source
@@ -53,11 +55,10 @@ def triangulated(vertices: Float, face: Int) -> Int:
     if len(face) == 3:
         return face[None]
     corners = vertices[face]
-    following = np.roll(corners, -1, axis=0)
-    area_vector = np.cross(corners, following).sum(0) / 2
-    if not np.linalg.norm(area_vector) > 0:
-        return np.column_stack([np.full(len(face) - 2, face[0]), face[1:-1], face[2:]])
-    t1, t2 = tangents(area_vector / np.linalg.norm(area_vector))
+    across = outline_vector(corners)
+    if not np.linalg.norm(across) > 0:
+        return fan(face)
+    t1, t2 = tangents(across / np.linalg.norm(across))
     flat = np.column_stack([corners @ t1, corners @ t2])
     flat = (flat - flat.mean(0)) / np.ptp(flat, axis=0).max()
     return np.asarray(face[np.array(manifold3d.triangulate([flat]))], dtype=np.int64)

@@ -135,7 +135,7 @@ def printed(rows: list[Row], scenes: list[str], paper: Mapping[str, Mapping[str,
             for title, own, key in (("time", times, "time s"), ("rob.", forces, "rob. N")):
                 change = [100 * (a / b - 1) for a, b in zip(own, figures("isolated", key), strict=True)]
                 line(f"{title} relative (%)", change, "+.0f")
-    for method, told in paper.items():
-        line(f"*paper, its scenes:* {method} time (s)", told["time"], ".3g")
-        line("rob. (N)", told["rob"], ".3g")
+    for method, figure in paper.items():
+        line(f"*paper, its scenes:* {method} time (s)", figure["time"], ".3g")
+        line("rob. (N)", figure["rob"], ".3g")
     return "\n".join(lines)

@@ -10,7 +10,8 @@ from typing import BinaryIO
 import numpy as np
 
 import holdfast as hf
-from holdfast.engines.compliant.engine import Compliant
+from holdfast.engines.compliant.grid import Grid
+from holdfast.engines.compliant.model import Springs
 from holdfast.engines.limit.engine import Limit
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped.blocks import wall
@@ -48,7 +49,7 @@ def _pushes(assembly: hf.Assembly, body: str) -> Row:
     at = assembly.com[assembly.index[body]]
     push = push_columns(assembly, assembly.index[body], (at - [0, 0.05, 0])[None], np.array([[0.0, 1, 0]]))[:, 0]
     state.solve(push)
-    elastic = Compliant().prepare(assembly)
+    elastic = Grid.of(assembly, assembly.weight_wrench(), Springs(hf.Compliant().nodes))
     elastic.paths(push[:, None])
     queries, paths = [], []
     for _ in range(3):  # in turn, and CPU time: their ratio is what counts

@@ -1,0 +1,62 @@
+"""How a load path ends, how coming to rest ends, and what a step along a path meets.
+
+Integer enums: compiled functions return them and write them into integer arrays.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+from holdfast.base.compiled import compilable
+
+
+class PathOutcome(IntEnum):
+    """How a load path ends."""
+
+    LOST = 0  # no further point was found before the end was clear
+    PEAK = 1  # the load has a largest value
+    ENDLESS = 2  # contact forces balance any multiple of the load
+
+
+class RestOutcome(IntEnum):
+    """How the search for a state of rest ends."""
+
+    LOST = 0  # neither of the two was found
+    RESTS = 1
+    DRIFTS = 2  # bodies keep moving at a constant velocity
+
+
+class Event(IntEnum):
+    """What one step along a load path met."""
+
+    BEGUN = 0  # the path has a direction at the state of rest
+    ADVANCED = 1  # a new point on the path
+    TORN = 2  # the point may lie on another branch of the path: the step is shortened
+    SHORTENED = 3  # no point ahead was found: the step is shortened
+    NODE_CHANGED = 4  # no short step succeeded: the path goes on just behind the next change of a node's state
+    NO_BEGINNING = 5  # at the state of rest the path has no direction
+    RELEASED = 6  # behind the change of a node a body has no contact left
+    ASTRAY = 7  # too many such changes, or the next one too far away
+    FALLEN = 8  # the load is clearly below its peak, or has had no new peak for long
+    FAR = 9  # so far from rest that rounding would show
+    FLAT = 10  # the load does not rise any more
+    ENDLESS = 11  # forces that balance the load alone were found
+
+
+LAST_TO_GO_ON = Event.NODE_CHANGED
+
+
+@compilable
+def goes_on(event: Event) -> bool:
+    """Whether another step follows."""
+    return event <= LAST_TO_GO_ON
+
+
+@compilable
+def outcome_of(event: Event) -> PathOutcome:
+    """How a path ends whose last step met ``event``."""
+    if event == Event.ENDLESS:
+        return PathOutcome.ENDLESS
+    if event == Event.FALLEN or event == Event.FAR or event == Event.FLAT:
+        return PathOutcome.PEAK
+    return PathOutcome.LOST

@@ -1,0 +1,132 @@
+"""Sparse LU for large models, the choice between it and dense elimination, and motions that nothing resists."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import splu
+
+from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.compiled import compilable, compiled
+from holdfast.elastic.law import Elastic
+from holdfast.elastic.linear import SINGULAR, Work, dense_solve
+
+SMALL_PIVOT = 0.1  # share of a column's largest entry below which a diagonal entry is not used as pivot
+NO_RESISTANCE = 1e-9  # largest resistance that counts as none, where that of bonded contacts is of order one
+NEAR_SINGULAR = 1e-12  # added to the diagonal so that a singular stiffness can be factored, in the same units
+
+
+@compiled
+def _blocks(m: Elastic, K: Float, drag: float, out: Float) -> None:
+    """The 6x6 blocks of every sheet's pairs of bodies (bb, ba, ab, aa), row by row, into ``out`` (P, 4, 6, 6)."""
+    for p in range(len(m.a)):
+        D = K[p] + drag * m.bonded[p]
+        X, Y = D @ m.Tb[p], D @ m.Ta[p]
+        out[p, 0] = m.Tb[p].T @ X
+        out[p, 1] = -(m.Tb[p].T @ Y)
+        out[p, 2] = -(m.Ta[p].T @ X)
+        out[p, 3] = m.Ta[p].T @ Y
+
+
+def _pattern(m: Elastic) -> tuple[Bool, Int, Int]:
+    """Which entries of ``_blocks`` belong to free bodies, and the rows and columns of those."""
+    ends = np.stack([np.stack([m.b, m.b, m.a, m.a], 1), np.stack([m.b, m.a, m.b, m.a], 1)], 2)
+    rows = (6 * ends[:, :, 0, None, None] + np.arange(6)[:, None] + np.zeros((1, 6), int)).ravel()
+    columns = (6 * ends[:, :, 1, None, None] + np.arange(6) + np.zeros((6, 1), int)).ravel()
+    kept = np.repeat((ends >= 0).all(2).ravel(), 36)
+    return kept, rows[kept], columns[kept]
+
+
+def unresisted_motion(m: Elastic, K: Float) -> Float:
+    """How far each body (J,) moves in a motion (largest: 1) that the stiffness ``K`` (P, 6, 6) does not resist.
+
+    Zero for all bodies if every motion is resisted. By inverse iteration from a fixed random start, so that of several
+    such motions a general combination is found; each body's rows and columns in units of its own bonded contacts and
+    size.
+    """
+    n = len(m.wrench)
+    kept, rows, columns = _pattern(m)
+    blocks = np.zeros((len(m.a), 4, 6, 6))
+    _blocks(m, m.bonded, 0.0, blocks)
+    firmest = np.zeros(n)
+    on = (rows == columns) & (rows % 6 < 3)
+    np.add.at(firmest, rows[on], blocks.ravel()[kept][on])
+    size = m.scale[::6] / m.scale[3::6]
+    unit = np.repeat(np.sqrt(firmest.reshape(-1, 6).max(1)), 6) * np.stack([np.ones_like(size), size], 1).repeat(3)
+    _blocks(m, K, 0.0, blocks)
+    scaled = blocks.ravel()[kept] / (unit[rows] * unit[columns])
+    A = sparse.csc_matrix((scaled, (rows, columns)), shape=(n, n))
+    factors = splu(A + NEAR_SINGULAR * sparse.eye(n, format="csc"))
+    x = np.random.default_rng(0).normal(size=n)
+    for _ in range(3):
+        x = factors.solve(x)
+        x /= np.abs(x).max()
+    if np.abs(np.asarray(A @ x)).max() > NO_RESISTANCE:
+        return np.zeros(n // 6)
+    return np.asarray(np.abs(x).reshape(-1, 6).max(1))
+
+
+class SparseSolver:
+    """Sparse LU of the systems of one model; the pattern is found once."""
+
+    def __init__(self, m: Elastic) -> None:
+        self._m = m
+        self._blocks = np.zeros((len(m.a), 4, 6, 6))
+        n = len(m.wrench)
+        kept, rows, columns = _pattern(m)
+        edge = np.arange(n)
+        rows = np.concatenate([rows, edge, np.full(n, n), [n]])
+        columns = np.concatenate([columns, np.full(n, n), edge, [n]])
+        places, slot = np.unique(columns * (n + 1) + rows, return_inverse=True)
+        self._kept = kept
+        self._slot = slot.reshape(-1)  # where each value is added
+        self._row = (places % (n + 1)).astype(np.int32)
+        self._start = np.searchsorted(places, (n + 1) * np.arange(n + 2)).astype(np.int32)
+        self._by_row = np.argsort(self._row, kind="stable")
+        self._row_start = np.searchsorted(self._row[self._by_row], np.arange(n + 1))
+
+    def solve(self, work: Work, drag: float, corner: float, transposed: bool) -> float:
+        """As ``dense_solve``."""
+        _blocks(self._m, work.K, drag, self._blocks)
+        values = np.concatenate([self._blocks.ravel()[self._kept], -work.w, work.c, [corner]])
+        data = np.bincount(self._slot, values, len(self._row))
+        top = np.maximum.reduceat(np.abs(data)[self._by_row], self._row_start)
+        scale = 1 / np.where(top > 0, top, 1.0)
+        matrix = sparse.csc_matrix((data * scale[self._row], self._row, self._start), copy=True)
+        matrix.eliminate_zeros()  # of open contacts: they would fill the factors
+        try:
+            factors = splu(
+                matrix,
+                permc_spec="MMD_AT_PLUS_A",
+                diag_pivot_thresh=SMALL_PIVOT,
+                options={"SymmetricMode": True},
+            )
+        except RuntimeError:  # exactly singular
+            return SINGULAR
+        if transposed:
+            work.rhs[:] = factors.solve(work.rhs.copy(), "T") * scale[:, None]  # type: ignore[call-overload]
+        else:
+            work.rhs[:] = factors.solve(work.rhs * scale[:, None])
+        diagonal = factors.U.diagonal()
+        sign = np.sign(diagonal).prod() * _parity(factors.perm_r) * _parity(factors.perm_c)
+        return float(sign) if np.isfinite(work.rhs).all() else SINGULAR
+
+
+@compilable
+def solve(m: Elastic, work: Work, drag: float, corner: float, transposed: bool, sparse: SparseSolver | None) -> float:
+    """Solve the system of ``work``, or its transpose, in place: by ``sparse``, or by dense elimination where None.
+
+    Returns the sign of the determinant, or SINGULAR.
+    """
+    if sparse is None:
+        return dense_solve(m, work, drag, corner, transposed)
+    return sparse.solve(work, drag, corner, transposed)
+
+
+def _parity(permutation: Int) -> float:
+    """1 for even permutations, -1 for odd ones: by the number of cycles."""
+    n = len(permutation)
+    graph = sparse.csr_matrix((np.ones(n), (np.arange(n), permutation)), shape=(n, n))
+    cycles, _ = connected_components(graph, directed=False)
+    return 1.0 if (n - cycles) % 2 == 0 else -1.0

@@ -1,0 +1,341 @@
+"""Steps along a load path: the state of the walk, and what a single step meets.
+
+The path is walked plane by plane across its direction (pseudo-arc-length), so that neither a falling load nor a point
+that moves back stops it. Its length ℓ is that of the motion of the body that moves most.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, cast
+
+import numpy as np
+
+from holdfast.base.arrays import Float
+from holdfast.base.compiled import compilable, compiled
+from holdfast.elastic.law import Elastic, next_change
+from holdfast.elastic.linear import SINGULAR, Work
+from holdfast.elastic.newton import Balance, dot, newton, on_path, unbalance, worst
+from holdfast.elastic.outcome import Event
+from holdfast.elastic.sparse import SparseSolver, solve
+
+TOLERANCE = 1e-7  # unbalance of points on the path, each body's in units of its own weight
+FALLEN = 0.99  # share of the peak below which the path has clearly fallen
+NEW_PEAK = 1e-5  # relative rise above the peak so far that counts as a new peak
+FAINT = 1e-8  # drag while forces that balance the load alone are sought
+FLAT = 1e-4  # relative rise still to come, if the slope fell as 1/ℓ², below which the path counts as flat
+FARTHEST = 1e8  # length, in sizes of the displacement at rest, at which rounding would show
+FASTEST = 4.0  # largest growth of the step from one point to the next
+TURN = 0.3  # wanted correction of a point, as a share of the step
+TORN = 0.7  # distance from where the directions at both ends lead, as a share of the step, that hints at another branch
+SHORTER = 0.3  # factor by which a step is shortened
+SHORTENINGS = 4  # of one step, after which the path is continued behind the next change of a node
+MOST_CHANGES = 40  # of nodes that a path may be continued behind
+LATE = 60  # points without a new peak after which none is expected
+
+
+class Progress:
+    """The numbers of a walk along a path.
+
+    Constants: ``orientation``, the sign of the stiffness's determinant at rest; ``strength``, the largest component of
+    the load, each body's in its own weight and size; ``elastic``, the largest displacement at rest.
+
+    Where it is: ``s`` and the ``slope`` ds/dℓ; the ``step`` Δℓ to be tried; the ``length`` ℓ so far; ``last``, s of the
+    last regular point; ``turned``, the last correction as a share of its step; ``points`` found, linear ``systems``
+    solved, node ``changes`` crossed; how often this step was ``shortened``, and whether that was because it was
+    ``doubted`` to lie on the same branch.
+
+    Of the peak: ``highest`` s; ``at_peak``, the length there; ``late``, the points since; ``short``, by how much it may
+    be too low. It lies between a point where s rises (``rising_s``, ``rising_slope``) and one where it does not
+    (``falling_s``, ``falling_slope``), once the latter is known: ``closed``.
+
+    Of the end: the lengths since which the path has been flat (``flat_since``) and since which s has grown in
+    proportion to ℓ (``similar_since``); inf if it is not.
+    """
+
+    orientation: float = 0.0
+    strength: float = 0.0
+    elastic: float = 0.0
+    s: float = 0.0
+    slope: float = 0.0
+    step: float = 0.0
+    length: float = 0.0
+    last: float = 0.0
+    turned: float = 0.0
+    points: int = 0
+    systems: int = 0
+    changes: int = 0
+    shortened: int = 0
+    doubted: bool = False
+    highest: float = 0.0
+    at_peak: float = 0.0
+    late: int = 0
+    short: float = 0.0
+    rising_s: float = 0.0
+    rising_slope: float = 0.0
+    falling_s: float = 0.0
+    falling_slope: float = 0.0
+    closed: bool = False
+    flat_since: float = 0.0
+    similar_since: float = 0.0
+
+
+class Stepper(NamedTuple):
+    """A walk along a load path: all that one step hands on to the next; ``now`` is written to, and so are all arrays.
+
+    The point ``q`` (n,) with the path's direction ``tangent``, dq/dℓ; the point ``trial`` that is being tried and where
+    it was ``aimed``; displacement and plane of the highest point so far (``peak_q``, ``peak_plane``); displacement,
+    tangent and plane of the point before the peak, displacement and tangent of the one behind it; ``origin``, zeros.
+    """
+
+    now: Progress
+    q: Float
+    tangent: Float
+    trial: Float
+    aimed: Float
+    peak_q: Float
+    peak_plane: Float
+    rising_q: Float
+    rising_tangent: Float
+    rising_plane: Float
+    falling_q: Float
+    falling_tangent: Float
+    origin: Float
+
+
+RECORD = np.dtype(
+    [(name, {"float": "f8", "int": "i8", "bool": "?"}[kind]) for name, kind in Progress.__annotations__.items()],
+    align=True,
+)
+
+
+def make_stepper(n: int, *, dense: bool) -> Stepper:
+    """A walk among n = 6J displacements; if ``dense`` its numbers are a record that compiled code can write."""
+    now = cast(Progress, np.zeros(1, RECORD)[0]) if dense else Progress()
+    return Stepper(now, *np.zeros((len(Stepper._fields) - 1, n)))
+
+
+@compiled
+def turn(work: Work, sign: float, orientation: float, tangent: Float) -> float:
+    """Point ``tangent`` (n,) onwards along the path, scale it, set work.c to its plane; returns ds/dℓ.
+
+    Onwards is where s rises while the stiffness has the sign of determinant it had at rest, and falls while it has the
+    other: the ``sign`` of the bordered determinant tells, whatever the border. The plane is across the motion of the
+    body that moves most.
+    """
+    n = len(tangent)
+    best, body = -1.0, 0
+    for j in range(n // 6):
+        total = 0.0
+        for i in range(6 * j, 6 * j + 6):
+            total += work.rhs[i, 1] ** 2
+        if total > best:
+            best, body = total, j
+    size = orientation * sign / max(np.sqrt(best), 1e-300)
+    for i in range(n):
+        tangent[i] = size * work.rhs[i, 1]
+        work.c[i] = tangent[i] if i // 6 == body else 0.0
+    return float(size * work.rhs[n, 1])
+
+
+@compiled
+def torn(work: Work, sign: float, orientation: float, q: Float, tangent: Float, trial: Float, step: float) -> bool:
+    """Whether the step from q to ``trial`` leaves what the directions of the path at both ends say.
+
+    Then a nearer solution may lie on the path, and this one on another branch.
+    """
+    there = np.zeros(len(q))
+    plane = work.c.copy()
+    turn(work, sign, orientation, there)
+    work.c[:] = plane
+    away, far = 0.0, 0.0
+    for i in range(len(q)):
+        moved = trial[i] - q[i]
+        away = max(away, abs(moved - 0.5 * step * (tangent[i] + there[i])))
+        far = max(far, abs(moved))
+    return bool(away > TORN * far)
+
+
+@compilable
+def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, sparse: SparseSolver | None) -> Event:
+    """Find the direction of the path at the state of rest ``start`` (n,) under ``load`` (n,)."""
+    now, q = stepper.now, stepper.q
+    q[:] = start
+    stepper.peak_q[:] = start
+    stepper.falling_q[:] = start
+    stepper.falling_tangent[:] = 0.0
+    work.w[:] = load
+    work.c[:] = load
+    now.strength = worst(m, load)
+    now.elastic = max(np.abs(q).max(), 1e-300)
+    now.length, now.last, now.turned, now.highest, now.at_peak, now.short = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    now.points, now.systems, now.changes, now.shortened, now.late, now.doubted = 0, 0, 0, 0, 0, False
+    now.flat_since, now.similar_since = np.inf, np.inf
+    rest = newton(m, work, on_path(stepper.origin), q, 0.0, dot(load, q), TOLERANCE, 5, sparse)
+    if not rest.converged:
+        return Event.NO_BEGINNING
+    now.s, now.systems = rest.s, 1
+    now.orientation = rest.sign if work.rhs[len(q), 1] > 0 else -rest.sign
+    now.slope = turn(work, rest.sign, now.orientation, stepper.tangent)
+    now.step = min(0.1 / (now.strength * now.slope), 10 * now.elastic) if now.slope > 0 else 1e-3 * now.elastic
+    before_peak(work, stepper)
+    stepper.peak_plane[:] = work.c
+    now.rising_s, now.falling_s, now.falling_slope, now.closed = 0.0, 0.0, 0.0, now.slope <= 0
+    return Event.BEGUN
+
+
+@compilable
+def before_peak(work: Work, stepper: Stepper) -> None:
+    """Let the present point be the one before the peak."""
+    now = stepper.now
+    stepper.rising_q[:], stepper.rising_tangent[:], stepper.rising_plane[:] = stepper.q, stepper.tangent, work.c
+    now.rising_s, now.rising_slope = now.s, now.slope
+
+
+@compilable
+def behind_peak(stepper: Stepper) -> None:
+    """Let the present point be the one behind the peak."""
+    now = stepper.now
+    stepper.falling_q[:], stepper.falling_tangent[:] = stepper.q, stepper.tangent
+    now.falling_s, now.falling_slope, now.closed = now.s, now.slope, True
+
+
+@compilable
+def advance(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver | None) -> Event:
+    """Try a step along the path, and take it if it leads to a new point."""
+    now, q, trial, aimed = stepper.now, stepper.q, stepper.trial, stepper.aimed
+    trial[:] = q + now.step * stepper.tangent
+    aimed[:] = trial
+    tolerance = TOLERANCE * max(1.0, min(1e-7 * now.length / now.elastic, 10.0), 0.01 * now.strength * abs(now.s))
+    s, level = now.s + now.step * now.slope, dot(work.c, trial)
+    point = newton(m, work, on_path(stepper.origin), trial, s, level, tolerance, 8, sparse)
+    now.systems += point.steps + 1
+    backward = now.orientation * point.sign < 0  # behind its plane the path would come back: rather another branch
+    now.turned = np.abs(trial - aimed).max() / max(np.abs(aimed - q).max(), 1e-300)
+    if point.converged and not backward and not now.doubted and now.turned > TURN:
+        now.doubted = torn(work, point.sign, now.orientation, q, stepper.tangent, trial, now.step)
+        if now.doubted:  # once: where the path has a sharp corner every step is torn
+            now.step *= SHORTER
+            return Event.TORN
+    if not point.converged or (backward and now.shortened < SHORTENINGS - 1):
+        now.shortened += 1
+        if now.shortened < SHORTENINGS:
+            now.step *= SHORTER
+            return Event.SHORTENED
+        return cross_change(m, work, stepper, tolerance, sparse)
+    land(work, stepper, point.s, point.sign)
+    return Event.ADVANCED
+
+
+@compilable
+def cross_change(m: Elastic, work: Work, stepper: Stepper, tolerance: float, sparse: SparseSolver | None) -> Event:
+    """Go straight on to just behind the next change of a node's state, and take the path's direction there."""
+    now, q = stepper.now, stepper.q
+    n = len(q)
+    change = next_change(m, q, stepper.tangent)
+    now.changes += 1
+    # further out rounding would balance anything
+    if now.changes > MOST_CHANGES or not now.length + change <= FARTHEST * now.elastic:
+        return Event.ASTRAY
+    change = change * (1 + 1e-7) + 1e-12 * (now.elastic + now.length)
+    q += change * stepper.tangent
+    now.s += change * now.slope
+    now.length += change
+    unbalance(m, work, on_path(stepper.origin), q, now.s)
+    work.rhs[:] = 0.0
+    work.rhs[n, 1] = 1.0
+    sign = solve(m, work, 0.0, 0.0, False, sparse)
+    now.systems += 1
+    if sign == SINGULAR:
+        if now.s > now.highest and worst(m, work.r) <= tolerance:
+            now.highest = now.s
+            stepper.peak_q[:] = q
+        return Event.RELEASED
+    now.slope = turn(work, sign, now.orientation, stepper.tangent)
+    now.step = min(100 * now.step, 0.1 * (now.elastic + now.length))
+    now.shortened = 0
+    return Event.NODE_CHANGED
+
+
+@compilable
+def land(work: Work, stepper: Stepper, s: float, sign: float) -> None:
+    """Take the point that was tried, with load ``s``, as the present one, and keep the bracket of the peak."""
+    now, trial = stepper.now, stepper.trial
+    higher = s > now.highest
+    now.shortened, now.doubted = 0, False
+    now.points += 1
+    now.late += 1
+    now.length += now.step
+    if higher:
+        if s > now.highest * (1 + NEW_PEAK):
+            now.at_peak, now.late = now.length, 0
+        now.highest = s
+        stepper.peak_q[:] = trial
+        before_peak(work, stepper)
+    now.slope = turn(work, sign, now.orientation, stepper.tangent)
+    stepper.q[:] = trial
+    now.s = now.last = s
+    if higher:
+        stepper.peak_plane[:] = work.c
+    if higher and not now.slope <= 0:
+        now.closed = False
+        before_peak(work, stepper)
+    elif higher or not now.closed:
+        behind_peak(stepper)
+
+
+@compilable
+def appraise(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver | None) -> Event:
+    """Whether the new point is the end of the path: FALLEN, FAR, FLAT, ENDLESS, or else ADVANCED."""
+    now = stepper.now
+    s, slope, length, elastic = now.s, now.slope, now.length, now.elastic
+    if s < FALLEN * now.highest or length >= (10 if slope < 0 else 100) * now.at_peak or now.late > LATE:
+        return Event.FALLEN
+    if length > FARTHEST * elastic:
+        now.short = max(slope * length, 0.0) if s >= now.highest else 0.0
+        return Event.FAR
+    if abs(slope) * length > FLAT * abs(s):
+        now.flat_since = np.inf
+    elif length >= 10 * min(now.flat_since, length) and length > 30 * elastic:
+        return Event.FLAT
+    else:
+        now.flat_since = min(now.flat_since, length)
+    if slope > 0 and abs(slope * length - s) < 0.05 * s:
+        now.similar_since = min(now.similar_since, length)
+        if length >= 10 * now.similar_since and length > 100 * elastic:
+            now.similar_since = length
+            if balances_alone(m, work, stepper, sparse):
+                return Event.ENDLESS
+    else:
+        now.similar_since = np.inf
+    return Event.ADVANCED
+
+
+@compilable
+def balances_alone(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver | None) -> bool:
+    """Whether contact forces balance the load without any weight.
+
+    Sought from the present point over s. If they do, ``peak_q`` becomes the displacement under the load alone and
+    ``peak_plane`` the present plane; if not, ``peak_q`` becomes the present point.
+    """
+    now, q = stepper.now, stepper.peak_q
+    q[:] = stepper.q / now.s
+    plane, anchor = work.c.copy(), q.copy()
+    work.c[:] = 0.0
+    held = Balance(0.0, FAINT, 1.0, anchor)  # bodies that the load does not reach float: a faint drag holds them
+    alone = newton(m, work, held, q, 1.0, 0.0, TOLERANCE * now.strength, 12, sparse)
+    unbalance(m, work, Balance(0.0, 0.0, 0.0, anchor), q, 1.0)
+    now.systems += alone.steps + 1
+    balanced = alone.converged and worst(m, work.r) <= 10 * TOLERANCE * now.strength
+    if balanced:
+        stepper.peak_plane[:] = plane
+    else:
+        work.c[:] = plane
+        q[:] = stepper.q
+    return balanced
+
+
+@compilable
+def set_next_step(stepper: Stepper) -> None:
+    """Make the next step longer or shorter, as the last one needed little correction or much."""
+    now = stepper.now
+    now.step = min(now.step * min(max(TURN / max(now.turned, 1e-9), 0.7), FASTEST), 3 * now.length)

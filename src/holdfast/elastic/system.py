@@ -1,0 +1,138 @@
+"""An elastic model with what solves its linear systems: whether it comes to rest, and where its load paths lead."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from holdfast.base.arrays import Float
+from holdfast.elastic.law import Elastic
+from holdfast.elastic.linear import Work, make_work
+from holdfast.elastic.outcome import RestOutcome
+from holdfast.elastic.path import PathResult, follow, follow_dense, load_at_peak, loads_at_peaks_dense
+from holdfast.elastic.resting import Rest, bond_all, move, move_dense, settle, settle_dense
+from holdfast.elastic.sparse import SparseSolver
+from holdfast.elastic.stepper import make_stepper
+
+MOST_DENSE = 150  # displacements up to which dense elimination in compiled code is faster than sparse LU
+LEAST_COLUMNS = 8  # for which another thread pays
+
+
+@dataclass(frozen=True, eq=False)
+class Settled:
+    """The end of the search for rest.
+
+    ``outcome``; displacement ``q`` (6J,) and, where bodies drift, their velocity ``drift`` (6J,); ``steps`` of Newton's
+    method and the ``drag`` ε of the last state found.
+    """
+
+    outcome: RestOutcome
+    q: Float
+    drift: Float
+    steps: int
+    drag: float
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """A model of n = 6J displacements, and memory to work in; ``sparse`` LU, or None for dense elimination."""
+
+    model: Elastic
+    work: Work
+    sparse: SparseSolver | None
+
+    @classmethod
+    def of(cls, model: Elastic) -> System:
+        """By the method that is faster for a model of this size."""
+        return cls.dense(model) if len(model.wrench) <= MOST_DENSE else cls.by_lu(model)
+
+    @classmethod
+    def dense(cls, model: Elastic) -> System:
+        """By dense elimination."""
+        return cls(model, make_work(model, dense=True), None)
+
+    @classmethod
+    def by_lu(cls, model: Elastic) -> System:
+        """By sparse LU."""
+        return cls(model, make_work(model, dense=False), SparseSolver(model))
+
+    def under(self, wrench: Float) -> System:
+        """The same under another wrench (n,), in the model's units; both work in the same memory."""
+        return replace(self, model=self.model._replace(wrench=wrench))
+
+    def come_to_rest(self, near: Float | None = None) -> Settled:
+        """Let bonded contacts come to rest, or not; if given, try first from a displacement ``near`` (n,)."""
+        n = len(self.model.wrench)
+        q, drift = np.zeros(n), np.zeros(n)
+        if near is not None:
+            q[:] = near
+            found = self._move(q, drift)
+            if found.outcome != RestOutcome.LOST:
+                return Settled(found.outcome, q, drift, found.steps, found.drag)
+        bond_all(self.model, self.work, 1.0, q, self.sparse)
+        found = self._settle(q, drift)
+        return Settled(found.outcome, q, drift, found.steps, found.drag)
+
+    def _move(self, q: Float, drift: Float) -> Rest:
+        if self.sparse is None:
+            return move_dense(self.model, self.work, 1.0, q, drift)
+        return move(self.model, self.work, 1.0, q, drift, self.sparse)
+
+    def _settle(self, q: Float, drift: Float) -> Rest:
+        if self.sparse is None:
+            return settle_dense(self.model, self.work, 1.0, q, drift)
+        return settle(self.model, self.work, 1.0, q, drift, self.sparse)
+
+    def paths(self, start: Float, loads: Float, *, cuts: bool = False) -> PathResult:
+        """Follow the paths of ``loads`` (k, n), none of them zero, from the state of rest ``start`` (n,).
+
+        Loads are in the model's units; ``cuts``: say how peaks answer to other loads.
+        """
+        count, n = loads.shape
+        found = PathResult.lost(count, n, cuts=cuts)
+        if self.sparse is not None:
+            stepper = make_stepper(n, dense=False)
+            for row in range(count):
+                follow(self.model, self.work, stepper, start, loads[row], found, row, self.sparse)
+            return found.sealed()
+
+        def run(part: slice, work: Work) -> None:
+            stepper = make_stepper(n, dense=True)
+            follow_dense(self.model, work, stepper, start, loads[part], found.chosen(part))
+
+        self._in_threads(count, run)
+        return found.sealed()
+
+    def loads_at_peaks(self, loads: Float, s: Float, q: Float, plane: Float) -> Float:
+        """The loads (k,) at the displacements of peaks that another model of the same bodies found; -1: none found.
+
+        ``loads`` (k, n); peaks ``s`` (k,) at ``q`` (k, n) across ``plane`` (k, n).
+        """
+        found = np.full(len(s), -1.0)
+        if self.sparse is not None:
+            for k in range(len(s)):
+                found[k] = load_at_peak(self.model, self.work, loads[k], s[k], q[k], plane[k], self.sparse)
+            return found
+
+        def run(part: slice, work: Work) -> None:
+            loads_at_peaks_dense(self.model, work, loads[part], s[part], q[part], plane[part], found[part])
+
+        self._in_threads(len(s), run)
+        return found
+
+    def _in_threads(self, count: int, run: Callable[[slice, Work], None]) -> None:
+        """Run over slices of ``count`` rows, each in a thread with memory of its own: compiled loops hold no lock."""
+        threads = min(os.cpu_count() or 1, count // LEAST_COLUMNS)
+        if threads < 2:
+            run(slice(0, count), self.work)
+            return
+        ends = np.linspace(0, count, threads + 1).astype(int).tolist()
+        parts = [slice(a, b) for a, b in pairwise(ends)]
+        with ThreadPoolExecutor(threads) as pool:
+            works = [make_work(self.model, dense=True) for _ in parts]
+            list(pool.map(run, parts, works))  # raises what a thread raised

@@ -1,0 +1,122 @@
+"""Engine ``compliant`` made ready for one assembly: standing, or not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from holdfast.base.arrays import Float, Int
+from holdfast.elastic.outcome import PathOutcome
+from holdfast.engines.answers import Answers, Bound, Claim
+from holdfast.engines.compliant.columns import Columns, followed, surveyed
+from holdfast.engines.compliant.grid import Grid
+from holdfast.engines.compliant.refinement import Refined
+from holdfast.engines.contract import EXACT, Accuracy, ForcesOnly, Within
+from holdfast.engines.mechanism import Mechanism
+from holdfast.engines.verdict import Status, Verdict
+
+NAME, CLAIM = "compliant", Claim.HOLDS
+MANY = 40  # columns on one body from which on it pays to interpolate
+STATUS = {
+    PathOutcome.PEAK: Status.FINITE,
+    PathOutcome.ENDLESS: Status.INFINITE,
+    PathOutcome.LOST: Status.UNDECIDED,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Unpushable:
+    """An assembly without a state of rest on elastic contacts at which load paths could begin."""
+
+    decided: Verdict
+
+    def verdict(self) -> Verdict:
+        """Whether the assembly comes to rest."""
+        return self.decided
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """None: what the answers rest on is their claim."""
+        return ()
+
+    def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
+        """For each column of W (6J, n): undecided, unless the assembly does not stand or the column is zero."""
+        if self.decided.status is not Status.STABLE:
+            return Answers.not_standing(W.shape[1], engine=NAME, claim=CLAIM, verdict=self.decided)
+        loaded = _loaded(W)
+        return _answers(W.shape[1], loaded, Columns.unknown(len(loaded)), self.decided, accuracy)
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """An assembly at rest on elastic contacts: all load paths begin there."""
+
+    decided: Verdict
+    refined: Refined
+
+    @property
+    def grid(self) -> Grid:
+        """The nodes that answers come from unless they are too coarse."""
+        return self.refined.grid
+
+    def verdict(self) -> Verdict:
+        """Whether the assembly comes to rest."""
+        return self.decided
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """None: what the answers rest on is their claim."""
+        return ()
+
+    def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
+        """For each column of W (6J, n) the peak of its load path; ``lower`` is that less the discretisation estimate.
+
+        ``Within`` a gap MANY columns on one body are interpolated between paths (interpolated.py) with expected errors
+        of at most that: ``lower`` then also lies below what the stated error allows.
+        With ``ForcesOnly`` ``lower`` is 0, and no finer nodes are needed.
+        """
+        loaded = _loaded(W)
+        asked = W[:, loaded]
+        bodies = np.flatnonzero((asked != 0).reshape(-1, 6, len(loaded)).any((1, 2)))
+        if not len(loaded):
+            columns = Columns.unknown(0)
+        elif isinstance(accuracy, Within) and len(loaded) >= MANY and len(bodies) == 1:
+            columns = surveyed(self.refined, asked, 6 * int(bodies[0]), accuracy.gap)
+        else:
+            columns = followed(self.refined, asked, bounds=not isinstance(accuracy, ForcesOnly))
+        return _answers(W.shape[1], loaded, columns, self.decided, accuracy)
+
+
+CompliantState: TypeAlias = Standing | Unpushable
+
+
+def _loaded(W: Float) -> Int:
+    """The numbers of the columns of W (6J, n) that are not zero."""
+    return np.flatnonzero(np.abs(W).max(axis=0, initial=0) > 0)
+
+
+def _answers(count: int, loaded: Int, columns: Columns, verdict: Verdict, accuracy: Accuracy) -> Answers:
+    """The answer for ``count`` columns: what is known of those that are ``loaded``, infinite for the rest."""
+    factor, lower, upper = np.full(count, np.inf), np.full(count, np.inf), np.full(count, np.inf)
+    status = [Status.INFINITE] * count
+    mechanisms: list[Mechanism | None] = [None] * count
+    solved, error = np.ones(count, dtype=bool), np.zeros(count)
+    factor[loaded], lower[loaded] = columns.factor, columns.lower
+    solved[loaded], error[loaded] = columns.solved, columns.error
+    for k, column in enumerate(loaded.tolist()):
+        mechanisms[column], status[column] = columns.mechanisms[k], STATUS[PathOutcome(columns.outcome[k])]
+    return Answers.of(
+        engine=NAME,
+        claim=CLAIM,
+        verdict=verdict,
+        force=factor,
+        lower=lower,
+        upper=upper,
+        status=status,
+        mechanism=mechanisms,
+        solved=solved,
+        error=error,
+        lower_bound=Bound.NONE if isinstance(accuracy, ForcesOnly) else Bound.ESTIMATED,
+    )
