@@ -64,8 +64,9 @@ DEFAULTS: dict[str, dict[str, Any]] = {
     "disassembly_order": {"engine": "compliant", "goal": None},
     "robustness_under": {
         "pose_sigma": None,
-        "mu_interval": None,
-        "samples": 100,
+        "friction": None,
+        "samples": 200,
+        "seed": 0,
         "engine": "compliant",
         "standing": (),
     },
