@@ -72,21 +72,11 @@ def place(
     method = engine_with(engine)
     with progress():
         result = plan_placement(
-            assemble(rest, gap=gap, angle=angle),
-            body,
-            engine=method,
-            region=_corners(region),
-            budget=budget,
-            seed=seed,
-            candidates=candidates,
-            attempts=attempts,
-            supports=support or None,
-            least_supports=least_supports,
-            avoid=avoid or (),
+            assemble(rest, gap=gap, angle=angle), body, engine=method, region=_corners(region), budget=budget,
+            seed=seed, candidates=candidates, attempts=attempts, supports=support or None,
+            least_supports=least_supports, avoid=avoid or (), spacing=spacing, friction=whole.friction,
             approach=rest.gravity if from_above else None,
-            spacing=spacing,
-            friction=whole.friction,
-        )
+        )  # fmt: skip
     written = []
     if result.assembly is not None:
         if png is not None:
