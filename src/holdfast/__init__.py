@@ -6,12 +6,15 @@ Every public name is imported when it is first used, so that ``import holdfast``
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from holdfast.base.painters import painters_come_from
+
 if TYPE_CHECKING:
     from holdfast.applications.disassembly.order import Disassembly, disassembly_order
     from holdfast.applications.disassembly.removal import Removal
     from holdfast.applications.placement.options import Weights
     from holdfast.applications.placement.plan import plan_placement
     from holdfast.applications.placement.result import Placement
+    from holdfast.applications.saved import load_answer
     from holdfast.applications.transport import (
         TransportLimits,
         horizontal_directions,
@@ -30,10 +33,11 @@ if TYPE_CHECKING:
         UnstableError,
     )
     from holdfast.contacts.interface import Interface, Patch
+    from holdfast.engines.answers import Bound, Claim
     from holdfast.engines.compliant.engine import Compliant
-    from holdfast.engines.contract import Claim, Status
     from holdfast.engines.graph.engine import Graph
     from holdfast.engines.limit.engine import Limit
+    from holdfast.engines.verdict import Status
     from holdfast.queries.map import RobustnessMap, robustness_map
     from holdfast.queries.push import LoadFactor, Robustness, load_factor, robustness
     from holdfast.queries.request import Load
@@ -57,6 +61,7 @@ _NAMES = {
     "holdfast.applications.placement.options": ("Weights",),
     "holdfast.applications.placement.plan": ("plan_placement",),
     "holdfast.applications.placement.result": ("Placement",),
+    "holdfast.applications.saved": ("load_answer",),
     "holdfast.applications.transport": (
         "TransportLimits",
         "horizontal_directions",
@@ -75,10 +80,11 @@ _NAMES = {
         "UnstableError",
     ),
     "holdfast.contacts.interface": ("Interface", "Patch"),
+    "holdfast.engines.answers": ("Bound", "Claim"),
     "holdfast.engines.compliant.engine": ("Compliant",),
-    "holdfast.engines.contract": ("Claim", "Status"),
     "holdfast.engines.graph.engine": ("Graph",),
     "holdfast.engines.limit.engine": ("Limit",),
+    "holdfast.engines.verdict": ("Status",),
     "holdfast.queries.map": ("RobustnessMap", "robustness_map"),
     "holdfast.queries.push": ("LoadFactor", "Robustness", "load_factor", "robustness"),
     "holdfast.queries.request": ("Load",),
@@ -99,6 +105,7 @@ _HOMES = {name: module for module, names in _NAMES.items() for name in names}
 __all__ = [
     "Assembly",
     "Body",
+    "Bound",
     "Box",
     "Claim",
     "Compliant",
@@ -137,6 +144,7 @@ __all__ = [
     "disassembly_order",
     "horizontal_directions",
     "inertial_loads",
+    "load_answer",
     "load_factor",
     "load_scene",
     "plan_placement",
@@ -168,3 +176,13 @@ if not TYPE_CHECKING:  # type checkers read the imports above, and would let any
 
 def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
+
+
+def _painters() -> None:
+    """Import what draws answers: heavy, so not before the first picture is wanted."""
+    from holdfast.report import painters
+
+    painters.register()
+
+
+painters_come_from(_painters)

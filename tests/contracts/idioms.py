@@ -143,7 +143,7 @@ def carriers(folder: Path) -> float:
     t = hf.transport_limits(assembly, [(1, 0, 0), (0, 1, 0)], angular_velocity=(0, 0, 1), engine="limit")
     safe = hf.sustainable_accelerations(assembly)
     safe.save(folder / "safe.json")
-    A, b = hf.ConvexSet.load(folder / "safe.json").inner
+    A, b = hf.load_answer(folder / "safe.json").inner
     hf.admissible_wrenches(assembly, "cube1").contains(np.zeros(6))
     return float(t.acceleration.min() + (A @ (0, 0, 0) - b).max())
 

@@ -11,7 +11,8 @@ carrier takes with it; a tilted carrier is the same scene under turned gravity.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import os
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,12 +21,16 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from holdfast.assembly.assembly import Assembly, body_forces
-from holdfast.base.arrays import Float, Objects, checked, checked_number, frozen, objects, unit
+from holdfast.base.archive import archived, to_dict
+from holdfast.base.arrays import Float, checked, checked_number, frozen, objects, unit
 from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.painters import paint
+from holdfast.base.public import Summary
 from holdfast.base.rigid import checked_pose, tangents
-from holdfast.engines.contract import Claim, Verdict
-from holdfast.queries.push import solved
+from holdfast.engines.answers import Claim
+from holdfast.queries.push import asked
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load, checked_assembly, engine_of, total_wrench
+from holdfast.queries.result import ROW_HEADS, Columns, least, told
 from holdfast.queries.sets import ConvexSet
 from holdfast.scene.scene import Scene
 
@@ -33,8 +38,9 @@ DIRECTIONS = 100  # of the default circle (Fig. 15)
 PARALLEL = 1e-9  # 1 - cosine up to which an acceleration lies along the direction that was asked
 
 
-@dataclass(frozen=True, eq=False)
-class TransportLimits:
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class TransportLimits(Columns):
     """The largest acceleration of the carrier along each of n directions.
 
     ``acceleration`` (n,) [m/s²] along the unit ``directions`` (n, 3), axes of the scene, with ``status`` FINITE,
@@ -43,19 +49,41 @@ class TransportLimits:
     (n,), tell what gives way. ``verdict``: whether the assembly stands on the carrier before it accelerates.
     """
 
-    engine: str
-    claim: Claim
     assembly: Assembly
-    verdict: Verdict
     directions: Float
-    acceleration: Float
-    status: Objects
-    lower: Float
-    upper: Float
-    moving: Objects
-    mode: Objects
-    mechanism: Objects
-    notes: tuple[str, ...]
+
+    @property
+    def acceleration(self) -> Float:
+        """(n,) [m/s²]."""
+        return self.answers.force
+
+    def save_png(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        others: Sequence[TransportLimits] = (),
+        names: Sequence[str] | None = None,
+    ) -> None:
+        """Draw the limits along level directions as a polar plot; ``others`` of the same assembly lie under them.
+
+        ``names`` of all in the legend, these limits' own first, are those of their engines unless given.
+        """
+        paint(self, path, ".png", others=others, names=names)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for JSON: all columns."""
+        names = ("directions", "acceleration", "status", "lower", "upper", "moving", "mode", "mechanism")
+        scene = {"scene": self.assembly.scene.name, "gravity": to_dict(self.assembly.scene.gravity)}
+        return scene | self.about() | self.columns(*names)
+
+    def summary(self) -> Summary:
+        """The directions in which the carrier may accelerate least."""
+        name = self.assembly.scene.name or "assembly"
+        how_much = least(self.acceleration, "m/s²")
+        headline = f"{name} on its carrier: {told(self.verdict)}; {len(self.directions):,} directions, {how_much}"
+        places = objects(["(" + ", ".join(f"{v + 0.0:.3f}" for v in way) + ")" for way in self.directions])
+        rows = self.weakest_rows("m/s²", places)
+        return Summary(headline, self.facts(), ("along", *ROW_HEADS[1:]), rows, self.notes)
 
 
 def transport_limits(
@@ -85,22 +113,8 @@ def transport_limits(
     )
     held = total_wrench(carried, standing) + total_wrench(carried, turning)
     W = np.column_stack([body_forces(-carried.mass[:, None] * way) for way in ways])
-    state, capacity = solved(method, carried, W, held, bound=bound)
-    return TransportLimits(
-        method.name,
-        method.claim,
-        carried,
-        state.verdict(),
-        ways,
-        capacity.factor,
-        objects(capacity.status),
-        capacity.lower,
-        capacity.upper,
-        objects(capacity.moving),
-        objects(capacity.mode),
-        objects(capacity.mechanism),
-        state.notes,
-    )
+    found = asked(method, carried, W, held, bound=bound)
+    return TransportLimits(answers=found, assembly=carried, directions=ways)
 
 
 def horizontal_directions(assembly: Assembly | Scene, count: int = DIRECTIONS) -> Float:

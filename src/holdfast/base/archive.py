@@ -1,7 +1,8 @@
 """Values as files, without loss and without pickle: JSON text, or NumPy's .npz for large ones.
 
 A file holds the registered name of each class and the contents of its fields, so modules may move without breaking
-files. What several parts share is written once, and shared again when it is read.
+files. What several parts share is written once, and shared again when it is read. What was read is asked for its method
+``checked_after_load``, if it has one, which raises HoldfastError where the contents cannot be right.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import io
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import fields
 from enum import Enum
 from pathlib import Path
@@ -26,6 +27,7 @@ from holdfast.base.values import Table, Value, items_of, sealed
 
 FORMAT = "holdfast-answer/1"
 SUFFIXES = (".json", ".npz")
+SMALL = 64  # numbers of an array up to which it stands in the text of a .npz file, too
 
 C = TypeVar("C", bound=type)
 
@@ -88,6 +90,8 @@ def to_dict(value: Any) -> Any:  # noqa: ANN401 - anything that a value holds
     if isinstance(value, Enum):
         return value.value
     if isinstance(value, float | np.floating):
+        if math.isnan(value):
+            raise ValueError("an answer holds NaN: a defect in holdfast")
         return float(value) if math.isfinite(value) else str(float(value))
     if isinstance(value, bool | np.bool_):
         return bool(value)
@@ -106,11 +110,16 @@ def to_dict(value: Any) -> Any:  # noqa: ANN401 - anything that a value holds
 
 
 class _Writer:
-    """Plain data of values; whatever is not plain becomes a dict with one key that begins with $."""
+    """Plain data of values; whatever is not plain becomes a dict with one key that begins with $.
+
+    Large arrays go into ``arrays``, named after where they stand in the value: ``inner.0`` is the first part of
+    ``inner``.
+    """
 
     def __init__(self, arrays: dict[str, Any] | None) -> None:
         self.arrays = arrays
         self.seen: dict[int, int] = {}
+        self.place: list[str] = []  # where in the value: names of fields, numbers of parts
         self.kept: list[Any] = []  # so that no number of an object in ``seen`` is given to another one
 
     def plain(self, item: Any) -> Any:  # noqa: ANN401
@@ -127,13 +136,25 @@ class _Writer:
         if isinstance(item, Path):
             return {"$path": str(item)}
         if isinstance(item, tuple):
-            return {"$tuple": [self.plain(part) for part in item]}
+            return {"$tuple": self.parts(item)}
         if isinstance(item, list):
-            return [self.plain(part) for part in item]
+            return self.parts(item)
         if isinstance(item, Mapping):
             kind = "$table" if isinstance(item, Table) else "$map"
-            return {kind: [[self.plain(key), self.plain(part)] for key, part in item.items()]}
+            keys = [self.plain(key) for key in item]
+            return {kind: [list(pair) for pair in zip(keys, self.parts(item.values()), strict=True)]}
         return self.shared(item)
+
+    def parts(self, items: Iterable[Any]) -> list[Any]:
+        """Plain data of each part, which is named by its number."""
+        return [self.at(str(k), part) for k, part in enumerate(items)]
+
+    def at(self, name: str, item: Any) -> Any:  # noqa: ANN401
+        """Plain data of what stands at that name within what is being written."""
+        self.place.append(name)
+        data = self.plain(item)
+        self.place.pop()
+        return data
 
     def shared(self, item: Any) -> Any:  # noqa: ANN401
         """Arrays and values, which others may refer to."""
@@ -144,16 +165,19 @@ class _Writer:
         if isinstance(item, np.ndarray):
             return self.array(item)
         if isinstance(item, Value) and _CLASSES.get(type(item).__name__) is type(item):
-            return {"$value": type(item).__name__, "fields": {name: self.plain(part) for name, part in items_of(item)}}
+            return {
+                "$value": type(item).__name__,
+                "fields": {name: self.at(name, part) for name, part in items_of(item)},
+            }
         problem = f"a {type(item).__name__} cannot be saved"
         raise HoldfastError(message("save", problem, "only values of holdfast's own classes can"))
 
     def array(self, item: np.ndarray[Any, Any]) -> Any:  # noqa: ANN401
         if item.dtype == object:
-            return {"$objects": [self.plain(part) for part in item.flat], "shape": list(item.shape)}
+            return {"$objects": self.parts(item.flat), "shape": list(item.shape)}
         kind = item.dtype.str
-        if self.arrays is not None and item.size > 8:
-            name = f"array{len(self.arrays)}"
+        if self.arrays is not None and item.size > SMALL:
+            name = ".".join(self.place)
             self.arrays[name] = item
             return {"$array": name}
         if item.dtype.kind == "f":
@@ -225,6 +249,9 @@ class _Reader:
         state = {name: self.value(part) for name, part in data.items()}
         result: Any = object.__new__(cls)
         result.__setstate__(state)
+        check = getattr(result, "checked_after_load", None)
+        if check is not None:
+            check()
         return result
 
 

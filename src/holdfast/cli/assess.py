@@ -29,8 +29,7 @@ from holdfast.cli.common import (
 from holdfast.queries.map import robustness_map
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.queries.stability import stability
-from holdfast.report import save_html, save_png
-from holdfast.report.data import map_data, stability_data
+from holdfast.report.data import stability_data
 from holdfast.report.tables import map_report, stability_report
 
 
@@ -76,11 +75,11 @@ def map_surfaces(
     with progress():
         result = robustness_map(assembly, body, spacing=spacing, engine=method)
     if png is not None:
-        save_png(result, png)
+        result.save_png(png)
     if html is not None:
-        save_html(result, html)
+        result.save_html(html)
     if as_json:
-        print_json(map_data(result))
+        print_json(result.to_dict())
     else:
         out.print(map_report(result))
         for path in (png, html):

@@ -16,8 +16,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.progress import listening
-from holdfast.engines.contract import Engine, Status
+from holdfast.engines.contract import Engine
 from holdfast.engines.graph.engine import Graph
+from holdfast.engines.verdict import Status
 from holdfast.queries.request import ENGINES, engine_of
 from holdfast.scene.formats.registry import load_scene, writable
 from holdfast.scene.scene import Scene

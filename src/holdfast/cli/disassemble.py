@@ -24,9 +24,9 @@ from holdfast.cli.common import (
     progress,
     scene_of,
 )
-from holdfast.engines.contract import Status
+from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE
-from holdfast.report.disassembly import disassembly_data, disassembly_report, save_strip
+from holdfast.report.disassembly import disassembly_report
 
 
 def disassemble(
@@ -52,9 +52,9 @@ def disassemble(
     with progress():
         result = disassembly_order(assembly, engine=method, lift=lift, goal=goal or None, budget=budget)
     if png is not None:
-        save_strip(result, png)
+        result.save_png(png)
     if as_json:
-        print_json(disassembly_data(result))
+        print_json(result.to_dict())
     else:
         out.print(disassembly_report(result))
         if png is not None:

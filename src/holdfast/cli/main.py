@@ -22,7 +22,7 @@ from holdfast.cli.disassemble import disassemble
 from holdfast.cli.files import convert, print_schema
 from holdfast.cli.place import place
 from holdfast.cli.transport import transport
-from holdfast.engines.contract import Status
+from holdfast.engines.verdict import Status
 
 app = typer.Typer(
     name="holdfast",

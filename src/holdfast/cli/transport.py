@@ -25,12 +25,10 @@ from holdfast.cli.common import (
     progress,
     scene_of,
 )
-from holdfast.engines.contract import Status
+from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.queries.sets import sustainable_accelerations
-from holdfast.report.data import transport_data
 from holdfast.report.tables import transport_report
-from holdfast.report.transport import save_polar
 
 Vector = tuple[float, float, float]
 
@@ -77,10 +75,10 @@ def transport(
     if set_file is not None and set_file not in written:
         err.print(f"no set written: the assembly is {result.verdict.status}", highlight=False, soft_wrap=True)
     if png is not None:
-        save_polar(results, png)
+        result.save_png(png, others=results[1:])
         written.append(png)
     if as_json:
-        print_json(transport_data(result))
+        print_json(result.to_dict())
     else:
         out.print(transport_report(result))
         for path in written:

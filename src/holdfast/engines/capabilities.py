@@ -14,7 +14,7 @@ from typing import Generic, NamedTuple, Protocol, TypeVar, cast, runtime_checkab
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
-from holdfast.engines.contract import Status
+from holdfast.engines.answers import Answers
 
 T_co = TypeVar("T_co", covariant=True)
 
@@ -37,22 +37,19 @@ class LoadSet:
 
 @dataclass(frozen=True, eq=False)
 class Gradient:
-    """The largest ``factor`` of one load, with bounds, and its derivatives where it is differentiable.
+    """The largest factor of one load, the only row of ``answers``, and its derivatives where it is differentiable.
 
     ``twists`` (J, 6): the motion that limits the load, about the bodies' centres of mass, scaled so that the load does
     work at unit power: a change of the load by dw changes the factor by -factor twists·dw. ``d_mu`` by the two bodies
     of an interface; ``d_mass`` (J,) [1/kg] by a body's mass, its centre of mass held; ``d_com`` (J, 3) [1/m] by a
-    body's centre of mass in the world, its contacts held. ``moving`` are the names of the bodies that move.
+    body's centre of mass in the world, its contacts held.
     """
 
-    factor: float
-    lower: float
-    upper: float
+    answers: Answers
     twists: Float
     d_mu: dict[tuple[str, str], float]
     d_mass: Float
     d_com: Float
-    moving: tuple[str, ...]
 
 
 class Corner(NamedTuple):
@@ -66,14 +63,11 @@ class Corner(NamedTuple):
 class Weakest:
     """The smallest of each load's largest factors over all ``corners`` of a box.
 
-    ``factor``, ``lower``, ``upper`` and ``status`` (n,) as an engine answers; ``corner`` (n,) is the number of the
-    corner where each load is weakest. ``guarantee`` says in words what was proved.
+    ``answers`` (n rows) are those of the corners where each load is weakest, ``corner`` (n,) their numbers; the bounds
+    are the smallest of all corners. ``guarantee`` says in words what was proved.
     """
 
-    factor: Float
-    lower: Float
-    upper: Float
-    status: tuple[Status, ...]
+    answers: Answers
     corner: tuple[int, ...]
     corners: tuple[Corner, ...]
     guarantee: str

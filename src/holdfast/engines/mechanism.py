@@ -1,18 +1,83 @@
-"""Mechanisms in words, and which contacts of a motion slide or open."""
+"""Mechanisms: how bodies begin to move, as data; in words, and with the contacts that slide or open, on demand."""
 
 from __future__ import annotations
 
-from functools import partial
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
 
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes
+from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import shift_twist
-from holdfast.engines.contract import Mechanism, Mode
+from holdfast.base.values import Value, seal
 
 AT_REST = 1e-6  # velocities below this share of the largest count as rest
+
+Mode = Literal["slip", "topple", "mixed", "none"]
+
+
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Kinematics(Value):
+    """Where bodies and contacts are: what it takes to put a motion into words, shared by all mechanisms of one state.
+
+    ``names`` of the J movable bodies with their centres of mass ``com`` (J, 3) [m]; ``size`` of the assembly [m];
+    ``pairs`` names the two bodies of every interface that ``nodes`` lie on.
+    """
+
+    names: tuple[str, ...]
+    com: Float
+    size: float
+    pairs: tuple[tuple[str, str], ...]
+    nodes: ContactNodes
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+    @classmethod
+    def of(cls, assembly: Assembly, nodes: ContactNodes) -> Kinematics:
+        """Those of an assembly with these contact nodes."""
+        return cls(
+            names=tuple(body.name for body in assembly.movable),
+            com=assembly.com,
+            size=assembly.size,
+            pairs=tuple(interface.bodies for interface in assembly.interfaces),
+            nodes=nodes,
+        )
+
+
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Mechanism(Value):
+    """How bodies begin to move: ``twists`` (J, 6) velocities of all movable bodies about their centres of mass.
+
+    Scaled so that the fastest point of the assembly's extent moves at about 1; zero for bodies at rest. ``moving``
+    names the others, ``mode`` says whether contacts slide, open or both. ``dual``: contacts that slide also rise, by μ
+    times as much, as in the dual motions of engine ``limit``. ``text`` tells the motion of each group of bodies.
+    """
+
+    moving: tuple[str, ...]
+    twists: Float
+    mode: Mode
+    dual: bool
+    kinematics: Kinematics
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+    @cached_property
+    def text(self) -> str:
+        """The motion in words, composed when asked for: maps hold thousands of mechanisms that nobody reads."""
+        return "; ".join(_groups(self) + _contacts(self))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for JSON: the motion and its words."""
+        names = ("moving", "twists", "mode", "text")
+        return {name: to_dict(getattr(self, name)) for name in names}
 
 
 def relative_velocity(nodes: ContactNodes, com: Float, twists: Float) -> Float:
@@ -44,48 +109,46 @@ def modes_of(velocities: Float, mu: Float) -> list[Mode]:
     return [names[bool(o), bool(s)] for o, s in zip(some_open, some_slide, strict=True)]
 
 
-def describe(assembly: Assembly, nodes: ContactNodes, twists: Float, mode: Mode, *, dual: bool) -> Mechanism:
+def describe(kinematics: Kinematics, twists: Float, mode: Mode, *, dual: bool) -> Mechanism:
     """The mechanism of twists (J, 6), scaled to its fastest body; ``dual`` ones rise by μ where they slide."""
-    speeds = np.sqrt((twists[:, :3] ** 2).sum(1)) + assembly.size * np.sqrt((twists[:, 3:] ** 2).sum(1))
+    speeds = np.sqrt((twists[:, :3] ** 2).sum(1)) + kinematics.size * np.sqrt((twists[:, 3:] ** 2).sum(1))
     top = speeds.max(initial=0)
     scaled = twists / top if top > 0 else twists
-    moving = [int(k) for k in np.flatnonzero(speeds > AT_REST * top)]
-    names = [body.name for body in assembly.movable]
-    return Mechanism(
-        tuple(names[k] for k in moving), scaled, mode, partial(_told, assembly, nodes, scaled, moving, dual)
-    )
+    moving = tuple(kinematics.names[k] for k in np.flatnonzero(speeds > AT_REST * top).tolist())
+    return Mechanism(moving=moving, twists=scaled, mode=mode, dual=dual, kinematics=kinematics)
 
 
-def _told(assembly: Assembly, nodes: ContactNodes, scaled: Float, moving: list[int], dual: bool) -> str:
-    """The motion of each group of bodies that move as one, then which contacts slide and which open."""
-    groups: list[tuple[list[int], Float]] = []
-    for k in moving:
-        at_origin = shift_twist(scaled[k], assembly.com[k], np.zeros(3))
-        for members, motion in groups:
-            if np.allclose(at_origin, motion, atol=1e-4):
-                members.append(k)
+def _groups(motion: Mechanism) -> list[str]:
+    """In words, how each group of bodies that move as one does so."""
+    com, size = motion.kinematics.com, motion.kinematics.size
+    number = {name: k for k, name in enumerate(motion.kinematics.names)}
+    groups: list[tuple[list[str], Float]] = []
+    for name in motion.moving:
+        k = number[name]
+        at_origin = shift_twist(motion.twists[k], com[k], np.zeros(3))
+        for members, other in groups:
+            if np.allclose(at_origin, other, atol=1e-4):
+                members.append(name)
                 break
         else:
-            groups.append(([k], at_origin))
-    names = [body.name for body in assembly.movable]
-    parts = [
-        f"{_listed([names[k] for k in members])} {_motion(motion, assembly.size, len(members) > 1)}"
-        for members, motion in groups[:6]
-    ]
+            groups.append(([name], at_origin))
+    parts = [f"{_listed(members)} {_motion(twist, size, len(members) > 1)}" for members, twist in groups[:6]]
     if len(groups) > 6:
         parts.append(f"and {len(groups) - 6} more groups move")
-    return "; ".join(parts + _contacts(assembly, nodes, scaled, dual))
+    return parts
 
 
-def _contacts(assembly: Assembly, nodes: ContactNodes, scaled: Float, dual: bool) -> list[str]:
-    velocity = relative_velocity(nodes, assembly.com, scaled)
+def _contacts(motion: Mechanism) -> list[str]:
+    """In words, which contacts slide and which open."""
+    nodes = motion.kinematics.nodes
+    velocity = relative_velocity(nodes, motion.kinematics.com, motion.twists)
     fastest = max(float(np.abs(velocity).max(initial=0)), 0.01)  # all nodes may lie on the axis of the motion
     said: dict[Mode, list[str]] = {"slip": [], "topple": [], "mixed": []}
-    for number, interface in enumerate(assembly.interfaces):
+    for number, pair in enumerate(motion.kinematics.pairs):
         here = slice(nodes.spans[number], nodes.spans[number + 1])
         if np.abs(velocity[here]).max(initial=0) > 1e-4 * fastest:
-            rise = nodes.mu[here] if dual else np.zeros_like(nodes.mu[here])
-            said.setdefault(modes_of(velocity[here][None], rise)[0], []).append("-".join(interface.bodies))
+            rise = nodes.mu[here] if motion.dual else np.zeros_like(nodes.mu[here])
+            said.setdefault(modes_of(velocity[here][None], rise)[0], []).append("-".join(pair))
     words: tuple[tuple[Mode, str], ...] = (("slip", "slides"), ("topple", "opens"), ("mixed", "slides and opens"))
     return [f"{word}: {_listed(said[mode])}" for mode, word in words if said[mode]]
 

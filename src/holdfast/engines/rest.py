@@ -12,9 +12,9 @@ from holdfast.base.arrays import Float
 from holdfast.base.rigid import shift_twist
 from holdfast.engines.collapse import least_motion
 from holdfast.engines.cones import EXACT, FrictionCone
-from holdfast.engines.contract import Certificate, ContactForces, Mechanism, Status, Verdict
 from holdfast.engines.forces import ACCEPTED_RESIDUAL, ForceSolution, solve_forces
-from holdfast.engines.mechanism import describe, modes_of, relative_velocity
+from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of, relative_velocity
+from holdfast.engines.verdict import Certificate, ContactForces, Status, Verdict
 
 CERTIFIED = 1e-6  # a certificate may leave the dual cone by this share of its fastest velocity
 NO_DILATANCY = 1e-6  # share of energy below which no force comes from dilatancy
@@ -78,12 +78,30 @@ def _stable(assembly: Assembly, nodes: ContactNodes, forces: Float, residual: fl
         if needs_none
         else "; some contacts would slip while they build up: that they do build up is not shown (self_stress None)"
     )
-    return Verdict(Status.STABLE, True, False if needs_none else None, contact, residual, None, None, reason)
+    return Verdict(
+        status=Status.STABLE,
+        reason=reason,
+        equilibrium_exists=True,
+        self_stress=False if needs_none else None,
+        forces=contact,
+        residual=residual,
+    )
 
 
 def undecided(reason: str, *, mechanism: Mechanism | None = None, certificate: Certificate | None = None) -> Verdict:
     """No verdict, and why."""
-    return Verdict(Status.UNDECIDED, None, None, None, np.inf, mechanism, certificate, reason)
+    return Verdict(status=Status.UNDECIDED, reason=reason, mechanism=mechanism, certificate=certificate)
+
+
+def unstable(reason: str, mechanism: Mechanism, certificate: Certificate) -> Verdict:
+    """No equilibrium exists, and the motion that proves it."""
+    return Verdict(
+        status=Status.UNSTABLE,
+        reason=reason,
+        equilibrium_exists=False,
+        mechanism=mechanism,
+        certificate=certificate,
+    )
 
 
 def _trouble(solution: ForceSolution) -> str:
@@ -100,12 +118,12 @@ def _hanging(assembly: Assembly, nodes: ContactNodes, wrench: Float) -> Verdict:
         force = wrench.reshape(-1, 6)[members, :3].sum(0)
         twists[members, :3] = force if np.linalg.norm(force) > 0 else assembly.scene.gravity
         texts.append(_loose(assembly, group))
-    mechanism = describe(assembly, nodes, twists, "none", dual=True)
+    mechanism = describe(Kinematics.of(assembly, nodes), twists, "none", dual=True)
     doubt = doubt_of(assembly, twists)
     if doubt:
         return undecided(f"{'; '.join(texts)}; {doubt}", mechanism=mechanism)
     power = float(wrench @ mechanism.twists.ravel())
-    return Verdict(Status.UNSTABLE, False, None, None, np.inf, mechanism, Certificate(power, 0.0), "; ".join(texts))
+    return unstable("; ".join(texts), mechanism, Certificate(power, 0.0))
 
 
 def _loose(assembly: Assembly, group: tuple[str, ...]) -> str:
@@ -131,7 +149,8 @@ def _loose(assembly: Assembly, group: tuple[str, ...]) -> str:
 def _falls(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float) -> Verdict:
     """UNSTABLE if the motion of the certificate really is one against which no contact can resist."""
     velocity = relative_velocity(nodes, assembly.com, twists)
-    mechanism = describe(assembly, nodes, twists, modes_of(velocity[None], nodes.mu)[0], dual=True)
+    mode = modes_of(velocity[None], nodes.mu)[0]
+    mechanism = describe(Kinematics.of(assembly, nodes), twists, mode, dual=True)
     scaled = relative_velocity(nodes, assembly.com, mechanism.twists)
     excess = float((nodes.mu * np.linalg.norm(scaled[:, 1:], axis=1) - scaled[:, 0]).max(initial=0))
     power = float(wrench @ mechanism.twists.ravel())
@@ -143,7 +162,7 @@ def _falls(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float
     if doubt:
         return undecided(f"no equilibrium on the contacts found, but {doubt}", mechanism=mechanism)
     reason = f"no contact forces balance every body: {mechanism.text}"
-    return Verdict(Status.UNSTABLE, False, None, None, np.inf, mechanism, certificate, reason)
+    return unstable(reason, mechanism, certificate)
 
 
 def doubt_of(assembly: Assembly, twists: Float) -> str:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, frozen, unit
 from holdfast.base.compiled import compiled
 from holdfast.base.rigid import tangents
@@ -25,6 +26,7 @@ ROUNDING = 1e-9  # of a spacing, or of the area of a square
 WAYS = 1.2  # normals that round to the same multiples of 1 / WAYS face about the same way
 
 
+@archived
 @dataclass(frozen=True, eq=False, repr=False)
 class Cells(Value):
     """C pieces of a surface, each with a query point.

@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Bool, Float, Int, Objects, checked_number, objects
+from holdfast.base.archive import archived, to_dict
+from holdfast.base.arrays import Float, Int, Objects, checked_number, objects
 from holdfast.base.errors import SceneError, message
+from holdfast.base.painters import paint
 from holdfast.base.progress import report
-from holdfast.engines.contract import Claim, Mode, Status, Verdict
+from holdfast.base.public import Summary, number
+from holdfast.base.values import Table, Value
+from holdfast.engines.answers import joined
+from holdfast.engines.contract import EXACT, FORCES_ONLY, Within
+from holdfast.engines.mechanism import Mode
+from holdfast.engines.verdict import Status
 from holdfast.geometry.cells import Cells, blocked, surface_cells
 from holdfast.queries.exposed import covered
 from holdfast.queries.request import (
@@ -23,14 +32,16 @@ from holdfast.queries.request import (
     engine_of,
     push_columns,
 )
+from holdfast.queries.result import Forces, gives_way, least, told
 from holdfast.scene.scene import Scene
 
 MAX_POINTS = 2_000_000
 SIGNIFICANT = 6  # digits of a force that count in a ranking
 
 
-@dataclass(frozen=True)
-class MapPoint:
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class MapPoint(Value):
     """One point of a map: a push of ``force`` along ``direction`` (inward) at ``point`` moves ``moving``.
 
     Where not ``solved``, ``force`` was interpolated, with a stated relative ``error``.
@@ -48,8 +59,9 @@ class MapPoint:
     error: float
 
 
-@dataclass(frozen=True, eq=False)
-class RobustnessMap:
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class RobustnessMap(Forces):
     """Robustness to inward pushes over the exposed surfaces of bodies.
 
     ``points`` and outward ``normals`` (n, 3), ``body`` (n,) names, ``force`` (n,) [N] for a push along minus the
@@ -59,25 +71,39 @@ class RobustnessMap:
     error of ``force`` where it was interpolated between them (0 elsewhere).
     """
 
-    engine: str
-    claim: Claim
     assembly: Assembly
-    verdict: Verdict
     points: Float
     normals: Float
     body: Objects
-    force: Float
-    status: Objects
-    lower: Float
-    upper: Float
-    moving: Objects
-    mode: Objects
-    mechanism: Objects
-    solved: Bool
-    error: Float
-    cells: dict[str, Cells]
-    hidden: dict[str, Cells]
-    notes: tuple[str, ...]
+    cells: Table[str, Cells]
+    hidden: Table[str, Cells]
+
+    def save_png(self, path: str | os.PathLike[str]) -> None:
+        """Draw the map as a picture; needs no display."""
+        paint(self, path, ".png")
+
+    def save_html(self, path: str | os.PathLike[str]) -> None:
+        """Write the map as one page that opens offline: turn it, point at it, read the largest push there."""
+        paint(self, path, ".html")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for JSON: the columns and the weakest points, without meshes and motions."""
+        names = ("points", "normals", "body", "force", "status", "lower", "upper", "moving", "mode", "solved", "error")
+        weakest = {
+            "weakest": to_dict(self.weakest()) if len(self.force) else None,
+            "weakest_of_each_body": to_dict(self.weakest_of_each_body()),
+        }
+        return {"scene": self.assembly.scene.name} | self.about() | weakest | self.columns(*names)
+
+    def summary(self) -> Summary:
+        """The weakest point of every body."""
+        name = self.assembly.scene.name or "assembly"
+        headline = f"{name}: {told(self.verdict)}; {len(self.force):,} inward pushes, {least(self.force, 'N')}"
+        rows = [
+            [self.body[k], number(self.force[k], "N"), str(self.status[k]), gives_way(self.mode[k], self.moving[k])]
+            for k in self._weakest_of_each_body
+        ]
+        return Summary(headline, self.facts(), ("weakest of", "force", "status", "what gives way"), rows, self.notes)
 
     def weakest(self) -> MapPoint:
         """The point where the smallest push moves something (the first of equals); an infinite one if none does."""
@@ -85,10 +111,14 @@ class RobustnessMap:
 
     def weakest_of_each_body(self) -> tuple[MapPoint, ...]:
         """The weakest point of every body, weakest body first."""
+        return tuple(self.at(index) for index in self._weakest_of_each_body)
+
+    @cached_property
+    def _weakest_of_each_body(self) -> tuple[int, ...]:
         first: dict[str, int] = {}
-        for index in self._ranking:
-            first.setdefault(self.body[index], int(index))
-        return tuple(self.at(index) for index in first.values())
+        for index in self._ranking.tolist():
+            first.setdefault(self.body[index], index)
+        return tuple(first.values())
 
     @cached_property
     def _ranking(self) -> Int:
@@ -102,17 +132,18 @@ class RobustnessMap:
         """The point of that number."""
         px, py, pz = (float(v) for v in self.points[index])
         dx, dy, dz = (float(-v) for v in self.normals[index])
+        motion = self.mechanism[index]
         return MapPoint(
-            self.body[index],
-            (px, py, pz),
-            (dx, dy, dz),
-            float(self.force[index]),
-            self.status[index],
-            self.mode[index],
-            self.moving[index],
-            "" if self.mechanism[index] is None else self.mechanism[index].text,
-            bool(self.solved[index]),
-            float(self.error[index]),
+            body=self.body[index],
+            point=(px, py, pz),
+            direction=(dx, dy, dz),
+            force=float(self.force[index]),
+            status=self.status[index],
+            mode=self.mode[index],
+            moving=self.moving[index],
+            mechanism="" if motion is None else motion.text,
+            solved=bool(self.solved[index]),
+            error=float(self.error[index]),
         )
 
 
@@ -134,7 +165,7 @@ def robustness_map(
     """
     assembly = checked_assembly(assembly)
     step = checked_number(spacing, "robustness_map: spacing", above=0)
-    checked_number(gap, "robustness_map: gap", minimum=0)
+    wanted = checked_number(gap, "robustness_map: gap", minimum=0)
     if isinstance(bodies, str):
         raise SceneError(message("robustness_map", f"bodies is the text {bodies!r}", "needs a list of names"))
     names = [body.name for body in assembly.movable] if bodies is None else list(bodies)
@@ -147,8 +178,9 @@ def robustness_map(
     state = method.prepare(assembly)
     shown: dict[str, Cells] = {}
     hidden: dict[str, Cells] = {}
-    capacities = []
-    for done, (name, number) in enumerate(numbers.items()):
+    accuracy = EXACT if wanted == 0 else Within(wanted) if wanted < 1 else FORCES_ONLY
+    answers = []
+    for done, (name, index) in enumerate(numbers.items()):
         report("robustness of all surfaces", done, len(numbers))
         cells = surface_cells(assembly.scene.body(name).surface_world, step)
         patches = [patch for i in assembly.interfaces if name in i.bodies for patch in i.patches]
@@ -157,29 +189,17 @@ def robustness_map(
             if other.name != name:
                 under |= blocked(cells, other.surface_world, step / 2)
         shown[name], hidden[name] = cells.chosen(~under), cells.chosen(under)
-        columns = push_columns(assembly, number, shown[name].points, -shown[name].normals)
-        capacities.append(state.load_factor(columns, gap or None))
+        columns = push_columns(assembly, index, shown[name].points, -shown[name].normals)
+        answers.append(state.load_factor(columns, accuracy))
     report("robustness of all surfaces", len(numbers), len(numbers))
     return RobustnessMap(
-        method.name,
-        method.claim,
-        assembly,
-        state.verdict(),
-        np.vstack([cells.points for cells in shown.values()]),
-        np.vstack([cells.normals for cells in shown.values()]),
-        objects([name for name, cells in shown.items() for _ in cells.points]),
-        np.concatenate([c.factor for c in capacities]),
-        objects([s for c in capacities for s in c.status]),
-        np.concatenate([c.lower for c in capacities]),
-        np.concatenate([c.upper for c in capacities]),
-        objects([m for c in capacities for m in c.moving]),
-        objects([m for c in capacities for m in c.mode]),
-        objects([m for c in capacities for m in c.mechanism]),
-        np.concatenate([c.solved for c in capacities]),
-        np.concatenate([c.error for c in capacities]),
-        shown,
-        hidden,
-        state.notes,
+        answers=joined(answers),
+        assembly=assembly,
+        points=np.vstack([cells.points for cells in shown.values()]),
+        normals=np.vstack([cells.normals for cells in shown.values()]),
+        body=objects([name for name, cells in shown.items() for _ in cells.points]),
+        cells=Table(shown),
+        hidden=Table(hidden),
     )
 
 

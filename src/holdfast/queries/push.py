@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float, Objects, checked, objects
+from holdfast.base.archive import archived
+from holdfast.base.arrays import Float, checked
 from holdfast.base.errors import HoldfastError, message
-from holdfast.engines.contract import Capacity, Claim, Engine, Mechanism, Mode, State, Status
+from holdfast.base.public import Summary, number
+from holdfast.engines.answers import Answers, Claim
+from holdfast.engines.contract import Engine
 from holdfast.queries.request import (
     CERTAIN_ENGINE,
     DEFAULT_ENGINE,
@@ -22,48 +25,62 @@ from holdfast.queries.request import (
     pushes,
     total_wrench,
 )
+from holdfast.queries.result import Forces, Single, gives_way, least, places_of, told
 from holdfast.scene.scene import Scene
 
 
-@dataclass(frozen=True, eq=False)
-class Robustness:
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Robustness(Forces):
     """The largest push at each of n points.
 
     ``force`` (n,) [N], with ``status`` FINITE, INFINITE (force inf: no push moves anything), UNSTABLE (force 0: it
     does not stand anyway) or UNDECIDED (force 0: not known). ``lower`` and ``upper`` (n,) [N] bound the true answer as
-    far as the engine can promise. ``moving`` (names), ``mode`` ("slip", "topple", "mixed", "none") and ``mechanism``
-    (Mechanism or None), each (n,), tell what gives way. ``points`` and ``directions`` (n, 3), world.
+    far as the engine can promise; ``lower_bound`` and ``upper_bound`` say how they are known. ``moving`` (names),
+    ``mode`` ("slip", "topple", "mixed", "none") and ``mechanism`` (Mechanism or None), each (n,), tell what gives way.
+    ``points`` and ``directions`` (n, 3), world. ``engine``, ``claim``, ``verdict`` and ``notes`` are of the whole
+    answer.
     """
 
-    engine: str
-    claim: Claim
     body: str
     points: Float
     directions: Float
-    force: Float
-    status: Objects
-    lower: Float
-    upper: Float
-    moving: Objects
-    mode: Objects
-    mechanism: Objects
-    notes: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for JSON: all columns."""
+        names = ("force", "status", "lower", "upper", "moving", "mode", "mechanism", "solved", "error")
+        return self.about() | {"body": self.body} | self.columns("points", "directions", *names)
+
+    def summary(self) -> Summary:
+        """The weakest pushes."""
+        headline = f"{len(self.force):,} pushes on {self.body}: {told(self.verdict)}, {least(self.force, 'N')}"
+        return self.table(headline, places_of(self.points))
 
 
-@dataclass(frozen=True, eq=False)
-class LoadFactor:
-    """The largest ``factor`` by which a set of loads may be multiplied together; fields as in Robustness."""
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class LoadFactor(Single):
+    """The largest ``factor`` by which a set of loads may be multiplied together.
 
-    engine: str
-    claim: Claim
-    factor: float
-    status: Status
-    lower: float
-    upper: float
-    moving: tuple[str, ...]
-    mode: Mode
-    mechanism: Mechanism | None
-    notes: tuple[str, ...]
+    ``status``, ``lower``, ``upper``, ``moving``, ``mode``, ``mechanism`` are single values here, with the same meaning
+    as in Robustness.
+    """
+
+    @property
+    def factor(self) -> float:
+        """The largest factor before anything moves."""
+        return float(self.answers.force[0])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for JSON."""
+        return self.about() | self.values("factor", "status", "lower", "upper", "moving", "mode", "mechanism")
+
+    def summary(self) -> Summary:
+        """Factor, bounds and what gives way."""
+        between = f"{number(self.lower)} to {number(self.upper)}"
+        facts = [("factor", number(self.factor)), ("between", between), ("status", str(self.status))]
+        facts += [("gives way", gives_way(self.mode, self.moving)), *self.facts()]
+        return Summary(f"the loads may be taken {number(self.factor)} times", facts, notes=self.notes)
 
 
 def robustness(
@@ -87,22 +104,8 @@ def robustness(
     p, e, W = pushes(assembly, body, points, directions, f"robustness of {body!r}")
     method = engine_of(engine)
     held = total_wrench(assembly, standing)
-    state, capacity = solved(method, assembly, W, held, bound=bound)
-    return Robustness(
-        method.name,
-        method.claim,
-        body,
-        p,
-        e,
-        capacity.factor,
-        objects(capacity.status),
-        capacity.lower,
-        capacity.upper,
-        objects(capacity.moving),
-        objects(capacity.mode),
-        objects(capacity.mechanism),
-        state.notes,
-    )
+    found = asked(method, assembly, W, held, bound=bound)
+    return Robustness(answers=found, body=body, points=p, directions=e)
 
 
 def load_factor(
@@ -124,22 +127,10 @@ def load_factor(
     W = total_wrench(assembly, loads)[:, None]
     moved = None if acceleration is None else checked(acceleration, (3,), "load_factor: acceleration")
     held = total_wrench(assembly, standing)
-    state, capacity = solved(method, assembly, W, held, moved, bound=bound)
-    return LoadFactor(
-        method.name,
-        method.claim,
-        float(capacity.factor[0]),
-        capacity.status[0],
-        float(capacity.lower[0]),
-        float(capacity.upper[0]),
-        capacity.moving[0],
-        capacity.mode[0],
-        capacity.mechanism[0],
-        state.notes,
-    )
+    return LoadFactor(answers=asked(method, assembly, W, held, moved, bound=bound))
 
 
-def solved(
+def asked(
     method: Engine,
     assembly: Assembly,
     W: Float,
@@ -147,17 +138,15 @@ def solved(
     acceleration: Float | None = None,
     *,
     bound: bool,
-) -> tuple[State, Capacity]:
-    """The engine made ready, and the capacities of load columns W (6J, n).
+) -> Answers:
+    """The engine's answers for load columns W (6J, n).
 
     ``bound``: with upper bounds by limit analysis over the corners of the patches, which contain all nodes.
     """
-    state = method.prepare(assembly, standing, acceleration)
-    capacity = state.load_factor(W)
+    found = method.prepare(assembly, standing, acceleration).load_factor(W)
     if not bound or method.claim is Claim.EXISTS:
-        return state, capacity
+        return found
     if method.claim is Claim.ESTIMATED:
         remedy = "engine graph is not ordered against limit: ask 'compliant', or 'limit' itself"
         raise HoldfastError(message("bound", f"asked of engine {method.name!r}", remedy))
-    certain = engine_of(CERTAIN_ENGINE).prepare(assembly, standing, acceleration).load_factor(W)
-    return state, replace(capacity, upper=np.minimum(capacity.upper, certain.upper))
+    return found.bounded_by(engine_of(CERTAIN_ENGINE).prepare(assembly, standing, acceleration).load_factor(W))

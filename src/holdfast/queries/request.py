@@ -68,6 +68,20 @@ def checked_assembly(value: object) -> Assembly:
     return value
 
 
+def register_engine(name: str, make: Callable[[], Engine]) -> Callable[[], None]:
+    """Let ``engine=name`` mean what ``make()`` gives, in every question; call what is returned to take that back."""
+    if not isinstance(name, str) or name in ENGINES:
+        problem = f"there is an engine {name!r}" if isinstance(name, str) else f"name is a {type(name).__name__}"
+        raise HoldfastError(message("register_engine", problem, "give it another name"))
+    ENGINES[name] = make
+
+    def take_back() -> None:
+        if ENGINES.get(name) is make:
+            del ENGINES[name]
+
+    return take_back
+
+
 def engine_of(choice: EngineChoice) -> Engine:
     """The engine of a name, or the instance itself."""
     if isinstance(choice, str):

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import Assembly
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, unit
 from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.public import Summary, number
+from holdfast.base.values import Table
 from holdfast.engines.capabilities import GRADIENTS
-from holdfast.engines.contract import Claim
 from holdfast.queries.intervals import Pair
 from holdfast.queries.request import (
     CERTAIN_ENGINE,
@@ -23,29 +26,44 @@ from holdfast.queries.request import (
     push_columns,
     total_wrench,
 )
+from holdfast.queries.result import NAMED, SHOWN, Single, gives_way
 from holdfast.scene.scene import Scene
 
 
-@dataclass(frozen=True, eq=False)
-class Sensitivity:
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Sensitivity(Single):
     """Derivatives of the largest push ``force`` [N] (between ``lower`` and ``upper``).
 
     ``d_mu`` [N] by the two bodies of an interface; ``d_mass`` [N/kg] by movable body, its centre of mass held;
     ``d_com`` (3,) [N/m] by movable body, for its centre of mass in the world, contacts held; ``d_point`` (3,) [N/m] for
-    the point of the push, direction held. ``moving``: the bodies of the mechanism.
+    the point of the push, direction held. ``moving``: the bodies of the ``mechanism``.
     """
 
-    engine: str
-    claim: Claim
     body: str
-    force: float
-    lower: float
-    upper: float
-    d_mu: dict[Pair, float]
-    d_mass: dict[str, float]
-    d_com: dict[str, Float]
+    d_mu: Table[Pair, float]
+    d_mass: Table[str, float]
+    d_com: Table[str, Float]
     d_point: Float
-    moving: tuple[str, ...]
+
+    @property
+    def force(self) -> float:
+        """The largest push [N]."""
+        return float(self.answers.force[0])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for JSON."""
+        names = ("body", "force", "lower", "upper", "status", "moving", "mode", "d_mu", "d_mass", "d_com", "d_point")
+        return self.about() | self.values(*names)
+
+    def summary(self) -> Summary:
+        """The derivatives that matter most."""
+        by_pair = sorted(self.d_mu.items(), key=lambda item: -abs(item[1]))
+        rows = [[f"friction of {a} on {b}", f"{value:.4g} N"] for (a, b), value in by_pair[:SHOWN]]
+        by_mass = sorted(self.d_mass.items(), key=lambda item: -abs(item[1]))
+        rows += [[f"mass of {name}", f"{value:.4g} N/kg"] for name, value in by_mass[:NAMED]]
+        headline = f"{number(self.force, 'N')} on {self.body}, {gives_way(self.mode, self.moving)}"
+        return Summary(headline, self.facts(), ("with", "grows by"), rows, self.notes)
 
 
 def sensitivity(
@@ -69,25 +87,21 @@ def sensitivity(
     e = checked(direction, (3,), f"{where}: direction")
     if not np.linalg.norm(e) > 0:
         raise SceneError(message(where, "the direction is zero", "needs a vector with a length"))
-    e, number = unit(e), body_number(assembly, body)
+    e, index = unit(e), body_number(assembly, body)
     method = engine_of(CERTAIN_ENGINE)
     state = method.prepare(assembly, total_wrench(assembly, standing))
     gradients = GRADIENTS.of(state, engine=method.name, where=where)
     verdict = state.verdict()
     if not verdict.equilibrium_exists:
         raise HoldfastError(message(where, f"the assembly is {verdict.status}", verdict.reason))
-    found = gradients.gradient(push_columns(assembly, number, p[None], e[None])[:, 0], where)
+    found = gradients.gradient(push_columns(assembly, index, p[None], e[None])[:, 0], where)
     names = [b.name for b in assembly.movable]
+    force = float(found.answers.force[0])
     return Sensitivity(
-        method.name,
-        method.claim,
-        body,
-        found.factor,
-        found.lower,
-        found.upper,
-        found.d_mu,
-        dict(zip(names, found.d_mass.tolist(), strict=True)),
-        dict(zip(names, found.d_com, strict=True)),
-        -found.factor * np.cross(e, found.twists[number, 3:]),
-        found.moving,
+        answers=found.answers,
+        body=body,
+        d_mu=Table(found.d_mu),
+        d_mass=Table(zip(names, found.d_mass.tolist(), strict=True)),
+        d_com=Table(zip(names, found.d_com, strict=True)),
+        d_point=-force * np.cross(e, found.twists[index, 3:]),
     )

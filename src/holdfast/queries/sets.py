@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -11,10 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import FIXED, Assembly, body_forces
+from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Bool, Float, Objects, checked, checked_number, frozen, objects
 from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.public import PublicValue, Summary, number
+from holdfast.engines.answers import Claim
 from holdfast.engines.capabilities import SETS
-from holdfast.engines.contract import Claim, Status
+from holdfast.engines.verdict import Status
 from holdfast.geometry.half_spaces import largest_row
 from holdfast.queries.request import (
     CERTAIN_ENGINE,
@@ -25,7 +27,6 @@ from holdfast.queries.request import (
     engine_of,
     total_wrench,
 )
-from holdfast.queries.set_files import read_set, save_set
 from holdfast.scene.scene import Scene
 
 FORCE_BOUND = 20.0  # default bound of forces, in total weights; of torques, in total weights times the assembly's size
@@ -33,8 +34,9 @@ ACCELERATION_BOUND = 5.0  # default bound of each component of an acceleration, 
 ROUNDING = 1e-9  # a point that breaks a row by less than this share counts as inside
 
 
-@dataclass(frozen=True, eq=False)
-class ConvexSet:
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class ConvexSet(PublicValue):
     """A convex set between two polyhedra: every point of ``inner`` belongs to it, every one outside ``outer`` does not.
 
     ``inner`` and ``outer`` are (A (m, d), b (m,)) with A x <= b, scaled to b = 1 (0 is inside both). ``inner`` ends at
@@ -78,14 +80,32 @@ class ConvexSet:
         used = np.maximum(largest_row(A / b[:, None], points), 0.0)
         return float(used[0]) if single else used
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the set as JSON (.json) or for NumPy (.npz), with both polyhedra as half-spaces."""
-        save_set(self, path)
+    def checked_after_load(self) -> None:
+        """Raise HoldfastError where a file holds what no set can be."""
+        dimension = len(checked(self.bound, (None,), "bound"))
+        checked(self.vertices, (None, dimension), "vertices")
+        for name in ("gap", "gap_wanted"):
+            checked_number(getattr(self, name), name, minimum=0)
+        for name in ("inner", "outer"):
+            A, b = getattr(self, name)
+            checked(A, (len(checked(b, (None,), f"{name}: b")), dimension), f"{name}: A")
+            if not (b > 0).all():
+                problem = f"has {b.min():g}"
+                raise HoldfastError(message(f"{name}: b", problem, "needs positive numbers: 0 is in the set"))
 
-    @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> ConvexSet:
-        """Read a set back that ``save`` wrote, bit for bit the same."""
-        return cls(**read_set(path))
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for JSON: both polyhedra as A and b of A x <= b."""
+        names = ("engine", "claim", "vertices", "bound", "gap", "gap_wanted", "solves", "units", "frame", "notes")
+        half_spaces = {name: to_dict(dict(zip("Ab", getattr(self, name), strict=True))) for name in ("inner", "outer")}
+        return half_spaces | {name: to_dict(getattr(self, name)) for name in names}
+
+    def summary(self) -> Summary:
+        """How large and how close."""
+        headline = f"{len(self.bound)} dimensions, inner part of {len(self.inner[1])} facets, gap {self.gap:.2%}"
+        reach = np.abs(self.vertices).max(axis=0, initial=0.0)
+        rows = [[f"{k + 1}", number(far, unit)] for k, (far, unit) in enumerate(zip(reach, self.units, strict=True))]
+        facts = [("engine", f"{self.engine} ({self.claim})"), ("frame", self.frame)]
+        return Summary(headline, facts, ("coordinate", "reaches at most"), rows, self.notes)
 
     def _points(self, x: Any, where: str) -> tuple[Float, bool]:  # noqa: ANN401
         dimension = len(self.bound)
@@ -113,15 +133,15 @@ def admissible_wrenches(
     """
     assembly = checked_assembly(assembly)
     where = f"admissible wrenches of {body!r}"
-    number = body_number(assembly, body)
-    if number == FIXED:
+    index = body_number(assembly, body)
+    if index == FIXED:
         raise SceneError(message(where, "the body is fixed: it takes every wrench", "name a movable body"))
     if bound is None:
         limits = FORCE_BOUND * assembly.weight * np.array([1.0, assembly.size])
     else:
         limits = checked(bound, (2,), f"{where}: bound")
     columns = np.zeros((6 * len(assembly.movable), 6))
-    columns[6 * number : 6 * number + 6] = np.eye(6)
+    columns[6 * index : 6 * index + 6] = np.eye(6)
     units = ("N",) * 3 + ("N m",) * 3
     frame = f"world axes; torque about the centre of mass of {body!r}"
     return _convex_set(where, assembly, engine, standing, columns, np.repeat(limits, 3), gap, units, frame)
@@ -181,18 +201,18 @@ def _convex_set(
     found = sets.load_set(columns * bound, wanted, where)
     notes = state.notes if verdict.status is Status.STABLE else (*state.notes, verdict.reason)
     return ConvexSet(
-        method.name,
-        method.claim,
-        (_frozen(found.inner / bound), _frozen(np.ones(len(found.inner)))),
-        (_frozen(found.outer / bound), _frozen(np.ones(len(found.outer)))),
-        _frozen(found.vertices * bound),
-        _frozen(bound),
-        found.gap,
-        wanted,
-        found.solves,
-        units,
-        frame,
-        notes,
+        engine=method.name,
+        claim=method.claim,
+        inner=(_frozen(found.inner / bound), _frozen(np.ones(len(found.inner)))),
+        outer=(_frozen(found.outer / bound), _frozen(np.ones(len(found.outer)))),
+        vertices=_frozen(found.vertices * bound),
+        bound=_frozen(bound),
+        gap=found.gap,
+        gap_wanted=wanted,
+        solves=found.solves,
+        units=units,
+        frame=frame,
+        notes=notes,
     )
 
 

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from holdfast.assembly.assembly import FIXED, Assembly, assemble, checked_pose_sigma
-from holdfast.base.arrays import Float, Objects, checked_number, frozen, objects
+from holdfast.base.archive import archived, to_dict
+from holdfast.base.arrays import Float, Objects, checked_number, objects
 from holdfast.base.errors import HoldfastError, HoldfastWarning, message
 from holdfast.base.progress import report
+from holdfast.base.public import Summary, number
 from holdfast.contacts.detect import SIGMAS
-from holdfast.engines.contract import Claim, Engine, Status
+from holdfast.engines.answers import Answers, joined
+from holdfast.engines.contract import Engine
+from holdfast.engines.verdict import Status
 from holdfast.queries.intervals import MuRange, friction_intervals, with_friction
 from holdfast.queries.push import Robustness, robustness
 from holdfast.queries.request import (
@@ -29,33 +33,67 @@ from holdfast.queries.request import (
     push_columns,
     total_wrench,
 )
+from holdfast.queries.result import SHOWN, Result, places_of
 from holdfast.scene.scene import Scene
 
 
-@dataclass(frozen=True, eq=False)
-class RobustnessUnder:
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class RobustnessUnder(Result):
     """The largest push at each of n points, in ``samples`` samples of what is uncertain.
 
     ``force`` (samples, n) [N]: 0 where a sample does not stand, and 0 as well where it is not known (the sample, or the
     push, is undecided); inf where no push moves anything. ``status`` (samples, n) tells these apart, as in Robustness.
     ``stands`` is the share of samples that stand for certain (STABLE), ``undecided`` the share of those that may: the
-    rest do not. ``nominal`` (n,) [N] is R of the assembly as it was given. ``points`` and ``directions`` (n, 3), world,
-    of the assembly as given. ``notes`` are simplifications the answer rests on.
+    rest do not. ``nominal`` (n,) [N] is R of the assembly as it was given, whose ``verdict`` is told. ``points`` and
+    ``directions`` (n, 3), world, of the assembly as given. ``notes`` are simplifications the answer rests on.
+
+    ``answers`` holds the rows of all samples, one sample after the other, without the mechanisms.
     """
 
-    engine: str
-    claim: Claim
     body: str
     points: Float
     directions: Float
-    force: Float
-    status: Objects
     nominal: Float
     stands: float
     undecided: float
     samples: int
     seed: int
-    notes: tuple[str, ...]
+
+    @property
+    def force(self) -> Float:
+        """(samples, n) [N]."""
+        return self.answers.force.reshape(self.samples, -1)
+
+    @property
+    def status(self) -> Objects:
+        """(samples, n) FINITE, INFINITE, UNSTABLE or UNDECIDED."""
+        return self.answers.status.reshape(self.samples, -1)
+
+    @property
+    def lower(self) -> Float:
+        """(samples, n) [N], below the true answer of each sample as far as the engine can promise."""
+        return self.answers.lower.reshape(self.samples, -1)
+
+    @property
+    def upper(self) -> Float:
+        """(samples, n) [N], above the true answer of each sample as far as the engine can promise."""
+        return self.answers.upper.reshape(self.samples, -1)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for JSON."""
+        names = ("body", "points", "directions", "force", "status", "nominal", "stands", "undecided", "samples", "seed")
+        return self.about() | {name: to_dict(getattr(self, name)) for name in names}
+
+    def summary(self) -> Summary:
+        """Quantiles at the points that are weakest in the median."""
+        headline = f"{self.samples} samples of {len(self.nominal):,} pushes on {self.body}: {self.stands:.0%} stand"
+        places, low, middle = places_of(self.points), self.quantile(0.05), self.median
+        rows = [
+            [places[k], *(number(values[k], "N") for values in (self.nominal, middle, low))]
+            for k in np.argsort(middle, kind="stable")[:SHOWN].tolist()
+        ]
+        return Summary(headline, self.facts(), ("where", "nominal", "median", "5 % quantile"), rows, self.notes)
 
     def quantile(self, q: float) -> Float:
         """(n,) [N]: the force of a sample that at least a share 1 - ``q`` of the samples reach; 0 is the smallest.
@@ -151,7 +189,7 @@ def robustness_under(
     assembly = checked_assembly(assembly)
     where = f"robustness of {body!r} under uncertainty"
     count = _whole(samples, f"{where}: samples", 1)
-    number = _whole(seed, f"{where}: seed", 0)
+    whole_seed = _whole(seed, f"{where}: seed", 0)
     spread = _Spread(
         assembly,
         None if pose_sigma is None else _deviation(assembly, pose_sigma, where),
@@ -159,43 +197,31 @@ def robustness_under(
     )
     method, loads = engine_of(engine), standing if isinstance(standing, Load) else list(standing)
     nominal = robustness(assembly, body, points, directions, standing=loads, engine=method)
-    rng = np.random.default_rng(number)
+    rng = np.random.default_rng(whole_seed)
     found = []
     for k in range(count):
         report("samples", k, count)
         found.append(_answered(spread(rng), assembly, body, nominal, loads, method))
     report("samples", count, count)
-    force, status = np.array([answer.force for answer in found]), [s for answer in found for s in answer.status]
-    verdicts = [answer.verdict for answer in found]
+    answers = [answer for answer, _ in found]
+    verdicts = [answer.verdict.status for answer in answers]
     notes = nominal.notes
-    overlapping = sum(answer.overlaps for answer in found)
+    overlapping = sum(overlaps for _, overlaps in found)
     if spread.deviation is not None and overlapping:
         share = f"{overlapping} of {count} samples have bodies that overlap by more than the tolerance"
         notes = (*notes, f"{share}: contacts there may be missing, which lowers their forces")
+    table = joined([nominal.answers.rows(slice(0)), *answers])
     return RobustnessUnder(
-        method.name,
-        method.claim,
-        body,
-        nominal.points,
-        nominal.directions,
-        frozen(force),
-        objects(status).reshape(force.shape),
-        nominal.force,
-        verdicts.count(Status.STABLE) / count,
-        verdicts.count(Status.UNDECIDED) / count,
-        count,
-        number,
-        notes,
+        answers=replace(table, notes=notes, lower_bound=nominal.lower_bound, upper_bound=nominal.upper_bound),
+        body=body,
+        points=nominal.points,
+        directions=nominal.directions,
+        nominal=nominal.force,
+        stands=verdicts.count(Status.STABLE) / count,
+        undecided=verdicts.count(Status.UNDECIDED) / count,
+        samples=count,
+        seed=whole_seed,
     )
-
-
-class _Answer(NamedTuple):
-    """Of one sample: forces (n,) [N] and status (n,) of the pushes, its verdict, and whether its bodies overlap."""
-
-    force: Float
-    status: Sequence[Status]
-    verdict: Status
-    overlaps: bool
 
 
 def _answered(
@@ -205,17 +231,18 @@ def _answered(
     nominal: Robustness,
     standing: Iterable[Load],
     engine: Engine,
-) -> _Answer:
-    """The pushes of ``nominal`` on a sample, points and ``standing`` loads taken along by their bodies."""
+) -> tuple[Answers, bool]:
+    """The pushes of ``nominal`` on a sample, points and ``standing`` loads taken along; and whether bodies overlap."""
     sample, shifts, turns = drawn
     points, loads = _attached(given, sample, body, nominal.points, standing, shifts, turns)
     state = engine.prepare(sample, total_wrench(sample, loads))
     columns = push_columns(sample, body_number(sample, body), points, nominal.directions)
-    verdict = state.verdict().status
-    if verdict is not Status.STABLE:
-        return _Answer(np.zeros(len(points)), (verdict,) * len(points), verdict, bool(sample.overlaps))
-    capacity = state.load_factor(columns)
-    return _Answer(capacity.factor, capacity.status, verdict, bool(sample.overlaps))
+    verdict = state.verdict()
+    if verdict.status is Status.STABLE:
+        found = state.load_factor(columns)
+    else:  # whatever a push could be by itself: a sample that may not stand counts as 0
+        found = Answers.not_standing(len(points), engine=engine.name, claim=engine.claim, verdict=verdict)
+    return replace(found, mechanism=objects([None] * len(found))), bool(sample.overlaps)
 
 
 def _attached(

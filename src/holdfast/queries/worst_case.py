@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import Assembly
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Objects, objects
+from holdfast.base.public import Summary, number
+from holdfast.base.values import Table
 from holdfast.engines.capabilities import WORST_CASES
-from holdfast.engines.contract import Claim
 from holdfast.queries.intervals import (
     ComRange,
     MassRange,
@@ -31,32 +34,40 @@ from holdfast.queries.request import (
     push_columns,
     total_wrench,
 )
+from holdfast.queries.result import Forces, least
 from holdfast.scene.scene import Scene
 
 
-@dataclass(frozen=True, eq=False)
-class WorstCase:
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class WorstCase(Forces):
     """The smallest R at each of n points over all that is uncertain.
 
     ``force`` (n,) [N] with bounds ``lower``, ``upper`` and ``status`` (n,) as in Robustness: UNSTABLE where a corner
-    does not stand, UNDECIDED (force 0) where a corner was not settled. ``nominal`` (n,) [N] is R without uncertainty.
-    ``mu`` are the coefficients it is taken at; ``masses`` [kg] and ``coms`` (world [m]) (n,) hold, by uncertain body,
-    the corner where each point is weakest. ``corners`` were tried. ``guarantee`` says what was proved.
+    does not stand, UNDECIDED (force 0) where a corner was not settled. ``nominal`` (n,) [N] is R without uncertainty,
+    whose ``verdict`` is told. ``mu`` are the coefficients it is taken at; ``masses`` [kg] and ``coms`` (world [m]) (n,)
+    hold, by uncertain body, the corner where each point is weakest. ``corners`` were tried. ``guarantee`` says what was
+    proved.
     """
 
-    engine: str
-    claim: Claim
     body: str
-    force: Float
-    lower: Float
-    upper: Float
-    status: Objects
     nominal: Float
-    mu: dict[Pair, float]
+    mu: Table[Pair, float]
     masses: Objects
     coms: Objects
     corners: int
     guarantee: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for JSON."""
+        names = ("force", "lower", "upper", "status", "moving", "mode", "nominal", "mu", "masses", "coms")
+        whole = {"body": self.body, "corners": self.corners, "guarantee": self.guarantee}
+        return self.about() | whole | self.columns(*names)
+
+    def summary(self) -> Summary:
+        """The weakest points."""
+        headline = f"{len(self.force):,} pushes on {self.body} at {self.corners:,} corners: {least(self.force, 'N')}"
+        return self.table(headline, objects([f"nominal {number(value, 'N')}" for value in self.nominal]))
 
 
 def worst_case(
@@ -91,18 +102,14 @@ def worst_case(
     columns = push_columns(rough, body_number(rough, body), nominal.points, nominal.directions)
     method = WORST_CASES.of(engine_of(CERTAIN_ENGINE), engine=CERTAIN_ENGINE, where=where)
     found = method.weakest(rough, total_wrench(rough, loads), columns, masses=masses, coms=coms, where=where)
+    told = nominal.answers
     return WorstCase(
-        nominal.engine,
-        nominal.claim,
-        body,
-        found.factor,
-        found.lower,
-        found.upper,
-        objects(found.status),
-        nominal.force,
-        low,
-        objects([found.corners[k].masses for k in found.corner]),
-        objects([found.corners[k].coms for k in found.corner]),
-        len(found.corners),
-        found.guarantee,
+        answers=replace(found.answers, verdict=told.verdict, notes=told.notes),
+        body=body,
+        nominal=nominal.force,
+        mu=Table(low),
+        masses=objects([Table(found.corners[k].masses) for k in found.corner]),
+        coms=objects([Table(found.corners[k].coms) for k in found.corner]),
+        corners=len(found.corners),
+        guarantee=found.guarantee,
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from typing import Any
 
 import numpy as np
 from rich.box import SIMPLE_HEAD
@@ -12,7 +11,6 @@ from rich.table import Table
 from rich.text import Text
 
 from holdfast.applications.disassembly.order import Disassembly
-from holdfast.report.data import plain
 from holdfast.view.picture import Solid
 from holdfast.view.sequence import Frame, Sequence, write_sequence
 
@@ -20,27 +18,9 @@ MOST_FRAMES = 24
 MOST_ROWS = 60
 
 
-def disassembly_data(result: Disassembly) -> dict[str, Any]:
-    """What ``holdfast disassemble --json`` prints."""
-    names = (
-        "engine",
-        "claim",
-        "lift",
-        "goal",
-        "order",
-        "assembly_order",
-        "reached",
-        "proven",
-        "bound",
-        "blocked",
-        "steps",
-    )
-    return {"scene": result.removals.assembly.scene.name, **{name: plain(getattr(result, name)) for name in names}}
-
-
 def disassembly_report(result: Disassembly) -> RenderableType:
     """The steps in order, and why it goes no further."""
-    name = result.removals.assembly.scene.name or "scene"
+    name = result.assembly.scene.name or "scene"
     head = Text.assemble((name, "bold"), ": ", _outcome(result), f"  (engine {result.engine}: {result.claim})")
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for heading, justify in (("step", "right"), ("take out", "left"), ("why it may go", "left")):
@@ -69,7 +49,7 @@ def save_strip(result: Disassembly, path: str | os.PathLike[str]) -> None:
 
 def strip_of(result: Disassembly) -> Sequence:
     """The states as a sequence of panels; the last one shows what remains, unless that is nothing."""
-    assembly, count = result.removals.assembly, len(result.steps)
+    assembly, count = result.assembly, len(result.steps)
     solids = {b.name: Solid(b.name, b.surface_world.vertices, b.surface_world.faces, b.fixed) for b in assembly.bodies}
     chosen = np.unique(np.linspace(0, max(count - 1, 0), min(count, MOST_FRAMES)).round().astype(int)).tolist()
     frames = []
@@ -95,7 +75,7 @@ def strip_of(result: Disassembly) -> Sequence:
 
 def _outcome(result: Disassembly) -> tuple[str, str]:
     """In words, with a style."""
-    count, whole = len(result.steps), len(result.removals.names)
+    count, whole = len(result.steps), len(result.assembly.movable)
     if result.reached and not result.goal:
         return f"all {whole} bodies come out one by one", "bold green"
     if result.reached:

@@ -8,7 +8,8 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
-from holdfast.engines.contract import Claim, ContactForces, Status
+from holdfast.engines.answers import Claim
+from holdfast.engines.verdict import ContactForces, Status
 from holdfast.geometry.cells import Cells
 from holdfast.queries.map import RobustnessMap
 from holdfast.view.html import write_html

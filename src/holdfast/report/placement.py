@@ -13,8 +13,7 @@ from holdfast.applications.placement.result import Placement
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import write_atomically
-from holdfast.engines.contract import Status
-from holdfast.report.data import interfaces_data, plain
+from holdfast.engines.verdict import Status
 from holdfast.view.panels import PointsPanel, sheet_png
 from holdfast.view.picture import Arrow, Picture, Solid
 
@@ -73,18 +72,6 @@ def placement_report(result: Placement, scene: str, body: str) -> RenderableType
         lines.append(Text(f"least push afterwards: {result.robustness:.3g} N on {weak.body}, {how}"))
     lines.append(Text(f"{result.reason}; {result.attempts} attempts, {result.elapsed:.2g} s", style="dim"))
     return Group(*lines)
-
-
-def placement_data(result: Placement) -> dict[str, Any]:
-    """What ``holdfast place --json`` prints."""
-    names = (
-        "engine", "claim", "status", "reason", "pose", "robustness", "weakest", "attempts", "faults", "candidates",
-        "best", "points", "normals", "time_to_stable", "elapsed", "notes",
-    )  # fmt: skip
-    data: dict[str, Any] = {name: plain(getattr(result, name)) for name in names}
-    contacts = [] if result.assembly is None else interfaces_data(result.assembly)
-    own = None if result.body is None else result.body.name
-    return data | {"contacts": [contact for contact in contacts if own in contact["bodies"]]}
 
 
 def _place(pose: Any) -> str:  # noqa: ANN401 - (4, 4) numbers

@@ -12,7 +12,7 @@ from rich.text import Text
 from holdfast.applications.transport import TransportLimits
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Bool, Float
-from holdfast.engines.contract import Status
+from holdfast.engines.verdict import Status
 from holdfast.queries.map import MapPoint, RobustnessMap
 from holdfast.queries.stability import Stability
 from holdfast.report.transport import level_angles

@@ -12,7 +12,8 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.rigid import tangents
-from holdfast.engines.contract import Claim, Status
+from holdfast.engines.answers import Claim
+from holdfast.engines.verdict import Status
 from holdfast.geometry.hull import outline_numbers
 from holdfast.view.polar import Curve, Footprint, PolarPicture, write_polar
 
@@ -23,12 +24,10 @@ _WORDS = {Status.STABLE: "stands", Status.UNSTABLE: "does not stand", Status.UND
 
 
 def save_polar(
-    results: TransportLimits | Sequence[TransportLimits],
-    path: str | os.PathLike[str],
-    names: Sequence[str] | None = None,
+    results: Sequence[TransportLimits], path: str | os.PathLike[str], names: Sequence[str] | None = None
 ) -> None:
     """Write answers of one assembly along level directions as a polar plot (PNG); the first is drawn on top."""
-    write_polar(polar_picture([results] if isinstance(results, TransportLimits) else list(results), names), path)
+    write_polar(polar_picture(results, names), path)
 
 
 def polar_picture(results: Sequence[TransportLimits], names: Sequence[str] | None = None) -> PolarPicture:

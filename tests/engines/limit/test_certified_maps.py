@@ -7,6 +7,7 @@ import pytest
 import trimesh
 
 import holdfast as hf
+from holdfast.engines.contract import Within
 from holdfast.engines.limit.engine import Limit, LimitState
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
@@ -70,10 +71,10 @@ def test_pushes_on_another_body_profit_from_cuts_already_known() -> None:
         cells = hf.robustness_map(assembly, [body], spacing=0.01, engine="graph")
         columns = push_columns(assembly, assembly.index[body], cells.points, -cells.normals)
         before = len(state.cuts.rows)
-        state.load_factor(columns, 0.01)
+        state.load_factor(columns, Within(0.01))
         assert len(state.cuts.rows) > before
     fresh = Limit().prepare(assembly)
-    fresh.load_factor(columns, 0.01)
+    fresh.load_factor(columns, Within(0.01))
     assert len(state.cuts.rows) - before <= len(fresh.cuts.rows)
 
 

@@ -59,7 +59,7 @@ def test_load_factors_are_the_same_from_four_threads() -> None:
 def test_derivatives_are_those_of_the_load_asked_whatever_others_ask() -> None:
     assembly = shipped("table")
     W = columns(assembly, 24, 10)
-    W = W[:, np.isfinite(Limit().prepare(assembly).load_factor(W).factor)]
+    W = W[:, np.isfinite(Limit().prepare(assembly).load_factor(W).force)]
     alone = [Limit().prepare(assembly).gradient(w, "here").d_mu for w in W.T]
     state = Limit().prepare(assembly)
     assert at_once(lambda k: state.gradient(W[:, k], "here").d_mu, W.shape[1]) == alone
@@ -73,7 +73,7 @@ def test_bounds_within_a_gap_hold_from_four_threads() -> None:
     W = np.zeros((6 * len(assembly.movable), 60))
     W[slab] = 1.0
     W[slab + 3 : slab + 6] = rng.uniform(-0.1, 0.1, (3, 60)) * np.array([[0.0], [1.0], [1.0]])
-    exact = Limit().prepare(assembly).load_factor(W).factor
+    exact = Limit().prepare(assembly).load_factor(W).force
     state = Limit().prepare(assembly)
     for found in at_once(lambda _: state.load_factor(W, 0.05), THREADS):
         assert (found.lower <= exact * (1 + 1e-6)).all()

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,17 +14,25 @@ from numpy.typing import ArrayLike
 from holdfast.applications.disassembly.removal import WHOLE, Answer, Removal, Removals
 from holdfast.applications.disassembly.search import everything, fewest
 from holdfast.assembly.assembly import Assembly
+from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float, checked, unit
 from holdfast.base.errors import HoldfastError, SceneError, SolverError, UnstableError, message
-from holdfast.engines.contract import Claim, Status
+from holdfast.base.painters import paint
+from holdfast.base.public import PublicValue, Summary, number
+from holdfast.base.values import Value
+from holdfast.engines.answers import Claim
+from holdfast.engines.contract import FORCES_ONLY, Engine
+from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
 from holdfast.scene.scene import Scene
 
+SHOWN = 8  # names in a line
 BUDGET = 2000  # answers by contact forces after which a search stops
 
 
-@dataclass(frozen=True)
-class PaperRow:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class PaperRow(Value):
     """The paper's test of one body (Sec. VII-C): its ``force`` [N], R at the centre of mass upward, against its weight.
 
     It calls a body removable where both are equal. That is unsafe (every voussoir of an arch passes): information only.
@@ -34,25 +44,44 @@ class PaperRow:
     removable: bool
 
 
-@dataclass(frozen=True, eq=False)
-class Disassembly:
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Disassembly(PublicValue):
     """An order of removals.
 
     ``order`` names the bodies in turn and ``steps`` hold each one's answer with its reasons. Where not everything (or
     not the ``goal``) could be reached, ``remaining`` bodies stay and ``blocked`` says of each why it cannot go next.
     ``proven``: no order is better (with a goal: none takes fewer removals; without: none gets to the end where this one
-    does not). ``bound``: no order takes fewer removals. ``lift`` (3,) is the unit direction of the exits.
+    does not). ``bound``: no order takes fewer removals. ``lift`` (3,) is the unit direction of the exits. ``method`` is
+    the engine, by name ``engine``, that was asked about ``assembly``.
     """
 
-    engine: str
-    claim: Claim
+    assembly: Assembly
+    method: Engine
     lift: Float
     goal: tuple[str, ...]
     steps: tuple[Removal, ...]
     reached: bool
     proven: bool
     bound: float
-    removals: Removals = field(repr=False)
+
+    @property
+    def engine(self) -> str:
+        """The engine's name."""
+        return self.method.name
+
+    @property
+    def claim(self) -> Claim:
+        """What the engine promises."""
+        return self.method.claim
+
+    @cached_property
+    def removals(self) -> Removals:
+        """Answers for the bodies in any state of the assembly; those known from the search are not worked out again.
+
+        A copy of this value, from a file or another process, works them out anew.
+        """
+        return Removals(self.assembly, self.method, self.lift)
 
     @property
     def order(self) -> tuple[str, ...]:
@@ -92,11 +121,29 @@ class Disassembly:
                 rows[name] = self._paper_row(name, part)
         return tuple(rows[name] for name in self.removals.names if name in rows)
 
+    def save_png(self, path: str | os.PathLike[str]) -> None:
+        """Draw the sequence: every state, the body that goes next in colour; of long orders every n-th."""
+        paint(self, path, ".png")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for JSON."""
+        names = ("engine", "claim", "lift", "goal", "order", "assembly_order", "reached", "proven", "bound", "blocked")
+        data = {name: to_dict(getattr(self, name)) for name in (*names, "steps")}
+        return {"scene": self.assembly.scene.name} | data
+
+    def summary(self) -> Summary:
+        """The steps in order."""
+        whole = len(self.assembly.movable)
+        headline = f"{len(self.steps)} of {whole} bodies come out: {', '.join(self.order[:SHOWN])}"
+        outcome = f"reached {self.reached}, proven {self.proven}, at least {number(self.bound)} removals"
+        facts = [("engine", f"{self.engine} ({self.claim})"), ("outcome", outcome)]
+        rows = [[str(k + 1), step.body, step.reason] for k, step in enumerate(self.steps)]
+        return Summary(headline, facts, ("step", "take out", "why it may go"), rows)
+
     def _paper_row(self, name: str, part: frozenset[str]) -> PaperRow:
         column = self.removals.force(name, part, self.removals.up)
-        capacity = self.removals.state(part).load_factor(column[:, None], gap=1.0)
         weight = float(np.linalg.norm(column))
-        factor = float(capacity.factor[0])
+        factor = float(self.removals.state(part).load_factor(column[:, None], FORCES_ONLY).force[0])
         return PaperRow(name, factor * weight, weight, abs(factor - 1) <= WHOLE)
 
     def _checked(self, step: int) -> int:
@@ -131,9 +178,18 @@ def disassembly_order(
     removals = Removals(assembly, method, unit(direction))
     _check_stands(removals)
     plan = fewest(removals, frozenset(goals), budget) if goals else everything(removals, budget)
-    return Disassembly(
-        method.name, method.claim, unit(direction), goals, plan.steps, plan.reached, plan.proven, plan.bound, removals
+    found = Disassembly(
+        assembly=assembly,
+        method=method,
+        lift=unit(direction),
+        goal=goals,
+        steps=plan.steps,
+        reached=plan.reached,
+        proven=plan.proven,
+        bound=plan.bound,
     )
+    vars(found)["removals"] = removals  # in place of the cached property: nothing is worked out twice
+    return found
 
 
 def _goals(assembly: Assembly, goal: str | Iterable[str] | None) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Collection, Iterable
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from enum import StrEnum, auto
 from functools import cached_property
 from typing import TypeVar
@@ -20,10 +20,14 @@ import numpy as np
 
 from holdfast.applications.disassembly.exits import Exits
 from holdfast.assembly.assembly import Assembly, components
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import wrench_at
+from holdfast.base.values import Value
+from holdfast.engines.answers import Claim
 from holdfast.engines.capabilities import RELEASES
-from holdfast.engines.contract import Claim, Engine, State, Status, Verdict
+from holdfast.engines.contract import FORCES_ONLY, Engine, State
+from holdfast.engines.verdict import Status, Verdict
 from holdfast.queries.request import CERTAIN_ENGINE, engine_of
 
 T = TypeVar("T")
@@ -36,6 +40,7 @@ KEPT = 8  # states of the engine kept at a time
 TOLD = 6  # names told in a sentence
 
 
+@archived
 class Answer(StrEnum):
     """Whether a body may be taken out now."""
 
@@ -44,8 +49,9 @@ class Answer(StrEnum):
     UNDECIDED = auto()
 
 
-@dataclass(frozen=True)
-class Removal:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Removal(Value):
     """The answer for one body in one state of the assembly, with its ``reason`` in words.
 
     ``blockers`` stand in its straight way out, each with its distance [m]. ``moving`` are other bodies that fall
@@ -58,6 +64,7 @@ class Removal:
     body: str
     answer: Answer
     reason: str
+    _: KW_ONLY
     blockers: tuple[tuple[str, float], ...] = ()
     moving: tuple[str, ...] = ()
     lift: float = 0.0
@@ -98,12 +105,12 @@ class Removals:
         """
         blockers = self.exits.blockers(name, remaining)
         if blockers and exit_first:
-            return Removal(name, Answer.UNSAFE, self._blocked(blockers), blockers)
+            return Removal(name, Answer.UNSAFE, self._blocked(blockers), blockers=blockers)
         found = self.by_forces(name, remaining)
         if not blockers:
             return found
         reason = self._blocked(blockers) + (f"; {found.reason}" if found.moving else "")
-        return Removal(name, Answer.UNSAFE, reason, blockers, found.moving, found.lift, found.hold)
+        return replace(found, answer=Answer.UNSAFE, reason=reason, blockers=blockers)
 
     def by_forces(self, name: str, remaining: frozenset[str]) -> Removal:
         """The same by contact forces alone: the rest stands without it, and on the way there."""
@@ -178,9 +185,9 @@ class Removals:
 
     def _comes_off(self, name: str, part: frozenset[str]) -> Removal:
         """What moves when more and more than its weight is taken."""
-        capacity = self.state(part).load_factor(self.force(name, part, self.up)[:, None], gap=1.0)
-        lift, others = float(capacity.factor[0]), tuple(n for n in capacity.moving[0] if n != name)
-        if capacity.status[0] is Status.UNDECIDED:
+        asked = self.state(part).load_factor(self.force(name, part, self.up)[:, None], FORCES_ONLY)
+        lift, others = float(asked.force[0]), tuple(n for n in asked.moving[0] if n != name)
+        if asked.status[0] is Status.UNDECIDED:
             return Removal(name, Answer.UNDECIDED, "its neighbours could clamp it; whether they do was not found")
         if np.isinf(lift):
             return Removal(name, Answer.UNSAFE, "no lift at its centre of mass gets it loose", lift=lift)
@@ -192,11 +199,11 @@ class Removals:
     def _pulled(self, name: str, part: frozenset[str]) -> Removal:
         """What moves when most of its weight is taken and it is pulled along the lift direction."""
         state = self.engine.prepare(self.reduced(part), CARRIED * self.force(name, part, self.up))
-        capacity = state.load_factor(self.force(name, part, self.lift)[:, None], gap=1.0)
-        others = tuple(n for n in capacity.moving[0] if n != name)
-        if capacity.status[0] not in (Status.FINITE, Status.INFINITE):
+        asked = state.load_factor(self.force(name, part, self.lift)[:, None], FORCES_ONLY)
+        others = tuple(n for n in asked.moving[0] if n != name)
+        if asked.status[0] not in (Status.FINITE, Status.INFINITE):
             return Removal(name, Answer.UNDECIDED, "its neighbours could clamp it; what a pull moves was not found")
-        if np.isinf(capacity.factor[0]):
+        if np.isinf(asked.force[0]):
             return Removal(name, Answer.UNSAFE, "no pull at its centre of mass gets it loose")
         if others:
             return Removal(name, Answer.UNSAFE, f"pulled out it moves {listed(others)}", moving=others)

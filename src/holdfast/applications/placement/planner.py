@@ -35,10 +35,13 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, unit
 from holdfast.base.errors import SceneError
 from holdfast.base.rigid import transform
+from holdfast.base.values import Table
 from holdfast.contacts.detect import find_contacts
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import find_overlaps, solid_of
-from holdfast.engines.contract import Engine, Status, Verdict
+from holdfast.engines.answers import Answers
+from holdfast.engines.contract import Engine
+from holdfast.engines.verdict import Status, Verdict
 from holdfast.geometry.sweep import Swept, hit_distance
 from holdfast.queries.map import RobustnessMap, robustness_map
 from holdfast.scene.body import Body
@@ -346,20 +349,24 @@ class Planner:
                 rated.append((round(least, 9), own, replace(candidate, robustness=least), after))
             rated.sort(key=lambda entry: entry[:2], reverse=True)
             found = [(candidate, after) for _, _, candidate, after in rated]
-        chosen, after = found[0]
+        after = found[0][1]
         full = robustness_map(after, None, spacing=self.options.spacing, engine=self.engine)
-        weakest = full.weakest()
         undecided = int((full.status == Status.UNDECIDED).sum())
         reason = "everything stands with it"
         if undecided:
             reason += f"; {undecided} of {len(full.force)} points undecided, counted as 0 N"
             reason += f": the others hold {least_force(full):.3g} N"
-        return Placement(
-            self.engine.name, self.engine.claim, Status.STABLE, reason, chosen.pose, weakest.force, weakest,
-            tuple(i for i in after.interfaces if self.body.name in i.bodies), search.tried, dict(search.faults),
-            tuple(candidate for candidate, _ in found), None, chosen.points, chosen.normals, self.support,
-            after.scene.body(self.body.name), after, search.first, time.perf_counter() - start, full.notes,
-        )  # fmt: skip
+        return self._placement(
+            search,
+            start,
+            answers=full.answers,
+            status=Status.STABLE,
+            reason=reason,
+            map=full,
+            candidates=tuple(candidate for candidate, _ in found),
+            support=self.support,
+            time_to_stable=search.first,
+        )
 
     def _refused(self, start: float) -> Placement:
         verdict = self.verdict
@@ -374,11 +381,12 @@ class Planner:
         return self._without(Status.UNDECIDED, reason, search, start)
 
     def _without(self, status: Status, reason: str, search: Search, start: float) -> Placement:
-        none, seconds = np.empty((0, 3)), time.perf_counter() - start
-        return Placement(
-            self.engine.name, self.engine.claim, status, reason, None, 0.0, None, (), search.tried,
-            dict(search.faults), (), search.nearest, none, none, None, None, None, None, seconds, (),
-        )  # fmt: skip
+        none = Answers.not_standing(0, engine=self.engine.name, claim=self.engine.claim, verdict=self.verdict)
+        return self._placement(search, start, answers=none, status=status, reason=reason, best=search.nearest)
+
+    def _placement(self, search: Search, start: float, **found: Any) -> Placement:  # noqa: ANN401 - fields
+        faults, elapsed = Table(search.faults), time.perf_counter() - start
+        return Placement(name=self.body.name, attempts=search.tried, faults=faults, elapsed=elapsed, **found)
 
 
 def least_force(found: RobustnessMap, body: str | None = None) -> float:

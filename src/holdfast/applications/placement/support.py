@@ -9,7 +9,9 @@ import numpy as np
 
 from holdfast.applications.placement.options import Weights
 from holdfast.assembly.assembly import Assembly
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Objects
+from holdfast.base.values import Value, seal
 from holdfast.queries.map import RobustnessMap, robustness_map
 from holdfast.queries.request import EngineChoice
 
@@ -17,8 +19,9 @@ STEEPEST = 0.2  # cosine: what faces up less carries no weight
 MOST_FIXED = 3000  # points on fixed bodies: they need no answers, only places
 
 
-@dataclass(frozen=True, eq=False)
-class SupportPoints:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class SupportPoints(Value):
     """Exposed points of the scene that face up: ``points``, outward ``normals`` (n, 3), ``body`` (n,) names.
 
     ``force`` (n,) [N]: the inward push that each withstands; ``area`` (n,) [m²] that it stands for; ``chance`` (n,),
@@ -31,6 +34,9 @@ class SupportPoints:
     force: Float
     area: Float
     chance: Float
+
+    def __post_init__(self) -> None:
+        seal(self)
 
 
 def scene_map(assembly: Assembly, engine: EngineChoice, spacing: float, names: Collection[str]) -> list[RobustnessMap]:
@@ -62,4 +68,6 @@ def support_points(
     total = chance.sum()
     if total > 0:
         chance = chance / total
-    return SupportPoints(points[kept], normals[kept], body[kept], force[kept], area[kept], chance)
+    return SupportPoints(
+        points=points[kept], normals=normals[kept], body=body[kept], force=force[kept], area=area[kept], chance=chance
+    )

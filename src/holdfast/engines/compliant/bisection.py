@@ -11,8 +11,8 @@ from holdfast.base.arrays import Float
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.engines.compliant.grid import Grid
-from holdfast.engines.contract import Status
 from holdfast.engines.rest import find_rest
+from holdfast.engines.verdict import Status
 
 ACCURACY = 2e-4  # relative accuracy of a peak at which bisection stops
 FALLBACK_ACCURACY = 5e-3  # relative accuracy that is accepted where bisection stalls

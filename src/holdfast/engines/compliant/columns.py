@@ -11,7 +11,7 @@ from holdfast.elastic.outcome import PathOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.engines.compliant.interpolated import Solved, Survey, survey
 from holdfast.engines.compliant.refinement import Bounded, Refined
-from holdfast.engines.contract import Mechanism
+from holdfast.engines.mechanism import Mechanism
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,22 +8,25 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked_number
 from holdfast.base.errors import HoldfastError, message
+from holdfast.base.values import Value
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.model import Springs, Stiffness
 from holdfast.engines.compliant.refinement import REFINEMENTS, Refined
-from holdfast.engines.compliant.state import CompliantState, Standing, Unpushable
+from holdfast.engines.compliant.state import CLAIM, NAME, CompliantState, Standing, Unpushable
 from holdfast.engines.compliant.verdict import judged
-from holdfast.engines.contract import Claim, Status
 from holdfast.engines.rest import find_rest
+from holdfast.engines.verdict import Status
 
 FEWEST = 2  # nodes along a side
 
 
-@dataclass(frozen=True)
-class Compliant:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Compliant(Value):
     """Elastic contacts without adhesion, Coulomb friction without dilatancy: what comes to rest, and up to which load.
 
     ``nodes`` along each side of a square patch (others have as many in all); ``stiffness_ratio`` tangential over normal
@@ -35,8 +38,8 @@ class Compliant:
     stiffness_ratio: float = 1.0
     stiffness: Stiffness = None
 
-    name = "compliant"
-    claim = Claim.HOLDS
+    name = NAME
+    claim = CLAIM
 
     def __post_init__(self) -> None:
         if not isinstance(self.nodes, int | np.integer) or self.nodes < FEWEST:

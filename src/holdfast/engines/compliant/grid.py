@@ -15,8 +15,7 @@ from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.elastic.system import Settled, System
 from holdfast.engines.compliant.model import Springs, elastic_model, force_unit, levers
-from holdfast.engines.contract import Mechanism
-from holdfast.engines.mechanism import describe, modes_of
+from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of
 
 FINER = 2  # times as many nodes along a side on the next finer grid
 CHUNK = 64  # motions described at a time
@@ -79,10 +78,15 @@ class Grid:
             velocities = (relative @ twists.T).T.reshape(len(twists), len(self.nodes), 3)
             modes = modes_of(velocities, np.zeros(len(self.nodes)))
             found += [
-                describe(self.assembly, self.nodes, t.reshape(-1, 6), mode, dual=False)
+                describe(self.kinematics, t.reshape(-1, 6), mode, dual=False)
                 for t, mode in zip(twists, modes, strict=True)
             ]
         return found
+
+    @cached_property
+    def kinematics(self) -> Kinematics:
+        """What all mechanisms on these nodes share."""
+        return Kinematics.of(self.assembly, self.nodes)
 
     @cached_property
     def _relative(self) -> sparse.csr_matrix:

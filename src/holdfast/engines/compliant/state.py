@@ -9,11 +9,15 @@ import numpy as np
 
 from holdfast.base.arrays import Float, Int
 from holdfast.elastic.outcome import PathOutcome
+from holdfast.engines.answers import Answers, Bound, Claim
 from holdfast.engines.compliant.columns import Columns, followed, surveyed
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.refinement import Refined
-from holdfast.engines.contract import Capacity, Mechanism, Status, Verdict, no_capacity
+from holdfast.engines.contract import EXACT, Accuracy, ForcesOnly, Within
+from holdfast.engines.mechanism import Mechanism
+from holdfast.engines.verdict import Status, Verdict
 
+NAME, CLAIM = "compliant", Claim.HOLDS
 MANY = 40  # columns on one body from which on it pays to interpolate
 STATUS = {
     PathOutcome.PEAK: Status.FINITE,
@@ -37,12 +41,12 @@ class Unpushable:
         """None: what the answers rest on is their claim."""
         return ()
 
-    def load_factor(self, W: Float, gap: float | None = None) -> Capacity:
+    def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
         """For each column of W (6J, n): undecided, unless the assembly does not stand or the column is zero."""
         if self.decided.status is not Status.STABLE:
-            return no_capacity(W.shape[1], self.decided)
+            return Answers.not_standing(W.shape[1], engine=NAME, claim=CLAIM, verdict=self.decided)
         loaded = _loaded(W)
-        return _capacity(W.shape[1], loaded, Columns.unknown(len(loaded)))
+        return _answers(W.shape[1], loaded, Columns.unknown(len(loaded)), self.decided, accuracy)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,23 +70,23 @@ class Standing:
         """None: what the answers rest on is their claim."""
         return ()
 
-    def load_factor(self, W: Float, gap: float | None = None) -> Capacity:
+    def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
         """For each column of W (6J, n) the peak of its load path; ``lower`` is that less the discretisation estimate.
 
-        With ``gap`` MANY columns on one body are interpolated between paths (interpolated.py) with expected errors of
-        at most ``gap``: ``lower`` then also lies below what the stated error allows.
-        A ``gap`` of 1 asks for no bounds: ``lower`` is then 0, and no finer nodes are needed.
+        ``Within`` a gap MANY columns on one body are interpolated between paths (interpolated.py) with expected errors
+        of at most that: ``lower`` then also lies below what the stated error allows.
+        With ``ForcesOnly`` ``lower`` is 0, and no finer nodes are needed.
         """
         loaded = _loaded(W)
         asked = W[:, loaded]
         bodies = np.flatnonzero((asked != 0).reshape(-1, 6, len(loaded)).any((1, 2)))
         if not len(loaded):
             columns = Columns.unknown(0)
-        elif gap is None or gap >= 1 or len(loaded) < MANY or len(bodies) > 1:
-            columns = followed(self.refined, asked, bounds=gap is None or gap < 1)
+        elif isinstance(accuracy, Within) and len(loaded) >= MANY and len(bodies) == 1:
+            columns = surveyed(self.refined, asked, 6 * int(bodies[0]), accuracy.gap)
         else:
-            columns = surveyed(self.refined, asked, 6 * int(bodies[0]), gap)
-        return _capacity(W.shape[1], loaded, columns)
+            columns = followed(self.refined, asked, bounds=not isinstance(accuracy, ForcesOnly))
+        return _answers(W.shape[1], loaded, columns, self.decided, accuracy)
 
 
 CompliantState: TypeAlias = Standing | Unpushable
@@ -93,7 +97,7 @@ def _loaded(W: Float) -> Int:
     return np.flatnonzero(np.abs(W).max(axis=0, initial=0) > 0)
 
 
-def _capacity(count: int, loaded: Int, columns: Columns) -> Capacity:
+def _answers(count: int, loaded: Int, columns: Columns, verdict: Verdict, accuracy: Accuracy) -> Answers:
     """The answer for ``count`` columns: what is known of those that are ``loaded``, infinite for the rest."""
     factor, lower, upper = np.full(count, np.inf), np.full(count, np.inf), np.full(count, np.inf)
     status = [Status.INFINITE] * count
@@ -103,4 +107,16 @@ def _capacity(count: int, loaded: Int, columns: Columns) -> Capacity:
     solved[loaded], error[loaded] = columns.solved, columns.error
     for k, column in enumerate(loaded.tolist()):
         mechanisms[column], status[column] = columns.mechanisms[k], STATUS[PathOutcome(columns.outcome[k])]
-    return Capacity.told(factor, lower, upper, status, mechanisms, solved, error)
+    return Answers.of(
+        engine=NAME,
+        claim=CLAIM,
+        verdict=verdict,
+        force=factor,
+        lower=lower,
+        upper=upper,
+        status=status,
+        mechanism=mechanisms,
+        solved=solved,
+        error=error,
+        lower_bound=Bound.NONE if isinstance(accuracy, ForcesOnly) else Bound.ESTIMATED,
+    )

@@ -13,9 +13,9 @@ from holdfast.elastic.sparse import unresisted_motion
 from holdfast.elastic.system import Settled
 from holdfast.engines.compliant.fixed_point import Fixed, fixed_point
 from holdfast.engines.compliant.model import levers
-from holdfast.engines.contract import Mechanism, Status, Verdict
-from holdfast.engines.mechanism import describe, modes_of, relative_velocity
+from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of, relative_velocity
 from holdfast.engines.rest import contact_forces, doubt_of, find_rest, undecided
+from holdfast.engines.verdict import Status, Verdict
 
 BALANCED = 1e-8  # largest residual of a state of rest, over the total weight
 BALANCED_EACH = 1e-7  # largest residual of a state of rest, over each body's own weight
@@ -82,14 +82,21 @@ def _stands(
     if only_balanced:
         names = ", ".join(only_balanced)
         reason += f"; only balanced, as on an edge, a corner or a round side: {names} (some smallest push moves it)"
-    return Verdict(Status.STABLE, True, False, contact, residual, None, None, reason)
+    return Verdict(
+        status=Status.STABLE,
+        reason=reason,
+        equilibrium_exists=True,
+        self_stress=False,
+        forces=contact,
+        residual=residual,
+    )
 
 
 def motion_of(assembly: Assembly, nodes: ContactNodes, twists: Float) -> Mechanism:
     """The mechanism of a motion (J, 6) that elastic contacts make: without dilatancy."""
     velocity = relative_velocity(nodes, assembly.com, twists)
     mode = modes_of(velocity[None], np.zeros(len(nodes)))[0]
-    return describe(assembly, nodes, twists, mode, dual=False)
+    return describe(Kinematics.of(assembly, nodes), twists, mode, dual=False)
 
 
 def _drifts(assembly: Assembly, nodes: ContactNodes, twists: Float, exists: bool | None) -> Verdict:
@@ -99,4 +106,10 @@ def _drifts(assembly: Assembly, nodes: ContactNodes, twists: Float, exists: bool
         return undecided(f"the contacts found do not bring it to rest, but {doubt}", mechanism=mechanism)
     more = ", although an equilibrium exists: nothing presses the contacts that it needs" if exists else ""
     reason = f"elastic contacts do not come to rest{more}; a steady drift remains: {mechanism.text}"
-    return Verdict(Status.UNSTABLE, exists, True if exists else None, None, np.inf, mechanism, None, reason)
+    return Verdict(
+        status=Status.UNSTABLE,
+        reason=reason,
+        equilibrium_exists=exists,
+        self_stress=True if exists else None,
+        mechanism=mechanism,
+    )

@@ -4,36 +4,34 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.nodes import ContactNodes, contact_nodes
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, checked_number
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.progress import report
 from holdfast.base.rigid import rotation_about, shift_twist
+from holdfast.base.values import Value
 from holdfast.contacts.nodes import Sampling
-from holdfast.engines.contract import (
-    Capacity,
-    Claim,
-    Mechanism,
-    Mode,
-    Status,
-    Verdict,
-    no_capacity,
-)
+from holdfast.engines.answers import Answers, Claim
+from holdfast.engines.contract import EXACT, Accuracy
 from holdfast.engines.graph import topple
 from holdfast.engines.graph.cuts import feasible_cuts
 from holdfast.engines.graph.slip import arc_capacities, slip_many
-from holdfast.engines.mechanism import describe
+from holdfast.engines.mechanism import Kinematics, Mechanism, Mode, describe
 from holdfast.engines.rest import Rest, find_rest
+from holdfast.engines.verdict import Status, Verdict
 
 NO_MOMENT = 1e-5  # lever below which a load turns nothing, relative to the size: poses are not known better
 
 
-@dataclass(frozen=True)
-class Graph:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Graph(Value):
     """The paper's method with its options.
 
     ``nodes`` an interface (20), placed by ``sampling`` ("hull": corners first, then farthest points; "quadrature": a
@@ -111,12 +109,21 @@ class GraphState:
             notes.append(f"all masses taken {self.engine.mass_margin:.0%} smaller")
         return tuple(notes)
 
-    def load_factor(self, W: Float, gap: float | None = None) -> Capacity:
-        """Factors for load columns W (6J, n); all forces of one column must share one direction. No use for ``gap``."""
+    def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
+        """Factors for load columns W (6J, n), without bounds; all forces of one column must share one direction.
+
+        All loads are answered on their own, whatever the ``accuracy``: none of them takes long.
+        """
         count = W.shape[1]
         verdict = self.rest.verdict
+        known: dict[str, Any] = {
+            "engine": self.engine.name,
+            "claim": self.engine.claim,
+            "verdict": verdict,
+            "notes": self.notes,
+        }
         if verdict.status is not Status.STABLE:
-            return no_capacity(count, verdict)
+            return Answers.not_standing(count, **known)
         wrenches = W.T.reshape(count, len(self.assembly.movable), 6)
         slip, slip_side = self._slip(wrenches)
         top, which = self._topple(wrenches)
@@ -125,7 +132,12 @@ class GraphState:
         finite = np.isfinite(factor)
         told = [mechanisms.of(k) if finite[k] else None for k in range(count)]
         status = [Status.FINITE if f else Status.INFINITE for f in finite]
-        return Capacity.told(factor, np.zeros(count), np.full(count, np.inf), status, told)
+        return Answers.of(force=factor, status=status, mechanism=told, **known)
+
+    @cached_property
+    def kinematics(self) -> Kinematics:
+        """What all mechanisms of this state share."""
+        return Kinematics.of(self.assembly, self.rest.nodes)
 
     @cached_property
     def _immobile(self) -> Bool:
@@ -313,7 +325,7 @@ class _Mechanisms:
     def _sliding(self, column: int, direction: Float) -> Mechanism:
         twists = np.zeros((len(self._state.assembly.movable), 6))
         twists[self._side[column], :3] = direction
-        return describe(self._state.assembly, self._state.rest.nodes, twists, "slip", dual=False)
+        return describe(self._state.kinematics, twists, "slip", dual=False)
 
     def _turning(self, column: int) -> Mechanism:
         number, axis = self._which[column]
@@ -322,7 +334,7 @@ class _Mechanisms:
         twists = np.zeros((len(assembly.movable), 6))
         for body in cut.members:
             twists[body] = shift_twist(cut.twists[axis], self._state._centre, assembly.com[body])
-        return describe(assembly, self._state.rest.nodes, twists, cut.mode[axis], dual=False)
+        return describe(self._state.kinematics, twists, cut.mode[axis], dual=False)
 
 
 def _bits(mask: int, count: int) -> Bool:

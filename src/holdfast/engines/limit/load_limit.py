@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from holdfast.base.arrays import Float
-from holdfast.engines.contract import Status
+from holdfast.engines.verdict import Status
 
 
 @dataclass(frozen=True, eq=False)

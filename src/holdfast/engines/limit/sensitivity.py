@@ -14,28 +14,24 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes
 from holdfast.base.arrays import Float
-from holdfast.base.errors import HoldfastError, message
+from holdfast.engines.answers import Answers
 from holdfast.engines.capabilities import Gradient
-from holdfast.engines.limit.load_limit import LoadLimit
-from holdfast.engines.mechanism import describe, relative_velocity
+from holdfast.engines.mechanism import relative_velocity
 
 
-def gradient(assembly: Assembly, nodes: ContactNodes, limit: LoadLimit, normal: Float, where: str) -> Gradient:
-    """The derivatives at one solved load, whose contacts press with ``normal`` (I,) [N]."""
-    if limit.twists is None:
-        problem = f"the push is {limit.status}"
-        raise HoldfastError(message(where, problem, "there are derivatives only where a finite push moves something"))
-    motion = limit.twists.reshape(-1, 6)
+def gradient(assembly: Assembly, nodes: ContactNodes, twists: Float, pressing: Float, answers: Answers) -> Gradient:
+    """The derivatives at one solved load.
+
+    ``twists`` (6J,) limit it, contacts press with ``pressing`` (I,) [N], ``answers`` is the table of that one load.
+    """
+    motion = twists.reshape(-1, 6)
     weights = assembly.mass[:, None] * assembly.scene.gravity
     return Gradient(
-        limit.factor,
-        limit.lower,
-        limit.upper,
-        motion,
-        _by_friction(assembly, nodes, motion, normal),
-        -motion[:, :3] @ assembly.scene.gravity,
-        -np.cross(weights, motion[:, 3:]),
-        describe(assembly, nodes, motion, "none", dual=True).moving,
+        answers=answers,
+        twists=motion,
+        d_mu=_by_friction(assembly, nodes, motion, pressing),
+        d_mass=-motion[:, :3] @ assembly.scene.gravity,
+        d_com=-np.cross(weights, motion[:, 3:]),
     )
 
 

@@ -17,8 +17,8 @@ from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, SolverError, message
 from holdfast.base.progress import report
 from holdfast.engines.capabilities import LoadSet
-from holdfast.engines.contract import Status
 from holdfast.engines.limit.load_limit import LoadLimit
+from holdfast.engines.verdict import Status
 from holdfast.geometry.half_spaces import largest_row
 
 BUDGET = {3: 240, 6: 240}  # solves by dimension; in six dimensions the facets of a hull cost more than the solves

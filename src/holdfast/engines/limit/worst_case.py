@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,8 +17,10 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.progress import report
+from holdfast.engines.answers import Answers, joined
 from holdfast.engines.capabilities import Corner, Weakest
-from holdfast.engines.contract import State, Status
+from holdfast.engines.contract import State
+from holdfast.engines.verdict import Status
 
 MAX_CORNERS = 4096  # each takes a program of its own; twelve uncertain values
 
@@ -40,17 +43,18 @@ def weakest(
     n = W.shape[1]
     lower, upper = np.full(n, np.inf), np.full(n, np.inf)
     worst = [(len(_WEAKEST_FIRST), np.inf, 0)] * n
+    rows: list[Answers | None] = [None] * n
     for number, corner in enumerate(corners):
         report("worst case", number, len(corners))
-        capacity = prepare(standing + _change(assembly, corner)).load_factor(W)
-        lower, upper = np.minimum(lower, capacity.lower), np.minimum(upper, capacity.upper)
-        ranks = [_WEAKEST_FIRST.index(status) for status in capacity.status]
-        found = zip(ranks, capacity.factor.tolist(), [number] * n, strict=True)
-        worst = [min(pair) for pair in zip(worst, found, strict=True)]
+        found = prepare(standing + _change(assembly, corner)).load_factor(W)
+        lower, upper = np.minimum(lower, found.lower), np.minimum(upper, found.upper)
+        for k in range(n):
+            here = (_WEAKEST_FIRST.index(found.status[k]), float(found.force[k]), number)
+            if here < worst[k]:
+                worst[k], rows[k] = here, found.rows(slice(k, k + 1))
     report("worst case", len(corners), len(corners))
-    factor = np.array([force for _, force, _ in worst])
-    status = tuple(_WEAKEST_FIRST[rank] for rank, _, _ in worst)
-    return Weakest(factor, lower, upper, status, tuple(k for _, _, k in worst), corners, GUARANTEE)
+    answers = replace(joined([row for row in rows if row is not None]), lower=lower, upper=upper)
+    return Weakest(answers=answers, corner=tuple(k for _, _, k in worst), corners=corners, guarantee=GUARANTEE)
 
 
 def corners_of(

@@ -11,7 +11,7 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, Objects, objects
 from holdfast.base.errors import HoldfastError, message
-from holdfast.engines.contract import Status
+from holdfast.engines.verdict import Status
 from holdfast.queries.request import checked_assembly, pushes
 from holdfast.validation.baselines import lmgc90, mujoco, pybullet
 from holdfast.validation.baselines.search import Peak, World, largest_load

@@ -32,7 +32,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, contact_nodes, equilibrium_operator
 from holdfast.base.errors import HoldfastError, message
 from holdfast.engines.cones import FrictionCone
-from holdfast.engines.contract import Status
+from holdfast.engines.verdict import Status
 from holdfast.queries.request import checked_assembly, pushes
 from holdfast.validation.baselines.answers import Answer, Answers
 

@@ -1,0 +1,34 @@
+"""Read answers back from files: here all classes of answers are known, so every file that one wrote can be read."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from holdfast.applications.disassembly.order import Disassembly
+from holdfast.applications.placement.result import Placement
+from holdfast.applications.transport import TransportLimits
+from holdfast.base.archive import load
+from holdfast.base.errors import HoldfastError, message
+from holdfast.queries.map import RobustnessMap
+from holdfast.queries.push import LoadFactor, Robustness
+from holdfast.queries.sensitivity import Sensitivity
+from holdfast.queries.sets import ConvexSet
+from holdfast.queries.stability import Stability
+from holdfast.queries.uncertainty import RobustnessUnder
+from holdfast.queries.worst_case import WorstCase
+
+ANSWERS: tuple[type, ...] = (
+    *(Stability, Robustness, LoadFactor, RobustnessMap, RobustnessUnder, Sensitivity, WorstCase, ConvexSet),
+    *(TransportLimits, Disassembly, Placement),
+)
+
+
+def load_answer(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - the class that was saved
+    """The answer that its ``save`` wrote to a .json or .npz file, equal to what was saved."""
+    found = load(path)
+    if not isinstance(found, ANSWERS):
+        problem = f"holds a {type(found).__name__}"
+        known = ", ".join(cls.__name__ for cls in ANSWERS)
+        raise HoldfastError(message(str(path), problem, f"needs an answer: {known}"))
+    return found
