@@ -29,11 +29,12 @@ def friction_intervals(assembly: Assembly, mu: MuRange | None, where: str) -> di
         given = {frozenset(pair): interval for pair, interval in mu.items()}
         unknown = [pair for pair in mu if frozenset(pair) not in {frozenset(p) for p in pairs}]
         if unknown:
-            raise SceneError(message(f"{where}: mu", f"no contact between {unknown[0]!r}", "name touching bodies"))
-        return {p: _interval(given.get(frozenset(p), (m, m)), f"{where}: mu of {p!r}") for p, m in pairs.items()}
+            problem = f"no contact between {unknown[0]!r}"
+            raise SceneError(message(f"{where}: friction", problem, "name touching bodies"))
+        return {p: _interval(given.get(frozenset(p), (m, m)), f"{where}: friction of {p!r}") for p, m in pairs.items()}
     if isinstance(mu, tuple | list):
-        return dict.fromkeys(pairs, _interval(mu, f"{where}: mu"))
-    width = _width(mu, f"{where}: mu")
+        return dict.fromkeys(pairs, _interval(mu, f"{where}: friction"))
+    width = _width(mu, f"{where}: friction")
     return {p: (m * (1 - width), m * (1 + width)) for p, m in pairs.items()}
 
 
