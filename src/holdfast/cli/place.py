@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from holdfast.applications.placement.plan import plan_placement
+from holdfast.applications.placement.result import Placement
 from holdfast.assembly.assembly import assemble
 from holdfast.base.errors import HoldfastError, message
 from holdfast.cli.common import (
@@ -72,19 +73,22 @@ def place(
     method = engine_with(engine)
     with progress():
         result = plan_placement(
-            assemble(rest, gap=gap, angle=angle), body, engine=method, region=_corners(region), budget=budget,
-            seed=seed, candidates=candidates, attempts=attempts, supports=support or None,
-            least_supports=least_supports, avoid=avoid or (), spacing=spacing, friction=whole.friction,
+            assemble(rest, gap=gap, angle=angle),
+            body,
+            engine=method,
+            region=_corners(region),
+            budget=budget,
+            seed=seed,
+            candidates=candidates,
+            attempts=attempts,
+            supports=support or None,
+            least_supports=least_supports,
+            avoid=avoid or (),
             approach=rest.gravity if from_above else None,
-        )  # fmt: skip
-    written = []
-    if result.assembly is not None:
-        if png is not None:
-            result.save_png(png)
-            written.append(png)
-        if save is not None:
-            save_scene(result.assembly.scene, save)
-            written.append(save)
+            spacing=spacing,
+            friction=whole.friction,
+        )
+    written = _written(result, png, save)
     if as_json:
         print_json(placement_data(result))
     else:
@@ -92,6 +96,17 @@ def place(
         for path in written:
             out.print(f"wrote {path}", highlight=False, soft_wrap=True)
     raise typer.Exit(EXIT[result.status])
+
+
+def _written(result: Placement, png: Path | None, save: Path | None) -> list[Path]:
+    """The files that were written: none where no place was found."""
+    if result.assembly is None:
+        return []
+    if png is not None:
+        result.save_png(png)
+    if save is not None:
+        save_scene(result.assembly.scene, save)
+    return [path for path in (png, save) if path is not None]
 
 
 def _taken(scene: Scene, thing: str, mass: float | None, material: str | None) -> tuple[Scene, Body]:

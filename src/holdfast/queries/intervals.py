@@ -31,7 +31,7 @@ def friction_intervals(assembly: Assembly, mu: MuRange | None, where: str) -> di
         if unknown:
             problem = f"no contact between {unknown[0]!r}"
             raise SceneError(message(f"{where}: friction", problem, "name touching bodies"))
-        return {p: _interval(given.get(frozenset(p), (m, m)), f"{where}: mu of {p!r}") for p, m in pairs.items()}
+        return {p: _interval(given.get(frozenset(p), (m, m)), f"{where}: friction of {p!r}") for p, m in pairs.items()}
     if isinstance(mu, tuple | list):
         return dict.fromkeys(pairs, _interval(mu, f"{where}: friction"))
     width = _width(mu, f"{where}: friction")

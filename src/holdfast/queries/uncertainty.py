@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from holdfast.assembly.assembly import FIXED, Assembly, assemble, checked_pose_sigma
 from holdfast.base.archive import archived, to_dict
-from holdfast.base.arrays import Float, Objects, checked_number, objects
+from holdfast.base.arrays import Float, Objects, checked_number, frozen, objects
 from holdfast.base.errors import HoldfastError, HoldfastWarning, message
 from holdfast.base.progress import report
 from holdfast.base.public import Summary, number
@@ -103,7 +103,7 @@ class RobustnessUnder(Result):
         share = checked_number(q, "quantile: q", minimum=0)
         if share > 1:
             raise HoldfastError(message("quantile: q", f"is {share:g}", "needs a share from 0 to 1"))
-        return np.asarray(np.sort(self.force, axis=0)[int(share * (self.samples - 1))])
+        return frozen(np.sort(self.force, axis=0)[int(share * (self.samples - 1))])
 
     @property
     def median(self) -> Float:

@@ -10,8 +10,8 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked_number
-from holdfast.base.values import Value
 from holdfast.base.errors import HoldfastError, message
+from holdfast.base.values import Value
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.model import Springs, Stiffness

@@ -12,10 +12,10 @@ from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.nodes import ContactNodes, contact_nodes
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, checked_number
-from holdfast.base.values import Value
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.progress import report
 from holdfast.base.rigid import rotation_about, shift_twist
+from holdfast.base.values import Value
 from holdfast.contacts.nodes import Sampling
 from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.contract import EXACT, Accuracy

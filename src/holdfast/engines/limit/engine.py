@@ -15,8 +15,8 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, equilibrium_operator
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
-from holdfast.base.values import Value
 from holdfast.base.errors import HoldfastError, message
+from holdfast.base.values import Value
 from holdfast.conic.solve import ConeSolution, Outcome
 from holdfast.engines.answers import Answers, Bound, Claim
 from holdfast.engines.capabilities import Gradient, LoadSet, Weakest
