@@ -24,7 +24,7 @@ def benchmark(
     results: Annotated[
         Path | None, typer.Option(metavar="DIR", help="folder of the saved results (default: that of the checkout)")
     ] = None,
-    fresh: Annotated[bool, typer.Option("--fresh", help="discard what an interrupted run has measured")] = False,
+    fresh: Annotated[bool, typer.Option("--fresh", help="measure again what an interrupted run has measured")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Compare methods and their speed; without a name, list the benchmark suites."""

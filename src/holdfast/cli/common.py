@@ -37,7 +37,7 @@ EngineName = Annotated[str, typer.Option("--engine", help=f"one of: {', '.join(E
 Nodes = Annotated[int | None, typer.Option(help="contact nodes: graph per interface, compliant per patch side")]
 Immobile = Annotated[float | None, typer.Option(help="treat bodies heavier than this (kg) as immobile; optimistic")]
 Margin = Annotated[float, typer.Option(help="reduce all masses by this share, 0 to 1")]
-MaxCuts = Annotated[int, typer.Option(help="stop if a scene has more feasible cuts than this")]
+MaxCuts = Annotated[int, typer.Option(help="refuse scenes with more feasible cuts than this")]
 AsJson = Annotated[bool, typer.Option("--json", help="print JSON; infinity is the text inf")]
 
 

@@ -80,7 +80,7 @@ def run() -> None:
         _complain("stopped", "by the user")
         sys.exit(STOPPED)
     except Exception as error:
-        if isinstance(getattr(error, "exit_code", None), int):  # typer's own word on wrong usage
+        if isinstance(getattr(error, "exit_code", None), int):  # typer's own message about wrong usage
             error.show()  # type: ignore[attr-defined]
             sys.exit(BAD_INPUT)
         traceback.print_exc()

@@ -153,7 +153,7 @@ class _Spread:
             poses[body.name] = pose
         scene = given.scene.moved(poses)
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", HoldfastWarning)  # the notes count what overlaps
+            warnings.simplefilter("ignore", HoldfastWarning)  # the notes count the overlaps
             found = assemble(scene, angle=given.tolerances.angle, pose_sigma=self._tolerance)
         known = {frozenset(interface.bodies) for interface in given.interfaces}
         return replace(found, interfaces=tuple(i for i in found.interfaces if frozenset(i.bodies) in known))
@@ -262,7 +262,7 @@ def _answered(
     verdict = state.verdict()
     if verdict.status is Status.STABLE:
         found = state.load_factor(columns)
-    else:  # whatever a push could be by itself: a sample that may not stand counts as 0
+    else:  # a sample that may not stand counts as 0, whatever the push
         found = Answers.not_standing(len(points), engine=engine.name, claim=engine.claim, verdict=verdict)
     return replace(found, mechanism=objects([None] * len(found))), bool(sample.overlaps)
 

@@ -82,7 +82,7 @@ class Body(Value):
             set_(self, "inertia", None if inertia is None else _checked_inertia(inertia, f"{where}: inertia"))
             self._set_mass(mass, density, where)
             if not self.fixed:
-                _ = self.com_body  # a shape without a volume has none: say so now
+                _ = self.com_body  # raises now if the shape has no volume
 
     def _set_mass(self, mass: float | None, density: float | None, where: str) -> None:
         """Store the given mass, or the mass that follows from the density; accept both only if they agree."""

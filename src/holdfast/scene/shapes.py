@@ -297,10 +297,10 @@ def _load(path: Path) -> trimesh.Trimesh:
         raise GeometryError(message(where, f"suffix {path.suffix!r}", f"reads {', '.join(MESH_SUFFIXES)}"))
     try:
         loaded = trimesh.load_scene(path, process=False).to_mesh()
-    except ImportError as cause:  # trimesh asks a guesser of encodings about what is not UTF-8
+    except ImportError as cause:  # for text that is not UTF-8, trimesh imports a guesser of encodings
         problem = "cannot be read: neither text nor a complete binary file"
         raise GeometryError(message(where, problem, "check the file, or export it again")) from cause
-    except Exception as cause:  # trimesh's readers raise whatever the format's parser does
+    except Exception as cause:  # trimesh's readers pass on any error of the format's parser
         problem = f"cannot be read: {type(cause).__name__}: {cause}"
         raise GeometryError(message(where, problem, "check the file, or export it again")) from cause
     if not isinstance(loaded, trimesh.Trimesh) or len(loaded.faces) == 0:

@@ -205,7 +205,7 @@ def disassembly_order(
         proven=plan.proven,
         bound=plan.bound,
     )
-    vars(found)["removals"] = removals  # in place of the cached property: nothing is worked out twice
+    vars(found)["removals"] = removals  # fills the cached property, so that nothing is computed twice
     return found
 
 

@@ -86,7 +86,7 @@ class Removals:
         self.assembly, self.engine, self.lift = assembly, engine, lift
         self.exits = Exits(assembly, lift)
         self._releases = RELEASES.of(engine_of(CERTAIN_ENGINE), engine=CERTAIN_ENGINE, where="disassembly")
-        self.asked = 0  # answers that took contact forces
+        self.asked = 0  # number of answers by contact forces
         self._verdicts: dict[frozenset[str], Verdict] = {}
         self._states: OrderedDict[frozenset[str], State] = OrderedDict()
         self._reduced: OrderedDict[frozenset[str], Assembly] = OrderedDict()
@@ -184,7 +184,7 @@ class Removals:
                 return self._held(name, part) if found.moving == (name,) else found
         if self._releases.comes_loose(assembly, name, self.up):
             return Removal(name, Answer.SAFE, SAFE, lift=1.0)
-        if self.engine.claim is Claim.EXISTS:  # on paper what clamps it may be there or not
+        if self.engine.claim is Claim.EXISTS:  # equilibria may exist with and without clamping forces
             return Removal(name, Answer.UNDECIDED, "its neighbours could clamp it: engine 'compliant' tells")
         return self._comes_off(name, part) if self.lift @ self.up > 1 - 1e-9 else self._pulled(name, part)
 

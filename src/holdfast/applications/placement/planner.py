@@ -61,7 +61,7 @@ MARGINAL = "would not stand if it were heavier by the margin"
 STAGES = (
     *(FALLS, OVERLAPS, OUTSIDE, TURNED, UNSUPPORTED, FORBIDDEN, SHUT_IN),
     *(UNSURE, FALLEN, REFUSED, MARGINAL),
-)  # the further, the nearer to a place
+)  # in the order of the checks: the later the fault, the nearer the attempt is to a place
 
 
 @dataclass(eq=False)
@@ -109,7 +109,7 @@ class Planner:
             return self._nothing(
                 Search(), f"no exposed point of {', '.join(self.options.supports)} faces up{region}", start
             )
-        left = None if budget is None else budget - (time.perf_counter() - start)  # maps take their share
+        left = None if budget is None else budget - (time.perf_counter() - start)  # the maps took some of the time
         search = self.search(seed=seed, budget=left, candidates=candidates, attempts=attempts)
         if not search.found:
             spent = "the time was spent" if search.tried < attempts else "all attempts were spent"
@@ -290,7 +290,7 @@ class Planner:
         """Return the fault of a pose, and the assembly with the object in that pose if it has no fault."""
         options, placed = self.options, self.body.moved(pose)
         com = placed.com_world
-        level = np.abs(self.up) < 1 - 1e-9  # the height of the centre of mass is not asked for
+        level = np.abs(self.up) < 1 - 1e-9  # the region does not limit the height of the centre of mass
         if not ((com >= options.region[0]) & (com <= options.region[1]))[level].all():
             return OUTSIDE, None
         if not self._allowed(pose):
@@ -342,7 +342,7 @@ class Planner:
         if allowed is None:
             return True
         turns = pose[:3, :3]
-        if self.options.turn:  # compare what points up in the body
+        if self.options.turn:  # compare which direction of the body points up
             cosine = (np.swapaxes(allowed, 1, 2) @ self.up) @ (turns.T @ self.up)
         else:
             cosine = (np.einsum("kij,ij->k", allowed, turns) - 1) / 2

@@ -144,7 +144,7 @@ def _format_of(source: Source) -> Format:
             if each in own:
                 troubles.append(trouble)
     for each in own:
-        if each.sniff is None:  # the suffix alone says it, where no content says otherwise
+        if each.sniff is None:  # if no content says otherwise, the suffix alone decides
             return each
     if troubles:
         raise troubles[0]

@@ -62,7 +62,7 @@ def _orthonormal(pose: np.ndarray[Any, np.dtype[np.float64]]) -> np.ndarray[Any,
     The files give rotations with nine digits, and without this correction faces would be tilted by the rounding error.
     """
     if pose.shape != (4, 4) or not np.isfinite(pose).all():
-        return pose  # Body names what is wrong with it
+        return pose  # Body reports what is wrong with it
     u, _, vt = np.linalg.svd(pose[:3, :3])
     rotation = u @ vt
     if np.abs(rotation - pose[:3, :3]).max() > 1e-5:

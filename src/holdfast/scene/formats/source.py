@@ -50,7 +50,7 @@ class Source:
     def text(self) -> str:
         """The content decoded as UTF-8, without a byte-order mark."""
         remedy = "needs a readable UTF-8 text file"
-        if b"\0" in self.head:  # told before a large file is read
+        if b"\0" in self.head:  # checked before a large file is read
             raise SceneError(message(str(self.path), "cannot be read: has zero bytes, which no text has", remedy))
         try:
             return self.content.decode("utf-8-sig")
