@@ -40,8 +40,9 @@ class Body(Value):
     ``dataclasses.replace`` makes a body with another pose, name, material and so on. To change the mass, density or
     shape of a body that was given by density, pass both values: ``mass=None, density=500``.
 
-    Raises SceneError if the mass is missing or contradicts the density, and GeometryError if the pose, the inertia or
-    the shape is invalid. A movable body whose shape has no volume needs ``com``.
+    Raises SceneError if a value is malformed, or if the mass is missing or contradicts the density. Raises
+    GeometryError if the pose is not rigid, the inertia is impossible or the shape is invalid. A movable body whose
+    shape has no volume needs ``com``.
     """
 
     name: str

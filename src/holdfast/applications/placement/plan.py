@@ -79,8 +79,8 @@ def plan_placement(
     - ``mass_margin``: everything must stand even if the object were heavier by this share.
     - ``confirm``: a second engine that must also find the pose stable, or None.
 
-    The result also says why no place was found. Raises SceneError if ``body`` is fixed, is not a Body or has the name
-    of another body, or if an option is invalid.
+    If no place is found, the result says why. Raises SceneError if ``body`` is fixed, is not a Body or has the name of
+    another body, and HoldfastError if an option is invalid.
     """
     return planner(
         assembly, body, engine=engine, region=region, supports=supports, least_supports=least_supports, avoid=avoid,
