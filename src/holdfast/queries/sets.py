@@ -44,6 +44,9 @@ class ConvexSet(PublicValue):
     without end. ``vertices`` (k, d) are those of ``inner``. ``gap``: along every ray from 0 the inner reach is at least
     (1 - gap) times that of outer and box; ``gap_wanted`` was asked for, ``solves`` is what it took.
 
+    ``save`` writes a file that other programs can read as well: in .npz ``inner.0`` and ``inner.1`` are A and b; in
+    .json ``inner`` lists them as ``$tuple``, each with its numbers row by row and its shape.
+
     Coordinates in ``units`` (d,), ``frame`` in words. Both polyhedra are as exact as the solver (1e-7 of the box).
     """
 
