@@ -88,7 +88,9 @@ ASK: dict[str, Callable[[], Any]] = {
     "transport": lambda: hf.transport_limits(cube(), [X, (0, 0, 1)], bound=True),
     "transport, unstable": lambda: hf.transport_limits(hanging(), [X], engine="limit"),
     "disassembly": lambda: hf.disassembly_order(hf.shipped_scene("stack"), engine="graph"),
-    "disassembly, no end": lambda: hf.disassembly_order(hf.shipped_scene("arch"), engine="limit"),
+    "disassembly, no end": lambda: hf.disassembly_order(
+        hf.shipped_scene("stack"), engine="limit", goal="cube1", lift=(1, 0, 0)
+    ),
     "placement": placed,
     "no placement": no_place,
     "odd names": lambda: hf.robustness_map(oddly_named(), spacing=0.05, engine="limit"),

@@ -52,6 +52,9 @@ class ConvexSet(PublicValue):
 
     The coordinates have the units in ``units`` (d,), and ``frame`` describes their axes in words. Both polyhedra are as
     exact as the solver: 1e-7 of the box.
+
+    ``save`` writes a file that other programs can read as well: in .npz ``inner.0`` and ``inner.1`` are A and b; in
+    .json ``inner`` lists them as ``$tuple``, each with its numbers row by row and its shape.
     """
 
     engine: str

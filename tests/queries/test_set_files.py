@@ -1,0 +1,91 @@
+"""Convex sets in files: other programs can read them, and what cannot be a set is refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import holdfast as hf
+
+
+@pytest.fixture(scope="module")
+def found() -> hf.ConvexSet:
+    return hf.sustainable_accelerations(hf.shipped_scene("cube"))
+
+
+@pytest.mark.parametrize("suffix", ["json", "npz"])
+def test_round_trip(suffix: str, found: hf.ConvexSet, tmp_path: Path) -> None:
+    found.save(tmp_path / f"set.{suffix}")
+    again = hf.load_answer(tmp_path / f"set.{suffix}")
+    assert again == found
+    for ours, theirs in zip((*found.inner, *found.outer), (*again.inner, *again.outer), strict=True):
+        assert ours.tobytes() == theirs.tobytes()
+        assert not theirs.flags.writeable
+    assert again.contains([5.0, 0, 0]) is True
+
+
+def test_files_can_be_read_without_holdfast(found: hf.ConvexSet, tmp_path: Path) -> None:
+    """Braking at 5 m/s² holds, at 6 it slips: A x <= b as any program reads it."""
+    found.save(tmp_path / "set.json")
+    found.save(tmp_path / "set.npz")
+    fields = json.loads((tmp_path / "set.json").read_text())["value"]["fields"]
+    read = [np.reshape(part["$numbers"], part["shape"]) for part in fields["inner"]["$tuple"]]
+    with np.load(tmp_path / "set.npz", allow_pickle=False) as archive:
+        A, b = archive["inner.0"], archive["inner.1"]
+    for rows, ends in (read, (A, b)):
+        assert (rows @ [-5.0, 0, 0] <= ends).all()
+        assert not (rows @ [-6.0, 0, 0] <= ends).all()
+
+
+def test_usage_is_the_share_of_the_reach(found: hf.ConvexSet) -> None:
+    x = np.array([[2.0, 0, 0], [0, -3.0, 0], [0, 0, 0]])
+    used = found.usage(x)
+    assert used == pytest.approx(np.array([2, 3, 0]) / (0.6 * 9.81), rel=0.021)
+    assert (used[:2] >= np.array([2, 3]) / (0.6 * 9.81)).all()
+    assert found.usage(x[0]) == used[0]
+    assert found.usage(2 * x) == pytest.approx(2 * used)
+
+
+def numbers(values: Any) -> dict[str, Any]:
+    array = np.array(values, dtype=float)
+    return {"$numbers": array.ravel().tolist(), "dtype": "<f8", "shape": list(array.shape)}
+
+
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        ({"bound": numbers([[1, 2, 3]])}, "bound: has shape"),
+        ({"bound": {"$numbers": [1, 2, "x"], "dtype": "<f8", "shape": [3]}}, "is damaged"),
+        ({"inner": {"$tuple": [numbers([[1, 0, 0]]), numbers([1, 1])]}}, "inner: A: has shape"),
+        ({"inner": {"$tuple": [numbers([[1, 0, 0]])]}}, "is damaged"),
+        ({"outer": {"$tuple": [numbers([[1, 0, 0]]), numbers([-1])]}}, "outer: b: has -1"),
+        ({"claim": {"$enum": ["Claim", "sure"]}}, "is damaged"),
+        ({"gap": -1}, "gap: is -1"),
+        ({"vertices": None}, "vertices"),
+        ({"inner": None}, "is damaged"),
+        ({"more": 1}, "is damaged"),
+    ],
+)
+def test_what_is_no_set_is_refused(change: dict[str, Any], match: str, found: hf.ConvexSet, tmp_path: Path) -> None:
+    path = tmp_path / "set.json"
+    found.save(path)
+    data = json.loads(path.read_text())
+    data["value"]["fields"] |= change
+    path.write_text(json.dumps(data))
+    with pytest.raises(hf.HoldfastError, match=match) as error:
+        hf.load_answer(path)
+    assert "set.json" in str(error.value)
+
+
+def test_files_that_are_none(found: hf.ConvexSet, tmp_path: Path) -> None:
+    with pytest.raises(hf.HoldfastError, match="cannot be read"):
+        hf.load_answer(tmp_path / "none.json")
+    for bad in ("set.txt", "set"):
+        with pytest.raises(hf.HoldfastError, match=r"\.json or \.npz"):
+            found.save(tmp_path / bad)
+    with pytest.raises(hf.HoldfastError, match="cannot be written"):
+        found.save(tmp_path / "no" / "set.json")
