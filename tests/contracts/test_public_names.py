@@ -48,7 +48,7 @@ SIGNATURES: dict[str, list[str]] = {
         "directions",
         "standing",
         "pose_sigma",
-        "mu_interval",
+        "friction",
         "samples",
         "seed",
         "engine",
