@@ -287,7 +287,7 @@ def _deviation(assembly: Assembly, pose_sigma: float | tuple[float, float], wher
     metres, degrees = checked_pose_sigma(pose_sigma, where)
     if not assembly.detected:
         problem = f"pose_sigma = {pose_sigma!r}, but the interfaces of the assembly were given"
-        remedy = "they cannot be found anew where bodies move: vary mu_interval only, or assemble without interfaces"
+        remedy = "they cannot be found anew where bodies move: vary friction only, or assemble without interfaces"
         raise HoldfastError(message(where, problem, remedy))
     thin = min(assembly.movable, key=lambda b: b.shape.surface.thickness, default=None)
     if thin is not None and metres > thin.shape.surface.thickness:
