@@ -1,4 +1,4 @@
-"""The largest factor of one load, and what proves it."""
+"""The largest factor of one load, with the evidence that proves it."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from holdfast.engines.verdict import Status
 
 @dataclass(frozen=True, eq=False)
 class LoadLimit:
-    """The largest ``factor`` of one load, with bounds and ``status``, and the evidence.
+    """The largest ``factor`` of one load, with its bounds ``lower`` and ``upper``, its ``status`` and the evidence.
 
-    Finite: the dual ``twists`` (6J,) of the movable bodies, scaled so that the load does work at unit power. Infinite:
-    the ``ray`` (I, 3) [N], world axes: forces on each node's second body that balance the load alone, so that any
-    multiple of it is carried.
+    If the factor is finite, the evidence is the dual ``twists`` (6J,) of the movable bodies, scaled so that the power
+    of the load is 1. If it is infinite, the evidence is the ``ray`` (I, 3) [N] along the world axes: contact forces on
+    the second body of each node that balance the load alone, so that any multiple of the load is carried.
     """
 
     factor: float
