@@ -1,4 +1,4 @@
-"""From a scene to an assembly: interfaces found or given, the graph they make, and what hangs in the air."""
+"""Assemblies: the bodies of a scene with their contact interfaces, detected or given, and the contact graph."""
 
 from __future__ import annotations
 
@@ -36,11 +36,12 @@ FIXED = -1  # the node of the graph into which all fixed bodies are merged
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
 class Assembly(Value):
-    """Bodies and the interfaces between them.
+    """The bodies of a scene and the contact interfaces between them.
 
-    Movable bodies are numbered 0..J-1 in scene order; all fixed bodies are the one node FIXED. ``overlaps`` are pairs
-    that share more volume than the tolerance explains, ``occluded`` those that would touch if no third body lay between
-    them; ``detected`` says whether the interfaces were searched for.
+    The J movable bodies are numbered 0..J-1 in scene order. All fixed bodies together are the node FIXED of the contact
+    graph. ``overlaps`` are the pairs of bodies that overlap by more than the tolerance. ``occluded`` are the pairs that
+    would touch if no third body lay between them. ``detected`` is True if the interfaces were searched for, and False
+    if they were given.
     """
 
     scene: Scene
@@ -68,45 +69,49 @@ class Assembly(Value):
 
     @cached_property
     def index(self) -> Mapping[str, int]:
-        """Number of each body: 0..J-1, or FIXED."""
+        """The number of each body by name: 0..J-1 for movable bodies, FIXED for the others."""
         numbers = {body.name: k for k, body in enumerate(self.movable)}
         return MappingProxyType({body.name: numbers.get(body.name, FIXED) for body in self.bodies})
 
     @cached_property
     def ends(self) -> tuple[tuple[int, int], ...]:
-        """Body numbers (a, b) of every interface."""
+        """The numbers (a, b) of the two bodies of every interface."""
         return tuple((self.index[a], self.index[b]) for a, b in (i.bodies for i in self.interfaces))
 
     @cached_property
     def mu(self) -> tuple[float, ...]:
-        """Friction coefficient of every interface."""
+        """The friction coefficient of every interface."""
         return tuple(self.scene.mu(*interface.bodies) for interface in self.interfaces)
 
     @cached_property
     def com(self) -> Float:
-        """(J, 3) centres of mass in the world [m]: the reference points of all wrenches."""
+        """The centres of mass (J, 3) [m] in the world frame, which are the reference points of all wrenches."""
         return frozen(np.array([body.com_world for body in self.movable]).reshape(-1, 3))
 
     @cached_property
     def mass(self) -> Float:
-        """(J,) [kg]."""
+        """The masses (J,) [kg] of the movable bodies."""
         return frozen(np.array([body.mass for body in self.movable], dtype=np.float64))
 
     def weight_wrench(self, acceleration: Float | None = None) -> Float:
-        """(6J,) weight of every body, and its inertial force on a support that accelerates by (3,) [m/s²]."""
+        """Return the wrenches (6J,) [N, N m] of the weights of all movable bodies.
+
+        They include the inertial forces if the support has an ``acceleration`` (3,) [m/s²] along the world axes.
+        """
         pull = self.scene.gravity - (0 if acceleration is None else acceleration)
         return body_forces(self.mass[:, None] * pull)
 
     @cached_property
     def weight(self) -> float:
-        """Total weight of the movable bodies [N]: the scale of forces."""
+        """The total weight of the movable bodies [N], which is the scale of forces."""
         return float(self.mass.sum() * np.linalg.norm(self.scene.gravity))
 
     @cached_property
     def equation_scale(self) -> Float:
-        """(6J,) factors that bring every body's equilibrium to order one: by its own weight and its own size.
+        """The factors (6J,) that bring the equilibrium equations of every body to order one.
 
-        In units of the whole assembly a light body beside a heavy one could fall unnoticed.
+        They use the weight and the size of each body. In units of the whole assembly, the fall of a light body beside a
+        heavy one could go unnoticed.
         """
         share = self.mass.sum() / self.mass
         size = np.array([body.size for body in self.movable])
@@ -114,7 +119,7 @@ class Assembly(Value):
 
     @cached_property
     def size(self) -> float:
-        """Diagonal of the box around the movable bodies [m]: the scale of lengths."""
+        """The diagonal of the bounding box of the movable bodies [m], which is the scale of lengths."""
         if not self.movable:
             return 1.0
         corners = np.vstack([body.surface_world.vertices for body in self.movable])
@@ -122,16 +127,16 @@ class Assembly(Value):
 
     @cached_property
     def hanging(self) -> tuple[tuple[str, ...], ...]:
-        """Groups of bodies that no chain of interfaces ties to a fixed body."""
+        """The groups of bodies that no chain of interfaces connects to a fixed body."""
         return tuple(
             tuple(self.movable[k].name for k in group) for group in components(len(self.movable), self.ends) if group
         )
 
     @cached_property
     def unmodelled(self) -> tuple[tuple[str, str], ...]:
-        """Pairs that come within the gap without a contact that has a normal: sharp corner on corner or on edge.
+        """The pairs of bodies that come within the gap but have no contact normal, such as sharp corner on sharp edge.
 
-        Such contacts carry force in reality; an assembly that seems to fall may stand on them. Empty where the
+        In reality such contacts carry forces, so an assembly that seems to fall may stand on them. Empty if the
         interfaces were given.
         """
         if not self.detected:
@@ -147,26 +152,26 @@ class Assembly(Value):
 
     @cached_property
     def groups(self) -> tuple[tuple[str, ...], ...]:
-        """Names of the movable bodies that share contacts, group by group, in the order of the scene.
+        """The names of the movable bodies in groups that are connected by contacts, in scene order.
 
-        Contacts with fixed bodies join nothing: what stands apart on one floor is several groups.
+        Contacts with fixed bodies do not connect: bodies that stand apart on one floor are in different groups.
         """
         between = [(a, b) for a, b in self.ends if FIXED not in (a, b)]
         return tuple(tuple(self.movable[k].name for k in group) for group in components(len(self.movable), between))
 
     def moved(self, poses: Mapping[str, ArrayLike]) -> Assembly:
-        """The assembly with the bodies of these names at other poses (4, 4), body frame to world.
+        """Return the assembly with the named bodies at other poses (4, 4), from the body frame to the world frame.
 
-        Contacts are sought anew: it equals ``assemble`` of the moved scene at this assembly's tolerances, which are
-        kept. Raises HoldfastError where the interfaces were given.
+        Contacts are detected anew, with the tolerances of this assembly. The result equals ``assemble`` of the moved
+        scene with these tolerances. Raises HoldfastError if the interfaces were given.
         """
         return self._sought(self.scene.moved(poses), "moved")
 
     def with_body(self, body: Body) -> Assembly:
-        """The assembly with one body more, after the others.
+        """Return the assembly with one more body, which comes after the others.
 
-        Contacts are sought anew: it equals ``assemble`` of the larger scene at this assembly's tolerances, which are
-        kept. Raises HoldfastError where the interfaces were given.
+        Contacts are detected anew, with the tolerances of this assembly. The result equals ``assemble`` of the larger
+        scene with these tolerances. Raises HoldfastError if the interfaces were given.
         """
         warn_of_units([body], self.tolerances.gap, stacklevel=3)
         return self._sought(self.scene.with_body(body), "with_body")
@@ -179,10 +184,11 @@ class Assembly(Value):
         return _search(scene, self.tolerances, self.overlaps, stacklevel=4)
 
     def without(self, *names: str | Iterable[str]) -> Assembly:
-        """The assembly with these bodies taken away: the interfaces of the others are kept, not sought again.
+        """Return the assembly without these bodies. The interfaces between the other bodies are kept.
 
-        It equals ``assemble`` of the scene without them at the same tolerances. Where one of them lay between two
-        bodies that come within the gap (``occluded``), contacts are sought anew. Given interfaces stay given.
+        The result equals ``assemble`` of the scene without them at the same tolerances. Contacts are detected anew only
+        if one of the bodies lay between two others that come within the gap (``occluded``). Interfaces that were given
+        stay as they are.
         """
         gone = self.scene.checked_names(*names)
         scene = self.scene.without(gone)
@@ -194,14 +200,14 @@ class Assembly(Value):
         return Assembly(scene, kept, self.tolerances, overlaps, occluded, self.detected)
 
     def _uncovers(self, gone: Collection[str]) -> bool:
-        """Whether a body that goes may hide something between two that stay: it is near to one of them at least."""
+        """Say whether a removed body may have hidden a contact between two that stay: it is near to at least one."""
         hidden = [set(pair) for pair in self.occluded]
         hidden += [set(i.bodies) for i in self.interfaces if "occluded" in i.flags]
         return any(pair.isdisjoint(gone) and any(self._beside[name] & pair for name in gone) for pair in hidden)
 
     @cached_property
     def _beside(self) -> dict[str, set[str]]:
-        """The bodies that each body touches, or would touch if none lay between."""
+        """The bodies that each body touches, or would touch if no third body lay between them."""
         beside: dict[str, set[str]] = {body.name: set() for body in self.bodies}
         for a, b in (*(i.bodies for i in self.interfaces), *self.occluded):
             beside[a].add(b)
@@ -209,7 +215,7 @@ class Assembly(Value):
         return beside
 
     def nearest_support(self, group: Sequence[str]) -> tuple[str, str, float] | None:
-        """Of a hanging group, the body nearest to one outside it: (inside, outside, distance [m])."""
+        """Find the smallest distance from a hanging group to a body outside it: (inside, outside, distance [m])."""
         inside = [self.scene.body(name) for name in group]
         outside = [body for body in self.bodies if body.name not in group]
         best: tuple[str, str, float] | None = None
@@ -235,13 +241,17 @@ def assemble(
 ) -> Assembly:
     """Find the contact interfaces of a scene, or take the given ones.
 
-    ``gap`` [m]: how far apart, or into each other, two surfaces may lie and still touch (a thousandth of the usual body
-    size unless given). ``angle`` [deg]: how far two faces may be from parallel (1 unless given). ``pose_sigma``: the
-    standard deviation of the poses' positions [m], or of positions [m] and rotations [deg]; it sets the gap of each
-    pair to 4σ, with what a rotation moves at the end of the larger body, up to half the thickness of the thinner one,
-    and widens the angle by 4σ. Each interface's ``flags`` tell what in it depends on a tolerance. Bodies that overlap
-    more than the gap raise a HoldfastWarning that names them and the depth. Given interfaces are taken as complete and
-    are not checked against the meshes; those between two fixed bodies are left out.
+    - ``gap`` [m]: two surfaces touch if they are at most this far apart, or overlap by at most this much. The default
+      is a thousandth of the usual body size.
+    - ``angle`` [deg]: two faces touch only if they are parallel up to this angle. The default is 1.
+    - ``pose_sigma``: the standard deviation of the positions [m] of the poses, or a pair of the standard deviations of
+      positions [m] and rotations [deg]. It sets the gap of each pair of bodies to 4σ, where the rotation counts as the
+      distance that it moves the end of the larger body, up to half the thickness of the thinner body. It also widens
+      the angle by 4σ.
+
+    The ``flags`` of each interface say which of its contacts depend on a tolerance. If bodies overlap by more than the
+    gap, a HoldfastWarning names them and the depth. Given interfaces are taken as complete and are not checked against
+    the meshes; those between two fixed bodies are left out.
     """
     if not hasattr(scene, "movable"):
         problem = f"got a {type(scene).__name__}"
@@ -267,7 +277,7 @@ def assemble(
 
 
 def _search(scene: Scene, tolerances: Tolerances, known: Collection[Overlap], stacklevel: int) -> Assembly:
-    """The assembly of all contacts there are; a warning names the overlaps that are not ``known``."""
+    """Return the assembly with all contacts detected; a warning names the overlaps that are not ``known``."""
     overlaps = find_overlaps(scene, tolerances)
     new = [overlap for overlap in overlaps if overlap not in known]
     if new:
@@ -277,7 +287,7 @@ def _search(scene: Scene, tolerances: Tolerances, known: Collection[Overlap], st
 
 
 def checked_pose_sigma(value: object, where: str) -> tuple[float, float]:
-    """Standard deviations of the poses' positions [m] and rotations [deg]."""
+    """Return the standard deviations of positions [m] and of rotations [deg] of the poses, after checking them."""
     both = value if isinstance(value, tuple | list) else (value, 0.0)
     if len(both) != 2:
         remedy = "needs metres, or a pair (metres, degrees)"
@@ -287,12 +297,12 @@ def checked_pose_sigma(value: object, where: str) -> tuple[float, float]:
 
 
 def body_forces(forces: Float) -> Float:
-    """(6J,) wrenches of forces (J, 3) at the centres of mass."""
+    """Return the wrenches (6J,) of ``forces`` (J, 3) [N] that act at the centres of mass."""
     return np.hstack([forces, np.zeros_like(forces)]).reshape(-1)
 
 
 def components(count: int, ends: Iterable[tuple[int, int]]) -> list[list[int]]:
-    """Connected groups of 0..count-1 that no edge path ties to FIXED."""
+    """Return the connected groups of the nodes 0..count-1 that no path of edges connects to FIXED."""
     parent = list(range(count + 1))  # the last one is FIXED
 
     def root(k: int) -> int:
@@ -321,7 +331,7 @@ def _with_status(interfaces: Sequence[Interface], overlaps: Sequence[Overlap]) -
 
 
 def _given(scene: Scene, interfaces: Iterable[Interface]) -> tuple[Interface, ...]:
-    """The interfaces whose bodies can move against each other; those between fixed bodies carry nothing we ask for."""
+    """Return the given interfaces that have a movable body; those between fixed bodies cannot change any answer."""
     kept = []
     for interface in interfaces:
         if not hasattr(interface, "patches"):

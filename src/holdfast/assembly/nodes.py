@@ -19,10 +19,17 @@ from holdfast.contacts.nodes import Sampling, interface_nodes
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactNodes(Value):
-    """I contact nodes; the force at node i is (f_n, f_t1, f_t2) along ``axes[i]`` and acts on body b, minus it on a.
+    """The I contact nodes of an assembly.
 
-    ``points`` (I, 3) [m]; ``axes`` (I, 3, 3) rows normal (into b), t1, t2; ``mu`` (I,); ``weights`` (I,) tributary
-    areas [m²]; ``interface`` (I,) index; ``a``, ``b`` (I,) body numbers, FIXED for fixed ones.
+    The contact force at node i is (f_n, f_t1, f_t2) along the rows of ``axes[i]``. It acts on body b, and its negative
+    acts on body a.
+
+    - ``points`` (I, 3) [m]: the positions of the nodes in the world frame.
+    - ``axes`` (I, 3, 3): the unit vectors normal (into body b), t1 and t2 of each node, as rows.
+    - ``mu`` (I,): the friction coefficients.
+    - ``weights`` (I,) [m²]: the tributary areas.
+    - ``interface`` (I,): the number of the interface of each node.
+    - ``a``, ``b`` (I,): the numbers of the two bodies, FIXED for fixed bodies.
     """
 
     points: Float
@@ -38,29 +45,29 @@ class ContactNodes(Value):
 
     @property
     def normals(self) -> Float:
-        """(I, 3), pointing into body b."""
+        """The unit normals (I, 3), which point into body b."""
         return np.asarray(self.axes[:, 0])
 
     def __len__(self) -> int:
         return len(self.points)
 
     def world(self, forces: Float) -> Float:
-        """Local forces (I, 3) along the world axes."""
+        """Convert local forces (I, 3) to the world axes."""
         return np.asarray(np.einsum("ik,ikx->ix", forces, self.axes))
 
     def chosen(self, keep: Bool) -> ContactNodes:
-        """Only the nodes where ``keep`` (I,) is true."""
+        """Return only the nodes where ``keep`` (I,) is True."""
         points, axes, mu, weights = self.points[keep], self.axes[keep], self.mu[keep], self.weights[keep]
         return ContactNodes(points, axes, mu, weights, self.interface[keep], self.a[keep], self.b[keep])
 
     @cached_property
     def spans(self) -> Int:
-        """(interfaces + 1,) where each interface's nodes begin; they stand in order."""
+        """The numbers (interfaces + 1,) of the nodes at which each interface begins; nodes are in interface order."""
         return frozen(np.searchsorted(self.interface, np.arange(self.interface.max(initial=-1) + 2)))
 
 
 def contact_nodes(assembly: Assembly, count: int, sampling: Sampling, seed: int = 0) -> ContactNodes:
-    """``count`` nodes for every interface of the assembly (``seed``: of sampling "paper")."""
+    """Place ``count`` nodes on every interface of the assembly; ``seed`` is used by the sampling "paper" only."""
     points, normals, weights, owner = [], [], [], []
     for number, interface in enumerate(assembly.interfaces):
         samples = interface_nodes(interface, count, sampling, seed + number)
@@ -88,7 +95,10 @@ def contact_nodes(assembly: Assembly, count: int, sampling: Sampling, seed: int 
 
 
 def equilibrium_operator(assembly: Assembly, nodes: ContactNodes) -> sparse.csc_matrix:
-    """G (6J, 3I): contact forces to body wrenches (force, torque about the centre of mass), world axes (eq. 2-3)."""
+    """Return the equilibrium matrix G (6J, 3I), which maps contact forces to wrenches on the bodies (eq. 2-3).
+
+    A wrench is (force, torque about the centre of mass) along the world axes.
+    """
     rows, columns, values = [], [], []
     columns_of = 3 * np.arange(len(nodes))
     for body, sign in ((nodes.b, 1.0), (nodes.a, -1.0)):
