@@ -1,8 +1,8 @@
-"""Values as files, without loss and without pickle: JSON text, or NumPy's .npz for large ones.
+"""Saving and loading of values without loss and without pickle, as JSON text or as .npz files for large values.
 
-A file holds the registered name of each class and the contents of its fields, so modules may move without breaking
-files. What several parts share is written once, and shared again when it is read. What was read is asked for its method
-``checked_after_load``, if it has one, which raises HoldfastError where the contents cannot be right.
+A file holds the registered name of each class and the contents of its fields, so files stay valid when modules move. An
+object that several parts share is written once, and is shared again after loading. If a class has the method
+``checked_after_load``, it is called after loading, and raises HoldfastError if the contents cannot be right.
 """
 
 from __future__ import annotations
@@ -36,7 +36,10 @@ _CLASSES: dict[str, type] = {}
 
 
 def archived(cls: C) -> C:
-    """Class decorator: values of this class (a ``Value`` or an ``Enum``) can be saved; their files hold its name."""
+    """Register a class, a ``Value`` or an ``Enum``, so that its objects can be saved (class decorator).
+
+    Files hold the name of the class. Raises HoldfastError if a class of another module has the same name.
+    """
     known = _CLASSES.setdefault(cls.__name__, cls)
     if known is not cls and known.__module__ != cls.__module__:
         raise HoldfastError(message("archive", f"two classes are named {cls.__name__!r}", "names are unique"))
@@ -45,7 +48,10 @@ def archived(cls: C) -> C:
 
 
 def save(value: Value, path: str | os.PathLike[str]) -> None:
-    """Write ``value`` to a .json or .npz file; ``load`` gives it back without loss."""
+    """Write ``value`` to a .json or .npz file, from which ``load`` reads it without loss.
+
+    Raises HoldfastError if the suffix is another, a part cannot be saved, or the file cannot be written.
+    """
     suffix = _suffix(path)
     arrays: dict[str, Any] | None = None if suffix == ".json" else {}
     data = {"format": FORMAT, "value": _Writer(arrays).plain(value)}
@@ -59,7 +65,7 @@ def save(value: Value, path: str | os.PathLike[str]) -> None:
 
 
 def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - whatever was saved
-    """The value that ``save`` wrote; raises HoldfastError for any other file."""
+    """Read the value that ``save`` wrote; raise HoldfastError for any other file."""
     suffix = _suffix(path)
     with located(str(path)):
         try:
@@ -87,7 +93,7 @@ def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - whatever was sa
 
 
 def to_dict(value: Any) -> Any:  # noqa: ANN401 - anything that a value holds
-    """Plain data for JSON: arrays as lists, infinity as the text "inf", values as dicts of their fields."""
+    """Return plain data for JSON: arrays as lists, infinity as the text "inf", values as dicts of their fields."""
     if isinstance(value, Enum):
         return value.value
     if isinstance(value, float | np.floating):
@@ -111,7 +117,7 @@ def to_dict(value: Any) -> Any:  # noqa: ANN401 - anything that a value holds
 
 
 class _Writer:
-    """Plain data of values; whatever is not plain becomes a dict with one key that begins with $.
+    """Converts values to plain data. An object that is not plain becomes a dict whose first key begins with $.
 
     For a .npz file arrays go into ``arrays``, named after where they stand in the value: ``inner.0`` is the first part
     of ``inner``.
@@ -147,18 +153,18 @@ class _Writer:
         return self.shared(item)
 
     def parts(self, items: Iterable[Any]) -> list[Any]:
-        """Plain data of each part, which is named by its number."""
+        """Convert each part to plain data; its name is its number."""
         return [self.at(str(k), part) for k, part in enumerate(items)]
 
     def at(self, name: str, item: Any) -> Any:  # noqa: ANN401
-        """Plain data of what stands at that name within what is being written."""
+        """Convert the part with this name to plain data, keeping track of its place in the value."""
         self.place.append(name)
         data = self.plain(item)
         self.place.pop()
         return data
 
     def shared(self, item: Any) -> Any:  # noqa: ANN401
-        """Arrays and values, which others may refer to."""
+        """Convert an array or a value, or refer to it if it was already written."""
         if id(item) in self.seen:
             return {"$same": self.seen[id(item)]}
         self.seen[id(item)] = len(self.kept)
@@ -191,7 +197,7 @@ class _Writer:
 
 
 class _Reader:
-    """Values from plain data."""
+    """Restores values from plain data."""
 
     def __init__(self, arrays: Mapping[str, Any]) -> None:
         self.arrays = arrays

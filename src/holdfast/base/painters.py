@@ -1,11 +1,11 @@
 """Pictures of answers, drawn by painters that higher floors register here.
 
-An answer knows that it can be drawn, not how: ``queries`` and ``applications`` lie below ``report`` and ``view`` and
-import neither. So a painter is registered by the class of what it draws and the suffix of the file that it writes, and
-``answer.save_png(path)`` looks it up here. Drawing is heavy to import, and ``import holdfast`` is light: the package's
-own ``__init__``, which stands above all floors, tells ``painters_come_from`` a function that imports the painters, and
-it is called when the first picture is wanted. Nothing is looked up by a module's name in a text: every import can be
-seen by the test of the floors, and whoever uses the floors without ``holdfast/__init__`` may register painters.
+An answer does not know how it is drawn: ``queries`` and ``applications`` lie below ``report`` and ``view`` and import
+neither. A painter is therefore registered for a class of answers and a file suffix, and ``answer.save_png(path)`` looks
+it up here. Drawing libraries are slow to import, but ``import holdfast`` has to be fast. ``holdfast/__init__``, which
+stands above all floors, therefore gives ``painters_come_from`` a function that imports the painters, and this function
+is called when the first picture is drawn. No module is looked up by its name in a string: the test of the floors can
+see every import, and code that uses the floors without ``holdfast/__init__`` can register painters of its own.
 """
 
 from __future__ import annotations
@@ -24,17 +24,20 @@ _SOURCES: list[Callable[[], object]] = []
 
 
 def register_painter(kind: type, suffix: str, painter: Painter) -> None:
-    """``painter(answer, path, **options)`` draws answers of class ``kind`` into files that end in ``suffix``."""
+    """Register ``painter(answer, path, **options)`` to draw answers of class ``kind`` into files with this suffix."""
     _PAINTERS[kind, suffix] = painter
 
 
 def painters_come_from(source: Callable[[], object]) -> None:
-    """Call ``source``, which registers painters, when a picture is wanted for the first time."""
+    """Have ``source``, a function that registers painters, called when the next picture is drawn."""
     _SOURCES.append(source)
 
 
 def paint(answer: object, path: str | os.PathLike[str], suffix: str, **options: Any) -> None:  # noqa: ANN401
-    """Draw an answer into the file at ``path``, which has to end in ``suffix``; ``options`` are the painter's."""
+    """Draw an answer into the file at ``path``, which has to end in ``suffix``.
+
+    ``options`` are passed to the painter. Raises HoldfastError for another suffix or if no painter is registered.
+    """
     while _SOURCES:
         _SOURCES[0]()
         _SOURCES.pop(0)

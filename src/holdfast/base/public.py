@@ -1,4 +1,4 @@
-"""What every value that users are handed can do: be saved, become plain data, show itself at a glance."""
+"""The base class of answers that users receive: they can be saved, turned into plain data, and summarised."""
 
 from __future__ import annotations
 
@@ -11,14 +11,18 @@ from typing import Any
 from holdfast.base.archive import save, to_dict
 from holdfast.base.values import LONGEST, Value, cut, items_of, seal
 
-MOST_ROWS = 12  # of a summary
-LONGEST_CELL = 160  # characters
-LARGEST_PAGE = 9_000  # characters
+MOST_ROWS = 12  # largest number of rows of each table that a summary shows
+LONGEST_CELL = 160  # largest number of characters in a cell of a table
+LARGEST_PAGE = 9_000  # largest number of characters of the HTML of a summary
 
 
 @dataclass(frozen=True)
 class Summary:
-    """An answer at a glance: a ``headline``, ``facts`` (name, text), a table of ``rows`` under ``heads``, ``notes``."""
+    """A short summary of an answer.
+
+    It has a ``headline``, ``facts`` as pairs (name, text), a table of ``rows`` with the column titles ``heads``, and
+    ``notes``.
+    """
 
     headline: str
     facts: Sequence[tuple[str, str]] = ()
@@ -28,21 +32,27 @@ class Summary:
 
 
 class PublicValue(Value):
-    """A value that answers a question of a user: declare ``eq=False, repr=False`` with its frozen dataclass."""
+    """Base class of the answers that users receive.
+
+    A subclass is a frozen dataclass declared with ``eq=False, repr=False``. Its arrays are made read-only.
+    """
 
     def __post_init__(self) -> None:
         seal(self)
 
     def summary(self) -> Summary:
-        """The answer at a glance."""
+        """Return a short summary of the answer."""
         return Summary(", ".join(name for name, _ in items_of(self)))
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data that every JSON writer takes: arrays are lists, infinity is the text "inf"."""
+        """Return plain data that every JSON writer accepts: arrays become lists, infinity becomes the text "inf"."""
         return {name: to_dict(item) for name, item in items_of(self)}
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the answer to a .json or .npz file without loss; ``holdfast.load_answer`` reads it back."""
+        """Write the answer to a .json or .npz file without loss. ``holdfast.load_answer`` reads it back.
+
+        Raises HoldfastError for any other suffix or if the file cannot be written.
+        """
         save(self, path)
 
     def __repr__(self) -> str:
@@ -50,12 +60,15 @@ class PublicValue(Value):
         return f"{type(self).__name__}({cut(headline, LONGEST)})"
 
     def _repr_html_(self) -> str:
-        """For notebooks: headline, facts, a few rows and notes, as a small page without scripts."""
+        """Return the summary for notebooks: headline, facts, a few rows and notes as HTML without scripts."""
         return as_html(type(self).__name__, self.summary())
 
 
 def as_html(kind: str, summary: Summary) -> str:
-    """A small page: every text is escaped and cut to a sensible length, rows are left out where it would grow large."""
+    """Return a summary as a small piece of HTML.
+
+    Every text is escaped and cut to a sensible length. Rows are left out if the HTML would become too large.
+    """
     head = f"<b>{html.escape(kind)}</b> {html.escape(cut(summary.headline, 2 * LONGEST_CELL))}"
     left = LARGEST_PAGE - len(head)
     tables = []
@@ -82,6 +95,6 @@ def _cell(text: str) -> str:
 
 
 def number(value: float, unit: str = "") -> str:
-    """A number for people: four digits, ∞ for infinity."""
+    """Return a number as text for people, with four significant digits, ∞ for infinity, and its unit."""
     text = "∞" if value == float("inf") else f"{value:.4g}"
     return f"{text} {unit}".rstrip()

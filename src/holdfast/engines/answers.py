@@ -1,4 +1,4 @@
-"""The one table that every engine answers with and every result holds."""
+"""The table of answers that every engine returns and every result holds."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ COLUMNS = ("force", "lower", "upper", "status", "mechanism", "solved", "error")
 class Claim(StrEnum):
     """What an engine's answer promises."""
 
-    EXISTS = auto()  # an equilibrium exists up to the answer, none does above it
-    HOLDS = auto()  # elastic contacts with Coulomb friction rest up to the answer
+    EXISTS = auto()  # an equilibrium exists up to the answer, and none exists above it
+    HOLDS = auto()  # elastic contacts with Coulomb friction stay at rest up to the answer
     ESTIMATED = auto()  # the method of Nadeau & Kelly: neither a lower nor an upper bound
 
 
@@ -33,9 +33,9 @@ class Claim(StrEnum):
 class Bound(StrEnum):
     """How a bound of the true answer is known."""
 
-    PROVED = auto()  # by a certificate that was checked, widened by what the check left over
-    ESTIMATED = auto()  # by an estimate of all errors, with a margin
-    NONE = auto()  # it is no bound of the true answer
+    PROVED = auto()  # a certificate proves it; the bound is widened by the residual found when checking the certificate
+    ESTIMATED = auto()  # it follows from an estimate of all errors, with a margin
+    NONE = auto()  # the value is not a bound of the true answer
 
 
 WEAKEST_FIRST = (Bound.NONE, Bound.ESTIMATED, Bound.PROVED)
@@ -44,21 +44,25 @@ WEAKEST_FIRST = (Bound.NONE, Bound.ESTIMATED, Bound.PROVED)
 @archived
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Answers(Value):
-    """For each of n loads: the largest ``force`` before something moves, with bounds, and what gives way.
+    """A table that gives, for each of n loads, the largest force before something moves, its bounds and the mechanism.
 
-    Columns, all of length n and read-only:
+    The columns are read-only and have length n:
 
-    ``force`` is the factor by which a load may be multiplied: newtons for loads of 1 N, m/s² for those of an
-    acceleration of 1 m/s². ``lower <= force <= upper`` bound the true factor as far as the engine can promise;
-    ``status`` is FINITE, INFINITE (force inf: no such load moves anything), UNSTABLE (force 0: it does not stand
-    anyway) or UNDECIDED (force 0: not known). ``mechanism`` tells how bodies begin to move (None where nothing gives
-    way), ``moving`` which (names), ``mode`` in what way ("slip", "topple", "mixed", "none"). Where ``solved`` is false
-    the answer was carried over from neighbouring loads; ``error`` is how far the force may then be off, relative (0
-    where solved).
+    - ``force``: the largest factor by which the load may be multiplied. It is in newtons for loads of 1 N, and in m/s²
+      for the inertial loads of an acceleration of 1 m/s².
+    - ``lower`` and ``upper``: bounds of the true factor, ``lower <= force <= upper``. ``lower_bound`` and
+      ``upper_bound`` say how far they can be trusted.
+    - ``status``: FINITE; INFINITE (force inf: no multiple of the load moves anything); UNSTABLE (force 0: the assembly
+      does not stand even without the load); or UNDECIDED (force 0: the answer is not known).
+    - ``mechanism``: how bodies begin to move, or None where nothing gives way. ``moving`` gives the names of the
+      moving bodies, and ``mode`` is "slip", "topple", "mixed" or "none".
+    - ``solved``: False where the answer was interpolated between neighbouring loads.
+    - ``error``: the relative error that ``force`` may have because of the interpolation; 0 where ``solved``.
 
-    For the whole table: the name of the ``engine``, its ``claim``, how ``lower_bound`` and ``upper_bound`` are known (a
-    single row without a bound has lower 0 or upper inf, which is true in any case), ``notes`` on simplifications, and
-    the ``verdict`` on the assembly under the standing loads alone.
+    The other fields hold for the whole table: the name of the ``engine``; its ``claim``; how ``lower_bound`` and
+    ``upper_bound`` are known; ``notes`` on the simplifications made; and the ``verdict`` on the assembly under its
+    weight and the standing loads alone. A single row without a bound has lower 0 or upper inf, which is always true.
+    Columns of different lengths raise HoldfastError.
     """
 
     force: Float
@@ -100,7 +104,11 @@ class Answers(Value):
         upper_bound: Bound = Bound.NONE,
         notes: Sequence[str] = (),
     ) -> Answers:
-        """A table from what an engine found; without bounds they are 0 and inf, and all rows are solved unless told."""
+        """Build a table from what an engine found.
+
+        If ``lower`` or ``upper`` is not given, it is filled with 0 or inf. If ``solved`` or ``error`` is not given, all
+        rows count as solved, with error 0.
+        """
         count = len(force)
         return cls(
             force=force,
@@ -120,7 +128,10 @@ class Answers(Value):
 
     @classmethod
     def not_standing(cls, count: int, *, verdict: Verdict, **known: Any) -> Answers:  # noqa: ANN401 - those of ``of``
-        """Force 0 in ``count`` rows: the assembly does not stand, or it is not known whether it does."""
+        """Build a table of ``count`` rows with force 0, for an assembly that does not stand or may not stand.
+
+        The status is UNSTABLE if the verdict is, else UNDECIDED. ``known`` are further arguments of ``of``.
+        """
         status = Status.UNSTABLE if verdict.status is Status.UNSTABLE else Status.UNDECIDED
         upper = np.zeros(count) if status is Status.UNSTABLE else np.full(count, np.inf)
         told = [verdict.mechanism] * count
@@ -133,7 +144,7 @@ class Answers(Value):
 
     @cached_property
     def moving(self) -> Objects:
-        """(n,) names of the bodies that begin to move."""
+        """(n,) tuples of the names of the bodies that begin to move; empty where nothing gives way."""
         return objects([() if m is None else m.moving for m in self.mechanism])
 
     @cached_property
@@ -142,18 +153,25 @@ class Answers(Value):
         return objects(["none" if m is None else m.mode for m in self.mechanism])
 
     def rows(self, which: Int | Bool | slice) -> Answers:
-        """Some rows of the table."""
+        """Return the table with these rows only, given as numbers, as a mask (n,) or as a slice."""
         return replace(self, **{name: getattr(self, name)[which] for name in COLUMNS})
 
     def bounded_by(self, other: Answers) -> Answers:
-        """The same with the upper bounds of ``other`` where those are lower, known as those are."""
+        """Return this table with the smaller upper bound of the two tables in every row.
+
+        ``upper_bound`` is then that of ``other``. Raises HoldfastError if the tables differ in length.
+        """
         if len(other) != len(self):
             raise HoldfastError(message("answers", f"{len(other)} bounds for {len(self)} rows", "bound every row"))
         return replace(self, upper=np.minimum(self.upper, other.upper), upper_bound=other.upper_bound)
 
 
 def joined(parts: Sequence[Answers]) -> Answers:
-    """The rows of all parts, in their order; they answer for one assembly, whose verdict and notes are the first's."""
+    """Join tables that answer for the same assembly into one, with the rows of all parts in order.
+
+    ``verdict``, ``notes``, ``engine`` and ``claim`` are those of the first part. ``lower_bound`` and ``upper_bound``
+    are the weakest of all parts. Raises HoldfastError if there are no parts.
+    """
     if not parts:
         raise HoldfastError(message("answers", "there are none to join", "give at least one table"))
     columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS}

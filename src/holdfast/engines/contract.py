@@ -1,4 +1,8 @@
-"""What every engine takes and gives: ``prepare(assembly)``, then ``verdict()`` and ``load_factor(W)`` of the state."""
+"""The contract that every engine fulfils.
+
+``Engine.prepare(assembly)`` returns a ``State``. ``State.verdict()`` says whether the assembly stands, and
+``State.load_factor(W)`` gives the largest factor of every load in W.
+"""
 
 from __future__ import annotations
 
@@ -13,15 +17,15 @@ from holdfast.engines.verdict import Verdict
 
 @dataclass(frozen=True)
 class Exact:
-    """Every load is answered on its own, with all bounds that the engine has."""
+    """Accuracy: every load is solved on its own, and all bounds that the engine can give are computed."""
 
 
 @dataclass(frozen=True)
 class Within:
-    """Loads on one body may share work, within a relative ``gap``.
+    """Accuracy: answers for loads on one body may share work, as long as they stay within the relative ``gap`` > 0.
 
-    An engine that proves both bounds may stop at (upper - lower) / upper <= gap; one that does not may carry answers
-    over between neighbouring loads with about that relative error.
+    An engine that proves both bounds may stop as soon as (upper - lower) / upper <= gap. An engine without proved
+    bounds may interpolate between neighbouring loads, with an expected relative error of about ``gap``.
     """
 
     gap: float
@@ -32,7 +36,7 @@ class Within:
 
 @dataclass(frozen=True)
 class ForcesOnly:
-    """Every load is answered on its own; bounds that take further work are not wanted."""
+    """Accuracy: every load is solved on its own, and bounds that take further work are left out."""
 
 
 Accuracy: TypeAlias = Exact | Within | ForcesOnly
@@ -41,35 +45,48 @@ EXACT, FORCES_ONLY = Exact(), ForcesOnly()
 
 
 class State(Protocol):
-    """An engine made ready for one assembly under given standing loads; factors are shared by all queries."""
+    """An engine prepared for one assembly under given standing loads.
+
+    All queries share what was computed once during the preparation, such as the state of rest.
+    """
 
     def verdict(self) -> Verdict:
-        """Whether the assembly stands under its weight and the standing loads."""
+        """Say whether the assembly stands under its weight and the standing loads."""
         ...
 
     def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
-        """For each column of W (6J, n), wrenches on the movable bodies: the largest factor before motion."""
+        """Find the largest factor of each load before something moves.
+
+        Each column of W (6J, n) is one load: the wrenches (force [N], torque [N m]) on the J movable bodies, about
+        their centres of mass and along the world axes. It acts in addition to the weight and the standing loads.
+        Row k of the result answers for column k.
+        """
         ...
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Simplifications that the answers rest on, in plain words."""
+        """The simplifications that the answers rest on, in plain words."""
         ...
 
 
 class Engine(Protocol):
-    """A method with its options."""
+    """A method of computing answers, together with its options."""
 
     @property
     def name(self) -> str:
-        """Its name, as in ``engine="graph"``."""
+        """The name of the engine, as in ``engine="graph"``."""
         ...
 
     @property
     def claim(self) -> Claim:
-        """What its answers promise."""
+        """What the answers of this engine promise."""
         ...
 
     def prepare(self, assembly: Assembly, standing: Float | None = None, acceleration: Float | None = None) -> State:
-        """Ready the engine; ``standing`` (6J,) wrenches act besides weight, on a support with ``acceleration`` (3,)."""
+        """Prepare the engine for one assembly.
+
+        ``standing`` (6J,) are wrenches [N, N m] on the movable bodies that act all the time, in addition to the weight.
+        They are about the centres of mass and along the world axes; None means no such loads. ``acceleration`` (3,)
+        [m/s²] is that of the support, along the world axes; None means a support at rest.
+        """
         ...

@@ -1,4 +1,4 @@
-"""Mechanisms: how bodies begin to move, as data; in words, and with the contacts that slide or open, on demand."""
+"""Mechanisms: how bodies begin to move, as twists and, on demand, in words."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from holdfast.base.arrays import Float
 from holdfast.base.rigid import shift_twist
 from holdfast.base.values import Value, seal
 
-AT_REST = 1e-6  # velocities below this share of the largest count as rest
+AT_REST = 1e-6  # speed, relative to the largest, below which something counts as at rest
 
 Mode = Literal["slip", "topple", "mixed", "none"]
 
@@ -23,10 +23,11 @@ Mode = Literal["slip", "topple", "mixed", "none"]
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
 class Kinematics(Value):
-    """Where bodies and contacts are: what it takes to put a motion into words, shared by all mechanisms of one state.
+    """The bodies and contact nodes that are needed to put a motion into words. All mechanisms of one state share them.
 
-    ``names`` of the J movable bodies with their centres of mass ``com`` (J, 3) [m]; ``size`` of the assembly [m];
-    ``pairs`` names the two bodies of every interface that ``nodes`` lie on.
+    ``names`` are those of the J movable bodies, and ``com`` (J, 3) [m] their centres of mass in the world frame.
+    ``size`` [m] is that of the assembly. ``pairs`` gives the names of the two bodies of every interface, and ``nodes``
+    are the contact nodes on these interfaces.
     """
 
     names: tuple[str, ...]
@@ -40,7 +41,7 @@ class Kinematics(Value):
 
     @classmethod
     def of(cls, assembly: Assembly, nodes: ContactNodes) -> Kinematics:
-        """Those of an assembly with these contact nodes."""
+        """Return the kinematics of an assembly with these contact nodes."""
         return cls(
             names=tuple(body.name for body in assembly.movable),
             com=assembly.com,
@@ -53,11 +54,13 @@ class Kinematics(Value):
 @archived
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Mechanism(Value):
-    """How bodies begin to move: ``twists`` (J, 6) velocities of all movable bodies about their centres of mass.
+    """The motion with which bodies begin to move.
 
-    Scaled so that the fastest point of the assembly's extent moves at about 1; zero for bodies at rest. ``moving``
-    names the others, ``mode`` says whether contacts slide, open or both. ``dual``: contacts that slide also rise, by μ
-    times as much, as in the dual motions of engine ``limit``. ``text`` tells the motion of each group of bodies.
+    ``twists`` (J, 6) are the twists of all movable bodies about their centres of mass, along the world axes. They are
+    scaled so that the fastest body has |velocity| + size |angular velocity| = 1, with the size of the assembly.
+    ``moving`` gives the names of the bodies that move, and ``mode`` says whether contacts slide, open or both. If
+    ``dual`` is True, this is a dual motion like those of engine ``limit``: a contact that slides by |u_t| also opens by
+    μ |u_t|. ``text`` describes the motion of each group of bodies and names the contacts that slide or open.
     """
 
     moving: tuple[str, ...]
@@ -71,17 +74,20 @@ class Mechanism(Value):
 
     @cached_property
     def text(self) -> str:
-        """The motion in words, composed when asked for: maps hold thousands of mechanisms that nobody reads."""
+        """The motion in words, composed on demand: maps hold thousands of mechanisms that nobody reads."""
         return "; ".join(_groups(self) + _contacts(self))
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data for JSON: the motion and its words."""
+        """Return the motion and its description in words, as plain data for JSON."""
         names = ("moving", "twists", "mode", "text")
         return {name: to_dict(getattr(self, name)) for name in names}
 
 
 def relative_velocity(nodes: ContactNodes, com: Float, twists: Float) -> Float:
-    """(I, 3) velocity (u_n, u_t1, u_t2) of body b against body a at every node: u = Gᵀ q."""
+    """Return the velocity (I, 3) of body b relative to body a at every node, along (normal, t1, t2): u = Gᵀ q.
+
+    ``com`` (J, 3) [m] are the centres of mass, about which ``twists`` (J, 6) are taken, all in the world frame.
+    """
     velocity = np.zeros((len(nodes), 3))
     for body, sign in ((nodes.b, 1.0), (nodes.a, -1.0)):
         free = np.flatnonzero(body >= 0)
@@ -91,9 +97,10 @@ def relative_velocity(nodes: ContactNodes, com: Float, twists: Float) -> Float:
 
 
 def modes_of(velocities: Float, mu: Float) -> list[Mode]:
-    """Whether contacts slide, open or both, from relative velocities (k, I, 3) of k dual motions.
+    """Say for each of k motions whether contacts slide, open or both, from relative velocities (k, I, 3).
 
-    There a contact that slides also rises, by u_n = μ |u_t|: only what opens faster than that opens in earnest.
+    In a dual motion, a contact that slides also opens by u_n = μ |u_t|. It therefore counts as opening only if it opens
+    faster than that. For motions without dilatancy, ``mu`` (I,) has to be 0.
     """
     sliding = np.sqrt((velocities[:, :, 1:] ** 2).sum(2))
     speed = np.sqrt(velocities[:, :, 0] ** 2 + sliding**2)
@@ -110,7 +117,7 @@ def modes_of(velocities: Float, mu: Float) -> list[Mode]:
 
 
 def describe(kinematics: Kinematics, twists: Float, mode: Mode, *, dual: bool) -> Mechanism:
-    """The mechanism of twists (J, 6), scaled to its fastest body; ``dual`` ones rise by μ where they slide."""
+    """Return the mechanism of ``twists`` (J, 6), scaled to the fastest body. ``dual`` is as in ``Mechanism``."""
     speeds = np.sqrt((twists[:, :3] ** 2).sum(1)) + kinematics.size * np.sqrt((twists[:, 3:] ** 2).sum(1))
     top = speeds.max(initial=0)
     scaled = twists / top if top > 0 else twists
@@ -119,7 +126,7 @@ def describe(kinematics: Kinematics, twists: Float, mode: Mode, *, dual: bool) -
 
 
 def _groups(motion: Mechanism) -> list[str]:
-    """In words, how each group of bodies that move as one does so."""
+    """Describe in words the motion of each group of bodies that move as one rigid body."""
     com, size = motion.kinematics.com, motion.kinematics.size
     number = {name: k for k, name in enumerate(motion.kinematics.names)}
     groups: list[tuple[list[str], Float]] = []
@@ -139,7 +146,7 @@ def _groups(motion: Mechanism) -> list[str]:
 
 
 def _contacts(motion: Mechanism) -> list[str]:
-    """In words, which contacts slide and which open."""
+    """Name in words the contacts that slide and the contacts that open."""
     nodes = motion.kinematics.nodes
     velocity = relative_velocity(nodes, motion.kinematics.com, motion.twists)
     fastest = max(float(np.abs(velocity).max(initial=0)), 0.01)  # all nodes may lie on the axis of the motion
@@ -159,7 +166,7 @@ def _listed(names: list[str]) -> str:
 
 
 def _motion(twist: Float, size: float, plural: bool) -> str:
-    """Words for a twist (6,) about the world origin."""
+    """Describe in words a twist (6,) about the world origin; ``plural`` if it is that of several bodies."""
     s = "" if plural else "s"
     velocity, spin = twist[:3], twist[3:]
     rate = float(np.linalg.norm(spin))

@@ -1,4 +1,4 @@
-"""The assembly at rest: nodes, contact forces and the verdict that follows from them, with its evidence."""
+"""The assembly at rest: contact nodes, contact forces, and the verdict with its evidence."""
 
 from __future__ import annotations
 
@@ -16,13 +16,16 @@ from holdfast.engines.forces import ACCEPTED_RESIDUAL, ForceSolution, solve_forc
 from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of, relative_velocity
 from holdfast.engines.verdict import Certificate, ContactForces, Status, Verdict
 
-CERTIFIED = 1e-6  # a certificate may leave the dual cone by this share of its fastest velocity
-NO_DILATANCY = 1e-6  # share of energy below which no force comes from dilatancy
+CERTIFIED = 1e-6  # largest violation of the dual cone by an accepted certificate, relative to its fastest point
+NO_DILATANCY = 1e-6  # ``ForceSolution.dilatancy`` up to which no force counts as caused by dilatancy
 
 
 @dataclass(frozen=True, eq=False)
 class Rest:
-    """Nodes with their forces (I, 3), local, [N] (zero where the assembly does not stand), and the verdict."""
+    """The contact nodes, the contact forces at rest, and the verdict.
+
+    ``forces`` (I, 3) [N] are along the local axes of each node, and zero if the assembly does not stand.
+    """
 
     nodes: ContactNodes
     forces: Float
@@ -30,10 +33,10 @@ class Rest:
 
 
 def find_rest(assembly: Assembly, wrench: Float, nodes: ContactNodes | None = None, cone: FrictionCone = EXACT) -> Rest:
-    """Solve for contact forces on ``nodes`` (None: all corners of all patches) that balance ``wrench`` (6J,).
+    """Find contact forces at ``nodes`` that balance ``wrench`` (6J,) [N, N m], and the verdict that follows.
 
-    Where given nodes carry no equilibrium the corners of the patches decide: they can carry whatever the whole
-    patches can.
+    If ``nodes`` is None, the nodes are all corners of all patches. If there is no equilibrium on the given nodes, the
+    corners of the patches decide, because they can carry every load that the whole patches can carry.
     """
     given = nodes is not None
     nodes = contact_nodes(assembly, 4, "corners") if nodes is None else nodes
@@ -62,7 +65,7 @@ def find_rest(assembly: Assembly, wrench: Float, nodes: ContactNodes | None = No
 
 
 def contact_forces(assembly: Assembly, nodes: ContactNodes, forces: Float) -> ContactForces:
-    """Local forces (I, 3) [N] as a result."""
+    """Return local forces (I, 3) [N] as the ``ContactForces`` of a verdict, in the world frame."""
     tangential = np.linalg.norm(forces[:, 1:], axis=1)
     limit = nodes.mu * forces[:, 0]
     loaded = forces[:, 0] > 1e-9 * max(assembly.weight, 1e-300)
@@ -89,12 +92,12 @@ def _stable(assembly: Assembly, nodes: ContactNodes, forces: Float, residual: fl
 
 
 def undecided(reason: str, *, mechanism: Mechanism | None = None, certificate: Certificate | None = None) -> Verdict:
-    """No verdict, and why."""
+    """Return an UNDECIDED verdict with its reason."""
     return Verdict(status=Status.UNDECIDED, reason=reason, mechanism=mechanism, certificate=certificate)
 
 
 def unstable(reason: str, mechanism: Mechanism, certificate: Certificate) -> Verdict:
-    """No equilibrium exists, and the motion that proves it."""
+    """Return an UNSTABLE verdict: no equilibrium exists, as the motion and its certificate prove."""
     return Verdict(
         status=Status.UNSTABLE,
         reason=reason,
@@ -110,7 +113,10 @@ def _trouble(solution: ForceSolution) -> str:
 
 
 def _hanging(assembly: Assembly, nodes: ContactNodes, wrench: Float) -> Verdict:
-    """Bodies without a chain of contacts to a fixed body fall, unless they touch in a way that was not modelled."""
+    """Return the verdict on bodies that no chain of contacts connects to a fixed body.
+
+    They fall, so the assembly is UNSTABLE. It is UNDECIDED if they touch others in a way that is not modelled.
+    """
     twists = np.zeros((len(assembly.movable), 6))
     texts = []
     for group in assembly.hanging:
@@ -147,7 +153,7 @@ def _loose(assembly: Assembly, group: tuple[str, ...]) -> str:
 
 
 def _falls(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float) -> Verdict:
-    """UNSTABLE if the motion of the certificate really is one against which no contact can resist."""
+    """Return UNSTABLE if no contact can resist the motion ``twists`` (J, 6), checked anew; else UNDECIDED."""
     velocity = relative_velocity(nodes, assembly.com, twists)
     mode = modes_of(velocity[None], nodes.mu)[0]
     mechanism = describe(Kinematics.of(assembly, nodes), twists, mode, dual=True)
@@ -166,7 +172,10 @@ def _falls(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float
 
 
 def doubt_of(assembly: Assembly, twists: Float) -> str:
-    """Contacts outside the model that the motion would load: a reason not to call it a collapse."""
+    """Name a pair of bodies that the motion would press together at a contact outside the model, or return "".
+
+    Such a contact may stop the motion ``twists`` (J, 6), so the motion proves no collapse.
+    """
     joined = {frozenset(interface.bodies) for interface in assembly.interfaces}
     overlapping = [o.bodies for o in assembly.overlaps if frozenset(o.bodies) not in joined]
     still = np.zeros(6)

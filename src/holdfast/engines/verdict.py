@@ -1,4 +1,4 @@
-"""Whether an assembly stands, why, and which forces its contacts carry."""
+"""Verdicts: whether an assembly stands, why, and which forces its contacts carry."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ from holdfast.engines.mechanism import Mechanism
 
 @archived
 class Status(StrEnum):
-    """The kind of an answer: of a verdict (the first three) or of one query (the last four)."""
+    """The kind of an answer.
+
+    A verdict is STABLE, UNSTABLE or UNDECIDED. A query is FINITE, INFINITE, UNSTABLE or UNDECIDED.
+    """
 
     STABLE = auto()
     UNSTABLE = auto()
@@ -27,12 +30,12 @@ class Status(StrEnum):
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactForces(Value):
-    """Contact forces at rest.
+    """The contact forces at the I contact nodes of an assembly at rest. All vectors are in the world frame.
 
-    At ``points`` (I, 3) [m] of ``interface`` (I,), ``force`` (I, 3) [N] acts on the interface's second body and minus
-    it on the first; ``normal`` (I, 3) points into the second body.
-
-    ``usage`` (I,) is |f_t| / (μ f_n), the share of friction in use (0 at nodes without force).
+    ``points`` (I, 3) [m] are the nodes, and ``interface`` (I,) the number of the interface that each lies on. ``force``
+    (I, 3) [N] acts on the second body of the interface, and its negative on the first. ``normal`` (I, 3) is the unit
+    normal that points into the second body. ``usage`` (I,) is |f_t| / (μ f_n), the share of the friction limit in use;
+    it is 0 at nodes without force.
     """
 
     points: Float
@@ -48,10 +51,11 @@ class ContactForces(Value):
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
 class Certificate(Value):
-    """Proof that no equilibrium exists (Farkas): a motion of the mechanism that gains ``power`` [W at its scale].
+    """Proof that no equilibrium exists (Farkas' lemma): a motion that gains power and that no contact can resist.
 
-    Along it no contact can resist: the relative velocity at every corner of every patch lies in the dual of the
-    friction cone, u_n >= μ |u_t|, up to ``violation`` (relative to the fastest point of the motion).
+    The motion is that of the verdict's mechanism. ``power`` [W] is the power of the loads along it, at the scale of the
+    mechanism. At every corner of every patch the relative velocity lies in the dual of the friction cone,
+    u_n >= μ |u_t|, except for ``violation``, which is relative to the fastest point of the motion.
     """
 
     power: float
@@ -61,12 +65,15 @@ class Certificate(Value):
 @archived
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Verdict(Value):
-    """Whether the assembly stands, and why.
+    """The answer to whether an assembly stands, with the evidence for it.
 
-    ``status`` STABLE, UNSTABLE or UNDECIDED, with ``reason`` in words. ``equilibrium_exists`` True or False with
-    evidence, None if unknown. ``self_stress`` False where the forces need none, None where that was not settled.
-    ``forces`` the contact forces where it stands; ``residual`` their equilibrium error over the total weight.
-    ``mechanism`` and ``certificate`` tell, where it does not stand, how bodies move and why no contact can prevent it.
+    - ``status``: STABLE, UNSTABLE or UNDECIDED, explained by ``reason`` in words.
+    - ``equilibrium_exists``: True or False if there is evidence, None if it is not known.
+    - ``self_stress``: False if the equilibrium needs no self-stress, True if it does, None if that was not settled.
+    - ``forces``: the contact forces if the assembly stands. ``residual`` is their equilibrium error, relative to the
+      total weight.
+    - ``mechanism``: how bodies move if the assembly does not stand. ``certificate`` proves that no contact can
+      prevent it.
     """
 
     status: Status

@@ -1,4 +1,4 @@
-"""Engine ``compliant`` made ready for one assembly: standing, or not."""
+"""The states of engine ``compliant``: an assembly that stands, or one whose loads have no load path."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.verdict import Status, Verdict
 
 NAME, CLAIM = "compliant", Claim.HOLDS
-MANY = 40  # columns on one body from which on it pays to interpolate
+MANY = 40  # smallest number of columns on one body for which interpolation pays off
 STATUS = {
     PathOutcome.PEAK: Status.FINITE,
     PathOutcome.ENDLESS: Status.INFINITE,
@@ -28,21 +28,25 @@ STATUS = {
 
 @dataclass(frozen=True, eq=False)
 class Unpushable:
-    """An assembly without a state of rest on elastic contacts at which load paths could begin."""
+    """An assembly without a known state of rest on elastic contacts, so that no load path can start."""
 
     decided: Verdict
 
     def verdict(self) -> Verdict:
-        """Whether the assembly comes to rest."""
+        """Say whether the assembly comes to rest."""
         return self.decided
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """None: what the answers rest on is their claim."""
+        """No notes: the claim of the engine already states what the answers rest on."""
         return ()
 
     def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
-        """For each column of W (6J, n): undecided, unless the assembly does not stand or the column is zero."""
+        """Answer for each column of W (6J, n) without a load path.
+
+        All rows have force 0 if the assembly does not stand or may not stand. Otherwise a column is UNDECIDED, or
+        INFINITE if it is zero.
+        """
         if self.decided.status is not Status.STABLE:
             return Answers.not_standing(W.shape[1], engine=NAME, claim=CLAIM, verdict=self.decided)
         loaded = _loaded(W)
@@ -51,31 +55,32 @@ class Unpushable:
 
 @dataclass(frozen=True, eq=False)
 class Standing:
-    """An assembly at rest on elastic contacts: all load paths begin there."""
+    """An assembly at rest on elastic contacts. All load paths start at this state of rest."""
 
     decided: Verdict
     refined: Refined
 
     @property
     def grid(self) -> Grid:
-        """The nodes that answers come from unless they are too coarse."""
+        """The grid from which answers are taken unless it is too coarse."""
         return self.refined.grid
 
     def verdict(self) -> Verdict:
-        """Whether the assembly comes to rest."""
+        """Say that the assembly comes to rest, with the contact forces."""
         return self.decided
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """None: what the answers rest on is their claim."""
+        """No notes: the claim of the engine already states what the answers rest on."""
         return ()
 
     def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
-        """For each column of W (6J, n) the peak of its load path; ``lower`` is that less the discretisation estimate.
+        """Find the peak of the load path of each column of W (6J, n) [N, N m].
 
-        ``Within`` a gap MANY columns on one body are interpolated between paths (interpolated.py) with expected errors
-        of at most that: ``lower`` then also lies below what the stated error allows.
-        With ``ForcesOnly`` ``lower`` is 0, and no finer nodes are needed.
+        ``lower`` is the peak minus the estimated discretisation error. With ``Within(gap)``, MANY or more columns on
+        one body are interpolated between paths (interpolated.py), with expected relative errors of at most ``gap``;
+        ``lower`` then also allows for the stated interpolation error. With ``ForcesOnly``, ``lower`` is 0 and no finer
+        grid is needed.
         """
         loaded = _loaded(W)
         asked = W[:, loaded]
@@ -93,12 +98,12 @@ CompliantState: TypeAlias = Standing | Unpushable
 
 
 def _loaded(W: Float) -> Int:
-    """The numbers of the columns of W (6J, n) that are not zero."""
+    """Return the numbers of the columns of W (6J, n) that are not zero."""
     return np.flatnonzero(np.abs(W).max(axis=0, initial=0) > 0)
 
 
 def _answers(count: int, loaded: Int, columns: Columns, verdict: Verdict, accuracy: Accuracy) -> Answers:
-    """The answer for ``count`` columns: what is known of those that are ``loaded``, infinite for the rest."""
+    """Build the answers for ``count`` columns: ``columns`` for those that are ``loaded``, INFINITE for the others."""
     factor, lower, upper = np.full(count, np.inf), np.full(count, np.inf), np.full(count, np.inf)
     status = [Status.INFINITE] * count
     mechanisms: list[Mechanism | None] = [None] * count

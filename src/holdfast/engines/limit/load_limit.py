@@ -1,4 +1,4 @@
-"""The largest factor of one load, and what proves it."""
+"""The largest factor of one load, with the evidence that proves it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from holdfast.engines.verdict import Status
 
 @dataclass(frozen=True, eq=False)
 class LoadLimit:
-    """The largest ``factor`` of one load, with bounds and ``status``, and the evidence.
+    """The largest ``factor`` of one load, with its bounds ``lower`` and ``upper``, its ``status`` and the evidence.
 
     Finite: the dual ``twists`` (6J,) of the movable bodies, scaled so that the load does work at unit power, and
     ``proof`` (6J,), the same motion mended (repair.py) so that it proves ``upper`` and a cut for all other loads. Where

@@ -1,8 +1,8 @@
-"""The weakest answer over a box of masses and centres of mass: at one of its corners.
+"""The worst case over a box of masses and centres of mass, which is at one of the corners of the box.
 
-As the largest value of a cone program R is concave in the weights' wrench w_g, and w_g is affine in each mass and in
-each centre of mass while the others are held. A concave function is smallest at an end of an interval, so going from
-value to value the smallest R of the whole box is found at a corner.
+R is the largest value of a cone program, and therefore concave in the wrench of the weights w_g. This wrench is affine
+in each mass and in each centre of mass while the others are held. A concave function on an interval is smallest at an
+end of the interval. Applied to one value after another, this shows that R is smallest at a corner of the box.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from holdfast.engines.capabilities import Corner, Weakest
 from holdfast.engines.contract import State
 from holdfast.engines.verdict import Status
 
-MAX_CORNERS = 4096  # each takes a program of its own; twelve uncertain values
+MAX_CORNERS = 4096  # largest number of corners, that of twelve uncertain values; each corner takes a program of its own
 
 GUARANTEE = (
     "exact for engine limit: R grows with every friction coefficient, is concave in the weights' wrench, and that is "
@@ -35,10 +35,10 @@ _WEAKEST_FIRST = (Status.UNSTABLE, Status.UNDECIDED, Status.FINITE, Status.INFIN
 def weakest(
     assembly: Assembly, prepare: Callable[[Float], State], standing: Float, W: Float, corners: tuple[Corner, ...]
 ) -> Weakest:
-    """The smallest factor of each column of W (6J, n) over all ``corners``, and at which.
+    """Find the smallest value of the largest factor of each column of W (6J, n) over all ``corners``.
 
-    ``prepare`` readies the engine under the wrench (6J,) that acts besides the nominal weights; ``standing`` (6J,) is
-    what acts of it at every corner.
+    ``prepare`` prepares the engine under a wrench (6J,) that acts in addition to the nominal weights. ``standing``
+    (6J,) is the part of this wrench that is the same at every corner.
     """
     n = W.shape[1]
     lower, upper = np.full(n, np.inf), np.full(n, np.inf)
@@ -60,7 +60,11 @@ def weakest(
 def corners_of(
     assembly: Assembly, masses: Mapping[str, tuple[float, float]], coms: Mapping[str, Float], where: str
 ) -> tuple[Corner, ...]:
-    """All corners of the box of ``masses`` (low, high) [kg] and half widths ``coms`` (3,) [m] by body."""
+    """Return all corners of a box of masses and centres of mass, both keyed by body name.
+
+    ``masses`` are intervals (low, high) [kg], and ``coms`` are half widths (3,) [m] along the world axes around the
+    nominal centres of mass. ``where`` names the query in error messages. More than MAX_CORNERS raise HoldfastError.
+    """
     gravity = assembly.scene.gravity
     matters = [k for k in range(3) if np.linalg.norm(np.delete(gravity, k)) > 0]  # weight may slide along itself
     values: list[tuple[str, int, tuple[float, ...]]] = [
@@ -85,7 +89,7 @@ def corners_of(
 
 
 def _change(assembly: Assembly, corner: Corner) -> Float:
-    """(6J,) what the corner's masses and centres of mass add to the weights' wrench about the nominal centres."""
+    """Return the change (6J,) of the wrench of the weights at a corner, about the nominal centres of mass."""
     change = np.zeros((len(assembly.movable), 6))
     for name in {**corner.masses, **corner.coms}:
         k = assembly.index[name]
