@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
     from holdfast.scene.shipped import shipped_scene, shipped_scenes
 
-__version__ = "0.1.0"
+__version__ = "0.2.0.dev0"
 
 _NAMES = {
     "holdfast.applications.disassembly.order": ("Disassembly", "disassembly_order"),

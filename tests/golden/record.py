@@ -255,7 +255,7 @@ def loads_topic() -> Plain:
             )
             result[f"{scene}: {engine}, accelerated"] = asked(
                 lambda a=assembly, n=loads, e=engine: fields(
-                    hf.load_factor(a, n, standing_on(a), (0.3, -0.2, 0.5), engine=e), *names
+                    hf.load_factor(a, n, standing=standing_on(a), acceleration=(0.3, -0.2, 0.5), engine=e), *names
                 )
             )
     return result
@@ -335,7 +335,7 @@ def uncertainty_topic() -> Plain:
         mass = {body: (0.9 * assembly.scene.body(body).mass, 1.1 * assembly.scene.body(body).mass)}
         result[f"{scene}: worst case"] = asked(
             lambda a=assembly, b=body, p=points, e=ways, m=mass: fields(
-                hf.worst_case(a, b, p, e, mu=0.1, mass=m, com={b: (0.003, 0.002, 0.0)}), *worst
+                hf.worst_case(a, b, p, e, friction=0.1, mass=m, com={b: (0.003, 0.002, 0.0)}), *worst
             )
         )
         for engine in ENGINES:
@@ -370,7 +370,9 @@ def disassembly_topic() -> Plain:
     for scene, goal in questions:
         for engine in ENGINES:
             name = f"{scene}: {engine}" + ("" if goal is None else f", for {goal}")
-            result[name] = asked(lambda s=scene, e=engine, g=goal: told(hf.disassembly_order(assembled(s), e, goal=g)))
+            result[name] = asked(
+                lambda s=scene, e=engine, g=goal: told(hf.disassembly_order(assembled(s), engine=e, goal=g))
+            )
     return result
 
 

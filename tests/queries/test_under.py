@@ -201,7 +201,7 @@ def test_given_interfaces_let_friction_vary() -> None:
     assert u.force == pytest.approx(
         hf.robustness_under(found, "cube", LOW, X, friction=0.2, samples=20, seed=1, engine="limit").force
     )
-    with pytest.raises(hf.HoldfastError, match=r"pose_sigma = 0.001, but the interfaces .* given; .* vary mu_interval"):
+    with pytest.raises(hf.HoldfastError, match=r"pose_sigma = 0.001, but the interfaces .* given; .* vary friction"):
         hf.robustness_under(given, "cube", LOW, X, pose_sigma=0.001, seed=1)
 
 
@@ -231,7 +231,7 @@ def test_the_seed_decides(engine: Any) -> None:
     assembly = hf.assemble(ledge(0.45))
 
     def asked(seed: int, samples: int = 6) -> bytes:
-        options: dict[str, Any] = {"pose_sigma": (0.003, 0.3), "mu_interval": 0.3, "engine": engine}
+        options: dict[str, Any] = {"pose_sigma": (0.003, 0.3), "friction": 0.3, "engine": engine}
         return hf.robustness_under(
             assembly, "cube", (0, 0, 2 * L), X, samples=samples, seed=seed, **options
         ).force.tobytes()
@@ -253,9 +253,9 @@ def test_the_seed_decides(engine: Any) -> None:
         ({"pose_sigma": (1e-3, -1)}, r"rotation \[deg\]: is -1; needs"),
         ({"pose_sigma": (1, 2, 3)}, r"pose_sigma = \(1, 2, 3\); needs metres, or a pair"),
         ({"pose_sigma": 2.0}, r"pose_sigma = 2 m, but body 'cube' is only 0\.1 m thick; needs metres"),
-        ({"mu_interval": 1.5}, r"mu: relative width 1\.5; needs less than 1"),
-        ({"mu_interval": (0.5, 0.2)}, r"mu: is \(0\.5, 0\.2\); needs 0 <= low <= high"),
-        ({"mu_interval": {("cube", "wall"): (0, 1)}}, r"no contact between \('cube', 'wall'\); name touching"),
+        ({"friction": 1.5}, r"friction: relative width 1\.5; needs less than 1"),
+        ({"friction": (0.5, 0.2)}, r"friction: is \(0\.5, 0\.2\); needs 0 <= low <= high"),
+        ({"friction": {("cube", "wall"): (0, 1)}}, r"no contact between \('cube', 'wall'\); name touching"),
         ({"body": "cub"}, r"'cub'; did you mean 'cube'"),
         ({"points": (0, 0, 0.5)}, r"point 0 at .* from the surface; needs points on the body"),
         ({"standing": hf.Load("cube", TOP, force=X)}, r"loads: got a single Load; needs a list"),

@@ -50,9 +50,9 @@ def test_without_uncertainty_it_is_the_query() -> None:
 @pytest.mark.parametrize(
     ("asked", "told"),
     [
-        ({"mu": {("cube", "table"): (0.1, 0.2)}}, "no contact between"),
-        ({"mu": (0.5, 0.4)}, "needs 0 <= low <= high"),
-        ({"mu": 1.0}, "relative width"),
+        ({"friction": {("cube", "table"): (0.1, 0.2)}}, "no contact between"),
+        ({"friction": (0.5, 0.4)}, "needs 0 <= low <= high"),
+        ({"friction": 1.0}, "relative width"),
         ({"mass": {"floor": (1, 2)}}, "'floor' is fixed"),
         ({"mass": {"cub": (1, 2)}}, "no body named"),
         ({"com": -0.1}, ">= 0"),

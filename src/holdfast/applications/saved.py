@@ -1,4 +1,4 @@
-"""Read answers back from files: here all classes of answers are known, so every file that one wrote can be read."""
+"""Read saved answers from files; all classes of answers are known here, so every file can be read."""
 
 from __future__ import annotations
 
@@ -18,14 +18,17 @@ from holdfast.queries.stability import Stability
 from holdfast.queries.uncertainty import RobustnessUnder
 from holdfast.queries.worst_case import WorstCase
 
-ANSWERS: tuple[type, ...] = (
+ANSWERS: tuple[type, ...] = (  # all classes of answers that can be saved
     *(Stability, Robustness, LoadFactor, RobustnessMap, RobustnessUnder, Sensitivity, WorstCase, ConvexSet),
     *(TransportLimits, Disassembly, Placement),
 )
 
 
 def load_answer(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - the class that was saved
-    """The answer that its ``save`` wrote to a .json or .npz file, equal to what was saved."""
+    """Read an answer from a .json or .npz file that its method ``save`` wrote.
+
+    The result equals the answer that was saved. Raises HoldfastError if the file does not hold an answer.
+    """
     found = load(path)
     if not isinstance(found, ANSWERS):
         problem = f"holds a {type(found).__name__}"

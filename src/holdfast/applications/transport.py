@@ -1,12 +1,13 @@
-"""How fast may the carrier accelerate before something moves on it (Nadeau & Kelly, Sec. VII-B, Algorithm 3).
+"""Compute how fast the carrier may accelerate before something moves on it (Nadeau & Kelly, Sec. VII-B, Algorithm 3).
 
-The fixed bodies are the carrier. In its frame a body of mass m and inertia I (about its centre of mass, r from the
-pivot) feels besides its weight (D'Alembert)
+The fixed bodies are the carrier. In the frame of the carrier, a body with mass m and inertia I (about its centre of
+mass, which is at r from the pivot) feels its weight and, by d'Alembert's principle,
 
     force  -m (a + α x r + ω x (ω x r))        torque  -I α - ω x I ω
 
-for a carrier that accelerates by a at the pivot, and turns. All vectors are along the axes of the scene, which the
-carrier takes with it; a tilted carrier is the same scene under turned gravity.
+Here a is the acceleration of the carrier at the pivot, α its angular acceleration and ω its angular velocity. All
+vectors are along the axes of the scene, which move with the carrier. A tilted carrier is the same scene with its
+gravity rotated.
 """
 
 from __future__ import annotations
@@ -34,19 +35,20 @@ from holdfast.queries.result import ROW_HEADS, Columns, least, told
 from holdfast.queries.sets import ConvexSet
 from holdfast.scene.scene import Scene
 
-DIRECTIONS = 100  # of the default circle (Fig. 15)
-PARALLEL = 1e-9  # 1 - cosine up to which an acceleration lies along the direction that was asked
+DIRECTIONS = 100  # number of directions on the default circle (Fig. 15)
+PARALLEL = 1e-9  # largest 1 - cosine at which an acceleration counts as parallel to the direction of a limit
 
 
 @archived
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class TransportLimits(Columns):
-    """The largest acceleration of the carrier along each of n directions.
+    """The largest acceleration of the carrier along each of n directions before anything moves on it.
 
-    ``acceleration`` (n,) [m/s²] along the unit ``directions`` (n, 3), axes of the scene, with ``status`` FINITE,
-    INFINITE, UNSTABLE (0: it does not stand on the carrier anyway) or UNDECIDED (0: not known). ``lower`` and ``upper``
-    (n,) bound the true answer as far as the engine can promise. ``moving`` (names), ``mode`` and ``mechanism``, each
-    (n,), tell what gives way. ``verdict``: whether the assembly stands on the carrier before it accelerates.
+    ``acceleration`` (n,) [m/s²] is along the unit ``directions`` (n, 3), in the axes of the scene. ``status`` (n,) says
+    what it means: FINITE; INFINITE; UNSTABLE (the acceleration is 0: the assembly does not stand on the carrier even at
+    rest); UNDECIDED (the acceleration is 0: the answer is not known). ``lower`` and ``upper`` (n,) [m/s²] bound the
+    true answer as far as the engine can promise. ``moving`` (names), ``mode`` and ``mechanism``, each (n,), say what
+    gives way. ``verdict`` says whether ``assembly`` stands on the carrier before it accelerates.
     """
 
     assembly: Assembly
@@ -54,7 +56,7 @@ class TransportLimits(Columns):
 
     @property
     def acceleration(self) -> Float:
-        """(n,) [m/s²]."""
+        """The largest acceleration (n,) [m/s²] before anything moves."""
         return self.answers.force
 
     def save_png(
@@ -64,20 +66,21 @@ class TransportLimits(Columns):
         others: Sequence[TransportLimits] = (),
         names: Sequence[str] | None = None,
     ) -> None:
-        """Draw the limits along level directions as a polar plot; ``others`` of the same assembly lie under them.
+        """Draw the limits along horizontal directions as a polar plot (PNG).
 
-        ``names`` of all in the legend, these limits' own first, are those of their engines unless given.
+        The limits in ``others``, of the same assembly, are drawn beneath. ``names`` are the names of all limits in the
+        legend, beginning with these. By default they are the names of the engines.
         """
         paint(self, path, ".png", others=others, names=names)
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data for JSON: all columns."""
+        """Return plain data for JSON, with all columns."""
         names = ("directions", "acceleration", "status", "lower", "upper", "moving", "mode", "mechanism")
         scene = {"scene": self.assembly.scene.name, "gravity": to_dict(self.assembly.scene.gravity)}
         return scene | self.about() | self.columns(*names)
 
     def summary(self) -> Summary:
-        """The directions in which the carrier may accelerate least."""
+        """Summarise the answer by the directions with the smallest limits."""
         name = self.assembly.scene.name or "assembly"
         how_much = least(self.acceleration, "m/s²")
         headline = f"{name} on its carrier: {told(self.verdict)}; {len(self.directions):,} directions, {how_much}"
@@ -98,12 +101,15 @@ def transport_limits(
     engine: EngineChoice = DEFAULT_ENGINE,
     bound: bool = False,
 ) -> TransportLimits:
-    """The largest acceleration of the carrier along each direction before anything moves on it.
+    """Compute the largest acceleration of the carrier along each direction before anything moves on it.
 
-    ``directions`` (n, 3) or (3,), of any length, axes of the scene; 100 in the horizontal plane if None. All the while
-    the carrier is tilted by ``tilt`` [deg] (see ``tilted``), turns by ``angular_acceleration`` (3,) [rad/s²] and
-    ``angular_velocity`` (3,) [rad/s] about ``pivot`` (3,) [m] (see ``inertial_loads``), and ``standing`` loads act.
-    ``bound`` as in ``robustness``.
+    ``directions`` (n, 3) or (3,), in the axes of the scene, need not have unit length; by default they are 100
+    horizontal directions. The carrier is tilted throughout by ``tilt`` [deg], see ``tilted``. It also rotates
+    throughout about ``pivot`` (3,) [m], with ``angular_acceleration`` (3,) [rad/s²] and ``angular_velocity`` (3,)
+    [rad/s], see ``inertial_loads``. The ``standing`` loads act throughout. ``bound`` has the same meaning as in
+    ``robustness``.
+
+    Raises SceneError if there is no direction or if one is zero.
     """
     carried = checked_assembly(assembly) if tilt is None else tilted(assembly, tilt)
     ways = horizontal_directions(carried) if directions is None else _directions(directions)
@@ -118,7 +124,11 @@ def transport_limits(
 
 
 def horizontal_directions(assembly: Assembly | Scene, count: int = DIRECTIONS) -> Float:
-    """(count, 3) unit vectors around the circle across gravity, from the x axis (as far as that is level) on."""
+    """Return ``count`` unit vectors (count, 3), evenly spaced around the circle perpendicular to gravity.
+
+    The first is the x axis of the scene, projected into the horizontal plane. Raises HoldfastError if ``count`` is not
+    a whole number of at least 1.
+    """
     if not isinstance(count, int | np.integer) or count < 1:
         raise HoldfastError(
             message("horizontal_directions", f"count = {count!r}", "needs a whole number of at least 1")
@@ -129,10 +139,12 @@ def horizontal_directions(assembly: Assembly | Scene, count: int = DIRECTIONS) -
 
 
 def tilted(assembly: Assembly | Scene, tilt: ArrayLike) -> Assembly:
-    """The same assembly on a carrier that was turned by ``tilt``: gravity turns the other way in the scene's axes.
+    """Return the assembly on a carrier that is tilted by ``tilt``.
 
-    ``tilt``: a rotation vector (3,) [deg] or a rotation matrix (3, 3), from where the scene's axes are now to where the
-    carrier has them.
+    Gravity is rotated the opposite way in the axes of the scene.
+
+    ``tilt`` is a rotation vector (3,) [deg] or a rotation matrix (3, 3). It rotates the axes of the scene from where
+    they are now to where the tilted carrier has them.
     """
     where = "tilt"
     if np.ndim(tilt) == 2:
@@ -153,10 +165,11 @@ def inertial_loads(
     angular_velocity: ArrayLike | None = None,
     pivot: ArrayLike = (0.0, 0.0, 0.0),
 ) -> tuple[Load, ...]:
-    """What every movable body feels on a carrier in motion, as standing loads of any query.
+    """Return the inertial forces and torques of all movable bodies on a moving carrier, as loads for any query.
 
-    The carrier accelerates by ``acceleration`` (3,) [m/s²] at ``pivot`` (3,) [m] and turns about it by
-    ``angular_acceleration`` (3,) [rad/s²] and ``angular_velocity`` (3,) [rad/s], along the axes of the scene.
+    The carrier accelerates by ``acceleration`` (3,) [m/s²] at ``pivot`` (3,) [m], and rotates about it with
+    ``angular_acceleration`` (3,) [rad/s²] and ``angular_velocity`` (3,) [rad/s]. All vectors are in the axes of the
+    scene. The module docstring has the equations.
     """
     where = "inertial loads"
     given = {"acceleration": acceleration, "angular acceleration": angular_acceleration}
@@ -182,13 +195,19 @@ def safe_time_scale(
     *,
     margin: float = 0.0,
 ) -> float:
-    """The largest factor s on the speed along a path for which all its accelerations are within the limits.
+    """Return the largest factor s on the speed along a path at which all its accelerations stay within the limits.
 
-    ``accelerations`` (n, 3) [m/s²] of the carrier along the path, axes of the scene. Played s times as fast, q(s t), it
-    has s² times these: a path with s < 1 must be slowed down to s, one with s > 1 may be played faster; inf if it
-    nowhere accelerates. ``limits``: a set of sustainable accelerations, of which the guaranteed ``inner`` part counts,
-    or the transport limits along those ``accelerations`` that are not zero, of which ``lower`` counts. ``margin`` in
-    [0, 1) is the share of every limit that is left unused. The carrier must keep its orientation, and its load.
+    ``accelerations`` (n, 3) [m/s²] are those of the carrier along the path, in the axes of the scene. If the path q(t)
+    is played as q(s t), they are multiplied by s². A path with s < 1 must be slowed down to that factor; one with s > 1
+    may be played faster. The factor is inf if the path has no acceleration.
+
+    ``limits`` are a set of sustainable accelerations, of which the guaranteed part ``inner`` is used. They can also be
+    the transport limits along those ``accelerations`` that are not zero, of which ``lower`` is used. ``margin`` in [0,
+    1) is the share of every limit that remains unused. The result is valid only if the carrier keeps its orientation
+    and its load.
+
+    Raises HoldfastError if ``margin`` is out of range, or if the limits are along other directions or promise no lower
+    bound.
     """
     where = "safe_time_scale"
     a = checked(accelerations, (None, 3), f"{where}: accelerations")
@@ -201,7 +220,7 @@ def safe_time_scale(
 
 
 def _usage(a: Float, limits: object) -> Float:
-    """Share of the limit along each acceleration that it uses, without those that are zero."""
+    """Return the share of its limit that each acceleration uses, leaving out accelerations that are zero."""
     if not isinstance(limits, TransportLimits):
         remedy = "needs hf.sustainable_accelerations(...) or hf.transport_limits(...)"
         raise HoldfastError(message("safe_time_scale: limits", f"is a {type(limits).__name__}", remedy))

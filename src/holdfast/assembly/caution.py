@@ -1,4 +1,4 @@
-"""What an assembly is made in spite of: sizes that look like other units, bodies that overlap."""
+"""Warnings about an assembly that is made all the same: sizes that suggest other units, and bodies that overlap."""
 
 from __future__ import annotations
 
@@ -9,12 +9,15 @@ from holdfast.base.errors import HoldfastWarning, message
 from holdfast.contacts.overlap import Overlap
 from holdfast.scene.body import Body
 
-HUGE = 50.0  # [m] a movable body larger than this is suspected to be in other units
-WORST = 5  # overlaps that a warning names
+HUGE = 50.0  # [m] a movable body larger than this is suspected to be given in other units
+WORST = 5  # the most overlaps that one warning names
 
 
 def warn_of_units(bodies: Iterable[Body], gap: float, *, stacklevel: int) -> None:
-    """Millimetres where metres are meant make contacts of everything, or of nothing: say so at once."""
+    """Warn if the sizes of the bodies suggest that they are given in millimetres instead of metres.
+
+    With wrong units the contact search finds contacts everywhere, or nowhere.
+    """
     movable = [body for body in bodies if not body.fixed]
     across = {body.name: float((body.box[1] - body.box[0]).max()) for body in movable}
     widest = max(across, key=lambda name: across[name], default=None)
@@ -31,7 +34,7 @@ def warn_of_units(bodies: Iterable[Body], gap: float, *, stacklevel: int) -> Non
 
 
 def warn_of_overlaps(overlaps: Sequence[Overlap], *, stacklevel: int) -> None:
-    """One warning for all pairs, the deepest first."""
+    """Issue one warning for all overlapping pairs, beginning with the deepest."""
     worst = sorted(overlaps, key=lambda overlap: -overlap.depth)[:WORST]
     pairs = ", ".join(
         f"{a!r} and {b!r} by {'about ' if o.estimated else ''}{o.depth * 1e3:.3g} mm"

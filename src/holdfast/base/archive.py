@@ -27,7 +27,8 @@ from holdfast.base.values import Table, Value, items_of, sealed
 
 FORMAT = "holdfast-answer/1"
 SUFFIXES = (".json", ".npz")
-SMALL = 64  # numbers of an array up to which it stands in the text of a .npz file, too
+SMALL = 64  # numbers of an array up to which it stands in the text of a .npz file, too, unless
+OPEN = 2  # steps lead to it from the value that is saved: such arrays are entries, for other programs to read
 
 C = TypeVar("C", bound=type)
 
@@ -112,8 +113,8 @@ def to_dict(value: Any) -> Any:  # noqa: ANN401 - anything that a value holds
 class _Writer:
     """Plain data of values; whatever is not plain becomes a dict with one key that begins with $.
 
-    Large arrays go into ``arrays``, named after where they stand in the value: ``inner.0`` is the first part of
-    ``inner``.
+    For a .npz file arrays go into ``arrays``, named after where they stand in the value: ``inner.0`` is the first part
+    of ``inner``.
     """
 
     def __init__(self, arrays: dict[str, Any] | None) -> None:
@@ -141,8 +142,8 @@ class _Writer:
             return self.parts(item)
         if isinstance(item, Mapping):
             kind = "$table" if isinstance(item, Table) else "$map"
-            keys = [self.plain(key) for key in item]
-            return {kind: [list(pair) for pair in zip(keys, self.parts(item.values()), strict=True)]}
+            pairs = enumerate(item.items())  # keys and parts in turn, as they are read
+            return {kind: [[self.plain(key), self.at(str(k), part)] for k, (key, part) in pairs]}
         return self.shared(item)
 
     def parts(self, items: Iterable[Any]) -> list[Any]:
@@ -176,7 +177,7 @@ class _Writer:
         if item.dtype == object:
             return {"$objects": self.parts(item.flat), "shape": list(item.shape)}
         kind = item.dtype.str
-        if self.arrays is not None and item.size > SMALL:
+        if self.arrays is not None and (item.size > SMALL or len(self.place) <= OPEN):
             name = ".".join(self.place)
             self.arrays[name] = item
             return {"$array": name}

@@ -24,7 +24,6 @@ import llvmlite
 import numba
 import numpy as np
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
-from numba.extending import register_jitable
 
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastWarning, message
@@ -50,8 +49,20 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def compilable(function: Callable[P, R]) -> Callable[P, R]:
-    """Leave ``function`` to Python, but let compiled functions that call it compile it as a part of themselves."""
-    return cast(Callable[P, R], register_jitable(function))
+    """Leave ``function`` to Python, but compile it as ``compiled`` does for compiled functions that call it.
+
+    They all share one machine code: it is not compiled again within each of them.
+    """
+    dispatcher = compiled(function)
+    if dispatcher is not function:
+        function._numba_type_ = dispatcher._numba_type_  # type: ignore[attr-defined]  # what Numba takes it for
+        function._machine_code = dispatcher  # type: ignore[attr-defined]  # which that refers to weakly
+    return function
+
+
+def machine_code(function: Callable[P, R]) -> Callable[P, R]:
+    """The compiled version of a ``compilable`` function."""
+    return cast(Callable[P, R], getattr(function, "_machine_code", function))
 
 
 def machine_code_folder() -> Path:

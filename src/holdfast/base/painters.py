@@ -36,7 +36,8 @@ def painters_come_from(source: Callable[[], object]) -> None:
 def paint(answer: object, path: str | os.PathLike[str], suffix: str, **options: Any) -> None:  # noqa: ANN401
     """Draw an answer into the file at ``path``, which has to end in ``suffix``; ``options`` are the painter's."""
     while _SOURCES:
-        _SOURCES.pop()()
+        _SOURCES[0]()
+        _SOURCES.pop(0)
     if Path(path).suffix.lower() != suffix:
         raise HoldfastError(message(str(path), f"does not end in {suffix}", f"name a {suffix} file"))
     painter = _PAINTERS.get((type(answer), suffix))

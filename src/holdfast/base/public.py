@@ -13,8 +13,7 @@ from holdfast.base.values import LONGEST, Value, cut, items_of, seal
 
 MOST_ROWS = 12  # of a summary
 LONGEST_CELL = 160  # characters
-
-_STYLE = "text-align:left;padding:2px 12px 2px 0"
+LARGEST_PAGE = 9_000  # characters
 
 
 @dataclass(frozen=True)
@@ -47,7 +46,8 @@ class PublicValue(Value):
         save(self, path)
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({cut(self.summary().headline, LONGEST)})"
+        headline = "".join(c if c.isprintable() else " " for c in self.summary().headline)
+        return f"{type(self).__name__}({cut(headline, LONGEST)})"
 
     def _repr_html_(self) -> str:
         """For notebooks: headline, facts, a few rows and notes, as a small page without scripts."""
@@ -55,22 +55,30 @@ class PublicValue(Value):
 
 
 def as_html(kind: str, summary: Summary) -> str:
-    """HTML of a summary; every text is escaped and cut to a sensible length."""
+    """A small page: every text is escaped and cut to a sensible length, rows are left out where it would grow large."""
+    head = f"<b>{html.escape(kind)}</b> {html.escape(cut(summary.headline, 2 * LONGEST_CELL))}"
+    left = LARGEST_PAGE - len(head)
+    tables = []
+    for heads, rows in (
+        ((), summary.facts),
+        (summary.heads, summary.rows),
+        ((), [[f"note: {note}"] for note in summary.notes]),
+    ):
+        written = []
+        for row in ([heads] if heads and rows else []) + list(rows[:MOST_ROWS]):
+            text = f"<tr>{''.join(map(_cell, row))}</tr>"
+            if len(text) > left:
+                break
+            left -= len(text)
+            written.append(text)
+        if len(rows) > MOST_ROWS:
+            written.append(f"<tr>{_cell(f'... and {len(rows) - MOST_ROWS:,} more')}</tr>")
+        tables.append(f"<table>{''.join(written)}</table>" if written else "")
+    return f"<div><p>{head}</p>{''.join(tables)}</div>"
 
-    def cell(tag: str, text: str) -> str:
-        return f'<{tag} style="{_STYLE}">{html.escape(cut(text, LONGEST_CELL))}</{tag}>'
 
-    def table(rows: Sequence[str]) -> str:
-        return f"<table>{''.join(f'<tr>{row}</tr>' for row in rows)}</table>" if rows else ""
-
-    facts = [cell("th", name) + cell("td", text) for name, text in summary.facts[:MOST_ROWS]]
-    rows = ["".join(cell("td", text) for text in row) for row in summary.rows[:MOST_ROWS]]
-    if len(summary.rows) > MOST_ROWS:
-        rows.append(cell("td", f"... and {len(summary.rows) - MOST_ROWS} more"))
-    heads = ["".join(cell("th", text) for text in summary.heads)] if rows and summary.heads else []
-    notes = [cell("td", f"note: {note}") for note in summary.notes[:MOST_ROWS]]
-    head = f"<p><b>{html.escape(kind)}</b> {html.escape(cut(summary.headline, 2 * LONGEST_CELL))}</p>"
-    return f"<div>{head}{table(facts)}{table(heads + rows)}{table(notes)}</div>"
+def _cell(text: str) -> str:
+    return f'<td style="text-align:left">{html.escape(cut(text, LONGEST_CELL))}</td>'
 
 
 def number(value: float, unit: str = "") -> str:

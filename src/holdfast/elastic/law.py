@@ -21,6 +21,7 @@ import numpy as np
 
 from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compiled
+from holdfast.elastic.vectors import scale
 
 
 class Elastic(NamedTuple):
@@ -108,7 +109,7 @@ def evaluate(m: Elastic, weight: float, q: Float, r: Float, K: Float, v: Float, 
 
     ``v``, ``F`` (6,) are scratch. Returns a number that tells which nodes are open, stuck or sliding.
     """
-    r[:] = weight * m.wrench
+    scale(r, weight, m.wrench)
     states = 0
     for p in range(len(m.a)):
         sheet_twist(m, p, q, v)

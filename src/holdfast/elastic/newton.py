@@ -11,6 +11,7 @@ from holdfast.base.compiled import compilable, compiled
 from holdfast.elastic.law import Elastic, add_wrench, evaluate, sheet_twist
 from holdfast.elastic.linear import SINGULAR, Work
 from holdfast.elastic.sparse import SparseSolver, solve
+from holdfast.elastic.vectors import dot, go, put
 
 HALVINGS = 8  # of a Newton step, in search of a smaller unbalance
 ROUNDING = 5e-17  # rounding error of a sum over its largest term, measured on bodies that have drifted far
@@ -112,12 +113,12 @@ def squared(m: Elastic, r: Float) -> float:
 
 
 @compiled
-def dot(a: Float, b: Float) -> float:
-    """A · b."""
-    total = 0.0
-    for i in range(len(a)):
-        total += a[i] * b[i]
-    return total
+def set_sides(work: Work, off: float) -> None:
+    """Set the right-hand sides to the unbalance, ``off`` the plane, and to a unit of length along the path."""
+    n = len(work.r)
+    for i in range(n):
+        work.rhs[i, 0], work.rhs[i, 1] = work.r[i], 0.0
+    work.rhs[n, 0], work.rhs[n, 1] = off, 1.0
 
 
 @compilable
@@ -141,10 +142,7 @@ def newton(
     slow, before, sign = 0, np.inf, SINGULAR
     for step in range(most + 1):
         error = worst(m, work.r)
-        off = level - dot(work.c, q)
-        work.rhs[:n, 0] = work.r
-        work.rhs[:n, 1] = 0.0
-        work.rhs[n, 0], work.rhs[n, 1] = off, 1.0
+        set_sides(work, level - dot(work.c, q))
         done = error <= tolerance
         slow = slow + 1 if error > 0.5 * before else 0
         before = error
@@ -156,11 +154,11 @@ def newton(
         base = squared(m, work.r)
         share = 1.0
         for _ in range(HALVINGS):
-            work.trial[:] = q + share * work.rhs[:n, 0]
+            go(work.trial, q, share, work.rhs[:n, 0])
             states = unbalance(m, work, balance, work.trial, s + share * work.rhs[n, 0])
             if squared(m, work.r) <= (1 - 0.01 * share) * base or worst(m, work.r) <= tolerance:
                 break
             share *= 0.5
-        q[:] = work.trial
+        put(q, work.trial)
         s += share * work.rhs[n, 0]
     return Iteration(False, s, step, states, sign)

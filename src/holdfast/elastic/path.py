@@ -7,13 +7,24 @@ from typing import NamedTuple
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.base.compiled import compilable, compiled
+from holdfast.base.compiled import compilable
 from holdfast.elastic.law import Elastic
 from holdfast.elastic.linear import SINGULAR, Work
-from holdfast.elastic.newton import dot, newton, on_path, unbalance, worst
+from holdfast.elastic.newton import newton, on_path, unbalance, worst
 from holdfast.elastic.outcome import Event, PathOutcome, goes_on, outcome_of
 from holdfast.elastic.sparse import SparseSolver, solve
-from holdfast.elastic.stepper import TOLERANCE, Stepper, advance, appraise, begin, set_next_step, turn
+from holdfast.elastic.stepper import (
+    TOLERANCE,
+    Stepper,
+    advance,
+    appraise,
+    begin,
+    cross_change,
+    set_next_step,
+    sought_alone,
+    turn,
+)
+from holdfast.elastic.vectors import dot, go, mix, put
 
 REFINED = 5e-5  # relative accuracy of the peak
 REFINEMENTS = 20  # points that are tried to reach it
@@ -93,20 +104,24 @@ def follow(
     event = begin(m, work, stepper, start, load, sparse)
     while goes_on(event) and now.points < MOST_POINTS:
         event = advance(m, work, stepper, sparse)
-        if event == Event.ADVANCED:
-            event = appraise(m, work, stepper, sparse)
-            set_next_step(stepper)
+        if event == Event.STUCK:
+            event = cross_change(m, work, stepper, sparse)
+        elif event == Event.ADVANCED:
+            event = appraise(now)
+            if event == Event.PROPORTIONAL:
+                event = sought_alone(m, work, stepper, sparse)
+            set_next_step(now)
     outcome = outcome_of(event)
-    into.q[row] = stepper.peak_q
+    put(into.q[row], stepper.peak_q)
     if event == Event.NO_BEGINNING:
         return
-    into.motion[row] = stepper.tangent
+    put(into.motion[row], stepper.tangent)
     if outcome == PathOutcome.PEAK:
         refine(m, work, stepper, sparse)
-        into.q[row] = stepper.peak_q
+        put(into.q[row], stepper.peak_q)
         if into.cut.shape[1] > 0:
             answer_to_loads(m, work, stepper, into.cut[row], sparse)
-    into.plane[row] = stepper.peak_plane
+    put(into.plane[row], stepper.peak_plane)
     into.outcome[row] = outcome
     into.peak[row] = np.inf if outcome == PathOutcome.ENDLESS else now.highest
     into.last[row], into.short[row], into.systems[row] = now.last, now.short, now.systems
@@ -139,10 +154,9 @@ def refine(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver | None
         x = min(max(x, 0.1 * apart), 0.9 * apart) * 0.2**failed
         share = x / apart if failed == 0 else 0.0
         back = (apart - x) / along if along > 0 else 0.0
-        ahead = stepper.rising_q + x * stepper.rising_tangent
-        q[:] = (1 - share) * ahead + share * (stepper.falling_q - back * stepper.falling_tangent)
+        aim_between(stepper, share, x, back)
         s = (1 - share) * (now.rising_s + now.rising_slope * x) + share * now.falling_s
-        work.c[:] = plane
+        put(work.c, plane)
         level = dot(plane, stepper.rising_q) + x
         point = newton(m, work, on_path(stepper.origin), q, s, level, TOLERANCE, 12, sparse)
         now.systems += point.steps + 1
@@ -154,18 +168,31 @@ def refine(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver | None
 
 
 @compilable
+def aim_between(stepper: Stepper, share: float, x: float, back: float) -> None:
+    """Aim at the mean of the points ``x`` ahead of one end of the bracket and ``back`` from the other, by ``share``."""
+    ahead, behind = stepper.aimed, stepper.trial
+    go(ahead, stepper.rising_q, x, stepper.rising_tangent)
+    go(behind, stepper.falling_q, -back, stepper.falling_tangent)
+    mix(stepper.trial, ahead, share, behind)
+
+
+@compilable
 def narrow(work: Work, stepper: Stepper, s: float, sign: float) -> None:
     """Let the point that was tried, with load ``s``, replace one end of the bracket of the peak."""
     now, q, tangent = stepper.now, stepper.trial, stepper.tangent
     slope = turn(work, sign, now.orientation, tangent)
     if s > now.highest:
         now.highest = s
-        stepper.peak_q[:], stepper.peak_plane[:] = q, work.c
+        put(stepper.peak_q, q)
+        put(stepper.peak_plane, work.c)
     if slope > 0:
-        stepper.rising_q[:], stepper.rising_tangent[:], stepper.rising_plane[:] = q, tangent, work.c
+        put(stepper.rising_q, q)
+        put(stepper.rising_tangent, tangent)
+        put(stepper.rising_plane, work.c)
         now.rising_s, now.rising_slope = s, slope
     else:
-        stepper.falling_q[:], stepper.falling_tangent[:] = q, tangent
+        put(stepper.falling_q, q)
+        put(stepper.falling_tangent, tangent)
         now.falling_s, now.falling_slope = s, slope
 
 
@@ -178,7 +205,7 @@ def answer_to_loads(m: Elastic, work: Work, stepper: Stepper, cut: Float, sparse
     """
     now = stepper.now
     n = len(cut)
-    work.c[:] = stepper.rising_plane
+    put(work.c, stepper.rising_plane)
     before = 0.0
     for side in range(2):
         q = stepper.falling_q if side == 1 and now.closed else stepper.rising_q
@@ -190,20 +217,13 @@ def answer_to_loads(m: Elastic, work: Work, stepper: Stepper, cut: Float, sparse
         slope = -work.rhs[n, 0]
         if side == 0:
             before = slope
-            cut[:] = work.rhs[:n, 0]
+            put(cut, work.rhs[:n, 0])
         else:
             share = 1.0 if abs(slope) < abs(before) else 0.0
             if before > 0 > slope:
                 share = before / (before - slope)
-            cut[:] = (1 - share) * cut + share * work.rhs[:n, 0]
+            mix(cut, cut, share, work.rhs[:n, 0])
     now.systems += 2
-
-
-@compiled
-def follow_dense(m: Elastic, work: Work, stepper: Stepper, start: Float, loads: Float, into: PathResult) -> None:
-    """``follow`` by dense elimination for loads (k, n), into the rows of the result."""
-    for row in range(len(loads)):
-        follow(m, work, stepper, start, loads[row], into, row, None)
 
 
 @compilable
@@ -214,15 +234,8 @@ def load_at_peak(
 
     The other model has the same bodies and other nodes.
     """
-    work.w[:] = load
-    work.c[:] = plane
+    put(work.w, load)
+    put(work.c, plane)
     tolerance = TOLERANCE * max(1.0, worst(m, load) * s)
     point = newton(m, work, on_path(np.zeros(len(q))), q.copy(), s, dot(plane, q), tolerance, 20, sparse)
     return point.s if point.converged else -1.0
-
-
-@compiled
-def loads_at_peaks_dense(m: Elastic, work: Work, loads: Float, s: Float, q: Float, plane: Float, found: Float) -> None:
-    """``load_at_peak`` by dense elimination for k peaks, into ``found`` (k,)."""
-    for row in range(len(s)):
-        found[row] = load_at_peak(m, work, loads[row], s[row], q[row], plane[row], None)

@@ -16,12 +16,13 @@ from typing import NamedTuple
 import numpy as np
 
 from holdfast.base.arrays import Float
-from holdfast.base.compiled import compilable, compiled
+from holdfast.base.compiled import compilable
 from holdfast.elastic.law import Elastic
 from holdfast.elastic.linear import Work
 from holdfast.elastic.newton import Balance, newton, rounding, unbalance, worst
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.sparse import SparseSolver, solve
+from holdfast.elastic.vectors import farthest, go, largest, put, scale
 
 EXACT = 1e-11  # unbalance of a state of rest, each body's in units of its own weight
 ON_THE_WAY = 1e-9  # unbalance of states with drag
@@ -55,7 +56,7 @@ def settle(m: Elastic, work: Work, weight: float, q: Float, drift: Float, sparse
     single = lessen_drag(m, work, weight, q, drift, sparse)
     if single.outcome != RestOutcome.LOST:
         return single
-    q[:] = bonded
+    put(q, bonded)
     moved = move(m, work, weight, q, drift, sparse)
     return Rest(moved.outcome, single.steps + moved.steps, moved.drag)
 
@@ -72,17 +73,17 @@ def lessen_drag(m: Elastic, work: Work, weight: float, q: Float, drift: Float, s
     taken, reached = found.steps, 1.0
     if found.converged:
         return Rest(RestOutcome.RESTS, taken, reached)
-    q[:] = bonded / 2
+    scale(q, 0.5, bonded)
     drag, factor = 1.0, 0.5
     steady, rate, states = drag, 0.0, -1
     while drag > LEAST_DRAG and taken < MOST_SINGLE_STEPS:
-        old[:] = q
-        spread = np.abs(q).max() / max(np.abs(bonded).max(), 1e-300)
+        put(old, q)
+        spread = largest(q) / max(largest(bonded), 1e-300)
         tolerance = ON_THE_WAY * max(1.0, ROUNDING * spread)
         found = newton(m, work, Balance(weight, drag, 1.0, origin), q, 0.0, 0.0, tolerance, 25, sparse)
         taken += found.steps + 1
         if not found.converged:
-            q[:] = old
+            put(q, old)
             if factor > SLOWEST:
                 break
             drag /= factor
@@ -90,8 +91,8 @@ def lessen_drag(m: Elastic, work: Work, weight: float, q: Float, drift: Float, s
             drag *= factor
             continue
         reached = drag
-        drift[:] = q - old
-        top = np.abs(q).max()
+        go(drift, q, -1.0, old)
+        top = largest(q)
         if abs(drag * top - rate) > STEADY * rate or found.states != states:
             steady = drag
         growing = drag * top > 0.5 * rate
@@ -100,11 +101,11 @@ def lessen_drag(m: Elastic, work: Work, weight: float, q: Float, drift: Float, s
             return Rest(RestOutcome.DRIFTS, taken, reached)
         steps = found.steps
         if not growing or steady > 0.99 * drag:
-            old[:] = q
+            put(old, q)
             found = newton(m, work, Balance(weight, 0.0, 1.0, origin), old, 0.0, 0.0, EXACT, 12, sparse)
             taken += found.steps + 1
             if found.converged:
-                q[:] = old
+                put(q, old)
                 return Rest(RestOutcome.RESTS, taken, reached)
             steps = found.steps
         if steps < 6 or factor > 0.9:
@@ -128,7 +129,7 @@ def move(m: Elastic, work: Work, weight: float, q: Float, drift: Float, sparse: 
     drag, time, since, before, taken, reached = 1.0, 0.0, 0.0, 0.0, 0, 0.0
     while taken < MOST_STEPS and drag < STIFFEST:
         noise = rounding(m, q)
-        trial[:] = q
+        put(trial, q)
         found = newton(m, work, Balance(weight, drag, 1.0, q), trial, 0.0, 0.0, max(ON_THE_WAY, noise), 12, sparse)
         taken += found.steps + 1
         reached = drag
@@ -136,24 +137,25 @@ def move(m: Elastic, work: Work, weight: float, q: Float, drift: Float, sparse: 
             drag *= 4
             continue
         steps = found.steps
-        drift[:] = drag * (trial - q)
-        q[:] = trial
+        go(drift, trial, -1.0, q)
+        scale(drift, drag, drift)
+        put(q, trial)
         time += 1 / drag
-        rate = np.abs(steady).max()
-        if not np.abs(drift - steady).max() <= STEADY * rate or rate == 0.0:
-            steady[:] = drift
-            since, before = time, np.abs(q - first).max()
+        rate = largest(steady)
+        if not farthest(drift, steady) <= STEADY * rate or rate == 0.0:
+            put(steady, drift)
+            since, before = time, farthest(q, first)
         free = Balance(weight, 0.0, 1.0, origin)
         unbalance(m, work, free, q, 0.0)
         clear = worst(m, work.r) > CLEAR * max(ON_THE_WAY, noise)
         if clear and time > LONG * since and rate * (time - since) > before:
             return Rest(RestOutcome.DRIFTS, taken, reached)
-        trial[:] = q
+        put(trial, q)
         tolerance = min(max(EXACT, noise), ON_THE_WAY)
         found = newton(m, work, free, trial, 0.0, 0.0, tolerance, 8 if clear else 30, sparse)
         taken += found.steps + 1
         if found.converged:
-            q[:] = trial
+            put(q, trial)
             return Rest(RestOutcome.RESTS, taken, reached)
         if steps == 0:  # no step is due, and none leads to rest
             break
@@ -174,16 +176,4 @@ def bond_all(m: Elastic, work: Work, weight: float, q: Float, sparse: SparseSolv
     work.rhs[:] = 0.0
     work.rhs[:n, 0] = weight * m.wrench
     solve(m, work, 0.0, 1.0, False, sparse)
-    q[:] = work.rhs[:n, 0]
-
-
-@compiled
-def settle_dense(m: Elastic, work: Work, weight: float, q: Float, drift: Float) -> Rest:
-    """``settle`` by dense elimination."""
-    return settle(m, work, weight, q, drift, None)
-
-
-@compiled
-def move_dense(m: Elastic, work: Work, weight: float, q: Float, drift: Float) -> Rest:
-    """``move`` by dense elimination."""
-    return move(m, work, weight, q, drift, None)
+    put(q, work.rhs[:n, 0])

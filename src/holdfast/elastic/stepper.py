@@ -14,9 +14,10 @@ from holdfast.base.arrays import Float
 from holdfast.base.compiled import compilable, compiled
 from holdfast.elastic.law import Elastic, next_change
 from holdfast.elastic.linear import SINGULAR, Work
-from holdfast.elastic.newton import Balance, dot, newton, on_path, unbalance, worst
+from holdfast.elastic.newton import Balance, newton, on_path, unbalance, worst
 from holdfast.elastic.outcome import Event
 from holdfast.elastic.sparse import SparseSolver, solve
+from holdfast.elastic.vectors import divide, dot, farthest, go, largest, put
 
 TOLERANCE = 1e-7  # unbalance of points on the path, each body's in units of its own weight
 FALLEN = 0.99  # share of the peak below which the path has clearly fallen
@@ -146,7 +147,7 @@ def torn(work: Work, sign: float, orientation: float, q: Float, tangent: Float, 
     there = np.zeros(len(q))
     plane = work.c.copy()
     turn(work, sign, orientation, there)
-    work.c[:] = plane
+    put(work.c, plane)
     away, far = 0.0, 0.0
     for i in range(len(q)):
         moved = trial[i] - q[i]
@@ -159,14 +160,14 @@ def torn(work: Work, sign: float, orientation: float, q: Float, tangent: Float, 
 def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, sparse: SparseSolver | None) -> Event:
     """Find the direction of the path at the state of rest ``start`` (n,) under ``load`` (n,)."""
     now, q = stepper.now, stepper.q
-    q[:] = start
-    stepper.peak_q[:] = start
-    stepper.falling_q[:] = start
+    put(q, start)
+    put(stepper.peak_q, start)
+    put(stepper.falling_q, start)
     stepper.falling_tangent[:] = 0.0
-    work.w[:] = load
-    work.c[:] = load
+    put(work.w, load)
+    put(work.c, load)
     now.strength = worst(m, load)
-    now.elastic = max(np.abs(q).max(), 1e-300)
+    now.elastic = max(largest(q), 1e-300)
     now.length, now.last, now.turned, now.highest, now.at_peak, now.short = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     now.points, now.systems, now.changes, now.shortened, now.late, now.doubted = 0, 0, 0, 0, 0, False
     now.flat_since, now.similar_since = np.inf, np.inf
@@ -178,7 +179,7 @@ def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, s
     now.slope = turn(work, rest.sign, now.orientation, stepper.tangent)
     now.step = min(0.1 / (now.strength * now.slope), 10 * now.elastic) if now.slope > 0 else 1e-3 * now.elastic
     before_peak(work, stepper)
-    stepper.peak_plane[:] = work.c
+    put(stepper.peak_plane, work.c)
     now.rising_s, now.falling_s, now.falling_slope, now.closed = 0.0, 0.0, 0.0, now.slope <= 0
     return Event.BEGUN
 
@@ -187,7 +188,9 @@ def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, s
 def before_peak(work: Work, stepper: Stepper) -> None:
     """Let the present point be the one before the peak."""
     now = stepper.now
-    stepper.rising_q[:], stepper.rising_tangent[:], stepper.rising_plane[:] = stepper.q, stepper.tangent, work.c
+    put(stepper.rising_q, stepper.q)
+    put(stepper.rising_tangent, stepper.tangent)
+    put(stepper.rising_plane, work.c)
     now.rising_s, now.rising_slope = now.s, now.slope
 
 
@@ -195,22 +198,28 @@ def before_peak(work: Work, stepper: Stepper) -> None:
 def behind_peak(stepper: Stepper) -> None:
     """Let the present point be the one behind the peak."""
     now = stepper.now
-    stepper.falling_q[:], stepper.falling_tangent[:] = stepper.q, stepper.tangent
+    put(stepper.falling_q, stepper.q)
+    put(stepper.falling_tangent, stepper.tangent)
     now.falling_s, now.falling_slope, now.closed = now.s, now.slope, True
+
+
+@compilable
+def tolerance_at(now: Progress) -> float:
+    """The unbalance that a point there may have: more where displacement or load are large."""
+    return TOLERANCE * max(1.0, min(1e-7 * now.length / now.elastic, 10.0), 0.01 * now.strength * abs(now.s))
 
 
 @compilable
 def advance(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver | None) -> Event:
     """Try a step along the path, and take it if it leads to a new point."""
     now, q, trial, aimed = stepper.now, stepper.q, stepper.trial, stepper.aimed
-    trial[:] = q + now.step * stepper.tangent
-    aimed[:] = trial
-    tolerance = TOLERANCE * max(1.0, min(1e-7 * now.length / now.elastic, 10.0), 0.01 * now.strength * abs(now.s))
+    go(trial, q, now.step, stepper.tangent)
+    put(aimed, trial)
     s, level = now.s + now.step * now.slope, dot(work.c, trial)
-    point = newton(m, work, on_path(stepper.origin), trial, s, level, tolerance, 8, sparse)
+    point = newton(m, work, on_path(stepper.origin), trial, s, level, tolerance_at(now), 8, sparse)
     now.systems += point.steps + 1
     backward = now.orientation * point.sign < 0  # behind its plane the path would come back: rather another branch
-    now.turned = np.abs(trial - aimed).max() / max(np.abs(aimed - q).max(), 1e-300)
+    now.turned = farthest(trial, aimed) / max(farthest(aimed, q), 1e-300)
     if point.converged and not backward and not now.doubted and now.turned > TURN:
         now.doubted = torn(work, point.sign, now.orientation, q, stepper.tangent, trial, now.step)
         if now.doubted:  # once: where the path has a sharp corner every step is torn
@@ -221,23 +230,23 @@ def advance(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver | Non
         if now.shortened < SHORTENINGS:
             now.step *= SHORTER
             return Event.SHORTENED
-        return cross_change(m, work, stepper, tolerance, sparse)
+        return Event.STUCK
     land(work, stepper, point.s, point.sign)
     return Event.ADVANCED
 
 
 @compilable
-def cross_change(m: Elastic, work: Work, stepper: Stepper, tolerance: float, sparse: SparseSolver | None) -> Event:
+def cross_change(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver | None) -> Event:
     """Go straight on to just behind the next change of a node's state, and take the path's direction there."""
     now, q = stepper.now, stepper.q
-    n = len(q)
+    n, tolerance = len(q), tolerance_at(now)
     change = next_change(m, q, stepper.tangent)
     now.changes += 1
     # further out rounding would balance anything
     if now.changes > MOST_CHANGES or not now.length + change <= FARTHEST * now.elastic:
         return Event.ASTRAY
     change = change * (1 + 1e-7) + 1e-12 * (now.elastic + now.length)
-    q += change * stepper.tangent
+    go(q, q, change, stepper.tangent)
     now.s += change * now.slope
     now.length += change
     unbalance(m, work, on_path(stepper.origin), q, now.s)
@@ -248,7 +257,7 @@ def cross_change(m: Elastic, work: Work, stepper: Stepper, tolerance: float, spa
     if sign == SINGULAR:
         if now.s > now.highest and worst(m, work.r) <= tolerance:
             now.highest = now.s
-            stepper.peak_q[:] = q
+            put(stepper.peak_q, q)
         return Event.RELEASED
     now.slope = turn(work, sign, now.orientation, stepper.tangent)
     now.step = min(100 * now.step, 0.1 * (now.elastic + now.length))
@@ -269,13 +278,13 @@ def land(work: Work, stepper: Stepper, s: float, sign: float) -> None:
         if s > now.highest * (1 + NEW_PEAK):
             now.at_peak, now.late = now.length, 0
         now.highest = s
-        stepper.peak_q[:] = trial
+        put(stepper.peak_q, trial)
         before_peak(work, stepper)
     now.slope = turn(work, sign, now.orientation, stepper.tangent)
-    stepper.q[:] = trial
+    put(stepper.q, trial)
     now.s = now.last = s
     if higher:
-        stepper.peak_plane[:] = work.c
+        put(stepper.peak_plane, work.c)
     if higher and not now.slope <= 0:
         now.closed = False
         before_peak(work, stepper)
@@ -284,9 +293,8 @@ def land(work: Work, stepper: Stepper, s: float, sign: float) -> None:
 
 
 @compilable
-def appraise(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver | None) -> Event:
-    """Whether the new point is the end of the path: FALLEN, FAR, FLAT, ENDLESS, or else ADVANCED."""
-    now = stepper.now
+def appraise(now: Progress) -> Event:
+    """Whether the new point is the end of the path: FALLEN, FAR, FLAT, perhaps PROPORTIONAL, or else ADVANCED."""
     s, slope, length, elastic = now.s, now.slope, now.length, now.elastic
     if s < FALLEN * now.highest or length >= (10 if slope < 0 else 100) * now.at_peak or now.late > LATE:
         return Event.FALLEN
@@ -303,39 +311,36 @@ def appraise(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver | No
         now.similar_since = min(now.similar_since, length)
         if length >= 10 * now.similar_since and length > 100 * elastic:
             now.similar_since = length
-            if balances_alone(m, work, stepper, sparse):
-                return Event.ENDLESS
+            return Event.PROPORTIONAL
     else:
         now.similar_since = np.inf
     return Event.ADVANCED
 
 
 @compilable
-def balances_alone(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver | None) -> bool:
-    """Whether contact forces balance the load without any weight.
+def sought_alone(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver | None) -> Event:
+    """ENDLESS if contact forces balance the load without any weight, sought from the present point over s; ADVANCED.
 
-    Sought from the present point over s. If they do, ``peak_q`` becomes the displacement under the load alone and
-    ``peak_plane`` the present plane; if not, ``peak_q`` becomes the present point.
+    If they do, ``peak_q`` becomes the displacement under the load alone and ``peak_plane`` the present plane; if not,
+    ``peak_q`` becomes the present point.
     """
     now, q = stepper.now, stepper.peak_q
-    q[:] = stepper.q / now.s
+    divide(q, stepper.q, now.s)
     plane, anchor = work.c.copy(), q.copy()
     work.c[:] = 0.0
     held = Balance(0.0, FAINT, 1.0, anchor)  # bodies that the load does not reach float: a faint drag holds them
     alone = newton(m, work, held, q, 1.0, 0.0, TOLERANCE * now.strength, 12, sparse)
     unbalance(m, work, Balance(0.0, 0.0, 0.0, anchor), q, 1.0)
     now.systems += alone.steps + 1
-    balanced = alone.converged and worst(m, work.r) <= 10 * TOLERANCE * now.strength
-    if balanced:
-        stepper.peak_plane[:] = plane
-    else:
-        work.c[:] = plane
-        q[:] = stepper.q
-    return balanced
+    if alone.converged and worst(m, work.r) <= 10 * TOLERANCE * now.strength:
+        put(stepper.peak_plane, plane)
+        return Event.ENDLESS
+    put(work.c, plane)
+    put(q, stepper.q)
+    return Event.ADVANCED
 
 
 @compilable
-def set_next_step(stepper: Stepper) -> None:
+def set_next_step(now: Progress) -> None:
     """Make the next step longer or shorter, as the last one needed little correction or much."""
-    now = stepper.now
     now.step = min(now.step * min(max(TURN / max(now.turned, 1e-9), 0.7), FASTEST), 3 * now.length)

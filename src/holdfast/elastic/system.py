@@ -7,17 +7,22 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import ParamSpec, TypeVar
 
 import numpy as np
 
 from holdfast.base.arrays import Float
+from holdfast.base.compiled import machine_code
 from holdfast.elastic.law import Elastic
 from holdfast.elastic.linear import Work, make_work
 from holdfast.elastic.outcome import RestOutcome
-from holdfast.elastic.path import PathResult, follow, follow_dense, load_at_peak, loads_at_peaks_dense
-from holdfast.elastic.resting import Rest, bond_all, move, move_dense, settle, settle_dense
+from holdfast.elastic.path import PathResult, follow, load_at_peak
+from holdfast.elastic.resting import bond_all, move, settle
 from holdfast.elastic.sparse import SparseSolver
 from holdfast.elastic.stepper import make_stepper
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 MOST_DENSE = 150  # displacements up to which dense elimination in compiled code is faster than sparse LU
 LEAST_COLUMNS = 8  # for which another thread pays
@@ -71,22 +76,12 @@ class System:
         q, drift = np.zeros(n), np.zeros(n)
         if near is not None:
             q[:] = near
-            found = self._move(q, drift)
+            found = self._compiled(move)(self.model, self.work, 1.0, q, drift, self.sparse)
             if found.outcome != RestOutcome.LOST:
                 return Settled(found.outcome, q, drift, found.steps, found.drag)
         bond_all(self.model, self.work, 1.0, q, self.sparse)
-        found = self._settle(q, drift)
+        found = self._compiled(settle)(self.model, self.work, 1.0, q, drift, self.sparse)
         return Settled(found.outcome, q, drift, found.steps, found.drag)
-
-    def _move(self, q: Float, drift: Float) -> Rest:
-        if self.sparse is None:
-            return move_dense(self.model, self.work, 1.0, q, drift)
-        return move(self.model, self.work, 1.0, q, drift, self.sparse)
-
-    def _settle(self, q: Float, drift: Float) -> Rest:
-        if self.sparse is None:
-            return settle_dense(self.model, self.work, 1.0, q, drift)
-        return settle(self.model, self.work, 1.0, q, drift, self.sparse)
 
     def paths(self, start: Float, loads: Float, *, cuts: bool = False) -> PathResult:
         """Follow the paths of ``loads`` (k, n), none of them zero, from the state of rest ``start`` (n,).
@@ -95,15 +90,12 @@ class System:
         """
         count, n = loads.shape
         found = PathResult.lost(count, n, cuts=cuts)
-        if self.sparse is not None:
-            stepper = make_stepper(n, dense=False)
-            for row in range(count):
-                follow(self.model, self.work, stepper, start, loads[row], found, row, self.sparse)
-            return found.sealed()
+        walk = self._compiled(follow)
 
-        def run(part: slice, work: Work) -> None:
-            stepper = make_stepper(n, dense=True)
-            follow_dense(self.model, work, stepper, start, loads[part], found.chosen(part))
+        def run(rows: range, work: Work) -> None:
+            stepper = make_stepper(n, dense=self.sparse is None)
+            for row in rows:
+                walk(self.model, work, stepper, start, loads[row], found, row, self.sparse)
 
         self._in_threads(count, run)
         return found.sealed()
@@ -114,25 +106,27 @@ class System:
         ``loads`` (k, n); peaks ``s`` (k,) at ``q`` (k, n) across ``plane`` (k, n).
         """
         found = np.full(len(s), -1.0)
-        if self.sparse is not None:
-            for k in range(len(s)):
-                found[k] = load_at_peak(self.model, self.work, loads[k], s[k], q[k], plane[k], self.sparse)
-            return found
+        seek = self._compiled(load_at_peak)
 
-        def run(part: slice, work: Work) -> None:
-            loads_at_peaks_dense(self.model, work, loads[part], s[part], q[part], plane[part], found[part])
+        def run(rows: range, work: Work) -> None:
+            for k in rows:
+                found[k] = seek(self.model, work, loads[k], s[k], q[k], plane[k], self.sparse)
 
         self._in_threads(len(s), run)
         return found
 
-    def _in_threads(self, count: int, run: Callable[[slice, Work], None]) -> None:
-        """Run over slices of ``count`` rows, each in a thread with memory of its own: compiled loops hold no lock."""
-        threads = min(os.cpu_count() or 1, count // LEAST_COLUMNS)
+    def _compiled(self, function: Callable[P, R]) -> Callable[P, R]:
+        """The function as it is to be called: in machine code for dense elimination, in Python for sparse LU."""
+        return machine_code(function) if self.sparse is None else function
+
+    def _in_threads(self, count: int, run: Callable[[range, Work], None]) -> None:
+        """Run over ranges of ``count`` rows, each in a thread with memory of its own: machine code holds no lock."""
+        threads = 1 if self.sparse is not None else min(os.cpu_count() or 1, count // LEAST_COLUMNS)
         if threads < 2:
-            run(slice(0, count), self.work)
+            run(range(count), self.work)
             return
         ends = np.linspace(0, count, threads + 1).astype(int).tolist()
-        parts = [slice(a, b) for a, b in pairwise(ends)]
+        parts = [range(a, b) for a, b in pairwise(ends)]
         with ThreadPoolExecutor(threads) as pool:
             works = [make_work(self.model, dense=True) for _ in parts]
             list(pool.map(run, parts, works))  # raises what a thread raised

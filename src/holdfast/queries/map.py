@@ -1,4 +1,4 @@
-"""Robustness over all exposed surfaces: inward pushes at a point of every cell."""
+"""Compute the robustness of all exposed surfaces to an inward push at one point of every surface cell."""
 
 from __future__ import annotations
 
@@ -35,16 +35,19 @@ from holdfast.queries.request import (
 from holdfast.queries.result import Forces, gives_way, least, told
 from holdfast.scene.scene import Scene
 
-MAX_POINTS = 2_000_000
-SIGNIFICANT = 6  # digits of a force that count in a ranking
+MAX_POINTS = 2_000_000  # the most points in one map; more would exhaust the memory
+SIGNIFICANT = 6  # forces are ranked after rounding to about this many significant digits
 
 
 @archived
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class MapPoint(Value):
-    """One point of a map: a push of ``force`` along ``direction`` (inward) at ``point`` moves ``moving``.
+    """One point of a robustness map, and what a push there does.
 
-    Where not ``solved``, ``force`` was interpolated, with a stated relative ``error``.
+    A push of ``force`` [N] at ``point`` (3,) [m] along the inward unit vector ``direction`` (3,), both in the world
+    frame, is the largest before the bodies named in ``moving`` begin to move. ``mode`` and ``status`` have the same
+    meaning as in Robustness; ``mechanism`` is the motion in words. Where ``solved`` is false, ``force`` was
+    interpolated and ``error`` is its stated relative error.
     """
 
     body: str
@@ -62,13 +65,15 @@ class MapPoint(Value):
 @archived
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class RobustnessMap(Forces):
-    """Robustness to inward pushes over the exposed surfaces of bodies.
+    """The robustness to inward pushes at n points on the exposed surfaces of bodies.
 
-    ``points`` and outward ``normals`` (n, 3), ``body`` (n,) names, ``force`` (n,) [N] for a push along minus the
-    normal; ``status``, ``lower``, ``upper``, ``moving``, ``mode`` (n,) and ``mechanism`` (n,) as in Robustness.
-    ``cells`` holds the surface pieces of each body that the points stand for (in the order of the points), ``hidden``
-    those where nobody can push. ``solved`` (n,) tells which points were solved, ``error`` (n,) the stated relative
-    error of ``force`` where it was interpolated between them (0 elsewhere).
+    ``points`` (n, 3) [m] and the outward unit ``normals`` (n, 3) are in the world frame; ``body`` (n,) holds the name
+    of the body at each point. ``force`` (n,) [N] is the largest push along minus the normal. ``status``, ``lower``,
+    ``upper``, ``moving``, ``mode`` and ``mechanism``, each (n,), have the same meaning as in Robustness.
+
+    ``cells`` maps each body name to the surface cells that the points represent, in the order of the points. ``hidden``
+    maps it to the cells where nobody can push. ``solved`` (n,) is true where a point was solved on its own; ``error``
+    (n,) is the stated relative error of ``force`` where it was interpolated, and 0 elsewhere.
     """
 
     assembly: Assembly
@@ -79,15 +84,15 @@ class RobustnessMap(Forces):
     hidden: Table[str, Cells]
 
     def save_png(self, path: str | os.PathLike[str]) -> None:
-        """Draw the map as a picture; needs no display."""
+        """Draw the map as a PNG picture; this needs no display."""
         paint(self, path, ".png")
 
     def save_html(self, path: str | os.PathLike[str]) -> None:
-        """Write the map as one page that opens offline: turn it, point at it, read the largest push there."""
+        """Write the map as one HTML page that opens offline and shows the largest push under the pointer."""
         paint(self, path, ".html")
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data for JSON: the columns and the weakest points, without meshes and motions."""
+        """Return plain data for JSON: the columns and the weakest points, without meshes and mechanisms."""
         names = ("points", "normals", "body", "force", "status", "lower", "upper", "moving", "mode", "solved", "error")
         weakest = {
             "weakest": to_dict(self.weakest()) if len(self.force) else None,
@@ -96,7 +101,7 @@ class RobustnessMap(Forces):
         return {"scene": self.assembly.scene.name} | self.about() | weakest | self.columns(*names)
 
     def summary(self) -> Summary:
-        """The weakest point of every body."""
+        """Summarise the map by the weakest point of every body."""
         name = self.assembly.scene.name or "assembly"
         headline = f"{name}: {told(self.verdict)}; {len(self.force):,} inward pushes, {least(self.force, 'N')}"
         rows = [
@@ -106,11 +111,14 @@ class RobustnessMap(Forces):
         return Summary(headline, self.facts(), ("weakest of", "force", "status", "what gives way"), rows, self.notes)
 
     def weakest(self) -> MapPoint:
-        """The point where the smallest push moves something (the first of equals); an infinite one if none does."""
+        """Return the point where the smallest push moves something; among equal points, the first.
+
+        If no push moves anything, the force of that point is infinite.
+        """
         return self.at(int(self._ranking[0]))
 
     def weakest_of_each_body(self) -> tuple[MapPoint, ...]:
-        """The weakest point of every body, weakest body first."""
+        """Return the weakest point of every body, beginning with the weakest body."""
         return tuple(self.at(index) for index in self._weakest_of_each_body)
 
     @cached_property
@@ -122,14 +130,17 @@ class RobustnessMap(Forces):
 
     @cached_property
     def _ranking(self) -> Int:
-        """(n,) points from weak to strong; forces that differ by rounding alone stay in the order of the points."""
+        """The numbers (n,) of the points, ordered from weak to strong.
+
+        Forces that differ only by rounding keep the order of the points.
+        """
         with np.errstate(divide="ignore"):
             magnitude = np.floor(np.log10(self.force)) - SIGNIFICANT
         unit = np.where(np.isfinite(magnitude), 10.0 ** np.where(np.isfinite(magnitude), magnitude, 0), 1.0)
         return np.argsort(np.round(self.force / unit) * unit, kind="stable")
 
     def at(self, index: int) -> MapPoint:
-        """The point of that number."""
+        """Return the point with number ``index``."""
         px, py, pz = (float(v) for v in self.points[index])
         dx, dy, dz = (float(-v) for v in self.normals[index])
         motion = self.mechanism[index]
@@ -155,13 +166,19 @@ def robustness_map(
     engine: EngineChoice = DEFAULT_ENGINE,
     gap: float = 0.01,
 ) -> RobustnessMap:
-    """R for inward normal pushes over all exposed surfaces of ``bodies`` (all movable ones unless named).
+    """Compute the robustness R to inward normal pushes over all exposed surfaces of ``bodies``.
 
-    ``spacing`` [m] is the distance of neighbouring points. Points on contact patches, and points with another body
-    less than half a spacing in front of them, are left out: nobody can push there. ``gap`` is the largest
-    (upper - lower) / upper wanted of engines that give bounds. ``compliant`` interpolates between points that it solved
-    until the expected relative error is at most ``gap``; up to three times that is stated. With 0 every point is solved
-    on its own. ``graph`` takes no notice.
+    ``bodies`` are the names of the bodies to map; by default, all movable bodies. ``spacing`` [m] is the distance
+    between neighbouring points. Nobody can push on a contact patch, or where another body is less than half a spacing
+    away in front of the surface; points there are left out.
+
+    ``gap`` is the accuracy that is asked for. An engine that proves both bounds may stop where (upper - lower) / upper
+    <= ``gap``. Engine ``compliant`` solves some points and interpolates between them with an expected relative error of
+    at most ``gap``; the ``error`` that it states is at most three times that. With ``gap`` = 0 every point is solved on
+    its own. Engine ``graph`` ignores ``gap``.
+
+    Raises SceneError if ``bodies`` is empty or a text, if a body is unknown, or if ``spacing`` would give more than
+    2,000,000 points.
     """
     assembly = checked_assembly(assembly)
     step = checked_number(spacing, "robustness_map: spacing", above=0)
@@ -204,7 +221,7 @@ def robustness_map(
 
 
 def _check_count(assembly: Assembly, names: Sequence[str], spacing: float) -> None:
-    """Refuse a spacing that would take more points than memory, before taking any."""
+    """Raise SceneError if ``spacing`` [m] would give too many points, before any point is computed."""
     area = sum(assembly.scene.body(name).surface_world.area for name in names)
     expected = area / spacing**2
     if expected > MAX_POINTS:

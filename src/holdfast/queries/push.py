@@ -1,4 +1,4 @@
-"""How hard may one push here: robustness at given points, and the factor of a set of loads."""
+"""Compute how hard one can push: the robustness at given points, and the load factor of a set of loads."""
 
 from __future__ import annotations
 
@@ -32,13 +32,16 @@ from holdfast.scene.scene import Scene
 @archived
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Robustness(Forces):
-    """The largest push at each of n points.
+    """The largest push at each of n points before anything moves.
 
-    ``force`` (n,) [N], with ``status`` FINITE, INFINITE (force inf: no push moves anything), UNSTABLE (force 0: it
-    does not stand anyway) or UNDECIDED (force 0: not known). ``lower`` and ``upper`` (n,) [N] bound the true answer as
-    far as the engine can promise; ``lower_bound`` and ``upper_bound`` say how they are known. ``moving`` (names),
-    ``mode`` ("slip", "topple", "mixed", "none") and ``mechanism`` (Mechanism or None), each (n,), tell what gives way.
-    ``points`` and ``directions`` (n, 3), world. ``engine``, ``claim``, ``verdict`` and ``notes`` are of the whole
+    ``force`` (n,) [N] is the answer, and ``status`` (n,) says what it means: FINITE; INFINITE (the force is inf: no
+    push moves anything); UNSTABLE (the force is 0: the assembly does not stand even without a push); UNDECIDED (the
+    force is 0: the answer is not known). ``lower`` and ``upper`` (n,) [N] bound the true answer as far as the engine
+    can promise; ``lower_bound`` and ``upper_bound`` say how these bounds are known.
+
+    Three columns (n,) say what gives way: ``moving`` holds the names of the moving bodies, ``mode`` is "slip",
+    "topple", "mixed" or "none", and ``mechanism`` is a Mechanism or None. ``points`` (n, 3) [m] and the unit
+    ``directions`` (n, 3) are in the world frame. ``engine``, ``claim``, ``verdict`` and ``notes`` apply to the whole
     answer.
     """
 
@@ -47,12 +50,12 @@ class Robustness(Forces):
     directions: Float
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data for JSON: all columns."""
+        """Return plain data for JSON, with all columns."""
         names = ("force", "status", "lower", "upper", "moving", "mode", "mechanism", "solved", "error")
         return self.about() | {"body": self.body} | self.columns("points", "directions", *names)
 
     def summary(self) -> Summary:
-        """The weakest pushes."""
+        """Summarise the answer by its weakest pushes."""
         headline = f"{len(self.force):,} pushes on {self.body}: {told(self.verdict)}, {least(self.force, 'N')}"
         return self.table(headline, places_of(self.points))
 
@@ -60,23 +63,23 @@ class Robustness(Forces):
 @archived
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class LoadFactor(Single):
-    """The largest ``factor`` by which a set of loads may be multiplied together.
+    """The largest ``factor`` by which a set of loads can be multiplied before anything moves.
 
-    ``status``, ``lower``, ``upper``, ``moving``, ``mode``, ``mechanism`` are single values here, with the same meaning
-    as in Robustness.
+    All loads are multiplied by the same factor. ``status``, ``lower``, ``upper``, ``moving``, ``mode`` and
+    ``mechanism`` have the same meaning as in Robustness, but each is a single value.
     """
 
     @property
     def factor(self) -> float:
-        """The largest factor before anything moves."""
+        """The largest factor before anything moves; 0 if the status is UNSTABLE or UNDECIDED, inf if it is INFINITE."""
         return float(self.answers.force[0])
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data for JSON."""
+        """Return plain data for JSON."""
         return self.about() | self.values("factor", "status", "lower", "upper", "moving", "mode", "mechanism")
 
     def summary(self) -> Summary:
-        """Factor, bounds and what gives way."""
+        """Summarise the answer by the factor, its bounds and what gives way."""
         between = f"{number(self.lower)} to {number(self.upper)}"
         facts = [("factor", number(self.factor)), ("between", between), ("status", str(self.status))]
         facts += [("gives way", gives_way(self.mode, self.moving)), *self.facts()]
@@ -93,12 +96,17 @@ def robustness(
     engine: EngineChoice = DEFAULT_ENGINE,
     bound: bool = False,
 ) -> Robustness:
-    """R(p, e): the largest force [N] at each point of ``body`` along each direction before anything moves (eq. 12).
+    """Compute R(p, e), the largest force [N] at points of ``body`` along directions before anything moves (eq. 12).
 
-    ``points`` and ``directions`` are (n, 3) or (3,), world frame; a single one is repeated for the other; directions
-    need not be of unit length. ``standing`` loads act all the while. ``bound`` asks engine ``compliant`` for ``upper``:
-    above it no equilibrium exists, by engine ``limit``. A point further from the body's surface than the
-    contact tolerance raises SceneError.
+    ``points`` [m] and ``directions`` are (n, 3) or (3,), in the world frame. A single point is used with all
+    directions, and a single direction with all points. Directions need not have unit length. The ``standing`` loads act
+    throughout.
+
+    ``bound`` asks engine ``compliant`` for ``upper`` as well: engine ``limit`` proves that no equilibrium exists above
+    it.
+
+    Raises SceneError if there is no point, if the body is unknown, or if a point is further from the body's surface
+    than the contact tolerance. Raises HoldfastError if ``bound`` is asked of engine ``graph``.
     """
     assembly = checked_assembly(assembly)
     p, e, W = pushes(assembly, body, points, directions, f"robustness of {body!r}")
@@ -117,10 +125,10 @@ def load_factor(
     engine: EngineChoice = DEFAULT_ENGINE,
     bound: bool = False,
 ) -> LoadFactor:
-    """The largest factor by which all ``loads`` together may be multiplied before anything moves.
+    """Compute the largest factor by which all ``loads`` can be multiplied together before anything moves.
 
-    ``standing`` loads and the inertial forces of a support that accelerates by ``acceleration`` (3,) [m/s²] act all
-    the while, unscaled. ``bound`` as in ``robustness``.
+    The ``standing`` loads act throughout and are not multiplied. The same holds for the inertial forces of a support
+    that accelerates by ``acceleration`` (3,) [m/s²], world frame. ``bound`` has the same meaning as in ``robustness``.
     """
     assembly = checked_assembly(assembly)
     method = engine_of(engine)
@@ -139,9 +147,11 @@ def asked(
     *,
     bound: bool,
 ) -> Answers:
-    """The engine's answers for load columns W (6J, n).
+    """Return the answers of the engine for the load columns W (6J, n).
 
-    ``bound``: with upper bounds by limit analysis over the corners of the patches, which contain all nodes.
+    ``standing`` (6J,) is the wrench of the standing loads. With ``bound``, the upper bounds come from limit analysis
+    with forces at the corners of the patches. This includes all forces that nodes inside the patches can carry. Raises
+    HoldfastError if ``bound`` is asked of an engine that only estimates.
     """
     found = method.prepare(assembly, standing, acceleration).load_factor(W)
     if not bound or method.claim is Claim.EXISTS:

@@ -1,4 +1,4 @@
-"""Results: each holds one table of answers and shows its columns under the public names."""
+"""Base classes of results: each result holds one table of answers and shows its columns under public names."""
 
 from __future__ import annotations
 
@@ -14,48 +14,48 @@ from holdfast.engines.answers import Answers, Bound, Claim
 from holdfast.engines.mechanism import Mechanism, Mode
 from holdfast.engines.verdict import Status, Verdict
 
-SHOWN = 8  # rows of a summary
-NAMED = 4  # bodies in a cell
+SHOWN = 8  # the most rows in a summary
+NAMED = 4  # the most body names in one cell of a summary
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Result(PublicValue):
-    """A result that holds ``answers``; what is said of the whole table is here."""
+    """A result that holds the table ``answers``; this class shows what applies to the whole table."""
 
     answers: Answers
 
     @property
     def engine(self) -> str:
-        """The engine's name."""
+        """The name of the engine that answered."""
         return self.answers.engine
 
     @property
     def claim(self) -> Claim:
-        """What the engine promises."""
+        """What the engine promises about its answers."""
         return self.answers.claim
 
     @property
     def lower_bound(self) -> Bound:
-        """How ``lower`` is known."""
+        """How the bound ``lower`` is known."""
         return self.answers.lower_bound
 
     @property
     def upper_bound(self) -> Bound:
-        """How ``upper`` is known."""
+        """How the bound ``upper`` is known."""
         return self.answers.upper_bound
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Simplifications that the answer rests on."""
+        """The simplifications on which the answer depends."""
         return self.answers.notes
 
     @property
     def verdict(self) -> Verdict:
-        """Whether the assembly stands under the standing loads alone."""
+        """The verdict on whether the assembly stands under the standing loads alone."""
         return self.answers.verdict
 
     def about(self) -> dict[str, Any]:
-        """Plain data: what is said of the whole table."""
+        """Return what applies to the whole table as plain data."""
         return {
             "engine": self.engine,
             "claim": self.claim.value,
@@ -66,7 +66,7 @@ class Result(PublicValue):
         }
 
     def facts(self) -> list[tuple[str, str]]:
-        """For a summary: what is said of the whole table."""
+        """Return what applies to the whole table as (name, text) pairs for a summary."""
         return [
             ("engine", f"{self.engine} ({self.claim})"),
             ("verdict", f"{self.verdict.status}: {self.verdict.reason}"),
@@ -80,54 +80,54 @@ KNOWN_HOW = {Bound.PROVED: "proved", Bound.ESTIMATED: "estimated", Bound.NONE: "
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Columns(Result):
-    """A result of n rows."""
+    """A result with n rows, each of which answers one load."""
 
     @property
     def status(self) -> Objects:
-        """(n,) FINITE, INFINITE, UNSTABLE or UNDECIDED."""
+        """The status (n,) of each answer: FINITE, INFINITE, UNSTABLE or UNDECIDED."""
         return self.answers.status
 
     @property
     def lower(self) -> Float:
-        """(n,) below the true answer, as far as the engine can promise."""
+        """The lower bounds (n,) of the true answers, as far as the engine can promise them."""
         return self.answers.lower
 
     @property
     def upper(self) -> Float:
-        """(n,) above the true answer, as far as the engine can promise."""
+        """The upper bounds (n,) of the true answers, as far as the engine can promise them."""
         return self.answers.upper
 
     @property
     def moving(self) -> Objects:
-        """(n,) names of the bodies that begin to move."""
+        """The names (n,) of the bodies that begin to move, one tuple for each row."""
         return self.answers.moving
 
     @property
     def mode(self) -> Objects:
-        """(n,) "slip", "topple", "mixed" or "none"."""
+        """What the contacts do (n,): "slip", "topple", "mixed" or "none"."""
         return self.answers.mode
 
     @property
     def mechanism(self) -> Objects:
-        """(n,) a Mechanism each, or None."""
+        """The mechanism (n,) of each row, or None where nothing gives way."""
         return self.answers.mechanism
 
     @property
     def solved(self) -> Bool:
-        """(n,) false where the answer was carried over from neighbouring loads."""
+        """Whether each row (n,) was solved on its own; if not, its answer was interpolated from neighbouring loads."""
         return self.answers.solved
 
     @property
     def error(self) -> Float:
-        """(n,) the stated relative error where it was, 0 elsewhere."""
+        """The stated relative error (n,) of the answers that were interpolated; 0 for the others."""
         return self.answers.error
 
     def columns(self, *names: str) -> dict[str, Any]:
-        """Plain data of these attributes."""
+        """Return the attributes with these names as plain data."""
         return {name: to_dict(getattr(self, name)) for name in names}
 
     def weakest_rows(self, unit: str, places: Objects | None = None) -> list[list[str]]:
-        """For a summary: the rows with the smallest answers, ``places`` (n,) saying where each is."""
+        """Return the rows with the smallest answers for a summary; ``places`` (n,) says where each row belongs."""
         answers = self.answers
         order: Int = np.argsort(answers.force, kind="stable")[:SHOWN]
         return [
@@ -147,90 +147,90 @@ ROW_HEADS = ("where", "answer", "between", "status", "what gives way")
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Forces(Columns):
-    """A result of n forces."""
+    """A result whose n rows are forces."""
 
     @property
     def force(self) -> Float:
-        """(n,) [N]."""
+        """The largest force (n,) [N] before anything moves."""
         return self.answers.force
 
     def table(self, headline: str, places: Objects | None = None) -> Summary:
-        """The weakest rows under a headline."""
+        """Return a summary with this headline and the weakest rows."""
         rows = self.weakest_rows("N", places)
         return Summary(headline, self.facts(), ROW_HEADS, rows, self.notes)
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Single(Result):
-    """A result of one row, shown as single values."""
+    """A result with one row, whose columns are shown as single values."""
 
     @property
     def status(self) -> Status:
-        """FINITE, INFINITE, UNSTABLE or UNDECIDED."""
+        """The status of the answer: FINITE, INFINITE, UNSTABLE or UNDECIDED."""
         status: Status = self.answers.status[0]
         return status
 
     @property
     def lower(self) -> float:
-        """Below the true answer, as far as the engine can promise."""
+        """The lower bound of the true answer, as far as the engine can promise it."""
         return float(self.answers.lower[0])
 
     @property
     def upper(self) -> float:
-        """Above the true answer, as far as the engine can promise."""
+        """The upper bound of the true answer, as far as the engine can promise it."""
         return float(self.answers.upper[0])
 
     @property
     def moving(self) -> tuple[str, ...]:
-        """Names of the bodies that begin to move."""
+        """The names of the bodies that begin to move."""
         moving: tuple[str, ...] = self.answers.moving[0]
         return moving
 
     @property
     def mode(self) -> Mode:
-        """What contacts do: "slip", "topple", "mixed" or "none"."""
+        """What the contacts do: "slip", "topple", "mixed" or "none"."""
         mode: Mode = self.answers.mode[0]
         return mode
 
     @property
     def mechanism(self) -> Mechanism | None:
-        """How bodies begin to move, None where nothing gives way."""
+        """The motion with which the bodies begin to move, or None if nothing gives way."""
         mechanism: Mechanism | None = self.answers.mechanism[0]
         return mechanism
 
     @property
     def solved(self) -> bool:
-        """False where the answer was carried over from neighbouring loads."""
+        """Whether the answer was solved on its own; if not, it was interpolated from neighbouring loads."""
         return bool(self.answers.solved[0])
 
     @property
     def error(self) -> float:
-        """The stated relative error where it was, else 0."""
+        """The stated relative error of an interpolated answer; 0 for any other."""
         return float(self.answers.error[0])
 
     def values(self, *names: str) -> dict[str, Any]:
-        """Plain data of these attributes."""
+        """Return the attributes with these names as plain data."""
         return {name: to_dict(getattr(self, name)) for name in names}
 
 
 def gives_way(mode: str, moving: tuple[str, ...]) -> str:
-    """What moves, in a few words."""
+    """Describe in a few words which bodies move and what the contacts do."""
     more = f" and {len(moving) - NAMED} more" if len(moving) > NAMED else ""
     return f"{mode}: {', '.join(moving[:NAMED])}{more}" if moving else "nothing"
 
 
 def told(verdict: Verdict) -> str:
-    """The verdict in two words."""
+    """Describe the verdict in a few words."""
     return {Status.STABLE: "it stands", Status.UNSTABLE: "it does not stand"}.get(verdict.status, "undecided")
 
 
 def least(values: Float, unit: str) -> str:
-    """The smallest of some values, in words."""
+    """Describe the smallest of these values in words."""
     return f"the least {number(float(np.min(values)), unit)}" if len(values) else "none"
 
 
 def places_of(points: Float, bodies: Objects | None = None) -> Objects:
-    """(n,) texts that say where points (n, 3) are."""
+    """Return texts (n,) that say where the points (n, 3) [m] are, with the name of the body if it is given."""
     names = [""] * len(points) if bodies is None else [f"{name} " for name in bodies]
     places = ("(" + ", ".join(f"{v + 0.0:.3f}" for v in point) + ") m" for point in points)
     return objects([name + place for name, place in zip(names, places, strict=True)])

@@ -1,4 +1,4 @@
-"""How one robustness changes with friction, masses, centres of mass and the point of the push."""
+"""Compute how one robustness changes with friction, masses, centres of mass and the point of the push."""
 
 from __future__ import annotations
 
@@ -33,11 +33,13 @@ from holdfast.scene.scene import Scene
 @archived
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Sensitivity(Single):
-    """Derivatives of the largest push ``force`` [N] (between ``lower`` and ``upper``).
+    """The derivatives of the largest push ``force`` [N], which lies between ``lower`` and ``upper``.
 
-    ``d_mu`` [N] by the two bodies of an interface; ``d_mass`` [N/kg] by movable body, its centre of mass held;
-    ``d_com`` (3,) [N/m] by movable body, for its centre of mass in the world, contacts held; ``d_point`` (3,) [N/m] for
-    the point of the push, direction held. ``moving``: the bodies of the ``mechanism``.
+    ``d_mu`` [N] holds the derivative by the friction coefficient of each interface, under the names of its two bodies.
+    The derivatives by mass and centre of mass are given by the name of the movable body: ``d_mass`` [N/kg] keeps its
+    centre of mass in place, and ``d_com`` (3,) [N/m] moves its centre of mass in the world while the contacts stay.
+    ``d_point`` (3,) [N/m] moves the point of the push, world frame, and keeps its direction. ``moving`` holds the names
+    of the bodies that move in ``mechanism``.
     """
 
     body: str
@@ -52,12 +54,12 @@ class Sensitivity(Single):
         return float(self.answers.force[0])
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data for JSON."""
+        """Return plain data for JSON."""
         names = ("body", "force", "lower", "upper", "status", "moving", "mode", "d_mu", "d_mass", "d_com", "d_point")
         return self.about() | self.values(*names)
 
     def summary(self) -> Summary:
-        """The derivatives that matter most."""
+        """Summarise the answer by its largest derivatives."""
         by_pair = sorted(self.d_mu.items(), key=lambda item: -abs(item[1]))
         rows = [[f"friction of {a} on {b}", f"{value:.4g} N"] for (a, b), value in by_pair[:SHOWN]]
         by_mass = sorted(self.d_mass.items(), key=lambda item: -abs(item[1]))
@@ -74,12 +76,17 @@ def sensitivity(
     *,
     standing: Iterable[Load] = (),
 ) -> Sensitivity:
-    """Derivatives of R(p, e) by engine ``limit``, all from one solve; ``point``, ``direction`` (3,) world.
+    """Compute the derivatives of R(p, e) by engine ``limit``, all from one solve.
 
-    They hold where R is differentiable: one mechanism, and contact forces that are unique where it slides. At a kink
-    (two mechanisms at the same push) they belong to one of the mechanisms or a mean of them, and in masses they still
-    bound R from above (R is concave in them); whether a kink is met is not tested. Contact nodes, the push and
-    standing loads stay where they are. Raises HoldfastError where R is zero, infinite or undecided.
+    ``point`` (3,) [m] and ``direction`` (3,) are in the world frame. The contact nodes, the push and the ``standing``
+    loads are held in place.
+
+    The derivatives are exact where R is differentiable: there is one mechanism, and the contact forces are unique where
+    it slides. At a kink two mechanisms give way at the same push. There the derivatives belong to one of the
+    mechanisms, or are a mean of both. The derivatives by mass still bound R from above at a kink, because R is concave
+    in the masses. Whether R has a kink is not tested.
+
+    Raises HoldfastError if R is zero, infinite or undecided, and SceneError if the direction is zero.
     """
     assembly = checked_assembly(assembly)
     where = f"sensitivity of {body!r}"

@@ -1,4 +1,4 @@
-"""Does it stand, and why."""
+"""Decide whether an assembly stands, and explain why."""
 
 from __future__ import annotations
 
@@ -19,14 +19,16 @@ from holdfast.scene.scene import Scene
 @archived
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Stability(PublicValue):
-    """The verdict on an assembly at rest.
+    """The verdict on whether an assembly stands at rest.
 
-    ``status`` STABLE, UNSTABLE or UNDECIDED, with ``reason`` in words. ``equilibrium_exists`` True or False with
-    evidence, None if unknown. ``self_stress`` False where the forces need none, None where that was not settled.
-    ``forces`` the contact forces where it stands; ``residual`` their equilibrium error over the total weight.
-    ``moving``, ``mechanism`` and ``certificate`` tell, where it does not stand, which bodies move, how, and why no
-    contact can prevent it. ``notes`` are simplifications the answer rests on. All of these but ``notes`` are those of
-    ``verdict``.
+    ``status`` is STABLE, UNSTABLE or UNDECIDED, and ``reason`` explains it in words. ``equilibrium_exists`` is True or
+    False with evidence, or None if it is not known. ``self_stress`` is False if the contact forces need none, and None
+    if this was not settled.
+
+    If the assembly stands, ``forces`` are the contact forces, and ``residual`` is their equilibrium error divided by
+    the total weight. If it does not stand, ``moving`` holds the names of the bodies that move, ``mechanism`` says how
+    they move, and ``certificate`` proves that no contact can prevent it. All of these are attributes of ``verdict``.
+    ``notes`` are the simplifications on which the answer depends.
     """
 
     engine: str
@@ -36,56 +38,56 @@ class Stability(PublicValue):
 
     @property
     def status(self) -> Status:
-        """STABLE, UNSTABLE or UNDECIDED."""
+        """The status of the verdict: STABLE, UNSTABLE or UNDECIDED."""
         return self.verdict.status
 
     @property
     def reason(self) -> str:
-        """Why, in words."""
+        """The reason for the verdict, in words."""
         return self.verdict.reason
 
     @property
     def equilibrium_exists(self) -> bool | None:
-        """True or False with evidence, None if unknown."""
+        """Whether an equilibrium exists: True or False with evidence, None if it is not known."""
         return self.verdict.equilibrium_exists
 
     @property
     def self_stress(self) -> bool | None:
-        """False where the forces need none, None where that was not settled."""
+        """Whether the contact forces need a self-stress: False if they need none, None if this was not settled."""
         return self.verdict.self_stress
 
     @property
     def forces(self) -> ContactForces | None:
-        """The contact forces where it stands."""
+        """The contact forces if the assembly stands, else None."""
         return self.verdict.forces
 
     @property
     def residual(self) -> float:
-        """Equilibrium error of the forces over the total weight."""
+        """The equilibrium error of the contact forces, divided by the total weight."""
         return self.verdict.residual
 
     @property
     def moving(self) -> tuple[str, ...]:
-        """Names of the bodies that move where it does not stand."""
+        """The names of the bodies that move; empty if there is no mechanism."""
         return () if self.verdict.mechanism is None else self.verdict.mechanism.moving
 
     @property
     def mechanism(self) -> Mechanism | None:
-        """How they begin to move."""
+        """The motion with which the bodies begin to move, or None."""
         return self.verdict.mechanism
 
     @property
     def certificate(self) -> Certificate | None:
-        """Why no contact can prevent it."""
+        """The proof that no contact can prevent the motion, or None."""
         return self.verdict.certificate
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data for JSON."""
+        """Return plain data for JSON."""
         names = ("engine", "claim", "status", "equilibrium_exists", "self_stress", "forces", "residual", "moving")
         return {name: to_dict(getattr(self, name)) for name in (*names, "mechanism", "certificate", "reason", "notes")}
 
     def summary(self) -> Summary:
-        """The verdict and its reason."""
+        """Summarise the verdict and its reason."""
         facts = [("engine", f"{self.engine} ({self.claim})"), ("reason", self.reason)]
         if self.mechanism is not None:
             facts.append(("moving", ", ".join(self.moving)))
@@ -95,7 +97,11 @@ class Stability(PublicValue):
 def stability(
     assembly: Assembly | Scene, *, loads: Iterable[Load] = (), engine: EngineChoice = DEFAULT_ENGINE
 ) -> Stability:
-    """Whether the assembly stands under its weight and ``loads``; ``engine`` is a name or an instance."""
+    """Decide whether the assembly stands under its weight and ``loads``.
+
+    ``engine`` is the name of an engine, or an engine itself. An assembly that does not stand is an answer, not an
+    error: see Stability.
+    """
     assembly = checked_assembly(assembly)
     method = engine_of(engine)
     state = method.prepare(assembly, total_wrench(assembly, loads))

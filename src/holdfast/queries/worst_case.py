@@ -1,4 +1,7 @@
-"""The smallest robustness over intervals of friction and boxes of masses and centres of mass: exact, not sampled."""
+"""Compute the smallest robustness over intervals of friction and mass and boxes of centres of mass.
+
+The answer is exact and not sampled.
+"""
 
 from __future__ import annotations
 
@@ -41,13 +44,15 @@ from holdfast.scene.scene import Scene
 @archived
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class WorstCase(Forces):
-    """The smallest R at each of n points over all that is uncertain.
+    """The smallest R at each of n points over all values of the uncertain quantities.
 
-    ``force`` (n,) [N] with bounds ``lower``, ``upper`` and ``status`` (n,) as in Robustness: UNSTABLE where a corner
-    does not stand, UNDECIDED (force 0) where a corner was not settled. ``nominal`` (n,) [N] is R without uncertainty,
-    whose ``verdict`` is told. ``mu`` are the coefficients it is taken at; ``masses`` [kg] and ``coms`` (world [m]) (n,)
-    hold, by uncertain body, the corner where each point is weakest. ``corners`` were tried. ``guarantee`` says what was
-    proved.
+    ``force`` (n,) [N] has the bounds ``lower`` and ``upper`` and a ``status`` (n,) as in Robustness. The status is
+    UNSTABLE where the assembly does not stand at some corner of the uncertain region. It is UNDECIDED, with force 0,
+    where a corner was not settled. ``nominal`` (n,) [N] is R without uncertainty; ``verdict`` belongs to it.
+
+    ``mu`` holds the friction coefficients of the worst case, by pair of bodies. ``masses`` (n,) [kg] and ``coms`` (n,)
+    [m], world frame, hold for each point the corner where it is weakest, by the name of the uncertain body. ``corners``
+    is the number of corners that were solved, and ``guarantee`` says in words what was proved.
     """
 
     body: str
@@ -59,13 +64,13 @@ class WorstCase(Forces):
     guarantee: str
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data for JSON."""
+        """Return plain data for JSON."""
         names = ("force", "lower", "upper", "status", "moving", "mode", "nominal", "mu", "masses", "coms")
         whole = {"body": self.body, "corners": self.corners, "guarantee": self.guarantee}
         return self.about() | whole | self.columns(*names)
 
     def summary(self) -> Summary:
-        """The weakest points."""
+        """Summarise the answer by its weakest points."""
         headline = f"{len(self.force):,} pushes on {self.body} at {self.corners:,} corners: {least(self.force, 'N')}"
         return self.table(headline, objects([f"nominal {number(value, 'N')}" for value in self.nominal]))
 
@@ -81,16 +86,19 @@ def worst_case(
     com: ComRange | None = None,
     standing: Iterable[Load] = (),
 ) -> WorstCase:
-    """The smallest R(p, e) by engine ``limit`` over intervals of friction and boxes of masses and centres of mass.
+    """Compute the smallest R(p, e) by engine ``limit`` over uncertain friction, masses and centres of mass.
 
-    ``friction``: a relative width (0.2: ± 20 %) or (low, high) for all touching pairs, or a dict of (low, high) by the
-    two bodies' names. ``mass``: a relative width for all movable bodies, or a dict of (low, high) [kg] by body.
-    ``com``: a half width [m] for all movable bodies, or a dict of half widths (3,) [m] by body: a box along the world
-    axes around the centre of mass. What is not named is taken as known. Poses, contacts and points stay as they are.
+    ``friction`` is a relative width (0.2 means ± 20 %) or an interval (low, high) for all touching pairs, or a dict of
+    intervals by the names of the two bodies. ``mass`` is a relative width for all movable bodies, or a dict of
+    intervals (low, high) [kg] by body name. ``com`` is a half width [m] for all movable bodies, or a dict of half
+    widths (3,) [m] by body name; the box lies along the world axes around the centre of mass. Anything that is not
+    named is taken as known. Poses, contacts and points are held in place. ``points``, ``directions`` and ``standing``
+    have the same meaning as in ``robustness``.
 
-    Exact, not sampled: the lower end of every μ, and of masses and centres of mass all corners (``guarantee`` says
-    why), at one set-up each. Their number doubles with every uncertain value (shifts along gravity do not count); more
-    than 4,096 raise HoldfastError.
+    The answer is exact and not sampled: it takes the lower end of every μ, and all corners of the masses and centres of
+    mass; ``guarantee`` says why this suffices. Each corner needs one set-up. The number of corners doubles with every
+    uncertain value, but shifts of a centre of mass along gravity do not count. Raises HoldfastError if there are more
+    than 4,096 corners.
     """
     assembly = checked_assembly(assembly)
     where = f"worst case of {body!r}"

@@ -1,1 +1,1 @@
-"""Answers for people and programs: plain data for JSON, tables for the terminal, pictures. No physics here."""
+"""Answers for people and programs: tables for the terminal, data for JSON, and pictures; there is no physics here."""

@@ -1,4 +1,4 @@
-"""Answers as plain data for ``--json``: what ``to_dict`` says, and what it leaves out of the assembly."""
+"""Answers as plain data for ``--json``: the data of ``to_dict`` and those of the assembly that it leaves out."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from holdfast.queries.stability import Stability
 
 
 def interfaces_data(assembly: Assembly) -> list[dict[str, Any]]:
-    """The interfaces of an assembly."""
+    """Return the interfaces of an assembly as plain data."""
     return [
         {
             "bodies": list(interface.bodies),
@@ -26,7 +26,7 @@ def interfaces_data(assembly: Assembly) -> list[dict[str, Any]]:
 
 
 def stability_data(assembly: Assembly, result: Stability) -> dict[str, Any]:
-    """What ``holdfast assess --json`` prints."""
+    """Return the data that ``holdfast assess --json`` prints."""
     return {
         "scene": assembly.scene.name,
         **result.to_dict(),
@@ -38,6 +38,6 @@ def stability_data(assembly: Assembly, result: Stability) -> dict[str, Any]:
 
 
 def placement_data(result: Placement) -> dict[str, Any]:
-    """What ``holdfast place --json`` prints."""
+    """Return the data that ``holdfast place --json`` prints."""
     contacts = [] if result.assembly is None else interfaces_data(result.assembly)
     return result.to_dict() | {"contacts": [contact for contact in contacts if result.name in contact["bodies"]]}

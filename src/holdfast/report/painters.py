@@ -1,4 +1,7 @@
-"""Which function draws which answer; an answer's ``save_png`` and ``save_html`` find them in ``base.painters``."""
+"""Register the function that draws each class of answers.
+
+The methods ``save_png`` and ``save_html`` of an answer find it in ``base.painters``.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ from holdfast.report.transport import save_polar
 
 
 def register() -> None:
-    """Make all answers that can be drawn find their painters."""
+    """Register the painters of all answers that can be drawn."""
     register_painter(RobustnessMap, ".png", save_png)
     register_painter(RobustnessMap, ".html", save_html)
     register_painter(TransportLimits, ".png", _polar)

@@ -1,4 +1,4 @@
-"""The order in which an assembly is taken apart, body by body, without anything falling."""
+"""Find an order in which an assembly can be taken apart, body by body, without anything falling."""
 
 from __future__ import annotations
 
@@ -26,16 +26,18 @@ from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
 from holdfast.scene.scene import Scene
 
-SHOWN = 8  # names in a line
-BUDGET = 2000  # answers by contact forces after which a search stops
+SHOWN = 8  # the most body names in one line
+BUDGET = 2000  # number of answers by contact forces after which a search stops
 
 
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
 class PaperRow(Value):
-    """The paper's test of one body (Sec. VII-C): its ``force`` [N], R at the centre of mass upward, against its weight.
+    """The paper's test of one body (Sec. VII-C), which compares R with the body's weight.
 
-    It calls a body removable where both are equal. That is unsafe (every voussoir of an arch passes): information only.
+    ``force`` [N] is R at the centre of mass, upwards, and ``weight`` [N] is the body's weight. The paper calls a body
+    removable if the two are equal. That test is not safe, because every voussoir of an arch passes it; the table is for
+    information only.
     """
 
     body: str
@@ -47,13 +49,16 @@ class PaperRow(Value):
 @archived
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Disassembly(PublicValue):
-    """An order of removals.
+    """An order in which bodies can be taken out of ``assembly``.
 
-    ``order`` names the bodies in turn and ``steps`` hold each one's answer with its reasons. Where not everything (or
-    not the ``goal``) could be reached, ``remaining`` bodies stay and ``blocked`` says of each why it cannot go next.
-    ``proven``: no order is better (with a goal: none takes fewer removals; without: none gets to the end where this one
-    does not). ``bound``: no order takes fewer removals. ``lift`` (3,) is the unit direction of the exits. ``method`` is
-    the engine, by name ``engine``, that was asked about ``assembly``.
+    ``order`` names the bodies in turn, and ``steps`` holds the answer for each of them with its reason. ``reached``
+    says whether everything, or the ``goal``, is taken out. If not, ``remaining`` names the bodies that stay, and
+    ``blocked`` says which of them cannot go next, and why.
+
+    ``proven`` means that no order is better: with a goal, none takes fewer removals; without one, no order takes out
+    everything if this one does not. ``bound`` is a lower bound on the number of removals of any order. ``lift`` (3,) is
+    the unit direction in which bodies leave, world frame. ``method`` is the engine that answered, and ``engine`` is its
+    name.
     """
 
     assembly: Assembly
@@ -67,53 +72,59 @@ class Disassembly(PublicValue):
 
     @property
     def engine(self) -> str:
-        """The engine's name."""
+        """The name of the engine."""
         return self.method.name
 
     @property
     def claim(self) -> Claim:
-        """What the engine promises."""
+        """What the engine promises about its answers."""
         return self.method.claim
 
     @cached_property
     def removals(self) -> Removals:
-        """Answers for the bodies in any state of the assembly; those known from the search are not worked out again.
+        """The answers for the bodies in any state of the assembly; answers from the search are not computed again.
 
-        A copy of this value, from a file or another process, works them out anew.
+        A copy of this value, from a file or from another process, computes them again.
         """
         return Removals(self.assembly, self.method, self.lift)
 
     @property
     def order(self) -> tuple[str, ...]:
-        """The bodies, first to last."""
+        """The names of the bodies in the order of their removal."""
         return tuple(step.body for step in self.steps)
 
     @property
     def assembly_order(self) -> tuple[str, ...]:
-        """The order backwards: how to put together what was taken apart."""
+        """The order reversed, in which the bodies can be put together again."""
         return self.order[::-1]
 
     @property
     def remaining(self) -> tuple[str, ...]:
-        """The bodies that stay."""
+        """The names of the bodies that are not taken out."""
         return tuple(name for name in self.removals.names if name not in self.order)
 
     @cached_property
     def blocked(self) -> dict[str, str]:
-        """Where the end was not reached: those of the remaining bodies that cannot go next, and why."""
+        """If the end was not reached, the remaining bodies that cannot go next, each with the reason."""
         if self.reached:
             return {}
         stuck = (removal for removal in self.answers(len(self.steps)) if removal.answer is not Answer.SAFE)
         return {removal.body: removal.reason for removal in stuck}
 
     def answers(self, step: int = 0) -> tuple[Removal, ...]:
-        """The answer for every body that is there before ``step``, with all reasons against it."""
+        """Return the answer for every body that is present before ``step``, with all reasons against its removal.
+
+        Raises HoldfastError if there is no such step.
+        """
         left = frozenset(self.removals.names) - set(self.order[: self._checked(step)])
         names = [name for name in self.removals.names if name in left]
         return tuple(self.removals.answer(name, left, exit_first=False) for name in names)
 
     def paper_table(self, step: int = 0) -> tuple[PaperRow, ...]:
-        """The paper's table of the bodies that are there before ``step``: R at the centre of mass, upward [N]."""
+        """Return the paper's table for the bodies that are present before ``step``; see PaperRow.
+
+        Raises HoldfastError if there is no such step.
+        """
         left = frozenset(self.removals.names) - set(self.order[: self._checked(step)])
         rows = {}
         for part in self.removals.parts(left):
@@ -122,17 +133,20 @@ class Disassembly(PublicValue):
         return tuple(rows[name] for name in self.removals.names if name in rows)
 
     def save_png(self, path: str | os.PathLike[str]) -> None:
-        """Draw the sequence: every state, the body that goes next in colour; of long orders every n-th."""
+        """Draw every state of the sequence as a PNG, with the next body in colour.
+
+        Of a long order, only every n-th state is drawn.
+        """
         paint(self, path, ".png")
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data for JSON."""
+        """Return plain data for JSON."""
         names = ("engine", "claim", "lift", "goal", "order", "assembly_order", "reached", "proven", "bound", "blocked")
         data = {name: to_dict(getattr(self, name)) for name in (*names, "steps")}
         return {"scene": self.assembly.scene.name} | data
 
     def summary(self) -> Summary:
-        """The steps in order."""
+        """Summarise the answer by its steps in order."""
         whole = len(self.assembly.movable)
         headline = f"{len(self.steps)} of {whole} bodies come out: {', '.join(self.order[:SHOWN])}"
         outcome = f"reached {self.reached}, proven {self.proven}, at least {number(self.bound)} removals"
@@ -160,12 +174,15 @@ def disassembly_order(
     budget: int = BUDGET,
     engine: EngineChoice = DEFAULT_ENGINE,
 ) -> Disassembly:
-    """In which order bodies can be lifted out along ``lift`` (3,) one by one while the rest stands.
+    """Find an order in which bodies can be lifted out along ``lift`` (3,), one by one, while the others stand.
 
-    A body may go when its straight way out is free of all other bodies, the rest stands without it, nothing else moves
-    while its weight is taken, and nothing comes along. ``goal``: take these out with the fewest removals; without it,
-    all movable bodies. ``budget``: how many answers by contact forces a search may take. An assembly that does not
-    stand raises UnstableError (a SceneError), one that is undecided SolverError, with the verdict.
+    A body may be taken out if four conditions hold: its straight way out is free of all other bodies; the others stand
+    without it; nothing else moves while its weight is taken; and nothing comes along with it. With a ``goal``, the
+    bodies that it names are taken out with the fewest removals; without one, all movable bodies are taken out.
+    ``budget`` is the number of answers by contact forces after which a search stops.
+
+    Raises UnstableError (a SceneError) if the assembly does not stand, and SolverError with the verdict if this is
+    undecided. Raises SceneError if the goal is empty, unknown or fixed.
     """
     assembly = checked_assembly(assembly)
     method = engine_of(engine)
@@ -188,7 +205,7 @@ def disassembly_order(
         proven=plan.proven,
         bound=plan.bound,
     )
-    vars(found)["removals"] = removals  # in place of the cached property: nothing is worked out twice
+    vars(found)["removals"] = removals  # fills the cached property, so that nothing is computed twice
     return found
 
 

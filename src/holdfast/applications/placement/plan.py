@@ -1,4 +1,4 @@
-"""Ask for a placement: one call, or a planner that is asked with many seeds."""
+"""Plan a placement: with one call, or with a planner that can be asked with many seeds."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ from holdfast.scene.body import Body
 from holdfast.scene.friction import Friction
 from holdfast.scene.scene import Scene
 
-SPACING = 0.01  # [m] between the points of a map
-MASS_MARGIN = 0.1  # share of its weight by which the object may be heavier than it was said to be
+SPACING = 0.01  # [m] distance between the points of a robustness map
+MASS_MARGIN = 0.1  # share of its weight by which the object may be heavier than stated
 
 
 def plan_placement(
@@ -52,19 +52,35 @@ def plan_placement(
     spacing: float = SPACING,
     confirm: EngineChoice | None = DEFAULT_ENGINE,
 ) -> Placement:
-    """Find a pose for ``body`` in which everything stands; its own pose is of no account.
+    """Find a pose for ``body`` in which everything stands; the pose that it already has is ignored.
 
-    ``region`` [m]: low and high corner of a box, (2, 2) horizontal or (2, 3): the points of the scene that the pose is
-    built on lie in it, and, seen from above, the centre of mass. ``budget`` [s], maps of the scene included, and
-    ``attempts`` end the search, after one try at the earliest; the same ``seed`` gives the same answer unless the time
-    cut it short. ``candidates``: the best of that many stable poses. ``supports``: names of the bodies it may be built
-    on (all unless given), of which it must touch ``least_supports`` (1 to 3 points are built on; it may lean on others
-    besides, but for those named in ``avoid``).
-    ``orientations`` (k, 3, 3): allowed rotations, body to world, each turned about the vertical as may be unless
-    ``turn`` is False, to within ``tilt`` [deg]. ``approach`` (3,): the straight way in, for instance (0, 0, -1), must
-    be free. ``weights`` bias the choice. ``friction``: the table of the scene with the object, where the scene's own
-    does not name it. Everything must stand even if the object were heavier by the share ``mass_margin``. ``spacing``
-    [m] is that of all maps. ``confirm``: the engine that also has to find the pose stable, or None.
+    Where it may be placed:
+
+    - ``region`` [m]: the low and high corner of a box, (2, 3), or (2, 2) for its horizontal coordinates. The points of
+      the scene on which the pose is built lie in it and so does, seen from above, the centre of mass.
+    - ``supports``: names of the bodies on which the object may be placed; all by default. The pose is built on 1 to 3
+      points of these bodies, and the object must touch ``least_supports`` of them. It may also lean on other bodies,
+      but must not touch those named in ``avoid``.
+    - ``orientations`` (k, 3, 3): the allowed rotations, body frame to world, to within ``tilt`` [deg]. Each may also be
+      turned about the vertical, unless ``turn`` is False.
+    - ``approach`` (3,): the straight way in along this direction, for example (0, 0, -1), must be free.
+
+    How the search runs:
+
+    - ``budget`` [s], which includes the maps of the scene, and ``attempts`` end the search, but not before one attempt.
+    - ``seed``: the same seed gives the same answer, unless the search ran out of time.
+    - ``candidates``: the search stops after this many stable poses and returns the best of them.
+    - ``weights`` bias the choice; see Weights.
+    - ``spacing`` [m]: the distance between the points of all maps.
+
+    What must hold at the end:
+
+    - ``friction``: the table of the scene with the object. By default it is the scene's own table.
+    - ``mass_margin``: everything must stand even if the object were heavier by this share.
+    - ``confirm``: a second engine that must also find the pose stable, or None.
+
+    If no place is found, the result says why. Raises SceneError if ``body`` is fixed, is not a Body or has the name of
+    another body, and HoldfastError if an option is invalid.
     """
     return planner(
         assembly, body, engine=engine, region=region, supports=supports, least_supports=least_supports, avoid=avoid,
@@ -97,7 +113,7 @@ def planner(
     spacing: float = SPACING,
     confirm: EngineChoice | None = DEFAULT_ENGINE,
 ) -> Planner:
-    """A planner to be asked with many seeds; arguments as of ``plan_placement``."""
+    """Return a planner that can be asked with many seeds; the arguments are those of ``plan_placement``."""
     assembly = checked_assembly(assembly)
     where = "plan_placement"
     if not isinstance(body, Body):

@@ -28,6 +28,7 @@ from holdfast.engines.limit.gauge import Cuts
 from holdfast.engines.limit.load_limit import LoadLimit
 from holdfast.engines.limit.loose import comes_loose
 from holdfast.engines.limit.program import LoadProgram
+from holdfast.engines.limit.repair import Repair
 from holdfast.engines.limit.sensitivity import gradient
 from holdfast.engines.limit.sets import find_set
 from holdfast.engines.limit.worst_case import corners_of, weakest
@@ -174,7 +175,7 @@ class LimitState:
         kinds = np.array([Status.INFINITE, Status.FINITE, Status.UNDECIDED], dtype=object)
         status = kinds[np.where(bounds.undecided, 2, finite.astype(int))]
         used = np.unique(bounds.cut[finite & (bounds.cut >= 0)])
-        rows = np.array([self.cuts.rows[k] for k in used]).reshape(len(used), len(W))
+        rows = np.array([self.cuts.motions[k] for k in used]).reshape(len(used), len(W))
         known = dict(zip((int(k) for k in used), self.mechanisms(rows), strict=True))
         told = [known.get(int(k)) if f else None for k, f in zip(bounds.cut, finite, strict=True)]
         return Answers.of(force=lower, lower=lower, upper=upper, status=status.tolist(), mechanism=told, **self._known)
@@ -224,13 +225,16 @@ class LimitState:
         solution = self._program.maximise(scaled / size)
         if solution.outcome is Outcome.UNBOUNDED and self._supports_itself(solution, scaled / size):
             ray = solution.x[:-1].reshape(-1, 3) / solution.x[-1] * self.assembly.weight * size
-            return LoadLimit(np.inf, np.inf, np.inf, Status.INFINITE, None, self.rest.nodes.world(ray)), solution
+            return LoadLimit(np.inf, np.inf, np.inf, Status.INFINITE, None, ray=self.rest.nodes.world(ray)), solution
         if solution.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED) or solution.residual > ACCEPTED:
             return LoadLimit(0.0, 0.0, np.inf, Status.UNDECIDED, None), solution
         return self._bounded(solution, load, size), solution
 
     def _bounded(self, solution: ConeSolution, load: Float, size: float) -> LoadLimit:
-        """Bounds from both sides: s of the primal point, and gravity over load power of the dual mechanism."""
+        """Bounds from both sides: s of the primal point, and gravity over load power of the dual mechanism.
+
+        The second holds for a motion in the dual cone: the mechanism as the solver gives it is mended first.
+        """
         primal = max(float(solution.x[-1]), 0.0) / size
         twists = self.assembly.equation_scale * solution.z[: len(load)]
         power = float(twists @ load)
@@ -239,8 +243,21 @@ class LimitState:
         dual = max(-float(twists @ self.wrench) / power, 0.0)
         spill = float(np.abs(solution.z).sum()) * solution.residual * self.assembly.weight / power
         slack = MARGIN * max(primal, dual) + spill
-        lower, upper = max(min(primal, dual) - slack, 0.0), max(primal, dual) + slack
-        return LoadLimit(primal, lower, upper, Status.FINITE, twists / power)
+        proof = self._proof(twists / power, load)
+        proved = np.inf if proof is None else -float(proof @ self.wrench)
+        lower, upper = max(min(primal, dual) - slack, 0.0), max(primal, dual, proved) + slack
+        return LoadLimit(primal, lower, upper, Status.FINITE, twists / power, proof)
+
+    def _proof(self, twists: Float, load: Float) -> Float | None:
+        """The motion mended so that no contact force gains on it, at unit load power; None where it cannot be."""
+        mended = self._repair.mended(twists)
+        power = 0.0 if mended is None else float(mended @ load)
+        return mended / power if mended is not None and power > 0 else None
+
+    @cached_property
+    def _repair(self) -> Repair:
+        cone = FrictionCone(self.engine.cone, self.engine.sides)
+        return Repair(self.assembly, self.rest.nodes, cone, self._gather)
 
     def _supports_itself(self, solution: ConeSolution, column: Float) -> bool:
         """Whether the ray of an unbounded program holds: contact forces in the cones that balance the load alone."""

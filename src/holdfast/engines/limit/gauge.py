@@ -12,15 +12,20 @@ from holdfast.engines.limit.load_limit import LoadLimit
 
 @dataclass
 class Cuts:
-    """Lower bounds for the loads of all bodies: γ(w) >= row @ w for each of ``rows`` (6J,) and any w (6J,)."""
+    """Lower bounds for the loads of all bodies: γ(w) >= row @ w for each of ``rows`` (6J,) and any w (6J,).
+
+    ``motions`` (6J,) are the collapse mechanisms of the solved loads that the rows come from.
+    """
 
     rows: list[Float] = field(default_factory=list)
+    motions: list[Float] = field(default_factory=list)
 
     def learn(self, limit: LoadLimit) -> int | None:
         """Take the cut of one solved load; returns its number, None where it proves none."""
         if limit.twists is None or not limit.upper > 0:
             return None
-        self.rows.append(limit.twists / limit.upper)
+        self.rows.append(np.zeros_like(limit.twists) if limit.proof is None else limit.proof / limit.upper)
+        self.motions.append(limit.twists)
         return len(self.rows) - 1
 
 

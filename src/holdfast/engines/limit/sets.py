@@ -87,9 +87,9 @@ class _Search:
             return
         reach = 1 / float(np.abs(direction).max())
         self.points.append(min(limit.lower, reach) * direction)
-        if limit.twists is not None:
-            normal = self.columns.T @ limit.twists
-            self.cuts.append(normal / (limit.upper + self._slack(normal, limit.twists)))
+        if limit.proof is not None:
+            normal = self.columns.T @ limit.proof
+            self.cuts.append(normal / (limit.upper + self._slack(normal, limit.proof)))
 
     def _slack(self, normal: Float, twists: Float) -> float:
         """How far a cut may be wrong where the solver's twists leave the dual cone: by loads and by weights."""

@@ -1,6 +1,6 @@
-"""Reader for block assemblies as polygon meshes with one friction coefficient (keys ``blocks``, ``interfaces``).
+"""Read block assemblies: polygon meshes with one friction coefficient (keys ``blocks`` and ``interfaces``).
 
-The interfaces in such a file are another detector's and are left alone, since a scene holds no contacts.
+A scene holds no contacts, so the interfaces in such a file, which another program detected, are ignored.
 """
 
 from __future__ import annotations
@@ -24,13 +24,16 @@ from holdfast.scene.shapes import Mesh
 
 
 def sniff(source: Source) -> bool:
-    """Whether this is a block assembly."""
+    """Tell whether the file is a block assembly."""
     data = source.data
     return isinstance(data, dict) and isinstance(data.get("blocks"), list)
 
 
 def read(source: Source) -> Scene:
-    """The scene of a block assembly; faces may be non-triangular and non-convex."""
+    """Return the scene of a block assembly; faces may have more than three corners and may be non-convex.
+
+    Raises SceneError if the file is not a valid block assembly.
+    """
     data, path = source.data, source.path
     try:
         bodies = [_body(block, path) for block in data["blocks"]]
@@ -51,7 +54,7 @@ def _body(block: dict[str, Any], path: Path) -> Body:
 
 
 def triangulated(vertices: Float, face: Int) -> Int:
-    """(t, 3) triangles over the corners of a nearly flat, possibly non-convex polygon, wound like it."""
+    """Split a nearly flat, possibly non-convex polygon into triangles (t, 3) with the same winding."""
     if len(face) == 3:
         return face[None]
     corners = vertices[face]
