@@ -42,7 +42,8 @@ def arrays(value: object, where: str) -> Iterator[tuple[str, np.ndarray]]:
             continue
         if id(item) not in seen:
             seen[id(item)] = item  # kept alive, so that no other object gets its number
-            waiting += [(path + step, part) for step, part in parts(item)]
+            # a reduced surface has a reduced one again, and so on: no step is taken twice in a row
+            waiting += [(path + step, part) for step, part in parts(item) if not path.endswith(step)]
 
 
 def writable(value: object, where: str) -> list[str]:
