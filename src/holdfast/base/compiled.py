@@ -35,6 +35,8 @@ FOLDER_VARIABLE = "HOLDFAST_CACHE_DIR"  # environment variable that names anothe
 KEPT = 16  # number of folders of machine code that are kept, so that several checkouts can be used at a time
 DIGEST = 32  # length in bytes of the SHA-256 checksum in front of every file of machine code
 
+_DISPATCHERS: dict[Callable[..., Any], Callable[..., Any]] = {}  # of ``compilable`` functions
+
 _PACKAGE = Path(__file__).parents[1]
 _IMPORT = re.compile(r"^\s*from (holdfast[\w.]*) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
 _CONSTANT = re.compile(r"\b[A-Z][A-Z0-9_]+\b")
@@ -56,13 +58,13 @@ def compilable(function: Callable[P, R]) -> Callable[P, R]:
     dispatcher = compiled(function)
     if dispatcher is not function:
         function._numba_type_ = dispatcher._numba_type_  # type: ignore[attr-defined]  # what Numba takes it for
-        function._machine_code = dispatcher  # type: ignore[attr-defined]  # which that refers to weakly
+        _DISPATCHERS[function] = dispatcher  # Numba's type refers to it weakly
     return function
 
 
 def machine_code(function: Callable[P, R]) -> Callable[P, R]:
     """Return the compiled version of a ``compilable`` function."""
-    return cast(Callable[P, R], getattr(function, "_machine_code", function))
+    return cast(Callable[P, R], _DISPATCHERS.get(function, function))
 
 
 def machine_code_folder() -> Path:
