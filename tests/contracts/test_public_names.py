@@ -302,10 +302,14 @@ def test_import_is_light() -> None:
 
 def test_names_are_found_where_type_checkers_look() -> None:
     """The lists in holdfast/__init__.py agree: imports for type checkers, homes for the running program, __all__."""
-    tree = ast.parse(Path(hf.__file__).read_text())
+    (block,) = [
+        node
+        for node in ast.parse(Path(hf.__file__).read_text()).body
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+    ]
     imports = {
         (node.module, alias.name)
-        for node in ast.walk(tree)
+        for node in block.body
         if isinstance(node, ast.ImportFrom) and str(node.module).startswith("holdfast.")
         for alias in node.names
     }

@@ -113,7 +113,7 @@ def test_off_centre_push_by_richardson() -> None:
     assembly = shipped("cube")
     load = np.r_[X, np.cross(np.array([-0.05, 0.045, 0.02]) - assembly.com[0], X)][:, None]
     coarse, fine = (
-        Compliant().on(assembly, assembly.weight_wrench(), even_grid(assembly, side)).paths(load).peak[0]
+        Compliant().on(assembly, assembly.weight_wrench(), even_grid(assembly, side)).grid.paths(load).peak[0]
         for side in (21, 41)
     )
     assert fine + (fine - coarse) / 3 == pytest.approx(3.544, rel=1e-3)

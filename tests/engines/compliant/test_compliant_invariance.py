@@ -86,7 +86,7 @@ def test_splitting_a_patch_with_its_nodes_changes_nothing() -> None:
     for given_ in (assembly, split):
         nodes = even_grid(given_, 21)
         load = columns(given_, [("cube", np.array(OFF[1]), X)])
-        answers.append(Compliant().on(given_, given_.weight_wrench(), nodes).paths(load).peak[0])
+        answers.append(Compliant().on(given_, given_.weight_wrench(), nodes).grid.paths(load).peak[0])
     assert answers[0] == pytest.approx(answers[1], rel=3e-3)
 
 

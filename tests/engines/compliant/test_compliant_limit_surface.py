@@ -32,7 +32,11 @@ def straight(assembly: Assembly, count: int, seed: int) -> Pushes:
 def test_any_push_on_many_nodes(name: str, seed: int) -> None:
     assembly = shipped(name)
     pushes = random_pushes(assembly, 50, seed)
-    got = Compliant().on(assembly, assembly.weight_wrench(), even_grid(assembly, 41)).paths(columns(assembly, pushes))
+    got = (
+        Compliant()
+        .on(assembly, assembly.weight_wrench(), even_grid(assembly, 41))
+        .grid.paths(columns(assembly, pushes))
+    )
     expected = truth(assembly, pushes)
     np.testing.assert_array_equal(np.isfinite(got.peak), np.isfinite(expected))
     np.testing.assert_allclose(got.peak, expected, rtol=0.01)

@@ -84,7 +84,7 @@ class Standing:
         """
         loaded = _loaded(W)
         asked = W[:, loaded]
-        bodies = np.flatnonzero((asked != 0).reshape(-1, 6, len(loaded)).any((1, 2)))
+        bodies = np.flatnonzero((asked != 0).reshape(len(W) // 6, 6, len(loaded)).any((1, 2)))
         if not len(loaded):
             columns = Columns.unknown(0)
         elif isinstance(accuracy, Within) and len(loaded) >= MANY and len(bodies) == 1:
