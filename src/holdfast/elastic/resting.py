@@ -47,23 +47,12 @@ class Rest(NamedTuple):
 
 
 @compilable
-def settle(m: Elastic, work: Work, weight: float, q: Float, drift: Float, sparse: SparseSolver | None) -> Rest:
-    """Find q (6J,) at rest under ``weight`` times the wrench and no load, from bonded contacts.
-
-    Where bodies drift, ``drift`` (6J,) becomes their velocity.
-    """
-    bonded = q.copy()
-    single = lessen_drag(m, work, weight, q, drift, sparse)
-    if single.outcome != RestOutcome.LOST:
-        return single
-    put(q, bonded)
-    moved = move(m, work, weight, q, drift, sparse)
-    return Rest(moved.outcome, single.steps + moved.steps, moved.drag)
-
-
-@compilable
 def lessen_drag(m: Elastic, work: Work, weight: float, q: Float, drift: Float, sparse: SparseSolver | None) -> Rest:
-    """``settle`` in single steps from the undeformed assembly, with ever less drag."""
+    """Find q (6J,) at rest under ``weight`` times the wrench and no load, with ever less drag.
+
+    In single steps from the undeformed assembly; q is at first as with all contacts bonded. Where bodies drift,
+    ``drift`` (6J,) becomes their velocity.
+    """
     n = len(q)
     origin, old = np.zeros(n), np.zeros(n)
     work.w[:] = 0.0
@@ -116,7 +105,7 @@ def lessen_drag(m: Elastic, work: Work, weight: float, q: Float, drift: Float, s
 
 @compilable
 def move(m: Elastic, work: Work, weight: float, q: Float, drift: Float, sparse: SparseSolver | None) -> Rest:
-    """``settle`` along the overdamped motion D q' = r(q) from q, by implicit steps.
+    """Find rest as ``lessen_drag`` does, but along the overdamped motion D q' = r(q) from q, by implicit steps.
 
     It drifts where its velocity has been the same for nearly all of the time and of the way, with a force that is no
     rounding error.

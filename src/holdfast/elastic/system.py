@@ -17,7 +17,7 @@ from holdfast.elastic.law import Elastic
 from holdfast.elastic.linear import Work, make_work
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.path import PathResult, follow, load_at_peak
-from holdfast.elastic.resting import bond_all, move, settle
+from holdfast.elastic.resting import bond_all, lessen_drag, move
 from holdfast.elastic.sparse import SparseSolver
 from holdfast.elastic.stepper import make_stepper
 
@@ -73,15 +73,20 @@ class System:
     def come_to_rest(self, near: Float | None = None) -> Settled:
         """Let bonded contacts come to rest, or not; if given, try first from a displacement ``near`` (n,)."""
         n = len(self.model.wrench)
+        lessen, travel = self._compiled(lessen_drag), self._compiled(move)
         q, drift = np.zeros(n), np.zeros(n)
         if near is not None:
             q[:] = near
-            found = self._compiled(move)(self.model, self.work, 1.0, q, drift, self.sparse)
-            if found.outcome != RestOutcome.LOST:
+            found = travel(self.model, self.work, 1.0, q, drift, self.sparse)
+            if found.outcome is not RestOutcome.LOST:
                 return Settled(found.outcome, q, drift, found.steps, found.drag)
         bond_all(self.model, self.work, 1.0, q, self.sparse)
-        found = self._compiled(settle)(self.model, self.work, 1.0, q, drift, self.sparse)
-        return Settled(found.outcome, q, drift, found.steps, found.drag)
+        bonded = q.copy()
+        found = lessen(self.model, self.work, 1.0, q, drift, self.sparse)
+        if found.outcome is not RestOutcome.LOST:
+            return Settled(found.outcome, q, drift, found.steps, found.drag)
+        moved = travel(self.model, self.work, 1.0, bonded, drift, self.sparse)
+        return Settled(moved.outcome, bonded, drift, found.steps + moved.steps, moved.drag)
 
     def paths(self, start: Float, loads: Float, *, cuts: bool = False) -> PathResult:
         """Follow the paths of ``loads`` (k, n), none of them zero, from the state of rest ``start`` (n,).

@@ -1,0 +1,45 @@
+"""A block on four springs, made by hand: what the tests of load paths share."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from holdfast.elastic.law import Elastic, bond
+
+Array = NDArray[np.float64]
+
+FLOOR = -1
+HALF = 0.5  # of its width: the nodes are at the corners
+HEIGHT = 1.0  # of its centre of mass
+
+
+def block(mu: float) -> Elastic:
+    """One body of unit weight, whose base is a sheet of four nodes on the floor; lengths in units of its width."""
+    x, y = (HALF * np.array(signs, dtype=float) for signs in ((-1, 1, -1, 1), (-1, -1, 1, 1)))
+    R = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])  # rows: normal, two tangents
+    T = np.zeros((1, 6, 6))
+    T[0, :3, :3] = T[0, 3:, 3:] = R
+    T[0, :3, 3:] = np.cross((0, 0, -HEIGHT), R)
+    model = Elastic(
+        first=np.array([0, 4]),
+        x=x,
+        y=y,
+        k=np.full(4, 0.25),
+        mu=np.array([mu]),
+        rho=1.0,
+        a=np.array([FLOOR]),
+        b=np.array([0]),
+        Ta=np.zeros((1, 6, 6)),
+        Tb=T,
+        wrench=np.array([0.0, 0, -1, 0, 0, 0]),
+        scale=np.ones(6),
+        bonded=np.zeros((1, 6, 6)),
+    )
+    bond(model)
+    return model
+
+
+def push(force: tuple[float, float, float], height: float = 0.0) -> Array:
+    """A load (6,): ``force`` at ``height`` above the centre of mass."""
+    return np.concatenate([force, np.cross((0, 0, height), force)]).astype(float)

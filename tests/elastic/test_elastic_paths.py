@@ -1,0 +1,191 @@
+"""Load paths of a block: closed forms, what single steps meet, and the same results compiled and in Python."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from elastic_blocks import HALF, HEIGHT, Array, block, push
+
+from holdfast.elastic.linear import make_work
+from holdfast.elastic.outcome import Event, PathOutcome, RestOutcome, goes_on, outcome_of
+from holdfast.elastic.path import PathResult
+from holdfast.elastic.sparse import SparseSolver
+from holdfast.elastic.stepper import MOST_CHANGES, Progress, advance, appraise, begin, cross_change, make_stepper
+from holdfast.elastic.system import System
+
+X, DOWN, UP = (1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)
+PUSHES = {
+    "slides": (0.2, push(X), 0.2),
+    "tilts": (2.0, push(X), HALF / HEIGHT),
+    "pressed": (0.5, push(DOWN), np.inf),
+    "slanted": (0.5, push((0.6, 0.3, -0.4), 0.2), None),
+}
+
+
+@pytest.mark.parametrize("make", [System.dense, System.by_lu])
+@pytest.mark.parametrize(("mu", "load", "peak"), [p for p in PUSHES.values() if p[2] is not None])
+def test_peaks_have_their_closed_form(make: object, mu: float, load: Array, peak: float) -> None:
+    system = make(block(mu))
+    rest = system.come_to_rest()
+    assert rest.outcome is RestOutcome.RESTS
+    found = system.paths(rest.q, load[None])
+    assert found.outcome[0] == (PathOutcome.PEAK if np.isfinite(peak) else PathOutcome.ENDLESS)
+    assert found.factor[0] == pytest.approx(peak, rel=2e-4)
+
+
+def test_a_body_lifted_straight_up_loses_all_contacts_at_once_at_the_peak() -> None:
+    """Behind it there is no path: the outcome is for others to find."""
+    system = System.dense(block(0.5))
+    found = system.paths(system.come_to_rest().q, push(UP)[None])
+    assert found.outcome[0] == PathOutcome.LOST
+    assert found.peak[0] == pytest.approx(1.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", PUSHES)
+def test_machine_code_and_python_give_the_same_path(name: str) -> None:
+    mu, load, _ = PUSHES[name]
+    one, two = (
+        system.paths(system.come_to_rest().q, load[None], cuts=True)
+        for system in (System.dense(block(mu)), System.by_lu(block(mu)))
+    )
+    assert one.outcome == two.outcome
+    for field in ("peak", "q", "plane", "cut"):
+        np.testing.assert_allclose(getattr(one, field), getattr(two, field), rtol=1e-4, atol=1e-5, err_msg=field)
+
+
+def test_what_has_no_weight_to_rest_on_drifts() -> None:
+    falling = block(0.5)._replace(wrench=np.array([0.0, 0, 1, 0, 0, 0]))
+    end = System.dense(falling).come_to_rest()
+    assert end.outcome is RestOutcome.DRIFTS
+    assert end.drift[2] > 0
+
+
+def test_results_are_read_only_and_change_in_copies() -> None:
+    system = System.dense(block(0.2))
+    found = system.paths(system.come_to_rest().q, np.array([push(X), push(DOWN)]))
+    for column in found:
+        assert not column.flags.writeable
+    other = found.replaced(np.array([1]), found.chosen(np.array([0])))
+    assert other.outcome.tolist() == [PathOutcome.PEAK, PathOutcome.PEAK]
+    assert found.outcome.tolist() == [PathOutcome.PEAK, PathOutcome.ENDLESS]
+
+
+def test_factors_say_how_paths_end() -> None:
+    lost = PathResult.lost(3, 6, cuts=False)
+    found = lost._replace(
+        outcome=np.array([PathOutcome.LOST, PathOutcome.PEAK, PathOutcome.ENDLESS]), peak=np.array([0.1, 0.2, np.inf])
+    )
+    assert found.factor.tolist() == [0.0, 0.2, np.inf]
+
+
+@pytest.mark.parametrize("event", Event)
+def test_a_path_goes_on_or_has_an_outcome(event: Event) -> None:
+    ends = {Event.FALLEN: PathOutcome.PEAK, Event.FAR: PathOutcome.PEAK, Event.FLAT: PathOutcome.PEAK}
+    ends[Event.ENDLESS] = PathOutcome.ENDLESS
+    assert outcome_of(event) == ends.get(event, PathOutcome.LOST)
+    if event in ends:
+        assert not goes_on(event)
+
+
+class Walk:
+    """A path of a block, step by step."""
+
+    def __init__(self, mu: float, load: Array, start: Array | None = None) -> None:
+        self.model = block(mu)
+        self.work = make_work(self.model, dense=False)
+        self.sparse = SparseSolver(self.model)
+        self.stepper = make_stepper(6, dense=False)
+        start = System.dense(self.model).come_to_rest().q if start is None else start
+        self.event = begin(self.model, self.work, self.stepper, start, load, self.sparse)
+
+    def step(self) -> Event:
+        self.event = advance(self.model, self.work, self.stepper, self.sparse)
+        return self.event
+
+    def cross(self) -> Event:
+        return cross_change(self.model, self.work, self.stepper, self.sparse)
+
+
+def test_a_path_begins_at_rest_and_advances() -> None:
+    walk = Walk(0.2, push(X))
+    assert walk.event is Event.BEGUN
+    assert walk.step() is Event.ADVANCED
+    assert walk.stepper.now.points == 1
+    assert walk.stepper.now.s > 0
+
+
+def test_without_contacts_no_path_begins() -> None:
+    hovering = np.array([0.0, 0, 1, 0, 0, 0])
+    assert Walk(0.2, push(X), hovering).event is Event.NO_BEGINNING
+
+
+def test_a_step_beyond_the_last_contact_is_shortened_until_it_is_stuck() -> None:
+    """Lifted straight up, all four nodes open at once: no point lies beyond."""
+    walk = Walk(0.5, push(UP))
+    walk.stepper.now.step = 100.0
+    met = [walk.step() for _ in range(4)]
+    assert met[:3] == [Event.SHORTENED] * 3
+    assert met[3] in (Event.STUCK, Event.ADVANCED)
+
+
+def test_behind_the_last_contact_a_body_is_released() -> None:
+    walk = Walk(0.5, push(UP))
+    assert walk.cross() is Event.RELEASED
+    assert walk.stepper.now.highest == pytest.approx(1.0)
+
+
+def test_behind_a_change_of_one_node_the_path_goes_on() -> None:
+    walk = Walk(0.2, push((1.0, 0.2, 0.0), 0.3))
+    assert walk.cross() is Event.NODE_CHANGED
+    assert walk.stepper.now.s > 0
+
+
+def test_too_many_changes_lead_astray() -> None:
+    walk = Walk(0.2, push((1.0, 0.2, 0.0), 0.3))
+    walk.stepper.now.changes = MOST_CHANGES
+    assert walk.cross() is Event.ASTRAY
+
+
+def test_a_point_far_from_where_both_directions_lead_is_torn() -> None:
+    """The step is long, and Newton's method lands elsewhere."""
+    walk = Walk(0.2, push((1.0, 0.2, 0.0), 0.3))
+    met = set()
+    for _ in range(60):
+        walk.stepper.now.step *= 30
+        met.add(walk.step())
+        if not goes_on(walk.event) or walk.event is Event.STUCK:
+            break
+    assert Event.TORN in met
+
+
+def at(**known: float) -> Progress:
+    now = Progress()
+    now.elastic, now.s, now.highest, now.slope, now.length, now.at_peak = 1.0, 1.0, 1.0, 0.5, 1.0, 1.0
+    now.flat_since = now.similar_since = np.inf
+    for name, value in known.items():
+        setattr(now, name, value)
+    return now
+
+
+@pytest.mark.parametrize(
+    ("now", "event"),
+    [
+        (at(), Event.ADVANCED),
+        (at(s=0.98), Event.FALLEN),
+        (at(late=61), Event.FALLEN),
+        (at(slope=-1e-9, length=10.0), Event.FALLEN),
+        (at(length=1e9, at_peak=1e9), Event.FAR),
+        (at(slope=1e-9, length=100.0, at_peak=100.0, flat_since=9.0), Event.FLAT),
+        (at(slope=1e-9, length=100.0, at_peak=100.0, flat_since=11.0), Event.ADVANCED),
+        (at(s=200.0, highest=200.0, slope=1.0, length=200.0, at_peak=200.0, similar_since=19.0), Event.PROPORTIONAL),
+        (at(s=200.0, highest=200.0, slope=1.0, length=200.0, at_peak=200.0, similar_since=21.0), Event.ADVANCED),
+    ],
+)
+def test_where_a_path_ends(now: Progress, event: Event) -> None:
+    assert appraise(now) is event
+
+
+def test_far_out_the_rise_still_to_come_is_stated() -> None:
+    now = at(length=1e9, at_peak=1e9, slope=1e-12)
+    assert appraise(now) is Event.FAR
+    assert now.short == pytest.approx(1e-3)
