@@ -4,13 +4,12 @@ import sys
 from pathlib import Path
 
 import holdfast as hf
-from holdfast.report import save_html, save_png
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
 folder.mkdir(exist_ok=True)
 m = hf.robustness_map(hf.assemble(hf.shipped_scene("tabletop")), spacing=0.015)
 for weak in m.weakest_of_each_body():
     print(f"{weak.body:12s} {weak.force:7.3g} N  {weak.mode:6s} moves {', '.join(weak.moving)}")
-save_png(m, folder / "tabletop.png")
-save_html(m, folder / "tabletop.html")
+m.save_png(folder / "tabletop.png")
+m.save_html(folder / "tabletop.html")
 print("pictures in", folder)

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 
 import holdfast as hf
-from holdfast.report import save_polar
 
 out = Path(sys.argv[1]) if len(sys.argv) > 1 else Path("out")
 out.mkdir(exist_ok=True)
@@ -20,14 +19,15 @@ for name, a, mode, moving in zip(("ahead", "back"), t.acceleration, t.mode, t.mo
 # the tray is tilted by 5 degrees, and the robot turns on the spot, half a metre from the tray
 around = hf.transport_limits(
     assembly,
-    tilt=np.radians([5, 0, 0]),
+    tilt=(5, 0, 0),
     angular_velocity=(0, 0, 1.0),
     angular_acceleration=(0, 0, 0.5),
     pivot=(0, -0.5, 0),
     engine="limit",
 )
 print(f"tilted and turning, the least of 100 directions: {around.acceleration.min():.2f} m/s²")
-save_polar([hf.transport_limits(assembly, engine="limit"), around], out / "transport.png", ["level", "tilted, turning"])
+level = hf.transport_limits(assembly, engine="limit")
+level.save_png(out / "transport.png", others=[around], names=["level", "tilted, turning"])
 
 # all sustainable accelerations as half-spaces, for a planner in any language
 safe = hf.sustainable_accelerations(assembly)

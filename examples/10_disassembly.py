@@ -4,7 +4,6 @@ import sys
 from pathlib import Path
 
 import holdfast as hf
-from holdfast.report.disassembly import save_strip
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 
@@ -15,7 +14,7 @@ for removal in d.answers():
     print(f"  {removal.body} now: {removal.answer} ({removal.reason})")
 for row in d.paper_table():
     print(f"  paper's test of {row.body}: R {row.force:.2f} N against its weight {row.weight:.2f} N")
-save_strip(d, out / "cantilever.png")
+d.save_png(out / "cantilever.png")
 
 arch = hf.disassembly_order(hf.assemble(hf.shipped_scene("arch")))
 print(f"arch: {arch.order or 'no body may go'}; v3: {arch.blocked['v3']}")

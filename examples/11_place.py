@@ -4,7 +4,6 @@ import sys
 from pathlib import Path
 
 import holdfast as hf
-from holdfast.report.placement import save_placement_png
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
 folder.mkdir(exist_ok=True)
@@ -17,7 +16,7 @@ if p.pose is None or p.weakest is None:
     sys.exit(f"no place was found: {p.reason}")
 print(f"{p.status} after {p.attempts} attempts at {p.pose[:3, 3].round(3)}, on {p.contacts[0].bodies[0]}")
 print(f"least push afterwards: {p.robustness:.3g} N on {p.weakest.body} ({p.weakest.mode})")
-save_placement_png(p, folder / "placement.png")
+p.save_png(folder / "placement.png")
 
 # a brick that no place there bears: a reason, and the try that came nearest
 brick = hf.Body("brick", hf.Box((0.05, 0.05, 0.05)), mass=50)

@@ -1,45 +1,111 @@
-"""How hard can you push here before something moves: robustness of rigid assemblies in frictional contact."""
+"""How hard can you push here before something moves: robustness of rigid assemblies in frictional contact.
 
-from holdfast.applications.disassembly.order import Disassembly, disassembly_order
-from holdfast.applications.disassembly.removal import Removal
-from holdfast.applications.placement.options import Weights
-from holdfast.applications.placement.plan import plan_placement
-from holdfast.applications.placement.result import Placement
-from holdfast.applications.transport import (
-    TransportLimits,
-    horizontal_directions,
-    inertial_loads,
-    safe_time_scale,
-    tilted,
-    transport_limits,
-)
-from holdfast.assembly.assembly import Assembly, assemble
-from holdfast.base.errors import GeometryError, HoldfastError, HoldfastWarning, SceneError, SolverError, UnstableError
-from holdfast.contacts.interface import Interface, Patch
-from holdfast.engines.compliant.engine import Compliant
-from holdfast.engines.contract import Claim, Status
-from holdfast.engines.graph.engine import Graph
-from holdfast.engines.limit.engine import Limit
-from holdfast.queries.map import RobustnessMap, robustness_map
-from holdfast.queries.push import LoadFactor, Robustness, load_factor, robustness
-from holdfast.queries.request import Load
-from holdfast.queries.sensitivity import Sensitivity, sensitivity
-from holdfast.queries.sets import ConvexSet, admissible_wrenches, sustainable_accelerations
-from holdfast.queries.stability import Stability, stability
-from holdfast.queries.uncertainty import RobustnessUnder, robustness_under
-from holdfast.queries.worst_case import WorstCase, worst_case
-from holdfast.scene.body import Body
-from holdfast.scene.formats.registry import load_scene, save_scene
-from holdfast.scene.friction import Friction
-from holdfast.scene.scene import Scene
-from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
-from holdfast.scene.shipped import shipped_scene, shipped_scenes
+Every public name is imported when it is first used, so that ``import holdfast`` costs next to nothing.
+"""
 
-__version__ = "0.1.0"
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from holdfast.base.painters import painters_come_from
+
+if TYPE_CHECKING:
+    from holdfast.applications.disassembly.order import Disassembly, disassembly_order
+    from holdfast.applications.disassembly.removal import Removal
+    from holdfast.applications.placement.options import Weights
+    from holdfast.applications.placement.plan import plan_placement
+    from holdfast.applications.placement.result import Placement
+    from holdfast.applications.saved import load_answer
+    from holdfast.applications.transport import (
+        TransportLimits,
+        horizontal_directions,
+        inertial_loads,
+        safe_time_scale,
+        tilted,
+        transport_limits,
+    )
+    from holdfast.assembly.assembly import Assembly, assemble
+    from holdfast.base.errors import (
+        GeometryError,
+        HoldfastError,
+        HoldfastWarning,
+        SceneError,
+        SolverError,
+        UnstableError,
+    )
+    from holdfast.contacts.interface import Interface, Patch
+    from holdfast.engines.answers import Bound, Claim
+    from holdfast.engines.compliant.engine import Compliant
+    from holdfast.engines.graph.engine import Graph
+    from holdfast.engines.limit.engine import Limit
+    from holdfast.engines.verdict import Status
+    from holdfast.queries.map import RobustnessMap, robustness_map
+    from holdfast.queries.push import LoadFactor, Robustness, load_factor, robustness
+    from holdfast.queries.request import Load
+    from holdfast.queries.sensitivity import Sensitivity, sensitivity
+    from holdfast.queries.sets import ConvexSet, admissible_wrenches, sustainable_accelerations
+    from holdfast.queries.stability import Stability, stability
+    from holdfast.queries.uncertainty import RobustnessUnder, robustness_under
+    from holdfast.queries.worst_case import WorstCase, worst_case
+    from holdfast.scene.body import Body
+    from holdfast.scene.formats.registry import load_scene, save_scene
+    from holdfast.scene.friction import Friction
+    from holdfast.scene.scene import Scene
+    from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
+    from holdfast.scene.shipped import shipped_scene, shipped_scenes
+
+__version__ = "0.2.0.dev0"
+
+_NAMES = {
+    "holdfast.applications.disassembly.order": ("Disassembly", "disassembly_order"),
+    "holdfast.applications.disassembly.removal": ("Removal",),
+    "holdfast.applications.placement.options": ("Weights",),
+    "holdfast.applications.placement.plan": ("plan_placement",),
+    "holdfast.applications.placement.result": ("Placement",),
+    "holdfast.applications.saved": ("load_answer",),
+    "holdfast.applications.transport": (
+        "TransportLimits",
+        "horizontal_directions",
+        "inertial_loads",
+        "safe_time_scale",
+        "tilted",
+        "transport_limits",
+    ),
+    "holdfast.assembly.assembly": ("Assembly", "assemble"),
+    "holdfast.base.errors": (
+        "GeometryError",
+        "HoldfastError",
+        "HoldfastWarning",
+        "SceneError",
+        "SolverError",
+        "UnstableError",
+    ),
+    "holdfast.contacts.interface": ("Interface", "Patch"),
+    "holdfast.engines.answers": ("Bound", "Claim"),
+    "holdfast.engines.compliant.engine": ("Compliant",),
+    "holdfast.engines.graph.engine": ("Graph",),
+    "holdfast.engines.limit.engine": ("Limit",),
+    "holdfast.engines.verdict": ("Status",),
+    "holdfast.queries.map": ("RobustnessMap", "robustness_map"),
+    "holdfast.queries.push": ("LoadFactor", "Robustness", "load_factor", "robustness"),
+    "holdfast.queries.request": ("Load",),
+    "holdfast.queries.sensitivity": ("Sensitivity", "sensitivity"),
+    "holdfast.queries.sets": ("ConvexSet", "admissible_wrenches", "sustainable_accelerations"),
+    "holdfast.queries.stability": ("Stability", "stability"),
+    "holdfast.queries.uncertainty": ("RobustnessUnder", "robustness_under"),
+    "holdfast.queries.worst_case": ("WorstCase", "worst_case"),
+    "holdfast.scene.body": ("Body",),
+    "holdfast.scene.formats.registry": ("load_scene", "save_scene"),
+    "holdfast.scene.friction": ("Friction",),
+    "holdfast.scene.scene": ("Scene",),
+    "holdfast.scene.shapes": ("Box", "Cylinder", "Mesh", "Sphere"),
+    "holdfast.scene.shipped": ("shipped_scene", "shipped_scenes"),
+}
+_HOMES = {name: module for module, names in _NAMES.items() for name in names}
 
 __all__ = [
     "Assembly",
     "Body",
+    "Bound",
     "Box",
     "Claim",
     "Compliant",
@@ -78,6 +144,7 @@ __all__ = [
     "disassembly_order",
     "horizontal_directions",
     "inertial_loads",
+    "load_answer",
     "load_factor",
     "load_scene",
     "plan_placement",
@@ -95,3 +162,27 @@ __all__ = [
     "transport_limits",
     "worst_case",
 ]
+
+
+if not TYPE_CHECKING:  # type checkers read the imports above, and would let any name pass here
+
+    def __getattr__(name: str) -> object:
+        if name not in _HOMES:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        value = getattr(import_module(_HOMES[name]), name)
+        globals()[name] = value
+        return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
+def _painters() -> None:
+    """Import what draws answers: heavy, so not before the first picture is wanted."""
+    from holdfast.report import painters
+
+    painters.register()
+
+
+painters_come_from(_painters)

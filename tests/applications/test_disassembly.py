@@ -361,9 +361,10 @@ def test_bad_requests(options: dict, match: str) -> None:
         hf.disassembly_order(shipped("stack"), **options)
 
 
-def test_a_scene_is_no_assembly() -> None:
+def test_a_scene_is_assembled() -> None:
+    assert hf.disassembly_order(shipped_scene("stack")).order == hf.disassembly_order(shipped("stack")).order
     with pytest.raises(hf.HoldfastError, match="needs an Assembly"):
-        hf.disassembly_order(shipped_scene("stack"))
+        hf.disassembly_order("stack")
 
 
 @pytest.mark.parametrize(

@@ -31,12 +31,12 @@ def thing(size=(0.05, 0.05, 0.05), mass=0.2, name="object"):
 @cache
 def placed(name: str, engine: str = "graph", seed: int = 0) -> hf.Placement:
     scene = {**TABLE_II, **TABLE_III}[name]()
-    return hf.plan_placement(hf.assemble(scene.scene), scene.body, engine, seed=seed, **scene.asked)
+    return hf.plan_placement(hf.assemble(scene.scene), scene.body, engine=engine, seed=seed, **scene.asked)
 
 
 @pytest.mark.parametrize("engine", ENGINES, ids=("compliant", "limit", "graph", "isolated"))
 def test_a_cube_on_a_cube(engine) -> None:
-    p = hf.plan_placement(cube_scene(), thing(), engine, supports=["cube"])
+    p = hf.plan_placement(cube_scene(), thing(), engine=engine, supports=["cube"])
     assert p.status is hf.Status.STABLE
     assert p.attempts >= 1
     assert p.pose[2, 3] == pytest.approx(0.125, abs=1e-6)
@@ -66,7 +66,7 @@ def test_scenes_of_the_tables(name: str) -> None:
 
 
 def test_the_same_seed_gives_the_same_pose() -> None:
-    first, again, other = (hf.plan_placement(cube_scene(), thing(), "graph", seed=s) for s in (3, 3, 4))
+    first, again, other = (hf.plan_placement(cube_scene(), thing(), engine="graph", seed=s) for s in (3, 3, 4))
     assert (first.pose == again.pose).all()
     assert first.robustness == again.robustness
     assert (first.pose != other.pose).any()
@@ -74,7 +74,7 @@ def test_the_same_seed_gives_the_same_pose() -> None:
 
 def test_the_pose_of_the_object_does_not_matter() -> None:
     elsewhere = hf.Body("object", hf.Box((0.05, 0.05, 0.05)), mass=0.2, pose=pose_from(np.ones(3), np.ones(4)))
-    one, two = (hf.plan_placement(cube_scene(), body, "graph", seed=1) for body in (thing(), elsewhere))
+    one, two = (hf.plan_placement(cube_scene(), body, engine="graph", seed=1) for body in (thing(), elsewhere))
     assert one.pose == pytest.approx(two.pose, abs=1e-12)
 
 
@@ -82,7 +82,7 @@ def test_the_pose_of_the_object_does_not_matter() -> None:
 def test_the_region_is_kept_to(region) -> None:
     low, high = np.array(region)
     for seed in range(4):
-        p = hf.plan_placement(cube_scene(), thing(), "graph", region=region, seed=seed)
+        p = hf.plan_placement(cube_scene(), thing(), engine="graph", region=region, seed=seed)
         assert (p.pose[:2, 3] >= low[:2]).all()
         assert (p.pose[:2, 3] <= high[:2]).all()
         assert (p.points >= low[: len(low)] - 1e-12)[:, : len(low)].all() if len(low) == 3 else True
@@ -93,9 +93,9 @@ def test_allowed_orientations_are_kept_to() -> None:
     slab = thing((0.08, 0.06, 0.02))
     upright = pose_from(np.zeros(3), about_y(np.pi / 2))[:3, :3]  # long side up
     for seed in range(3):
-        p = hf.plan_placement(cube_scene(), slab, "graph", orientations=upright, seed=seed)
+        p = hf.plan_placement(cube_scene(), slab, engine="graph", orientations=upright, seed=seed)
         assert abs(p.pose[2, 0]) == pytest.approx(1, abs=1e-6)
-        q = hf.plan_placement(cube_scene(), slab, "graph", orientations=upright, turn=False, seed=seed)
+        q = hf.plan_placement(cube_scene(), slab, engine="graph", orientations=upright, turn=False, seed=seed)
         assert q.pose[:3, :3] == pytest.approx(upright, abs=1e-6)
 
 
@@ -103,12 +103,12 @@ def test_supports_several_and_forbidden() -> None:
     blocks = [box(name, (0.08, 0.08, 0.08), 1, (x, 0, 0.04)) for name, x in (("left", -0.08), ("right", 0.08))]
     assembly = hf.assemble(hf.Scene([floor(), *blocks], 0.5))
     plank = thing((0.25, 0.04, 0.02))
-    p = hf.plan_placement(assembly, plank, "graph", supports=["left", "right"], least_supports=2)
+    p = hf.plan_placement(assembly, plank, engine="graph", supports=["left", "right"], least_supports=2)
     assert {name for i in p.contacts for name in i.bodies} == {"left", "right", "object"}
     assert p.pose[2, 3] == pytest.approx(0.09, abs=1e-6)
-    q = hf.plan_placement(assembly, plank, "graph", avoid=["left", "right"])
+    q = hf.plan_placement(assembly, plank, engine="graph", avoid=["left", "right"])
     assert {name for i in q.contacts for name in i.bodies} == {"floor", "object"}
-    never = hf.plan_placement(assembly, plank, "graph", supports=["left"], avoid=["left"], attempts=8)
+    never = hf.plan_placement(assembly, plank, engine="graph", supports=["left"], avoid=["left"], attempts=8)
     assert never.pose is None
     assert never.faults["touches what it must not"] > 0
 
@@ -119,16 +119,18 @@ def test_a_way_in_from_above() -> None:
     assembly = hf.assemble(
         hf.Scene([floor(0.2, 0.2), shelf, box("far", (0.02, 0.02, 0.02), 1, (0.09, 0.09, 0.01))], 0.5)
     )
-    inside = hf.plan_placement(assembly, thing(), "graph", supports=["floor"])
+    inside = hf.plan_placement(assembly, thing(), engine="graph", supports=["floor"])
     assert inside.pose[2, 3] == pytest.approx(0.025, abs=1e-6)
-    from_above = hf.plan_placement(assembly, thing(), "graph", supports=["floor"], approach=(0, 0, -1), attempts=30)
+    from_above = hf.plan_placement(
+        assembly, thing(), engine="graph", supports=["floor"], approach=(0, 0, -1), attempts=30
+    )
     assert from_above.pose is None
     assert sum(from_above.faults.values()) == from_above.attempts == 30
 
 
 def test_the_best_of_several() -> None:
-    one = hf.plan_placement(cube_scene(), thing((0.03, 0.03, 0.09)), "graph", candidates=1)
-    best = hf.plan_placement(cube_scene(), thing((0.03, 0.03, 0.09)), "graph", candidates=8)
+    one = hf.plan_placement(cube_scene(), thing((0.03, 0.03, 0.09)), engine="graph", candidates=1)
+    best = hf.plan_placement(cube_scene(), thing((0.03, 0.03, 0.09)), engine="graph", candidates=8)
     assert len(best.candidates) == 8
     coarse = [candidate.robustness for candidate in best.candidates]
     assert coarse == sorted(coarse, reverse=True)
@@ -139,7 +141,7 @@ def test_the_best_of_several() -> None:
 def test_heavier_objects_shun_weak_points() -> None:
     """On the overhang of a table's slab a push of 98 N tips it: heavy things are put elsewhere, light ones need not."""
     assembly = hf.assemble(shipped_scene("table"))
-    light, heavy = (planner(assembly, thing(mass=m), "graph", supports=["slab"]).support for m in (0.1, 30.0))
+    light, heavy = (planner(assembly, thing(mass=m), engine="graph", supports=["slab"]).support for m in (0.1, 30.0))
     out = np.abs(light.points[:, 0]) > 0.205
 
     def share(support):
@@ -156,7 +158,7 @@ def test_the_isolated_map_leads_astray(name: str) -> None:
     assembly = hf.assemble(scene.scene)
     fallen = {}
     for engine in (hf.Graph(isolated=True), hf.Compliant()):
-        asked = planner(assembly, scene.body, engine, confirm=None, **scene.asked)
+        asked = planner(assembly, scene.body, engine=engine, confirm=None, **scene.asked)
         support, rng = asked.support, np.random.default_rng(0)
         strongest = np.flatnonzero(support.force >= np.quantile(support.force, 0.9, method="lower"))
         faults = [asked.attempt(rng, points=[k])[0].fault for k in rng.choice(strongest, 16)]
@@ -168,7 +170,7 @@ def test_the_isolated_map_leads_astray(name: str) -> None:
 def test_too_large_an_object_gets_a_reason_and_the_nearest_try() -> None:
     """A cube of 0.1 m for a slot of 0.04 m."""
     scene = TABLE_II["S4"]()
-    p = hf.plan_placement(hf.assemble(scene.scene), thing((0.1, 0.1, 0.1)), "graph", attempts=15, **scene.asked)
+    p = hf.plan_placement(hf.assemble(scene.scene), thing((0.1, 0.1, 0.1)), engine="graph", attempts=15, **scene.asked)
     assert p.status is hf.Status.UNDECIDED
     assert p.pose is None
     assert p.robustness == 0
@@ -181,7 +183,12 @@ def test_a_load_that_no_place_bears_gets_a_reason() -> None:
     """On a beam balanced on a narrow fulcrum nothing heavy stands but right above it, and there is no room there."""
     scene = TABLE_III["balance"]()
     p = hf.plan_placement(
-        hf.assemble(scene.scene), thing(mass=40), "graph", supports=["left", "right"], avoid=["floor"], attempts=12
+        hf.assemble(scene.scene),
+        thing(mass=40),
+        engine="graph",
+        supports=["left", "right"],
+        avoid=["floor"],
+        attempts=12,
     )
     assert p.pose is None
     assert "does not stand with it" in p.reason
@@ -190,14 +197,14 @@ def test_a_load_that_no_place_bears_gets_a_reason() -> None:
 
 
 def test_a_spent_budget_is_told() -> None:
-    p = hf.plan_placement(cube_scene(), thing((2, 2, 2), 5), "graph", budget=1e-9)
+    p = hf.plan_placement(cube_scene(), thing((2, 2, 2), 5), engine="graph", budget=1e-9)
     assert p.pose is None
     assert "the time was spent" in p.reason
     assert p.attempts == 1
 
 
 def test_no_point_in_the_region() -> None:
-    p = hf.plan_placement(cube_scene(), thing(), "graph", region=((5, 5), (6, 6)))
+    p = hf.plan_placement(cube_scene(), thing(), engine="graph", region=((5, 5), (6, 6)))
     assert p.pose is None
     assert "region" in p.reason
 
@@ -267,7 +274,7 @@ def test_the_margin_keeps_away_from_the_brink() -> None:
     assembly = hf.assemble(scene.scene)
     reach = {}
     for margin in (0.0, 3.0):
-        asked = planner(assembly, scene.body, "graph", supports=["arm"], avoid=["floor"], mass_margin=margin)
+        asked = planner(assembly, scene.body, engine="graph", supports=["arm"], avoid=["floor"], mass_margin=margin)
         found = asked.search(seed=0, candidates=12).found
         reach[margin] = [candidate.pose[0, 3] for candidate, _ in found]
     # counterweight 0.9 kg at -0.03, arm 0.4 at 0.08, tip 0.15 at 0.18; the column ends at 0.04
@@ -290,7 +297,9 @@ SHAPES = {"u": bracket(), "tin": hf.Cylinder(0.03, 0.09, 24), "ball": hf.Sphere(
 @pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
 def test_any_shape(shape) -> None:
     """Also one that is not convex; a polyhedron of a ball rests on one of its triangles."""
-    p = hf.plan_placement(cube_scene(), hf.Body("object", shape, mass=0.3), "graph", supports=["cube"], avoid=["floor"])
+    p = hf.plan_placement(
+        cube_scene(), hf.Body("object", shape, mass=0.3), engine="graph", supports=["cube"], avoid=["floor"]
+    )
     assert p.status is hf.Status.STABLE
     assert not hf.assemble(p.assembly.scene).overlaps
     lowest = (p.body.surface_world.vertices[:, 2]).min()

@@ -106,7 +106,7 @@ def test_graph_and_limit_agree_on_one_box() -> None:
 def test_a_tilted_tray_holds_less_uphill_and_more_downhill(height: float, engine: str) -> None:
     """A turn about +x raises the tray's +y side; what slips or topples there is pulled towards -y."""
     angle, share = 0.2, min(MU, 0.1 / height)
-    up, down = limits(carried(height), Y, -Y, tilt=(angle, 0, 0), engine=engine)
+    up, down = limits(carried(height), Y, -Y, tilt=(np.degrees(angle), 0, 0), engine=engine)
     assert up == pytest.approx(G * (share * np.cos(angle) - np.sin(angle)), rel=1e-4)
     assert down == pytest.approx(G * (share * np.cos(angle) + np.sin(angle)), rel=1e-4)
 
@@ -117,7 +117,7 @@ def test_a_tilted_tray_lets_go_at_the_friction_angle_or_over_the_edge(height: fl
     critical = np.arctan(min(MU, 0.1 / height))
     for sense in (1, -1):
         for share, status in ((0.99, hf.Status.STABLE), (1.01, hf.Status.UNSTABLE)):
-            turn = Rotation.from_rotvec((sense * share * critical, 0, 0)).as_matrix()
+            turn = (np.degrees(sense * share * critical), 0, 0)
             t = hf.transport_limits(carried(height), [X, Y], tilt=turn, engine=engine)
             assert t.verdict.status is status
             assert (t.acceleration > 0).all() == (status is hf.Status.STABLE)
@@ -133,7 +133,15 @@ def test_tilt_is_acceleration_under_scaled_gravity(engine: str) -> None:
     pulled = hf.inertial_loads(assembly, acceleration=(0, -G * np.tan(angle), 0))
     ways = np.array([X, Y, -Y, X - Y])
     level = limits(assembly, *ways, standing=pulled, engine=engine)
-    assert level * np.cos(angle) == pytest.approx(limits(assembly, *ways, tilt=(-angle, 0, 0), engine=engine), rel=1e-3)
+    tilted = limits(assembly, *ways, tilt=(-np.degrees(angle), 0, 0), engine=engine)
+    assert level * np.cos(angle) == pytest.approx(tilted, rel=1e-3)
+
+
+def test_a_tilt_is_a_rotation_vector_in_degrees_or_a_matrix() -> None:
+    turn = Rotation.from_rotvec(np.radians((10, -5, 20))).as_matrix()
+    np.testing.assert_array_equal(
+        hf.tilted(carried(), (10, -5, 20)).scene.gravity, hf.tilted(carried(), turn).scene.gravity
+    )
 
 
 def test_the_default_directions_of_a_tilted_tray_are_level() -> None:
@@ -246,7 +254,7 @@ def test_the_frame_does_not_matter(engine: str) -> None:
 
 def test_the_set_and_the_limits_agree_on_a_tilted_turning_tray() -> None:
     assembly, turning = shipped("table"), {"angular_acceleration": (0.5, 0, 1), "angular_velocity": (0, 0, 0.8)}
-    tilt = (0.05, -0.1, 0)
+    tilt = (3, -6, 0)
     found = hf.sustainable_accelerations(hf.tilted(assembly, tilt), standing=hf.inertial_loads(assembly, **turning))
     t = hf.transport_limits(assembly, tilt=tilt, engine="limit", **turning)
     reach = 1 / found.usage(t.directions)
@@ -334,7 +342,7 @@ def test_limits_along_the_path_itself_will_do() -> None:
     t = hf.transport_limits(carried(), moving)
     assert hf.safe_time_scale(path, t) == pytest.approx(np.sqrt(t.lower[1] / 9))
     assert np.sqrt(MU * G / 9) * 0.995 < hf.safe_time_scale(path, t) < np.sqrt(MU * G / 9)
-    fallen = hf.transport_limits(carried(), moving, tilt=(1.0, 0, 0))
+    fallen = hf.transport_limits(carried(), moving, tilt=(60, 0, 0))
     assert hf.safe_time_scale(path, fallen) == 0
     with pytest.raises(hf.HoldfastError, match="along other directions"):
         hf.safe_time_scale(-path, t)

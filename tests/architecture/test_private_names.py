@@ -24,6 +24,8 @@ NAMED_TUPLE = {"_replace", "_asdict", "_fields", "_make", "_field_defaults"}
 ALLOWED = {
     # Numba has no public way to name the folder of machine code: its dispatcher takes the cache as this attribute
     ("holdfast.base.compiled", "_cache"),
+    # By this attribute, the one that its own dispatchers have, Numba knows how to call an object from compiled code
+    ("holdfast.base.compiled", "_numba_type_"),
 }
 OWN = {"self", "cls"}
 BY_NAME = {"getattr", "setattr", "hasattr", "delattr", "attrgetter", "methodcaller"}

@@ -49,4 +49,4 @@ def test_no_push_exceeds_limit_analysis(name: str) -> None:
     found, certain = hf.Compliant().prepare(assembly).load_factor(W), hf.Limit().prepare(assembly).load_factor(W)
     decided = np.array([status is not hf.Status.UNDECIDED for status in found.status])
     assert decided.mean() > 0.95
-    assert (found.factor <= certain.upper * (1 + 1e-6)).all()
+    assert (found.force <= certain.upper * (1 + 1e-6)).all()

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 import holdfast as hf
+from holdfast.base.archive import to_dict
 from holdfast.cli.main import run
-from holdfast.report.data import plain
 from holdfast.scene.shipped.blocks import at, box, cube, floor
 
 
@@ -121,12 +121,12 @@ def test_the_json_of_map_has_the_attributes(holdfast: Any) -> None:
     [(math.inf, "inf"), (-math.inf, "-inf"), (hf.Status.STABLE, "stable"), ((1, [2.5]), [1, [2.5]]), (None, None)],
 )
 def test_plain_data(value: Any, expected: Any) -> None:
-    assert plain(value) == expected
+    assert to_dict(value) == expected
 
 
 def test_nan_never_becomes_a_number() -> None:
     try:
-        said = plain(math.nan)
+        said = to_dict(math.nan)
     except ValueError:
         return
     assert said in ("nan", None)

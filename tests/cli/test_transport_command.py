@@ -70,7 +70,7 @@ def test_the_set_and_the_picture_are_written(transport: Any) -> None:
         code, out, _ = transport("cube", "--engine", "limit", "--compare", "graph", "--set", name, "--png", "p.png")
         assert code == 0
         assert f"wrote {name}" in out
-        assert hf.ConvexSet.load(name).contains([5.7, 0, 0]) is True
+        assert hf.load_answer(name).contains([5.7, 0, 0]) is True
         assert Path("p.png").read_bytes().startswith(b"\x89PNG")
 
 

@@ -65,7 +65,7 @@ def contacts() -> hf.Assembly:
     hf.assemble(scene, pose_sigma=0.001)
     hf.assemble(scene, pose_sigma=(0.001, 0.3))
     square = [(-0.05, -0.05, 0), (0.05, -0.05, 0), (0.05, 0.05, 0), (-0.05, 0.05, 0)]
-    return hf.assemble(scene, interfaces=[hf.Interface(("ground", "cube"), polygon=square, normal=(0, 0, 1))])
+    return hf.assemble(scene, interfaces=[hf.Interface(("floor", "cube"), polygon=square, normal=(0, 0, 1))])
 
 
 def edited_assemblies() -> hf.Assembly:
@@ -143,7 +143,7 @@ def carriers(folder: Path) -> float:
     t = hf.transport_limits(assembly, [(1, 0, 0), (0, 1, 0)], angular_velocity=(0, 0, 1), engine="limit")
     safe = hf.sustainable_accelerations(assembly)
     safe.save(folder / "safe.json")
-    A, b = hf.ConvexSet.load(folder / "safe.json").inner
+    A, b = hf.load_answer(folder / "safe.json").inner
     hf.admissible_wrenches(assembly, "cube1").contains(np.zeros(6))
     return float(t.acceleration.min() + (A @ (0, 0, 0) - b).max())
 

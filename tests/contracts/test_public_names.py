@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -46,7 +48,7 @@ SIGNATURES: dict[str, list[str]] = {
         "directions",
         "standing",
         "pose_sigma",
-        "mu_interval",
+        "friction",
         "samples",
         "seed",
         "engine",
@@ -62,8 +64,9 @@ DEFAULTS: dict[str, dict[str, Any]] = {
     "disassembly_order": {"engine": "compliant", "goal": None},
     "robustness_under": {
         "pose_sigma": None,
-        "mu_interval": None,
-        "samples": 100,
+        "friction": None,
+        "samples": 200,
+        "seed": 0,
         "engine": "compliant",
         "standing": (),
     },
@@ -276,6 +279,12 @@ def test_results_cannot_be_changed(assembly: hf.Assembly) -> None:
 
 def test_import_is_light() -> None:
     heavy = (
+        "numpy",
+        "scipy",
+        "numba",
+        "clarabel",
+        "trimesh",
+        "pydantic",
         "matplotlib",
         "plotly",
         "pyvista",
@@ -289,3 +298,16 @@ def test_import_is_light() -> None:
     code = f"import sys, holdfast; print([m for m in {heavy!r} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_names_are_found_where_type_checkers_look() -> None:
+    """The lists in holdfast/__init__.py agree: imports for type checkers, homes for the running program, __all__."""
+    tree = ast.parse(Path(hf.__file__).read_text())
+    imports = {
+        (node.module, alias.name)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and str(node.module).startswith("holdfast.")
+        for alias in node.names
+    }
+    assert imports == {(module, name) for name, module in hf._HOMES.items()}
+    assert sorted(hf._HOMES) == hf.__all__

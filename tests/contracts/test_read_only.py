@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import is_dataclass
-from functools import cached_property
-
 import numpy as np
 import pytest
+from reachable import arrays, writable
 
 import holdfast as hf
 from holdfast.assembly.nodes import contact_nodes
@@ -18,42 +15,6 @@ from holdfast.geometry.sweep import Swept
 from holdfast.scene.shipped import shipped_scene
 
 SCENES = ("cube", "table", "arch", "v_groove", "wedged", "tabletop")
-
-
-def parts(value: object) -> Iterator[tuple[str, object]]:
-    """What can be reached from a value in one step: items, fields and properties, those that are computed too."""
-    if isinstance(value, Mapping):
-        yield from ((f"[{key!r}]", item) for key, item in value.items())
-    elif isinstance(value, tuple | list):
-        yield from ((f"[{k}]", item) for k, item in enumerate(value))
-    elif is_dataclass(value) and type(value).__module__.startswith("holdfast."):
-        names = set(value.__dataclass_fields__) | {
-            name
-            for cls in type(value).__mro__
-            for name, member in vars(cls).items()
-            if isinstance(member, property | cached_property)
-        }
-        for name in sorted(name for name in names if not name.startswith("_")):
-            try:
-                yield f".{name}", getattr(value, name)
-            except hf.HoldfastError:  # the mass of an open mesh
-                continue
-
-
-def arrays(value: object, where: str) -> Iterator[tuple[str, np.ndarray]]:
-    """All arrays that can be reached from a value, each with the way to it."""
-    waiting, seen = [(where, value)], {}
-    while waiting:
-        path, item = waiting.pop()
-        if isinstance(item, np.ndarray):
-            yield path, item
-        elif id(item) not in seen:
-            seen[id(item)] = item  # kept alive, so that no other object gets its number
-            waiting += [(path + step, part) for step, part in parts(item)]
-
-
-def writable(value: object, where: str) -> list[str]:
-    return sorted({path for path, array in arrays(value, where) if array.flags.writeable})
 
 
 @pytest.fixture(scope="module", params=SCENES)

@@ -10,6 +10,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+FOLDERS = ("src", "tests", "examples", "tools")
 DOTTED = re.compile(r"(?<![\w./-])(?:holdfast|hf)(?:\.[A-Za-z_]\w*)+(?![\w/])")
 IMPORTED = re.compile(r"^\s*from (holdfast[\w.]*) import ([\w, ]+)", re.MULTILINE)
 SOURCE = re.compile(r"`([\w/]+\.py)`")
@@ -45,7 +46,7 @@ def test_names_on_a_page_can_be_imported(path: Path) -> None:
 
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)
 def test_source_files_on_a_page_exist(path: Path) -> None:
-    there = [str(file) for file in ROOT.rglob("*.py") if ".venv" not in file.parts]
+    there = [str(file) for folder in FOLDERS for file in (ROOT / folder).rglob("*.py")]
     mentioned = SOURCE.findall(path.read_text(encoding="utf-8"))
     assert [name for name in mentioned if not any(file.endswith(f"/{name}") for file in there)] == []
 

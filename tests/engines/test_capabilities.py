@@ -11,6 +11,7 @@ import pytest
 import holdfast as hf
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
+from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.capabilities import (
     GRADIENTS,
     RELEASES,
@@ -21,8 +22,9 @@ from holdfast.engines.capabilities import (
     LoadSet,
     Weakest,
 )
-from holdfast.engines.contract import Capacity, Claim, Status, Verdict
+from holdfast.engines.contract import EXACT, Accuracy
 from holdfast.engines.limit.engine import Limit
+from holdfast.engines.verdict import Status, Verdict
 from holdfast.queries import request
 from holdfast.scene.shipped import shipped_scene
 
@@ -34,9 +36,9 @@ class ToyState:
     notes: tuple[str, ...] = ("a toy",)
 
     def verdict(self) -> Verdict:
-        return Verdict(Status.STABLE, True, False, None, 0.0, None, None, "it is a toy")
+        return Verdict(status=Status.STABLE, reason="it is a toy", equilibrium_exists=True)
 
-    def load_factor(self, W: Float, gap: float | None = None) -> Capacity:
+    def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
         raise NotImplementedError
 
     def load_set(self, columns: Float, gap: float, where: str) -> LoadSet:
@@ -46,7 +48,17 @@ class ToyState:
 
     def gradient(self, load: Float, where: str) -> Gradient:
         J = len(load) // 6
-        return Gradient(2.0, 2.0, 2.0, np.ones((J, 6)), {}, np.full(J, 3.0), np.zeros((J, 3)), ("toy",))
+        answers = Answers.of(
+            engine="toy",
+            claim=Claim.ESTIMATED,
+            verdict=self.verdict(),
+            force=np.array([2.0]),
+            status=[Status.FINITE],
+            mechanism=[None],
+        )
+        return Gradient(
+            answers=answers, twists=np.ones((J, 6)), d_mu={}, d_mass=np.full(J, 3.0), d_com=np.zeros((J, 3))
+        )
 
 
 @dataclass(frozen=True)

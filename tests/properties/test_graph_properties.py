@@ -101,6 +101,6 @@ def test_weight_on_top_never_lowers_slip_resistance(mu: float, load: float, azim
     direction = np.array([np.cos(azimuth), np.sin(azimuth), 0])
     top = Load("b0", (0.033 * at[0], 0.033 * at[1], 0.01), (0, 0, -load))
     push = [Load("b0", (0, 0, 0), direction)]
-    before, after = (load_factor(assembly, push, standing, engine="graph").factor for standing in ([], [top]))
+    before, after = (load_factor(assembly, push, standing=standing, engine="graph").factor for standing in ([], [top]))
     assert before <= after * (1 + 1e-6)
     np.testing.assert_allclose(before, mu * 9.81, rtol=1e-6)

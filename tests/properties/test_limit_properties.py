@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from holdfast import Assembly, Body, Box, Limit, Scene, Status, assemble
-from holdfast.engines.contract import Capacity
+from holdfast.engines.answers import Answers
 
 FEW = settings(max_examples=20, deadline=None, derandomize=True)
 
@@ -35,7 +35,7 @@ def placed(name: str, size: tuple, centre: tuple, mass: float | None) -> Body:
     return Body(name, Box(np.array(size)), mass=mass, pose=pose, fixed=mass is None)
 
 
-def on_top(assembly: Assembly, *loads: tuple) -> Capacity:
+def on_top(assembly: Assembly, *loads: tuple) -> Answers:
     """Factors of forces [N] and moments [0.1 N m] on the uppermost body."""
     W = np.zeros((6 * len(assembly.movable), len(loads)))
     W[-6:] = np.array(loads).T
@@ -43,9 +43,9 @@ def on_top(assembly: Assembly, *loads: tuple) -> Capacity:
     return Limit().prepare(assembly).load_factor(W)
 
 
-def inverse(capacity: Capacity) -> np.ndarray:
+def inverse(answers: Answers) -> np.ndarray:
     with np.errstate(divide="ignore"):
-        return np.asarray(1 / capacity.factor)
+        return np.asarray(1 / answers.force)
 
 
 @FEW
@@ -54,9 +54,9 @@ def test_answers_are_never_negative_nor_nan(drawn: tuple, load: tuple) -> None:
     state = Limit().prepare(pile(drawn))
     assert state.verdict().residual < 1e-6 or state.verdict().status is not Status.STABLE
     got = on_top(pile(drawn), load)
-    assert not np.isnan([got.factor, got.lower, got.upper]).any()
-    assert 0 <= got.lower[0] <= got.factor[0] <= got.upper[0]
-    assert (got.factor[0] == np.inf) == (got.status[0] is Status.INFINITE)
+    assert not np.isnan([got.force, got.lower, got.upper]).any()
+    assert 0 <= got.lower[0] <= got.force[0] <= got.upper[0]
+    assert (got.force[0] == np.inf) == (got.status[0] is Status.INFINITE)
     assert (got.mechanism[0] is not None) == (got.status[0] in (Status.FINITE, Status.UNSTABLE))
 
 
@@ -65,7 +65,7 @@ def test_answers_are_never_negative_nor_nan(drawn: tuple, load: tuple) -> None:
 def test_a_larger_load_has_a_smaller_factor(drawn: tuple, load: tuple, exponent: float) -> None:
     t = 10.0**exponent
     got = on_top(pile(drawn), load, tuple(t * np.array(load)))
-    np.testing.assert_allclose(t * got.factor[1], got.factor[0], rtol=1e-6)
+    np.testing.assert_allclose(t * got.force[1], got.force[0], rtol=1e-6)
 
 
 @FEW
@@ -84,7 +84,7 @@ def test_sustainable_accelerations_form_a_convex_set(drawn: tuple, one: tuple, o
     def limit(acceleration: np.ndarray) -> float:
         forces = np.zeros((len(assembly.movable), 6))
         forces[:, :3] = -assembly.mass[:, None] * acceleration
-        return float(state.load_factor(forces.reshape(-1, 1)).factor[0])
+        return float(state.load_factor(forces.reshape(-1, 1)).force[0])
 
     reached = [min(limit(np.array(d)), 100.0) * np.array(d) for d in (one, other)]
     between = share * reached[0] + (1 - share) * reached[1]

@@ -51,8 +51,12 @@ def test_ordinary_scenes_do_not_warn() -> None:
             hf.assemble(shipped_scene(name))
 
 
-def test_a_path_or_a_scene_in_the_wrong_place() -> None:
+def test_a_path_in_the_wrong_place() -> None:
     with pytest.raises(hf.HoldfastError, match=r"got a str; needs a Scene: hf.load_scene"):
         hf.assemble("shelf.yaml")
-    with pytest.raises(hf.HoldfastError, match=r"got a Scene; needs an Assembly: hf.assemble"):
-        hf.stability(shipped_scene("cube"), engine="graph")
+    with pytest.raises(hf.HoldfastError, match=r"got a str; needs an Assembly: hf.assemble"):
+        hf.stability("shelf.yaml", engine="graph")  # type: ignore[arg-type]
+
+
+def test_a_scene_is_assembled_where_an_assembly_is_needed() -> None:
+    assert hf.stability(shipped_scene("cube"), engine="graph").status == "stable"

@@ -162,6 +162,16 @@ def test_points_are_checked(cube_accelerations: ConvexSet) -> None:
         cube_accelerations.contains([1, 2, np.nan])
 
 
+def test_usage_is_the_share_of_the_reach(cube_accelerations: ConvexSet) -> None:
+    found = cube_accelerations
+    x = np.array([[2.0, 0, 0], [0, -3.0, 0], [0, 0, 0]])
+    used = found.usage(x)
+    assert used == pytest.approx(np.array([2, 3, 0]) / (0.6 * 9.81), rel=0.021)
+    assert (used[:2] >= np.array([2, 3]) / (0.6 * 9.81)).all()
+    assert found.usage(x[0]) == used[0]
+    assert found.usage(2 * x) == pytest.approx(2 * used)
+
+
 def test_the_documentation_prints_what_it_says(capsys: pytest.CaptureFixture[str]) -> None:
     text = (Path(__file__).parents[2] / "docs" / "sets.md").read_text(encoding="utf-8")
     (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)

@@ -141,7 +141,7 @@ def test_contact_forces_balance_the_weight() -> None:
 def test_a_standing_load_can_tip_what_stands() -> None:
     assembly = hf.assemble(cube())
     push = hf.Load("cube", (0.05, 0, 0.1), force=(6, 0, 0))
-    result = hf.stability(assembly, [push], engine="graph")
+    result = hf.stability(assembly, loads=[push], engine="graph")
     assert result.status == hf.Status.UNSTABLE
     assert result.moving == ("cube",)
 
@@ -152,9 +152,12 @@ def test_a_standing_load_can_tip_what_stands() -> None:
         (lambda: hf.Load("cube"), r"'cube': has neither force nor moment; give one"),
         (lambda: hf.Load("cube", force=(1, 0, 0)), r"'cube': has a force but no point; say where"),
         (lambda: hf.Load("cube", (0, 0, 0), (0, np.nan, 0)), r"'cube': force: contains nan at index \(1,\); needs"),
-        (lambda: hf.stability(hf.assemble(cube()), [3], engine="graph"), r"loads: hold a int; needs holdfast\.Load"),
         (
-            lambda: hf.stability(hf.assemble(cube()), hf.Load("cube", moment=(0, 0, 1)), engine="graph"),
+            lambda: hf.stability(hf.assemble(cube()), loads=[3], engine="graph"),
+            r"loads: hold a int; needs holdfast\.Load",
+        ),
+        (
+            lambda: hf.stability(hf.assemble(cube()), loads=hf.Load("cube", moment=(0, 0, 1)), engine="graph"),
             r"loads.*Load.*; needs",
         ),
     ],

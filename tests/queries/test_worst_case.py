@@ -19,7 +19,7 @@ X = np.array([1.0, 0, 0])
 def test_the_worst_cube_in_closed_form() -> None:
     assembly = hf.assemble(cube())
     points, ways, half = [[-0.05, 0, 0.02], [-0.05, 0, 0.098]], [X, X], {"cube": (0.01, 0, 0.02)}
-    found = worst_case(assembly, "cube", points, ways, mu=(0.5, 0.7), mass={"cube": (0.8, 1.1)}, com=half)
+    found = worst_case(assembly, "cube", points, ways, friction=(0.5, 0.7), mass={"cube": (0.8, 1.1)}, com=half)
     least = 0.8 * G * min(0.5, 1)
     np.testing.assert_allclose(found.force, [least, min(least, 0.8 * G * 0.04 / 0.098)], rtol=1e-6)
     assert (found.force <= found.nominal).all()
@@ -36,7 +36,7 @@ def test_a_corner_that_does_not_stand_makes_the_worst_case_zero() -> None:
     found = worst_case(hf.assemble(cube()), "cube", [-0.05, 0, 0.02], X, com={"cube": (0.06, 0, 0)})
     assert found.force[0] == 0
     assert found.status[0] is hf.Status.UNSTABLE
-    down = worst_case(hf.assemble(cube()), "cube", [0, 0, 0.1], [0, 0, -1], mu=0.3, mass=0.2)
+    down = worst_case(hf.assemble(cube()), "cube", [0, 0, 0.1], [0, 0, -1], friction=0.3, mass=0.2)
     assert down.status[0] is hf.Status.INFINITE
     assert np.isinf(down.force[0])
 
@@ -50,9 +50,9 @@ def test_without_uncertainty_it_is_the_query() -> None:
 @pytest.mark.parametrize(
     ("asked", "told"),
     [
-        ({"mu": {("cube", "table"): (0.1, 0.2)}}, "no contact between"),
-        ({"mu": (0.5, 0.4)}, "needs 0 <= low <= high"),
-        ({"mu": 1.0}, "relative width"),
+        ({"friction": {("cube", "table"): (0.1, 0.2)}}, "no contact between"),
+        ({"friction": (0.5, 0.4)}, "needs 0 <= low <= high"),
+        ({"friction": 1.0}, "relative width"),
         ({"mass": {"floor": (1, 2)}}, "'floor' is fixed"),
         ({"mass": {"cub": (1, 2)}}, "no body named"),
         ({"com": -0.1}, ">= 0"),

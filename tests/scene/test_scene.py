@@ -53,7 +53,7 @@ def test_an_unknown_body_suggests_the_nearest_name() -> None:
         lambda a: hf.robustness(a, "slb", (0, 0, 0), (0, 0, 1), engine="graph"),
         lambda a: hf.robustness_map(a, ["slb"], engine="graph"),
         lambda a: hf.load_factor(a, [hf.Load("slb", moment=(0, 0, 1))], engine="graph"),
-        lambda a: hf.stability(a, [hf.Load("slb", moment=(0, 0, 1))], engine="graph"),
+        lambda a: hf.stability(a, loads=[hf.Load("slb", moment=(0, 0, 1))], engine="graph"),
     ],
 )
 def test_every_question_names_the_nearest_body(ask: Any) -> None:
@@ -90,3 +90,9 @@ def test_an_overlap_within_the_gap_does_not_warn(recwarn: pytest.WarningsRecorde
     assembly = hf.assemble(sunk(0.0009), gap=1e-3)
     assert not recwarn.list
     assert len(assembly.interfaces) == 1
+
+
+def test_up_is_against_gravity() -> None:
+    gravity = np.array([3.0, 0.0, -4.0])
+    assert hf.Scene([FLOOR], 0.5, gravity=gravity).up.tolist() == [-0.6, 0.0, 0.8]
+    assert hf.Scene([FLOOR], 0.5).up.tolist() == [0, 0, 1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 import trimesh
 
 import holdfast as hf
+from holdfast.base.rigid import pose_from
 
 BOX = trimesh.creation.box((0.2, 0.3, 0.5))
 V, F = np.array(BOX.vertices), np.array(BOX.faces)
@@ -88,6 +90,29 @@ def test_com_of_a_mesh_is_that_of_its_volume() -> None:
     body = hf.Body("b", hf.Mesh(V + np.array([1, 2, 3]), F), mass=1)
     assert body.com is None
     np.testing.assert_allclose(body.com_body, [1, 2, 3], rtol=1e-12)
+
+
+def test_a_body_given_by_density_can_be_replaced() -> None:
+    body = hf.Body("b", hf.Box((1, 1, 2)), density=500)
+    moved = dataclasses.replace(body, pose=pose_from(np.ones(3), np.array([1.0, 0, 0, 0])))
+    assert (moved.mass, moved.density) == (1000, 500)
+    assert moved == body.moved(moved.pose)
+    assert dataclasses.replace(body, mass=None, density=100).mass == 200
+    assert dataclasses.replace(body, mass=3, density=None).density is None
+    with pytest.raises(hf.SceneError, match="mass = 1000 and density = 100; give one of them, the other as None"):
+        dataclasses.replace(body, density=100)
+
+
+def test_a_moved_body_keeps_all_but_its_pose() -> None:
+    body = hf.Body("b", hf.Box((1, 1, 2)), mass=3, com=(0, 0, 0.1), inertia=np.eye(3), material="oak")
+    pose = pose_from(np.ones(3), np.array([0.0, 1.0, 0, 0]))
+    moved = body.moved(pose)
+    assert moved.pose.tobytes() == pose.tobytes()
+    assert moved.moved(body.pose) == body
+    fixed = hf.Body("floor", hf.Box((1, 1, 2)), fixed=True)
+    assert fixed.moved(pose).fixed
+    with pytest.raises(hf.GeometryError, match="body 'b': pose: is a reflection"):
+        body.moved(np.diag([-1.0, 1, 1, 1]))
 
 
 def test_a_trimesh_is_taken_as_a_mesh() -> None:

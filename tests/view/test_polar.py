@@ -36,7 +36,7 @@ def test_the_curve_is_the_answer() -> None:
 
 def test_a_dot_lies_where_its_direction_points(tmp_path: Path) -> None:
     """Down (270 degrees) reaches far, up does not: crimson pixels lie low on the page."""
-    save_polar(limits("slope"), tmp_path / "p.png")
+    save_polar([limits("slope")], tmp_path / "p.png")
     image = matplotlib_image.imread(BytesIO((tmp_path / "p.png").read_bytes()))
     assert image.shape[:2] == (1000, 1600)
     crimson = np.abs(image[:, :960, :3] - np.array([0xB5, 0x17, 0x3F]) / 255).max(2) < 0.02
@@ -45,7 +45,7 @@ def test_a_dot_lies_where_its_direction_points(tmp_path: Path) -> None:
     assert centre - rows.min() < 0.5 * (rows.max() - centre)
 
 
-@pytest.mark.parametrize("tilt", [(0.05, 0.1, 0), (1.2, 0, 0)])
+@pytest.mark.parametrize("tilt", [(3, 6, 0), (70, 0, 0)])
 def test_every_kind_of_answer_can_be_drawn(tilt: tuple[float, float, float], tmp_path: Path) -> None:
     result = limits("table", 8, tilt=tilt)
     picture = polar_picture([result, result], ["one", "two"])
@@ -59,7 +59,7 @@ def test_endless_answers_reach_the_rim(tmp_path: Path) -> None:
     held = hf.Load("cube", (0, 0, 0.1), force=(0, 0, -1))
     result = limits("wedged_floor", 8, standing=[held])
     assert np.isinf(result.acceleration).all()
-    save_polar(result, tmp_path / "p.png")
+    save_polar([result], tmp_path / "p.png")
     assert polar_picture([result]).curves[0].lines == ("nothing moves, however fast",)
 
 

@@ -1,1 +1,1 @@
-"""What robots do with the answers: placing, transporting, taking apart."""
+"""Applications of the answers in robotics: placing, transporting and taking apart."""

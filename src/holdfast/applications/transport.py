@@ -1,80 +1,115 @@
-"""How fast may the carrier accelerate before something moves on it (Nadeau & Kelly, Sec. VII-B, Algorithm 3).
+"""Compute how fast the carrier may accelerate before something moves on it (Nadeau & Kelly, Sec. VII-B, Algorithm 3).
 
-The fixed bodies are the carrier. In its frame a body of mass m and inertia I (about its centre of mass, r from the
-pivot) feels besides its weight (D'Alembert)
+The fixed bodies are the carrier. In the frame of the carrier, a body with mass m and inertia I (about its centre of
+mass, which is at r from the pivot) feels its weight and, by d'Alembert's principle,
 
     force  -m (a + α x r + ω x (ω x r))        torque  -I α - ω x I ω
 
-for a carrier that accelerates by a at the pivot, and turns. All vectors are along the axes of the scene, which the
-carrier takes with it; a tilted carrier is the same scene under turned gravity.
+Here a is the acceleration of the carrier at the pivot, α its angular acceleration and ω its angular velocity. All
+vectors are along the axes of the scene, which move with the carrier. A tilted carrier is the same scene with its
+gravity rotated.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import os
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from holdfast.assembly.assembly import Assembly, body_forces
-from holdfast.base.arrays import Float, Objects, checked, checked_number, frozen, objects, unit
+from holdfast.base.archive import archived, to_dict
+from holdfast.base.arrays import Float, checked, checked_number, frozen, objects, unit
 from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.painters import paint
+from holdfast.base.public import Summary
 from holdfast.base.rigid import checked_pose, tangents
-from holdfast.engines.contract import Claim, Verdict
-from holdfast.queries.push import solved
+from holdfast.engines.answers import Claim
+from holdfast.queries.push import asked
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load, checked_assembly, engine_of, total_wrench
+from holdfast.queries.result import ROW_HEADS, Columns, least, told
 from holdfast.queries.sets import ConvexSet
 from holdfast.scene.scene import Scene
 
-DIRECTIONS = 100  # of the default circle (Fig. 15)
-PARALLEL = 1e-9  # 1 - cosine up to which an acceleration lies along the direction that was asked
+DIRECTIONS = 100  # number of directions on the default circle (Fig. 15)
+PARALLEL = 1e-9  # largest 1 - cosine at which an acceleration counts as parallel to the direction of a limit
 
 
-@dataclass(frozen=True, eq=False)
-class TransportLimits:
-    """The largest acceleration of the carrier along each of n directions.
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class TransportLimits(Columns):
+    """The largest acceleration of the carrier along each of n directions before anything moves on it.
 
-    ``acceleration`` (n,) [m/s²] along the unit ``directions`` (n, 3), axes of the scene, with ``status`` FINITE,
-    INFINITE, UNSTABLE (0: it does not stand on the carrier anyway) or UNDECIDED (0: not known). ``lower`` and ``upper``
-    (n,) bound the true answer as far as the engine can promise. ``moving`` (names), ``mode`` and ``mechanism``, each
-    (n,), tell what gives way. ``verdict``: whether the assembly stands on the carrier before it accelerates.
+    ``acceleration`` (n,) [m/s²] is along the unit ``directions`` (n, 3), in the axes of the scene. ``status`` (n,) says
+    what it means: FINITE; INFINITE; UNSTABLE (the acceleration is 0: the assembly does not stand on the carrier even at
+    rest); UNDECIDED (the acceleration is 0: the answer is not known). ``lower`` and ``upper`` (n,) [m/s²] bound the
+    true answer as far as the engine can promise. ``moving`` (names), ``mode`` and ``mechanism``, each (n,), say what
+    gives way. ``verdict`` says whether ``assembly`` stands on the carrier before it accelerates.
     """
 
-    engine: str
-    claim: Claim
     assembly: Assembly
-    verdict: Verdict
     directions: Float
-    acceleration: Float
-    status: Objects
-    lower: Float
-    upper: Float
-    moving: Objects
-    mode: Objects
-    mechanism: Objects
-    notes: tuple[str, ...]
+
+    @property
+    def acceleration(self) -> Float:
+        """The largest acceleration (n,) [m/s²] before anything moves."""
+        return self.answers.force
+
+    def save_png(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        others: Sequence[TransportLimits] = (),
+        names: Sequence[str] | None = None,
+    ) -> None:
+        """Draw the limits along horizontal directions as a polar plot (PNG).
+
+        The limits in ``others``, of the same assembly, are drawn beneath. ``names`` are the names of all limits in the
+        legend, beginning with these. By default they are the names of the engines.
+        """
+        paint(self, path, ".png", others=others, names=names)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON, with all columns."""
+        names = ("directions", "acceleration", "status", "lower", "upper", "moving", "mode", "mechanism")
+        scene = {"scene": self.assembly.scene.name, "gravity": to_dict(self.assembly.scene.gravity)}
+        return scene | self.about() | self.columns(*names)
+
+    def summary(self) -> Summary:
+        """Summarise the answer by the directions with the smallest limits."""
+        name = self.assembly.scene.name or "assembly"
+        how_much = least(self.acceleration, "m/s²")
+        headline = f"{name} on its carrier: {told(self.verdict)}; {len(self.directions):,} directions, {how_much}"
+        places = objects(["(" + ", ".join(f"{v + 0.0:.3f}" for v in way) + ")" for way in self.directions])
+        rows = self.weakest_rows("m/s²", places)
+        return Summary(headline, self.facts(), ("along", *ROW_HEADS[1:]), rows, self.notes)
 
 
 def transport_limits(
-    assembly: Assembly,
-    directions: Any = None,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
+    assembly: Assembly | Scene,
+    directions: ArrayLike | None = None,
     *,
-    tilt: Any = None,  # noqa: ANN401 - (3,) or (3, 3) numbers, checked
-    angular_acceleration: Any = None,  # noqa: ANN401 - (3,) numbers, checked
-    angular_velocity: Any = None,  # noqa: ANN401 - (3,) numbers, checked
-    pivot: Any = (0.0, 0.0, 0.0),  # noqa: ANN401 - (3,) numbers, checked
+    tilt: ArrayLike | None = None,
+    angular_acceleration: ArrayLike | None = None,
+    angular_velocity: ArrayLike | None = None,
+    pivot: ArrayLike = (0.0, 0.0, 0.0),
     standing: Iterable[Load] = (),
     engine: EngineChoice = DEFAULT_ENGINE,
     bound: bool = False,
 ) -> TransportLimits:
-    """The largest acceleration of the carrier along each direction before anything moves on it.
+    """Compute the largest acceleration of the carrier along each direction before anything moves on it.
 
-    ``directions`` (n, 3) or (3,), of any length, axes of the scene; 100 in the horizontal plane if None. All the while
-    the carrier is tilted by ``tilt`` (see ``tilted``), turns by ``angular_acceleration`` (3,) [rad/s²] and
-    ``angular_velocity`` (3,) [rad/s] about ``pivot`` (3,) [m] (see ``inertial_loads``), and ``standing`` loads act.
-    ``bound`` as in ``robustness``.
+    ``directions`` (n, 3) or (3,), in the axes of the scene, need not have unit length; by default they are 100
+    horizontal directions. The carrier is tilted throughout by ``tilt`` [deg], see ``tilted``. It also rotates
+    throughout about ``pivot`` (3,) [m], with ``angular_acceleration`` (3,) [rad/s²] and ``angular_velocity`` (3,)
+    [rad/s], see ``inertial_loads``. The ``standing`` loads act throughout. ``bound`` has the same meaning as in
+    ``robustness``.
+
+    Raises SceneError if there is no direction or if one is zero.
     """
     carried = checked_assembly(assembly) if tilt is None else tilted(assembly, tilt)
     ways = horizontal_directions(carried) if directions is None else _directions(directions)
@@ -84,26 +119,16 @@ def transport_limits(
     )
     held = total_wrench(carried, standing) + total_wrench(carried, turning)
     W = np.column_stack([body_forces(-carried.mass[:, None] * way) for way in ways])
-    state, capacity = solved(method, carried, W, held, bound=bound)
-    return TransportLimits(
-        method.name,
-        method.claim,
-        carried,
-        state.verdict(),
-        ways,
-        capacity.factor,
-        objects(capacity.status),
-        capacity.lower,
-        capacity.upper,
-        objects(capacity.moving),
-        objects(capacity.mode),
-        objects(capacity.mechanism),
-        state.notes,
-    )
+    found = asked(method, carried, W, held, bound=bound)
+    return TransportLimits(answers=found, assembly=carried, directions=ways)
 
 
-def horizontal_directions(assembly: Assembly, count: int = DIRECTIONS) -> Float:
-    """(count, 3) unit vectors around the circle across gravity, from the x axis (as far as that is level) on."""
+def horizontal_directions(assembly: Assembly | Scene, count: int = DIRECTIONS) -> Float:
+    """Return ``count`` unit vectors (count, 3), evenly spaced around the circle perpendicular to gravity.
+
+    The first is the x axis of the scene, projected into the horizontal plane. Raises HoldfastError if ``count`` is not
+    a whole number of at least 1.
+    """
     if not isinstance(count, int | np.integer) or count < 1:
         raise HoldfastError(
             message("horizontal_directions", f"count = {count!r}", "needs a whole number of at least 1")
@@ -113,11 +138,13 @@ def horizontal_directions(assembly: Assembly, count: int = DIRECTIONS) -> Float:
     return np.asarray(frozen(np.cos(angle) * ahead + np.sin(angle) * left))
 
 
-def tilted(assembly: Assembly, tilt: Any) -> Assembly:  # noqa: ANN401 - (3,) or (3, 3) numbers, checked
-    """The same assembly on a carrier that was turned by ``tilt``: gravity turns the other way in the scene's axes.
+def tilted(assembly: Assembly | Scene, tilt: ArrayLike) -> Assembly:
+    """Return the assembly on a carrier that is tilted by ``tilt``.
 
-    ``tilt``: a rotation vector (3,) [rad] or a rotation matrix (3, 3), from where the scene's axes are now to where the
-    carrier has them.
+    Gravity is rotated the opposite way in the axes of the scene.
+
+    ``tilt`` is a rotation vector (3,) [deg] or a rotation matrix (3, 3). It rotates the axes of the scene from where
+    they are now to where the tilted carrier has them.
     """
     where = "tilt"
     if np.ndim(tilt) == 2:
@@ -125,23 +152,24 @@ def tilted(assembly: Assembly, tilt: Any) -> Assembly:  # noqa: ANN401 - (3,) or
         pose[:3, :3] = checked(tilt, (3, 3), where)
         turn = checked_pose(pose, where)[:3, :3]
     else:
-        turn = Rotation.from_rotvec(np.array(checked(tilt, (3,), where))).as_matrix()
-    scene = checked_assembly(assembly).scene
-    return replace(assembly, scene=Scene(scene.bodies, scene.friction, turn.T @ scene.gravity, scene.name))
+        turn = Rotation.from_rotvec(np.radians(checked(tilt, (3,), where))).as_matrix()
+    assembly = checked_assembly(assembly)
+    return replace(assembly, scene=replace(assembly.scene, gravity=turn.T @ assembly.scene.gravity))
 
 
 def inertial_loads(
-    assembly: Assembly,
+    assembly: Assembly | Scene,
     *,
-    acceleration: Any = None,  # noqa: ANN401 - (3,) numbers, checked
-    angular_acceleration: Any = None,  # noqa: ANN401 - (3,) numbers, checked
-    angular_velocity: Any = None,  # noqa: ANN401 - (3,) numbers, checked
-    pivot: Any = (0.0, 0.0, 0.0),  # noqa: ANN401 - (3,) numbers, checked
+    acceleration: ArrayLike | None = None,
+    angular_acceleration: ArrayLike | None = None,
+    angular_velocity: ArrayLike | None = None,
+    pivot: ArrayLike = (0.0, 0.0, 0.0),
 ) -> tuple[Load, ...]:
-    """What every movable body feels on a carrier in motion, as standing loads of any query.
+    """Return the inertial forces and torques of all movable bodies on a moving carrier, as loads for any query.
 
-    The carrier accelerates by ``acceleration`` (3,) [m/s²] at ``pivot`` (3,) [m] and turns about it by
-    ``angular_acceleration`` (3,) [rad/s²] and ``angular_velocity`` (3,) [rad/s], along the axes of the scene.
+    The carrier accelerates by ``acceleration`` (3,) [m/s²] at ``pivot`` (3,) [m], and rotates about it with
+    ``angular_acceleration`` (3,) [rad/s²] and ``angular_velocity`` (3,) [rad/s]. All vectors are in the axes of the
+    scene. The module docstring has the equations.
     """
     where = "inertial loads"
     given = {"acceleration": acceleration, "angular acceleration": angular_acceleration}
@@ -162,18 +190,24 @@ def inertial_loads(
 
 
 def safe_time_scale(
-    accelerations: Any,  # noqa: ANN401 - (n, 3) numbers, checked
+    accelerations: ArrayLike,
     limits: ConvexSet | TransportLimits,
     *,
     margin: float = 0.0,
 ) -> float:
-    """The largest factor s on the speed along a path for which all its accelerations are within the limits.
+    """Return the largest factor s on the speed along a path at which all its accelerations stay within the limits.
 
-    ``accelerations`` (n, 3) [m/s²] of the carrier along the path, axes of the scene. Played s times as fast, q(s t), it
-    has s² times these: a path with s < 1 must be slowed down to s, one with s > 1 may be played faster; inf if it
-    nowhere accelerates. ``limits``: a set of sustainable accelerations, of which the guaranteed ``inner`` part counts,
-    or the transport limits along those ``accelerations`` that are not zero, of which ``lower`` counts. ``margin`` in
-    [0, 1) is the share of every limit that is left unused. The carrier must keep its orientation, and its load.
+    ``accelerations`` (n, 3) [m/s²] are those of the carrier along the path, in the axes of the scene. If the path q(t)
+    is played as q(s t), they are multiplied by s². A path with s < 1 must be slowed down to that factor; one with s > 1
+    may be played faster. The factor is inf if the path has no acceleration.
+
+    ``limits`` are a set of sustainable accelerations, of which the guaranteed part ``inner`` is used. They can also be
+    the transport limits along those ``accelerations`` that are not zero, of which ``lower`` is used. ``margin`` in [0,
+    1) is the share of every limit that remains unused. The result is valid only if the carrier keeps its orientation
+    and its load.
+
+    Raises HoldfastError if ``margin`` is out of range, or if the limits are along other directions or promise no lower
+    bound.
     """
     where = "safe_time_scale"
     a = checked(accelerations, (None, 3), f"{where}: accelerations")
@@ -186,7 +220,7 @@ def safe_time_scale(
 
 
 def _usage(a: Float, limits: object) -> Float:
-    """Share of the limit along each acceleration that it uses, without those that are zero."""
+    """Return the share of its limit that each acceleration uses, leaving out accelerations that are zero."""
     if not isinstance(limits, TransportLimits):
         remedy = "needs hf.sustainable_accelerations(...) or hf.transport_limits(...)"
         raise HoldfastError(message("safe_time_scale: limits", f"is a {type(limits).__name__}", remedy))

@@ -1,1 +1,1 @@
-"""The contact interface graph and the equilibrium operator: the one object that engines take."""
+"""The assembly of bodies and interfaces, its contact nodes and the equilibrium operator, on which engines work."""

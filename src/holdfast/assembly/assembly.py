@@ -1,20 +1,21 @@
-"""From a scene to an assembly: interfaces found or given, the graph they make, and what hangs in the air."""
+"""Make an assembly from a scene: detect or take its interfaces, and find the bodies that hang in the air."""
 
 from __future__ import annotations
 
 import itertools
-import warnings
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from holdfast.assembly.caution import warn_of_overlaps, warn_of_units
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked_number, frozen
-from holdfast.base.errors import HoldfastError, HoldfastWarning, SceneError, message
-from holdfast.base.values import Value
+from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.values import Value, cut
 from holdfast.contacts.detect import (
     DEFAULT_ANGLE,
     SIGMAS,
@@ -29,18 +30,18 @@ from holdfast.contacts.overlap import Overlap, distance, find_overlaps
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
-HUGE = 50.0  # [m] a movable body larger than this is suspected to be in other units
-FIXED = -1  # the node of the graph into which all fixed bodies are merged
+FIXED = -1  # the body number of all fixed bodies, which are one node of the contact graph
 
 
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
 class Assembly(Value):
-    """Bodies and the interfaces between them.
+    """The bodies of a scene and the interfaces between them.
 
-    Movable bodies are numbered 0..J-1 in scene order; all fixed bodies are the one node FIXED. ``overlaps`` are pairs
-    that share more volume than the tolerance explains, ``occluded`` those that would touch if no third body lay between
-    them; ``detected`` says whether the interfaces were searched for.
+    The J movable bodies are numbered 0..J-1 in scene order; all fixed bodies together are the node FIXED. ``overlaps``
+    lists the pairs of bodies that share more volume than the tolerance explains. ``occluded`` lists the pairs that
+    would touch if no third body lay between them. ``detected`` is true if the interfaces were detected by holdfast, and
+    false if they were given.
     """
 
     scene: Scene
@@ -50,6 +51,12 @@ class Assembly(Value):
     occluded: tuple[tuple[str, str], ...] = ()
     detected: bool = True
 
+    def __repr__(self) -> str:
+        parts = {"movable bodies": self.movable, "interfaces": self.interfaces, "overlaps": self.overlaps}
+        counts = ", ".join(f"{len(part)} {name}" for name, part in parts.items())
+        found = f"gap {self.tolerances.gap * 1e3:.3g} mm" if self.detected else "interfaces given"
+        return f"Assembly(<Scene {cut(repr(self.scene.name), 60)}>, {counts}, {found})"
+
     @property
     def bodies(self) -> tuple[Body, ...]:
         """All bodies of the scene."""
@@ -57,50 +64,53 @@ class Assembly(Value):
 
     @cached_property
     def movable(self) -> tuple[Body, ...]:
-        """The J bodies that have rows in the equilibrium operator."""
+        """The J movable bodies; each has six rows in the equilibrium operator."""
         return self.scene.movable
 
     @cached_property
     def index(self) -> Mapping[str, int]:
-        """Number of each body: 0..J-1, or FIXED."""
+        """The number of each body by its name: 0..J-1, or FIXED."""
         numbers = {body.name: k for k, body in enumerate(self.movable)}
         return MappingProxyType({body.name: numbers.get(body.name, FIXED) for body in self.bodies})
 
     @cached_property
     def ends(self) -> tuple[tuple[int, int], ...]:
-        """Body numbers (a, b) of every interface."""
+        """The numbers (a, b) of the two bodies of every interface."""
         return tuple((self.index[a], self.index[b]) for a, b in (i.bodies for i in self.interfaces))
 
     @cached_property
     def mu(self) -> tuple[float, ...]:
-        """Friction coefficient of every interface."""
+        """The friction coefficient of every interface."""
         return tuple(self.scene.mu(*interface.bodies) for interface in self.interfaces)
 
     @cached_property
     def com(self) -> Float:
-        """(J, 3) centres of mass in the world [m]: the reference points of all wrenches."""
+        """The centres of mass (J, 3) [m] in the world frame; all wrenches refer to them."""
         return frozen(np.array([body.com_world for body in self.movable]).reshape(-1, 3))
 
     @cached_property
     def mass(self) -> Float:
-        """(J,) [kg]."""
+        """The masses (J,) [kg] of the movable bodies."""
         return frozen(np.array([body.mass for body in self.movable], dtype=np.float64))
 
     def weight_wrench(self, acceleration: Float | None = None) -> Float:
-        """(6J,) weight of every body, and its inertial force on a support that accelerates by (3,) [m/s²]."""
+        """Return the weight of every body as wrenches (6J,) at the centres of mass, along the world axes.
+
+        If the support accelerates by ``acceleration`` (3,) [m/s²], the inertial forces are included.
+        """
         pull = self.scene.gravity - (0 if acceleration is None else acceleration)
         return body_forces(self.mass[:, None] * pull)
 
     @cached_property
     def weight(self) -> float:
-        """Total weight of the movable bodies [N]: the scale of forces."""
+        """The total weight of the movable bodies [N], which serves as the scale of forces."""
         return float(self.mass.sum() * np.linalg.norm(self.scene.gravity))
 
     @cached_property
     def equation_scale(self) -> Float:
-        """(6J,) factors that bring every body's equilibrium to order one: by its own weight and its own size.
+        """Factors (6J,) that scale the equilibrium equations of each body to order one, by its own weight and size.
 
-        In units of the whole assembly a light body beside a heavy one could fall unnoticed.
+        If all bodies were scaled by the whole assembly, a light body beside a heavy one could fall unnoticed.
         """
         share = self.mass.sum() / self.mass
         size = np.array([body.size for body in self.movable])
@@ -108,7 +118,7 @@ class Assembly(Value):
 
     @cached_property
     def size(self) -> float:
-        """Diagonal of the box around the movable bodies [m]: the scale of lengths."""
+        """The diagonal of the bounding box of the movable bodies [m], which serves as the scale of lengths."""
         if not self.movable:
             return 1.0
         corners = np.vstack([body.surface_world.vertices for body in self.movable])
@@ -116,17 +126,17 @@ class Assembly(Value):
 
     @cached_property
     def hanging(self) -> tuple[tuple[str, ...], ...]:
-        """Groups of bodies that no chain of interfaces ties to a fixed body."""
+        """The groups of bodies that no chain of interfaces connects to a fixed body."""
         return tuple(
             tuple(self.movable[k].name for k in group) for group in components(len(self.movable), self.ends) if group
         )
 
     @cached_property
     def unmodelled(self) -> tuple[tuple[str, str], ...]:
-        """Pairs that come within the gap without a contact that has a normal: sharp corner on corner or on edge.
+        """Pairs of bodies that come within the gap but have no interface: a sharp corner on a corner or on an edge.
 
-        Such contacts carry force in reality; an assembly that seems to fall may stand on them. Empty where the
-        interfaces were given.
+        Such a contact has no defined normal and is left out, but in reality it carries force. An assembly that seems to
+        fall may stand on it. The tuple is empty if the interfaces were given.
         """
         if not self.detected:
             return ()
@@ -139,40 +149,80 @@ class Assembly(Value):
             and distance(a, b, 1.001 * self.tolerances.between(a, b).gap) is not None
         )
 
-    def without(self, names: Collection[str]) -> Assembly:
-        """The assembly with these bodies taken away: the interfaces of the others are kept, not sought again.
+    @cached_property
+    def groups(self) -> tuple[tuple[str, ...], ...]:
+        """The names of the movable bodies, grouped by the contacts between them, in the order of the scene.
 
-        It equals ``assemble`` of the scene without them at the same tolerances. Where one of them lay between two
-        bodies that come within the gap (``occluded``), contacts are sought anew.
+        Contacts with fixed bodies connect nothing: two stacks that stand apart on one floor are two groups.
         """
-        gone = set(names)
+        between = [(a, b) for a, b in self.ends if FIXED not in (a, b)]
+        return tuple(tuple(self.movable[k].name for k in group) for group in components(len(self.movable), between))
+
+    def moved(self, poses: Mapping[str, ArrayLike]) -> Assembly:
+        """Return the assembly with some bodies at other poses.
+
+        ``poses`` maps names of bodies to poses (4, 4), body frame to world. Contacts are detected again with the
+        tolerances of this assembly, so the result equals ``assemble`` of the moved scene with these tolerances. Raises
+        HoldfastError if the interfaces were given.
+        """
+        return self._sought(self.scene.moved(poses), "moved")
+
+    def with_body(self, body: Body) -> Assembly:
+        """Return the assembly with ``body`` added after the others.
+
+        Contacts are detected again with the tolerances of this assembly, so the result equals ``assemble`` of the
+        larger scene with these tolerances. Raises HoldfastError if the interfaces were given.
+        """
+        warn_of_units([body], self.tolerances.gap, stacklevel=3)
+        return self._sought(self.scene.with_body(body), "with_body")
+
+    def _sought(self, scene: Scene, what: str) -> Assembly:
+        if not self.detected:
+            problem = "its interfaces were given, and where bodies touch now cannot be told from them"
+            remedy = "assemble the changed scene with interfaces= of its own"
+            raise HoldfastError(message(f"Assembly.{what}", problem, remedy))
+        return _search(scene, self.tolerances, self.overlaps, stacklevel=4)
+
+    def without(self, *names: str | Iterable[str]) -> Assembly:
+        """Return the assembly without the bodies of these names.
+
+        The interfaces between the other bodies are kept. If a removed body lay between two bodies that come within the
+        gap (``occluded``), contacts are detected again. In both cases the result equals ``assemble`` of the smaller
+        scene with the same tolerances. If the interfaces were given, they remain as given. Raises SceneError for an
+        unknown name.
+        """
+        gone = self.scene.checked_names(*names)
         scene = self.scene.without(gone)
+        if self.detected and self._uncovers(gone):
+            return _search(scene, self.tolerances, self.overlaps, stacklevel=3)
         overlaps = tuple(o for o in self.overlaps if gone.isdisjoint(o.bodies))
-        if self._uncovers(gone):
-            contacts = find_contacts(scene, self.tolerances)
-            found = _with_status(contacts.interfaces, overlaps)
-            return Assembly(scene, found, self.tolerances, overlaps, contacts.occluded)
         kept = tuple(i for i in self.interfaces if gone.isdisjoint(i.bodies))
         occluded = tuple(pair for pair in self.occluded if gone.isdisjoint(pair))
         return Assembly(scene, kept, self.tolerances, overlaps, occluded, self.detected)
 
-    def _uncovers(self, gone: set[str]) -> bool:
-        """Whether a body that goes may lie between two that stay."""
+    def _uncovers(self, gone: Collection[str]) -> bool:
+        """Tell whether a removed body may have hidden a contact between two bodies that remain.
+
+        It may if it is near at least one of the two.
+        """
         hidden = [set(pair) for pair in self.occluded]
         hidden += [set(i.bodies) for i in self.interfaces if "occluded" in i.flags]
-        return any(pair.isdisjoint(gone) and any(pair <= self._beside[name] for name in gone) for pair in hidden)
+        return any(pair.isdisjoint(gone) and any(self._beside[name] & pair for name in gone) for pair in hidden)
 
     @cached_property
     def _beside(self) -> dict[str, set[str]]:
-        """The bodies that each body touches."""
+        """The bodies that each body touches, or would touch if no third body lay between them."""
         beside: dict[str, set[str]] = {body.name: set() for body in self.bodies}
-        for a, b in (i.bodies for i in self.interfaces):
+        for a, b in (*(i.bodies for i in self.interfaces), *self.occluded):
             beside[a].add(b)
             beside[b].add(a)
         return beside
 
     def nearest_support(self, group: Sequence[str]) -> tuple[str, str, float] | None:
-        """Of a hanging group, the body nearest to one outside it: (inside, outside, distance [m])."""
+        """Find the body of a hanging group that is nearest to a body outside the group.
+
+        Returns (name inside, name outside, distance [m]), or None if there is no body outside.
+        """
         inside = [self.scene.body(name) for name in group]
         outside = [body for body in self.bodies if body.name not in group]
         best: tuple[str, str, float] | None = None
@@ -190,20 +240,27 @@ class Assembly(Value):
 
 def assemble(
     scene: Scene,
+    *,
     gap: float | None = None,
     angle: float | None = None,
     pose_sigma: float | tuple[float, float] | None = None,
     interfaces: Iterable[Interface] | None = None,
 ) -> Assembly:
-    """Find the contact interfaces of a scene, or take the given ones.
+    """Detect the contact interfaces of a scene, or take the given ones, and return the assembly.
 
-    ``gap`` [m]: how far apart, or into each other, two surfaces may lie and still touch (a thousandth of the usual body
-    size unless given). ``angle`` [deg]: how far two faces may be from parallel (1 unless given). ``pose_sigma``: the
-    standard deviation of the poses' positions [m], or of positions [m] and rotations [deg]; it sets the gap of each
-    pair to 4σ, with what a rotation moves at the end of the larger body, up to half the thickness of the thinner one,
-    and widens the angle by 4σ. Each interface's ``flags`` tell what in it depends on a tolerance. Bodies that overlap
-    more than the gap raise a HoldfastWarning that names them and the depth. Given interfaces are taken as complete and
-    are not checked against the meshes; those between two fixed bodies are left out.
+    ``gap`` [m] is the largest distance or overlap at which two surfaces still touch. By default it is a thousandth of
+    the usual body size. ``angle`` [deg] is the largest angle between two touching faces, 1 by default.
+
+    ``pose_sigma`` is the standard deviation of the poses' positions [m], or a pair of those of positions [m] and
+    rotations [deg]. The gap of each pair of bodies is then 4σ, including the displacement that a rotation causes at the
+    far end of the larger body, but at most half the thickness of the thinner body. The angle is widened by 4σ. Give
+    ``gap`` or ``pose_sigma``, not both.
+
+    The ``flags`` of each interface say what in it depends on a tolerance. Bodies that overlap by more than the gap
+    raise a HoldfastWarning with their names and the depth.
+
+    Given ``interfaces`` are taken as complete and are not checked against the meshes; those between two fixed bodies
+    are left out. Raises HoldfastError if an argument is out of range or is not a scene.
     """
     if not hasattr(scene, "movable"):
         problem = f"got a {type(scene).__name__}"
@@ -212,8 +269,8 @@ def assemble(
         raise HoldfastError(message("assemble", f"gap = {gap!r} and pose_sigma = {pose_sigma!r}", "give one of them"))
     tilt = 0.0
     if pose_sigma is not None:
-        metres, degrees = checked_pose_sigma(pose_sigma, "assemble")
-        gap, tilt = SIGMAS * metres, float(np.radians(degrees))
+        metres, tilt = checked_pose_sigma(pose_sigma, "assemble")
+        gap = SIGMAS * metres
     tolerances = Tolerances(
         default_gap(scene) if gap is None else checked_number(gap, "assemble: gap", above=0),
         DEFAULT_ANGLE if angle is None else checked_number(angle, "assemble: angle", above=0),
@@ -222,18 +279,24 @@ def assemble(
     )
     if tolerances.angle >= 90:
         raise HoldfastError(message("assemble", f"angle = {tolerances.angle:g} deg", "needs less than 90"))
-    _warn_of_units(scene, tolerances.gap)
+    warn_of_units(scene.movable, tolerances.gap, stacklevel=3)
     if interfaces is not None:
         return Assembly(scene, _given(scene, interfaces), tolerances, detected=False)
+    return _search(scene, tolerances, (), stacklevel=3)
+
+
+def _search(scene: Scene, tolerances: Tolerances, known: Collection[Overlap], stacklevel: int) -> Assembly:
+    """Detect all contacts of the scene and return the assembly; warn of overlaps that are not among ``known``."""
     overlaps = find_overlaps(scene, tolerances)
-    if overlaps:
-        warnings.warn(_overlap_warning(overlaps), HoldfastWarning, stacklevel=2)
+    new = [overlap for overlap in overlaps if overlap not in known]
+    if new:
+        warn_of_overlaps(new, stacklevel=stacklevel + 1)
     contacts = find_contacts(scene, tolerances)
     return Assembly(scene, _with_status(contacts.interfaces, overlaps), tolerances, overlaps, contacts.occluded)
 
 
 def checked_pose_sigma(value: object, where: str) -> tuple[float, float]:
-    """Standard deviations of the poses' positions [m] and rotations [deg]."""
+    """Check ``pose_sigma`` and return the standard deviations of the poses' positions [m] and rotations [deg]."""
     both = value if isinstance(value, tuple | list) else (value, 0.0)
     if len(both) != 2:
         remedy = "needs metres, or a pair (metres, degrees)"
@@ -243,12 +306,15 @@ def checked_pose_sigma(value: object, where: str) -> tuple[float, float]:
 
 
 def body_forces(forces: Float) -> Float:
-    """(6J,) wrenches of forces (J, 3) at the centres of mass."""
+    """Return the wrenches (6J,) of forces (J, 3) [N] that act at the centres of mass."""
     return np.hstack([forces, np.zeros_like(forces)]).reshape(-1)
 
 
 def components(count: int, ends: Iterable[tuple[int, int]]) -> list[list[int]]:
-    """Connected groups of 0..count-1 that no edge path ties to FIXED."""
+    """Return the connected groups of the numbers 0..count-1 that no path of edges connects to FIXED.
+
+    ``ends`` holds the edges as pairs of numbers; a negative number is FIXED.
+    """
     parent = list(range(count + 1))  # the last one is FIXED
 
     def root(k: int) -> int:
@@ -266,22 +332,6 @@ def components(count: int, ends: Iterable[tuple[int, int]]) -> list[list[int]]:
     return list(groups.values())
 
 
-def _warn_of_units(scene: Scene, gap: float) -> None:
-    """Millimetres where metres are meant make contacts of everything, or of nothing: say so at once."""
-    across = {body.name: float((body.box[1] - body.box[0]).max()) for body in scene.movable}
-    widest = max(across, key=lambda name: across[name], default=None)
-    if widest is not None and across[widest] > HUGE:
-        problem = f"is {across[widest]:.3g} m across"
-        text = message(f"body {widest!r}", problem, "if its mesh is in millimetres, use scale 0.001")
-        warnings.warn(text, HoldfastWarning, stacklevel=3)
-    sizes = {body.name: body.shape.surface.thickness for body in scene.movable}
-    thin = min(sizes, key=lambda name: sizes[name], default=None)
-    if thin is not None and gap > 0.5 * sizes[thin]:
-        problem = f"is {gap * 1e3:.3g} mm, but body {thin!r} is only {sizes[thin] * 1e3:.3g} mm thick"
-        text = message("gap", problem, "bodies may touch through it: gap is in metres, use a smaller one")
-        warnings.warn(text, HoldfastWarning, stacklevel=3)
-
-
 def _with_status(interfaces: Sequence[Interface], overlaps: Sequence[Overlap]) -> tuple[Interface, ...]:
     deep = {frozenset(overlap.bodies) for overlap in overlaps}
     return tuple(
@@ -292,23 +342,8 @@ def _with_status(interfaces: Sequence[Interface], overlaps: Sequence[Overlap]) -
     )
 
 
-def _overlap_warning(overlaps: Sequence[Overlap]) -> str:
-    """One warning for all pairs, the deepest first."""
-    worst = sorted(overlaps, key=lambda overlap: -overlap.depth)[:5]
-    pairs = ", ".join(
-        f"{a!r} and {b!r} by {'about ' if o.estimated else ''}{o.depth * 1e3:.3g} mm"
-        for o in worst
-        for a, b in [o.bodies]
-    )
-    more = f" and {len(overlaps) - 5} more pairs" if len(overlaps) > 5 else ""
-    errors = sum(o.severity == "error" for o in overlaps)
-    deep = f"; {errors} deeper than twice that" if errors else ""
-    problem = f"{pairs}{more}; the gap tolerance is {worst[0].tolerance * 1e3:.3g} mm{deep}"
-    return message("bodies overlap", problem, "correct the poses, or raise gap; contacts there may be missing")
-
-
 def _given(scene: Scene, interfaces: Iterable[Interface]) -> tuple[Interface, ...]:
-    """The interfaces whose bodies can move against each other; those between fixed bodies carry nothing we ask for."""
+    """Return the given interfaces, without those between two fixed bodies, which no query asks about."""
     kept = []
     for interface in interfaces:
         if not hasattr(interface, "patches"):

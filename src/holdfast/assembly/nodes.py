@@ -1,4 +1,4 @@
-"""The contact nodes of an assembly and the equilibrium operator G over them."""
+"""Compute the contact nodes of an assembly and the equilibrium operator G."""
 
 from __future__ import annotations
 
@@ -19,10 +19,12 @@ from holdfast.contacts.nodes import Sampling, interface_nodes
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactNodes(Value):
-    """I contact nodes; the force at node i is (f_n, f_t1, f_t2) along ``axes[i]`` and acts on body b, minus it on a.
+    """The I contact nodes of an assembly; contact forces act at the nodes.
 
-    ``points`` (I, 3) [m]; ``axes`` (I, 3, 3) rows normal (into b), t1, t2; ``mu`` (I,); ``weights`` (I,) tributary
-    areas [m²]; ``interface`` (I,) index; ``a``, ``b`` (I,) body numbers, FIXED for fixed ones.
+    The force at node i is (f_n, f_t1, f_t2) along the rows of ``axes[i]``. It acts on body b, and its negative acts on
+    body a. ``points`` (I, 3) [m] are in the world frame. ``axes`` (I, 3, 3) holds the rows normal (pointing into b), t1
+    and t2. ``mu`` (I,) are the friction coefficients, ``weights`` (I,) the tributary areas [m²] and ``interface`` (I,)
+    the index of each node's interface. ``a`` and ``b`` (I,) are body numbers, FIXED for fixed bodies.
     """
 
     points: Float
@@ -38,29 +40,32 @@ class ContactNodes(Value):
 
     @property
     def normals(self) -> Float:
-        """(I, 3), pointing into body b."""
+        """The contact normals (I, 3), which point into body b."""
         return np.asarray(self.axes[:, 0])
 
     def __len__(self) -> int:
         return len(self.points)
 
     def world(self, forces: Float) -> Float:
-        """Local forces (I, 3) along the world axes."""
+        """Convert forces (I, 3) from the axes of their nodes to the world axes."""
         return np.asarray(np.einsum("ik,ikx->ix", forces, self.axes))
 
     def chosen(self, keep: Bool) -> ContactNodes:
-        """Only the nodes where ``keep`` (I,) is true."""
+        """Return only the nodes for which ``keep`` (I,) is true."""
         points, axes, mu, weights = self.points[keep], self.axes[keep], self.mu[keep], self.weights[keep]
         return ContactNodes(points, axes, mu, weights, self.interface[keep], self.a[keep], self.b[keep])
 
     @cached_property
     def spans(self) -> Int:
-        """(interfaces + 1,) where each interface's nodes begin; they stand in order."""
+        """The index (interfaces + 1,) at which the nodes of each interface begin; nodes are ordered by interface."""
         return frozen(np.searchsorted(self.interface, np.arange(self.interface.max(initial=-1) + 2)))
 
 
 def contact_nodes(assembly: Assembly, count: int, sampling: Sampling, seed: int = 0) -> ContactNodes:
-    """``count`` nodes for every interface of the assembly (``seed``: of sampling "paper")."""
+    """Return the contact nodes of the assembly, with ``count`` nodes for every interface.
+
+    ``seed`` is the random seed of the sampling "paper".
+    """
     points, normals, weights, owner = [], [], [], []
     for number, interface in enumerate(assembly.interfaces):
         samples = interface_nodes(interface, count, sampling, seed + number)
@@ -88,7 +93,11 @@ def contact_nodes(assembly: Assembly, count: int, sampling: Sampling, seed: int 
 
 
 def equilibrium_operator(assembly: Assembly, nodes: ContactNodes) -> sparse.csc_matrix:
-    """G (6J, 3I): contact forces to body wrenches (force, torque about the centre of mass), world axes (eq. 2-3)."""
+    """Return the equilibrium matrix G (6J, 3I), which maps contact forces to body wrenches (eq. 2-3).
+
+    The forces are (f_n, f_t1, f_t2) at the nodes. The wrenches are (force [N], torque [N m] about the centre of mass),
+    along the world axes.
+    """
     rows, columns, values = [], [], []
     columns_of = 3 * np.arange(len(nodes))
     for body, sign in ((nodes.b, 1.0), (nodes.a, -1.0)):

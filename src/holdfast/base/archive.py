@@ -1,7 +1,8 @@
-"""Values as files, without loss and without pickle: JSON text, or NumPy's .npz for large ones.
+"""Saving and loading of values without loss and without pickle, as JSON text or as .npz files for large values.
 
-A file holds the registered name of each class and the contents of its fields, so modules may move without breaking
-files. What several parts share is written once, and shared again when it is read.
+A file holds the registered name of each class and the contents of its fields, so files stay valid when modules move. An
+object that several parts share is written once, and is shared again after loading. If a class has the method
+``checked_after_load``, it is called after loading, and raises HoldfastError if the contents cannot be right.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import io
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import fields
 from enum import Enum
 from pathlib import Path
@@ -26,6 +27,8 @@ from holdfast.base.values import Table, Value, items_of, sealed
 
 FORMAT = "holdfast-answer/1"
 SUFFIXES = (".json", ".npz")
+SMALL = 64  # numbers of an array up to which it stands in the text of a .npz file, too, unless
+OPEN = 2  # steps lead to it from the value that is saved: such arrays are entries, for other programs to read
 
 C = TypeVar("C", bound=type)
 
@@ -33,7 +36,10 @@ _CLASSES: dict[str, type] = {}
 
 
 def archived(cls: C) -> C:
-    """Class decorator: values of this class (a ``Value`` or an ``Enum``) can be saved; their files hold its name."""
+    """Register a class, a ``Value`` or an ``Enum``, so that its objects can be saved (class decorator).
+
+    Files hold the name of the class. Raises HoldfastError if a class of another module has the same name.
+    """
     known = _CLASSES.setdefault(cls.__name__, cls)
     if known is not cls and known.__module__ != cls.__module__:
         raise HoldfastError(message("archive", f"two classes are named {cls.__name__!r}", "names are unique"))
@@ -42,7 +48,10 @@ def archived(cls: C) -> C:
 
 
 def save(value: Value, path: str | os.PathLike[str]) -> None:
-    """Write ``value`` to a .json or .npz file; ``load`` gives it back without loss."""
+    """Write ``value`` to a .json or .npz file, from which ``load`` reads it without loss.
+
+    Raises HoldfastError if the suffix is another, a part cannot be saved, or the file cannot be written.
+    """
     suffix = _suffix(path)
     arrays: dict[str, Any] | None = None if suffix == ".json" else {}
     data = {"format": FORMAT, "value": _Writer(arrays).plain(value)}
@@ -56,7 +65,7 @@ def save(value: Value, path: str | os.PathLike[str]) -> None:
 
 
 def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - whatever was saved
-    """The value that ``save`` wrote; raises HoldfastError for any other file."""
+    """Read the value that ``save`` wrote; raise HoldfastError for any other file."""
     suffix = _suffix(path)
     with located(str(path)):
         try:
@@ -84,10 +93,12 @@ def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - whatever was sa
 
 
 def to_dict(value: Any) -> Any:  # noqa: ANN401 - anything that a value holds
-    """Plain data for JSON: arrays as lists, infinity as the text "inf", values as dicts of their fields."""
+    """Return plain data for JSON: arrays as lists, infinity as the text "inf", values as dicts of their fields."""
     if isinstance(value, Enum):
         return value.value
     if isinstance(value, float | np.floating):
+        if math.isnan(value):
+            raise ValueError("an answer holds NaN: a defect in holdfast")
         return float(value) if math.isfinite(value) else str(float(value))
     if isinstance(value, bool | np.bool_):
         return bool(value)
@@ -106,11 +117,16 @@ def to_dict(value: Any) -> Any:  # noqa: ANN401 - anything that a value holds
 
 
 class _Writer:
-    """Plain data of values; whatever is not plain becomes a dict with one key that begins with $."""
+    """Converts values to plain data. An object that is not plain becomes a dict whose first key begins with $.
+
+    For a .npz file arrays go into ``arrays``, named after where they stand in the value: ``inner.0`` is the first part
+    of ``inner``.
+    """
 
     def __init__(self, arrays: dict[str, Any] | None) -> None:
         self.arrays = arrays
         self.seen: dict[int, int] = {}
+        self.place: list[str] = []  # where in the value: names of fields, numbers of parts
         self.kept: list[Any] = []  # so that no number of an object in ``seen`` is given to another one
 
     def plain(self, item: Any) -> Any:  # noqa: ANN401
@@ -127,16 +143,28 @@ class _Writer:
         if isinstance(item, Path):
             return {"$path": str(item)}
         if isinstance(item, tuple):
-            return {"$tuple": [self.plain(part) for part in item]}
+            return {"$tuple": self.parts(item)}
         if isinstance(item, list):
-            return [self.plain(part) for part in item]
+            return self.parts(item)
         if isinstance(item, Mapping):
             kind = "$table" if isinstance(item, Table) else "$map"
-            return {kind: [[self.plain(key), self.plain(part)] for key, part in item.items()]}
+            pairs = enumerate(item.items())  # keys and parts in turn, as they are read
+            return {kind: [[self.plain(key), self.at(str(k), part)] for k, (key, part) in pairs]}
         return self.shared(item)
 
+    def parts(self, items: Iterable[Any]) -> list[Any]:
+        """Convert each part to plain data; its name is its number."""
+        return [self.at(str(k), part) for k, part in enumerate(items)]
+
+    def at(self, name: str, item: Any) -> Any:  # noqa: ANN401
+        """Convert the part with this name to plain data, keeping track of its place in the value."""
+        self.place.append(name)
+        data = self.plain(item)
+        self.place.pop()
+        return data
+
     def shared(self, item: Any) -> Any:  # noqa: ANN401
-        """Arrays and values, which others may refer to."""
+        """Convert an array or a value, or refer to it if it was already written."""
         if id(item) in self.seen:
             return {"$same": self.seen[id(item)]}
         self.seen[id(item)] = len(self.kept)
@@ -144,16 +172,19 @@ class _Writer:
         if isinstance(item, np.ndarray):
             return self.array(item)
         if isinstance(item, Value) and _CLASSES.get(type(item).__name__) is type(item):
-            return {"$value": type(item).__name__, "fields": {name: self.plain(part) for name, part in items_of(item)}}
+            return {
+                "$value": type(item).__name__,
+                "fields": {name: self.at(name, part) for name, part in items_of(item)},
+            }
         problem = f"a {type(item).__name__} cannot be saved"
         raise HoldfastError(message("save", problem, "only values of holdfast's own classes can"))
 
     def array(self, item: np.ndarray[Any, Any]) -> Any:  # noqa: ANN401
         if item.dtype == object:
-            return {"$objects": [self.plain(part) for part in item.flat], "shape": list(item.shape)}
+            return {"$objects": self.parts(item.flat), "shape": list(item.shape)}
         kind = item.dtype.str
-        if self.arrays is not None and item.size > 8:
-            name = f"array{len(self.arrays)}"
+        if self.arrays is not None and (item.size > SMALL or len(self.place) <= OPEN):
+            name = ".".join(self.place)
             self.arrays[name] = item
             return {"$array": name}
         if item.dtype.kind == "f":
@@ -166,7 +197,7 @@ class _Writer:
 
 
 class _Reader:
-    """Values from plain data."""
+    """Restores values from plain data."""
 
     def __init__(self, arrays: Mapping[str, Any]) -> None:
         self.arrays = arrays
@@ -225,6 +256,9 @@ class _Reader:
         state = {name: self.value(part) for name, part in data.items()}
         result: Any = object.__new__(cls)
         result.__setstate__(state)
+        check = getattr(result, "checked_after_load", None)
+        if check is not None:
+            check()
         return result
 
 

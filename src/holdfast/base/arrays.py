@@ -1,4 +1,4 @@
-"""Array aliases and the one place where arrays from outside are checked; inside, arrays are read-only and trusted."""
+"""Array types, and the checks of arrays that come from users. Inside holdfast arrays are read-only and trusted."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ Objects: TypeAlias = NDArray[np.object_]
 
 
 def frozen(array: Array) -> Array:
-    """The same array, no longer writable."""
+    """Make an array read-only, in place, and return it."""
     array.setflags(write=False)
     return array
 
 
 def kept(array: Array) -> Array:
-    """The same array if it is read-only, else a read-only copy: whoever made it may write to it later."""
+    """Return the same array if it is read-only, else a read-only copy, because its owner may write to it later."""
     return frozen(array.copy()) if array.flags.writeable else array
 
 
@@ -35,7 +35,10 @@ def checked(
     *,
     error: type[HoldfastError] = SceneError,
 ) -> Float:
-    """A read-only float64 copy of ``value`` with the given shape (None: any length); raises ``error`` otherwise."""
+    """Return a read-only float64 copy of ``value`` after checking that it has the given shape and is finite.
+
+    None in ``shape`` allows any length. Raises ``error`` if the check fails; ``where`` names the argument.
+    """
     wanted = str(tuple(s if s is not None else "n" for s in shape)).replace("'", "")
     try:
         array = np.array(value, dtype=np.float64)
@@ -55,7 +58,11 @@ def checked_pushes(
     directions: Any,  # noqa: ANN401 - anything a caller may pass
     where: str,
 ) -> tuple[Float, Float]:
-    """Points (n, 3) and unit directions (n, 3) from (n, 3) or (3,) each, a single one repeated for the other."""
+    """Return the points (n, 3) and unit directions (n, 3) of pushes.
+
+    Both arguments have the shape (n, 3) or (3,). A single point or direction is repeated to match the other. Raises
+    SceneError if the numbers differ, a direction is zero, or something is not a finite number.
+    """
     p, e = _rows(points, f"{where}: points"), _rows(directions, f"{where}: directions")
     count = max(len(p), len(e))
     if len(p) not in (1, count) or len(e) not in (1, count):
@@ -75,7 +82,10 @@ def checked_number(
     above: float | None = None,
     error: type[HoldfastError] = SceneError,
 ) -> float:
-    """``value`` as a finite float, at least ``minimum`` or greater than ``above``; raises ``error`` otherwise."""
+    """Return ``value`` as a finite float, after checking that it is at least ``minimum`` and greater than ``above``.
+
+    None means no such limit. Raises ``error`` if the check fails; ``where`` names the argument.
+    """
     bound = f" >= {minimum:g}" if minimum is not None else f" > {above:g}" if above is not None else ""
     remedy = f"needs a finite number{bound}"
     try:
@@ -88,7 +98,7 @@ def checked_number(
 
 
 def objects(values: Sequence[Any]) -> Objects:
-    """A read-only array (n,) of anything, so that answers of many points can be compared and chosen together."""
+    """Return a read-only array (n,) of any objects, so that rows of answers can be selected and compared together."""
     array = np.empty(len(values), dtype=object)
     for k, value in enumerate(values):
         array[k] = value
@@ -96,7 +106,7 @@ def objects(values: Sequence[Any]) -> Objects:
 
 
 def unit(vector: Float) -> Float:
-    """``vector`` / its length, along the last axis."""
+    """Return ``vector`` (..., 3) divided by its length along the last axis."""
     return np.asarray(vector / np.linalg.norm(vector, axis=-1, keepdims=True), dtype=np.float64)
 
 

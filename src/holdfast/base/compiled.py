@@ -1,9 +1,9 @@
-"""The one way of compiling a hot loop; machine code is kept on disk and never outlives the source it came from.
+"""Compilation of hot loops with Numba. Machine code is kept on disk, and is never used after its source has changed.
 
-Numba's own disk cache looks at the file of a function alone: where a function that it calls, or a constant that it
-reads, changes in another file, it keeps running the old machine code. Here all machine code lies in a folder that is
-named after everything it may depend on: the sources of all modules that take part in compiled code, and the versions
-of Python, Numba, llvmlite and NumPy. The processor is part of the key of every entry.
+Numba's own disk cache only looks at the file of the compiled function. If a function that it calls, or a constant that
+it reads, changes in another file, Numba keeps running the old machine code. Here, all machine code lies in a folder
+whose name is a hash of everything that it may depend on: the sources of all modules that take part in compiled code,
+and the versions of Python, Numba, llvmlite and NumPy. The processor is part of the key of every entry.
 """
 
 from __future__ import annotations
@@ -32,8 +32,10 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 FOLDER_VARIABLE = "HOLDFAST_CACHE_DIR"  # environment variable that names another folder for machine code
-KEPT = 16  # folders of earlier sources that are kept: one for each of several checkouts in use at a time
-DIGEST = 32  # bytes of SHA-256 in front of every file of machine code
+KEPT = 16  # number of folders of machine code that are kept, so that several checkouts can be used at a time
+DIGEST = 32  # length in bytes of the SHA-256 checksum in front of every file of machine code
+
+_DISPATCHERS: dict[Callable[..., Any], Callable[..., Any]] = {}  # of ``compilable`` functions
 
 _PACKAGE = Path(__file__).parents[1]
 _IMPORT = re.compile(r"^\s*from (holdfast[\w.]*) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
@@ -41,7 +43,7 @@ _CONSTANT = re.compile(r"\b[A-Z][A-Z0-9_]+\b")
 
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile ``function`` on its first call and keep the machine code on disk; calls do not hold Python's lock."""
+    """Compile ``function`` on its first call and keep the machine code on disk; calls release Python's global lock."""
     dispatcher = numba.njit(nogil=True)(function)
     if hasattr(dispatcher, "_cache"):  # not where NUMBA_DISABLE_JIT hands the function back
         dispatcher._cache = _MachineCode(function)
@@ -49,24 +51,27 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def compilable(function: Callable[P, R]) -> Callable[P, R]:
-    """Leave ``function`` to Python, but compile it as ``compiled`` does for compiled functions that call it.
+    """Run ``function`` in Python if Python code calls it, and compiled if a compiled function calls it.
 
-    They all share one machine code: it is not compiled again within each of them.
+    All compiled functions that call it share the same machine code; it is not compiled again within each of them.
     """
     dispatcher = compiled(function)
     if dispatcher is not function:
         function._numba_type_ = dispatcher._numba_type_  # type: ignore[attr-defined]  # what Numba takes it for
-        function._machine_code = dispatcher  # type: ignore[attr-defined]  # which that refers to weakly
+        _DISPATCHERS[function] = dispatcher  # Numba's type refers to it weakly
     return function
 
 
 def machine_code(function: Callable[P, R]) -> Callable[P, R]:
-    """The compiled version of a ``compilable`` function."""
-    return cast(Callable[P, R], getattr(function, "_machine_code", function))
+    """Return the compiled version of a ``compilable`` function."""
+    return cast(Callable[P, R], _DISPATCHERS.get(function, function))
 
 
 def machine_code_folder() -> Path:
-    """Where machine code of all versions is kept: $HOLDFAST_CACHE_DIR, or ``holdfast`` in the user's cache folder."""
+    """Return the folder for the machine code of all versions.
+
+    It is $HOLDFAST_CACHE_DIR if that is set, else ``holdfast`` in the user's cache folder.
+    """
     named = os.environ.get(FOLDER_VARIABLE)
     if named:
         return Path(named).expanduser()
@@ -76,7 +81,7 @@ def machine_code_folder() -> Path:
 
 @cache
 def fingerprint() -> str:
-    """A hash of all that machine code may depend on, besides the processor."""
+    """Return a hash of everything that machine code may depend on, except the processor."""
     digest = hashlib.sha256()
     versions = (sys.version, numba.__version__, llvmlite.__version__, np.__version__)
     digest.update("\n".join(versions).encode())
@@ -87,7 +92,7 @@ def fingerprint() -> str:
 
 
 def compiled_sources(package: Path) -> list[Path]:
-    """The modules of ``package`` with compiled functions, and those that such a module takes a constant from.
+    """Find the modules of ``package`` with compiled functions, and those from which such a module imports a constant.
 
     Numba writes the value of a global constant into the machine code.
     """
@@ -166,7 +171,7 @@ class _MachineCode:
         return str(self._inner.cache_path)
 
     def load_overload(self, signature: Any, context: Any) -> Any:  # noqa: ANN401 - Numba's own types
-        """The machine code for these types, or None: it was never compiled, or its file is damaged."""
+        """Return the machine code for these types, or None if it was never compiled or its file is damaged."""
         try:
             return self._inner.load_overload(signature, context)
         except Exception as cause:  # a damaged file may raise anything
@@ -174,7 +179,7 @@ class _MachineCode:
             return None
 
     def save_overload(self, signature: Any, result: Any) -> None:  # noqa: ANN401
-        """Keep the machine code, or say once why that is not possible."""
+        """Save the machine code, or warn once if that is not possible."""
         try:
             self._inner.save_overload(signature, result)
         except OSError as cause:
@@ -187,7 +192,7 @@ class _MachineCode:
         """Asked by Numba; machine code is always kept."""
 
     def flush(self) -> None:
-        """Forget what is kept of this function."""
+        """Delete the saved machine code of this function."""
         self._inner.flush()
 
     @property
@@ -223,5 +228,5 @@ def _drop_oldest(root: Path) -> None:
 
 @compiled
 def dot3(a: Float, b: Float) -> float:
-    """The product a · b of two vectors (3,), without the overhead of a library call."""
+    """Return the scalar product a · b of two vectors (3,), without the overhead of a library call."""
     return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])

@@ -1,4 +1,4 @@
-"""The errors holdfast raises: every message says what is wrong, where, with which value, and what to do."""
+"""The errors that holdfast raises. Every message says what is wrong, where, with which value, and what to do."""
 
 from __future__ import annotations
 
@@ -7,32 +7,32 @@ from contextlib import contextmanager
 
 
 class HoldfastError(Exception):
-    """Base of every error that holdfast raises on purpose."""
+    """Base class of every error that holdfast raises on purpose."""
 
 
 class SceneError(HoldfastError):
-    """A scene, a scene file or a query that cannot be taken as given."""
+    """A scene, a scene file or the arguments of a query are invalid."""
 
 
 class UnstableError(SceneError):
-    """An assembly that does not stand, where only one that stands can be asked about."""
+    """The assembly does not stand, but the query is defined only for an assembly that stands."""
 
 
 class GeometryError(HoldfastError):
-    """A mesh, a pose or a contact polygon that is not a usable solid or surface."""
+    """A mesh, a pose or a contact polygon is not usable as a solid, a rigid transform or a surface."""
 
 
 class SolverError(HoldfastError):
-    """A numerical method stopped without an answer, or the question is too large for it."""
+    """A numerical method stopped without an answer, or the problem is too large for it."""
 
 
 class HoldfastWarning(UserWarning):
-    """Something an answer was given in spite of, such as bodies that overlap."""
+    """An answer is given in spite of a problem, such as bodies that overlap."""
 
 
 @contextmanager
 def located(where: str) -> Iterator[None]:
-    """Within this block errors say ``where`` first, unless they do already."""
+    """Put ``where`` in front of the message of every HoldfastError raised in this block, unless it contains it."""
     try:
         yield
     except HoldfastError as cause:
@@ -42,5 +42,5 @@ def located(where: str) -> Iterator[None]:
 
 
 def message(where: str, problem: str, remedy: str) -> str:
-    """One line: where, what with its value, remedy."""
+    """Join the place, the problem (with its value) and the remedy into an error message of one line."""
     return f"{where}: {problem}; {remedy}"

@@ -1,4 +1,4 @@
-"""Writing files so that they appear whole or not at all."""
+"""Atomic writing of files: a file appears complete or not at all."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ from holdfast.base.errors import HoldfastError, message
 
 
 def write_atomically(path: str | os.PathLike[str], content: bytes) -> None:
-    """Replace the file at ``path`` by ``content`` in one step; a failure leaves what was there before."""
+    """Replace the file at ``path`` by ``content`` in one step.
+
+    A failure leaves the old file as it was, and raises HoldfastError.
+    """
     target = Path(path)
     temporary = target.with_name(f".{target.name}.{secrets.token_hex(6)}.tmp")
     try:

@@ -1,4 +1,4 @@
-"""Progress of long work, told to whoever listens: engines report, the command line draws."""
+"""Progress reports of long computations. Engines report progress, and the command line shows it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def report(stage: str, done: int, total: int) -> None:
 
 @contextmanager
 def listening(listener: Listener) -> Iterator[None]:
-    """Within this block ``listener(stage, done, total)`` hears of progress."""
+    """Call ``listener(stage, done, total)`` for every progress report made within this block."""
     token = _listener.set(listener)
     try:
         yield

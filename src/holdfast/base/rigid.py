@@ -1,7 +1,8 @@
 """Poses, twists and wrenches.
 
-A pose is a 4x4 body-to-world transform. A wrench is (force, torque), a twist (velocity, angular velocity), both about a
-stated reference point and along world axes, so that power = wrench . twist.
+A pose is a 4x4 transform from the body frame to the world frame. A wrench is (force, torque) [N, N m] and a twist is
+(velocity, angular velocity) [m/s, rad/s]. Both are about a stated reference point and along the world axes, so that
+power = wrench · twist.
 """
 
 from __future__ import annotations
@@ -13,11 +14,14 @@ import numpy as np
 from holdfast.base.arrays import Float, checked, frozen
 from holdfast.base.errors import GeometryError, message
 
-RIGID_TOLERANCE = 1e-5  # [-] how far RᵀR may be from 1; scanned poses are printed with about six digits
+RIGID_TOLERANCE = 1e-5  # [-] largest entry of |RᵀR - 1|; scanned poses are printed with about six digits
 
 
 def checked_pose(value: Any, where: str) -> Float:  # noqa: ANN401 - anything a caller may pass
-    """A read-only (4, 4) rigid transform; raises GeometryError for scale, shear, reflection or NaN."""
+    """Return ``value`` as a read-only rigid transform (4, 4).
+
+    Raises GeometryError for another shape, scale, shear, a reflection or NaN; ``where`` names the argument.
+    """
     pose = checked(value, (4, 4), where, error=GeometryError)
     if not np.allclose(pose[3], (0, 0, 0, 1), atol=1e-12):
         raise GeometryError(message(where, f"last row is {pose[3].tolist()}", "needs (0, 0, 0, 1)"))
@@ -32,7 +36,7 @@ def checked_pose(value: Any, where: str) -> Float:  # noqa: ANN401 - anything a 
 
 
 def pose_from(position: Float, quaternion: Float) -> Float:
-    """(4, 4) pose from a position [m] and a unit quaternion (w, x, y, z)."""
+    """Return the read-only pose (4, 4) with this position (3,) [m] and quaternion (w, x, y, z), which is normalised."""
     w, x, y, z = quaternion / np.linalg.norm(quaternion)
     pose = np.eye(4)
     pose[:3, :3] = [
@@ -45,28 +49,31 @@ def pose_from(position: Float, quaternion: Float) -> Float:
 
 
 def transform(pose: Float, points: Float) -> Float:
-    """Points (n, 3) of the body frame in the world."""
+    """Transform ``points`` (n, 3) [m] from the body frame to the world frame."""
     return np.asarray(points @ pose[:3, :3].T + pose[:3, 3], dtype=np.float64)
 
 
 def wrench_at(force: Float, point: Float, reference: Float) -> Float:
-    """(..., 6) wrench about ``reference`` of a force acting at ``point``."""
+    """Return the wrench (..., 6) about ``reference`` of a ``force`` (..., 3) that acts at ``point`` (..., 3)."""
     return np.concatenate([force, np.cross(point - reference, force)], axis=-1)
 
 
 def shift_twist(twist: Float, reference: Float, new_reference: Float) -> Float:
-    """The same rigid motion, its velocity taken at another point."""
+    """Return the twist (6,) of the same rigid motion about ``new_reference`` (3,) instead of ``reference`` (3,)."""
     return np.concatenate([twist[:3] + np.cross(twist[3:], new_reference - reference), twist[3:]])
 
 
 def rotation_about(axis: Float, origin: Float, reference: Float) -> Float:
-    """(..., 6) twist about ``reference`` of a unit-rate rotation about the line ``origin`` + t ``axis``."""
+    """Return the twist (..., 6) about ``reference`` of a rotation about the line ``origin`` + t ``axis``.
+
+    The axis (..., 3) is a unit vector and the rate is 1 rad/s.
+    """
     velocity = np.cross(axis, reference - origin)
     return np.concatenate([velocity, np.broadcast_to(axis, velocity.shape)], axis=-1)
 
 
 def tangents(normal: Float) -> tuple[Float, Float]:
-    """Two unit tangents (..., 3) with t1 x t2 = normal, chosen from the normal alone so that they are reproducible."""
+    """Return two unit tangents (..., 3) with t1 x t2 = normal. They depend on the normal alone, so are reproducible."""
     seed = np.where(np.abs(normal[..., :1]) < 0.9, np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
     t1 = seed - (seed * normal).sum(-1, keepdims=True) * normal
     t1 = t1 / np.linalg.norm(t1, axis=-1, keepdims=True)

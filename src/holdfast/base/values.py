@@ -1,4 +1,4 @@
-"""Values: what they hold can be carried to another process, copied, compared, and never written to."""
+"""Values: immutable objects that can be pickled, copied, compared and hashed."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ K = TypeVar("K", bound=Hashable)
 V = TypeVar("V")
 T = TypeVar("T")
 
-LONGEST = 900  # characters of a text that stands for a value
-SHOWN = 9  # numbers of an array, or items of a table, that are written out
+LONGEST = 900  # largest number of characters of the fields in the repr of a value
+SHOWN = 9  # largest number of entries of an array, a list or a table that a repr writes out
 
 
 class Value:
-    """What every frozen dataclass of holdfast has besides its fields: declare ``eq=False, repr=False`` with it.
+    """Base class of the frozen dataclasses of holdfast, which are declared with ``eq=False, repr=False``.
 
-    Pickling and ``copy.deepcopy`` take the fields alone, not what was computed from them, and arrays come back
-    read-only. Two values are equal if they are of one class and all fields are, arrays element by element; equal values
-    have equal hashes. ``repr`` stays below 1,000 characters whatever the value holds. Fields declared with
-    ``compare=False`` or ``repr=False`` are left out of the one or the other.
+    Pickling and ``copy.deepcopy`` take the fields alone, without cached properties, and arrays come back read-only. Two
+    values are equal if they are of the same class and all their fields are equal, arrays element by element. Equal
+    values have equal hashes. ``repr`` stays below 1,000 characters whatever the value holds. Fields declared with
+    ``compare=False`` are left out of comparisons, and fields declared with ``repr=False`` out of ``repr``.
     """
 
     def __getstate__(self) -> dict[str, Any]:
@@ -48,7 +48,7 @@ class Value:
 
 
 class Table(Mapping[K, V]):
-    """A mapping that cannot be changed; it pickles, copies, compares and hashes by its items."""
+    """An immutable mapping. It is pickled, copied, compared and hashed by its items."""
 
     __slots__ = ("_items",)
 
@@ -75,18 +75,18 @@ class Table(Mapping[K, V]):
 
 
 def items_of(value: object) -> Iterator[tuple[str, Any]]:
-    """Names and contents of a dataclass's fields, in their order."""
+    """Yield the names and contents of the fields of a dataclass, in order."""
     for entry in fields(cast(Any, value)):
         yield entry.name, getattr(value, entry.name)
 
 
 def _names(value: object, role: Literal["compare", "repr"]) -> list[str]:
-    """The fields that take part in comparing, or in ``repr``."""
+    """Return the names of the fields that take part in comparisons or in ``repr``."""
     return [entry.name for entry in fields(cast(Any, value)) if getattr(entry, role)]
 
 
 def sealed(item: T) -> T:
-    """The same item, all arrays in it read-only."""
+    """Make all arrays in ``item`` read-only, in place, and return it."""
     if isinstance(item, np.ndarray):
         item.setflags(write=False)
     elif isinstance(item, tuple | list):
@@ -99,13 +99,13 @@ def sealed(item: T) -> T:
 
 
 def seal(value: object) -> None:
-    """Make the arrays in the fields of a dataclass read-only, in place: for values whose arrays are their own."""
+    """Make the arrays in the fields of a dataclass read-only, in place. Nobody else may own these arrays."""
     for _, item in items_of(value):
         sealed(item)
 
 
 def alike(a: Any, b: Any) -> bool:  # noqa: ANN401 - anything that values hold
-    """Whether two contents of fields are equal, arrays element by element."""
+    """Say whether the contents of two fields are equal, arrays element by element."""
     if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
         same = isinstance(a, np.ndarray) and isinstance(b, np.ndarray) and a.shape == b.shape and a.dtype == b.dtype
         if not same or a.dtype != object:
@@ -119,7 +119,7 @@ def alike(a: Any, b: Any) -> bool:  # noqa: ANN401 - anything that values hold
 
 
 def _key(item: Any) -> Hashable:  # noqa: ANN401
-    """Something that hashes as the item compares."""
+    """Return a hashable key that is the same for items that compare equal."""
     if isinstance(item, np.ndarray):
         if item.dtype == object:
             return item.shape, tuple(_key(part) for part in item.flat)
@@ -133,7 +133,7 @@ def _key(item: Any) -> Hashable:  # noqa: ANN401
 
 
 def shown(item: Any) -> str:  # noqa: ANN401
-    """A short text for the content of a field."""
+    """Return a short text for the content of a field."""
     if isinstance(item, np.ndarray):
         if item.size > SHOWN or item.dtype == object:
             return f"<array {item.shape}>"
@@ -153,5 +153,5 @@ def shown(item: Any) -> str:  # noqa: ANN401
 
 
 def cut(text: str, most: int) -> str:
-    """``text`` of at most ``most`` characters, with dots where more were."""
+    """Return ``text`` cut to at most ``most`` characters, ending in dots if it was cut."""
     return text if len(text) <= most else text[: most - 3] + "..."

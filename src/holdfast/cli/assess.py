@@ -29,8 +29,7 @@ from holdfast.cli.common import (
 from holdfast.queries.map import robustness_map
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.queries.stability import stability
-from holdfast.report import save_html, save_png
-from holdfast.report.data import map_data, stability_data
+from holdfast.report.data import stability_data
 from holdfast.report.tables import map_report, stability_report
 
 
@@ -43,7 +42,7 @@ def assess(
     mass_margin: Margin = 0.0,
     as_json: AsJson = False,
 ) -> None:
-    """Say whether a scene stands, why, and which forces its contacts carry."""
+    """Decide whether a scene stands, explain why, and give the forces at its contacts."""
     assembly = assemble(scene_of(scene), gap=gap, angle=angle)
     result = stability(assembly, engine=engine_with(engine, nodes=nodes, mass_margin=mass_margin))
     if as_json:
@@ -56,10 +55,10 @@ def assess(
 def map_surfaces(
     scene: SceneArgument,
     engine: EngineName = DEFAULT_ENGINE,
-    spacing: Annotated[float, typer.Option(help="distance of neighbouring points in m")] = 0.01,
+    spacing: Annotated[float, typer.Option(help="distance between neighbouring points in m")] = 0.01,
     body: Annotated[list[str] | None, typer.Option(help="map this body only (may be repeated)")] = None,
-    png: Annotated[Path | None, typer.Option(help="write a picture here")] = None,
-    html: Annotated[Path | None, typer.Option(help="write an interactive page here (opens offline)")] = None,
+    png: Annotated[Path | None, typer.Option(help="write a PNG picture to this file")] = None,
+    html: Annotated[Path | None, typer.Option(help="write an interactive page to this file; it opens offline")] = None,
     gap: Gap = None,
     angle: Angle = None,
     nodes: Nodes = None,
@@ -68,19 +67,19 @@ def map_surfaces(
     max_cuts: MaxCuts = 20_000,
     as_json: AsJson = False,
 ) -> None:
-    """Map the largest inward push over all exposed surfaces and name the weakest points."""
+    """Compute the largest inward push at points of all exposed surfaces and name the weakest points."""
     check_suffix(png, ".png")
     check_suffix(html, ".html")
     method = engine_with(engine, nodes=nodes, immobile_above=immobile_above, mass_margin=mass_margin, max_cuts=max_cuts)
     assembly: Assembly = assemble(scene_of(scene), gap=gap, angle=angle)
     with progress():
-        result = robustness_map(assembly, body, spacing, engine=method)
+        result = robustness_map(assembly, body, spacing=spacing, engine=method)
     if png is not None:
-        save_png(result, png)
+        result.save_png(png)
     if html is not None:
-        save_html(result, html)
+        result.save_html(html)
     if as_json:
-        print_json(map_data(result))
+        print_json(result.to_dict())
     else:
         out.print(map_report(result))
         for path in (png, html):

@@ -18,16 +18,16 @@ def benchmark(
         list[str] | None, typer.Argument(metavar="[SUITE]...", help=f"{', '.join(SUITES)}, or all")
     ] = None,
     save: Annotated[
-        bool, typer.Option("--save", help="write JSON, Markdown and picture; interrupted runs resume")
+        bool, typer.Option("--save", help="save JSON, Markdown and a picture; an interrupted run resumes")
     ] = False,
-    compare: Annotated[bool, typer.Option("--compare", help="show ratios of times to the saved results")] = False,
+    compare: Annotated[bool, typer.Option("--compare", help="show each time as a ratio to the saved one")] = False,
     results: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="folder of saved results (default: that of the checkout)")
+        Path | None, typer.Option(metavar="DIR", help="folder of the saved results (default: that of the checkout)")
     ] = None,
-    fresh: Annotated[bool, typer.Option("--fresh", help="measure again what an interrupted run has left")] = False,
+    fresh: Annotated[bool, typer.Option("--fresh", help="measure again what an interrupted run has measured")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Measure methods and their speed side by side; without a name, list the suites."""
+    """Compare methods and their speed; without a name, list the benchmark suites."""
     if not names:
         listed = {name: suite(name).about for name in SUITES}
         if as_json:

@@ -1,4 +1,4 @@
-"""What the commands share: arguments, reading scenes and engines, printing, progress."""
+"""Shared parts of the commands: arguments, reading of scenes and engines, printing and progress bars."""
 
 from __future__ import annotations
 
@@ -16,8 +16,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.progress import listening
-from holdfast.engines.contract import Engine, Status
+from holdfast.engines.contract import Engine
 from holdfast.engines.graph.engine import Graph
+from holdfast.engines.verdict import Status
 from holdfast.queries.request import ENGINES, engine_of
 from holdfast.scene.formats.registry import load_scene, writable
 from holdfast.scene.scene import Scene
@@ -25,7 +26,7 @@ from holdfast.scene.shipped import shipped_scene, shipped_scenes
 
 out, err = Console(), Console(stderr=True)
 
-EXIT = {Status.STABLE: 0, Status.UNSTABLE: 1, Status.UNDECIDED: 3}
+EXIT = {Status.STABLE: 0, Status.UNSTABLE: 1, Status.UNDECIDED: 3}  # exit code of each status
 
 WRITTEN_SUFFIXES = ", ".join(dict.fromkeys(suffix for each in writable() for suffix in each.suffixes))
 
@@ -33,15 +34,18 @@ SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="a scene fil
 Gap = Annotated[float | None, typer.Option(help="contact tolerance in m; default: 1/1000 of the usual body size")]
 Angle = Annotated[float | None, typer.Option(help="largest angle between touching faces in degrees; default: 1")]
 EngineName = Annotated[str, typer.Option("--engine", help=f"one of: {', '.join(ENGINES)}")]
-Nodes = Annotated[int | None, typer.Option(help="graph: contact nodes an interface; compliant: along a patch's side")]
-Immobile = Annotated[float | None, typer.Option(help="bodies heavier than this (in kg) count as immobile (optimistic)")]
-Margin = Annotated[float, typer.Option(help="take all masses smaller by this share, 0 to 1")]
+Nodes = Annotated[int | None, typer.Option(help="contact nodes: graph per interface, compliant per patch side")]
+Immobile = Annotated[float | None, typer.Option(help="treat bodies heavier than this (kg) as immobile; optimistic")]
+Margin = Annotated[float, typer.Option(help="reduce all masses by this share, 0 to 1")]
 MaxCuts = Annotated[int, typer.Option(help="refuse scenes with more feasible cuts than this")]
 AsJson = Annotated[bool, typer.Option("--json", help="print JSON; infinity is the text inf")]
 
 
 def scene_of(name: str) -> Scene:
-    """The scene in a file of that name, or the shipped one."""
+    """Return the scene from the file with this name or, if there is no such file, the shipped scene.
+
+    Raises HoldfastError if there is neither.
+    """
     if Path(name).exists() or name not in shipped_scenes():
         if not Path(name).suffix and not Path(name).exists():
             raise HoldfastError(
@@ -52,7 +56,10 @@ def scene_of(name: str) -> Scene:
 
 
 def engine_with(name: str, **options: Any) -> Engine:  # noqa: ANN401 - options of the engine
-    """The engine with the options that were changed; an option that it does not have is an error."""
+    """Return the engine with the options that differ from their defaults.
+
+    Raises HoldfastError if the engine does not have one of these options.
+    """
     choice: Any = engine_of(name)
     own = {field.name for field in dataclasses.fields(choice)}
     usual = {field.name: field.default for field in dataclasses.fields(Graph)} | {"nodes": None}
@@ -70,19 +77,19 @@ def engine_with(name: str, **options: Any) -> Engine:  # noqa: ANN401 - options 
 
 
 def check_suffix(path: Path | None, suffix: str) -> None:
-    """Refuse a file name that does not end as its format does."""
+    """Raise HoldfastError if the name of the file does not end in the suffix of its format."""
     if path is not None and path.suffix.lower() != suffix:
         raise HoldfastError(message(f"--{suffix[1:]}", f"{path} does not end in {suffix}", f"name a {suffix} file"))
 
 
 def print_json(data: Any, *, indent: int | None = None) -> None:  # noqa: ANN401 - any JSON value
-    """Print strict JSON: no NaN, infinity as text."""
+    """Print strict JSON: it has no NaN, and infinity is a text."""
     sys.stdout.write(json.dumps(data, allow_nan=False, indent=indent) + "\n")
 
 
 @contextmanager
 def progress() -> Iterator[None]:
-    """Draw a bar for each stage that reports, where somebody watches."""
+    """Show a progress bar for each stage that reports its progress, if the output is a terminal."""
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bars:
         tasks: dict[str, Any] = {}

@@ -24,37 +24,37 @@ from holdfast.cli.common import (
     progress,
     scene_of,
 )
-from holdfast.engines.contract import Status
+from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE
-from holdfast.report.disassembly import disassembly_data, disassembly_report, save_strip
+from holdfast.report.disassembly import disassembly_report
 
 
 def disassemble(
     scene: SceneArgument,
-    goal: Annotated[list[str] | None, typer.Option(help="take this body out (may be repeated); else all")] = None,
+    goal: Annotated[list[str] | None, typer.Option(help="take out this body (may be repeated); default: all")] = None,
     lift: Annotated[tuple[float, float, float], typer.Option(help="direction in which bodies leave: X Y Z")] = (
         0,
         0,
         1,
     ),
     engine: EngineName = DEFAULT_ENGINE,
-    png: Annotated[Path | None, typer.Option(help="write the sequence as a picture here")] = None,
-    budget: Annotated[int, typer.Option(help="answers by contact forces after which a search stops")] = BUDGET,
+    png: Annotated[Path | None, typer.Option(help="write a PNG of the sequence to this file")] = None,
+    budget: Annotated[int, typer.Option(help="stop after this many answers by contact forces")] = BUDGET,
     gap: Gap = None,
     angle: Angle = None,
     nodes: Nodes = None,
     as_json: AsJson = False,
 ) -> None:
-    """Say in which order the bodies of a scene can be taken out, one by one, while the rest stands."""
+    """Find an order in which the bodies of a scene can be taken out, one by one, while the others stand."""
     check_suffix(png, ".png")
     method = engine_with(engine, nodes=nodes)
     assembly = assemble(scene_of(scene), gap=gap, angle=angle)
     with progress():
-        result = disassembly_order(assembly, method, lift, goal or None, budget=budget)
+        result = disassembly_order(assembly, engine=method, lift=lift, goal=goal or None, budget=budget)
     if png is not None:
-        save_strip(result, png)
+        result.save_png(png)
     if as_json:
-        print_json(disassembly_data(result))
+        print_json(result.to_dict())
     else:
         out.print(disassembly_report(result))
         if png is not None:

@@ -1,4 +1,4 @@
-"""The commands about scene files: ``convert`` and ``schema``."""
+"""The commands for scene files: ``convert`` and ``schema``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def convert(
     target: Annotated[Path, typer.Argument(metavar="TARGET", help=f"scene file to write: {WRITTEN_SUFFIXES}")],
     as_json: AsJson = False,
 ) -> None:
-    """Write a scene, from any format that can be read, in the format of the suffix of TARGET."""
+    """Read a scene in any known format and write it in the format that the suffix of TARGET selects."""
     scene = scene_of(source)
     save_scene(scene, target)
     counts = {"written": str(target), "bodies": len(scene.bodies), "movable": len(scene.movable)}

@@ -1,6 +1,6 @@
 """The command ``holdfast``.
 
-Exit codes: 0 stable, 1 not stable, 2 bad input, 3 undecided, 4 internal error.
+The exit codes are 0 stable, 1 not stable, 2 bad input, 3 undecided, 4 internal error and 130 stopped by the user.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from holdfast.cli.disassemble import disassemble
 from holdfast.cli.files import convert, print_schema
 from holdfast.cli.place import place
 from holdfast.cli.transport import transport
-from holdfast.engines.contract import Status
+from holdfast.engines.verdict import Status
 
 app = typer.Typer(
     name="holdfast",
@@ -62,7 +62,7 @@ def _main(
 
 
 def run() -> None:
-    """Entry point: turns errors into one line and an exit code."""
+    """Run the command line; an error is reported on one line and sets the exit code."""
     warnings.showwarning = _show_warning  # type: ignore[assignment]
     warnings.simplefilter("always", HoldfastWarning)
     try:
@@ -80,7 +80,7 @@ def run() -> None:
         _complain("stopped", "by the user")
         sys.exit(STOPPED)
     except Exception as error:
-        if isinstance(getattr(error, "exit_code", None), int):  # typer's own word on wrong usage
+        if isinstance(getattr(error, "exit_code", None), int):  # typer's own message about wrong usage
             error.show()  # type: ignore[attr-defined]
             sys.exit(BAD_INPUT)
         traceback.print_exc()

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from holdfast.applications.placement.plan import plan_placement
+from holdfast.applications.placement.result import Placement
 from holdfast.assembly.assembly import assemble
 from holdfast.base.errors import HoldfastError, message
 from holdfast.cli.common import (
@@ -26,7 +27,8 @@ from holdfast.cli.common import (
     scene_of,
 )
 from holdfast.queries.request import DEFAULT_ENGINE
-from holdfast.report.placement import placement_data, placement_report, save_placement_png
+from holdfast.report.data import placement_data
+from holdfast.report.placement import placement_report
 from holdfast.scene.body import Body
 from holdfast.scene.formats.registry import save_scene
 from holdfast.scene.scene import Scene
@@ -34,7 +36,7 @@ from holdfast.scene.shapes import MESH_SUFFIXES, Mesh
 
 CORNERS = "x0,y0,x1,y1 or x0,y0,z0,x1,y1,z1"
 Region = Annotated[str | None, typer.Option(help=f"low and high corner of a box in m: {CORNERS}")]
-Saved = Annotated[Path | None, typer.Option(help=f"write the scene with the object in place here: {WRITTEN_SUFFIXES}")]
+Saved = Annotated[Path | None, typer.Option(help=f"write the scene with the object to this file: {WRITTEN_SUFFIXES}")]
 
 
 def place(
@@ -45,45 +47,48 @@ def place(
             metavar="OBJECT", help="a mesh file (with --mass), FILE:BODY of another scene, or a body of SCENE to move"
         ),
     ],
-    mass: Annotated[float | None, typer.Option(help="of a mesh, in kg")] = None,
-    material: Annotated[str | None, typer.Option(help="of a mesh: a row of the friction table")] = None,
+    mass: Annotated[float | None, typer.Option(help="mass of the mesh in kg")] = None,
+    material: Annotated[str | None, typer.Option(help="material of the mesh, a name in the friction table")] = None,
     engine: EngineName = DEFAULT_ENGINE,
     region: Region = None,
-    support: Annotated[list[str] | None, typer.Option(help="build on this body only (may be repeated)")] = None,
-    least_supports: Annotated[int, typer.Option(help="how many of these it must touch")] = 1,
-    avoid: Annotated[list[str] | None, typer.Option(help="do not touch this body (may be repeated)")] = None,
+    support: Annotated[list[str] | None, typer.Option(help="place it on this body only (may be repeated)")] = None,
+    least_supports: Annotated[int, typer.Option(help="number of supports that it must touch")] = 1,
+    avoid: Annotated[list[str] | None, typer.Option(help="it must not touch this body (may be repeated)")] = None,
     from_above: Annotated[bool, typer.Option("--from-above", help="the straight way down must be free")] = False,
-    candidates: Annotated[int, typer.Option(help="take the best of that many stable poses")] = 1,
-    attempts: Annotated[int, typer.Option(help="give up after that many")] = 400,
-    budget: Annotated[float | None, typer.Option(help="give up after that many seconds")] = None,
+    candidates: Annotated[int, typer.Option(help="return the best of this many stable poses")] = 1,
+    attempts: Annotated[int, typer.Option(help="give up after this many attempts")] = 400,
+    budget: Annotated[float | None, typer.Option(help="give up after this many seconds")] = None,
     seed: Annotated[int, typer.Option(help="the same seed gives the same pose")] = 0,
-    spacing: Annotated[float, typer.Option(help="distance of neighbouring points of the maps in m")] = 0.01,
+    spacing: Annotated[float, typer.Option(help="distance between points of the maps in m")] = 0.01,
     save: Saved = None,
-    png: Annotated[Path | None, typer.Option(help="write a picture here")] = None,
+    png: Annotated[Path | None, typer.Option(help="write a PNG picture to this file")] = None,
     gap: Gap = None,
     angle: Angle = None,
     as_json: AsJson = False,
 ) -> None:
-    """Find a pose for an object in which everything stands, and as firmly as may be."""
+    """Find a pose for an object in which everything stands and resists pushes as well as possible."""
     check_suffix(png, ".png")
     whole = scene_of(scene)
     rest, body = _taken(whole, thing, mass, material)
     method = engine_with(engine)
     with progress():
         result = plan_placement(
-            assemble(rest, gap=gap, angle=angle), body, method, _corners(region), budget, seed, candidates=candidates,
-            attempts=attempts, supports=support or None, least_supports=least_supports, avoid=avoid or (),
-            approach=rest.gravity if from_above else None, spacing=spacing,
+            assemble(rest, gap=gap, angle=angle),
+            body,
+            engine=method,
+            region=_corners(region),
+            budget=budget,
+            seed=seed,
+            candidates=candidates,
+            attempts=attempts,
+            supports=support or None,
+            least_supports=least_supports,
+            avoid=avoid or (),
+            approach=rest.gravity if from_above else None,
+            spacing=spacing,
             friction=whole.friction,
-        )  # fmt: skip
-    written = []
-    if result.assembly is not None:
-        if png is not None:
-            save_placement_png(result, png)
-            written.append(png)
-        if save is not None:
-            save_scene(result.assembly.scene, save)
-            written.append(save)
+        )
+    written = _written(result, png, save)
     if as_json:
         print_json(placement_data(result))
     else:
@@ -93,8 +98,22 @@ def place(
     raise typer.Exit(EXIT[result.status])
 
 
+def _written(result: Placement, png: Path | None, save: Path | None) -> list[Path]:
+    """The files that were written: none where no place was found."""
+    if result.assembly is None:
+        return []
+    if png is not None:
+        result.save_png(png)
+    if save is not None:
+        save_scene(result.assembly.scene, save)
+    return [path for path in (png, save) if path is not None]
+
+
 def _taken(scene: Scene, thing: str, mass: float | None, material: str | None) -> tuple[Scene, Body]:
-    """The scene to put something into, and the object: a body of the scene is taken out of it first."""
+    """Return the scene in which to place the object, and the object.
+
+    If the object is a body of the scene, it is removed from the scene first.
+    """
     path = Path(thing)
     if path.suffix.lower() in MESH_SUFFIXES:
         if mass is None:
@@ -108,11 +127,7 @@ def _taken(scene: Scene, thing: str, mass: float | None, material: str | None) -
     if ":" in thing:
         file, _, name = thing.rpartition(":")
         return scene, scene_of(file).body(name)
-    body = scene.body(thing)
-    others = [other for other in scene.bodies if other.name != thing]
-    named = {b.name for b in others} | {b.material for b in others if b.material is not None}
-    friction = scene.friction.among(named)
-    return Scene(others, friction, scene.gravity, scene.name), body
+    return scene.without(thing), scene.body(thing)
 
 
 def _corners(region: str | None) -> list[list[float]] | None:

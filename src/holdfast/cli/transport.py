@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 
 from holdfast.applications.transport import horizontal_directions, inertial_loads, tilted, transport_limits
@@ -26,41 +25,39 @@ from holdfast.cli.common import (
     progress,
     scene_of,
 )
-from holdfast.engines.contract import Status
+from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.queries.sets import sustainable_accelerations
-from holdfast.report.data import transport_data
 from holdfast.report.tables import transport_report
-from holdfast.report.transport import save_polar
 
 Vector = tuple[float, float, float]
 
 
 def transport(
     scene: SceneArgument,
-    directions: Annotated[int, typer.Option(help="how many level directions, from +x on")] = 100,
+    directions: Annotated[int, typer.Option(help="number of horizontal directions, beginning at +x")] = 100,
     engine: EngineName = DEFAULT_ENGINE,
     compare: Annotated[list[str] | None, typer.Option(help="draw this engine too (may be repeated)")] = None,
-    tilt: Annotated[Vector | None, typer.Option(help="rotation vector of the tray in degrees: X Y Z")] = None,
-    angular_acceleration: Annotated[Vector | None, typer.Option(help="of the tray in rad/s²: X Y Z")] = None,
-    angular_velocity: Annotated[Vector | None, typer.Option(help="of the tray in rad/s: X Y Z")] = None,
-    pivot: Annotated[Vector, typer.Option(help="point about which it turns in m: X Y Z")] = (0.0, 0.0, 0.0),
-    bound: Annotated[bool, typer.Option("--bound", help="upper bounds by engine limit too")] = False,
-    png: Annotated[Path | None, typer.Option(help="write a polar plot here")] = None,
+    tilt: Annotated[Vector | None, typer.Option(help="rotation vector of the carrier in degrees: X Y Z")] = None,
+    angular_acceleration: Annotated[Vector | None, typer.Option(help="of the carrier in rad/s²: X Y Z")] = None,
+    angular_velocity: Annotated[Vector | None, typer.Option(help="of the carrier in rad/s: X Y Z")] = None,
+    pivot: Annotated[Vector, typer.Option(help="point about which it rotates in m: X Y Z")] = (0.0, 0.0, 0.0),
+    bound: Annotated[bool, typer.Option("--bound", help="also compute upper bounds by engine limit")] = False,
+    png: Annotated[Path | None, typer.Option(help="write a PNG polar plot to this file")] = None,
     set_file: Annotated[
-        Path | None, typer.Option("--set", help="write all sustainable accelerations here (.json or .npz)")
+        Path | None, typer.Option("--set", help="write the set of sustainable accelerations here (.json or .npz)")
     ] = None,
     gap: Gap = None,
     angle: Angle = None,
     nodes: Nodes = None,
     as_json: AsJson = False,
 ) -> None:
-    """Say how fast the carrier of a scene may accelerate before something moves on it."""
+    """Compute how fast the carrier of a scene may accelerate before something moves on it."""
     check_suffix(png, ".png")
     methods = [engine_with(engine, nodes=nodes), *(engine_with(name) for name in compare or ())]
     assembly = assemble(scene_of(scene), gap=gap, angle=angle)
     if tilt is not None:
-        assembly = tilted(assembly, np.radians(tilt))
+        assembly = tilted(assembly, tilt)
     loads = inertial_loads(
         assembly, angular_acceleration=angular_acceleration, angular_velocity=angular_velocity, pivot=pivot
     )
@@ -78,10 +75,10 @@ def transport(
     if set_file is not None and set_file not in written:
         err.print(f"no set written: the assembly is {result.verdict.status}", highlight=False, soft_wrap=True)
     if png is not None:
-        save_polar(results, png)
+        result.save_png(png, others=results[1:])
         written.append(png)
     if as_json:
-        print_json(transport_data(result))
+        print_json(result.to_dict())
     else:
         out.print(transport_report(result))
         for path in written:

@@ -1,1 +1,1 @@
-"""Cone programs as values and their solution with certificates. Knows no physics."""
+"""Cone programs and their solution with certificates. This package knows no physics."""

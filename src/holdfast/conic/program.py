@@ -1,4 +1,4 @@
-"""A cone program as a value."""
+"""The data of a cone program."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ ConeKind = Literal["zero", "nonnegative", "second_order"]
 
 @dataclass(frozen=True, eq=False)
 class ConeProgram:
-    """minimise ½ xᵀP x + qᵀx  subject to  A x + s = b,  s in the product of ``cones`` (kind, dimension), in row order.
+    """The cone program: minimise ½ xᵀP x + qᵀx  subject to  A x + s = b,  s in the product of ``cones``.
 
-    P (n, n) symmetric, q (n,), A (m, n), b (m,).
+    P (n, n) is symmetric, q is (n,), A is (m, n) and b is (m,). Each cone is a pair (kind, dimension), in the order of
+    the rows of A.
     """
 
     P: sparse.csc_matrix
@@ -28,7 +29,7 @@ class ConeProgram:
     cones: tuple[tuple[ConeKind, int], ...]
 
     def to_json(self) -> str:
-        """The program as JSON text, every digit kept, to be solved again elsewhere."""
+        """Return the program as JSON text that keeps every digit, so that it can be solved again elsewhere."""
         matrices = {
             name: {
                 "shape": list(m.shape),
@@ -43,7 +44,7 @@ class ConeProgram:
 
     @classmethod
     def from_json(cls, text: str) -> ConeProgram:
-        """The program that ``to_json`` wrote."""
+        """Return the program that ``to_json`` wrote."""
         data = json.loads(text)
         P, A = (
             sparse.csc_matrix((np.array(m["data"], dtype=float), m["indices"], m["indptr"]), shape=m["shape"])

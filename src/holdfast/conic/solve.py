@@ -1,4 +1,4 @@
-"""Solve a cone program with Clarabel; every outcome is checked on the original data."""
+"""Solution of cone programs with Clarabel. The residual of every solution is computed from the original data."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from holdfast.conic.program import ConeProgram
 
 
 class Outcome(Enum):
-    """How a solve ended; the text says what to make of it."""
+    """The way in which a solve ended. The value of each member says what it means."""
 
     SOLVED = "solved to full accuracy"
     ALMOST_SOLVED = "solved to reduced accuracy: check the residual"
@@ -38,9 +38,10 @@ _OUTCOMES = {
 
 @dataclass(frozen=True, eq=False)
 class ConeSolution:
-    """x (n,), dual z (m,); ``residual`` is max |A x + s - b| with s pushed into the cones, for the caller to judge.
+    """The solution of a cone program: the primal x (n,) and the dual z (m,).
 
-    For INFEASIBLE, z is the certificate: Aᵀz = 0, bᵀz < 0, z in the dual cones. For UNBOUNDED, x is the ray.
+    ``residual`` is the largest violation of the cones by b - A x, which the caller has to judge. If the outcome is
+    INFEASIBLE, z is the certificate: Aᵀz = 0, bᵀz < 0 and z in the dual cones. If it is UNBOUNDED, x is the ray.
     """
 
     outcome: Outcome
@@ -51,7 +52,10 @@ class ConeSolution:
 
 
 class Prepared:
-    """A program set up once in the solver, whose entries of A may be changed between solves (same pattern)."""
+    """A program that is set up once in the solver and solved several times.
+
+    Between solves, the stored entries of A and the linear cost q may be changed; the sparsity pattern of A stays.
+    """
 
     def __init__(self, program: ConeProgram, *, tolerance: float = 1e-10, max_iterations: int = 200) -> None:
         settings = clarabel.DefaultSettings()
@@ -67,16 +71,16 @@ class Prepared:
         self._solver = clarabel.DefaultSolver(upper, program.q, self._program.A, program.b, cones, settings)
 
     def change(self, entries: Int, values: Float) -> None:
-        """Set the stored entries of A with these numbers (positions in ``A.data``, column by column)."""
+        """Set stored entries of A to ``values`` (k,); ``entries`` (k,) are their positions in ``A.data``."""
         self._program.A.data[entries] = values
         self._solver.update(A=(entries, values))
 
     def aim(self, q: Float) -> None:
-        """Set the linear cost (n,)."""
+        """Set the linear cost q (n,)."""
         self._solver.update(q=q)
 
     def solve(self) -> ConeSolution:
-        """Solve the program as it now stands."""
+        """Solve the program with its current entries."""
         answer = self._solver.solve()
         outcome = _OUTCOMES.get(str(answer.status), Outcome.TROUBLE)
         x, z = np.array(answer.x), np.array(answer.z)
@@ -84,7 +88,11 @@ class Prepared:
 
 
 def solve(program: ConeProgram, *, tolerance: float = 1e-10, max_iterations: int = 200) -> ConeSolution:
-    """Solve ``program``; ``tolerance`` is on gap and feasibility, relative and absolute, so scale the data to 1."""
+    """Solve ``program`` once.
+
+    ``tolerance`` is that of the duality gap and of feasibility, both relative and absolute, so the data should be
+    scaled to order one.
+    """
     return Prepared(program, tolerance=tolerance, max_iterations=max_iterations).solve()
 
 
@@ -96,7 +104,10 @@ _CONES = {
 
 
 def violation(program: ConeProgram, x: Float, runs: list[tuple[str, int, int]] | None = None) -> float:
-    """How far b - A x is from the cones, in the largest component; ``runs`` as from ``cone_runs``, if at hand."""
+    """Return the largest violation of the cones by b - A x.
+
+    ``runs`` is the result of ``cone_runs(program)``, to avoid computing it again.
+    """
     slack = program.b - program.A @ x
     worst, row = 0.0, 0
     for kind, size, count in cone_runs(program) if runs is None else runs:
@@ -115,7 +126,7 @@ def violation(program: ConeProgram, x: Float, runs: list[tuple[str, int, int]] |
 
 
 def cone_runs(program: ConeProgram) -> list[tuple[str, int, int]]:
-    """Cones of one kind and size that follow each other: (kind, size, how many)."""
+    """Return the runs of consecutive cones of the same kind and size, as (kind, size, number of cones)."""
     runs: list[tuple[str, int, int]] = []
     for kind, size in program.cones:
         if runs and runs[-1][:2] == (kind, size):

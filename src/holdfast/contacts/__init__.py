@@ -1,1 +1,1 @@
-"""Where bodies touch: interfaces made of flat patches, and the nodes that stand for them."""
+"""Contacts between bodies: interfaces that consist of flat patches, and the nodes that represent them."""

@@ -1,4 +1,4 @@
-"""Contact detection: from bodies to interfaces, within a gap and an angle."""
+"""Contact detection: finds the interfaces between bodies, within a gap and an angle tolerance."""
 
 from __future__ import annotations
 
@@ -21,24 +21,28 @@ from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
 RELATIVE_GAP = 1e-3  # default gap over the usual size of the movable bodies
-USUAL_OVER_SMALLEST = 5  # the usual size is the median, but not more than this times the smallest
-DEFAULT_ANGLE = 1.0  # [deg]
-SIGMAS = 4  # standard deviations of a pose that the tolerances allow for
-THINNEST = 0.5  # of the thinner body's thickness: the largest gap that uncertain poses give, and the deepest contact
-STEEPEST = 45.0  # [deg] the largest angle that uncertain poses give
-NEGLIGIBLE_WIDTH = 1e-6  # patches narrower than this, relative to the smaller body, are rounding
-NOMINAL_BREADTH = 1e-3  # of the smaller body: the width that a line or a point is given in weights
+USUAL_OVER_SMALLEST = 5  # largest ratio of the usual size to the smallest size; up to it the usual size is the median
+DEFAULT_ANGLE = 1.0  # [deg] default angle tolerance
+SIGMAS = 4  # number of standard deviations of a pose that the tolerances allow for
+THINNEST = 0.5  # limit of a capped gap and of the depth of contacts, relative to the thickness of the thinner body
+STEEPEST = 45.0  # [deg] largest angle tolerance that follows from uncertain poses
+NEGLIGIBLE_WIDTH = 1e-6  # width, relative to the size of the smaller body, below which a patch is a rounding error
+NOMINAL_BREADTH = 1e-3  # width of a line or a point in the weights of nodes, relative to the size of the smaller body
 
 
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
 class Tolerances(Value):
-    """How far apart, or into each other, two surfaces may be and still touch: ``gap`` [m] and ``angle`` [deg].
+    """The tolerances of contact detection: which surfaces count as touching.
 
-    Round shapes lie inside their true surface by their sagitta: between two bodies it is added to the gap. ``tilt``
-    [rad] is the standard deviation of the poses' rotation: it adds to the gap what it moves at the end of a body, and
-    to the angle. With ``capped`` no pair's gap exceeds half the thickness of the thinner body; ``depth`` [m], how far
-    into each other, never does either: the far side of a plate is not its near side.
+    - ``gap`` [m]: how far apart two surfaces may be, or how much they may overlap. For each pair of bodies, the
+      sagittas of their surfaces are added, because the mesh of a round shape lies inside its true surface by that much.
+    - ``angle`` [deg]: how far two faces may be from parallel.
+    - ``tilt`` [deg]: the standard deviation of the rotations of the poses. It increases the angle, and the gap by the
+      distance that the rotation moves the end of a body.
+    - ``capped``: if True, the gap of a pair is at most half the thickness of the thinner body.
+    - ``depth`` [m]: how much two surfaces may overlap. For a pair it is never more than half the thickness of the
+      thinner body, so that the far side of a plate is not taken for its near side.
     """
 
     gap: float
@@ -48,29 +52,36 @@ class Tolerances(Value):
     depth: float = np.inf
 
     def between(self, a: Body, b: Body) -> Tolerances:
-        """The tolerances of one pair of bodies: its gap, angle and depth, with nothing left to add."""
+        """Return the final gap, angle and depth of one pair of bodies. Nothing has to be added to them."""
         lever = max((body.size / 2 for body in (a, b) if not body.fixed), default=0.0)
-        gap, angle = self.gap + SIGMAS * self.tilt * lever, self.angle + SIGMAS * float(np.degrees(self.tilt))
+        gap, angle = self.gap + self._swing(lever), self.angle + SIGMAS * self.tilt
         gap += a.shape.surface.sagitta + b.shape.surface.sagitta
         thin = THINNEST * min(a.shape.surface.thickness, b.shape.surface.thickness)
         if self.capped:
             gap = min(gap, thin)
         return Tolerances(gap, min(angle, STEEPEST) if self.tilt else angle, depth=min(gap, thin))
 
+    def _swing(self, lever: float) -> float:
+        """Return how far SIGMAS times ``tilt`` moves the end of a lever of this length, both [m]."""
+        return SIGMAS * float(np.radians(self.tilt)) * lever
+
     def widest(self, scene: Scene) -> float:
-        """An upper bound on the gap of every pair of bodies [m]."""
+        """Return an upper bound of the gaps of all pairs of bodies [m]."""
         lever = max((body.size / 2 for body in scene.movable), default=0.0)
-        return self.gap + SIGMAS * self.tilt * lever + 2 * max(body.shape.surface.sagitta for body in scene.bodies)
+        return self.gap + self._swing(lever) + 2 * max(body.shape.surface.sagitta for body in scene.bodies)
 
 
 def default_gap(scene: Scene) -> float:
-    """A thousandth of the usual bounding-box diagonal of the movable bodies [m]; a huge one does not raise it."""
+    """Return a thousandth of the usual bounding-box diagonal of the movable bodies [m].
+
+    The usual diagonal is the median, limited by USUAL_OVER_SMALLEST, so a huge body does not raise it.
+    """
     sizes = [body.size for body in scene.movable or scene.bodies]
     return RELATIVE_GAP * min(float(np.median(sizes)), USUAL_OVER_SMALLEST * min(sizes))
 
 
 def box_distance(a: Body, b: Body) -> float:
-    """Distance of the world bounding boxes [m]: never more than that of the bodies."""
+    """Return the distance of the world bounding boxes [m], which is a lower bound of the distance of the bodies."""
     (low_a, high_a), (low_b, high_b) = a.box, b.box
     return float(np.linalg.norm(np.maximum(np.maximum(low_a - high_b, low_b - high_a), 0)))
 
@@ -78,14 +89,14 @@ def box_distance(a: Body, b: Body) -> float:
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
 class Contacts(Value):
-    """The interfaces of a scene, and the pairs that would touch if no third body lay between them."""
+    """The interfaces of a scene, and the ``occluded`` pairs, which would touch if no third body lay between them."""
 
     interfaces: tuple[Interface, ...]
     occluded: tuple[tuple[str, str], ...]
 
 
 def find_contacts(scene: Scene, tolerances: Tolerances) -> Contacts:
-    """All interfaces between bodies of which at least one can move, in the order of the bodies."""
+    """Find all interfaces between bodies of which at least one is movable, in the order of the bodies."""
     skins: dict[str, Skin] = {}
     found: dict[tuple[str, str], tuple[Patch, ...]] = {}
     for a, b in neighbours(scene, tolerances.widest(scene)):
@@ -110,7 +121,7 @@ def find_contacts(scene: Scene, tolerances: Tolerances) -> Contacts:
 
 
 def neighbours(scene: Scene, gap: float) -> Iterator[tuple[Body, Body]]:
-    """Pairs of bodies, not both fixed, whose bounding boxes come within ``gap``."""
+    """Yield the pairs of bodies, not both fixed, whose bounding boxes come within ``gap`` [m]."""
     bodies = scene.bodies
     low = np.array([body.box[0] for body in bodies]).reshape(-1, 3) - gap / 2
     high = np.array([body.box[1] for body in bodies]).reshape(-1, 3) + gap / 2
@@ -122,7 +133,10 @@ def neighbours(scene: Scene, gap: float) -> Iterator[tuple[Body, Body]]:
 
 
 def find_patches(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Tolerances) -> tuple[Patch, ...]:
-    """Patches where two bodies touch, normals into ``b``: faces, edges where no face touches, points where neither."""
+    """Find the patches where two bodies touch, with normals that point into ``b``.
+
+    Faces come first, then lines where no face touches, then points where neither touches.
+    """
     gap, depth, size = tolerances.gap, tolerances.depth, min(a.size, b.size)
     negligible, breadth = NEGLIGIBLE_WIDTH * size, NOMINAL_BREADTH * size
     pairs = near_faces(skin_a, skin_b, gap)

@@ -9,15 +9,15 @@ import shapely
 
 from holdfast.base.arrays import Float, Int, unit
 from holdfast.base.rigid import tangents
-from holdfast.base.values import seal
+from holdfast.base.values import Value, seal
 from holdfast.contacts.skin import Skin
 from holdfast.geometry import polygon as flat
 from holdfast.geometry.area import outline_vector
 from holdfast.geometry.surface import Surface
 
 
-@dataclass(frozen=True, eq=False)
-class Piece:
+@dataclass(frozen=True, eq=False, repr=False)
+class Piece(Value):
     """A polygon halfway between two surfaces: ``rings`` (k, 3), the outline and holes; ``normal`` (3,) from a into b.
 
     ``heights``: least and largest separation of the surfaces there [m].

@@ -15,7 +15,7 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.compiled import compilable, compiled, dot3
-from holdfast.base.values import seal
+from holdfast.base.values import Value, seal
 from holdfast.contacts.skin import SMOOTH, Skin
 from holdfast.geometry.topology import FLAT
 
@@ -24,8 +24,8 @@ ROUNDING = 1e-9  # of the size of the smaller body
 ROW = 13  # numbers that stand for a feature: two ends (3 each), normal (3), two heights, inset, blended
 
 
-@dataclass(frozen=True, eq=False)
-class Features:
+@dataclass(frozen=True, eq=False, repr=False)
+class Features(Value):
     """Contacts along lines and at points, halfway between the bodies.
 
     ``ends`` (m, 2, 3) of a line, equal at a point; ``normals`` (m, 3) into b; ``heights`` (m, 2) separations at the

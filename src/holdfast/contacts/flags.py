@@ -1,4 +1,4 @@
-"""What an interface has to say about itself: which of its contacts depend on a tolerance, a pose or a mesh."""
+"""Flags of an interface, which warn that contacts depend on a tolerance, a pose or a mesh."""
 
 from __future__ import annotations
 
@@ -7,18 +7,23 @@ from collections.abc import Sequence
 from holdfast.contacts.interface import Patch
 from holdfast.scene.body import Body
 
-SHAKY = 0.5  # share of the gap tolerance: surfaces further apart, or deeper, touch by the tolerance alone
-FRAGILE = 0.5  # share of its area that a patch may lose when a body is moved sideways within the gap
+SHAKY = 0.5  # separation or depth over the gap tolerance above which surfaces touch only because of the tolerance
+FRAGILE = 0.5  # share of the area of the faces that has to remain when a body is moved sideways by the gap
 
 
 def flags_of(a: Body, b: Body, patches: Sequence[Patch], gap: float, *, hidden: bool) -> tuple[str, ...]:
-    """Of the interface of two bodies, ``patches`` after what ``hidden`` ones lost.
+    """Return the flags of the interface of two bodies.
 
-    sliver: every patch is narrower than the gap, or lies within it of a sharp edge: moved sideways within the gap, the
-    bodies part. fragile: so moved, they may lose half of the area. ambiguous_gap: surfaces somewhere lie further apart,
-    or deeper in each other, than half the gap, so that another gap gives another interface. occluded: a third body in
-    between hides a part. not_manifold: a surface does not close, so that overlap is estimated. orientation_unknown: it
-    cannot be told which side of a surface is the inside.
+    ``patches`` are what remains after occlusion, and ``hidden`` says whether a third body hides a part.
+
+    - sliver: every patch is narrower than the gap or lies within the gap of a sharp edge, so the bodies may separate if
+      one is moved sideways by the gap.
+    - fragile: the bodies may lose half of the contact area if one is moved sideways by the gap.
+    - ambiguous_gap: surfaces are somewhere further apart, or overlap by more, than half the gap, so another gap gives
+      another interface.
+    - occluded: a third body between the two hides a part.
+    - not_manifold: a surface is not closed, so the overlap is estimated.
+    - orientation_unknown: it is not known which side of a surface is the inside.
     """
     flags = []
     if all(patch.room < gap for patch in patches):

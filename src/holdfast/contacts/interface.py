@@ -1,4 +1,4 @@
-"""Contact patches and interfaces as values."""
+"""Contact patches, and the interfaces that consist of them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from holdfast.base.values import Value
 from holdfast.geometry import polygon as flat
 from holdfast.geometry.hull import convex_hull
 
-FLATNESS = 0.02  # [-] how far a given polygon's corners may leave its plane, relative to its size
+FLATNESS = 0.02  # [-] largest distance of a given polygon's corners from its plane, relative to its size
 
 PatchKind = Literal["face", "line", "point"]
 InterfaceStatus = Literal["touching", "penetrating"]
@@ -26,12 +26,16 @@ InterfaceStatus = Literal["touching", "penetrating"]
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
 class Patch(Value):
-    """A flat piece of contact: a face, a line, or a point.
+    """A flat piece of contact: a face, a line or a point. All vectors are in the world frame.
 
-    ``polygon`` (k, 3) [m], counter-clockwise seen from the tip of ``normal`` (3,); two corners are a line, one is a
-    point. ``holes`` (h, 3) run clockwise. ``separation``: least and largest distance of the two surfaces along the
-    normal [m], negative where they overlap; None where it is not known. ``breadth`` [m] stands for the width that a
-    line or a point has in reality, ``inset`` [m] tells how far inside the nearest sharp edge it lies.
+    - ``polygon`` (k, 3) [m]: the corners, counter-clockwise seen from the tip of the normal. A patch with two corners
+      is a line, and one with a single corner is a point.
+    - ``normal`` (3,): the unit normal, which points into the second body.
+    - ``holes``: polygons (h, 3) [m], which run clockwise.
+    - ``separation`` [m]: the smallest and the largest distance of the two surfaces along the normal, negative where
+      they overlap. None if it is not known.
+    - ``breadth`` [m]: a nominal width of a line or a point, which in reality has some width.
+    - ``inset`` [m]: how far inside the nearest sharp edge a line or a point lies.
     """
 
     polygon: Float
@@ -49,21 +53,21 @@ class Patch(Value):
 
     @property
     def kind(self) -> PatchKind:
-        """What touches: "face", "line" or "point"."""
+        """The kind of the patch: "face", "line" or "point"."""
         return "face" if len(self.polygon) > 2 else "line" if len(self.polygon) == 2 else "point"
 
     @cached_property
     def frame(self) -> Float:
-        """(2, 3) tangents t1, t2 with t1 x t2 = normal; they depend on the normal alone."""
+        """The unit tangents t1 and t2 (2, 3), with t1 x t2 = normal. They depend on the normal alone."""
         return frozen(np.array(tangents(self.normal)))
 
     @cached_property
     def rings(self) -> tuple[Float, ...]:
-        """The outline and holes in the frame, relative to the first corner."""
+        """The outline and the holes (k, 2) [m] in the frame (t1, t2), relative to the first corner."""
         return tuple(frozen((ring - self.polygon[0]) @ self.frame.T) for ring in (self.polygon, *self.holes))
 
     def lifted(self, points: Float) -> Float:
-        """Points (n, 2) of the frame in the world (n, 3)."""
+        """Convert points (n, 2) [m] in the frame (t1, t2) to points (n, 3) in the world frame."""
         return np.asarray(self.polygon[0] + points @ self.frame)
 
     @cached_property
@@ -72,34 +76,34 @@ class Patch(Value):
 
     @property
     def area(self) -> float:
-        """[m²]; a line and a point have none."""
+        """The area [m²]; 0 for a line or a point."""
         return float(self._moments[0]) if self.kind == "face" else 0.0
 
     @property
     def length(self) -> float:
-        """Of a line [m], else 0."""
+        """The length of a line [m]; 0 for a face or a point."""
         return float(np.linalg.norm(self.polygon[1] - self.polygon[0])) if self.kind == "line" else 0.0
 
     @property
     def measure(self) -> float:
-        """Its weight where nodes and stiffness are shared out [m²]: the area; lines and points are ``breadth`` wide."""
+        """The area [m²] by which nodes and stiffness are distributed. Lines and points count as ``breadth`` wide."""
         return {"face": self.area, "line": self.length * self.breadth, "point": self.breadth**2}[self.kind]
 
     @cached_property
     def centroid(self) -> Float:
-        """(3,) [m]."""
+        """The centroid (3,) [m] in the world frame."""
         if self.kind != "face":
             return frozen(self.polygon.mean(0))
         return frozen(self.lifted(self._moments[None, 1:3] / self.area)[0])
 
     @cached_property
     def size(self) -> float:
-        """Largest extent along the frame's axes [m]."""
+        """The largest extent along t1 or t2 [m]."""
         return float(np.ptp(self.rings[0], axis=0).max())
 
     @cached_property
     def width(self) -> float:
-        """Twice the area over the perimeter [m]: the thickness of a strip, about half that of a square."""
+        """Twice the area over the perimeter [m]: the width of a narrow strip, and half the side of a square."""
         if self.kind != "face":
             return 0.0
         ring = self.rings[0]
@@ -108,18 +112,18 @@ class Patch(Value):
 
     @property
     def room(self) -> float:
-        """How far the bodies may slip sideways before the patch is lost [m], in its narrowest direction."""
+        """How far the bodies may move sideways, in the narrowest direction, before the patch is lost [m]."""
         return self.width if self.kind == "face" else self.inset
 
     @cached_property
     def hull(self) -> Float:
-        """(m, 3) corners of the convex hull, counter-clockwise."""
+        """The corners (m, 3) [m] of the convex hull, counter-clockwise seen from the tip of the normal."""
         if self.kind != "face":
             return self.polygon
         return frozen(self.lifted(convex_hull(self.rings[0], 1e-9 * self.size)))
 
     def flipped(self) -> Patch:
-        """The same patch seen from the other body."""
+        """Return the same patch seen from the other body, with the normal reversed."""
         holes = tuple(hole[::-1] for hole in self.holes)
         return replace(self, polygon=self.polygon[::-1], normal=-self.normal, holes=holes)
 
@@ -127,7 +131,13 @@ class Patch(Value):
 @archived
 @dataclass(frozen=True, init=False, eq=False, repr=False)
 class Interface(Value):
-    """All patches between two bodies; their normals point into the second one."""
+    """All contact between two bodies: the patches, with normals that point into the second body.
+
+    ``bodies`` are the two body names. A patch can be given by its ``polygon`` (k, 3) [m] and ``normal`` (3,) in the
+    world frame, besides the ``patches``. ``status`` is "touching" or "penetrating", and ``flags`` say which contacts
+    depend on a tolerance, a pose or a mesh. Raises GeometryError for a body paired with itself, for no patches and for
+    a polygon that is not usable.
+    """
 
     bodies: tuple[str, str]
     patches: tuple[Patch, ...]
@@ -162,17 +172,21 @@ class Interface(Value):
 
     @cached_property
     def samples(self) -> dict[tuple[int, str, int], list[tuple[Float, Float]]]:
-        """Nodes sampled so far, by count, sampling and seed: many assemblies that differ little share an interface."""
+        """The nodes sampled so far, by count, sampling and seed: similar assemblies share interfaces and so nodes."""
         return {}
 
     @property
     def area(self) -> float:
-        """Sum over the patches [m²]; 0 where only edges or points touch."""
+        """The total area of the patches [m²]; 0 if only lines or points touch."""
         return sum(patch.area for patch in self.patches)
 
 
 def given_patch(polygon: Any, normal: Any, where: str) -> Patch:  # noqa: ANN401 - checked here
-    """A patch from a polygon (k, 3) and a normal (3,) given from outside, in either sense of rotation."""
+    """Return a patch from a user's polygon (k, 3) [m], in either sense of rotation, and normal (3,).
+
+    Raises GeometryError if the polygon is not flat, has no area, crosses itself or does not match the normal; ``where``
+    names the interface.
+    """
     corners = checked(polygon, (None, 3), f"{where}: polygon", error=GeometryError)
     direction = checked(normal, (3,), f"{where}: normal", error=GeometryError)
     if len(corners) < 3:

@@ -1,4 +1,4 @@
-"""Whether solids overlap, how deep, and how far apart they are: independent of the search for contact patches."""
+"""Overlap, depth and distance of solids, computed independently of the search for contact patches."""
 
 from __future__ import annotations
 
@@ -19,17 +19,18 @@ from holdfast.geometry.surface import Surface
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
-MOST_DISTANCES = 3_000_000  # corner-to-triangle distances worth taking: about a second
-MOST_ANGLES = 5_000_000  # solid angles worth summing: about a quarter of one
+MOST_DISTANCES = 3_000_000  # largest number of corner-to-triangle distances computed, which takes about 1 s
+MOST_ANGLES = 5_000_000  # largest number of solid angles summed, which takes about 0.25 s
 
 
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
 class Overlap(Value):
-    """Two bodies that share volume; ``depth`` [m] is how deep one is in the other.
+    """Two bodies that share volume.
 
-    ``tolerance`` [m] is the gap of the pair: up to twice that the overlap is a "warning", beyond it an "error" of the
-    poses or the meshes. ``estimated``: a surface does not close, and the depth is that of the deepest vertex.
+    ``depth`` [m] is how deep one body is inside the other, and ``tolerance`` [m] is the gap of the pair. An overlap of
+    up to twice the tolerance is a "warning"; a larger one is an "error" of the poses or the meshes. ``estimated`` is
+    True if a surface is not closed, in which case the depth is that of the deepest vertex.
     """
 
     bodies: tuple[str, str]
@@ -39,12 +40,12 @@ class Overlap(Value):
 
     @property
     def severity(self) -> Literal["warning", "error"]:
-        """How far beyond the tolerance."""
+        """The severity of the overlap, by its depth relative to the tolerance."""
         return "warning" if self.depth <= 2 * self.tolerance else "error"
 
 
 def solid_of(body: Body) -> manifold3d.Manifold | None:
-    """The body as a closed solid in the world; None where its surface does not close."""
+    """Return the body as a closed solid in the world frame, or None if its surface is not closed."""
     surface = body.reduced_world
     vertices, faces = np.array(surface.vertices, order="C"), surface.faces.astype(np.uint64, order="C")
     solid = manifold3d.Manifold(manifold3d.Mesh64(vertices, faces))
@@ -52,7 +53,7 @@ def solid_of(body: Body) -> manifold3d.Manifold | None:
 
 
 def find_overlaps(scene: Scene, tolerances: Tolerances) -> tuple[Overlap, ...]:
-    """Pairs, not both fixed, that share more than their gap tolerance in depth: independent of the contact search."""
+    """Find the pairs of bodies, not both fixed, that overlap by more than their gap, with or without contacts."""
     solids: dict[str, manifold3d.Manifold | None] = {}
     found = []
     for a, b in neighbours(scene, 0.0):
@@ -75,7 +76,7 @@ def find_overlaps(scene: Scene, tolerances: Tolerances) -> tuple[Overlap, ...]:
 
 
 def _deepest(a: Body, b: Body) -> float:
-    """How deep the deepest corner of a lies inside b [m], by winding number: for surfaces that do not close."""
+    """Return how deep the deepest corner of a lies inside b [m] by winding number, for surfaces that are not closed."""
     corners = a.surface_world.vertices
     near = corners[((corners >= b.box[0]) & (corners <= b.box[1])).all(1)]
     surface = b.surface_world
@@ -87,10 +88,10 @@ def _deepest(a: Body, b: Body) -> float:
 
 
 def distance(a: Body, b: Body, search: float) -> float | None:
-    """Smallest distance of two bodies [m], 0 where they meet; None beyond ``search``.
+    """Return the smallest distance of two bodies [m], 0 if they meet, or None if it is larger than ``search`` [m].
 
-    Exact for closed surfaces. Where one is open, the least distance of the corners of either to the other: never too
-    small.
+    The distance is exact for closed surfaces. If a surface is open, it is the smallest distance from a corner of either
+    body to the other, which is never too small.
     """
     corners = cKDTree(b.surface_world.vertices).query(a.surface_world.vertices)[0]
     reach = min(search, 1.001 * float(np.min(corners)) + 1e-9 * min(a.size, b.size))  # the solids are no further apart
@@ -103,7 +104,7 @@ def distance(a: Body, b: Body, search: float) -> float | None:
 
 
 def _corner_distance(a: Body, b: Body, search: float) -> float:
-    """Least distance of the corners of a to b [m], infinite beyond ``search``."""
+    """Return the smallest distance from a corner of a to b [m], or inf if it is larger than ``search`` [m]."""
     surface, corners = b.surface_world, a.surface_world.vertices
     triangles = surface.vertices[surface.faces]
     low, high = triangles.min(1), triangles.max(1)
@@ -117,10 +118,11 @@ def _corner_distance(a: Body, b: Body, search: float) -> float:
 
 
 def _depth(part: manifold3d.Manifold, a: Surface, b: Surface, enough: float) -> float:
-    """How deep two solids are in each other where they share a part [m], exactly only where that is ``enough``.
+    """Return how deep two solids overlap in the ``part`` that they share [m]; exact only if above ``enough``.
 
-    The deepest corner of the part under either surface, but no more than the part's width and no less than twice its
-    volume over its area: the first is exact for slabs and shells, the last holds where a rod runs through a plate.
+    It is the depth of the deepest corner of the part under either surface, but at most the width of the part and at
+    least twice its volume over its area. The deepest corner is exact for slabs and shells; the lower limit is needed
+    where a rod goes through a plate.
     """
     mesh = part.to_mesh64()
     shared = Surface(np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, dtype=np.int64))

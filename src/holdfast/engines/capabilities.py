@@ -1,8 +1,8 @@
-"""What only some engines can do, each ability under a name that a question asks for.
+"""Abilities that only some engines have. A query asks for an ability by its name.
 
-An engine, or the state that it prepares, offers an ability by having the method of the protocol; it inherits nothing
-and is registered nowhere. ``SETS.of(state, ...)`` hands out the object as one that has the method, or says what is
-missing.
+An engine, or the state that it prepares, offers an ability by having the method of the protocol. It need not inherit
+from the protocol or be registered. ``SETS.of(state, ...)`` returns the object typed as one that has the method, or
+raises an error that says which ability is missing.
 """
 
 from __future__ import annotations
@@ -14,18 +14,19 @@ from typing import Generic, NamedTuple, Protocol, TypeVar, cast, runtime_checkab
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
-from holdfast.engines.contract import Status
+from holdfast.engines.answers import Answers
 
 T_co = TypeVar("T_co", covariant=True)
 
 
 @dataclass(frozen=True, eq=False)
 class LoadSet:
-    """A convex set of loads between two polyhedra, in units of the box |x_k| <= 1.
+    """A convex set of loads, bounded from inside and from outside by polyhedra, in units of the box |x_k| <= 1.
 
-    ``inner`` (m, d) and ``outer`` (k, d) are rows a of a·x <= 1; ``inner`` ends at the box, ``outer`` does not.
-    ``vertices`` (v, d) are those of ``inner``. ``gap``: along every ray from 0 the reach of ``inner`` is at least
-    (1 - gap) times that of ``outer`` and box. ``solves`` is what it took.
+    Each row a of ``inner`` (m, d) and ``outer`` (k, d) is a half-space a·x <= 1. ``inner`` is cut off at the box,
+    ``outer`` is not. ``vertices`` (v, d) are the vertices of ``inner``. Along every ray from 0, ``inner`` reaches at
+    least (1 - ``gap``) times as far as the intersection of ``outer`` and the box. ``solves`` is the number of programs
+    that were solved.
     """
 
     inner: Float
@@ -37,26 +38,29 @@ class LoadSet:
 
 @dataclass(frozen=True, eq=False)
 class Gradient:
-    """The largest ``factor`` of one load, with bounds, and its derivatives where it is differentiable.
+    """The largest factor of one load and its derivatives. They hold where the factor is differentiable.
 
-    ``twists`` (J, 6): the motion that limits the load, about the bodies' centres of mass, scaled so that the load does
-    work at unit power: a change of the load by dw changes the factor by -factor twists·dw. ``d_mu`` by the two bodies
-    of an interface; ``d_mass`` (J,) [1/kg] by a body's mass, its centre of mass held; ``d_com`` (J, 3) [1/m] by a
-    body's centre of mass in the world, its contacts held. ``moving`` are the names of the bodies that move.
+    ``answers`` has one row, which is the answer for the load. ``twists`` (J, 6) is the motion that limits the load: the
+    twist of each movable body about its centre of mass, along the world axes. It is scaled so that the power of the
+    load is 1, so a change of the load by dw changes the factor by -factor twists·dw.
+
+    ``d_mu`` holds the derivative by the friction coefficient of an interface, keyed by the names of its two bodies.
+    ``d_mass`` (J,) [1/kg] is the derivative by a body's mass, with its centre of mass held. ``d_com`` (J, 3) [1/m] is
+    the derivative by a body's centre of mass in the world frame, with its contacts held.
     """
 
-    factor: float
-    lower: float
-    upper: float
+    answers: Answers
     twists: Float
     d_mu: dict[tuple[str, str], float]
     d_mass: Float
     d_com: Float
-    moving: tuple[str, ...]
 
 
 class Corner(NamedTuple):
-    """One corner of a box of uncertain bodies: ``masses`` [kg] and ``coms`` (world [m]) by body."""
+    """One corner of a box of uncertain masses and centres of mass.
+
+    ``masses`` [kg] and ``coms`` (centres of mass, world frame [m]) are keyed by body name.
+    """
 
     masses: dict[str, float]
     coms: dict[str, tuple[float, float, float]]
@@ -64,16 +68,14 @@ class Corner(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Weakest:
-    """The smallest of each load's largest factors over all ``corners`` of a box.
+    """The worst case of n loads over all ``corners`` of a box of masses and centres of mass.
 
-    ``factor``, ``lower``, ``upper`` and ``status`` (n,) as an engine answers; ``corner`` (n,) is the number of the
-    corner where each load is weakest. ``guarantee`` says in words what was proved.
+    For each load, ``corner`` (n,) is the number of the corner with the smallest of the largest factors, and the row of
+    ``answers`` (n rows) is the answer at that corner. Its ``lower`` and ``upper`` are the smallest over all corners.
+    ``guarantee`` says in words what was proved.
     """
 
-    factor: Float
-    lower: Float
-    upper: Float
-    status: tuple[Status, ...]
+    answers: Answers
     corner: tuple[int, ...]
     corners: tuple[Corner, ...]
     guarantee: str
@@ -81,29 +83,33 @@ class Weakest:
 
 @runtime_checkable
 class Sets(Protocol):
-    """A state that bounds all the loads that its assembly carries, those included that nobody asked about."""
+    """A state that bounds the set of all loads that its assembly carries, not only loads that were asked about."""
 
     def load_set(self, columns: Float, gap: float, where: str) -> LoadSet:
-        """The x (d,), d 3 or 6, for which the load ``columns`` @ x, (6J, d), is carried; to within ``gap`` if it can.
+        """Find the set of x (d,), with d = 3 or 6, for which the load ``columns`` @ x is carried.
 
-        ``columns`` are loads at the bounds of the box |x_k| <= 1. ``where`` names the question in errors and progress.
-        Raises HoldfastError where 0 is not inside the set.
+        Each of the ``columns`` (6J, d) is the load at x_k = 1, the bound of the box |x_k| <= 1. The two polyhedra
+        approach each other until they are within ``gap``, or until the budget of solves is used up. ``where`` names the
+        query in error messages and progress reports. Raises HoldfastError if 0 is not inside the set.
         """
         ...
 
 
 @runtime_checkable
 class Gradients(Protocol):
-    """A state that tells how the largest factor of a load changes with the assembly."""
+    """A state that gives the derivatives of the largest factor of a load by properties of the assembly."""
 
     def gradient(self, load: Float, where: str) -> Gradient:
-        """Derivatives of the largest factor of ``load`` (6J,); raises HoldfastError where that is not finite."""
+        """Compute the derivatives of the largest factor of ``load`` (6J,) [N, N m].
+
+        ``where`` names the query in error messages. Raises HoldfastError if the largest factor is not finite.
+        """
         ...
 
 
 @runtime_checkable
 class WorstCases(Protocol):
-    """An engine that knows its answer over a box of masses and centres of mass from finitely many points of the box."""
+    """An engine that finds its worst answer over a box of masses and centres of mass from finitely many points."""
 
     def weakest(
         self,
@@ -115,9 +121,11 @@ class WorstCases(Protocol):
         coms: Mapping[str, Float],
         where: str,
     ) -> Weakest:
-        """For each load column of W (6J, n): the smallest factor over the box, besides ``standing`` (6J,) loads.
+        """Find the smallest value over the box of the largest factor of each load column of W (6J, n).
 
-        ``masses`` (low, high) [kg] and ``coms``, half widths (3,) [m] along the world axes, by movable body.
+        ``standing`` (6J,) are loads that act in addition to the weight. The box is given by name of movable body:
+        ``masses`` as (low, high) [kg], and ``coms`` as half widths (3,) [m] along the world axes. ``where`` names the
+        query in error messages.
         """
         ...
 
@@ -127,19 +135,26 @@ class Releases(Protocol):
     """An engine that can prove that a body comes free of its neighbours."""
 
     def comes_loose(self, assembly: Assembly, body: str, up: Float) -> bool:
-        """True if for certain no contact holds ``body`` once its weight is taken along ``up`` (3,), against gravity."""
+        """Return True if it is proved that no contact holds ``body`` once its weight is supported.
+
+        ``body`` is a body name. Its weight is supported by a force along ``up`` (3,), the direction against gravity.
+        """
         ...
 
 
 @dataclass(frozen=True)
 class Capability(Generic[T_co]):
-    """One ability: the protocol that an object with it satisfies, and what is said of one that ``lacks`` it."""
+    """One ability: the ``protocol`` of objects that have it, and the words for an engine that ``lacks`` it."""
 
     protocol: type
     lacks: str
 
     def of(self, offering: object, *, engine: str, where: str) -> T_co:
-        """``offering``, an engine or a state of the engine of that name, if it has the ability; else HoldfastError."""
+        """Return ``offering`` if it has the ability; raise HoldfastError if it does not.
+
+        ``offering`` is an engine or its state. ``engine`` is the name of the engine and ``where`` that of the query,
+        both for the error message.
+        """
         if not isinstance(offering, self.protocol):
             raise HoldfastError(message(where, f"engine {engine!r} {self.lacks}", "use engine='limit'"))
         return cast(T_co, offering)

@@ -1,4 +1,4 @@
-"""Of all motions that no contact can resist, the one that moves least: the bodies that really fall, and no others."""
+"""The collapse motion with the least momentum. It moves the bodies that really fall, and no others."""
 
 from __future__ import annotations
 
@@ -12,14 +12,18 @@ from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import Outcome, solve
 from holdfast.engines.forces import scaled_operator, scaled_wrench
 
-NEGLIGIBLE = 1e-6  # of the fastest body: slower ones stand still
+NEGLIGIBLE = 1e-6  # speed of a body, relative to the fastest one, below which it counts as standing still
 
 
 def least_motion(assembly: Assembly, nodes: ContactNodes, wrench: Float) -> Float | None:
-    """Twists (J, 6) of least total momentum with unit power of ``wrench`` (6J,), or None if that was not settled.
+    """Find the twists (J, 6) with the least total momentum that no contact can resist.
 
-    min Σ_j m_j |q_j|  s.t.  u = Gᵀq in the dual cones (u_n >= μ |u_t|), wrench · q = 1. Any point of it proves
-    that no equilibrium exists (Farkas); the solver's own certificate is one too, but may move bystanders.
+    They are scaled so that the power of ``wrench`` (6J,) is 1, and solve
+
+        min Σ_j m_j |q_j|  s.t.  u = Gᵀq in the dual cones (u_n >= μ |u_t|),  wrench · q = 1.
+
+    Any feasible q proves that no equilibrium exists (Farkas' lemma). The certificate of the force program is feasible
+    too, but it may move bodies that need not move. Returns None if the solver gave no answer.
     """
     J = len(assembly.movable)
     gather = sparse.csr_matrix(scaled_operator(assembly, equilibrium_operator(assembly, nodes)).T)

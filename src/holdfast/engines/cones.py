@@ -9,6 +9,7 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.nodes import ContactNodes
+from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.conic.program import ConeKind
 
@@ -48,6 +49,19 @@ class FrictionCone:
             held = [("nonnegative", friction.shape[0])]
         rows = sparse.csr_matrix(sparse.vstack([tangential, unit[3 * smooth], friction]))
         return rows, tuple((kind, size) for kind, size in (*free, *held) if size)
+
+    @property
+    def corner(self) -> float:
+        """The largest |f_t| / (μ f_n) that it allows."""
+        return 1 / np.cos(np.pi / self.sides) if self.kind == "circumscribed" else 1.0
+
+    def resistance(self, mu: Float, sliding: Float) -> Float:
+        """(I,) the most that friction at f_n = 1 can do against a sliding velocity (I, 2): μ |u_t|, or at a corner."""
+        if self.kind == "exact":
+            return np.asarray(mu * np.linalg.norm(sliding, axis=1))
+        angle = 2 * np.pi * (np.arange(self.sides) + 0.5) / self.sides
+        corners = self.corner * np.column_stack([np.cos(angle), np.sin(angle)])
+        return np.asarray(mu * (sliding @ corners.T).max(axis=1, initial=0))
 
     def _polygon(self, nodes: ContactNodes, rough: np.ndarray[tuple[int], np.dtype[np.intp]]) -> sparse.csr_matrix:
         """Rows cos θ f_t1 + sin θ f_t2 - μ' f_n <= 0; μ' = μ cos(π/N) puts the polygon's corners on the circle."""

@@ -1,4 +1,4 @@
-"""Pushes that share their direction: their wrenches are affine in the points of one plane."""
+"""Groups of pushes that share their direction. Their wrenches are affine functions of points in one plane."""
 
 from __future__ import annotations
 
@@ -7,11 +7,14 @@ import numpy as np
 from holdfast.base.arrays import Float, Int
 from holdfast.base.rigid import tangents
 
-FLAT_GROUP = 12  # pushes along one direction that are worth a triangulation
+FLAT_GROUP = 12  # smallest number of pushes along one direction for which a triangulation pays off
 
 
 def flat_groups(loads: Float) -> tuple[list[Int], Int]:
-    """Members of the groups of loads (n, 6) with one force that are large enough, and all others."""
+    """Group loads (n, 6) by their force.
+
+    Returns the numbers of the members of each group of at least FLAT_GROUP loads, and the numbers of all other loads.
+    """
     _, group, size = np.unique(np.round(loads[:, :3], 9) + 0.0, axis=0, return_inverse=True, return_counts=True)
     group = group.reshape(-1)
     groups = [np.flatnonzero(group == number) for number in np.flatnonzero(size >= FLAT_GROUP)]
@@ -19,5 +22,5 @@ def flat_groups(loads: Float) -> tuple[list[Int], Int]:
 
 
 def moment_frame(force: Float) -> Float:
-    """(2, 3): two axes across ``force`` (3,), in whose plane lie the moments of all pushes along it."""
+    """Return two unit axes (2, 3) normal to ``force`` (3,). They span the moments of all pushes along the force."""
     return np.array(tangents(force / np.linalg.norm(force)))

@@ -1,4 +1,4 @@
-"""Contact forces at rest: the quadratic program of eq. 8-11 with the exact friction cone."""
+"""Contact forces at rest from the quadratic program of eq. 8-11, with the exact friction cone."""
 
 from __future__ import annotations
 
@@ -14,18 +14,21 @@ from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import ConeSolution, Outcome, solve
 from holdfast.engines.cones import EXACT, FrictionCone
 
-ACCEPTED_RESIDUAL = 1e-7  # of each body's weight: forces with a larger equilibrium error are no answer
-NO_FORCE = 1e-6  # of the lighter body's weight: nodes with less normal force are not pressed
+ACCEPTED_RESIDUAL = 1e-7  # largest equilibrium error of accepted forces, relative to each body's own weight
+NO_FORCE = 1e-6  # normal force below which a node counts as unloaded, relative to the weight of its lighter body
 
 
 @dataclass(frozen=True, eq=False)
 class ForceSolution:
-    """``forces`` (I, 3) local [N] or None; ``twists`` (J, 6) of the certificate or None.
+    """The outcome of the force program: contact forces, or the motion that proves that there are none.
 
-    ``residual`` is the largest equilibrium error over each body's own weight, or cone violation over the total one,
-    recomputed from the program's data. ``dilatancy`` is the normal force that the friction law's associated flow puts
-    in, over the lighter body's weight: 0 means that the forces are also those of elastic contacts with plain Coulomb
-    friction, so that no self-stress is needed.
+    ``forces`` (I, 3) [N] are along the local axes (normal, t1, t2) of each node, or None. ``twists`` (J, 6) are those
+    of the certificate of infeasibility, or None. ``residual`` is recomputed from the program's data: it is the larger
+    of the equilibrium error, relative to each body's own weight, and the cone violation, relative to the total weight.
+
+    ``dilatancy`` is the largest normal force that the associated flow of the program's friction law adds at a node,
+    relative to the weight of the node's lighter body. If it is 0, the forces are also those of elastic contacts with
+    plain Coulomb friction, so no self-stress is needed.
     """
 
     outcome: Outcome
@@ -39,9 +42,11 @@ class ForceSolution:
 def force_program(
     assembly: Assembly, nodes: ContactNodes, wrench: Float, cone: FrictionCone = EXACT
 ) -> tuple[ConeProgram, sparse.csc_matrix]:
-    """Min ½ Σ |f_i|²/w_i  s.t.  G f + wrench = 0, friction, in units of the total weight and size.
+    """Set up min ½ Σ |f_i|²/w_i  s.t.  G f + wrench = 0, f in the friction cones (eq. 8-11).
 
-    Rows: 6J equilibrium, then friction (``FrictionCone.rows``). Returns the program and the scaled G.
+    Forces are in units of the total weight, and each body's equilibrium in units of its own weight and size. The first
+    6J rows are the equilibrium, the others the friction cones (``FrictionCone.rows``). ``wrench`` (6J,) is in [N, N m].
+    Returns the program and the scaled G.
     """
     G = scaled_operator(assembly, equilibrium_operator(assembly, nodes))
     C, cones = cone.rows(nodes)
@@ -54,12 +59,12 @@ def force_program(
 
 
 def scaled_operator(assembly: Assembly, G: sparse.csc_matrix) -> sparse.csc_matrix:
-    """G with every body's rows in units of its own weight and size, so that all are of order one."""
+    """Return G with the rows of every body in units of its own weight and size, so that all are of order one."""
     return sparse.csc_matrix(sparse.diags(assembly.equation_scale) @ G)
 
 
 def scaled_wrench(assembly: Assembly, wrench: Float) -> Float:
-    """(6J,) in the same units."""
+    """Return ``wrench`` (6J,) in the units that ``scaled_operator`` gives to forces in units of the total weight."""
     return assembly.equation_scale * wrench / assembly.weight
 
 
@@ -71,7 +76,7 @@ def solve_forces(
     tolerance: float = 1e-10,
     cone: FrictionCone = EXACT,
 ) -> ForceSolution:
-    """Forces that balance ``wrench`` (6J,), or the motion that proves there are none."""
+    """Find contact forces that balance ``wrench`` (6J,) [N, N m], or a motion that proves that there are none."""
     program, G = force_program(assembly, nodes, wrench, cone)
     solution = solve(program, tolerance=tolerance)
     if solution.outcome is Outcome.INFEASIBLE:
@@ -91,13 +96,13 @@ def solve_forces(
 
 
 def lighter_share(assembly: Assembly, nodes: ContactNodes) -> Float:
-    """(I,) mass of the lighter of a node's two bodies over the total: what counts as much force there."""
+    """Return (I,) the mass of the lighter body of each node over the total mass: the scale of forces at that node."""
     mass = np.append(assembly.mass, np.inf)  # FIXED is -1
     return np.asarray(np.minimum(mass[nodes.a], mass[nodes.b]) / assembly.mass.sum())
 
 
 def _dilatancy(assembly: Assembly, nodes: ContactNodes, solution: ConeSolution) -> float:
-    """The largest normal force that slip alone puts into a pressed node, over the lighter body's weight."""
+    """Return the largest normal force that slip adds at a loaded node, relative to the weight of its lighter body."""
     rough = np.flatnonzero(nodes.mu > 0)
     if not len(rough):
         return 0.0

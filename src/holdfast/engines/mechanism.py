@@ -1,22 +1,93 @@
-"""Mechanisms in words, and which contacts of a motion slide or open."""
+"""Mechanisms: how bodies begin to move, as twists and, on demand, in words."""
 
 from __future__ import annotations
 
-from functools import partial
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
 
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes
+from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import shift_twist
-from holdfast.engines.contract import Mechanism, Mode
+from holdfast.base.values import Value, seal
 
-AT_REST = 1e-6  # velocities below this share of the largest count as rest
+AT_REST = 1e-6  # speed, relative to the largest, below which something counts as at rest
+
+Mode = Literal["slip", "topple", "mixed", "none"]
+
+
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Kinematics(Value):
+    """The bodies and contact nodes that are needed to put a motion into words. All mechanisms of one state share them.
+
+    ``names`` are those of the J movable bodies, and ``com`` (J, 3) [m] their centres of mass in the world frame.
+    ``size`` [m] is that of the assembly. ``pairs`` gives the names of the two bodies of every interface, and ``nodes``
+    are the contact nodes on these interfaces.
+    """
+
+    names: tuple[str, ...]
+    com: Float
+    size: float
+    pairs: tuple[tuple[str, str], ...]
+    nodes: ContactNodes
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+    @classmethod
+    def of(cls, assembly: Assembly, nodes: ContactNodes) -> Kinematics:
+        """Return the kinematics of an assembly with these contact nodes."""
+        return cls(
+            names=tuple(body.name for body in assembly.movable),
+            com=assembly.com,
+            size=assembly.size,
+            pairs=tuple(interface.bodies for interface in assembly.interfaces),
+            nodes=nodes,
+        )
+
+
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Mechanism(Value):
+    """The motion with which bodies begin to move.
+
+    ``twists`` (J, 6) are the twists of all movable bodies about their centres of mass, along the world axes. They are
+    scaled so that the fastest body has |velocity| + size |angular velocity| = 1, with the size of the assembly.
+    ``moving`` gives the names of the bodies that move, and ``mode`` says whether contacts slide, open or both. If
+    ``dual`` is True, this is a dual motion like those of engine ``limit``: a contact that slides by |u_t| also opens by
+    μ |u_t|. ``text`` describes the motion of each group of bodies and names the contacts that slide or open.
+    """
+
+    moving: tuple[str, ...]
+    twists: Float
+    mode: Mode
+    dual: bool
+    kinematics: Kinematics
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+    @cached_property
+    def text(self) -> str:
+        """The motion in words, composed on demand: maps hold thousands of mechanisms that nobody reads."""
+        return "; ".join(_groups(self) + _contacts(self))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the motion and its description in words, as plain data for JSON."""
+        names = ("moving", "twists", "mode", "text")
+        return {name: to_dict(getattr(self, name)) for name in names}
 
 
 def relative_velocity(nodes: ContactNodes, com: Float, twists: Float) -> Float:
-    """(I, 3) velocity (u_n, u_t1, u_t2) of body b against body a at every node: u = Gᵀ q."""
+    """Return the velocity (I, 3) of body b relative to body a at every node, along (normal, t1, t2): u = Gᵀ q.
+
+    ``com`` (J, 3) [m] are the centres of mass, about which ``twists`` (J, 6) are taken, all in the world frame.
+    """
     velocity = np.zeros((len(nodes), 3))
     for body, sign in ((nodes.b, 1.0), (nodes.a, -1.0)):
         free = np.flatnonzero(body >= 0)
@@ -26,9 +97,10 @@ def relative_velocity(nodes: ContactNodes, com: Float, twists: Float) -> Float:
 
 
 def modes_of(velocities: Float, mu: Float) -> list[Mode]:
-    """Whether contacts slide, open or both, from relative velocities (k, I, 3) of k dual motions.
+    """Say for each of k motions whether contacts slide, open or both, from relative velocities (k, I, 3).
 
-    There a contact that slides also rises, by u_n = μ |u_t|: only what opens faster than that opens in earnest.
+    In a dual motion, a contact that slides also opens by u_n = μ |u_t|. It therefore counts as opening only if it opens
+    faster than that. For motions without dilatancy, ``mu`` (I,) has to be 0.
     """
     sliding = np.sqrt((velocities[:, :, 1:] ** 2).sum(2))
     speed = np.sqrt(velocities[:, :, 0] ** 2 + sliding**2)
@@ -44,48 +116,46 @@ def modes_of(velocities: Float, mu: Float) -> list[Mode]:
     return [names[bool(o), bool(s)] for o, s in zip(some_open, some_slide, strict=True)]
 
 
-def describe(assembly: Assembly, nodes: ContactNodes, twists: Float, mode: Mode, *, dual: bool) -> Mechanism:
-    """The mechanism of twists (J, 6), scaled to its fastest body; ``dual`` ones rise by μ where they slide."""
-    speeds = np.sqrt((twists[:, :3] ** 2).sum(1)) + assembly.size * np.sqrt((twists[:, 3:] ** 2).sum(1))
+def describe(kinematics: Kinematics, twists: Float, mode: Mode, *, dual: bool) -> Mechanism:
+    """Return the mechanism of ``twists`` (J, 6), scaled to the fastest body. ``dual`` is as in ``Mechanism``."""
+    speeds = np.sqrt((twists[:, :3] ** 2).sum(1)) + kinematics.size * np.sqrt((twists[:, 3:] ** 2).sum(1))
     top = speeds.max(initial=0)
     scaled = twists / top if top > 0 else twists
-    moving = [int(k) for k in np.flatnonzero(speeds > AT_REST * top)]
-    names = [body.name for body in assembly.movable]
-    return Mechanism(
-        tuple(names[k] for k in moving), scaled, mode, partial(_told, assembly, nodes, scaled, moving, dual)
-    )
+    moving = tuple(kinematics.names[k] for k in np.flatnonzero(speeds > AT_REST * top).tolist())
+    return Mechanism(moving=moving, twists=scaled, mode=mode, dual=dual, kinematics=kinematics)
 
 
-def _told(assembly: Assembly, nodes: ContactNodes, scaled: Float, moving: list[int], dual: bool) -> str:
-    """The motion of each group of bodies that move as one, then which contacts slide and which open."""
-    groups: list[tuple[list[int], Float]] = []
-    for k in moving:
-        at_origin = shift_twist(scaled[k], assembly.com[k], np.zeros(3))
-        for members, motion in groups:
-            if np.allclose(at_origin, motion, atol=1e-4):
-                members.append(k)
+def _groups(motion: Mechanism) -> list[str]:
+    """Describe in words the motion of each group of bodies that move as one rigid body."""
+    com, size = motion.kinematics.com, motion.kinematics.size
+    number = {name: k for k, name in enumerate(motion.kinematics.names)}
+    groups: list[tuple[list[str], Float]] = []
+    for name in motion.moving:
+        k = number[name]
+        at_origin = shift_twist(motion.twists[k], com[k], np.zeros(3))
+        for members, other in groups:
+            if np.allclose(at_origin, other, atol=1e-4):
+                members.append(name)
                 break
         else:
-            groups.append(([k], at_origin))
-    names = [body.name for body in assembly.movable]
-    parts = [
-        f"{_listed([names[k] for k in members])} {_motion(motion, assembly.size, len(members) > 1)}"
-        for members, motion in groups[:6]
-    ]
+            groups.append(([name], at_origin))
+    parts = [f"{_listed(members)} {_motion(twist, size, len(members) > 1)}" for members, twist in groups[:6]]
     if len(groups) > 6:
         parts.append(f"and {len(groups) - 6} more groups move")
-    return "; ".join(parts + _contacts(assembly, nodes, scaled, dual))
+    return parts
 
 
-def _contacts(assembly: Assembly, nodes: ContactNodes, scaled: Float, dual: bool) -> list[str]:
-    velocity = relative_velocity(nodes, assembly.com, scaled)
+def _contacts(motion: Mechanism) -> list[str]:
+    """Name in words the contacts that slide and the contacts that open."""
+    nodes = motion.kinematics.nodes
+    velocity = relative_velocity(nodes, motion.kinematics.com, motion.twists)
     fastest = max(float(np.abs(velocity).max(initial=0)), 0.01)  # all nodes may lie on the axis of the motion
     said: dict[Mode, list[str]] = {"slip": [], "topple": [], "mixed": []}
-    for number, interface in enumerate(assembly.interfaces):
+    for number, pair in enumerate(motion.kinematics.pairs):
         here = slice(nodes.spans[number], nodes.spans[number + 1])
         if np.abs(velocity[here]).max(initial=0) > 1e-4 * fastest:
-            rise = nodes.mu[here] if dual else np.zeros_like(nodes.mu[here])
-            said.setdefault(modes_of(velocity[here][None], rise)[0], []).append("-".join(interface.bodies))
+            rise = nodes.mu[here] if motion.dual else np.zeros_like(nodes.mu[here])
+            said.setdefault(modes_of(velocity[here][None], rise)[0], []).append("-".join(pair))
     words: tuple[tuple[Mode, str], ...] = (("slip", "slides"), ("topple", "opens"), ("mixed", "slides and opens"))
     return [f"{word}: {_listed(said[mode])}" for mode, word in words if said[mode]]
 
@@ -96,7 +166,7 @@ def _listed(names: list[str]) -> str:
 
 
 def _motion(twist: Float, size: float, plural: bool) -> str:
-    """Words for a twist (6,) about the world origin."""
+    """Describe in words a twist (6,) about the world origin; ``plural`` if it is that of several bodies."""
     s = "" if plural else "s"
     velocity, spin = twist[:3], twist[3:]
     rate = float(np.linalg.norm(spin))

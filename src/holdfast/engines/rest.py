@@ -1,4 +1,4 @@
-"""The assembly at rest: nodes, contact forces and the verdict that follows from them, with its evidence."""
+"""The assembly at rest: contact nodes, contact forces, and the verdict with its evidence."""
 
 from __future__ import annotations
 
@@ -12,17 +12,20 @@ from holdfast.base.arrays import Float
 from holdfast.base.rigid import shift_twist
 from holdfast.engines.collapse import least_motion
 from holdfast.engines.cones import EXACT, FrictionCone
-from holdfast.engines.contract import Certificate, ContactForces, Mechanism, Status, Verdict
 from holdfast.engines.forces import ACCEPTED_RESIDUAL, ForceSolution, solve_forces
-from holdfast.engines.mechanism import describe, modes_of, relative_velocity
+from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of, relative_velocity
+from holdfast.engines.verdict import Certificate, ContactForces, Status, Verdict
 
-CERTIFIED = 1e-6  # a certificate may leave the dual cone by this share of its fastest velocity
-NO_DILATANCY = 1e-6  # share of energy below which no force comes from dilatancy
+CERTIFIED = 1e-6  # largest violation of the dual cone by an accepted certificate, relative to its fastest point
+NO_DILATANCY = 1e-6  # ``ForceSolution.dilatancy`` up to which no force counts as caused by dilatancy
 
 
 @dataclass(frozen=True, eq=False)
 class Rest:
-    """Nodes with their forces (I, 3), local, [N] (zero where the assembly does not stand), and the verdict."""
+    """The contact nodes, the contact forces at rest, and the verdict.
+
+    ``forces`` (I, 3) [N] are along the local axes of each node, and zero if the assembly does not stand.
+    """
 
     nodes: ContactNodes
     forces: Float
@@ -30,10 +33,10 @@ class Rest:
 
 
 def find_rest(assembly: Assembly, wrench: Float, nodes: ContactNodes | None = None, cone: FrictionCone = EXACT) -> Rest:
-    """Solve for contact forces on ``nodes`` (None: all corners of all patches) that balance ``wrench`` (6J,).
+    """Find contact forces at ``nodes`` that balance ``wrench`` (6J,) [N, N m], and the verdict that follows.
 
-    Where given nodes carry no equilibrium the corners of the patches decide: they can carry whatever the whole
-    patches can.
+    If ``nodes`` is None, the nodes are all corners of all patches. If there is no equilibrium on the given nodes, the
+    corners of the patches decide, because they can carry every load that the whole patches can carry.
     """
     given = nodes is not None
     nodes = contact_nodes(assembly, 4, "corners") if nodes is None else nodes
@@ -62,7 +65,7 @@ def find_rest(assembly: Assembly, wrench: Float, nodes: ContactNodes | None = No
 
 
 def contact_forces(assembly: Assembly, nodes: ContactNodes, forces: Float) -> ContactForces:
-    """Local forces (I, 3) [N] as a result."""
+    """Return local forces (I, 3) [N] as the ``ContactForces`` of a verdict, in the world frame."""
     tangential = np.linalg.norm(forces[:, 1:], axis=1)
     limit = nodes.mu * forces[:, 0]
     loaded = forces[:, 0] > 1e-9 * max(assembly.weight, 1e-300)
@@ -78,12 +81,30 @@ def _stable(assembly: Assembly, nodes: ContactNodes, forces: Float, residual: fl
         if needs_none
         else "; some contacts would slip while they build up: that they do build up is not shown (self_stress None)"
     )
-    return Verdict(Status.STABLE, True, False if needs_none else None, contact, residual, None, None, reason)
+    return Verdict(
+        status=Status.STABLE,
+        reason=reason,
+        equilibrium_exists=True,
+        self_stress=False if needs_none else None,
+        forces=contact,
+        residual=residual,
+    )
 
 
 def undecided(reason: str, *, mechanism: Mechanism | None = None, certificate: Certificate | None = None) -> Verdict:
-    """No verdict, and why."""
-    return Verdict(Status.UNDECIDED, None, None, None, np.inf, mechanism, certificate, reason)
+    """Return an UNDECIDED verdict with its reason."""
+    return Verdict(status=Status.UNDECIDED, reason=reason, mechanism=mechanism, certificate=certificate)
+
+
+def unstable(reason: str, mechanism: Mechanism, certificate: Certificate) -> Verdict:
+    """Return an UNSTABLE verdict: no equilibrium exists, as the motion and its certificate prove."""
+    return Verdict(
+        status=Status.UNSTABLE,
+        reason=reason,
+        equilibrium_exists=False,
+        mechanism=mechanism,
+        certificate=certificate,
+    )
 
 
 def _trouble(solution: ForceSolution) -> str:
@@ -92,7 +113,10 @@ def _trouble(solution: ForceSolution) -> str:
 
 
 def _hanging(assembly: Assembly, nodes: ContactNodes, wrench: Float) -> Verdict:
-    """Bodies without a chain of contacts to a fixed body fall, unless they touch in a way that was not modelled."""
+    """Return the verdict on bodies that no chain of contacts connects to a fixed body.
+
+    They fall, so the assembly is UNSTABLE. It is UNDECIDED if they touch others in a way that is not modelled.
+    """
     twists = np.zeros((len(assembly.movable), 6))
     texts = []
     for group in assembly.hanging:
@@ -100,12 +124,12 @@ def _hanging(assembly: Assembly, nodes: ContactNodes, wrench: Float) -> Verdict:
         force = wrench.reshape(-1, 6)[members, :3].sum(0)
         twists[members, :3] = force if np.linalg.norm(force) > 0 else assembly.scene.gravity
         texts.append(_loose(assembly, group))
-    mechanism = describe(assembly, nodes, twists, "none", dual=True)
+    mechanism = describe(Kinematics.of(assembly, nodes), twists, "none", dual=True)
     doubt = doubt_of(assembly, twists)
     if doubt:
         return undecided(f"{'; '.join(texts)}; {doubt}", mechanism=mechanism)
     power = float(wrench @ mechanism.twists.ravel())
-    return Verdict(Status.UNSTABLE, False, None, None, np.inf, mechanism, Certificate(power, 0.0), "; ".join(texts))
+    return unstable("; ".join(texts), mechanism, Certificate(power, 0.0))
 
 
 def _loose(assembly: Assembly, group: tuple[str, ...]) -> str:
@@ -129,9 +153,10 @@ def _loose(assembly: Assembly, group: tuple[str, ...]) -> str:
 
 
 def _falls(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float) -> Verdict:
-    """UNSTABLE if the motion of the certificate really is one against which no contact can resist."""
+    """Return UNSTABLE if no contact can resist the motion ``twists`` (J, 6), checked anew; else UNDECIDED."""
     velocity = relative_velocity(nodes, assembly.com, twists)
-    mechanism = describe(assembly, nodes, twists, modes_of(velocity[None], nodes.mu)[0], dual=True)
+    mode = modes_of(velocity[None], nodes.mu)[0]
+    mechanism = describe(Kinematics.of(assembly, nodes), twists, mode, dual=True)
     scaled = relative_velocity(nodes, assembly.com, mechanism.twists)
     excess = float((nodes.mu * np.linalg.norm(scaled[:, 1:], axis=1) - scaled[:, 0]).max(initial=0))
     power = float(wrench @ mechanism.twists.ravel())
@@ -143,11 +168,14 @@ def _falls(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float
     if doubt:
         return undecided(f"no equilibrium on the contacts found, but {doubt}", mechanism=mechanism)
     reason = f"no contact forces balance every body: {mechanism.text}"
-    return Verdict(Status.UNSTABLE, False, None, None, np.inf, mechanism, certificate, reason)
+    return unstable(reason, mechanism, certificate)
 
 
 def doubt_of(assembly: Assembly, twists: Float) -> str:
-    """Contacts outside the model that the motion would load: a reason not to call it a collapse."""
+    """Name a pair of bodies that the motion would press together at a contact outside the model, or return "".
+
+    Such a contact may stop the motion ``twists`` (J, 6), so the motion proves no collapse.
+    """
     joined = {frozenset(interface.bodies) for interface in assembly.interfaces}
     overlapping = [o.bodies for o in assembly.overlaps if frozenset(o.bodies) not in joined]
     still = np.zeros(6)

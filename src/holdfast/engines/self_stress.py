@@ -1,4 +1,4 @@
-"""Whether an equilibrium needs self-stress: forces that bodies exert on each other although nothing loads them."""
+"""Whether an equilibrium needs self-stress, that is contact forces that balance each other without any load."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ from holdfast.engines.forces import ACCEPTED_RESIDUAL, NO_FORCE, force_program, 
 
 
 def self_stressed_nodes(assembly: Assembly, nodes: ContactNodes, cone: FrictionCone) -> Bool | None:
-    """(I,) which nodes can press although no load acts (G f = 0, f in the cones); None if that was not settled.
+    """Return which nodes (I,) can press without any load (G f = 0, f in the cones), or None if not settled.
 
-    max Σ t_i with t_i <= f_n,i and t_i <= 1: such forces add up and may be scaled, so each t_i ends at 0 or 1.
+    The program is max Σ t_i with 0 <= t_i <= f_n,i and t_i <= 1. Self-stress forces can be added and scaled, so each
+    t_i is 0 or 1 at the optimum.
     """
     G = scaled_operator(assembly, equilibrium_operator(assembly, nodes))
     C, cones = cone.rows(nodes)
@@ -40,10 +41,11 @@ def self_stressed_nodes(assembly: Assembly, nodes: ContactNodes, cone: FrictionC
 
 
 def needs_self_stress(assembly: Assembly, nodes: ContactNodes, wrench: Float, cone: FrictionCone) -> bool | None:
-    """Whether the equilibrium of ``wrench`` (6J,) with the least total normal force rests on self-stress.
+    """Say whether the equilibrium of ``wrench`` (6J,) with the least total normal force may need self-stress.
 
-    Self-stress only adds normal force, so the least equilibrium has none to spare: if the contacts it presses cannot
-    stress each other, none is needed (False); if they can, the equilibrium is suspect (True). None: not settled.
+    Self-stress only adds normal force, so the least equilibrium has none that it could do without. If the contacts that
+    it loads cannot carry self-stress, none is needed and the answer is False. If they can, the equilibrium is suspect
+    and the answer is True. None means that this was not settled.
     """
     program, _ = force_program(assembly, nodes, wrench, cone)
     count = 3 * len(nodes)

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, frozen, unit
 from holdfast.base.compiled import compiled
 from holdfast.base.rigid import tangents
-from holdfast.base.values import seal
+from holdfast.base.values import Value, seal
 from holdfast.geometry.area import areas_of
 from holdfast.geometry.hull import convex_hull, smallest_rectangle
 from holdfast.geometry.polygon import keep_half_plane
@@ -25,8 +26,9 @@ ROUNDING = 1e-9  # of a spacing, or of the area of a square
 WAYS = 1.2  # normals that round to the same multiples of 1 / WAYS face about the same way
 
 
-@dataclass(frozen=True, eq=False)
-class Cells:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Cells(Value):
     """C pieces of a surface, each with a query point.
 
     ``points`` (C, 3) [m] with outward unit ``normals`` (C, 3). The pieces are made of ``triangles`` (T, 3) over

@@ -18,6 +18,7 @@ import shapely
 from holdfast.base.arrays import Float, Int, frozen, unit
 from holdfast.base.compiled import compilable, compiled
 from holdfast.base.rigid import tangents
+from holdfast.base.values import Value
 from holdfast.geometry.surface import Surface
 
 ROUNDING = 1e-9  # of the size: how wide an overlap of two outlines may be by rounding
@@ -33,8 +34,8 @@ class Faces(NamedTuple):
     high: Float
 
 
-@dataclass(frozen=True, eq=False)
-class Swept:
+@dataclass(frozen=True, eq=False, repr=False)
+class Swept(Value):
     """A surface as seen along the unit vector ``direction`` (3,): what of it runs ahead, and what can be run into."""
 
     surface: Surface

@@ -15,8 +15,8 @@ from holdfast.base.values import Value, seal
 FLAT = 1e-3  # [rad] a smaller dihedral is rounding, not an edge
 
 
-@dataclass(frozen=True, eq=False)
-class Edges:
+@dataclass(frozen=True, eq=False, repr=False)
+class Edges(Value):
     """The E edges of F triangles, whichever way round each triangle names its corners.
 
     ``ends`` (E, 2) vertices, the lower number first, in order; ``of_face`` (F, 3) the edge from a face's k-th to its

@@ -1,1 +1,1 @@
-"""Questions to an assembly: does it stand, how hard may one push here, and over all surfaces."""
+"""The questions that an assembly can answer: does it stand, and how hard can it be pushed before something moves."""

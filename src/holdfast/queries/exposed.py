@@ -1,4 +1,4 @@
-"""Which cells of a body's surface lie under its contacts, where nobody can push."""
+"""Find the cells of a body's surface that its contacts cover; nobody can push there."""
 
 from __future__ import annotations
 
@@ -11,7 +11,11 @@ from holdfast.geometry.polygon import inside, shapely_polygon
 
 
 def covered(cells: Cells, patches: list[Patch], gap: float) -> Bool:
-    """(C,) whether a cell's point lies on a contact face, where nobody can push; lines and points cover nothing."""
+    """Tell for each of the C cells whether its point lies on a contact face: a boolean array (C,).
+
+    A point lies on a face patch if it is within ``gap`` [m] of the patch's plane and inside its outline, and if the
+    cell is roughly parallel to the patch. Contacts along lines and at points cover nothing.
+    """
     result = np.zeros(len(cells.points), dtype=bool)
     for patch in patches:
         if patch.kind != "face":

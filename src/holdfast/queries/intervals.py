@@ -1,4 +1,4 @@
-"""Uncertain friction, masses and centres of mass as a caller gives them: intervals and boxes, checked."""
+"""Check the uncertain friction, masses and centres of mass that a caller gives as intervals and boxes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,12 @@ ComRange: TypeAlias = float | Mapping[str, Any]
 
 
 def friction_intervals(assembly: Assembly, mu: MuRange | None, where: str) -> dict[Pair, tuple[float, float]]:
-    """(low, high) of the coefficient of every touching pair."""
+    """Return the interval (low, high) of the friction coefficient for every pair of touching bodies.
+
+    ``mu`` is a relative width for all pairs (0.2 means ± 20 %), one interval (low, high) for all pairs, or a dict of
+    intervals by the names of the two bodies. A pair that is not named keeps the known coefficient as both ends. Raises
+    SceneError if a named pair does not touch, or if an interval is not 0 <= low <= high.
+    """
     pairs = {i.bodies: m for i, m in zip(assembly.interfaces, assembly.mu, strict=True)}
     if mu is None:
         return {p: (m, m) for p, m in pairs.items()}
@@ -29,16 +34,20 @@ def friction_intervals(assembly: Assembly, mu: MuRange | None, where: str) -> di
         given = {frozenset(pair): interval for pair, interval in mu.items()}
         unknown = [pair for pair in mu if frozenset(pair) not in {frozenset(p) for p in pairs}]
         if unknown:
-            raise SceneError(message(f"{where}: mu", f"no contact between {unknown[0]!r}", "name touching bodies"))
-        return {p: _interval(given.get(frozenset(p), (m, m)), f"{where}: mu of {p!r}") for p, m in pairs.items()}
+            problem = f"no contact between {unknown[0]!r}"
+            raise SceneError(message(f"{where}: friction", problem, "name touching bodies"))
+        return {p: _interval(given.get(frozenset(p), (m, m)), f"{where}: friction of {p!r}") for p, m in pairs.items()}
     if isinstance(mu, tuple | list):
-        return dict.fromkeys(pairs, _interval(mu, f"{where}: mu"))
-    width = _width(mu, f"{where}: mu")
+        return dict.fromkeys(pairs, _interval(mu, f"{where}: friction"))
+    width = _width(mu, f"{where}: friction")
     return {p: (m * (1 - width), m * (1 + width)) for p, m in pairs.items()}
 
 
 def with_friction(assembly: Assembly, mu: Mapping[Pair, float]) -> Assembly:
-    """The assembly with these coefficients, by the two bodies' names; its contacts stay."""
+    """Return the assembly with the friction coefficients in ``mu``, given by the names of the two bodies.
+
+    The contacts of the assembly are kept.
+    """
     old = assembly.scene
     known = {(min(p), max(p)): m for p, m in mu.items()}
     table = replace(old.friction, pairs={**old.friction.pairs, **known})
@@ -46,7 +55,11 @@ def with_friction(assembly: Assembly, mu: Mapping[Pair, float]) -> Assembly:
 
 
 def mass_intervals(assembly: Assembly, mass: MassRange | None, where: str) -> dict[str, tuple[float, float]]:
-    """(low, high) [kg] by body."""
+    """Return the interval (low, high) [kg] of the mass for each uncertain body, by name.
+
+    ``mass`` is a relative width for all movable bodies, or a dict of intervals by body name. Raises SceneError if a
+    named body is fixed, or if an interval is not 0 <= low <= high.
+    """
     if mass is None:
         return {}
     if not isinstance(mass, Mapping):
@@ -59,7 +72,11 @@ def mass_intervals(assembly: Assembly, mass: MassRange | None, where: str) -> di
 
 
 def com_boxes(assembly: Assembly, com: ComRange | None, where: str) -> dict[str, Float]:
-    """Half widths (3,) [m] by body."""
+    """Return the half widths (3,) [m] of the box around the centre of mass for each uncertain body, by name.
+
+    The boxes lie along the world axes. ``com`` is one half width for all movable bodies, or a dict of half widths (3,)
+    by body name. Raises SceneError if a named body is fixed, or if a half width is negative.
+    """
     if com is None:
         return {}
     if not isinstance(com, Mapping):

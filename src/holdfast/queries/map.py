@@ -1,18 +1,27 @@
-"""Robustness over all exposed surfaces: inward pushes at a point of every cell."""
+"""Compute the robustness of all exposed surfaces to an inward push at one point of every surface cell."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Bool, Float, Int, Objects, checked_number, objects
+from holdfast.base.archive import archived, to_dict
+from holdfast.base.arrays import Float, Int, Objects, checked_number, objects
 from holdfast.base.errors import SceneError, message
+from holdfast.base.painters import paint
 from holdfast.base.progress import report
-from holdfast.engines.contract import Claim, Mode, Status, Verdict
+from holdfast.base.public import Summary, number
+from holdfast.base.values import Table, Value
+from holdfast.engines.answers import joined
+from holdfast.engines.contract import EXACT, FORCES_ONLY, Within
+from holdfast.engines.mechanism import Mode
+from holdfast.engines.verdict import Status
 from holdfast.geometry.cells import Cells, blocked, surface_cells
 from holdfast.queries.exposed import covered
 from holdfast.queries.request import (
@@ -23,16 +32,22 @@ from holdfast.queries.request import (
     engine_of,
     push_columns,
 )
+from holdfast.queries.result import Forces, gives_way, least, told
+from holdfast.scene.scene import Scene
 
-MAX_POINTS = 2_000_000
-SIGNIFICANT = 6  # digits of a force that count in a ranking
+MAX_POINTS = 2_000_000  # the most points in one map; more would exhaust the memory
+SIGNIFICANT = 6  # forces are ranked after rounding to about this many significant digits
 
 
-@dataclass(frozen=True)
-class MapPoint:
-    """One point of a map: a push of ``force`` along ``direction`` (inward) at ``point`` moves ``moving``.
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class MapPoint(Value):
+    """One point of a robustness map, and what a push there does.
 
-    Where not ``solved``, ``force`` was interpolated, with a stated relative ``error``.
+    A push of ``force`` [N] at ``point`` (3,) [m] along the inward unit vector ``direction`` (3,), both in the world
+    frame, is the largest before the bodies named in ``moving`` begin to move. ``mode`` and ``status`` have the same
+    meaning as in Robustness; ``mechanism`` is the motion in words. Where ``solved`` is false, ``force`` was
+    interpolated and ``error`` is its stated relative error.
     """
 
     body: str
@@ -47,93 +62,127 @@ class MapPoint:
     error: float
 
 
-@dataclass(frozen=True, eq=False)
-class RobustnessMap:
-    """Robustness to inward pushes over the exposed surfaces of bodies.
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class RobustnessMap(Forces):
+    """The robustness to inward pushes at n points on the exposed surfaces of bodies.
 
-    ``points`` and outward ``normals`` (n, 3), ``body`` (n,) names, ``force`` (n,) [N] for a push along minus the
-    normal; ``status``, ``lower``, ``upper``, ``moving``, ``mode`` (n,) and ``mechanism`` (n,) as in Robustness.
-    ``cells`` holds the surface pieces of each body that the points stand for (in the order of the points), ``hidden``
-    those where nobody can push. ``solved`` (n,) tells which points were solved, ``error`` (n,) the stated relative
-    error of ``force`` where it was interpolated between them (0 elsewhere).
+    ``points`` (n, 3) [m] and the outward unit ``normals`` (n, 3) are in the world frame; ``body`` (n,) holds the name
+    of the body at each point. ``force`` (n,) [N] is the largest push along minus the normal. ``status``, ``lower``,
+    ``upper``, ``moving``, ``mode`` and ``mechanism``, each (n,), have the same meaning as in Robustness.
+
+    ``cells`` maps each body name to the surface cells that the points represent, in the order of the points. ``hidden``
+    maps it to the cells where nobody can push. ``solved`` (n,) is true where a point was solved on its own; ``error``
+    (n,) is the stated relative error of ``force`` where it was interpolated, and 0 elsewhere.
     """
 
-    engine: str
-    claim: Claim
     assembly: Assembly
-    verdict: Verdict
     points: Float
     normals: Float
     body: Objects
-    force: Float
-    status: Objects
-    lower: Float
-    upper: Float
-    moving: Objects
-    mode: Objects
-    mechanism: Objects
-    solved: Bool
-    error: Float
-    cells: dict[str, Cells]
-    hidden: dict[str, Cells]
-    notes: tuple[str, ...]
+    cells: Table[str, Cells]
+    hidden: Table[str, Cells]
+
+    def save_png(self, path: str | os.PathLike[str]) -> None:
+        """Draw the map as a PNG picture; this needs no display."""
+        paint(self, path, ".png")
+
+    def save_html(self, path: str | os.PathLike[str]) -> None:
+        """Write the map as one HTML page that opens offline and shows the largest push under the pointer."""
+        paint(self, path, ".html")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON: the columns and the weakest points, without meshes and mechanisms."""
+        names = ("points", "normals", "body", "force", "status", "lower", "upper", "moving", "mode", "solved", "error")
+        weakest = {
+            "weakest": to_dict(self.weakest()) if len(self.force) else None,
+            "weakest_of_each_body": to_dict(self.weakest_of_each_body()),
+        }
+        return {"scene": self.assembly.scene.name} | self.about() | weakest | self.columns(*names)
+
+    def summary(self) -> Summary:
+        """Summarise the map by the weakest point of every body."""
+        name = self.assembly.scene.name or "assembly"
+        headline = f"{name}: {told(self.verdict)}; {len(self.force):,} inward pushes, {least(self.force, 'N')}"
+        rows = [
+            [self.body[k], number(self.force[k], "N"), str(self.status[k]), gives_way(self.mode[k], self.moving[k])]
+            for k in self._weakest_of_each_body
+        ]
+        return Summary(headline, self.facts(), ("weakest of", "force", "status", "what gives way"), rows, self.notes)
 
     def weakest(self) -> MapPoint:
-        """The point where the smallest push moves something (the first of equals); an infinite one if none does."""
+        """Return the point where the smallest push moves something; among equal points, the first.
+
+        If no push moves anything, the force of that point is infinite.
+        """
         return self.at(int(self._ranking[0]))
 
     def weakest_of_each_body(self) -> tuple[MapPoint, ...]:
-        """The weakest point of every body, weakest body first."""
+        """Return the weakest point of every body, beginning with the weakest body."""
+        return tuple(self.at(index) for index in self._weakest_of_each_body)
+
+    @cached_property
+    def _weakest_of_each_body(self) -> tuple[int, ...]:
         first: dict[str, int] = {}
-        for index in self._ranking:
-            first.setdefault(self.body[index], int(index))
-        return tuple(self.at(index) for index in first.values())
+        for index in self._ranking.tolist():
+            first.setdefault(self.body[index], index)
+        return tuple(first.values())
 
     @cached_property
     def _ranking(self) -> Int:
-        """(n,) points from weak to strong; forces that differ by rounding alone stay in the order of the points."""
+        """The numbers (n,) of the points, ordered from weak to strong.
+
+        Forces that differ only by rounding keep the order of the points.
+        """
         with np.errstate(divide="ignore"):
             magnitude = np.floor(np.log10(self.force)) - SIGNIFICANT
         unit = np.where(np.isfinite(magnitude), 10.0 ** np.where(np.isfinite(magnitude), magnitude, 0), 1.0)
         return np.argsort(np.round(self.force / unit) * unit, kind="stable")
 
     def at(self, index: int) -> MapPoint:
-        """The point of that number."""
+        """Return the point with number ``index``."""
         px, py, pz = (float(v) for v in self.points[index])
         dx, dy, dz = (float(-v) for v in self.normals[index])
+        motion = self.mechanism[index]
         return MapPoint(
-            self.body[index],
-            (px, py, pz),
-            (dx, dy, dz),
-            float(self.force[index]),
-            self.status[index],
-            self.mode[index],
-            self.moving[index],
-            "" if self.mechanism[index] is None else self.mechanism[index].text,
-            bool(self.solved[index]),
-            float(self.error[index]),
+            body=self.body[index],
+            point=(px, py, pz),
+            direction=(dx, dy, dz),
+            force=float(self.force[index]),
+            status=self.status[index],
+            mode=self.mode[index],
+            moving=self.moving[index],
+            mechanism="" if motion is None else motion.text,
+            solved=bool(self.solved[index]),
+            error=float(self.error[index]),
         )
 
 
 def robustness_map(
-    assembly: Assembly,
+    assembly: Assembly | Scene,
     bodies: Sequence[str] | None = None,
-    spacing: float = 0.01,
     *,
+    spacing: float = 0.01,
     engine: EngineChoice = DEFAULT_ENGINE,
     gap: float = 0.01,
 ) -> RobustnessMap:
-    """R for inward normal pushes over all exposed surfaces of ``bodies`` (all movable ones unless named).
+    """Compute the robustness R to inward normal pushes over all exposed surfaces of ``bodies``.
 
-    ``spacing`` [m] is the distance of neighbouring points. Points on contact patches, and points with another body
-    less than half a spacing in front of them, are left out: nobody can push there. ``gap`` is the largest
-    (upper - lower) / upper wanted of engines that give bounds. ``compliant`` interpolates between points that it solved
-    until the expected relative error is at most ``gap``; up to three times that is stated. With 0 every point is solved
-    on its own. ``graph`` takes no notice.
+    ``bodies`` are the names of the bodies to map; by default, all movable bodies. ``spacing`` [m] is the distance
+    between neighbouring points. Nobody can push on a contact patch, or where another body is less than half a spacing
+    away in front of the surface; points there are left out.
+
+    ``gap`` is the accuracy that is asked for. An engine that proves both bounds may stop where (upper - lower) / upper
+    <= ``gap``. Engine ``compliant`` solves some points and interpolates between them with an expected relative error of
+    at most ``gap``; the ``error`` that it states is at most three times that. With ``gap`` = 0 every point is solved on
+    its own. Engine ``graph`` ignores ``gap``.
+
+    Raises SceneError if ``bodies`` is empty or a text, if a body is unknown, or if ``spacing`` would give more than
+    2,000,000 points.
     """
-    checked_assembly(assembly)
+    assembly = checked_assembly(assembly)
     step = checked_number(spacing, "robustness_map: spacing", above=0)
-    checked_number(gap, "robustness_map: gap", minimum=0)
+    wanted = checked_number(gap, "robustness_map: gap", minimum=0)
     if isinstance(bodies, str):
         raise SceneError(message("robustness_map", f"bodies is the text {bodies!r}", "needs a list of names"))
     names = [body.name for body in assembly.movable] if bodies is None else list(bodies)
@@ -146,8 +195,9 @@ def robustness_map(
     state = method.prepare(assembly)
     shown: dict[str, Cells] = {}
     hidden: dict[str, Cells] = {}
-    capacities = []
-    for done, (name, number) in enumerate(numbers.items()):
+    accuracy = EXACT if wanted == 0 else Within(wanted) if wanted < 1 else FORCES_ONLY
+    answers = []
+    for done, (name, index) in enumerate(numbers.items()):
         report("robustness of all surfaces", done, len(numbers))
         cells = surface_cells(assembly.scene.body(name).surface_world, step)
         patches = [patch for i in assembly.interfaces if name in i.bodies for patch in i.patches]
@@ -156,34 +206,22 @@ def robustness_map(
             if other.name != name:
                 under |= blocked(cells, other.surface_world, step / 2)
         shown[name], hidden[name] = cells.chosen(~under), cells.chosen(under)
-        columns = push_columns(assembly, number, shown[name].points, -shown[name].normals)
-        capacities.append(state.load_factor(columns, gap or None))
+        columns = push_columns(assembly, index, shown[name].points, -shown[name].normals)
+        answers.append(state.load_factor(columns, accuracy))
     report("robustness of all surfaces", len(numbers), len(numbers))
     return RobustnessMap(
-        method.name,
-        method.claim,
-        assembly,
-        state.verdict(),
-        np.vstack([cells.points for cells in shown.values()]),
-        np.vstack([cells.normals for cells in shown.values()]),
-        objects([name for name, cells in shown.items() for _ in cells.points]),
-        np.concatenate([c.factor for c in capacities]),
-        objects([s for c in capacities for s in c.status]),
-        np.concatenate([c.lower for c in capacities]),
-        np.concatenate([c.upper for c in capacities]),
-        objects([m for c in capacities for m in c.moving]),
-        objects([m for c in capacities for m in c.mode]),
-        objects([m for c in capacities for m in c.mechanism]),
-        np.concatenate([c.solved for c in capacities]),
-        np.concatenate([c.error for c in capacities]),
-        shown,
-        hidden,
-        state.notes,
+        answers=joined(answers),
+        assembly=assembly,
+        points=np.vstack([cells.points for cells in shown.values()]),
+        normals=np.vstack([cells.normals for cells in shown.values()]),
+        body=objects([name for name, cells in shown.items() for _ in cells.points]),
+        cells=Table(shown),
+        hidden=Table(hidden),
     )
 
 
 def _check_count(assembly: Assembly, names: Sequence[str], spacing: float) -> None:
-    """Refuse a spacing that would take more points than memory, before taking any."""
+    """Raise SceneError if ``spacing`` [m] would give too many points, before any point is computed."""
     area = sum(assembly.scene.body(name).surface_world.area for name in names)
     expected = area / spacing**2
     if expected > MAX_POINTS:

@@ -1,17 +1,20 @@
-"""How hard may one push here: robustness at given points, and the factor of a set of loads."""
+"""Compute how hard one can push: the robustness at given points, and the load factor of a set of loads."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
+from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float, Objects, checked, objects
+from holdfast.base.archive import archived
+from holdfast.base.arrays import Float, checked
 from holdfast.base.errors import HoldfastError, message
-from holdfast.engines.contract import Capacity, Claim, Engine, Mechanism, Mode, State, Status
+from holdfast.base.public import Summary, number
+from holdfast.engines.answers import Answers, Claim
+from holdfast.engines.contract import Engine
 from holdfast.queries.request import (
     CERTAIN_ENGINE,
     DEFAULT_ENGINE,
@@ -22,123 +25,120 @@ from holdfast.queries.request import (
     pushes,
     total_wrench,
 )
+from holdfast.queries.result import Forces, Single, gives_way, least, places_of, told
+from holdfast.scene.scene import Scene
 
 
-@dataclass(frozen=True, eq=False)
-class Robustness:
-    """The largest push at each of n points.
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Robustness(Forces):
+    """The largest push at each of n points before anything moves.
 
-    ``force`` (n,) [N], with ``status`` FINITE, INFINITE (force inf: no push moves anything), UNSTABLE (force 0: it
-    does not stand anyway) or UNDECIDED (force 0: not known). ``lower`` and ``upper`` (n,) [N] bound the true answer as
-    far as the engine can promise. ``moving`` (names), ``mode`` ("slip", "topple", "mixed", "none") and ``mechanism``
-    (Mechanism or None), each (n,), tell what gives way. ``points`` and ``directions`` (n, 3), world.
+    ``force`` (n,) [N] is the answer, and ``status`` (n,) says what it means: FINITE; INFINITE (the force is inf: no
+    push moves anything); UNSTABLE (the force is 0: the assembly does not stand even without a push); UNDECIDED (the
+    force is 0: the answer is not known). ``lower`` and ``upper`` (n,) [N] bound the true answer as far as the engine
+    can promise; ``lower_bound`` and ``upper_bound`` say how these bounds are known.
+
+    Three columns (n,) say what gives way: ``moving`` holds the names of the moving bodies, ``mode`` is "slip",
+    "topple", "mixed" or "none", and ``mechanism`` is a Mechanism or None. ``points`` (n, 3) [m] and the unit
+    ``directions`` (n, 3) are in the world frame. ``engine``, ``claim``, ``verdict`` and ``notes`` apply to the whole
+    answer.
     """
 
-    engine: str
-    claim: Claim
     body: str
     points: Float
     directions: Float
-    force: Float
-    status: Objects
-    lower: Float
-    upper: Float
-    moving: Objects
-    mode: Objects
-    mechanism: Objects
-    notes: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON, with all columns."""
+        names = ("force", "status", "lower", "upper", "moving", "mode", "mechanism", "solved", "error")
+        return self.about() | {"body": self.body} | self.columns("points", "directions", *names)
+
+    def summary(self) -> Summary:
+        """Summarise the answer by its weakest pushes."""
+        headline = f"{len(self.force):,} pushes on {self.body}: {told(self.verdict)}, {least(self.force, 'N')}"
+        return self.table(headline, places_of(self.points))
 
 
-@dataclass(frozen=True, eq=False)
-class LoadFactor:
-    """The largest ``factor`` by which a set of loads may be multiplied together; fields as in Robustness."""
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class LoadFactor(Single):
+    """The largest ``factor`` by which a set of loads can be multiplied before anything moves.
 
-    engine: str
-    claim: Claim
-    factor: float
-    status: Status
-    lower: float
-    upper: float
-    moving: tuple[str, ...]
-    mode: Mode
-    mechanism: Mechanism | None
-    notes: tuple[str, ...]
+    All loads are multiplied by the same factor. ``status``, ``lower``, ``upper``, ``moving``, ``mode`` and
+    ``mechanism`` have the same meaning as in Robustness, but each is a single value.
+    """
+
+    @property
+    def factor(self) -> float:
+        """The largest factor before anything moves; 0 if the status is UNSTABLE or UNDECIDED, inf if it is INFINITE."""
+        return float(self.answers.force[0])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON."""
+        return self.about() | self.values("factor", "status", "lower", "upper", "moving", "mode", "mechanism")
+
+    def summary(self) -> Summary:
+        """Summarise the answer by the factor, its bounds and what gives way."""
+        between = f"{number(self.lower)} to {number(self.upper)}"
+        facts = [("factor", number(self.factor)), ("between", between), ("status", str(self.status))]
+        facts += [("gives way", gives_way(self.mode, self.moving)), *self.facts()]
+        return Summary(f"the loads may be taken {number(self.factor)} times", facts, notes=self.notes)
 
 
 def robustness(
-    assembly: Assembly,
+    assembly: Assembly | Scene,
     body: str,
-    points: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
-    directions: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
-    standing: Iterable[Load] = (),
+    points: ArrayLike,
+    directions: ArrayLike,
     *,
+    standing: Iterable[Load] = (),
     engine: EngineChoice = DEFAULT_ENGINE,
     bound: bool = False,
 ) -> Robustness:
-    """R(p, e): the largest force [N] at each point of ``body`` along each direction before anything moves (eq. 12).
+    """Compute R(p, e), the largest force [N] at points of ``body`` along directions before anything moves (eq. 12).
 
-    ``points`` and ``directions`` are (n, 3) or (3,), world frame; a single one is repeated for the other; directions
-    need not be of unit length. ``standing`` loads act all the while. ``bound`` asks engine ``compliant`` for ``upper``:
-    above it no equilibrium exists, by engine ``limit``. A point further from the body's surface than the
-    contact tolerance raises SceneError.
+    ``points`` [m] and ``directions`` are (n, 3) or (3,), in the world frame. A single point is used with all
+    directions, and a single direction with all points. Directions need not have unit length. The ``standing`` loads act
+    throughout.
+
+    ``bound`` asks engine ``compliant`` for ``upper`` as well: engine ``limit`` proves that no equilibrium exists above
+    it.
+
+    Raises SceneError if there is no point, if the body is unknown, or if a point is further from the body's surface
+    than the contact tolerance. Raises HoldfastError if ``bound`` is asked of engine ``graph``.
     """
-    checked_assembly(assembly)
+    assembly = checked_assembly(assembly)
     p, e, W = pushes(assembly, body, points, directions, f"robustness of {body!r}")
     method = engine_of(engine)
     held = total_wrench(assembly, standing)
-    state, capacity = solved(method, assembly, W, held, bound=bound)
-    return Robustness(
-        method.name,
-        method.claim,
-        body,
-        p,
-        e,
-        capacity.factor,
-        objects(capacity.status),
-        capacity.lower,
-        capacity.upper,
-        objects(capacity.moving),
-        objects(capacity.mode),
-        objects(capacity.mechanism),
-        state.notes,
-    )
+    found = asked(method, assembly, W, held, bound=bound)
+    return Robustness(answers=found, body=body, points=p, directions=e)
 
 
 def load_factor(
-    assembly: Assembly,
+    assembly: Assembly | Scene,
     loads: Iterable[Load],
-    standing: Iterable[Load] = (),
-    acceleration: Any = None,  # noqa: ANN401 - (3,) numbers, checked
     *,
+    standing: Iterable[Load] = (),
+    acceleration: ArrayLike | None = None,
     engine: EngineChoice = DEFAULT_ENGINE,
     bound: bool = False,
 ) -> LoadFactor:
-    """The largest factor by which all ``loads`` together may be multiplied before anything moves.
+    """Compute the largest factor by which all ``loads`` can be multiplied together before anything moves.
 
-    ``standing`` loads and the inertial forces of a support that accelerates by ``acceleration`` (3,) [m/s²] act all
-    the while, unscaled. ``bound`` as in ``robustness``.
+    The ``standing`` loads act throughout and are not multiplied. The same holds for the inertial forces of a support
+    that accelerates by ``acceleration`` (3,) [m/s²], world frame. ``bound`` has the same meaning as in ``robustness``.
     """
-    checked_assembly(assembly)
+    assembly = checked_assembly(assembly)
     method = engine_of(engine)
     W = total_wrench(assembly, loads)[:, None]
     moved = None if acceleration is None else checked(acceleration, (3,), "load_factor: acceleration")
     held = total_wrench(assembly, standing)
-    state, capacity = solved(method, assembly, W, held, moved, bound=bound)
-    return LoadFactor(
-        method.name,
-        method.claim,
-        float(capacity.factor[0]),
-        capacity.status[0],
-        float(capacity.lower[0]),
-        float(capacity.upper[0]),
-        capacity.moving[0],
-        capacity.mode[0],
-        capacity.mechanism[0],
-        state.notes,
-    )
+    return LoadFactor(answers=asked(method, assembly, W, held, moved, bound=bound))
 
 
-def solved(
+def asked(
     method: Engine,
     assembly: Assembly,
     W: Float,
@@ -146,17 +146,17 @@ def solved(
     acceleration: Float | None = None,
     *,
     bound: bool,
-) -> tuple[State, Capacity]:
-    """The engine made ready, and the capacities of load columns W (6J, n).
+) -> Answers:
+    """Return the answers of the engine for the load columns W (6J, n).
 
-    ``bound``: with upper bounds by limit analysis over the corners of the patches, which contain all nodes.
+    ``standing`` (6J,) is the wrench of the standing loads. With ``bound``, the upper bounds come from limit analysis
+    with forces at the corners of the patches. This includes all forces that nodes inside the patches can carry. Raises
+    HoldfastError if ``bound`` is asked of an engine that only estimates.
     """
-    state = method.prepare(assembly, standing, acceleration)
-    capacity = state.load_factor(W)
+    found = method.prepare(assembly, standing, acceleration).load_factor(W)
     if not bound or method.claim is Claim.EXISTS:
-        return state, capacity
+        return found
     if method.claim is Claim.ESTIMATED:
         remedy = "engine graph is not ordered against limit: ask 'compliant', or 'limit' itself"
         raise HoldfastError(message("bound", f"asked of engine {method.name!r}", remedy))
-    certain = engine_of(CERTAIN_ENGINE).prepare(assembly, standing, acceleration).load_factor(W)
-    return state, replace(capacity, upper=np.minimum(capacity.upper, certain.upper))
+    return found.bounded_by(engine_of(CERTAIN_ENGINE).prepare(assembly, standing, acceleration).load_factor(W))

@@ -1,4 +1,4 @@
-"""What a question consists of: an engine, loads, load columns."""
+"""Check and build the parts of a query: the assembly, the engine, the loads and their load columns."""
 
 from __future__ import annotations
 
@@ -7,55 +7,96 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.assembly.assembly import FIXED, Assembly, assemble
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_pushes
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.rigid import wrench_at
+from holdfast.base.values import Value
 from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.contract import Engine
 from holdfast.engines.graph.engine import Graph
 from holdfast.engines.limit.engine import Limit
 from holdfast.geometry.distance import distance_to_surface
+from holdfast.scene.scene import Scene
 
 ENGINES: dict[str, Callable[[], Engine]] = {"graph": Graph, "limit": Limit, "compliant": Compliant}
 
-DEFAULT_ENGINE = "compliant"
-CERTAIN_ENGINE = "limit"  # proves above which load no equilibrium exists, and what follows from that
+DEFAULT_ENGINE = "compliant"  # the engine of every query that does not name another
+CERTAIN_ENGINE = "limit"  # the engine that proves above which load no equilibrium exists, and all that follows from it
 
 EngineChoice: TypeAlias = str | Engine
 
 
-@dataclass(frozen=True, eq=False)
-class Load:
-    """A load on a body, world axes: ``force`` (3,) [N] at ``point`` (3,) [m], and ``moment`` (3,) [N m]."""
+@archived
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Load(Value):
+    """A load on a body: ``force`` (3,) [N] acts at ``point`` (3,) [m], together with ``moment`` (3,) [N m].
+
+    All three are in the world frame. Raises SceneError if there is neither a force nor a moment, or if a force has no
+    point.
+    """
 
     body: str
-    point: Float | None = None
-    force: Float | None = None
-    moment: Float | None = None
+    point: Float
+    force: Float
+    moment: Float
 
-    def __post_init__(self) -> None:
-        where = f"load on {self.body!r}"
-        if self.force is None and self.moment is None:
+    def __init__(
+        self,
+        body: str,
+        point: ArrayLike | None = None,
+        force: ArrayLike | None = None,
+        moment: ArrayLike | None = None,
+    ) -> None:
+        where = f"load on {body!r}"
+        if force is None and moment is None:
             raise SceneError(message(where, "has neither force nor moment", "give one"))
-        if self.force is not None and self.point is None:
+        if force is not None and point is None:
             raise SceneError(message(where, "has a force but no point", "say where it acts"))
-        for name in ("point", "force", "moment"):
-            value = getattr(self, name)
-            object.__setattr__(self, name, np.zeros(3) if value is None else checked(value, (3,), f"{where}: {name}"))
+        object.__setattr__(self, "body", body)
+        for name, value in (("point", point), ("force", force), ("moment", moment)):
+            given = (0.0, 0.0, 0.0) if value is None else value
+            object.__setattr__(self, name, checked(given, (3,), f"{where}: {name}"))
 
 
 def checked_assembly(value: object) -> Assembly:
-    """``value`` if it is an assembly; raises HoldfastError that says how to get one."""
+    """Return ``value`` if it is an assembly; if it is a scene, assemble it with the default tolerances.
+
+    Raises HoldfastError for anything else.
+    """
+    if isinstance(value, Scene):
+        return assemble(value)
     if not isinstance(value, Assembly):
         remedy = "needs an Assembly: hf.assemble(hf.load_scene(path)) makes one"
         raise HoldfastError(message("assembly", f"got a {type(value).__name__}", remedy))
     return value
 
 
+def register_engine(name: str, make: Callable[[], Engine]) -> Callable[[], None]:
+    """Register an engine, so that ``engine=name`` uses the engine that ``make()`` returns in every query.
+
+    Returns a function that removes the registration. Raises HoldfastError if the name is taken or is not a text.
+    """
+    if not isinstance(name, str) or name in ENGINES:
+        problem = f"there is an engine {name!r}" if isinstance(name, str) else f"name is a {type(name).__name__}"
+        raise HoldfastError(message("register_engine", problem, "give it another name"))
+    ENGINES[name] = make
+
+    def take_back() -> None:
+        if ENGINES.get(name) is make:
+            del ENGINES[name]
+
+    return take_back
+
+
 def engine_of(choice: EngineChoice) -> Engine:
-    """The engine of a name, or the instance itself."""
+    """Return the engine with the name ``choice``, or ``choice`` itself if it is an engine.
+
+    Raises HoldfastError for an unknown name and for anything that is not an engine.
+    """
     if isinstance(choice, str):
         if choice not in ENGINES:
             raise HoldfastError(message("engine", f"{choice!r} is unknown", f"known: {', '.join(ENGINES)}"))
@@ -68,7 +109,10 @@ def engine_of(choice: EngineChoice) -> Engine:
 
 
 def total_wrench(assembly: Assembly, loads: Iterable[Load]) -> Float:
-    """(6J,) sum of loads."""
+    """Return the sum of ``loads`` as wrenches (6J,) about the centres of mass, along the world axes.
+
+    Loads on fixed bodies have no effect. Raises SceneError if ``loads`` is not a list of loads.
+    """
     total = np.zeros(6 * len(assembly.movable))
     if isinstance(loads, Load) or not isinstance(loads, Iterable):
         raise SceneError(message("loads", f"got a single {type(loads).__name__}", "needs a list of loads"))
@@ -78,9 +122,6 @@ def total_wrench(assembly: Assembly, loads: Iterable[Load]) -> Float:
         k = body_number(assembly, load.body)
         if k == FIXED:
             continue  # the ground takes it
-        assert load.force is not None
-        assert load.point is not None
-        assert load.moment is not None
         wrench = wrench_at(load.force, load.point, assembly.com[k])
         wrench[3:] += load.moment
         total[6 * k : 6 * k + 6] += wrench
@@ -88,13 +129,16 @@ def total_wrench(assembly: Assembly, loads: Iterable[Load]) -> Float:
 
 
 def body_number(assembly: Assembly, name: str) -> int:
-    """The number of a body in the assembly; raises SceneError for an unknown one."""
+    """Return the number of a body in the assembly: 0..J-1, or FIXED. Raises SceneError if the body is unknown."""
     assembly.scene.body(name)
     return assembly.index[name]
 
 
 def push_columns(assembly: Assembly, number: int, points: Float, directions: Float) -> Float:
-    """W (6J, n): unit pushes along ``directions`` (n, 3) at ``points`` (n, 3) of a body; none reach a fixed one."""
+    """Return the load columns W (6J, n) of unit pushes along ``directions`` (n, 3) at ``points`` (n, 3) [m] of a body.
+
+    ``number`` is the body's number. The columns of pushes on a fixed body are zero.
+    """
     W = np.zeros((6 * len(assembly.movable), len(points)))
     if number != FIXED:
         W[6 * number : 6 * number + 6] = wrench_at(directions, points, assembly.com[number]).T
@@ -108,9 +152,11 @@ def pushes(
     directions: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
     where: str,
 ) -> tuple[Float, Float, Float]:
-    """Points (n, 3), unit directions (n, 3) and columns (6J, n) of pushes as a caller gave them, checked.
+    """Check the pushes that a caller gave, and return their points, unit directions and load columns.
 
-    A single point or direction is repeated for the other; points must lie on the body.
+    The shapes are (n, 3) [m], (n, 3) and (6J, n), in the world frame. A single point is used with all directions, and a
+    single direction with all points. Raises SceneError, with ``where`` in its message, if there is no point or if a
+    point does not lie on the surface of the body.
     """
     p, e = checked_pushes(points, directions, where)
     if not len(p):

@@ -1,4 +1,4 @@
-"""How one robustness changes with friction, masses, centres of mass and the point of the push."""
+"""Compute how one robustness changes with friction, masses, centres of mass and the point of the push."""
 
 from __future__ import annotations
 
@@ -7,77 +7,108 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import Assembly
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, unit
 from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.public import Summary, number
+from holdfast.base.values import Table
 from holdfast.engines.capabilities import GRADIENTS
-from holdfast.engines.contract import Claim
 from holdfast.queries.intervals import Pair
-from holdfast.queries.request import CERTAIN_ENGINE, Load, body_number, engine_of, push_columns, total_wrench
+from holdfast.queries.request import (
+    CERTAIN_ENGINE,
+    Load,
+    body_number,
+    checked_assembly,
+    engine_of,
+    push_columns,
+    total_wrench,
+)
+from holdfast.queries.result import NAMED, SHOWN, Single, gives_way
+from holdfast.scene.scene import Scene
 
 
-@dataclass(frozen=True, eq=False)
-class Sensitivity:
-    """Derivatives of the largest push ``force`` [N] (between ``lower`` and ``upper``).
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Sensitivity(Single):
+    """The derivatives of the largest push ``force`` [N], which lies between ``lower`` and ``upper``.
 
-    ``d_mu`` [N] by the two bodies of an interface; ``d_mass`` [N/kg] by movable body, its centre of mass held;
-    ``d_com`` (3,) [N/m] by movable body, for its centre of mass in the world, contacts held; ``d_point`` (3,) [N/m] for
-    the point of the push, direction held. ``moving``: the bodies of the mechanism.
+    ``d_mu`` [N] holds the derivative by the friction coefficient of each interface, under the names of its two bodies.
+    The derivatives by mass and centre of mass are given by the name of the movable body: ``d_mass`` [N/kg] keeps its
+    centre of mass in place, and ``d_com`` (3,) [N/m] moves its centre of mass in the world while the contacts stay.
+    ``d_point`` (3,) [N/m] moves the point of the push, world frame, and keeps its direction. ``moving`` holds the names
+    of the bodies that move in ``mechanism``.
     """
 
-    engine: str
-    claim: Claim
     body: str
-    force: float
-    lower: float
-    upper: float
-    d_mu: dict[Pair, float]
-    d_mass: dict[str, float]
-    d_com: dict[str, Float]
+    d_mu: Table[Pair, float]
+    d_mass: Table[str, float]
+    d_com: Table[str, Float]
     d_point: Float
-    moving: tuple[str, ...]
+
+    @property
+    def force(self) -> float:
+        """The largest push [N]."""
+        return float(self.answers.force[0])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON."""
+        names = ("body", "force", "lower", "upper", "status", "moving", "mode", "d_mu", "d_mass", "d_com", "d_point")
+        return self.about() | self.values(*names)
+
+    def summary(self) -> Summary:
+        """Summarise the answer by its largest derivatives."""
+        by_pair = sorted(self.d_mu.items(), key=lambda item: -abs(item[1]))
+        rows = [[f"friction of {a} on {b}", f"{value:.4g} N"] for (a, b), value in by_pair[:SHOWN]]
+        by_mass = sorted(self.d_mass.items(), key=lambda item: -abs(item[1]))
+        rows += [[f"mass of {name}", f"{value:.4g} N/kg"] for name, value in by_mass[:NAMED]]
+        headline = f"{number(self.force, 'N')} on {self.body}, {gives_way(self.mode, self.moving)}"
+        return Summary(headline, self.facts(), ("with", "grows by"), rows, self.notes)
 
 
 def sensitivity(
-    assembly: Assembly,
+    assembly: Assembly | Scene,
     body: str,
-    point: Any,  # noqa: ANN401 - (3,) numbers, checked
-    direction: Any,  # noqa: ANN401 - (3,) numbers, checked
+    point: ArrayLike,
+    direction: ArrayLike,
     *,
     standing: Iterable[Load] = (),
 ) -> Sensitivity:
-    """Derivatives of R(p, e) by engine ``limit``, all from one solve; ``point``, ``direction`` (3,) world.
+    """Compute the derivatives of R(p, e) by engine ``limit``, all from one solve.
 
-    They hold where R is differentiable: one mechanism, and contact forces that are unique where it slides. At a kink
-    (two mechanisms at the same push) they belong to one of the mechanisms or a mean of them, and in masses they still
-    bound R from above (R is concave in them); whether a kink is met is not tested. Contact nodes, the push and
-    standing loads stay where they are. Raises HoldfastError where R is zero, infinite or undecided.
+    ``point`` (3,) [m] and ``direction`` (3,) are in the world frame. The contact nodes, the push and the ``standing``
+    loads are held in place.
+
+    The derivatives are exact where R is differentiable: there is one mechanism, and the contact forces are unique where
+    it slides. At a kink two mechanisms give way at the same push. There the derivatives belong to one of the
+    mechanisms, or are a mean of both. The derivatives by mass still bound R from above at a kink, because R is concave
+    in the masses. Whether R has a kink is not tested.
+
+    Raises HoldfastError if R is zero, infinite or undecided, and SceneError if the direction is zero.
     """
+    assembly = checked_assembly(assembly)
     where = f"sensitivity of {body!r}"
     p = checked(point, (3,), f"{where}: point")
     e = checked(direction, (3,), f"{where}: direction")
     if not np.linalg.norm(e) > 0:
         raise SceneError(message(where, "the direction is zero", "needs a vector with a length"))
-    e, number = unit(e), body_number(assembly, body)
+    e, index = unit(e), body_number(assembly, body)
     method = engine_of(CERTAIN_ENGINE)
     state = method.prepare(assembly, total_wrench(assembly, standing))
     gradients = GRADIENTS.of(state, engine=method.name, where=where)
     verdict = state.verdict()
     if not verdict.equilibrium_exists:
         raise HoldfastError(message(where, f"the assembly is {verdict.status}", verdict.reason))
-    found = gradients.gradient(push_columns(assembly, number, p[None], e[None])[:, 0], where)
+    found = gradients.gradient(push_columns(assembly, index, p[None], e[None])[:, 0], where)
     names = [b.name for b in assembly.movable]
+    force = float(found.answers.force[0])
     return Sensitivity(
-        method.name,
-        method.claim,
-        body,
-        found.factor,
-        found.lower,
-        found.upper,
-        found.d_mu,
-        dict(zip(names, found.d_mass.tolist(), strict=True)),
-        dict(zip(names, found.d_com, strict=True)),
-        -found.factor * np.cross(e, found.twists[number, 3:]),
-        found.moving,
+        answers=found.answers,
+        body=body,
+        d_mu=Table(found.d_mu),
+        d_mass=Table(zip(names, found.d_mass.tolist(), strict=True)),
+        d_com=Table(zip(names, found.d_com, strict=True)),
+        d_point=-force * np.cross(e, found.twists[index, 3:]),
     )

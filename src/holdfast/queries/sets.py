@@ -1,38 +1,60 @@
-"""What a body may be loaded with, and how its support may accelerate: convex sets between two polyhedra."""
+"""Compute all wrenches that a body can take, and all accelerations of its support, as convex sets.
+
+Each set lies between two polyhedra.
+"""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import FIXED, Assembly, body_forces
+from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Bool, Float, Objects, checked, checked_number, frozen, objects
 from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.public import PublicValue, Summary, number
+from holdfast.engines.answers import Claim
 from holdfast.engines.capabilities import SETS
-from holdfast.engines.contract import Claim, Status
+from holdfast.engines.verdict import Status
 from holdfast.geometry.half_spaces import largest_row
-from holdfast.queries.request import CERTAIN_ENGINE, EngineChoice, Load, body_number, engine_of, total_wrench
-from holdfast.queries.set_files import read_set, save_set
+from holdfast.queries.request import (
+    CERTAIN_ENGINE,
+    EngineChoice,
+    Load,
+    body_number,
+    checked_assembly,
+    engine_of,
+    total_wrench,
+)
+from holdfast.scene.scene import Scene
 
-FORCE_BOUND = 20.0  # default bound of forces, in total weights; of torques, in total weights times the assembly's size
+FORCE_BOUND = 20.0  # default bound of forces, in total weights; times the assembly's size, the default bound of torques
 ACCELERATION_BOUND = 5.0  # default bound of each component of an acceleration, in g
-ROUNDING = 1e-9  # a point that breaks a row by less than this share counts as inside
+ROUNDING = 1e-9  # a point counts as inside if it exceeds no row by more than this share
 
 
-@dataclass(frozen=True, eq=False)
-class ConvexSet:
-    """A convex set between two polyhedra: every point of ``inner`` belongs to it, every one outside ``outer`` does not.
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class ConvexSet(PublicValue):
+    """A convex set between two polyhedra: it contains every point of ``inner`` and no point outside ``outer``.
 
-    ``inner`` and ``outer`` are (A (m, d), b (m,)) with A x <= b, scaled to b = 1 (0 is inside both). ``inner`` ends at
-    the box |x_k| <= ``bound[k]`` (d,); ``outer`` does not and holds everywhere, so a set without end has an ``outer``
-    without end. ``vertices`` (k, d) are those of ``inner``. ``gap``: along every ray from 0 the inner reach is at least
-    (1 - gap) times that of outer and box; ``gap_wanted`` was asked for, ``solves`` is what it took.
+    ``inner`` and ``outer`` are pairs of arrays A (m, d) and b (m,) for the half-spaces A x <= b, scaled to b = 1; the
+    origin is inside both. ``inner`` is cut off by the box |x_k| <= ``bound[k]``, with ``bound`` (d,). ``outer`` is not
+    cut off and is valid everywhere; if the set is unbounded, ``outer`` is unbounded too. ``vertices`` (k, d) are those
+    of ``inner``.
 
-    Coordinates in ``units`` (d,), ``frame`` in words. Both polyhedra are as exact as the solver (1e-7 of the box).
+    Along every ray from the origin, the reach of ``inner`` is at least (1 - ``gap``) times that of ``outer`` within the
+    box. ``gap_wanted`` is the gap that was asked for, and ``solves`` is the number of solves that were needed.
+
+    The coordinates have the units in ``units`` (d,), and ``frame`` describes their axes in words. Both polyhedra are as
+    exact as the solver: 1e-7 of the box.
+
+    ``save`` writes a file that other programs can read as well: in .npz ``inner.0`` and ``inner.1`` are A and b; in
+    .json ``inner`` lists them as ``$tuple``, each with its numbers row by row and its shape.
     """
 
     engine: str
@@ -49,9 +71,10 @@ class ConvexSet:
     notes: tuple[str, ...]
 
     def contains(self, x: Any) -> bool | Objects | None:  # noqa: ANN401 - (d,) or (n, d) numbers, checked
-        """True: certainly in the set; False: certainly not; None: between the bounds, or beyond the box.
+        """Tell whether ``x`` is certainly in the set (True), certainly outside (False), or neither (None).
 
-        ``x`` is (d,), or (n, d) for an object array (n,) of answers.
+        None means that ``x`` lies between the two polyhedra or beyond the box. ``x`` is (d,), or (n, d) for an object
+        array (n,) of answers.
         """
         points, single = self._points(x, "contains: x")
         inside, possible = _satisfied(self.inner, points), _satisfied(self.outer, points)
@@ -59,23 +82,41 @@ class ConvexSet:
         return answers[0] if single else objects(answers)
 
     def usage(self, x: Any) -> float | Float:  # noqa: ANN401 - (d,) or (n, d) numbers, checked
-        """The share of the reach of ``inner`` from 0 that ``x`` uses: max(A x / b), at most 1 certainly in the set.
+        """Return the share of the reach of ``inner`` from the origin that ``x`` uses: max(A x / b), at least 0.
 
-        ``x`` is (d,), or (n, d) for an array (n,).
+        If the share is at most 1, ``x`` is certainly in the set. ``x`` is (d,), or (n, d) for an array (n,) of shares.
         """
         points, single = self._points(x, "usage: x")
         A, b = self.inner
         used = np.maximum(largest_row(A / b[:, None], points), 0.0)
         return float(used[0]) if single else used
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the set as JSON (.json) or for NumPy (.npz), with both polyhedra as half-spaces."""
-        save_set(self, path)
+    def checked_after_load(self) -> None:
+        """Raise HoldfastError if the values that were read from a file cannot be those of a set."""
+        dimension = len(checked(self.bound, (None,), "bound"))
+        checked(self.vertices, (None, dimension), "vertices")
+        for name in ("gap", "gap_wanted"):
+            checked_number(getattr(self, name), name, minimum=0)
+        for name in ("inner", "outer"):
+            A, b = getattr(self, name)
+            checked(A, (len(checked(b, (None,), f"{name}: b")), dimension), f"{name}: A")
+            if not (b > 0).all():
+                problem = f"has {b.min():g}"
+                raise HoldfastError(message(f"{name}: b", problem, "needs positive numbers: 0 is in the set"))
 
-    @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> ConvexSet:
-        """Read a set back that ``save`` wrote, bit for bit the same."""
-        return cls(**read_set(path))
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON, with both polyhedra as A and b of A x <= b."""
+        names = ("engine", "claim", "vertices", "bound", "gap", "gap_wanted", "solves", "units", "frame", "notes")
+        half_spaces = {name: to_dict(dict(zip("Ab", getattr(self, name), strict=True))) for name in ("inner", "outer")}
+        return half_spaces | {name: to_dict(getattr(self, name)) for name in names}
+
+    def summary(self) -> Summary:
+        """Summarise how far the set reaches and how close the two polyhedra are."""
+        headline = f"{len(self.bound)} dimensions, inner part of {len(self.inner[1])} facets, gap {self.gap:.2%}"
+        reach = np.abs(self.vertices).max(axis=0, initial=0.0)
+        rows = [[f"{k + 1}", number(far, unit)] for k, (far, unit) in enumerate(zip(reach, self.units, strict=True))]
+        facts = [("engine", f"{self.engine} ({self.claim})"), ("frame", self.frame)]
+        return Summary(headline, facts, ("coordinate", "reaches at most"), rows, self.notes)
 
     def _points(self, x: Any, where: str) -> tuple[Float, bool]:  # noqa: ANN401
         dimension = len(self.bound)
@@ -85,51 +126,58 @@ class ConvexSet:
 
 
 def admissible_wrenches(
-    assembly: Assembly,
+    assembly: Assembly | Scene,
     body: str,
     *,
     engine: EngineChoice = CERTAIN_ENGINE,
     gap: float = 0.05,
-    bound: Any = None,  # noqa: ANN401 - two numbers, checked
+    bound: ArrayLike | None = None,
     standing: Iterable[Load] = (),
 ) -> ConvexSet:
-    """The wrenches that ``body`` can take besides weight and ``standing`` loads before anything in the assembly moves.
+    """Compute the wrenches that ``body`` can take in addition before anything in the assembly moves.
 
-    Points are (force [N], torque [N m] about the body's centre of mass), world axes, d = 6. ``bound`` (force [N],
-    torque [N m]) ends the inner polytope; by default 20 total weights, and that times the assembly's size.
+    They act together with the weight and the ``standing`` loads. The points of the set have d = 6 coordinates: a force
+    [N] and a torque [N m] about the body's centre of mass, along the world axes. ``bound`` (2,) holds the largest force
+    [N] and torque [N m] components of the inner polyhedron. By default these are 20 total weights, and that times the
+    assembly's size.
 
-    In six dimensions the number of solves is limited: ``gap`` is a wish, and the ``gap`` of the result what came of it.
-    Raises HoldfastError if the assembly does not stand, or if 0 is not inside the set.
+    ``gap`` is only a target, because the number of solves is limited in six dimensions; the ``gap`` of the result is
+    the one that was reached. Raises SceneError if the body is fixed or unknown. Raises HoldfastError if the assembly
+    does not stand, or if the origin is not inside the set.
     """
+    assembly = checked_assembly(assembly)
     where = f"admissible wrenches of {body!r}"
-    number = body_number(assembly, body)
-    if number == FIXED:
+    index = body_number(assembly, body)
+    if index == FIXED:
         raise SceneError(message(where, "the body is fixed: it takes every wrench", "name a movable body"))
     if bound is None:
         limits = FORCE_BOUND * assembly.weight * np.array([1.0, assembly.size])
     else:
         limits = checked(bound, (2,), f"{where}: bound")
     columns = np.zeros((6 * len(assembly.movable), 6))
-    columns[6 * number : 6 * number + 6] = np.eye(6)
+    columns[6 * index : 6 * index + 6] = np.eye(6)
     units = ("N",) * 3 + ("N m",) * 3
     frame = f"world axes; torque about the centre of mass of {body!r}"
     return _convex_set(where, assembly, engine, standing, columns, np.repeat(limits, 3), gap, units, frame)
 
 
 def sustainable_accelerations(
-    assembly: Assembly,
+    assembly: Assembly | Scene,
     *,
     engine: EngineChoice = CERTAIN_ENGINE,
     gap: float = 0.02,
     bound: float | None = None,
     standing: Iterable[Load] = (),
 ) -> ConvexSet:
-    """The accelerations of the support that all bodies follow without moving on it, under ``standing`` loads.
+    """Compute the accelerations of the support that all bodies can follow without moving relative to it.
 
-    Points are (3,) [m/s²], world: with the support accelerating by a, a body of mass m feels -m a at its centre of
-    mass. ``bound`` [m/s²] of each component ends the inner polytope; 5 g by default. Raises HoldfastError if the
-    assembly does not stand, or if 0 is not inside the set.
+    The ``standing`` loads act throughout. The points of the set are accelerations (3,) [m/s²] along the world axes: if
+    the support accelerates by a, a body of mass m feels the force -m a at its centre of mass. ``bound`` [m/s²] is the
+    largest component of the inner polyhedron, 5 g by default. ``gap`` is the one that is asked for; see ConvexSet.
+
+    Raises HoldfastError if the assembly does not stand, or if the origin is not inside the set.
     """
+    assembly = checked_assembly(assembly)
     where = "sustainable accelerations"
     default = ACCELERATION_BOUND * float(np.linalg.norm(assembly.scene.gravity))
     limit = default if bound is None else checked_number(bound, f"{where}: bound", above=0)
@@ -169,18 +217,18 @@ def _convex_set(
     found = sets.load_set(columns * bound, wanted, where)
     notes = state.notes if verdict.status is Status.STABLE else (*state.notes, verdict.reason)
     return ConvexSet(
-        method.name,
-        method.claim,
-        (_frozen(found.inner / bound), _frozen(np.ones(len(found.inner)))),
-        (_frozen(found.outer / bound), _frozen(np.ones(len(found.outer)))),
-        _frozen(found.vertices * bound),
-        _frozen(bound),
-        found.gap,
-        wanted,
-        found.solves,
-        units,
-        frame,
-        notes,
+        engine=method.name,
+        claim=method.claim,
+        inner=(_frozen(found.inner / bound), _frozen(np.ones(len(found.inner)))),
+        outer=(_frozen(found.outer / bound), _frozen(np.ones(len(found.outer)))),
+        vertices=_frozen(found.vertices * bound),
+        bound=_frozen(bound),
+        gap=found.gap,
+        gap_wanted=wanted,
+        solves=found.solves,
+        units=units,
+        frame=frame,
+        notes=notes,
     )
 
 

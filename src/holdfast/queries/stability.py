@@ -1,57 +1,108 @@
-"""Does it stand, and why."""
+"""Decide whether an assembly stands, and explain why."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.engines.contract import Certificate, Claim, ContactForces, Mechanism, Status
+from holdfast.base.archive import archived, to_dict
+from holdfast.base.public import PublicValue, Summary
+from holdfast.engines.answers import Claim
+from holdfast.engines.mechanism import Mechanism
+from holdfast.engines.verdict import Certificate, ContactForces, Status, Verdict
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load, checked_assembly, engine_of, total_wrench
+from holdfast.scene.scene import Scene
 
 
-@dataclass(frozen=True, eq=False)
-class Stability:
-    """The verdict on an assembly at rest.
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Stability(PublicValue):
+    """The verdict on whether an assembly stands at rest.
 
-    ``status`` STABLE, UNSTABLE or UNDECIDED, with ``reason`` in words. ``equilibrium_exists`` True or False with
-    evidence, None if unknown. ``self_stress`` False where the forces need none, None where that was not settled.
-    ``forces`` the contact forces where it stands; ``residual`` their equilibrium error over the total weight.
-    ``moving``, ``mechanism`` and ``certificate`` tell, where it does not stand, which bodies move, how, and why no
-    contact can prevent it. ``notes`` are simplifications the answer rests on.
+    ``status`` is STABLE, UNSTABLE or UNDECIDED, and ``reason`` explains it in words. ``equilibrium_exists`` is True or
+    False with evidence, or None if it is not known. ``self_stress`` is False if the contact forces need none, and None
+    if this was not settled.
+
+    If the assembly stands, ``forces`` are the contact forces, and ``residual`` is their equilibrium error divided by
+    the total weight. If it does not stand, ``moving`` holds the names of the bodies that move, ``mechanism`` says how
+    they move, and ``certificate`` proves that no contact can prevent it. All of these are attributes of ``verdict``.
+    ``notes`` are the simplifications on which the answer depends.
     """
 
     engine: str
     claim: Claim
-    status: Status
-    equilibrium_exists: bool | None
-    self_stress: bool | None
-    forces: ContactForces | None
-    residual: float
-    moving: tuple[str, ...]
-    mechanism: Mechanism | None
-    certificate: Certificate | None
-    reason: str
+    verdict: Verdict
     notes: tuple[str, ...]
 
+    @property
+    def status(self) -> Status:
+        """The status of the verdict: STABLE, UNSTABLE or UNDECIDED."""
+        return self.verdict.status
 
-def stability(assembly: Assembly, loads: Iterable[Load] = (), *, engine: EngineChoice = DEFAULT_ENGINE) -> Stability:
-    """Whether the assembly stands under its weight and ``loads``; ``engine`` is a name or an instance."""
-    checked_assembly(assembly)
+    @property
+    def reason(self) -> str:
+        """The reason for the verdict, in words."""
+        return self.verdict.reason
+
+    @property
+    def equilibrium_exists(self) -> bool | None:
+        """Whether an equilibrium exists: True or False with evidence, None if it is not known."""
+        return self.verdict.equilibrium_exists
+
+    @property
+    def self_stress(self) -> bool | None:
+        """Whether the contact forces need a self-stress: False if they need none, None if this was not settled."""
+        return self.verdict.self_stress
+
+    @property
+    def forces(self) -> ContactForces | None:
+        """The contact forces if the assembly stands, else None."""
+        return self.verdict.forces
+
+    @property
+    def residual(self) -> float:
+        """The equilibrium error of the contact forces, divided by the total weight."""
+        return self.verdict.residual
+
+    @property
+    def moving(self) -> tuple[str, ...]:
+        """The names of the bodies that move; empty if there is no mechanism."""
+        return () if self.verdict.mechanism is None else self.verdict.mechanism.moving
+
+    @property
+    def mechanism(self) -> Mechanism | None:
+        """The motion with which the bodies begin to move, or None."""
+        return self.verdict.mechanism
+
+    @property
+    def certificate(self) -> Certificate | None:
+        """The proof that no contact can prevent the motion, or None."""
+        return self.verdict.certificate
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON."""
+        names = ("engine", "claim", "status", "equilibrium_exists", "self_stress", "forces", "residual", "moving")
+        return {name: to_dict(getattr(self, name)) for name in (*names, "mechanism", "certificate", "reason", "notes")}
+
+    def summary(self) -> Summary:
+        """Summarise the verdict and its reason."""
+        facts = [("engine", f"{self.engine} ({self.claim})"), ("reason", self.reason)]
+        if self.mechanism is not None:
+            facts.append(("moving", ", ".join(self.moving)))
+        return Summary(f"{self.status}: {self.reason}", facts, notes=self.notes)
+
+
+def stability(
+    assembly: Assembly | Scene, *, loads: Iterable[Load] = (), engine: EngineChoice = DEFAULT_ENGINE
+) -> Stability:
+    """Decide whether the assembly stands under its weight and ``loads``.
+
+    ``engine`` is the name of an engine, or an engine itself. An assembly that does not stand is an answer, not an
+    error: see Stability.
+    """
+    assembly = checked_assembly(assembly)
     method = engine_of(engine)
     state = method.prepare(assembly, total_wrench(assembly, loads))
-    verdict = state.verdict()
-    return Stability(
-        method.name,
-        method.claim,
-        verdict.status,
-        verdict.equilibrium_exists,
-        verdict.self_stress,
-        verdict.forces,
-        verdict.residual,
-        () if verdict.mechanism is None else verdict.mechanism.moving,
-        verdict.mechanism,
-        verdict.certificate,
-        verdict.reason,
-        state.notes,
-    )
+    return Stability(engine=method.name, claim=method.claim, verdict=state.verdict(), notes=state.notes)

@@ -1,21 +1,26 @@
-"""R where poses and friction are known only roughly: seeded samples, their quantiles, and how many do not stand."""
+"""Sample the robustness under uncertain poses and friction: quantiles, and how many samples do not stand."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from holdfast.assembly.assembly import FIXED, Assembly, assemble, checked_pose_sigma
+from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float, Objects, checked_number, frozen, objects
 from holdfast.base.errors import HoldfastError, HoldfastWarning, message
 from holdfast.base.progress import report
+from holdfast.base.public import Summary, number
 from holdfast.contacts.detect import SIGMAS
-from holdfast.engines.contract import Claim, Engine, Status
+from holdfast.engines.answers import Answers, joined
+from holdfast.engines.contract import Engine
+from holdfast.engines.verdict import Status
 from holdfast.queries.intervals import MuRange, friction_intervals, with_friction
 from holdfast.queries.push import Robustness, robustness
 from holdfast.queries.request import (
@@ -28,62 +33,105 @@ from holdfast.queries.request import (
     push_columns,
     total_wrench,
 )
+from holdfast.queries.result import SHOWN, Result, places_of
 from holdfast.scene.scene import Scene
 
 
-@dataclass(frozen=True, eq=False)
-class RobustnessUnder:
-    """The largest push at each of n points, in ``samples`` samples of what is uncertain.
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class RobustnessUnder(Result):
+    """The largest push at each of n points, in each of ``samples`` samples of the uncertain quantities.
 
-    ``force`` (samples, n) [N]: 0 where a sample does not stand, and 0 as well where it is not known (the sample, or the
-    push, is undecided); inf where no push moves anything. ``status`` (samples, n) tells these apart, as in Robustness.
-    ``stands`` is the share of samples that stand for certain (STABLE), ``undecided`` the share of those that may: the
-    rest do not. ``nominal`` (n,) [N] is R of the assembly as it was given. ``points`` and ``directions`` (n, 3), world,
-    of the assembly as given. ``notes`` are simplifications the answer rests on.
+    ``force`` (samples, n) [N] is 0 where a sample does not stand. It is also 0 where the sample or the push is
+    undecided, and inf where no push moves anything. ``status`` (samples, n) tells these cases apart, as in Robustness.
+    ``lower`` and ``upper`` (samples, n) [N] bound the true answer of each sample.
+
+    ``stands`` is the share of samples that certainly stand (STABLE), and ``undecided`` the share that may stand; the
+    remaining samples do not stand. ``nominal`` (n,) [N] is R of the assembly as it was given, without uncertainty.
+    ``points`` (n, 3) [m] and the unit ``directions`` (n, 3) belong to that assembly, world frame. ``verdict`` is also
+    that of the given assembly. ``seed`` is that of the samples, and ``notes`` are the simplifications on which the
+    answer depends.
+
+    ``answers`` holds the rows of all samples, one sample after another, without mechanisms.
     """
 
-    engine: str
-    claim: Claim
     body: str
     points: Float
     directions: Float
-    force: Float
-    status: Objects
     nominal: Float
     stands: float
     undecided: float
     samples: int
     seed: int
-    notes: tuple[str, ...]
+
+    @property
+    def force(self) -> Float:
+        """The largest force (samples, n) [N] before anything moves."""
+        return self.answers.force.reshape(self.samples, -1)
+
+    @property
+    def status(self) -> Objects:
+        """The status (samples, n) of each answer: FINITE, INFINITE, UNSTABLE or UNDECIDED."""
+        return self.answers.status.reshape(self.samples, -1)
+
+    @property
+    def lower(self) -> Float:
+        """The lower bounds (samples, n) [N] of the true answers, as far as the engine can promise them."""
+        return self.answers.lower.reshape(self.samples, -1)
+
+    @property
+    def upper(self) -> Float:
+        """The upper bounds (samples, n) [N] of the true answers, as far as the engine can promise them."""
+        return self.answers.upper.reshape(self.samples, -1)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON."""
+        names = ("body", "points", "directions", "force", "status", "nominal", "stands", "undecided", "samples", "seed")
+        return self.about() | {name: to_dict(getattr(self, name)) for name in names}
+
+    def summary(self) -> Summary:
+        """Summarise the answer by quantiles at the points with the smallest medians."""
+        headline = f"{self.samples} samples of {len(self.nominal):,} pushes on {self.body}: {self.stands:.0%} stand"
+        places, low, middle = places_of(self.points), self.quantile(0.05), self.median
+        rows = [
+            [places[k], *(number(values[k], "N") for values in (self.nominal, middle, low))]
+            for k in np.argsort(middle, kind="stable")[:SHOWN].tolist()
+        ]
+        return Summary(headline, self.facts(), ("where", "nominal", "median", "5 % quantile"), rows, self.notes)
 
     def quantile(self, q: float) -> Float:
-        """(n,) [N]: the force of a sample that at least a share 1 - ``q`` of the samples reach; 0 is the smallest.
+        """Return the force (n,) [N] that at least a share 1 - ``q`` of the samples reach; ``q`` = 0 gives the smallest.
 
-        Always the force of a sample, never between two, and samples that do not stand or are undecided count as 0.
+        It is always the force of one of the samples and is never interpolated. Samples that do not stand or are
+        undecided count as 0. Raises HoldfastError if ``q`` is not between 0 and 1.
         """
         share = checked_number(q, "quantile: q", minimum=0)
         if share > 1:
             raise HoldfastError(message("quantile: q", f"is {share:g}", "needs a share from 0 to 1"))
-        return np.asarray(np.sort(self.force, axis=0)[int(share * (self.samples - 1))])
+        return frozen(np.sort(self.force, axis=0)[int(share * (self.samples - 1))])
 
     @property
     def median(self) -> Float:
-        """(n,) [N]: the quantile of one half."""
+        """The median force (n,) [N], that is the quantile for q = 0.5."""
         return self.quantile(0.5)
 
 
 @dataclass(frozen=True, eq=False)
 class _Spread:
-    """What is uncertain: standard deviations [m], [deg] of the poses, and those the contacts are found again with."""
+    """What is uncertain: the poses, with standard deviations [m] and [deg], and the intervals of friction coefficients.
+
+    A part is None if it is known.
+    """
 
     assembly: Assembly
     deviation: tuple[float, float] | None
     friction: dict[tuple[str, str], tuple[float, float]] | None
 
     def __call__(self, rng: np.random.Generator) -> tuple[Assembly, Float, Float]:
-        """One sample, with the (J, 3) shifts [m] and (J, 3, 3) rotations of its movable bodies.
+        """Draw one sample, with the shifts (J, 3) [m] and rotations (J, 3, 3) of its movable bodies.
 
-        All is drawn whether or not it is used: friction is the same with known poses, and the other way round.
+        The same random numbers are drawn whether or not they are used. So the sampled friction is the same with known
+        and with uncertain poses, and the sampled poses are the same with known and with uncertain friction.
         """
         level, deviates = rng.random(), rng.standard_normal((len(self.assembly.movable), 6))
         metres, degrees = self.deviation or (0.0, 0.0)
@@ -95,110 +143,104 @@ class _Spread:
         return sample, shifts, turns
 
     def _moved(self, shifts: Float, turns: Float) -> Assembly:
-        """Bodies moved and their contacts found again, between the pairs that touch in the given assembly."""
+        """Move the bodies and detect their contacts again, but only between pairs that touch in the given assembly."""
         given = self.assembly
-        bodies = []
-        for body in given.bodies:
-            k = given.index[body.name]
-            if k == FIXED:
-                bodies.append(body)
-                continue
+        poses = {}
+        for k, body in enumerate(given.movable):
             pose = np.array(body.pose)
             pose[:3, :3] = turns[k] @ pose[:3, :3]
             pose[:3, 3] = given.com[k] + shifts[k] + turns[k] @ (pose[:3, 3] - given.com[k])
-            bodies.append(body.moved(pose))
-        scene = Scene(bodies, given.scene.friction, given.scene.gravity, given.scene.name)
+            poses[body.name] = pose
+        scene = given.scene.moved(poses)
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", HoldfastWarning)  # the notes count what overlaps
+            warnings.simplefilter("ignore", HoldfastWarning)  # the notes count the overlaps
             found = assemble(scene, angle=given.tolerances.angle, pose_sigma=self._tolerance)
         known = {frozenset(interface.bodies) for interface in given.interfaces}
         return replace(found, interfaces=tuple(i for i in found.interfaces if frozenset(i.bodies) in known))
 
     @property
     def _tolerance(self) -> tuple[float, float]:
-        """Two bodies deviate by √2 as much as one does, on top of what the given assembly allows for."""
+        """The standard deviations [m] and [deg] of a pair of bodies, with which contacts are detected again.
+
+        The deviation between two bodies is √2 times that of one. It is added, as independent, to what the given
+        assembly allows for.
+        """
         metres, degrees = self.deviation or (0.0, 0.0)
         own = self.assembly.tolerances
         return (
             float(np.hypot(own.gap / SIGMAS, np.sqrt(2) * metres)),
-            float(np.hypot(np.degrees(own.tilt), np.sqrt(2) * degrees)),
+            float(np.hypot(own.tilt, np.sqrt(2) * degrees)),
         )
 
 
 def robustness_under(
-    assembly: Assembly,
+    assembly: Assembly | Scene,
     body: str,
-    points: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
-    directions: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
-    standing: Iterable[Load] = (),
+    points: ArrayLike,
+    directions: ArrayLike,
     *,
+    samples: int = 200,
+    seed: int = 0,
     pose_sigma: float | tuple[float, float] | None = None,
-    mu_interval: MuRange | None = None,
-    samples: int = 100,
-    seed: int,
+    friction: MuRange | None = None,
+    standing: Iterable[Load] = (),
     engine: EngineChoice = DEFAULT_ENGINE,
 ) -> RobustnessUnder:
-    """R(p, e) in ``samples`` samples of uncertain poses and friction; the rest as in ``robustness``.
+    """Compute R(p, e) in ``samples`` samples of uncertain poses and friction.
 
-    ``pose_sigma``: standard deviation of the poses' positions along each world axis [m], or of these and of rotations
-    about each world axis through the centre of mass [deg]; every movable body on its own, fixed ones not at all. Points
-    and standing loads move with their body, directions, forces and moments stay in the world. Where bodies touch is
-    found anew, between the pairs that touch in ``assembly``, with a tolerance that allows for the deviates: gaps and
-    overlaps within it are accepted, what changes is the outline, the place and the tilt of the contacts.
+    ``body``, ``points``, ``directions``, ``standing`` and ``engine`` have the same meaning as in ``robustness``.
 
-    ``mu_interval``: a relative width (0.2: ± 20 %) or (low, high) for all touching pairs, or a dict of (low, high) by
-    the two bodies' names; each sample has one level, uniform in 0..1, at which all pairs lie between low and high.
+    ``pose_sigma`` is the standard deviation of each movable body's position along each world axis [m]. A pair also
+    gives that of its rotation about each world axis through its centre of mass [deg]. The deviations of different
+    bodies are independent, and fixed bodies do not deviate. Points and standing loads move with their body; directions,
+    forces and moments stay fixed in the world. The contacts of each sample are detected again, between the pairs that
+    touch in ``assembly``, with a tolerance that allows for the deviations. Gaps and overlaps within this tolerance are
+    accepted; the outline, place and tilt of the contacts change.
 
-    The same ``seed`` gives the same samples, the first ones of a larger number too. See docs/uncertainty.md.
+    ``friction`` is a relative width (0.2 means ± 20 %) or an interval (low, high) for all touching pairs, or a dict of
+    intervals by the names of the two bodies. Each sample has one level, uniform in 0..1, that places all coefficients
+    between their low and high ends.
+
+    The same ``seed`` gives the same samples; with a larger number of samples, the first ones are the same. Raises
+    HoldfastError if ``pose_sigma`` is given for an assembly whose interfaces were given, or exceeds the thickness of a
+    body. See docs/uncertainty.md.
     """
-    checked_assembly(assembly)
+    assembly = checked_assembly(assembly)
     where = f"robustness of {body!r} under uncertainty"
     count = _whole(samples, f"{where}: samples", 1)
-    number = _whole(seed, f"{where}: seed", 0)
+    whole_seed = _whole(seed, f"{where}: seed", 0)
     spread = _Spread(
         assembly,
         None if pose_sigma is None else _deviation(assembly, pose_sigma, where),
-        None if mu_interval is None else friction_intervals(assembly, mu_interval, where),
+        None if friction is None else friction_intervals(assembly, friction, where),
     )
     method, loads = engine_of(engine), standing if isinstance(standing, Load) else list(standing)
-    nominal = robustness(assembly, body, points, directions, loads, engine=method)
-    rng = np.random.default_rng(number)
+    nominal = robustness(assembly, body, points, directions, standing=loads, engine=method)
+    rng = np.random.default_rng(whole_seed)
     found = []
     for k in range(count):
         report("samples", k, count)
         found.append(_answered(spread(rng), assembly, body, nominal, loads, method))
     report("samples", count, count)
-    force, status = np.array([answer.force for answer in found]), [s for answer in found for s in answer.status]
-    verdicts = [answer.verdict for answer in found]
+    answers = [answer for answer, _ in found]
+    verdicts = [answer.verdict.status for answer in answers]
     notes = nominal.notes
-    overlapping = sum(answer.overlaps for answer in found)
+    overlapping = sum(overlaps for _, overlaps in found)
     if spread.deviation is not None and overlapping:
         share = f"{overlapping} of {count} samples have bodies that overlap by more than the tolerance"
         notes = (*notes, f"{share}: contacts there may be missing, which lowers their forces")
+    table = joined([nominal.answers.rows(slice(0)), *answers])
     return RobustnessUnder(
-        method.name,
-        method.claim,
-        body,
-        nominal.points,
-        nominal.directions,
-        frozen(force),
-        objects(status).reshape(force.shape),
-        nominal.force,
-        verdicts.count(Status.STABLE) / count,
-        verdicts.count(Status.UNDECIDED) / count,
-        count,
-        number,
-        notes,
+        answers=replace(table, notes=notes, lower_bound=nominal.lower_bound, upper_bound=nominal.upper_bound),
+        body=body,
+        points=nominal.points,
+        directions=nominal.directions,
+        nominal=nominal.force,
+        stands=verdicts.count(Status.STABLE) / count,
+        undecided=verdicts.count(Status.UNDECIDED) / count,
+        samples=count,
+        seed=whole_seed,
     )
-
-
-class _Answer(NamedTuple):
-    """Of one sample: forces (n,) [N] and status (n,) of the pushes, its verdict, and whether its bodies overlap."""
-
-    force: Float
-    status: Sequence[Status]
-    verdict: Status
-    overlaps: bool
 
 
 def _answered(
@@ -208,23 +250,27 @@ def _answered(
     nominal: Robustness,
     standing: Iterable[Load],
     engine: Engine,
-) -> _Answer:
-    """The pushes of ``nominal`` on a sample, points and ``standing`` loads taken along by their bodies."""
+) -> tuple[Answers, bool]:
+    """Answer the pushes of ``nominal`` on one sample, and tell whether its bodies overlap.
+
+    Points and ``standing`` loads move with their bodies.
+    """
     sample, shifts, turns = drawn
     points, loads = _attached(given, sample, body, nominal.points, standing, shifts, turns)
     state = engine.prepare(sample, total_wrench(sample, loads))
     columns = push_columns(sample, body_number(sample, body), points, nominal.directions)
-    verdict = state.verdict().status
-    if verdict is not Status.STABLE:
-        return _Answer(np.zeros(len(points)), (verdict,) * len(points), verdict, bool(sample.overlaps))
-    capacity = state.load_factor(columns)
-    return _Answer(capacity.factor, capacity.status, verdict, bool(sample.overlaps))
+    verdict = state.verdict()
+    if verdict.status is Status.STABLE:
+        found = state.load_factor(columns)
+    else:  # a sample that may not stand counts as 0, whatever the push
+        found = Answers.not_standing(len(points), engine=engine.name, claim=engine.claim, verdict=verdict)
+    return replace(found, mechanism=objects([None] * len(found))), bool(sample.overlaps)
 
 
 def _attached(
     given: Assembly, sample: Assembly, body: str, points: Float, loads: Iterable[Load], shifts: Float, turns: Float
 ) -> tuple[Float, list[Load]]:
-    """Points (n, 3) and loads of the given assembly where the sample's bodies have taken them."""
+    """Return points (n, 3) [m] and loads of the given assembly, moved along with the bodies of the sample."""
     if sample.scene.bodies is given.scene.bodies:
         return points, list(loads)
 
@@ -241,7 +287,7 @@ def _deviation(assembly: Assembly, pose_sigma: float | tuple[float, float], wher
     metres, degrees = checked_pose_sigma(pose_sigma, where)
     if not assembly.detected:
         problem = f"pose_sigma = {pose_sigma!r}, but the interfaces of the assembly were given"
-        remedy = "they cannot be found anew where bodies move: vary mu_interval only, or assemble without interfaces"
+        remedy = "they cannot be found anew where bodies move: vary friction only, or assemble without interfaces"
         raise HoldfastError(message(where, problem, remedy))
     thin = min(assembly.movable, key=lambda b: b.shape.surface.thickness, default=None)
     if thin is not None and metres > thin.shape.surface.thickness:

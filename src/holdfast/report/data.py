@@ -1,46 +1,17 @@
-"""Answers as plain data that every JSON reader takes: infinity is the text "inf", arrays are lists."""
+"""Answers as plain data for ``--json``: the data of ``to_dict`` and those of the assembly that it leaves out."""
 
 from __future__ import annotations
 
-import dataclasses
-import math
-from enum import Enum
 from typing import Any
 
-import numpy as np
-
-from holdfast.applications.transport import TransportLimits
+from holdfast.applications.placement.result import Placement
 from holdfast.assembly.assembly import Assembly
-from holdfast.engines.contract import Mechanism
-from holdfast.queries.map import MapPoint, RobustnessMap
+from holdfast.base.archive import to_dict
 from holdfast.queries.stability import Stability
 
 
-def plain(value: Any) -> Any:  # noqa: ANN401 - any result to plain data
-    """Dicts, lists, texts, numbers and None; keys are attribute names."""
-    if isinstance(value, Enum):
-        return value.value
-    if isinstance(value, Mechanism):
-        return {name: plain(getattr(value, name)) for name in ("moving", "twists", "mode", "text")}
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
-    if isinstance(value, np.ndarray):
-        return plain(value.tolist())
-    if isinstance(value, float):
-        if math.isnan(value):
-            raise ValueError("an answer holds NaN: a defect in holdfast")
-        return value if math.isfinite(value) else "inf" if value > 0 else "-inf"
-    if isinstance(value, np.generic):
-        return plain(value.item())
-    if isinstance(value, dict):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    return value
-
-
 def interfaces_data(assembly: Assembly) -> list[dict[str, Any]]:
-    """The interfaces of an assembly."""
+    """Return the interfaces of an assembly as plain data."""
     return [
         {
             "bodies": list(interface.bodies),
@@ -55,42 +26,18 @@ def interfaces_data(assembly: Assembly) -> list[dict[str, Any]]:
 
 
 def stability_data(assembly: Assembly, result: Stability) -> dict[str, Any]:
-    """What ``holdfast assess --json`` prints."""
-    data: dict[str, Any] = plain(result)
+    """Return the data that ``holdfast assess --json`` prints."""
     return {
         "scene": assembly.scene.name,
-        **data,
+        **result.to_dict(),
         "gap": assembly.tolerances.gap,
         "angle": assembly.tolerances.angle,
-        "overlaps": plain(assembly.overlaps),
+        "overlaps": to_dict(assembly.overlaps),
         "interfaces": interfaces_data(assembly),
     }
 
 
-def map_data(result: RobustnessMap) -> dict[str, Any]:
-    """What ``holdfast map --json`` prints."""
-    names = ("points", "normals", "body", "force", "status", "lower", "upper", "moving", "mode", "notes")
-    data: dict[str, Any] = {name: plain(getattr(result, name)) for name in names}
-    weakest: list[MapPoint] = list(result.weakest_of_each_body())
-    return {
-        "scene": result.assembly.scene.name,
-        "engine": result.engine,
-        "claim": result.claim.value,
-        "verdict": {"status": result.verdict.status.value, "reason": result.verdict.reason},
-        "weakest": plain(result.weakest()),
-        "weakest_of_each_body": plain(weakest),
-        **data,
-    }
-
-
-def transport_data(result: TransportLimits) -> dict[str, Any]:
-    """What ``holdfast transport --json`` prints."""
-    names = ("directions", "acceleration", "status", "lower", "upper", "moving", "mode", "mechanism", "notes")
-    return {
-        "scene": result.assembly.scene.name,
-        "engine": result.engine,
-        "claim": result.claim.value,
-        "verdict": {"status": result.verdict.status.value, "reason": result.verdict.reason},
-        "gravity": plain(result.assembly.scene.gravity),
-        **{name: plain(getattr(result, name)) for name in names},
-    }
+def placement_data(result: Placement) -> dict[str, Any]:
+    """Return the data that ``holdfast place --json`` prints."""
+    contacts = [] if result.assembly is None else interfaces_data(result.assembly)
+    return result.to_dict() | {"contacts": [contact for contact in contacts if result.name in contact["bodies"]]}

@@ -1,9 +1,8 @@
-"""An order of removals for people and programs: a table, plain data, a strip of pictures."""
+"""Show an order of removals as a table and as a strip of pictures."""
 
 from __future__ import annotations
 
 import os
-from typing import Any
 
 import numpy as np
 from rich.box import SIMPLE_HEAD
@@ -12,35 +11,16 @@ from rich.table import Table
 from rich.text import Text
 
 from holdfast.applications.disassembly.order import Disassembly
-from holdfast.report.data import plain
 from holdfast.view.picture import Solid
 from holdfast.view.sequence import Frame, Sequence, write_sequence
 
-MOST_FRAMES = 24
-MOST_ROWS = 60
-
-
-def disassembly_data(result: Disassembly) -> dict[str, Any]:
-    """What ``holdfast disassemble --json`` prints."""
-    names = (
-        "engine",
-        "claim",
-        "lift",
-        "goal",
-        "order",
-        "assembly_order",
-        "reached",
-        "proven",
-        "bound",
-        "blocked",
-        "steps",
-    )
-    return {"scene": result.removals.assembly.scene.name, **{name: plain(getattr(result, name)) for name in names}}
+MOST_FRAMES = 24  # the most states in a strip of pictures
+MOST_ROWS = 60  # the most rows in a table
 
 
 def disassembly_report(result: Disassembly) -> RenderableType:
-    """The steps in order, and why it goes no further."""
-    name = result.removals.assembly.scene.name or "scene"
+    """Return a table of the steps in order, and a table of the reasons why the other bodies stay."""
+    name = result.assembly.scene.name or "scene"
     head = Text.assemble((name, "bold"), ": ", _outcome(result), f"  (engine {result.engine}: {result.claim})")
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for heading, justify in (("step", "right"), ("take out", "left"), ("why it may go", "left")):
@@ -63,13 +43,16 @@ def disassembly_report(result: Disassembly) -> RenderableType:
 
 
 def save_strip(result: Disassembly, path: str | os.PathLike[str]) -> None:
-    """Write the sequence as a PNG: every state, the body that goes next in colour; of long orders every n-th."""
+    """Write the sequence as a PNG, one panel for each state, with the body that leaves next in colour.
+
+    Of a long order, only every n-th state is drawn.
+    """
     write_sequence(strip_of(result), path)
 
 
 def strip_of(result: Disassembly) -> Sequence:
-    """The states as a sequence of panels; the last one shows what remains, unless that is nothing."""
-    assembly, count = result.removals.assembly, len(result.steps)
+    """Return the states as a sequence of panels; if bodies remain, the last panel shows them."""
+    assembly, count = result.assembly, len(result.steps)
     solids = {b.name: Solid(b.name, b.surface_world.vertices, b.surface_world.faces, b.fixed) for b in assembly.bodies}
     chosen = np.unique(np.linspace(0, max(count - 1, 0), min(count, MOST_FRAMES)).round().astype(int)).tolist()
     frames = []
@@ -94,8 +77,8 @@ def strip_of(result: Disassembly) -> Sequence:
 
 
 def _outcome(result: Disassembly) -> tuple[str, str]:
-    """In words, with a style."""
-    count, whole = len(result.steps), len(result.removals.names)
+    """Return the outcome in words, with a style."""
+    count, whole = len(result.steps), len(result.assembly.movable)
     if result.reached and not result.goal:
         return f"all {whole} bodies come out one by one", "bold green"
     if result.reached:

@@ -1,4 +1,4 @@
-"""A robustness map as a picture: what to colour, what to outline, which forces to draw."""
+"""Make the picture of a robustness map: the surfaces to colour, the outlines and the forces to draw."""
 
 from __future__ import annotations
 
@@ -8,16 +8,17 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
-from holdfast.engines.contract import Claim, ContactForces, Status
+from holdfast.engines.answers import Claim
+from holdfast.engines.verdict import ContactForces, Status
 from holdfast.geometry.cells import Cells
 from holdfast.queries.map import RobustnessMap
 from holdfast.view.html import write_html
 from holdfast.view.picture import Arrow, HeatSurface, Picture, Solid
 from holdfast.view.png import write_png
 
-LONGEST_FORCE = 0.18  # of the assembly's size: the largest contact force as an arrow
-WEAK_ARROW = 0.12  # of the assembly's size: length of the arrows at weakest points
-SHOWN_WEAKEST = 5
+LONGEST_FORCE = 0.18  # of the assembly's size: the length of the arrow of the largest contact force
+WEAK_ARROW = 0.12  # of the assembly's size: the length of the arrows at the weakest points
+SHOWN_WEAKEST = 5  # the most bodies whose weakest push is shown
 
 _ZERO = {
     Status.UNSTABLE: "the scene does not stand (0)",
@@ -26,17 +27,17 @@ _ZERO = {
 
 
 def save_png(result: RobustnessMap, path: str | os.PathLike[str]) -> None:
-    """Write the map as a PNG picture; needs no display."""
+    """Write the map as a PNG picture; this needs no display."""
     write_png(picture_of(result), path)
 
 
 def save_html(result: RobustnessMap, path: str | os.PathLike[str]) -> None:
-    """Write the map as one HTML page that opens offline: turn it, point at it, read the largest push there."""
+    """Write the map as one HTML page that opens offline and shows the largest push under the pointer."""
     write_html(picture_of(result), path)
 
 
 def picture_of(result: RobustnessMap) -> Picture:
-    """The heat map with contacts, resting forces and the weakest push on each body."""
+    """Return the heat map with contacts, contact forces at rest and the weakest push on each body."""
     assembly = result.assembly
     heat = [_surface(result, name, cells) for name, cells in result.cells.items() if len(cells.points)]
     return Picture(
@@ -105,7 +106,7 @@ def _solids(result: RobustnessMap) -> tuple[Solid, ...]:
 
 
 def _force_arrows(assembly: Assembly, forces: ContactForces) -> tuple[Arrow, ...]:
-    """One arrow an interface: the total force on its second body, at the centre of pressure."""
+    """Return one arrow for each interface: the total force on its second body, at the centre of pressure."""
     arrows: list[tuple[Float, Float, str]] = []
     for number, interface in enumerate(assembly.interfaces):
         here = forces.interface == number

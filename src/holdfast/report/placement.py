@@ -1,4 +1,4 @@
-"""A placement as a picture, as lines for the terminal, and as plain data."""
+"""Show a placement as a picture and as lines for the terminal."""
 
 from __future__ import annotations
 
@@ -13,17 +13,16 @@ from holdfast.applications.placement.result import Placement
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import write_atomically
-from holdfast.engines.contract import Status
-from holdfast.report.data import interfaces_data, plain
+from holdfast.engines.verdict import Status
 from holdfast.view.panels import PointsPanel, sheet_png
 from holdfast.view.picture import Arrow, Picture, Solid
 
-SHOWN = 160  # sampled contact points
-ARROW = 0.1  # of the assembly's size
+SHOWN = 160  # number of contact points that are sampled for the picture
+ARROW = 0.1  # of the assembly's size: the length of the arrows
 
 
 def save_placement_png(result: Placement, path: str | os.PathLike[str], *, seed: int = 0) -> None:
-    """Two pictures: contact points as they are sampled, coloured by what they withstand, and the pose (Fig. 12)."""
+    """Draw two pictures: sampled contact points, coloured by what they withstand, and the pose (Fig. 12)."""
     if result.assembly is None or result.body is None or result.support is None:
         raise HoldfastError(message("picture of a placement", "there is no pose to show", result.reason))
     support, name = result.support, result.body.name
@@ -42,7 +41,7 @@ def save_placement_png(result: Placement, path: str | os.PathLike[str], *, seed:
 
 
 def bare_picture(assembly: Assembly, without: str = "") -> Picture:
-    """The bodies without a map."""
+    """Return a picture of the bodies without a map."""
     solids = [
         Solid(body.name, body.surface_world.vertices, body.surface_world.faces, body.fixed)
         for body in assembly.bodies
@@ -52,7 +51,7 @@ def bare_picture(assembly: Assembly, without: str = "") -> Picture:
 
 
 def placement_report(result: Placement, scene: str, body: str) -> RenderableType:
-    """Verdict, pose, weakest point, contacts; or what was in the way."""
+    """Return the verdict, the pose, the weakest point and the contacts, or the reason why no place was found."""
     if result.pose is None:
         style = "bold red" if result.status is Status.UNSTABLE else "bold yellow"
         head = Text.assemble((body, "bold"), ": ", ("no place found", style), f" in {scene}  (engine {result.engine})")
@@ -73,18 +72,6 @@ def placement_report(result: Placement, scene: str, body: str) -> RenderableType
         lines.append(Text(f"least push afterwards: {result.robustness:.3g} N on {weak.body}, {how}"))
     lines.append(Text(f"{result.reason}; {result.attempts} attempts, {result.elapsed:.2g} s", style="dim"))
     return Group(*lines)
-
-
-def placement_data(result: Placement) -> dict[str, Any]:
-    """What ``holdfast place --json`` prints."""
-    names = (
-        "engine", "claim", "status", "reason", "pose", "robustness", "weakest", "attempts", "faults", "candidates",
-        "best", "points", "normals", "time_to_stable", "elapsed", "notes",
-    )  # fmt: skip
-    data: dict[str, Any] = {name: plain(getattr(result, name)) for name in names}
-    contacts = [] if result.assembly is None else interfaces_data(result.assembly)
-    own = None if result.body is None else result.body.name
-    return data | {"contacts": [contact for contact in contacts if own in contact["bodies"]]}
 
 
 def _place(pose: Any) -> str:  # noqa: ANN401 - (4, 4) numbers

@@ -1,4 +1,4 @@
-"""Answers as tables for the terminal."""
+"""Show answers as tables for the terminal."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from rich.text import Text
 from holdfast.applications.transport import TransportLimits
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Bool, Float
-from holdfast.engines.contract import Status
+from holdfast.engines.verdict import Status
 from holdfast.queries.map import MapPoint, RobustnessMap
 from holdfast.queries.stability import Stability
 from holdfast.report.transport import level_angles
 
-ARCS = 12  # rows of directions at most
+ARCS = 12  # the most rows of directions in a table
 
 _WORDS = {
     Status.STABLE: ("stands", "bold green"),
@@ -27,7 +27,7 @@ _WORDS = {
 
 
 def stability_report(assembly: Assembly, result: Stability) -> RenderableType:
-    """Verdict, reason and contacts."""
+    """Return a table with the verdict, its reason and the contacts."""
     word, style = _WORDS[result.status]
     name = assembly.scene.name or "scene"
     head = Text.assemble((name, "bold"), ": ", (word, style), f"  (engine {result.engine}: {result.claim})")
@@ -72,7 +72,7 @@ def _along(result: Stability, here: Bool) -> Float:
 
 
 def map_report(result: RobustnessMap) -> RenderableType:
-    """The weakest point of every body."""
+    """Return a table with the weakest point of every body."""
     word, style = _WORDS[result.verdict.status]
     name = result.assembly.scene.name or "scene"
     head = Text.assemble(
@@ -107,7 +107,11 @@ def _row(weak: MapPoint) -> tuple[str, ...]:
 
 
 def transport_report(result: TransportLimits) -> RenderableType:
-    """Level directions by their angle: those in which the same gives way together, or ARCS even parts of the circle."""
+    """Return a table of horizontal directions, grouped into arcs by their angle.
+
+    Directions in which the same bodies give way together form one arc. If there are more than ARCS of these, the circle
+    is divided into ARCS equal parts instead.
+    """
     word, style = _WORDS[result.verdict.status]
     count = len(result.directions)
     head = Text.assemble(
@@ -137,7 +141,10 @@ def transport_report(result: TransportLimits) -> RenderableType:
 
 
 def _arcs(result: TransportLimits) -> list[list[int]]:
-    """Neighbouring directions in which the same bodies give way in the same manner, the first joined to the last."""
+    """Group neighbouring directions in which the same bodies give way in the same mode.
+
+    The last direction is a neighbour of the first.
+    """
     kinds = [(result.status[k], result.mode[k], result.moving[k]) for k in range(len(result.directions))]
     arcs: list[list[int]] = []
     for k, kind in enumerate(kinds):
@@ -160,7 +167,7 @@ def _gives_way(result: TransportLimits, k: int) -> str:
 
 
 def _direction(values: tuple[float, float, float]) -> str:
-    """An axis by its name, anything else by its components."""
+    """Return the name of an axis, or the components of any other direction."""
     for axis, value in zip("xyz", values, strict=True):
         if abs(value) > 1 - 1e-9:
             return f"{'+' if value > 0 else '-'}{axis}"

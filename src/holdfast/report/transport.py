@@ -1,4 +1,4 @@
-"""Transport limits for people: a polar plot of one or several answers, and the words of its legend."""
+"""Show transport limits as a polar plot of one or several answers, with the texts of its legend."""
 
 from __future__ import annotations
 
@@ -12,27 +12,26 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.rigid import tangents
-from holdfast.engines.contract import Claim, Status
+from holdfast.engines.answers import Claim
+from holdfast.engines.verdict import Status
 from holdfast.geometry.hull import outline_numbers
 from holdfast.view.polar import Curve, Footprint, PolarPicture, write_polar
 
-LEVEL = 1e-6  # share of a direction along gravity up to which it counts as level
-SHOWN = 3  # names of moving bodies in a line
+LEVEL = 1e-6  # largest share of a direction along gravity at which it counts as horizontal
+SHOWN = 3  # the most names of moving bodies in a line
 
 _WORDS = {Status.STABLE: "stands", Status.UNSTABLE: "does not stand", Status.UNDECIDED: "undecided"}
 
 
 def save_polar(
-    results: TransportLimits | Sequence[TransportLimits],
-    path: str | os.PathLike[str],
-    names: Sequence[str] | None = None,
+    results: Sequence[TransportLimits], path: str | os.PathLike[str], names: Sequence[str] | None = None
 ) -> None:
-    """Write answers of one assembly along level directions as a polar plot (PNG); the first is drawn on top."""
-    write_polar(polar_picture([results] if isinstance(results, TransportLimits) else list(results), names), path)
+    """Write answers of one assembly along horizontal directions as a polar plot (PNG); the first is drawn on top."""
+    write_polar(polar_picture(results, names), path)
 
 
 def polar_picture(results: Sequence[TransportLimits], names: Sequence[str] | None = None) -> PolarPicture:
-    """What the polar plot shows; ``names`` of the methods are their engines' unless given."""
+    """Return the content of the polar plot; by default, ``names`` are the names of the engines."""
     if not results:
         raise HoldfastError(message("polar plot", "has no answers", "give at least one"))
     first = results[0]
@@ -50,7 +49,10 @@ def polar_picture(results: Sequence[TransportLimits], names: Sequence[str] | Non
 
 
 def level_angles(result: TransportLimits) -> Float:
-    """(n,) angles [rad] in [0, 2π) of level directions, from the first of ``horizontal_directions`` on."""
+    """Return the angles (n,) [rad], in [0, 2π), of horizontal directions.
+
+    They are measured from the first of ``horizontal_directions``.
+    """
     up = result.assembly.scene.up
     if np.abs(result.directions @ up).max() > LEVEL:
         remedy = "ask along hf.horizontal_directions(...)"
@@ -68,7 +70,7 @@ def _curve(result: TransportLimits, name: str) -> Curve:
 
 
 def _lines(result: TransportLimits, angle: Float) -> tuple[str, ...]:
-    """The least and the largest answer, with what gives way first."""
+    """Describe the smallest and the largest answer, and what gives way first."""
     if result.verdict.status is Status.UNSTABLE:
         return ("does not stand on the carrier",)
     if not np.isfinite(result.acceleration).any():

@@ -1,1 +1,1 @@
-"""What is there: bodies with shape, mass and pose, friction between them, gravity."""
+"""The description of a scene: bodies with shape, mass and pose, the friction between them, and gravity."""

@@ -1,4 +1,4 @@
-"""A rigid body: shape, mass and pose."""
+"""A rigid body, defined by its shape, mass and pose."""
 
 from __future__ import annotations
 
@@ -22,21 +22,27 @@ if TYPE_CHECKING:
     import trimesh
 
 
-ROUNDING = 1e-9  # [-] by how much a mass may differ from density times volume: processors differ in the last digits
+# [-] largest relative difference of mass and density times volume; processors differ in the last digits
+ROUNDING = 1e-9
 
 
 @archived
 @dataclass(frozen=True, init=False, eq=False, repr=False)
 class Body(Value):
-    """A rigid body.
+    """A rigid body with a shape, a mass and a pose.
 
-    ``pose`` (4, 4) takes the body frame to the world. A movable body needs ``mass`` [kg] or ``density`` [kg/m³]; a
-    density gives the mass too. ``com`` (3,) [m] in the body frame and ``inertia`` (3, 3) [kg m²] about it come from the
-    shape unless given: they stay None, ``com_body`` and ``inertia_com`` are what they come to. ``material`` names a row
-    of the friction table.
+    ``pose`` (4, 4) maps the body frame to the world frame; by default both are the same. A movable body needs ``mass``
+    [kg] or ``density`` [kg/m³]; a density also sets the mass. ``com`` (3,) [m] is the centre of mass in the body frame,
+    and ``inertia`` (3, 3) [kg m²] is the inertia about it, along the body axes. If they are not given they stay None
+    and follow from the shape: ``com_body`` and ``inertia_com`` are the values in use. ``material`` is a name that the
+    friction table can use for several bodies. A ``fixed`` body never moves and needs no mass.
 
-    ``dataclasses.replace`` makes a body with another pose, name, material ...; where it changes the mass, the density
-    or the shape of a body that was given by density, say both: ``mass=None, density=500``.
+    ``dataclasses.replace`` makes a body with another pose, name, material and so on. To change the mass, density or
+    shape of a body that was given by density, pass both values: ``mass=None, density=500``.
+
+    Raises SceneError if a value is malformed, or if the mass is missing or contradicts the density. Raises
+    GeometryError if the pose is not rigid, the inertia is impossible or the shape is invalid. A movable body whose
+    shape has no volume needs ``com``.
     """
 
     name: str
@@ -77,10 +83,10 @@ class Body(Value):
             set_(self, "inertia", None if inertia is None else _checked_inertia(inertia, f"{where}: inertia"))
             self._set_mass(mass, density, where)
             if not self.fixed:
-                _ = self.com_body  # a shape without a volume has none: say so now
+                _ = self.com_body  # raises now if the shape has no volume
 
     def _set_mass(self, mass: float | None, density: float | None, where: str) -> None:
-        """Keep the mass that was given or follows from the density; both only where they agree."""
+        """Store the given mass, or the mass that follows from the density; accept both only if they agree."""
         set_ = object.__setattr__
         if mass is not None:
             mass = checked_number(mass, f"{where}: mass", above=0)
@@ -97,24 +103,24 @@ class Body(Value):
         set_(self, "density", density)
 
     def moved(self, pose: ArrayLike) -> Body:
-        """The same body at another ``pose`` (4, 4), body frame to world."""
+        """Return the same body at another ``pose`` (4, 4), body frame to world."""
         return replace(self, pose=checked_pose(pose, f"body {self.name!r}: pose"))
 
     @cached_property
     def com_body(self) -> Float:
-        """(3,) centre of mass in the body frame [m]; the frame's origin for a fixed body without one."""
+        """The centre of mass (3,) [m] in the body frame; for a fixed body without one, the origin of that frame."""
         if self.com is not None:
             return self.com
         return frozen(np.zeros(3) if self.fixed else np.array(self.shape.mass_properties.com))
 
     @cached_property
     def com_world(self) -> Float:
-        """(3,) centre of mass in the world [m]; the frame's origin for a fixed body without one."""
+        """The centre of mass (3,) [m] in the world frame; for a fixed body without one, its frame's origin."""
         return frozen(self.placed(self.com_body[None])[0])
 
     @cached_property
     def inertia_com(self) -> Float:
-        """(3, 3) inertia about the centre of mass, body axes [kg m²]."""
+        """The inertia (3, 3) [kg m²] about the centre of mass, along the body axes."""
         if self.inertia is not None:
             return self.inertia
         shape = self.shape.mass_properties
@@ -124,29 +130,32 @@ class Body(Value):
         return frozen(mass / shape.volume * shape.inertia + mass * parallel)
 
     def placed(self, points: Float) -> Float:
-        """Points (n, 3) of the body frame in the world [m]."""
+        """Map points (n, 3) [m] from the body frame to the world frame."""
         return transform(self.pose, points)
 
     @cached_property
     def box(self) -> tuple[Float, Float]:
-        """Lowest and highest corner (3,) of the bounding box in the world [m]."""
+        """The lowest and the highest corner (3,) [m] of the bounding box, in the world frame."""
         vertices = self.surface_world.vertices
         return frozen(vertices.min(0)), frozen(vertices.max(0))
 
     @property
     def size(self) -> float:
-        """Diagonal of the bounding box in the world [m]."""
+        """The diagonal [m] of the bounding box in the world frame."""
         return float(np.linalg.norm(self.box[1] - self.box[0]))
 
     @cached_property
     def surface_world(self) -> Surface:
-        """The shape's triangles in the world."""
+        """The triangles of the shape in the world frame."""
         surface = self.shape.surface
         return Surface(self.placed(surface.vertices), surface.faces, surface.sagitta, surface.oriented)
 
     @cached_property
     def reduced_world(self) -> Surface:
-        """The same solid in as few triangles as its flat faces need, in the world: what contact search works on."""
+        """The surface of the same solid in the world frame, with as few triangles as its flat faces need.
+
+        The contact search works on this surface.
+        """
         local = self.shape.surface.reduced
         return Surface(self.placed(local.vertices), local.faces, local.sagitta, local.oriented)
 

@@ -23,12 +23,18 @@ _COMBINE: Mapping[str, Callable[[float, float], float]] = {
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
 class Friction(Value):
-    """The friction table.
+    """The friction table: static Coulomb friction coefficients for pairs of bodies.
 
-    Looked up in this order: ``pairs`` by body names, then by a body name and a material, then by materials; then the
-    two bodies' own ``values`` through ``combine`` (formats that give one coefficient a body disagree on the rule, so
-    it has no default); then ``default``. Nothing is guessed: a touching pair without a coefficient is an error. Both
-    tables are read-only copies of what was given; the names of a pair stand in alphabetic order.
+    The coefficient of a pair is looked up in this order:
+
+    - ``pairs``: first under the names of both bodies, then under the name of one body and the material of the other,
+      then under both materials;
+    - ``values``, one for each body, combined by the rule ``combine``: "max", "min" or "product". File formats with one
+      coefficient for each body disagree on the rule, so it has no default;
+    - ``default``.
+
+    Nothing is guessed: a touching pair without a coefficient raises SceneError. ``pairs`` and ``values`` are read-only
+    copies of what was given; the two names of a pair are in alphabetical order.
     """
 
     default: float | None = None
@@ -62,7 +68,11 @@ class Friction(Value):
         object.__setattr__(self, "values", Table(values))
 
     def between(self, a: str, b: str, materials: Mapping[str, str | None]) -> float:
-        """The coefficient between bodies ``a`` and ``b``; ``materials`` names each body's material."""
+        """Return the friction coefficient between bodies ``a`` and ``b``.
+
+        ``materials`` maps the name of each body to its material, or None. Raises SceneError if the table has no
+        coefficient for the pair.
+        """
         for first in (a, materials.get(a)):
             for second in (b, materials.get(b)):
                 if first is not None and second is not None:
@@ -76,13 +86,13 @@ class Friction(Value):
         return self.default
 
     def among(self, names: Collection[str]) -> Friction:
-        """Only what concerns these bodies and materials."""
+        """Return the part of the table that concerns these bodies and materials."""
         pairs = {key: mu for key, mu in self.pairs.items() if key[0] in names and key[1] in names}
         values = {name: mu for name, mu in self.values.items() if name in names}
         return Friction(self.default, pairs, values, self.combine)
 
     def check_names(self, bodies: Collection[str], materials: Collection[str]) -> None:
-        """Raise SceneError where the table names something that is neither a body nor a material."""
+        """Raise SceneError if the table names something that is neither a body nor a material."""
         for key in self.pairs:
             for name in key:
                 if name not in bodies and name not in materials:

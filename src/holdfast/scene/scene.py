@@ -1,10 +1,10 @@
-"""A scene: bodies, friction, gravity."""
+"""A scene: rigid bodies, friction between them, and gravity."""
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
 
@@ -22,7 +22,12 @@ from holdfast.scene.friction import Friction
 @archived
 @dataclass(frozen=True, init=False, eq=False, repr=False)
 class Scene(Value):
-    """Bodies (at least one fixed), a friction table (or one coefficient for all), and gravity (3,) [m/s²]."""
+    """Rigid bodies, the friction between them, and gravity.
+
+    ``bodies`` have unique names, and at least one of them is fixed. ``friction`` is a Friction table, or one
+    coefficient for all pairs. ``gravity`` (3,) [m/s²] is in the world frame and not zero. Raises SceneError if one of
+    these conditions is violated, or if the friction table uses an unknown name.
+    """
 
     bodies: tuple[Body, ...]
     friction: Friction
@@ -65,21 +70,21 @@ class Scene(Value):
 
     @cached_property
     def materials(self) -> Mapping[str, str | None]:
-        """Each body's material."""
+        """The material of each body by its name, or None."""
         return MappingProxyType({body.name: body.material for body in self.bodies})
 
     @cached_property
     def up(self) -> Float:
-        """(3,) unit vector against gravity."""
+        """The unit vector (3,) opposite to gravity, world frame."""
         return frozen(unit(-self.gravity))
 
     @property
     def movable(self) -> tuple[Body, ...]:
-        """The bodies that are not fixed, in order."""
+        """The bodies that are not fixed, in scene order."""
         return tuple(body for body in self.bodies if not body.fixed)
 
     def body(self, name: str) -> Body:
-        """The body of that name; raises SceneError with the nearest names."""
+        """Return the body with this name; raises SceneError, with the most similar name, if there is none."""
         for body in self.bodies:
             if body.name == name:
                 return body
@@ -88,14 +93,43 @@ class Scene(Value):
         remedy = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(names[:20])}"
         raise SceneError(message("scene", f"has no body named {name!r}", remedy))
 
-    def without(self, names: Collection[str]) -> Scene:
-        """The scene with these bodies taken away."""
-        for name in names:
+    def moved(self, poses: Mapping[str, ArrayLike]) -> Scene:
+        """Return the scene with some bodies at other poses.
+
+        ``poses`` maps names of bodies to poses (4, 4), body frame to world. Raises SceneError for an unknown name.
+        """
+        if not hasattr(poses, "items"):
+            remedy = 'needs a dict such as {"cup": pose}'
+            raise SceneError(message("scene: moved", f"got a {type(poses).__name__}", remedy))
+        for name in poses:
             self.body(name)
-        left = [body for body in self.bodies if body.name not in names]
+        return replace(
+            self, bodies=tuple(body.moved(poses[body.name]) if body.name in poses else body for body in self.bodies)
+        )
+
+    def with_body(self, body: Body) -> Scene:
+        """Return the scene with ``body`` added after the others."""
+        return replace(self, bodies=(*self.bodies, body))
+
+    def without(self, *names: str | Iterable[str]) -> Scene:
+        """Return the scene without the bodies of these names.
+
+        Entries of the friction table that name a removed body, or a material that no other body has, are dropped.
+        Raises SceneError for an unknown name.
+        """
+        gone = self.checked_names(*names)
+        left = tuple(body for body in self.bodies if body.name not in gone)
         known = {body.name for body in left} | {body.material for body in left if body.material is not None}
-        return Scene(left, self.friction.among(known), self.gravity, self.name)
+        return replace(self, bodies=left, friction=self.friction.among(known))
+
+    def checked_names(self, *names: str | Iterable[str]) -> frozenset[str]:
+        """Return all names as one set; they can be given one by one or in lists.
+
+        Raises SceneError for an unknown name.
+        """
+        single = [[name] if isinstance(name, str) else name for name in names]
+        return frozenset(self.body(name).name for several in single for name in several)
 
     def mu(self, a: str, b: str) -> float:
-        """The static friction coefficient between two bodies."""
+        """Return the static friction coefficient between two bodies; raises SceneError if the table has none."""
         return self.friction.between(a, b, self.materials)

@@ -1,4 +1,4 @@
-"""Shapes of bodies in their own frame: each gives a closed triangle surface and its mass properties at unit density."""
+"""Shapes of bodies; each gives a triangle surface in the body frame and the mass properties at unit density."""
 
 from __future__ import annotations
 
@@ -23,13 +23,16 @@ from holdfast.geometry.surface import Surface
 if TYPE_CHECKING:
     import trimesh
 
-LEAST_VOLUME = 1e-9  # of the bounding box: a closed surface around less has no inside to speak of
+LEAST_VOLUME = 1e-9  # share of the bounding box; a closed surface with a smaller volume is not accepted as a solid
 
 
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
 class MassProperties(Value):
-    """Volume [m³], centre of mass (3,) [m] and inertia (3, 3) [m⁵] about it, at unit density, in the body frame."""
+    """The mass properties of a shape at unit density, in the body frame.
+
+    These are the volume [m³], the centre of mass (3,) [m] and the inertia (3, 3) [m⁵] about the centre of mass.
+    """
 
     volume: float
     com: Float
@@ -42,7 +45,10 @@ class MassProperties(Value):
 @archived
 @dataclass(frozen=True, init=False, eq=False, repr=False)
 class Box(Value):
-    """A cuboid centred on its frame; ``size`` (3,) edge lengths [m]."""
+    """A cuboid centred on the origin of its frame; ``size`` (3,) [m] holds its edge lengths.
+
+    Raises GeometryError if a length is not positive.
+    """
 
     size: Float
 
@@ -54,7 +60,7 @@ class Box(Value):
 
     @cached_property
     def surface(self) -> Surface:
-        """Eight vertices, twelve triangles."""
+        """The surface of the cuboid, with eight vertices and twelve triangles."""
         corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * self.size / 2
         quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
         faces = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))], dtype=np.int64)
@@ -62,7 +68,7 @@ class Box(Value):
 
     @cached_property
     def mass_properties(self) -> MassProperties:
-        """Exact."""
+        """The exact mass properties of the cuboid."""
         volume = float(self.size.prod())
         squares = self.size**2
         return MassProperties(volume, np.zeros(3), np.diag(squares.sum() - squares) * volume / 12)
@@ -71,10 +77,11 @@ class Box(Value):
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
 class Cylinder(Value):
-    """A cylinder about its z axis, centred; ``radius`` and ``height`` [m].
+    """A cylinder about the z axis, centred on the origin of its frame; ``radius`` and ``height`` are in metres.
 
-    Contacts see an inscribed prism with ``segments`` sides (its end faces are smaller by 2π²/(3 segments²)); mass
-    properties are those of the true cylinder.
+    Its contacts are those of an inscribed prism with ``segments`` sides, whose end faces are smaller by a share of
+    2π²/(3 segments²). The mass properties are those of the true cylinder. Raises GeometryError if a length is not
+    positive, or if ``segments`` is not between 3 and 10,000.
     """
 
     radius: float
@@ -89,7 +96,7 @@ class Cylinder(Value):
 
     @cached_property
     def surface(self) -> Surface:
-        """A prism with fanned end faces."""
+        """The surface of the inscribed prism; its end faces are fans of triangles."""
         n = self.segments
         angle = 2 * np.pi * np.arange(n) / n
         ring = np.column_stack([self.radius * np.cos(angle), self.radius * np.sin(angle), np.zeros(n)])
@@ -106,7 +113,7 @@ class Cylinder(Value):
 
     @cached_property
     def mass_properties(self) -> MassProperties:
-        """Exact, of the true cylinder."""
+        """The exact mass properties of the true cylinder."""
         r2, h2 = self.radius**2, self.height**2
         volume = np.pi * r2 * self.height
         return MassProperties(volume, np.zeros(3), volume * np.diag([r2 / 4 + h2 / 12, r2 / 4 + h2 / 12, r2 / 2]))
@@ -115,7 +122,12 @@ class Cylinder(Value):
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
 class Sphere(Value):
-    """A ball centred on its frame; ``radius`` [m]. Contacts see a subdivided icosahedron inside it."""
+    """A ball centred on the origin of its frame; ``radius`` is in metres.
+
+    Its contacts are those of an inscribed icosahedron that is subdivided ``subdivisions`` times. The mass properties
+    are those of the true ball. Raises GeometryError if the radius is not positive, or if ``subdivisions`` is not
+    between 0 and 6.
+    """
 
     radius: float
     subdivisions: int = 3
@@ -127,7 +139,7 @@ class Sphere(Value):
 
     @cached_property
     def surface(self) -> Surface:
-        """20 · 4^subdivisions triangles."""
+        """The surface of the subdivided icosahedron, with 20 · 4^subdivisions triangles."""
         import trimesh
 
         ball = trimesh.creation.icosphere(subdivisions=self.subdivisions, radius=self.radius)
@@ -136,7 +148,7 @@ class Sphere(Value):
 
     @cached_property
     def mass_properties(self) -> MassProperties:
-        """Exact, of the true ball."""
+        """The exact mass properties of the true ball."""
         volume = 4 / 3 * np.pi * self.radius**3
         return MassProperties(volume, np.zeros(3), np.eye(3) * 0.4 * volume * self.radius**2)
 
@@ -144,12 +156,17 @@ class Sphere(Value):
 @archived
 @dataclass(frozen=True, init=False, eq=False, repr=False)
 class Mesh(Value):
-    """A triangle mesh: ``vertices`` (V, 3) [m], ``faces`` (F, 3) counter-clockwise seen from outside.
+    """A triangle mesh with ``vertices`` (V, 3) [m] and ``faces`` (F, 3), in the body frame.
 
-    ``file`` and ``scale`` remember where it was read from, so that a saved scene can name the file instead of copying
-    it; ``vertices`` are already scaled. ``noise`` [m]: standard deviation of the vertices of a scan; regions that are
-    flat up to it are made flat before contacts are sought (``report`` tells which, and the residual). ``where`` is what
-    errors call it. Meshes of the same vertices, faces and noise are equal, wherever they come from.
+    Each face holds three indices into ``vertices``, counter-clockwise when seen from outside. ``file`` and ``scale``
+    record the file from which the mesh was read, so that a saved scene can refer to it; ``vertices`` are already
+    scaled.
+
+    ``noise`` [m] is the standard deviation of the vertices of a scanned mesh. Regions that are flat to within the noise
+    are made flat before contacts are detected; ``report`` lists them with their residuals. ``where`` is the name of the
+    mesh in error messages. Two meshes with the same vertices, faces and noise are equal, whatever their files.
+
+    Raises GeometryError if there are no triangles or a face has an invalid index.
     """
 
     vertices: Float
@@ -188,7 +205,11 @@ class Mesh(Value):
     def from_file(
         cls, path: str | Path, *, scale: float | tuple[float, float, float] = 1.0, noise: float = 0.0
     ) -> Mesh:
-        """Read OBJ, STL, PLY, GLB or OFF through trimesh; all pieces of the file become one body."""
+        """Read a mesh from an OBJ, STL, PLY, GLB or OFF file; all pieces of the file become one mesh.
+
+        ``scale`` is one factor or three, applied to the coordinates in the file. Raises GeometryError if the file
+        cannot be read.
+        """
         path = Path(path)
         given = [scale] * 3 if isinstance(scale, int | float) else scale
         factors = checked(given, (3,), f"{path}: scale", error=GeometryError)
@@ -215,7 +236,7 @@ class Mesh(Value):
 
     @cached_property
     def report(self) -> MeshReport:
-        """What the mesh was like and what was done about it."""
+        """A report on the mesh as it was given and on how it was repaired."""
         return replace(self._cleaned[1], planes=self._flattened[1])
 
     @property
@@ -233,12 +254,12 @@ class Mesh(Value):
 
     @cached_property
     def surface(self) -> Surface:
-        """The welded mesh, its flat regions made flat if it is noisy."""
+        """The mesh with duplicate vertices merged; if ``noise`` is given, its flat regions are made flat."""
         return self._flattened[0]
 
     @cached_property
     def mass_properties(self) -> MassProperties:
-        """Of the enclosed volume; raises GeometryError where the mesh does not close."""
+        """The mass properties of the enclosed volume; raises GeometryError if the mesh does not enclose one."""
         if not self.is_closed:
             remedy = "give mass=, com= (and inertia=) or a closed mesh"
             raise GeometryError(message(self.where, "is not watertight, so its volume is unknown", remedy))
@@ -253,7 +274,7 @@ class Mesh(Value):
 
 Shape: TypeAlias = Box | Cylinder | Sphere | Mesh
 
-MESH_SUFFIXES = (".obj", ".stl", ".ply", ".glb", ".off")
+MESH_SUFFIXES = (".obj", ".stl", ".ply", ".glb", ".off")  # suffixes of the mesh files that can be read
 
 
 def _count(value: int, where: str, least: int, most: int) -> int:
@@ -276,10 +297,10 @@ def _load(path: Path) -> trimesh.Trimesh:
         raise GeometryError(message(where, f"suffix {path.suffix!r}", f"reads {', '.join(MESH_SUFFIXES)}"))
     try:
         loaded = trimesh.load_scene(path, process=False).to_mesh()
-    except ImportError as cause:  # trimesh asks a guesser of encodings about what is not UTF-8
+    except ImportError as cause:  # for text that is not UTF-8, trimesh imports a guesser of encodings
         problem = "cannot be read: neither text nor a complete binary file"
         raise GeometryError(message(where, problem, "check the file, or export it again")) from cause
-    except Exception as cause:  # trimesh's readers raise whatever the format's parser does
+    except Exception as cause:  # trimesh's readers pass on any error of the format's parser
         problem = f"cannot be read: {type(cause).__name__}: {cause}"
         raise GeometryError(message(where, problem, "check the file, or export it again")) from cause
     if not isinstance(loaded, trimesh.Trimesh) or len(loaded.faces) == 0:
@@ -288,7 +309,10 @@ def _load(path: Path) -> trimesh.Trimesh:
 
 
 def as_shape(value: Any, where: str) -> Shape:  # noqa: ANN401 - a shape or a trimesh.Trimesh
-    """``value`` itself if it is a shape; a Mesh for anything with ``vertices`` and ``faces``."""
+    """Return ``value`` if it is a shape, or a Mesh if it has ``vertices`` and ``faces``, as a trimesh.Trimesh has.
+
+    Raises GeometryError for anything else.
+    """
     if isinstance(value, Box | Cylinder | Sphere | Mesh):
         return value
     if hasattr(value, "vertices") and hasattr(value, "faces"):

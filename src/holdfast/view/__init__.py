@@ -1,1 +1,1 @@
-"""Pictures of a robustness map: self-contained HTML and headless PNG. No physics here."""
+"""Pictures of a robustness map as self-contained HTML pages and as PNG files; there is no physics here."""

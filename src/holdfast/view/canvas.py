@@ -1,4 +1,4 @@
-"""Blank pages and PNG files: what all pictures that are drawn by matplotlib begin and end with."""
+"""Blank pages and PNG output, which all pictures drawn with matplotlib share."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-_DPI = 100
+_DPI = 100  # resolution of figures [pixels per inch]
 
 
 def blank(width: int, height: int) -> tuple[Figure, FigureCanvasAgg]:
-    """A white page of so many pixels."""
+    """Return a white page of ``width`` by ``height`` pixels."""
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
@@ -32,7 +32,7 @@ def blank(width: int, height: int) -> tuple[Figure, FigureCanvasAgg]:
 
 
 def pixel_axes(figure: Figure, width: int, height: int) -> Axes:
-    """Axes over the whole page in pixels, from its upper left corner."""
+    """Return axes over the whole page, in pixels from its upper left corner."""
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0, width), ylim=(height, 0), facecolor="none")
     axes.set_axis_off()
     axes.set_autoscale_on(False)
@@ -40,12 +40,12 @@ def pixel_axes(figure: Figure, width: int, height: int) -> Axes:
 
 
 def paint(figure: Figure, page: NDArray[np.float64]) -> None:
-    """Lay an image (height, width, 3) of shares of full colour under all else."""
+    """Draw an image (height, width, 3), with colours in 0..1, beneath everything else."""
     figure.figimage(np.rint(page * 255.0).astype(np.uint8), zorder=-1)
 
 
 def png_of(canvas: FigureCanvasAgg) -> bytes:
-    """The page as a PNG."""
+    """Return the page as the bytes of a PNG file."""
     stream = BytesIO()
     canvas.print_png(stream)
     return stream.getvalue()

@@ -1,4 +1,4 @@
-"""The colour scale both renderers share: weak is dark crimson, strong is pale green, the rest stands apart."""
+"""The colour scale of both renderers: weak is dark crimson, strong is pale green, and special cases stand apart."""
 
 from __future__ import annotations
 
@@ -10,16 +10,19 @@ from numpy.typing import ArrayLike, NDArray
 
 Rgb = tuple[float, float, float]
 
-_LOG_RATIO: Final = 12.0
+_LOG_RATIO: Final = 12.0  # ratio of the largest to the smallest force above which the scale is logarithmic
 # Weak points are what the picture is for: they are clamped only where they would squeeze all the rest, while a few
 # strong ones must not take the colours from the many weak ones.
+# the scale is cut at its low end if the smallest force is less than this times the low percentile
 _BELOW_USUAL: Final = 1e-3
+# the scale is cut at its high end if the largest force is more than this times the high percentile
 _ABOVE_USUAL: Final = 2.0
-_OUTLIER_PERCENTILES: Final = (2.0, 90.0)
-_EQUAL_RELATIVE: Final = 1e-3
-_TICK_GAP: Final = 0.09
+_OUTLIER_PERCENTILES: Final = (2.0, 90.0)  # percentiles of the forces at which the scale is cut
+_EQUAL_RELATIVE: Final = 1e-3  # forces that differ by less than this share count as equal
+_TICK_GAP: Final = 0.09  # smallest distance of a tick from the ends, as a share of the colour bar
+# colours of the scale, from weak to strong
 _STOPS: Final = ("#6a0c42", "#b5173f", "#ea5a34", "#f9a63f", "#f3e06a", "#cdf3b4")
-_TABLE_SIZE: Final = 256
+_TABLE_SIZE: Final = 256  # number of colours in the table
 
 _TO_LMS: Final = np.array(
     [
@@ -38,7 +41,7 @@ _TO_LAB: Final = np.array(
 
 
 class Tick(NamedTuple):
-    """A mark on the colour bar: its place from 0 (low end) to 1 (high end) and its text."""
+    """A mark on the colour bar: its position from 0 (low end) to 1 (high end), and its text."""
 
     position: float
     label: str
@@ -46,7 +49,10 @@ class Tick(NamedTuple):
 
 @dataclass(frozen=True)
 class Scale:
-    """Maps finite positive forces [N] to 0..1; ``below`` and ``above`` tell that data lies beyond an end."""
+    """A scale that maps finite positive forces [N] to positions 0..1.
+
+    ``below`` and ``above`` say that some data lie beyond the low or the high end.
+    """
 
     low: float
     high: float
@@ -55,7 +61,7 @@ class Scale:
     above: bool = False
 
     def position(self, values: ArrayLike) -> NDArray[np.float64]:
-        """Place of each force [N] on the scale, 0..1, clamped at the ends."""
+        """Return the position of each force [N] on the scale, in 0..1; forces beyond an end are clamped to it."""
         force = np.clip(np.asarray(values, dtype=float), self.low, self.high)
         if self.log:
             place = np.log(force / self.low) / np.log(self.high / self.low)
@@ -65,18 +71,21 @@ class Scale:
 
 
 def rgb_of(hexadecimal: str) -> Rgb:
-    """Red, green and blue, 0..1, of "#rrggbb"."""
+    """Return the red, green and blue components, in 0..1, of a colour "#rrggbb"."""
     red, green, blue = (int(hexadecimal[k : k + 2], 16) / 255.0 for k in (1, 3, 5))
     return red, green, blue
 
 
 def hex_of(rgb: ArrayLike) -> str:
-    """Return the "#rrggbb" text of red, green and blue, 0..1."""
+    """Return the colour "#rrggbb" with these red, green and blue components, in 0..1."""
     return "#" + "".join(f"{round(float(c) * 255):02x}" for c in np.asarray(rgb, dtype=float))
 
 
 def oklab(rgb: ArrayLike) -> NDArray[np.float64]:
-    """OKLab coordinates (..., 3) of sRGB colours (..., 3), where equal distances look about equally different."""
+    """Convert sRGB colours (..., 3) to OKLab coordinates (..., 3).
+
+    Equal distances in these coordinates look about equally different.
+    """
     srgb = np.asarray(rgb, dtype=float)
     linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
     return np.asarray(np.cbrt(linear @ _TO_LMS.T) @ _TO_LAB.T, dtype=float)
@@ -95,10 +104,10 @@ def _perceptual_table() -> NDArray[np.float64]:
 
 
 TABLE: Final = _perceptual_table()
-INFINITE: Final[Rgb] = rgb_of("#9fbbe0")
-ZERO: Final[Rgb] = rgb_of("#d400d4")
-FIXED: Final[Rgb] = rgb_of("#d3d2ce")
-COVERED: Final[Rgb] = rgb_of("#8d8b87")
+INFINITE: Final[Rgb] = rgb_of("#9fbbe0")  # colour of points that no push moves
+ZERO: Final[Rgb] = rgb_of("#d400d4")  # colour of points with force 0
+FIXED: Final[Rgb] = rgb_of("#d3d2ce")  # colour of fixed bodies
+COVERED: Final[Rgb] = rgb_of("#8d8b87")  # colour of surfaces without a value
 
 
 def scale_of(values: ArrayLike) -> Scale | None:
@@ -119,13 +128,13 @@ def scale_of(values: ArrayLike) -> Scale | None:
 
 
 def sample(position: ArrayLike) -> NDArray[np.float64]:
-    """Colours (..., 3), 0..1, at places 0..1 of the scale."""
+    """Return the colours (..., 3), in 0..1, at positions 0..1 of the scale."""
     index = np.rint(np.asarray(position, dtype=float) * (_TABLE_SIZE - 1)).astype(np.int64)
     return np.asarray(TABLE[index], dtype=float)
 
 
 def colours(scale: Scale | None, values: ArrayLike) -> NDArray[np.float64]:
-    """Colours (C, 3), 0..1, of forces (C,) [N]; not-a-number gets the colour of surfaces without a value."""
+    """Return the colours (C, 3), in 0..1, of forces (C,) [N]; a NaN gets the colour of surfaces without a value."""
     force = np.asarray(values, dtype=float)
     rgb = np.tile(np.asarray(COVERED), (force.size, 1))
     rgb[force <= 0.0] = ZERO
@@ -137,13 +146,13 @@ def colours(scale: Scale | None, values: ArrayLike) -> NDArray[np.float64]:
 
 
 def number(value: float) -> str:
-    """Write a force with three significant digits, without an exponent wherever that stays short."""
+    """Format a force with three significant digits, without an exponent if that stays short."""
     text = f"{value:.3g}"
     return f"{float(text):.0f}" if "e" in text and 1.0 <= value < 1e6 else text
 
 
 def ticks(scale: Scale) -> tuple[Tick, ...]:
-    """Return the marks of the colour bar: its ends, with ≤ or ≥ where data lies beyond, and round numbers."""
+    """Return the marks of the colour bar: its ends, with ≤ or ≥ if data lie beyond them, and round numbers."""
     first = ("≤ " if scale.below else "") + number(scale.low)
     last = ("≥ " if scale.above else "") + number(scale.high)
     between = _decade_numbers(scale) if scale.log else _round_numbers(scale)

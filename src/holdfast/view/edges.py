@@ -1,4 +1,4 @@
-"""The edges that give a body its shape: where its surface bends or ends, however it is cut into cells."""
+"""Find the edges that show the shape of a body: where its surface bends or ends, however it is cut into cells."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from holdfast.geometry.topology import Edges
 from holdfast.view.raster import CREASE_COSINE
 from holdfast.view.soup import Soup
 
-_GRID: Final = 1e-6  # of the body's size: cells of one corner are cut to slightly different vertices, merged here
+# of the body's size: vertices that are closer are merged, because cells cut the same corner slightly differently
+_GRID: Final = 1e-6
 
 
 def feature_edges(soup: Soup) -> NDArray[np.float64]:
-    """Segments (E, 2, 3) [m] along which a body's surface bends by more than 24° or ends."""
+    """Return the segments (E, 2, 3) [m] along which a body's surface bends by more than 24° or ends."""
     found = [np.empty((0, 2, 3))]
     for body in np.unique(soup.body):
         own = soup.body == body
@@ -32,8 +33,11 @@ def _of_one(
     edges = Edges.of(merged.ravel()[triangles], len(first))
     length = edges.ends[:, 0] != edges.ends[:, 1]  # sides of slivers end where they begin once corners are merged
     shared, ends = edges.shared[length], edges.ends[length]
-    begin = edges.first[length]
-    one, other = (normals[edges.sides[k] // 3] for k in (begin, begin + shared - 1))
+    # Slivers of cells lie along an edge twice, so it may have more than two sides: of these, the first and the last by
+    # their place in the triangle are compared. Which two it is changes what is drawn and nothing else.
+    count = len(triangles)
+    place = edges.sides % 3 * count + edges.sides // 3
+    one, other = (normals[end.reduceat(place, edges.first)[length] % count] for end in (np.minimum, np.maximum))
     bends = np.einsum("ij,ij->i", one, other) < CREASE_COSINE
     points = vertices[first]
     lone = shared == 1
@@ -43,7 +47,8 @@ def _of_one(
 def _open_ends(segments: NDArray[np.float64], normals: NDArray[np.float64], size: float) -> NDArray[np.float64]:
     """Return the parts of one-sided segments that no coplanar neighbour continues.
 
-    Where cells of different grids meet, an edge of one lies along several of the other without sharing vertices.
+    Where cells of different grids meet, an edge of one cell lies along several edges of the other without shared
+    vertices.
     """
     if not len(segments):
         return segments

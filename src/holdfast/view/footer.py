@@ -1,4 +1,4 @@
-"""The words of a PNG: header, captions, colour bar, swatches and the list of weakest pushes."""
+"""The texts of a PNG: header, captions, colour bar, swatches and the list of the weakest pushes."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-GREY: Final = "#59606b"
-_BAR_SHARE: Final = 0.37
-_SWATCH_SHARE: Final = 0.23
-_ROWS: Final = 5
-_ROW: Final = 25.0
-_POINTS_PER_PIXEL: Final = 0.72
+GREY: Final = "#59606b"  # colour of secondary text
+_BAR_SHARE: Final = 0.37  # share of the footer's width that the colour bar takes
+_SWATCH_SHARE: Final = 0.23  # share of the footer's width that the swatches take
+_ROWS: Final = 5  # the most rows in a column of the list of weakest pushes
+_ROW: Final = 25.0  # height of a row [px] at the design size
+_POINTS_PER_PIXEL: Final = 0.72  # font size [points] of a letter height of one pixel
 
 
 class Writer:
-    """Puts text on a page whose axes are in pixels, and measures it."""
+    """Writes and measures text on a page whose axes are in pixels."""
 
     def __init__(self, axes: Axes, canvas: FigureCanvasAgg, unit: float) -> None:
         self.axes = axes
@@ -44,7 +44,7 @@ class Writer:
         bold: bool = False,
         align: str = "left",
     ) -> None:
-        """Write a line whose letters stand on row y; ``pixels`` is the letter height at the design size."""
+        """Write one line of text with its baseline at row y; ``pixels`` is the letter height at the design size."""
         self.axes.text(
             x,
             y,
@@ -60,7 +60,7 @@ class Writer:
         )
 
     def width(self, text: str, pixels: float, bold: bool = False) -> float:
-        """Width of a line [px]."""
+        """Return the width of a line [px]."""
         from matplotlib.font_manager import FontProperties
 
         weight = "bold" if bold else "normal"
@@ -68,7 +68,7 @@ class Writer:
         return float(self._renderer.get_text_width_height_descent(text, font, False)[0])
 
     def clipped(self, text: str, pixels: float, room: float, bold: bool = False) -> str:
-        """Return the text, cut with an ellipsis where it is wider than ``room`` [px]."""
+        """Return the text, shortened with an ellipsis if it is wider than ``room`` [px]."""
         if self.width(text, pixels, bold) <= room:
             return text
         while text and self.width(text + "…", pixels, bold) > room:
@@ -76,7 +76,7 @@ class Writer:
         return text.rstrip() + "…"
 
     def wrapped(self, text: str, pixels: float, room: float, lines: int) -> list[str]:
-        """Return the text broken at blanks into at most ``lines`` lines of ``room`` [px]."""
+        """Return the text, broken at spaces into at most ``lines`` lines of ``room`` [px]."""
         result = [""]
         for word in text.split():
             longer = f"{result[-1]} {word}".strip()
@@ -88,12 +88,12 @@ class Writer:
 
 
 def plain(text: str) -> str:
-    """Text on one line: the line breaks of hover texts become commas."""
+    """Return the text on one line; the line breaks of hover texts become commas."""
     return ", ".join(part.strip() for part in text.replace("\n", "<br>").split("<br>") if part.strip())
 
 
 def draw_header(writer: Writer, picture: Picture, box: Box) -> None:
-    """Title and up to two lines of subtitle."""
+    """Draw the title and up to two lines of subtitle."""
     unit = writer.unit
     size = 27.0
     title = plain(picture.title)
@@ -105,7 +105,7 @@ def draw_header(writer: Writer, picture: Picture, box: Box) -> None:
 
 
 def paint_bar(page: NDArray[np.float64], layout: Layout, scale: colours.Scale | None) -> None:
-    """Put the colours of the scale into the page image (H, W, 3)."""
+    """Draw the colours of the scale into the page image (H, W, 3)."""
     if scale is None:
         return
     bar = _bar(layout)
@@ -115,7 +115,7 @@ def paint_bar(page: NDArray[np.float64], layout: Layout, scale: colours.Scale | 
 
 
 def draw_footer(writer: Writer, picture: Picture, layout: Layout, scale: colours.Scale | None) -> None:
-    """Colour bar text, swatches, and the numbered list of weakest pushes."""
+    """Draw the texts of the colour bar, the swatches, and the numbered list of the weakest pushes."""
     foot = layout.footer
     left = float(foot.left)
     if scale is not None:

@@ -1,4 +1,4 @@
-"""A robustness map as one HTML file that turns under the pointer and needs no network."""
+"""Write a robustness map as one HTML file that turns under the pointer and needs no network."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from holdfast.view.picture import Picture
 from holdfast.view.soup import forces
 from holdfast.view.traces import Group, groups
 
-_MARGIN = 0.15
+_MARGIN = 0.15  # margin around the picture, as a share of its longest side
 # Half the opening angle of plotly's perspective camera, less a rim; and how much wider than high a plot usually is.
 _OPENING = 0.86 * float(np.tan(np.pi / 8.0))
 _WIDER = 1.25
 
 
 def write_html(picture: Picture, path: str | os.PathLike[str]) -> None:
-    """Write the picture as a self-contained 3D page; a failure leaves an old file as it was."""
+    """Write the picture as a self-contained 3D page; if writing fails, an existing file is left unchanged."""
     write_atomically(path, _page(picture).encode("utf-8"))
 
 

@@ -1,4 +1,4 @@
-"""Where the parts of a PNG go: header, panels, footer; all in pixels from the top left corner."""
+"""The layout of a PNG page: header, panels and footer, in pixels from the top left corner."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 from holdfast.view.camera import Camera, View, back_view, fit, front_view, heat_points, stacked
 from holdfast.view.picture import Picture
 
-_PAD: Final = 34
-_HEADER: Final = 104
-_FOOTER: Final = 196
-_GUTTER: Final = 16
-_CAPTION: Final = 34
-_MARGIN: Final = 30
-_WIDE_SPLIT: Final = 0.585
-_COLUMN_SPLITS: Final = (0.42, 0.29, 0.29)
-_MAIN_WEIGHT: Final = 2.0
+_PAD: Final = 34  # left and right margin of the page [px], here and below at the design size
+_HEADER: Final = 104  # height of the header [px]
+_FOOTER: Final = 196  # height of the footer [px]
+_GUTTER: Final = 16  # distance between panels [px]
+_CAPTION: Final = 34  # height of a panel's caption [px]
+_MARGIN: Final = 30  # margin around the bodies in a panel [px]
+_WIDE_SPLIT: Final = 0.585  # share of the width for the main panel, with the other panels stacked beside it
+_COLUMN_SPLITS: Final = (0.42, 0.29, 0.29)  # shares of the width for three panels side by side
+_MAIN_WEIGHT: Final = 2.0  # weight of the main panel's scale when two arrangements are compared
 
 
 class Box(NamedTuple):
@@ -33,7 +33,10 @@ class Box(NamedTuple):
 
 @dataclass(frozen=True)
 class Shot:
-    """One panel: its caption, place, camera, and whether it shows contacts instead of robustness."""
+    """One panel: its caption, its place and its camera.
+
+    ``fixed`` says whether it shows the fixed bodies, and ``contacts`` whether it shows contacts instead of robustness.
+    """
 
     caption: str
     box: Box
@@ -44,7 +47,10 @@ class Shot:
 
 @dataclass(frozen=True)
 class Layout:
-    """A page: ``unit`` is the pixel size of the 1600 by 1000 design, the rest are its parts."""
+    """The layout of a page: its header, panels and footer.
+
+    ``unit`` is the size of a pixel of the 1600 by 1000 design.
+    """
 
     unit: float
     header: Box
@@ -61,12 +67,12 @@ class _Plan(NamedTuple):
 
 
 def has_contacts(picture: Picture) -> bool:
-    """Whether there is anything to show in a contact panel."""
+    """Tell whether there is anything to show in a contact panel."""
     return bool(picture.contact_forces or picture.outlines or len(picture.contact_points))
 
 
 def layout_of(picture: Picture, size: tuple[int, int]) -> Layout:
-    """Lay out a page of (width, height) pixels, in that of two arrangements which draws the bodies larger."""
+    """Lay out a page of (width, height) pixels; of two arrangements, choose the one that draws the bodies larger."""
     width, height = size
     scale = min(width / 1600, height / 1000)
     pad, header, footer = (round(v * scale) for v in (_PAD, _HEADER, _FOOTER))

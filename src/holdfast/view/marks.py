@@ -1,4 +1,4 @@
-"""Arrows, numbered badges and contact patches drawn over a rendered panel, in page pixels."""
+"""Draw arrows, numbered badges and contact patches over a rendered panel, in page pixels."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from holdfast.view.picture import Arrow, Picture
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-INK: Final = "#14171c"
-CONTACT: Final = "#0b6aa8"
-FONT: Final = "DejaVu Sans"
+INK: Final = "#14171c"  # colour of text and of the arrows of pushes
+CONTACT: Final = "#0b6aa8"  # colour of contacts
+FONT: Final = "DejaVu Sans"  # font of all texts
 
-_HIDDEN_ALPHA: Final = 0.38
-_RELAX_ROUNDS: Final = 200
+_HIDDEN_ALPHA: Final = 0.38  # opacity of an arrow whose point is hidden in this panel
+_RELAX_ROUNDS: Final = 200  # the most rounds in which badges are moved apart
 
 
 @dataclass(frozen=True)
 class Pen:
-    """Sizes of an arrow [px]: shaft width, head length and width, and the least length it is drawn with."""
+    """The sizes of an arrow [px]: shaft width, head length, head width, and the least length with which it is drawn."""
 
     shaft: float
     head: float
@@ -38,7 +38,7 @@ FORCE: Final = Pen(2.2, 10.0, 8.5, 3.0)
 
 
 def visible(shot: Shot, depth: NDArray[np.float64], arrow: Arrow) -> bool:
-    """Whether the pushed point is seen in this panel, of which ``depth`` (H, W) [m] is the depth image."""
+    """Tell whether the pushed point is visible in this panel, whose depth image is ``depth`` (H, W) [m]."""
     length = float(np.linalg.norm(arrow.tail - arrow.head))
     outside = arrow.head + 0.02 * (arrow.tail - arrow.head)
     column, row, z = shot.camera.pixels(outside[None])[0]
@@ -50,12 +50,15 @@ def visible(shot: Shot, depth: NDArray[np.float64], arrow: Arrow) -> bool:
 
 
 def on_page(shot: Shot, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Page pixels (N, 2) of world points (N, 3)."""
+    """Return the page pixels (N, 2) of world points (N, 3) [m]."""
     return np.asarray(shot.camera.pixels(points)[:, :2] + np.array([shot.box.left, shot.box.top]), dtype=float)
 
 
 def arrow_shapes(tails: NDArray[np.float64], heads: NDArray[np.float64], pen: Pen) -> list[NDArray[np.float64]]:
-    """Return filled outlines (7, 2) [px] of arrows from tails to heads (N, 2), leaving out those seen end on."""
+    """Return the filled outlines (7, 2) [px] of arrows from tails to heads (N, 2).
+
+    Arrows that are seen end on are left out.
+    """
     shapes = []
     for tail, head in zip(tails, heads, strict=True):
         length = float(np.linalg.norm(head - tail))
@@ -75,7 +78,7 @@ def arrow_shapes(tails: NDArray[np.float64], heads: NDArray[np.float64], pen: Pe
 
 
 def draw_pushes(axes: Axes, shot: Shot, picture: Picture, state: dict[int, bool], unit: float) -> None:
-    """Draw the weakest pushes named in ``state`` (index to whether it is seen) with their numbers."""
+    """Draw the weakest pushes in ``state`` with their numbers; it maps their index to whether they are visible."""
     from matplotlib.collections import PolyCollection
 
     if not state:
@@ -123,7 +126,7 @@ def draw_contacts(axes: Axes, shot: Shot, picture: Picture, unit: float) -> None
 
 
 def _apart(shot: Shot, places: NDArray[np.float64], unit: float) -> NDArray[np.float64]:
-    """Move places (N, 2) [px] so that badges there neither touch nor leave the panel, as far as there is room."""
+    """Move places (N, 2) [px] so that their badges neither touch nor leave the panel, as far as there is room."""
     apart = 27.0 * unit
     box = shot.box
     low = np.array([box.left, box.top]) + 14.0 * unit
@@ -151,7 +154,7 @@ def _badges(axes: Axes, picks: list[int], places: NDArray[np.float64], tails: ND
 
 
 def draw_scale_bar(axes: Axes, shot: Shot, unit: float) -> None:
-    """Draw a bar of a round length [m] in the lower right corner; lengths across the line of sight compare with it."""
+    """Draw a bar of a round length [m] in the lower right corner, as a scale for lengths across the line of sight."""
     raw = 0.16 * shot.box.width / shot.camera.scale
     power = 10.0 ** np.floor(np.log10(raw))
     length = max(step * power for step in (1.0, 2.0, 5.0) if step * power <= raw * (1 + 1e-9))

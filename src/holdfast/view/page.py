@@ -1,4 +1,4 @@
-"""The page that carries the 3D picture; its security policy forbids every request over the network."""
+"""The HTML page around the 3D picture; its security policy forbids all network requests."""
 
 from __future__ import annotations
 

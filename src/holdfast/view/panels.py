@@ -1,4 +1,4 @@
-"""A sheet of small pictures side by side, with points and one scale of colours in common."""
+"""Draw a sheet of small pictures side by side that show points on one common colour scale."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from holdfast.view.shade import render
 from holdfast.view.soup import fixed, forces, movable
 
 _HEAD, _CAPTION, _FOOT, _PAD = 92, 34, 96, 26
-_PALE = (0.90, 0.905, 0.915)
-_ACCENT = colours.rgb_of("#5b8fd6")
-_SHIFT = 0.004  # of the scene: points are drawn this far before their surface
+_PALE = (0.90, 0.905, 0.915)  # colour of bodies without a map
+_ACCENT = colours.rgb_of("#5b8fd6")  # colour of the body named ``accent``
+_SHIFT = 0.004  # of the scene's size: points are drawn this far in front of their surface
 
 
 @dataclass(frozen=True)
 class PointsPanel:
-    """One picture of a sheet: a scene, and points on it coloured by their force.
+    """One picture of a sheet: a scene, and points on it that are coloured by their force.
 
-    ``points`` (n, 3) [m] with outward ``normals`` (n, 3) and ``force`` (n,) [N]; ``marks`` are drawn as arrows. Bodies
-    without a map are pale, the one named ``accent`` is blue.
+    ``points`` (n, 3) [m] have outward ``normals`` (n, 3) and ``force`` (n,) [N]; ``marks`` are drawn as arrows. Bodies
+    without a map are pale, and the body named ``accent`` is blue.
     """
 
     caption: str
@@ -43,7 +43,7 @@ class PointsPanel:
 def sheet_png(
     rows: Sequence[Sequence[PointsPanel]], title: str, subtitle: str, *, panel: tuple[int, int] = (760, 560)
 ) -> bytes:
-    """A PNG of panels of (width, height) pixels in rows; panels of one row are seen alike."""
+    """Return a PNG of panels of (width, height) pixels in rows; all panels of one row have the same view."""
     count = max(len(row) for row in rows)
     width = 2 * _PAD + count * panel[0]
     height = _HEAD + len(rows) * (panel[1] + _CAPTION) + _FOOT
@@ -104,7 +104,7 @@ def _draw(
 def _seen(
     pixels: NDArray[np.float64], toward: NDArray[np.float64], depth: NDArray[np.float64], camera: Camera
 ) -> NDArray[np.bool_]:
-    """Which points face the viewer with nothing movable in front."""
+    """Tell which points face the viewer and have nothing movable in front of them."""
     rows, columns = depth.shape
     column = np.clip(pixels[:, 0].astype(int), 0, columns - 1)
     row = np.clip(pixels[:, 1].astype(int), 0, rows - 1)
@@ -112,7 +112,7 @@ def _seen(
 
 
 def _bar(writer: Writer, page: NDArray[np.float64], scale: colours.Scale | None, top: int) -> None:
-    """The scale of colours, and what infinite ones look like."""
+    """Draw the colour scale and the colour of infinite forces."""
     left, wide, tall = _PAD, 430, 16
     if scale is not None:
         page[top : top + tall, left : left + wide] = colours.sample(np.linspace(0, 1, wide))[None]

@@ -1,4 +1,4 @@
-"""What a heat-map picture shows, as plain arrays: the one thing both renderers take."""
+"""The content of a heat-map picture as plain arrays, which both renderers take."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Solid:
-    """A body, or a part of its surface, drawn without a value (fixed bodies, covered faces)."""
+    """A body, or a part of its surface, that is drawn without a value: fixed bodies and covered faces."""
 
     name: str
     vertices: NDArray[np.float64]  # (V, 3) world [m]
@@ -20,7 +20,7 @@ class Solid:
 
 @dataclass(frozen=True)
 class HeatSurface:
-    """The exposed surface of one body, cut into cells; every cell shows the answer at its one query point."""
+    """The exposed surface of one body, cut into cells; each cell shows the answer at its query point."""
 
     name: str
     vertices: NDArray[np.float64]  # (V, 3) world [m]
@@ -33,7 +33,7 @@ class HeatSurface:
 
 @dataclass(frozen=True)
 class Arrow:
-    """An arrow from tail to head, world [m]; the head is where it acts."""
+    """An arrow from tail to head (3,) [m], world frame; it acts at its head."""
 
     tail: NDArray[np.float64]  # (3,)
     head: NDArray[np.float64]  # (3,)
@@ -42,12 +42,13 @@ class Arrow:
 
 @dataclass(frozen=True)
 class Picture:
-    """A robustness map ready to draw.
+    """A robustness map that is ready to draw.
 
-    ``heat`` holds the coloured surfaces, ``solids`` the neutral ones; ``outlines`` are the contact patches as closed
-    polylines (k, 3); ``contact_points`` (m, 3) are the contact nodes; ``contact_forces`` are arrows of the contact
-    forces at rest, already scaled to metres; ``weakest`` are arrows of the weakest pushes, head at the pushed point.
-    ``up`` is the unit vector against gravity; ``zero_name`` says what a force of 0 means here.
+    ``heat`` holds the coloured surfaces and ``solids`` the neutral ones. ``outlines`` are the contact patches as closed
+    polylines (k, 3) [m], and ``contact_points`` (m, 3) [m] the contact nodes. ``contact_forces`` are arrows of the
+    contact forces at rest, already scaled to metres. ``weakest`` are arrows of the weakest pushes, with their heads at
+    the pushed points. ``up`` (3,) is the unit vector opposite to gravity, and ``zero_name`` says what a force of 0
+    means here.
     """
 
     title: str

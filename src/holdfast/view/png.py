@@ -1,4 +1,4 @@
-"""A robustness map as a PNG, drawn without a display or a graphics card."""
+"""Write a robustness map as a PNG, without a display or a graphics card."""
 
 from __future__ import annotations
 
@@ -22,11 +22,14 @@ from holdfast.view.soup import fixed, forces, movable
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_SMALLEST = (480, 300)
+_SMALLEST = (480, 300)  # smallest legible picture: width and height [px]
 
 
 def write_png(picture: Picture, path: str | os.PathLike[str], *, size: tuple[int, int] = (1600, 1000)) -> None:
-    """Draw the picture into a PNG file of size (width, height) pixels; a failure leaves an old file as it was."""
+    """Write the picture as a PNG file of ``size`` = (width, height) pixels.
+
+    If this fails, an existing file is left unchanged. Raises HoldfastError if the size is too small.
+    """
     if size[0] < _SMALLEST[0] or size[1] < _SMALLEST[1]:
         raise HoldfastError(f"size: {size} is too small for a legible picture; use at least {_SMALLEST}")
     write_atomically(path, _png(picture, size))

@@ -1,4 +1,4 @@
-"""Largest accelerations around the circle as a polar plot, in the manner of Nadeau & Kelly, Fig. 15."""
+"""Draw the largest accelerations around the circle as a polar plot, in the style of Nadeau & Kelly, Fig. 15."""
 
 from __future__ import annotations
 
@@ -19,21 +19,22 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.projections.polar import PolarAxes
 
-_SIZE: Final = (1600, 1000)
-_DPI: Final = 100
-_COLOURS: Final = ("#b5173f", "#0b6aa8", "#14171c", "#d9820f", "#3d8f5f", "#7a4fa3")
-_MARKERS: Final = ("o", "", "", "8", "s", "D")  # dots, lines, then the octagons and squares of the paper
-_LINES: Final = ("-", "-", "--", ":", ":", ":")
-_POLAR: Final = (60, 128, 850)  # left, top and side of the plot [px]
-_COLUMN: Final = 1010  # left end of what stands beside it [px]
+_SIZE: Final = (1600, 1000)  # width and height of the page [px]
+_DPI: Final = 100  # resolution of the figure [pixels per inch]
+_COLOURS: Final = ("#b5173f", "#0b6aa8", "#14171c", "#d9820f", "#3d8f5f", "#7a4fa3")  # colours of the curves in turn
+# markers of the curves in turn: dots, none, none, then the octagons and squares of the paper
+_MARKERS: Final = ("o", "", "", "8", "s", "D")
+_LINES: Final = ("-", "-", "--", ":", ":", ":")  # line styles of the curves in turn
+_POLAR: Final = (60, 128, 850)  # left edge, top edge and side of the plot [px]
+_COLUMN: Final = 1010  # left edge of the column beside the plot [px]
 _VIEW: Final = (480, 290)  # width and height of the view from above [px]
 
 
 @dataclass(frozen=True)
 class Curve:
-    """The answers of one method: ``radius`` (n,) [m/s²] at ``angle`` (n,) [rad]; inf where nothing moves.
+    """The answers of one method: ``radius`` (n,) [m/s²] at ``angle`` (n,) [rad]; the radius is inf where nothing moves.
 
-    ``lower`` (n,) [m/s²] is drawn as a band where it is above 0; ``lines`` are words for the legend.
+    ``lower`` (n,) [m/s²] is drawn as a band where it is above 0. ``lines`` are the texts of the legend.
     """
 
     name: str
@@ -45,7 +46,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Footprint:
-    """A body seen from above: its outline (k, 2) [m] in the axes of the plot; lower ones are drawn first."""
+    """A body seen from above: its outline (k, 2) [m] in the axes of the plot; lower bodies are drawn first."""
 
     outline: NDArray[np.float64]
     fixed: bool
@@ -54,7 +55,7 @@ class Footprint:
 
 @dataclass(frozen=True)
 class PolarPicture:
-    """Curves around one circle; ``axes`` names the directions at 0, 90, 180 and 270 degrees."""
+    """Several curves around one circle; ``axes`` names the directions at 0, 90, 180 and 270 degrees."""
 
     title: str
     subtitle: str
@@ -64,7 +65,7 @@ class PolarPicture:
 
 
 def write_polar(picture: PolarPicture, path: str | os.PathLike[str]) -> None:
-    """Draw the picture into a PNG file; a failure leaves an old file as it was."""
+    """Write the picture as a PNG file; if this fails, an existing file is left unchanged."""
     write_atomically(path, _png(picture))
 
 
@@ -82,13 +83,13 @@ def _png(picture: PolarPicture) -> bytes:
 
 
 def _box(figure: Figure, left: float, top: float, width: float, height: float, **options: Any) -> Any:  # noqa: ANN401
-    """Axes at a place in pixels from the top left corner."""
+    """Return axes at a place given in pixels from the top left corner."""
     w, h = _SIZE
     return figure.add_axes((left / w, 1 - (top + height) / h, width / w, height / h), **options)
 
 
 def draw_curves(axes: PolarAxes, picture: PolarPicture) -> None:
-    """Draw all curves into polar axes, the first on top."""
+    """Draw all curves into polar axes, with the first one on top."""
     axes.set_facecolor("none")
     finite = np.concatenate([curve.radius[np.isfinite(curve.radius)] for curve in picture.curves])
     end = 1.12 * float(finite.max(initial=0.0)) or 1.0
@@ -124,7 +125,10 @@ def draw_curves(axes: PolarAxes, picture: PolarPicture) -> None:
 
 
 def _free_angle(picture: PolarPicture) -> float:
-    """Where the radial figures stand [deg]: between the axes, at the longest answers, where they cover nothing."""
+    """Return the angle [deg] at which the radial numbers cover the least.
+
+    It lies between the axes, where the answers are shortest.
+    """
     candidates = np.array([15.0, 45.0, 75.0, 105.0, 135.0, 165.0, 195.0, 225.0, 255.0, 285.0, 315.0, 345.0])
     curve = picture.curves[0]
     apart = np.abs((np.degrees(curve.angle)[None] - candidates[:, None] + 180) % 360 - 180)
@@ -133,7 +137,7 @@ def _free_angle(picture: PolarPicture) -> float:
 
 
 def _draw_footprints(figure: Figure, writer: Writer, picture: PolarPicture) -> float:
-    """The bodies from above, in the orientation of the plot; returns the row below them."""
+    """Draw the bodies from above, in the orientation of the plot, and return the row below them."""
     from matplotlib.patches import Polygon
 
     width, height = _VIEW

@@ -1,4 +1,4 @@
-"""A small z-buffer rasteriser: which triangle is seen at each pixel, and where its outlines run."""
+"""A small z-buffer rasteriser, which finds the visible triangle at each pixel and the lines to draw."""
 
 from __future__ import annotations
 
@@ -10,18 +10,19 @@ from numpy.typing import NDArray
 
 from holdfast.base.compiled import compiled
 
-PLAIN: Final = 0
-CREASE: Final = 1
-OUTLINE: Final = 2
+PLAIN: Final = 0  # kind of line at a pixel: no line
+CREASE: Final = 1  # kind of line at a pixel: the surface bends
+OUTLINE: Final = 2  # kind of line at a pixel: the border of a body
 
-CREASE_COSINE: Final = float(np.cos(np.deg2rad(24.0)))  # of the bend that is drawn: curved sides bend by less
+# cosine of the smallest bend that is drawn; curved sides bend by less
+CREASE_COSINE: Final = float(np.cos(np.deg2rad(24.0)))
 _STEP_PIXELS: Final = 3.0
-_NOTHING: Final = -1
+_NOTHING: Final = -1  # triangle index of an empty pixel
 
 
 @dataclass(frozen=True)
 class Layer:
-    """What is seen at each pixel (H, W): triangle index (-1 nothing), depth [m] (inf nothing), kind of line."""
+    """What is visible at each pixel (H, W): triangle index (-1: nothing), depth [m] (inf: nothing) and kind of line."""
 
     triangle: NDArray[np.int64]
     depth: NDArray[np.float64]
@@ -38,8 +39,9 @@ def rasterise(
 ) -> Layer:
     """Draw triangles (T, 3) of projected vertices (V, 3: column, row, depth [m]) into a panel of (rows, columns).
 
-    ``normals`` (T, 3) are in screen axes (right, up, toward); of two triangles at one depth the one that faces the
-    viewer wins. ``body`` (T,) tells bodies apart for the outlines; ``scale`` is in pixels per metre.
+    ``normals`` (T, 3) are in screen axes: right, up, towards the viewer. Of two triangles at the same depth, the one
+    that faces the viewer is visible. ``body`` (T,) is the number of each triangle's body, for the outlines. ``scale``
+    is in pixels per metre.
     """
     depth = np.full(shape, np.inf)
     seen = np.full(shape, _NOTHING, dtype=np.int64)

@@ -1,4 +1,7 @@
-"""A sequence of states as one PNG: a panel each, in rows, the part that goes next in colour with an arrow."""
+"""Draw a sequence of states as one PNG, with one panel for each state.
+
+The body that leaves next is coloured and has an arrow.
+"""
 
 from __future__ import annotations
 
@@ -20,19 +23,22 @@ from holdfast.view.picture import Picture, Solid
 from holdfast.view.shade import render
 from holdfast.view.soup import soup_of
 
-NEXT: Final = colours.rgb_of("#ea7a3c")
-STAYS: Final = colours.rgb_of("#b9c4d2")
-ARROW: Final = "#b5173f"
-_ROW, _LEAST = 6, 3  # panels in a row: at most, and for how many there is room at least
-_PANEL: Final = (300, 300)
-_CAPTION: Final = 64
-_PAD, _GUTTER, _HEADER, _FOOT = 30, 12, 92, 12
-_SMALLEST_ASPECT, _LARGEST_ASPECT = 0.75, 1.8
+NEXT: Final = colours.rgb_of("#ea7a3c")  # colour of the body that leaves next
+STAYS: Final = colours.rgb_of("#b9c4d2")  # colour of the bodies that stay
+ARROW: Final = "#b5173f"  # colour of the arrows
+_ROW, _LEAST = 6, 3  # the most panels in a row, and the number of panels for which a row always has room
+_PANEL: Final = (300, 300)  # width and height of a panel of aspect 1 [px]
+_CAPTION: Final = 64  # height of a panel's caption [px]
+_PAD, _GUTTER, _HEADER, _FOOT = 30, 12, 92, 12  # margin, distance between panels, height of header and of footer [px]
+_SMALLEST_ASPECT, _LARGEST_ASPECT = 0.75, 1.8  # limits of a panel's width divided by its height
 
 
 @dataclass(frozen=True)
 class Frame:
-    """One state: the bodies that are there, which of them goes ``next`` ("" for none), a caption and a line below."""
+    """One state of a sequence: the bodies that are present, with a caption and a note below it.
+
+    ``next`` is the name of the body that leaves next, or "" if there is none.
+    """
 
     solids: tuple[Solid, ...]
     next: str
@@ -42,7 +48,10 @@ class Frame:
 
 @dataclass(frozen=True)
 class Sequence:
-    """States in order; ``along`` (3,) is the unit direction in which bodies leave, ``up`` is against gravity."""
+    """The states of an assembly in order.
+
+    ``along`` (3,) is the unit direction in which bodies leave, and ``up`` (3,) is opposite to gravity.
+    """
 
     title: str
     subtitle: str
@@ -52,7 +61,7 @@ class Sequence:
 
 
 def write_sequence(sequence: Sequence, path: str | os.PathLike[str]) -> None:
-    """Draw the sequence into a PNG file; a failure leaves an old file as it was."""
+    """Write the sequence as a PNG file; if this fails, an existing file is left unchanged."""
     write_atomically(path, _png(sequence))
 
 
@@ -95,7 +104,10 @@ def _png(sequence: Sequence) -> bytes:
 
 
 def _camera(sequence: Sequence) -> tuple[Camera, tuple[int, int], float]:
-    """The camera of all panels, their size [px] and the arrows' length [m]: room for all bodies and their arrows."""
+    """Return the camera of all panels, their size [px] and the length of the arrows [m].
+
+    There is room for all bodies and their arrows.
+    """
     solids = sequence.frames[0].solids
     picture = Picture("", "", (), tuple(s for s in solids if not s.fixed), up=sequence.up)
     view = front_view(picture)

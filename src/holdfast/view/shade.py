@@ -1,4 +1,4 @@
-"""From triangles to a smooth picture of one panel: gentle light, outlines, faded floors, anti-aliasing."""
+"""Turn triangles into the image of one panel, with soft light, outlines, faded floors and anti-aliasing."""
 
 from __future__ import annotations
 
@@ -14,22 +14,23 @@ from holdfast.view.camera import Camera, View
 from holdfast.view.raster import CREASE, OUTLINE, Layer, rasterise
 from holdfast.view.soup import Soup
 
-SHADE_LOSS: Final = 0.12
-_SAMPLES: Final = 2
-_INK: Final = np.array([0.10, 0.11, 0.14], dtype=np.float32)
-_LIGHT_INK: Final = np.array([0.85, 0.80, 0.82], dtype=np.float32)
-_LUMINANCE: Final = np.array([0.30, 0.59, 0.11], dtype=np.float32)
-_DARK: Final = 0.27
+SHADE_LOSS: Final = 0.12  # share of the brightness that a face turned away from the light loses
+_SAMPLES: Final = 2  # samples per pixel along each side, for anti-aliasing
+_INK: Final = np.array([0.10, 0.11, 0.14], dtype=np.float32)  # colour of lines
+_LIGHT_INK: Final = np.array([0.85, 0.80, 0.82], dtype=np.float32)  # colour of creases on dark surfaces
+_LUMINANCE: Final = np.array([0.30, 0.59, 0.11], dtype=np.float32)  # weights of red, green and blue in the luminance
+_DARK: Final = 0.27  # luminance below which a surface counts as dark
 _BACKGROUND: Final = np.array([1.0, 1.0, 1.0])
-_STRENGTH: Final = {CREASE: 0.42, OUTLINE: 0.85}
-_FIXED_STRENGTH: Final = 0.30
-_FIXED_VEIL: Final = 0.30
+_STRENGTH: Final = {CREASE: 0.42, OUTLINE: 0.85}  # opacity of each kind of line
+_FIXED_STRENGTH: Final = 0.30  # opacity of lines on fixed bodies, relative to that on movable ones
+_FIXED_VEIL: Final = 0.30  # opacity of a fixed body in front of a movable one
+# distances at which fixed bodies begin to fade and have vanished, relative to the size of the movable ones
 _FADE: Final = (0.10, 0.75)
 
 
 @dataclass(frozen=True)
 class Panel:
-    """A drawn panel: image (H, W, 3) 0..1, and the depth [m] of movable bodies at each of its pixels (H, W)."""
+    """A drawn panel: its image (H, W, 3) in 0..1, and the depth (H, W) [m] of movable bodies at each pixel."""
 
     image: NDArray[np.float64]
     depth: NDArray[np.float64]
@@ -43,10 +44,10 @@ def render(
     ghost: bool = False,
     focus: NDArray[np.float64] | None = None,
 ) -> Panel:
-    """Draw both soups into a panel of (rows, columns); fixed bodies fade out away from the movable ones.
+    """Draw both soups into a panel of (rows, columns); fixed bodies fade out with their distance from the movable ones.
 
-    ``ghost`` draws the movable bodies pale, as a backdrop for what lies inside them. ``focus``: points (N, 3) that the
-    fixed bodies fade away from instead.
+    ``ghost`` draws the movable bodies pale, as a backdrop for contacts inside them. If ``focus`` (N, 3) [m] is given,
+    the fixed bodies fade out with their distance from these points instead.
     """
     fine = camera.magnified(_SAMPLES)
     size = (shape[0] * _SAMPLES, shape[1] * _SAMPLES)
@@ -61,7 +62,10 @@ def render(
 
 
 def light(normals: NDArray[np.float64], view: View) -> NDArray[np.float64]:
-    """Brightness (T,) of faces by their normal, between 1 - SHADE_LOSS and 1; the light hangs beside the viewer."""
+    """Return the brightness (T,) of faces by their normals (T, 3), between 1 - SHADE_LOSS and 1.
+
+    The light is beside the viewer.
+    """
     lamp = unit(0.55 * view.toward + 0.75 * view.up - 0.45 * view.right)
     return np.asarray(1.0 - SHADE_LOSS * (1.0 - np.clip(normals @ lamp, 0.0, 1.0)), dtype=float)
 

@@ -18,7 +18,10 @@ Part = TypeVar("Part", HeatSurface | Solid, Solid)
 
 @dataclass(frozen=True)
 class Soup:
-    """Triangles (T, 3) of vertices (V, 3) [m] with colour (T, 3) 0..1, unit normal (T, 3) and body number (T,)."""
+    """Triangles (T, 3) of vertices (V, 3) [m].
+
+    Each triangle has a colour (T, 3) in 0..1, a unit normal (T, 3) and a body number (T,).
+    """
 
     vertices: NDArray[np.float64]
     triangles: NDArray[np.int64]
@@ -28,7 +31,7 @@ class Soup:
 
 
 def forces(picture: Picture) -> NDArray[np.float64]:
-    """Every cell's force [N] of the picture, (C,) over all surfaces."""
+    """Return the force [N] of every cell of the picture, (C,) over all surfaces."""
     return np.concatenate([*(surface.force for surface in picture.heat), np.empty(0)])
 
 
@@ -44,9 +47,9 @@ def fixed(picture: Picture) -> Soup:
 
 
 def soup_of(parts: Iterable[Part], paint: Callable[[Part], ArrayLike]) -> Soup:
-    """Return the triangles of all parts, those of one name as one body.
+    """Return the triangles of all parts; parts with the same name are one body.
 
-    ``paint`` gives the colour of a part, (3,) or one for each of its triangles (T, 3).
+    ``paint`` returns the colour of a part, either (3,) or one for each of its triangles (T, 3).
     """
     vertices, triangles, rgb, body = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], [np.empty((0, 3))], [[0][:0]]
     names: dict[str, int] = {}

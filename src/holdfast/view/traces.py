@@ -1,4 +1,4 @@
-"""The parts of the 3D page as plotly traces: plain dictionaries that JSON can hold."""
+"""The parts of the 3D page as plotly traces, which are plain dictionaries for JSON."""
 
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ from holdfast.view.soup import Soup, fixed, forces, movable
 
 Trace = dict[str, Any]
 
-_FORCE_COLOUR: Final = "#1d8fd6"
+_FORCE_COLOUR: Final = "#1d8fd6"  # colour of contact forces
+# lighting under which a surface shows exactly its colour
 _UNLIT: Final = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0, "fresnel": 0.0, "roughness": 1.0}
-_SIDES: Final = 12
+_SIDES: Final = 12  # number of sides of the rods and cones of an arrow
 
 
 class Group(NamedTuple):
-    """Traces that one switch of the page shows and hides; the page's script knows it by its ``role``."""
+    """Traces that one switch of the page shows and hides; the page's script identifies the group by its ``role``."""
 
     name: str
     swatch: str
@@ -41,7 +42,7 @@ class _Cells(NamedTuple):
 
 
 def groups(picture: Picture) -> list[Group]:
-    """Every part of the picture that is there, in the order of the page's switches."""
+    """Return the parts of the picture that exist, in the order of the page's switches."""
     scale = colours.scale_of(forces(picture))
     found = [*_heat_groups(picture, scale), *_neutral_groups(picture), *_contact_groups(picture)]
     if picture.weakest:
@@ -50,7 +51,10 @@ def groups(picture: Picture) -> list[Group]:
 
 
 def arrow_mesh(arrows: tuple[Arrow, ...], radius: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Vertices (V, 3) [m] and triangles (T, 3) of arrows as rods of this radius [m] with cones; V is even per arrow."""
+    """Return vertices (V, 3) [m] and triangles (T, 3) of arrows as rods of this ``radius`` [m] with cones.
+
+    All arrows have the same number of vertices.
+    """
     turn = np.linspace(0.0, 2.0 * np.pi, _SIDES, endpoint=False)
     ring = np.arange(_SIDES)
     following = (ring + 1) % _SIDES
@@ -166,7 +170,10 @@ def _neutral_groups(picture: Picture) -> list[Group]:
 
 
 def _without_undersides(still: Soup, picture: Picture) -> Soup:
-    """Leave out what faces down below everything else: of a cropped floor it would show as a second sheet."""
+    """Leave out the faces that face down beneath everything else.
+
+    Those of a cropped floor would look like a second sheet.
+    """
     level = float((heat_points(picture) @ picture.up).min())
     height = (still.vertices @ picture.up)[still.triangles].max(axis=1)
     kept = ~((still.normals @ picture.up < -0.9) & (height < level))

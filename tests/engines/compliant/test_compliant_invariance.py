@@ -98,14 +98,14 @@ def test_never_above_limit_on_shipped_scenes(name: str) -> None:
 
 
 def check(got: object, certain: object) -> None:
-    assert not np.isnan([got.factor, got.lower, got.upper]).any()
-    assert (got.lower <= got.factor).all()
-    assert (got.factor <= got.upper).all()
+    assert not np.isnan([got.force, got.lower, got.upper]).any()
+    assert (got.lower <= got.force).all()
+    assert (got.force <= got.upper).all()
     for k, status in enumerate(got.status):
         assert status in (Status.FINITE, Status.INFINITE)
-        assert (status is Status.INFINITE) == np.isinf(got.factor[k])
+        assert (status is Status.INFINITE) == np.isinf(got.force[k])
         assert (got.mechanism[k] is None) == (status is Status.INFINITE)
-        assert got.factor[k] <= certain.upper[k] * (1 + 1e-6)
+        assert got.force[k] <= certain.upper[k] * (1 + 1e-6)
 
 
 lengths = st.floats(0.05, 0.3)
@@ -154,7 +154,7 @@ def test_a_larger_load_has_a_smaller_factor(factor: float) -> None:
     W = columns(assembly, random_pushes(assembly, 6, 3))
     state = Compliant().prepare(assembly)
     one, other = state.load_factor(W), state.load_factor(factor * W)
-    np.testing.assert_allclose(factor * other.factor, one.factor, rtol=1e-4)
+    np.testing.assert_allclose(factor * other.force, one.force, rtol=1e-4)
 
 
 def test_bound_is_that_of_limit() -> None:
@@ -174,9 +174,9 @@ def test_bound_is_that_of_limit() -> None:
 
 
 def test_no_load_is_carried_for_ever() -> None:
-    capacity = Compliant().prepare(shipped("cube")).load_factor(np.zeros((6, 2)))
-    assert np.isinf(capacity.factor).all()
-    assert set(capacity.status) == {Status.INFINITE}
+    found = Compliant().prepare(shipped("cube")).load_factor(np.zeros((6, 2)))
+    assert np.isinf(found.force).all()
+    assert set(found.status) == {Status.INFINITE}
 
 
 @pytest.mark.parametrize(

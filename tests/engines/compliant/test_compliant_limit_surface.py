@@ -44,7 +44,7 @@ def test_any_push_on_many_nodes(name: str, seed: int) -> None:
 def test_a_hundred_straight_pushes(name: str, nodes: int, limit: float) -> None:
     assembly = shipped(name)
     pushes = straight(assembly, 100, seed=11)
-    got = Compliant(nodes=nodes).prepare(assembly).load_factor(columns(assembly, pushes)).factor
+    got = Compliant(nodes=nodes).prepare(assembly).load_factor(columns(assembly, pushes)).force
     expected = truth(assembly, pushes)
     np.testing.assert_array_equal(np.isfinite(got), np.isfinite(expected))
     np.testing.assert_allclose(got, expected, rtol=limit)
@@ -57,9 +57,9 @@ def test_pressure_gathered_in_a_corner_is_seen_to_be_too_coarse() -> None:
     (push,) = [("cube", np.array([0.0489232, 0.05, 0.00157536]), np.array([-0.30653885, -0.43417224, -0.84707048]))]
     W, (expected,) = columns(cube, [push]), truth(cube, [push])
     plain = Compliant().on(cube, cube.weight_wrench())
-    assert plain.load_factor(W).factor[0] > 1.5 * expected
+    assert plain.load_factor(W).force[0] > 1.5 * expected
     found = Compliant().prepare(cube).load_factor(W)
-    assert found.factor[0] == pytest.approx(expected, rel=0.05)
+    assert found.force[0] == pytest.approx(expected, rel=0.05)
     assert found.lower[0] <= expected
 
 
@@ -68,5 +68,5 @@ def test_threads_change_nothing() -> None:
     state, W = Compliant().prepare(table), columns(table, random_pushes(table, 40, 6))
     together = state.load_factor(W)
     alone = [state.load_factor(W[:, [k]]) for k in range(40)]
-    np.testing.assert_array_equal(together.factor, [a.factor[0] for a in alone])
+    np.testing.assert_array_equal(together.force, [a.force[0] for a in alone])
     np.testing.assert_array_equal(together.lower, [a.lower[0] for a in alone])

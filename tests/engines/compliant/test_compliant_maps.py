@@ -13,10 +13,12 @@ import holdfast as hf
 from holdfast.base.arrays import Float, Int
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.elastic.system import System
+from holdfast.engines.answers import Answers
 from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.compliant.interpolated import Solved, Survey, survey
 from holdfast.engines.compliant.state import MANY, Standing
-from holdfast.engines.contract import Capacity, Status
+from holdfast.engines.contract import Within
+from holdfast.engines.verdict import Status
 from holdfast.geometry.hull import corner_numbers
 from holdfast.geometry.triangulation import fan, inserted
 from holdfast.queries.map import RobustnessMap
@@ -28,10 +30,10 @@ CASES = {"cube": 0.008, "stack": 0.013, "table": 0.03}
 
 
 @cache
-def _case(scene: str) -> tuple[Standing, RobustnessMap, Capacity]:
+def _case(scene: str) -> tuple[Standing, RobustnessMap, Answers]:
     """A map, and every one of its points by a path of its own."""
     assembly = hf.assemble(shipped_scene(scene))
-    result = hf.robustness_map(assembly, None, CASES[scene], engine="compliant", gap=GAP)
+    result = hf.robustness_map(assembly, None, spacing=CASES[scene], engine="compliant", gap=GAP)
     state = Compliant().prepare(assembly)
     columns = [
         push_columns(assembly, assembly.index[name], result.points[here], -result.normals[here])
@@ -47,10 +49,10 @@ def test_a_map_says_what_single_paths_say_within_its_stated_error(scene: str) ->
     decided = np.array([status is not Status.UNDECIDED for status in exact.status])
     assert decided.mean() > 0.99
     assert (result.status == np.array(exact.status, dtype=object))[decided].all()
-    assert np.array_equal(result.force[result.solved], exact.factor[result.solved])
+    assert np.array_equal(result.force[result.solved], exact.force[result.solved])
     assert not result.error[result.solved].any()
-    between = ~result.solved & np.isfinite(exact.factor) & decided
-    off = np.abs(exact.factor[between] / result.force[between] - 1)
+    between = ~result.solved & np.isfinite(exact.force) & decided
+    off = np.abs(exact.force[between] / result.force[between] - 1)
     assert between.sum() > 0.25 * len(between)
     assert off.mean() <= 0.005
     assert off.max() <= 0.03
@@ -65,7 +67,7 @@ def test_lower_bounds_between_paths_allow_for_the_interpolation(scene: str) -> N
     between = ~result.solved & np.isfinite(result.force)
     assert (result.lower[between] <= result.force[between] * (1 - result.error[between])).all()
     decided = np.array([status is not Status.UNDECIDED for status in exact.status])
-    assert (result.lower <= exact.factor)[decided].all()
+    assert (result.lower <= exact.force)[decided].all()
     assert np.median(result.lower[between] / exact.lower[between]) > 0.97
 
 
@@ -76,7 +78,7 @@ def test_pushes_that_nothing_moves_have_paths_of_their_own() -> None:
     assert set(result.status[top]) == {Status.INFINITE}
     assert result.solved[np.isinf(result.force)].all()
     assert not result.solved.all()
-    assert np.array_equal(np.isinf(result.force), np.isinf(exact.factor))
+    assert np.array_equal(np.isinf(result.force), np.isinf(exact.force))
 
 
 def test_points_say_whether_they_were_solved() -> None:
@@ -91,19 +93,19 @@ def test_without_a_gap_with_few_columns_or_several_bodies_every_column_is_solved
     body = result.body == "cube3"
     assembly = state.grid.assembly
     W = push_columns(assembly, assembly.index["cube3"], result.points[body], -result.normals[body])
-    assert not state.load_factor(W, GAP).solved.all()
-    assert state.load_factor(W[:, : MANY - 1], GAP).solved.all()
+    assert not state.load_factor(W, Within(GAP)).solved.all()
+    assert state.load_factor(W[:, : MANY - 1], Within(GAP)).solved.all()
     assert state.load_factor(W).solved.all()
     W[6 * assembly.index["cube1"], 0] = 0.1
-    assert state.load_factor(W[:, :60], GAP).solved.all()
+    assert state.load_factor(W[:, :60], Within(GAP)).solved.all()
 
 
 def test_with_a_gap_of_nothing_a_map_solves_every_point() -> None:
     assembly = hf.assemble(shipped_scene("cube"))
-    result = hf.robustness_map(assembly, None, 0.02, engine="compliant", gap=0)
+    result = hf.robustness_map(assembly, None, spacing=0.02, engine="compliant", gap=0)
     assert result.solved.all()
     assert not result.error.any()
-    assert not hf.robustness_map(assembly, None, 0.008, engine="compliant").solved.all()
+    assert not hf.robustness_map(assembly, None, spacing=0.008, engine="compliant").solved.all()
 
 
 def _pushes(state: Standing, directions: Float) -> Float:
@@ -214,7 +216,7 @@ def test_steps_stay_on_the_branch_that_short_steps_follow(
     assembly = hf.assemble(shipped_scene(scene))
     along = np.array(direction) / np.linalg.norm(direction)
     push = push_columns(assembly, assembly.index[body], np.array([point]), along[None])
-    found = Compliant().prepare(assembly).load_factor(push).factor[0]
+    found = Compliant().prepare(assembly).load_factor(push).force[0]
     assert found == expected or found == pytest.approx(expected, rel=1e-3)
 
 

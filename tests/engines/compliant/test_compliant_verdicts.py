@@ -117,7 +117,7 @@ def test_what_nothing_presses_together_falls() -> None:
 def test_standing_loads_count() -> None:
     for share, status in ((0.99, Status.STABLE), (1.01, Status.UNSTABLE)):
         push = hf.Load("slab", (-0.25, 0, 0.225), force=share * 7.3575 * X)
-        assert stability(shipped("table"), [push], engine="compliant").status is status
+        assert stability(shipped("table"), loads=[push], engine="compliant").status is status
 
 
 @pytest.mark.parametrize("name", SMALL)

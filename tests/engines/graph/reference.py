@@ -9,7 +9,7 @@ import numpy as np
 from graph_scenes import Array
 
 from holdfast import Assembly, Graph
-from holdfast.engines.contract import ContactForces
+from holdfast.engines.verdict import ContactForces
 
 
 def inside_cone(f: Array, normal: Array, mu: Array) -> Array:

@@ -6,9 +6,9 @@ import pytest
 from graph_scenes import X, Z, block, floor, pair_friction, push
 
 from holdfast import Graph, Scene, assemble, robustness
-from holdfast.engines.contract import ContactForces
 from holdfast.engines.graph.engine import GraphState
 from holdfast.engines.graph.slip import max_flow
+from holdfast.engines.verdict import ContactForces
 from holdfast.scene.shipped import shipped_scene
 
 

@@ -90,10 +90,12 @@ def test_standing_loads_act_unscaled() -> None:
     assembly = assemble(cube_scene())
     down = Load("cube", (0, 0, 0.1), -10 * Z)
     along = [Load("cube", (-0.05, 0, 0.01), X)]
-    assert load_factor(assembly, along, [down], engine="graph").factor == pytest.approx(0.6 * 19.81)
+    assert load_factor(assembly, along, standing=[down], engine="graph").factor == pytest.approx(0.6 * 19.81)
     side = Load("cube", (-0.05, 0, 0.01), 2 * X)
-    assert load_factor(assembly, along, [side], engine="graph").factor == pytest.approx(0.6 * 9.81 - 2, rel=1e-4)
-    assert robustness(assembly, "cube", (0.05, 0, 0.01), -X, [side], engine="graph").force[0] == pytest.approx(
+    assert load_factor(assembly, along, standing=[side], engine="graph").factor == pytest.approx(
+        0.6 * 9.81 - 2, rel=1e-4
+    )
+    assert robustness(assembly, "cube", (0.05, 0, 0.01), -X, standing=[side], engine="graph").force[0] == pytest.approx(
         0.6 * 9.81 + 2, rel=1e-4
     )
 
@@ -101,7 +103,7 @@ def test_standing_loads_act_unscaled() -> None:
 def test_a_standing_load_that_topples_it_leaves_nothing() -> None:
     assembly = assemble(cube_scene())
     answer = load_factor(
-        assembly, [Load("cube", (0, 0, 0.1), -Z)], [Load("cube", (-0.05, 0, 0.1), 5 * X)], engine="graph"
+        assembly, [Load("cube", (0, 0, 0.1), -Z)], standing=[Load("cube", (-0.05, 0, 0.1), 5 * X)], engine="graph"
     )
     assert (answer.factor, answer.status, answer.moving) == (0, Status.UNSTABLE, ("cube",))
 

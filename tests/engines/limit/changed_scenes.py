@@ -34,8 +34,7 @@ def scene_with(
     for body in scene.bodies:
         if not body.fixed:
             shift = np.zeros(3) if com is None else np.asarray(com.get(body.name, np.zeros(3)))
-            assert body.com is not None
-            body = replace(body, mass=body.mass + (mass or {}).get(body.name, 0.0), com=body.com + shift)
+            body = replace(body, mass=body.mass + (mass or {}).get(body.name, 0.0), com=body.com_body + shift)
         bodies.append(body)
     pairs = {tuple(sorted(p)): v for p, v in (mu or {}).items()}
     return hf.Scene(bodies, hf.Friction(default=scene.friction.default, pairs=pairs))

@@ -1,14 +1,18 @@
 """Scenes that a solver finds hard: the right answer or an honest status, bounds that hold the truth, never NaN."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from limit_scenes import G0, X, Y, Z, block, cube, floor, pose, push
+from limit_scenes import G0, X, Y, Z, block, cube, floor, pose, push, push_wrench
 
 from holdfast import (
     Assembly,
     Body,
     Cylinder,
+    Friction,
     Interface,
+    Limit,
     Load,
     Robustness,
     Scene,
@@ -17,6 +21,7 @@ from holdfast import (
     load_factor,
     stability,
 )
+from holdfast.conic.solve import ConeSolution, Prepared
 from holdfast.scene.shipped import shipped_scene
 
 SIDE = (0.1, 0.1, 0.1)
@@ -157,6 +162,44 @@ def test_little_and_much_friction(mu: float) -> None:
     honest(push(table, "slab", (-0.25, 0, 0.225), X), truth, decided=mu <= 1e3)
 
 
+@pytest.mark.parametrize("mu", [1e-3, 0.5, 1e3, 1e6, 1e9])
+@pytest.mark.parametrize("noise", [1e-12, 1e-9, 1e-6])
+def test_bounds_hold_the_truth_with_a_worse_solver(mu: float, noise: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another processor ends elsewhere: here the dual is off by a share of its largest entry; the truth is by hand."""
+    assembly = assemble(Scene(shipped_scene("table").bodies, mu))
+    state = Limit().prepare(assembly)
+    rng, solve = np.random.default_rng(1), Prepared.solve
+
+    def noisy(self: Prepared) -> ConeSolution:
+        good = solve(self)
+        return replace(good, z=good.z + noise * np.abs(good.z).max() * rng.standard_normal(len(good.z)))
+
+    monkeypatch.setattr(Prepared, "solve", noisy)
+    for _ in range(5):
+        got = state.solve(push_wrench(assembly, "slab", (-0.25, 0, 0.225), X))
+        assert got.lower <= min(7.3575, 2 * G0 * mu) <= got.upper
+
+
+def walled(mu: float, *more: Body, friction: float = 0.6) -> Assembly:
+    """A column of three cubes, the lower two of them between walls that touch them, with friction ``mu``."""
+    walls = [block(name, (0.05, 0.2, 0.2), (x, 0, 0.1), fixed=True) for name, x in (("l", -0.075), ("r", 0.075))]
+    cubes = [block(f"c{k}", SIDE, (0, 0, 0.05 + 0.1 * k)) for k in range(3)]
+    pairs = {(wall, cube): mu for wall in "lr" for cube in ("c0", "c1")}
+    return assemble(Scene([floor(), *walls, *cubes, *more], Friction(friction, pairs=pairs)))
+
+
+def test_clamped_contacts_prove_no_upper_bound_but_what_rests_on_them_has_one() -> None:
+    """Forces between walls and cubes have no bound: whatever rounding leaves there might hold any push."""
+    assembly = walled(0.6, block("aside", SIDE, (0.4, 0, 0.05)))
+    for body, point in (("c2", (0, -0.05, 0.21)), ("aside", (0.4, -0.05, 0.01))):
+        got = push(assembly, body, point, Y)
+        honest(got, 0.6 * G0, decided=True)
+        assert got.upper[0] <= 0.6 * G0 * (1 + 1e-5)
+    slide = push(walled(0.0), "c0", (0, -0.05, 0.01), Y)  # the walls are smooth, the floor holds the whole column
+    honest(slide, 0.6 * 3 * G0, decided=True)
+    assert slide.upper[0] == np.inf
+
+
 @pytest.mark.parametrize("size", [1e-9, 1e-3, 1e3, 1e9])
 def test_loads_of_any_size(size: float) -> None:
     for point, direction, truth in (
@@ -172,7 +215,7 @@ def test_loads_of_any_size(size: float) -> None:
 @pytest.mark.parametrize("held", [1e-9, 1e3, 1e6, 1e9, 1e12])
 def test_standing_loads_of_any_size(held: float) -> None:
     answer = load_factor(
-        cube(), [Load("cube", (-0.05, 0, 0), X)], [Load("cube", (0, 0, 0.1), -held * Z)], engine="limit"
+        cube(), [Load("cube", (-0.05, 0, 0), X)], standing=[Load("cube", (0, 0, 0.1), -held * Z)], engine="limit"
     )
     truth = 0.6 * (G0 + held)
     assert answer.lower <= truth * (1 + 1e-9)

@@ -27,7 +27,7 @@ CLOSE = 1e-6
 
 def answers(assembly: Assembly, queries: list) -> np.ndarray:
     W = np.column_stack([push_wrench(assembly, *query) for query in queries])
-    return Limit().prepare(assembly).load_factor(W).factor
+    return Limit().prepare(assembly).load_factor(W).force
 
 
 def close(a: np.ndarray, b: np.ndarray) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from limit_scenes import columns, shipped
 
+from holdfast.engines.contract import Within
 from holdfast.engines.limit.engine import Limit
 from holdfast.engines.limit.load_limit import LoadLimit
 
@@ -51,15 +52,15 @@ def test_load_factors_are_the_same_from_four_threads() -> None:
     alone = Limit().prepare(assembly).load_factor(W)
     state = Limit().prepare(assembly)
     for found in at_once(lambda _: state.load_factor(W), THREADS):
-        for name in ("factor", "lower", "upper"):
+        for name in ("force", "lower", "upper"):
             np.testing.assert_array_equal(getattr(found, name), getattr(alone, name))
-        assert found.moving == alone.moving
+        assert list(found.moving) == list(alone.moving)
 
 
 def test_derivatives_are_those_of_the_load_asked_whatever_others_ask() -> None:
     assembly = shipped("table")
     W = columns(assembly, 24, 10)
-    W = W[:, np.isfinite(Limit().prepare(assembly).load_factor(W).factor)]
+    W = W[:, np.isfinite(Limit().prepare(assembly).load_factor(W).force)]
     alone = [Limit().prepare(assembly).gradient(w, "here").d_mu for w in W.T]
     state = Limit().prepare(assembly)
     assert at_once(lambda k: state.gradient(W[:, k], "here").d_mu, W.shape[1]) == alone
@@ -73,9 +74,9 @@ def test_bounds_within_a_gap_hold_from_four_threads() -> None:
     W = np.zeros((6 * len(assembly.movable), 60))
     W[slab] = 1.0
     W[slab + 3 : slab + 6] = rng.uniform(-0.1, 0.1, (3, 60)) * np.array([[0.0], [1.0], [1.0]])
-    exact = Limit().prepare(assembly).load_factor(W).factor
+    exact = Limit().prepare(assembly).load_factor(W).force
     state = Limit().prepare(assembly)
-    for found in at_once(lambda _: state.load_factor(W, 0.05), THREADS):
+    for found in at_once(lambda _: state.load_factor(W, Within(0.05)), THREADS):
         assert (found.lower <= exact * (1 + 1e-6)).all()
         assert (found.upper >= exact * (1 - 1e-6)).all()
         assert (found.lower >= 0.95 * found.upper * (1 - 1e-9)).all()

@@ -53,7 +53,7 @@ def test_the_same_program_as_engine_limit(name: str, body: str, point: tuple[flo
     for sides in (4, 8):
         nodes = contact_nodes(assembly, 20, "paper", 3)
         state = Limit("inscribed", sides).on(assembly, assembly.weight_wrench(), nodes)
-        expected = state.load_factor(push_columns(assembly, assembly.index[body], point, along)).factor
+        expected = state.load_factor(push_columns(assembly, assembly.index[body], point, along)).force
         found = optimised(assembly, body, point, along, sides=sides, seed=3)
         assert found.status[0] is Status.FINITE
         assert found.force == pytest.approx(expected, rel=1e-5)

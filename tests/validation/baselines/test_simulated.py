@@ -10,7 +10,7 @@ import pytest
 from holdfast import Assembly, Body, Box, Friction, HoldfastError, Mesh, Scene, SceneError, Status, assemble
 from holdfast.scene.shipped import shipped_scene
 from holdfast.validation.baselines import pybullet, simulated
-from holdfast.validation.baselines.search import Peak, Trial, climb, close_in
+from holdfast.validation.baselines.search import Peak, Trial, bracketed, largest_load
 
 G0 = 9.81  # [m/s²]
 MU, MASS, SIDE = 0.6, 2.0, 0.1
@@ -193,10 +193,10 @@ def test_what_a_search_comes_to(world: Made, status: Status, force: float, monke
 
 
 def test_searches_end() -> None:
-    never = close_in(lambda s: Trial(False, 0.0, 0.0, 1), 1.0, 100.0, 1e-3)
+    never = bracketed(lambda s: Trial(False, 0.0, 0.0, 1), 1.0, 100.0, 1e-3)
     assert never == Peak(0.0, never.moves, 0.0, 0.0, 0, never.steps)
     assert 0 < never.moves <= 1e-3
-    assert climb(Made(True, np.inf), 1.0, np.ones(6), 1e-3, most=2.0).held == 2.0
+    assert largest_load(Made(True, np.inf), 1.0, np.ones(6), 1e-3, most=2.0).held == 2.0
 
 
 def test_questions_that_make_no_sense() -> None:

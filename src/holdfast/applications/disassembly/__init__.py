@@ -1,1 +1,1 @@
-"""Which bodies may be taken out, in which order, while the rest stands."""
+"""Find which bodies can be taken out of an assembly, and in which order, while the others stand."""

@@ -1,4 +1,4 @@
-"""The straight way out of every body, checked against the meshes of all others."""
+"""Check the straight way out of every body against the meshes of all other bodies."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from holdfast.geometry.sweep import Swept, hit_distance
 
 
 class Exits:
-    """What stands in a body's way along the unit vector ``direction`` (3,), and how far off [m].
+    """The obstacles on each body's straight way out along the unit vector ``direction`` (3,), with their distances [m].
 
-    Bodies stay where they are until they go, so each pair is looked at once. Two surfaces may lie within the contact
-    tolerance of their pair, sideways and ahead: walls that it slides along are not in its way.
+    Bodies stay in place until they are taken out, so each pair is checked only once. Two surfaces may overlap by the
+    contact tolerance of their pair, sideways and ahead: a wall along which a body slides is not an obstacle.
     """
 
     def __init__(self, assembly: Assembly, direction: Float) -> None:
@@ -29,18 +29,18 @@ class Exits:
 
     @cached_property
     def _boxes(self) -> tuple[Float, Float]:
-        """Lowest and highest coordinates (n, 3) of all bodies across and along the direction."""
+        """The lowest and highest coordinates (n, 3) [m] of all bodies, across and along the direction."""
         swept = self._swept.values()
         return np.array([s.low for s in swept]), np.array([s.high for s in swept])
 
     def in_the_way(self, name: str) -> tuple[tuple[str, float], ...]:
-        """All bodies of the assembly that ``name`` would run into, each with its distance [m]; nearest first."""
+        """Return all bodies that ``name`` would run into, each with its distance [m], the nearest first."""
         if name not in self._found:
             self._found[name] = self._search(name)
         return self._found[name]
 
     def blockers(self, name: str, remaining: Collection[str]) -> tuple[tuple[str, float], ...]:
-        """The same, of the bodies that remain and of the fixed ones."""
+        """Return those of the bodies ``in_the_way`` that are fixed or among ``remaining``."""
         fixed = self._fixed
         return tuple(hit for hit in self.in_the_way(name) if hit[0] in remaining or hit[0] in fixed)
 

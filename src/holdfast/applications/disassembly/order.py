@@ -1,30 +1,43 @@
-"""The order in which an assembly is taken apart, body by body, without anything falling."""
+"""Find an order in which an assembly can be taken apart, body by body, without anything falling."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from holdfast.applications.disassembly.removal import WHOLE, Answer, Removal, Removals
 from holdfast.applications.disassembly.search import everything, fewest
 from holdfast.assembly.assembly import Assembly
+from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float, checked, unit
 from holdfast.base.errors import HoldfastError, SceneError, SolverError, UnstableError, message
-from holdfast.engines.contract import Claim, Status
+from holdfast.base.painters import paint
+from holdfast.base.public import PublicValue, Summary, number
+from holdfast.base.values import Value
+from holdfast.engines.answers import Claim
+from holdfast.engines.contract import FORCES_ONLY, Engine
+from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
+from holdfast.scene.scene import Scene
 
-BUDGET = 2000  # answers by contact forces after which a search stops
+SHOWN = 8  # the most body names in one line
+BUDGET = 2000  # number of answers by contact forces after which a search stops
 
 
-@dataclass(frozen=True)
-class PaperRow:
-    """The paper's test of one body (Sec. VII-C): its ``force`` [N], R at the centre of mass upward, against its weight.
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class PaperRow(Value):
+    """The paper's test of one body (Sec. VII-C), which compares R with the body's weight.
 
-    It calls a body removable where both are equal. That is unsafe (every voussoir of an arch passes): information only.
+    ``force`` [N] is R at the centre of mass, upwards, and ``weight`` [N] is the body's weight. The paper calls a body
+    removable if the two are equal. That test is not safe, because every voussoir of an arch passes it; the table is for
+    information only.
     """
 
     body: str
@@ -33,57 +46,85 @@ class PaperRow:
     removable: bool
 
 
-@dataclass(frozen=True, eq=False)
-class Disassembly:
-    """An order of removals.
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Disassembly(PublicValue):
+    """An order in which bodies can be taken out of ``assembly``.
 
-    ``order`` names the bodies in turn and ``steps`` hold each one's answer with its reasons. Where not everything (or
-    not the ``goal``) could be reached, ``remaining`` bodies stay and ``blocked`` says of each why it cannot go next.
-    ``proven``: no order is better (with a goal: none takes fewer removals; without: none gets to the end where this one
-    does not). ``bound``: no order takes fewer removals. ``lift`` (3,) is the unit direction of the exits.
+    ``order`` names the bodies in turn, and ``steps`` holds the answer for each of them with its reason. ``reached``
+    says whether everything, or the ``goal``, is taken out. If not, ``remaining`` names the bodies that stay, and
+    ``blocked`` says which of them cannot go next, and why.
+
+    ``proven`` means that no order is better: with a goal, none takes fewer removals; without one, no order takes out
+    everything if this one does not. ``bound`` is a lower bound on the number of removals of any order. ``lift`` (3,) is
+    the unit direction in which bodies leave, world frame. ``method`` is the engine that answered, and ``engine`` is its
+    name.
     """
 
-    engine: str
-    claim: Claim
+    assembly: Assembly
+    method: Engine
     lift: Float
     goal: tuple[str, ...]
     steps: tuple[Removal, ...]
     reached: bool
     proven: bool
     bound: float
-    removals: Removals = field(repr=False)
+
+    @property
+    def engine(self) -> str:
+        """The name of the engine."""
+        return self.method.name
+
+    @property
+    def claim(self) -> Claim:
+        """What the engine promises about its answers."""
+        return self.method.claim
+
+    @cached_property
+    def removals(self) -> Removals:
+        """The answers for the bodies in any state of the assembly; answers from the search are not computed again.
+
+        A copy of this value, from a file or from another process, computes them again.
+        """
+        return Removals(self.assembly, self.method, self.lift)
 
     @property
     def order(self) -> tuple[str, ...]:
-        """The bodies, first to last."""
+        """The names of the bodies in the order of their removal."""
         return tuple(step.body for step in self.steps)
 
     @property
     def assembly_order(self) -> tuple[str, ...]:
-        """The order backwards: how to put together what was taken apart."""
+        """The order reversed, in which the bodies can be put together again."""
         return self.order[::-1]
 
     @property
     def remaining(self) -> tuple[str, ...]:
-        """The bodies that stay."""
+        """The names of the bodies that are not taken out."""
         return tuple(name for name in self.removals.names if name not in self.order)
 
     @cached_property
     def blocked(self) -> dict[str, str]:
-        """Where the end was not reached: those of the remaining bodies that cannot go next, and why."""
+        """If the end was not reached, the remaining bodies that cannot go next, each with the reason."""
         if self.reached:
             return {}
         stuck = (removal for removal in self.answers(len(self.steps)) if removal.answer is not Answer.SAFE)
         return {removal.body: removal.reason for removal in stuck}
 
     def answers(self, step: int = 0) -> tuple[Removal, ...]:
-        """The answer for every body that is there before ``step``, with all reasons against it."""
+        """Return the answer for every body that is present before ``step``, with all reasons against its removal.
+
+        Raises HoldfastError if there is no such step.
+        """
         left = frozenset(self.removals.names) - set(self.order[: self._checked(step)])
         names = [name for name in self.removals.names if name in left]
         return tuple(self.removals.answer(name, left, exit_first=False) for name in names)
 
     def paper_table(self, step: int = 0) -> tuple[PaperRow, ...]:
-        """The paper's table of the bodies that are there before ``step``: R at the centre of mass, upward [N]."""
+        """Return the paper's table for the bodies that are present before ``step``; see PaperRow.
+
+        Raises HoldfastError if there is no such step.
+        """
         left = frozenset(self.removals.names) - set(self.order[: self._checked(step)])
         rows = {}
         for part in self.removals.parts(left):
@@ -91,11 +132,32 @@ class Disassembly:
                 rows[name] = self._paper_row(name, part)
         return tuple(rows[name] for name in self.removals.names if name in rows)
 
+    def save_png(self, path: str | os.PathLike[str]) -> None:
+        """Draw every state of the sequence as a PNG, with the next body in colour.
+
+        Of a long order, only every n-th state is drawn.
+        """
+        paint(self, path, ".png")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON."""
+        names = ("engine", "claim", "lift", "goal", "order", "assembly_order", "reached", "proven", "bound", "blocked")
+        data = {name: to_dict(getattr(self, name)) for name in (*names, "steps")}
+        return {"scene": self.assembly.scene.name} | data
+
+    def summary(self) -> Summary:
+        """Summarise the answer by its steps in order."""
+        whole = len(self.assembly.movable)
+        headline = f"{len(self.steps)} of {whole} bodies come out: {', '.join(self.order[:SHOWN])}"
+        outcome = f"reached {self.reached}, proven {self.proven}, at least {number(self.bound)} removals"
+        facts = [("engine", f"{self.engine} ({self.claim})"), ("outcome", outcome)]
+        rows = [[str(k + 1), step.body, step.reason] for k, step in enumerate(self.steps)]
+        return Summary(headline, facts, ("step", "take out", "why it may go"), rows)
+
     def _paper_row(self, name: str, part: frozenset[str]) -> PaperRow:
         column = self.removals.force(name, part, self.removals.up)
-        capacity = self.removals.state(part).load_factor(column[:, None], gap=1.0)
         weight = float(np.linalg.norm(column))
-        factor = float(capacity.factor[0])
+        factor = float(self.removals.state(part).load_factor(column[:, None], FORCES_ONLY).force[0])
         return PaperRow(name, factor * weight, weight, abs(factor - 1) <= WHOLE)
 
     def _checked(self, step: int) -> int:
@@ -105,21 +167,24 @@ class Disassembly:
 
 
 def disassembly_order(
-    assembly: Assembly,
-    engine: EngineChoice = DEFAULT_ENGINE,
-    lift: Any = (0.0, 0.0, 1.0),  # noqa: ANN401 - (3,) numbers, checked
-    goal: str | Iterable[str] | None = None,
+    assembly: Assembly | Scene,
     *,
+    lift: ArrayLike = (0.0, 0.0, 1.0),
+    goal: str | Iterable[str] | None = None,
     budget: int = BUDGET,
+    engine: EngineChoice = DEFAULT_ENGINE,
 ) -> Disassembly:
-    """In which order bodies can be lifted out along ``lift`` (3,) one by one while the rest stands.
+    """Find an order in which bodies can be lifted out along ``lift`` (3,), one by one, while the others stand.
 
-    A body may go when its straight way out is free of all other bodies, the rest stands without it, nothing else moves
-    while its weight is taken, and nothing comes along. ``goal``: take these out with the fewest removals; without it,
-    all movable bodies. ``budget``: how many answers by contact forces a search may take. An assembly that does not
-    stand raises UnstableError (a SceneError), one that is undecided SolverError, with the verdict.
+    A body may be taken out if four conditions hold: its straight way out is free of all other bodies; the others stand
+    without it; nothing else moves while its weight is taken; and nothing comes along with it. With a ``goal``, the
+    bodies that it names are taken out with the fewest removals; without one, all movable bodies are taken out.
+    ``budget`` is the number of answers by contact forces after which a search stops.
+
+    Raises UnstableError (a SceneError) if the assembly does not stand, and SolverError with the verdict if this is
+    undecided. Raises SceneError if the goal is empty, unknown or fixed.
     """
-    checked_assembly(assembly)
+    assembly = checked_assembly(assembly)
     method = engine_of(engine)
     if not isinstance(budget, int | np.integer) or budget < 0:
         raise HoldfastError(message("disassembly_order: budget", f"{budget!r}", "needs a whole number, not negative"))
@@ -130,9 +195,18 @@ def disassembly_order(
     removals = Removals(assembly, method, unit(direction))
     _check_stands(removals)
     plan = fewest(removals, frozenset(goals), budget) if goals else everything(removals, budget)
-    return Disassembly(
-        method.name, method.claim, unit(direction), goals, plan.steps, plan.reached, plan.proven, plan.bound, removals
+    found = Disassembly(
+        assembly=assembly,
+        method=method,
+        lift=unit(direction),
+        goal=goals,
+        steps=plan.steps,
+        reached=plan.reached,
+        proven=plan.proven,
+        bound=plan.bound,
     )
+    vars(found)["removals"] = removals  # fills the cached property, so that nothing is computed twice
+    return found
 
 
 def _goals(assembly: Assembly, goal: str | Iterable[str] | None) -> tuple[str, ...]:

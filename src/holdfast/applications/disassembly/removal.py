@@ -1,17 +1,18 @@
-"""Whether one body may be taken out now: the rest stands without it, does not move meanwhile, and the way is free.
+"""Decide whether one body may be taken out now, while the other bodies stand and do not move.
 
-The gripper holds the body by its centre of mass. Its force rises from 0 to the weight, against gravity; then it pulls
-along the lift direction. If contact forces f balance the assembly and f' the rest without the body, then (1-s) f + s f'
-balance it with the share s of the weight taken, for every s between: friction cones are convex and the body's own
-contacts fade in proportion. So, both ends standing, an equilibrium exists all the way; an engine that claims more is
-asked along the way. Where contacts could clamp the body, the engine tells what moves when it comes off.
+The gripper holds the body at its centre of mass. Its force rises from 0 to the body's weight, against gravity, and then
+pulls along the lift direction. Let the contact forces f balance the assembly, and let f' balance the rest without the
+body. When the share s of the weight is taken, the forces (1-s) f + s f' are an equilibrium, because friction cones are
+convex and the contact forces of the body fade in proportion. So if both ends stand, an equilibrium exists all the way.
+An engine that claims more than existence is asked at points along the way. If the contacts could clamp the body, the
+engine says what moves when the body comes off.
 """
 
 from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Collection, Iterable
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from enum import StrEnum, auto
 from functools import cached_property
 from typing import TypeVar
@@ -20,44 +21,54 @@ import numpy as np
 
 from holdfast.applications.disassembly.exits import Exits
 from holdfast.assembly.assembly import Assembly, components
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import wrench_at
+from holdfast.base.values import Value
+from holdfast.engines.answers import Claim
 from holdfast.engines.capabilities import RELEASES
-from holdfast.engines.contract import Claim, Engine, State, Status, Verdict
+from holdfast.engines.contract import FORCES_ONLY, Engine, State
+from holdfast.engines.verdict import Status, Verdict
 from holdfast.queries.request import CERTAIN_ENGINE, engine_of
 
 T = TypeVar("T")
 
-WHOLE = 1e-3  # relative: a lift within this of the weight has taken it
-CARRIED = 0.9  # of the weight is taken before a pull that is not upward: the contacts stay defined
-SHARES = (0.3, 0.6, 0.9)  # of the weight at which an engine is asked whether all still rests
+WHOLE = 1e-3  # relative tolerance; a lift that is this close to the weight has taken all of it
+CARRIED = 0.9  # share of the weight that is taken before a pull that is not upward, so that the contacts stay defined
+SHARES = (0.3, 0.6, 0.9)  # shares of the weight at which an engine is asked whether everything still rests
+# the reason for the answer that a body may be taken out
 SAFE = "the rest stands without it and while its weight is taken"
-KEPT = 8  # states of the engine kept at a time
-TOLD = 6  # names told in a sentence
+KEPT = 8  # the most prepared states of the engine in memory
+TOLD = 6  # the most body names in one sentence
 
 
+@archived
 class Answer(StrEnum):
-    """Whether a body may be taken out now."""
+    """The answer to whether a body may be taken out now."""
 
     SAFE = auto()
     UNSAFE = auto()
     UNDECIDED = auto()
 
 
-@dataclass(frozen=True)
-class Removal:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Removal(Value):
     """The answer for one body in one state of the assembly, with its ``reason`` in words.
 
-    ``blockers`` stand in its straight way out, each with its distance [m]. ``moving`` are other bodies that fall
-    without it or move meanwhile. ``lift`` is an upward force at its centre of mass, over its weight, at which it has
-    come off or something else moves (inf: nothing does; 0 where that was not asked, because the answer was known).
-    ``hold``: it has to be held against turning, too: by its centre of mass alone it would move before its weight is
-    taken.
+    ``blockers`` are the bodies on its straight way out, each with its distance [m]. ``moving`` names the other bodies
+    that fall without it or move while it is taken out.
+
+    ``lift`` is the upward force at the body's centre of mass, divided by its weight, at which the body comes off or
+    another body moves. It is inf if neither happens, and 0 if it was not computed because the answer was already known.
+    ``hold`` means that the body must also be held against turning: if it were lifted only at its centre of mass, it
+    would move before its weight is taken.
     """
 
     body: str
     answer: Answer
     reason: str
+    _: KW_ONLY
     blockers: tuple[tuple[str, float], ...] = ()
     moving: tuple[str, ...] = ()
     lift: float = 0.0
@@ -65,17 +76,17 @@ class Removal:
 
 
 class Removals:
-    """Answers for the bodies of one assembly, whatever remains of it; nothing is computed twice.
+    """The answers for the bodies of one assembly in any state of its disassembly; nothing is computed twice.
 
-    Bodies that no chain of contacts joins without passing a fixed one do not feel each other: every such part of the
-    assembly has its verdict and answers of its own.
+    Bodies that are connected only through fixed bodies do not affect each other. So the assembly falls into parts, and
+    every part has its own verdict and answers.
     """
 
     def __init__(self, assembly: Assembly, engine: Engine, lift: Float) -> None:
         self.assembly, self.engine, self.lift = assembly, engine, lift
         self.exits = Exits(assembly, lift)
         self._releases = RELEASES.of(engine_of(CERTAIN_ENGINE), engine=CERTAIN_ENGINE, where="disassembly")
-        self.asked = 0  # answers that took contact forces
+        self.asked = 0  # number of answers by contact forces
         self._verdicts: dict[frozenset[str], Verdict] = {}
         self._states: OrderedDict[frozenset[str], State] = OrderedDict()
         self._reduced: OrderedDict[frozenset[str], Assembly] = OrderedDict()
@@ -83,30 +94,31 @@ class Removals:
 
     @property
     def up(self) -> Float:
-        """(3,) against gravity."""
+        """The unit vector (3,) opposite to gravity, world frame."""
         return self.assembly.scene.up
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """The bodies that can be taken out."""
+        """The names of the bodies that can be taken out."""
         return tuple(body.name for body in self.assembly.movable)
 
     def answer(self, name: str, remaining: frozenset[str], *, exit_first: bool = True) -> Removal:
-        """Whether ``name`` may be taken out while ``remaining`` bodies, itself among them, stand there.
+        """Decide whether ``name`` may be taken out while the bodies ``remaining``, which include it, are present.
 
-        ``exit_first``: where the way is blocked, that is the answer; else what would fall is told as well.
+        If its way out is blocked and ``exit_first`` is true, that alone is the answer; otherwise the bodies that would
+        fall are also given.
         """
         blockers = self.exits.blockers(name, remaining)
         if blockers and exit_first:
-            return Removal(name, Answer.UNSAFE, self._blocked(blockers), blockers)
+            return Removal(name, Answer.UNSAFE, self._blocked(blockers), blockers=blockers)
         found = self.by_forces(name, remaining)
         if not blockers:
             return found
         reason = self._blocked(blockers) + (f"; {found.reason}" if found.moving else "")
-        return Removal(name, Answer.UNSAFE, reason, blockers, found.moving, found.lift, found.hold)
+        return replace(found, answer=Answer.UNSAFE, reason=reason, blockers=blockers)
 
     def by_forces(self, name: str, remaining: frozenset[str]) -> Removal:
-        """The same by contact forces alone: the rest stands without it, and on the way there."""
+        """Decide by contact forces alone whether the others stand without ``name`` and while it is taken out."""
         part = self.part_of(name, remaining)
         if (part, name) not in self._answers:
             self.asked += 1
@@ -114,7 +126,7 @@ class Removals:
         return self._answers[part, name]
 
     def parts(self, remaining: Collection[str]) -> list[frozenset[str]]:
-        """The parts of what remains that do not feel each other."""
+        """Return the parts of the bodies ``remaining`` that do not affect each other."""
         names = [name for name in self.names if name in remaining]
         number = {name: k for k, name in enumerate(names)}
         whole = len(names)
@@ -123,27 +135,27 @@ class Removals:
         return [frozenset(names[k] for k in group) for group in groups]
 
     def part_of(self, name: str, remaining: Collection[str]) -> frozenset[str]:
-        """The part of what remains that ``name`` belongs to."""
+        """Return the part of the bodies ``remaining`` that contains ``name``."""
         return next(part for part in self.parts(remaining) if name in part)
 
     def verdict(self, part: frozenset[str]) -> Verdict:
-        """Whether a part stands."""
+        """Return the verdict on whether a part stands."""
         if part not in self._verdicts:
             self._verdicts[part] = self.state(part).verdict()
         return self._verdicts[part]
 
     def state(self, part: frozenset[str]) -> State:
-        """The engine made ready for a part."""
+        """Return the engine, prepared for a part."""
         return _recalled(self._states, part, lambda: self.engine.prepare(self.reduced(part)))
 
     def reduced(self, part: frozenset[str]) -> Assembly:
-        """The assembly of a part and the fixed bodies."""
+        """Return the assembly of a part and the fixed bodies."""
         gone = [name for name in self.names if name not in part]
         return _recalled(self._reduced, part, lambda: self.assembly.without(gone))
 
     @cached_property
     def joined(self) -> list[tuple[str, str]]:
-        """Pairs of bodies that touch, or may once what lies between them is gone."""
+        """Pairs of bodies that touch, or that may touch once the bodies between them are gone."""
         return [*(i.bodies for i in self.assembly.interfaces), *self.assembly.occluded]
 
     def _blocked(self, blockers: tuple[tuple[str, float], ...]) -> str:
@@ -151,7 +163,7 @@ class Removals:
         return f"its way out along {_vector(self.lift)} is blocked: {listed(words)}"
 
     def _judge(self, name: str, part: frozenset[str]) -> Removal:
-        """By contact forces alone: first without it, then on the way there."""
+        """Decide by contact forces alone, first without the body and then while it is taken out."""
         verdicts = [self.verdict(rest) for rest in self.parts(part - {name})]
         for verdict in verdicts:
             if verdict.status is Status.UNSTABLE:
@@ -163,7 +175,7 @@ class Removals:
         return self._taken(name, part)
 
     def _taken(self, name: str, part: frozenset[str]) -> Removal:
-        """While its weight is taken upwards, and when it comes off."""
+        """Decide whether anything moves while the body's weight is taken upwards and when the body comes off."""
         assembly, weight = self.reduced(part), self.force(name, part, self.up)
         if self.engine.claim is Claim.HOLDS:
             loads = ((f"with {share:.0%} of its weight taken", share * weight) for share in SHARES)
@@ -172,15 +184,15 @@ class Removals:
                 return self._held(name, part) if found.moving == (name,) else found
         if self._releases.comes_loose(assembly, name, self.up):
             return Removal(name, Answer.SAFE, SAFE, lift=1.0)
-        if self.engine.claim is Claim.EXISTS:  # on paper what clamps it may be there or not
+        if self.engine.claim is Claim.EXISTS:  # equilibria may exist with and without clamping forces
             return Removal(name, Answer.UNDECIDED, "its neighbours could clamp it: engine 'compliant' tells")
         return self._comes_off(name, part) if self.lift @ self.up > 1 - 1e-9 else self._pulled(name, part)
 
     def _comes_off(self, name: str, part: frozenset[str]) -> Removal:
-        """What moves when more and more than its weight is taken."""
-        capacity = self.state(part).load_factor(self.force(name, part, self.up)[:, None], gap=1.0)
-        lift, others = float(capacity.factor[0]), tuple(n for n in capacity.moving[0] if n != name)
-        if capacity.status[0] is Status.UNDECIDED:
+        """Find what moves when the upward force grows beyond the body's weight."""
+        asked = self.state(part).load_factor(self.force(name, part, self.up)[:, None], FORCES_ONLY)
+        lift, others = float(asked.force[0]), tuple(n for n in asked.moving[0] if n != name)
+        if asked.status[0] is Status.UNDECIDED:
             return Removal(name, Answer.UNDECIDED, "its neighbours could clamp it; whether they do was not found")
         if np.isinf(lift):
             return Removal(name, Answer.UNSAFE, "no lift at its centre of mass gets it loose", lift=lift)
@@ -190,20 +202,23 @@ class Removals:
         return self._held(name, part, lift) if lift < 1 - WHOLE else Removal(name, Answer.SAFE, SAFE, lift=lift)
 
     def _pulled(self, name: str, part: frozenset[str]) -> Removal:
-        """What moves when most of its weight is taken and it is pulled along the lift direction."""
+        """Find what moves when most of the body's weight is taken and it is pulled along the lift direction."""
         state = self.engine.prepare(self.reduced(part), CARRIED * self.force(name, part, self.up))
-        capacity = state.load_factor(self.force(name, part, self.lift)[:, None], gap=1.0)
-        others = tuple(n for n in capacity.moving[0] if n != name)
-        if capacity.status[0] not in (Status.FINITE, Status.INFINITE):
+        asked = state.load_factor(self.force(name, part, self.lift)[:, None], FORCES_ONLY)
+        others = tuple(n for n in asked.moving[0] if n != name)
+        if asked.status[0] not in (Status.FINITE, Status.INFINITE):
             return Removal(name, Answer.UNDECIDED, "its neighbours could clamp it; what a pull moves was not found")
-        if np.isinf(capacity.factor[0]):
+        if np.isinf(asked.force[0]):
             return Removal(name, Answer.UNSAFE, "no pull at its centre of mass gets it loose")
         if others:
             return Removal(name, Answer.UNSAFE, f"pulled out it moves {listed(others)}", moving=others)
         return Removal(name, Answer.SAFE, SAFE)
 
     def _held(self, name: str, part: frozenset[str], lift: float = 0.0) -> Removal:
-        """It would move before its weight is taken: held also against turning, its contact forces fade together."""
+        """Answer for a body that would move before its weight is taken, if it is also held against turning.
+
+        While it is held, all its contact forces fade together.
+        """
         forces = self.state(part).verdict().forces
         if forces is None:
             return Removal(name, Answer.UNDECIDED, "its contact forces are not known", lift=lift)
@@ -227,7 +242,7 @@ class Removals:
         return Removal(name, Answer.SAFE, reason, lift=lift, hold=True)
 
     def _under(self, name: str, assembly: Assembly, loads: Iterable[tuple[str, Float]]) -> Removal | None:
-        """The first load under which others move, or may; None if all is well."""
+        """Return the answer for the first load under which other bodies move or may move, or None if there is none."""
         for when, load in loads:
             verdict = self.engine.prepare(assembly, load).verdict()
             moving = () if verdict.mechanism is None else verdict.mechanism.moving
@@ -238,7 +253,10 @@ class Removals:
         return None
 
     def force(self, name: str, part: frozenset[str], direction: Float) -> Float:
-        """(6J,) its weight as a force at its centre of mass along ``direction``, on the assembly of its part."""
+        """Return the load (6J,) with the weight of ``name`` as a force at its centre of mass along ``direction``.
+
+        J counts the movable bodies of its part.
+        """
         names = [n for n in self.names if n in part]
         k = names.index(name)
         body = self.assembly.scene.body(name)
@@ -249,7 +267,7 @@ class Removals:
 
 
 def _recalled(kept: OrderedDict[frozenset[str], T], part: frozenset[str], make: Callable[[], T]) -> T:
-    """What was made for a part lately, or made now."""
+    """Return what was recently made for a part, or make it now."""
     if part not in kept:
         kept[part] = make()
         if len(kept) > KEPT:
@@ -259,7 +277,7 @@ def _recalled(kept: OrderedDict[frozenset[str], T], part: frozenset[str], make: 
 
 
 def listed(names: Collection[str]) -> str:
-    """Some names, and how many more."""
+    """Return some of the names, and how many more there are."""
     shown = ", ".join(list(names)[:TOLD])
     return shown + (f" and {len(names) - TOLD} more" if len(names) > TOLD else "")
 

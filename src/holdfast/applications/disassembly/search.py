@@ -1,4 +1,7 @@
-"""In which order: everything, deepest first with a memory of dead ends; or some bodies with the fewest removals."""
+"""Search for an order of removals: of all bodies depth-first, or of some bodies with the fewest removals.
+
+The depth-first search remembers dead ends.
+"""
 
 from __future__ import annotations
 
@@ -14,10 +17,10 @@ from holdfast.base.progress import report
 
 @dataclass(frozen=True)
 class Plan:
-    """``steps`` in order; ``reached``: all that was asked for is out; ``proven``: no order does better.
+    """The result of a search: ``steps`` in order, and how good they are.
 
-    ``bound``: no order takes fewer removals (of any that reaches the end, where ``reached`` is false: inf if there is
-    none).
+    ``reached`` means that everything that was asked for is taken out, and ``proven`` that no order is better. ``bound``
+    is a lower bound on the number of removals of any order that reaches the end; it is inf if there is no such order.
     """
 
     steps: tuple[Removal, ...]
@@ -27,7 +30,10 @@ class Plan:
 
 
 def everything(removals: Removals, budget: int) -> Plan:
-    """Take all bodies out, one by one, the highest along the lift first; back up where nothing can be taken out."""
+    """Take out all bodies one by one, the highest along the lift first.
+
+    If no body can be taken out, the search goes back one step.
+    """
     whole = frozenset(removals.names)
     order = _from_the_top(removals)
     dead: set[frozenset[str]] = set()
@@ -67,14 +73,17 @@ def everything(removals: Removals, budget: int) -> Plan:
 
 
 def _from_the_top(removals: Removals) -> list[str]:
-    """The bodies in the order of their centres of mass along the lift, the farthest first."""
+    """Return the bodies ordered by their centres of mass along the lift, the farthest first."""
     assembly = removals.assembly
     height = {body.name: float(assembly.com[k] @ removals.lift) for k, body in enumerate(assembly.movable)}
     return sorted(removals.names, key=lambda name: -height[name])
 
 
 def _candidates(order: list[str], remaining: frozenset[str], doubts: dict[str, frozenset[str]]) -> Iterator[str]:
-    """Those that remain; last those that could not be taken out before, while all that kept them is still there."""
+    """Yield the remaining bodies in order, but postpone those that probably still cannot be taken out.
+
+    A body is postponed if it could not be taken out before and all bodies that prevented it are still there.
+    """
     left = [name for name in order if name in remaining]
     doubtful = {name for name in left if name in doubts and doubts[name] and doubts[name] <= remaining}
     yield from (name for name in left if name not in doubtful)
@@ -82,10 +91,10 @@ def _candidates(order: list[str], remaining: frozenset[str], doubts: dict[str, f
 
 
 def fewest(removals: Removals, goals: frozenset[str], budget: int) -> Plan:
-    """Take the goals out with as few removals as possible: best first, by a count that no order can undercut.
+    """Take out ``goals`` with as few removals as possible, by a best-first search with a lower bound.
 
-    That count: what stands in the way of a goal must go before, so must what would hang in the air without it, and in
-    turn what stands in the way of those.
+    The bound counts the bodies that must go: those in the way of a goal, those that would hang in the air without it,
+    and those that in turn must go before these.
     """
     whole = frozenset(removals.names)
     needed = necessary(removals, goals, whole)
@@ -98,7 +107,7 @@ def fewest(removals: Removals, goals: frozenset[str], budget: int) -> Plan:
 
 
 def necessary(removals: Removals, goals: frozenset[str], remaining: frozenset[str]) -> frozenset[str] | None:
-    """Bodies that every order has to take out up to the last goal; None where the goals cannot be reached at all."""
+    """Return the bodies that every order must take out up to the last goal, or None if the goals cannot be reached."""
     before: dict[str, set[str]] = {}
     waiting = list(goals & remaining)
     while waiting:
@@ -114,7 +123,10 @@ def necessary(removals: Removals, goals: frozenset[str], remaining: frozenset[st
 
 
 def hanging_without(removals: Removals, name: str, remaining: frozenset[str]) -> set[str]:
-    """Bodies that every chain of contacts to a fixed one leads through ``name``: without it they hang in the air."""
+    """Return the bodies that would hang in the air without ``name``.
+
+    All their chains of contacts to a fixed body lead through ``name``.
+    """
     beside: dict[str, list[str]] = {}
     index = removals.assembly.index
     reached: list[str] = []
@@ -134,7 +146,7 @@ def hanging_without(removals: Removals, name: str, remaining: frozenset[str]) ->
 
 
 def _orderable(before: dict[str, set[str]]) -> bool:
-    """Whether an order exists in which each comes after what has to go before it."""
+    """Tell whether there is an order in which each body comes after all bodies that must go before it."""
     left = {name: set(others) for name, others in before.items()}
     while left:
         free = [name for name, others in left.items() if not others & left.keys()]
@@ -146,7 +158,10 @@ def _orderable(before: dict[str, set[str]]) -> bool:
 
 
 def _straight(removals: Removals, goals: frozenset[str], needed: frozenset[str]) -> tuple[Removal, ...] | None:
-    """Some order, without looking back: what has to go, and whatever turns out to fall or to be in the way."""
+    """Find some order without going back, or return None.
+
+    It takes out the bodies that must go, and any others that turn out to fall or to be in the way.
+    """
     order, wanted = _from_the_top(removals), set(needed)
     remaining, steps = frozenset(removals.names), []
     while goals & remaining:
@@ -167,7 +182,7 @@ def _straight(removals: Removals, goals: frozenset[str], needed: frozenset[str])
 
 
 class _Best:
-    """Best first over sets of remaining bodies; a body's answer is asked for only once its turn has come."""
+    """A best-first search over sets of remaining bodies; a body's answer is computed only when its turn comes."""
 
     def __init__(
         self,
@@ -186,7 +201,7 @@ class _Best:
         self.unsure = float("inf")  # the fewest removals of an order that an undecided answer cut off
 
     def plan(self) -> Plan:
-        """The best order found, and how good any could be."""
+        """Return the best order found and a lower bound for all orders."""
         removals, seen = self.removals, {self.whole}
         self._grow(self.whole, self.needed, ())
         limit = float("inf") if self.first is None else float(len(self.first))
@@ -215,7 +230,7 @@ class _Best:
         return self._given_up(min(limit, self.unsure))
 
     def _grow(self, remaining: frozenset[str], needed: frozenset[str], steps: tuple[Removal, ...]) -> None:
-        """Enter every body that could go next: with those that have to go anyway the count does not rise."""
+        """Add every body that could go next to the queue; a body that must go anyway does not increase the count."""
         for name in (n for n in self.removals.names if n in remaining):
             if any(blocker in remaining or blocker not in self.whole for blocker, _ in self._ahead(name)):
                 continue
@@ -235,14 +250,14 @@ class _Best:
         return self.removals.exits.in_the_way(name)
 
     def _given_up(self, bound: float) -> Plan:
-        """The order found without looking back, which the search did not better."""
+        """Return the order that was found without going back, because the search found no better one."""
         if self.first is None:
             return Plan((), False, bound == float("inf"), bound)
         return Plan(self.first, True, bound >= len(self.first), bound)
 
 
 def _hops(removals: Removals, goals: frozenset[str]) -> dict[str, int]:
-    """How many contacts away from the goals each body is: what is near is tried first."""
+    """Return the number of contacts between each body and the goals; near bodies are tried first."""
     beside: dict[str, set[str]] = {}
     for a, b in removals.joined:
         beside.setdefault(a, set()).add(b)

@@ -1,4 +1,4 @@
-"""The flat faces on which an object can stand: facets of its convex hull."""
+"""Find the flat faces on which an object can stand, which are the facets of its convex hull."""
 
 from __future__ import annotations
 
@@ -11,16 +11,17 @@ from holdfast.base.rigid import tangents
 from holdfast.geometry.hull import convex_hull, hull_facets, smallest_rectangle
 from holdfast.scene.body import Body
 
-COPLANAR = 1e-3  # [rad] hull triangles that differ by less are one face
+COPLANAR = 1e-3  # [rad] hull triangles whose normals differ by less belong to one face
 
 
 @dataclass(frozen=True, eq=False)
 class Face:
-    """A face of the object's hull, body frame.
+    """A face of the object's convex hull, in the body frame.
 
-    ``normal`` (3,) outward; ``foot`` (3,) [m] the centre of mass projected into its plane; ``corners`` (k, 3) [m];
-    ``along`` (3,) its longer side; ``tilt`` [rad]: by how much a plane may be tilted, in the worst direction, before
-    the object tips over on it; 0 where it does not even stand on a level one.
+    ``normal`` (3,) points outwards. ``foot`` (3,) [m] is the centre of mass projected into the plane of the face, and
+    ``corners`` (k, 3) [m] are the corners of the face. ``along`` (3,) is the direction of its longer side. ``tilt``
+    [rad] is how far a plane can be tilted, in the worst direction, before the object tips over on this face; it is 0 if
+    the object does not stand on it even on a horizontal plane.
     """
 
     normal: Float
@@ -31,7 +32,7 @@ class Face:
 
 
 def faces_of(body: Body) -> tuple[Face, ...]:
-    """All faces of the body's convex hull, the steadiest first."""
+    """Return all faces of the body's convex hull, the steadiest first."""
     vertices = body.shape.surface.vertices
     facets = hull_facets(vertices, COPLANAR)
     faces = [_face(normal, vertices[corners], body.com_body) for normal, corners in facets]

@@ -1,9 +1,10 @@
-"""Let an object down onto a scene that does not move: along a plumb line, then as it tips, until friction holds it.
+"""Lower an object onto a scene that does not move: straight down first, then as it tips, until friction holds it.
 
-A step is the motion that lowers the centre of mass most among those that contacts allow: at each of them the relative
-velocity u has u_n >= mu |u_t| (or opens what is open before it closes). By duality no such motion lowers it where
-contact forces within friction cones can carry the weight, so that the object stops where it can rest, not where it is
-lowest. Slow: no momentum, and the scene under it is taken as fixed; what it does to the scene is judged afterwards.
+Each step is the allowed motion that lowers the centre of mass the most. A motion is allowed if at every contact the
+relative velocity u satisfies u_n >= mu |u_t|, or if it does not close a contact that is still open. By duality, no such
+motion lowers the centre of mass if contact forces within the friction cones can carry the weight. So the object stops
+where it can rest, not where it is lowest. The motion is slow and without momentum, and the scene beneath is taken as
+fixed; what the object does to the scene is judged afterwards.
 """
 
 from __future__ import annotations
@@ -28,22 +29,22 @@ from holdfast.geometry.surface import Surface
 from holdfast.geometry.sweep import Swept, hit_distance
 from holdfast.scene.body import Body
 
-STEP = 0.08  # of the object's half size: the longest step, and in radians the largest turn
-REACH = 2.5  # steps: features further apart do not matter in one
-AT_REST = 1e-6  # steps: a shorter one is none
-TOUCHING = 1e-5  # of the object's size: friction holds at what is nearer
-PARALLEL = 3.0  # [deg] edges and faces within it are met at both their ends
-CAUTION = 1e-3  # weight of a step's length beside the descent: of equally deep ones the shortest is taken
-MOST_STEPS = 80
-NEGLIGIBLE = 1e-6  # of the size: sharp edges are stayed away from by this
+STEP = 0.08  # of the object's half size: the longest step; in radians: the largest rotation in one step
+REACH = 2.5  # in steps: features that are further apart than this do not matter in one step
+AT_REST = 1e-6  # in steps: a shorter motion counts as none
+TOUCHING = 1e-5  # of the object's size: friction holds where the distance is smaller
+PARALLEL = 3.0  # [deg] edges and faces that are parallel to within this angle touch at both of their ends
+CAUTION = 1e-3  # weight of a step's length against its descent; of equally deep steps, the shortest is taken
+MOST_STEPS = 80  # the most steps before lowering gives up
+NEGLIGIBLE = 1e-6  # of the size: the distance that is kept from sharp edges
 
 
 @dataclass(frozen=True, eq=False)
 class Still:
-    """A body of the scene that counts as fixed, made ready for the search of contacts.
+    """A body of the scene that counts as fixed, prepared for the contact search.
 
-    ``mu`` towards the object; None where it is not known, which is an error as soon as they come near each other.
-    ``up`` (3,) against gravity.
+    ``mu`` is the friction coefficient between it and the object, or None if it is not known; that is an error as soon
+    as the two come close. ``up`` (3,) is the unit vector opposite to gravity.
     """
 
     body: Body
@@ -52,43 +53,43 @@ class Still:
 
     @cached_property
     def skin(self) -> Skin:
-        """Its surface."""
+        """The surface of the body, prepared for the contact search."""
         return Skin.of(self.body)
 
     @cached_property
     def swept(self) -> Swept:
-        """Its surface as the object falls onto it."""
+        """The surface of the body, prepared for an object that falls onto it."""
         return Swept(self.body.reduced_world, -self.up)
 
 
 @dataclass(frozen=True, eq=False)
 class Moved:
-    """The object in its own frame, ready to be put into any pose."""
+    """The object in its own frame, prepared to be put into any pose."""
 
     body: Body
 
     @cached_property
     def skin(self) -> Skin:
-        """Its surface in the body frame."""
+        """The surface of the object in the body frame, prepared for the contact search."""
         return Skin.of(self.body.moved(np.eye(4)))
 
     @cached_property
     def size(self) -> float:
-        """Twice the largest distance of a corner from the centre of mass [m]."""
+        """Twice the largest distance between a corner and the centre of mass [m]."""
         return 2 * float(np.linalg.norm(self.body.shape.surface.vertices - self.com, axis=1).max())
 
     @property
     def com(self) -> Float:
-        """(3,) [m] in the body frame."""
+        """The centre of mass (3,) [m] in the body frame."""
         return self.body.com_body
 
     def surface(self, pose: Float) -> Surface:
-        """Its surface at ``pose`` (4, 4), in as few triangles as it needs."""
+        """Return the surface of the object at ``pose`` (4, 4), with as few triangles as it needs."""
         local = self.body.shape.surface.reduced
         return Surface(transform(pose, local.vertices), local.faces, local.sagitta, local.oriented)
 
     def skin_at(self, pose: Float) -> Skin:
-        """The same skin in the world."""
+        """Return the prepared surface at ``pose`` (4, 4), in the world frame."""
         turn, skin = pose[:3, :3], self.skin
         triangles = transform(pose, skin.triangles.reshape(-1, 3)).reshape(-1, 3, 3)
         placed = skin._replace(
@@ -105,7 +106,11 @@ class Moved:
 
 @dataclass(frozen=True, eq=False)
 class Touches:
-    """Where the object may touch: ``points`` (n, 3), ``normals`` (n, 3) into it, ``gaps`` (n,) [m], ``mu`` (n,)."""
+    """The n places where the object may touch the scene.
+
+    ``points`` (n, 3) [m] and ``normals`` (n, 3), which point into the object, are in the world frame; ``gaps`` (n,) [m]
+    are the distances and ``mu`` (n,) the friction coefficients.
+    """
 
     points: Float
     normals: Float
@@ -114,16 +119,16 @@ class Touches:
 
 
 def height_above(moved: Moved, pose: Float, stills: Sequence[Still], up: Float) -> float:
-    """How far the object can go down before it meets something [m]; inf where there is nothing below."""
+    """Return how far the object can fall before it hits something [m], or inf if there is nothing below it."""
     falling = Swept(moved.surface(pose), -up)
     return min((hit_distance(falling, still.swept) for still in stills), default=np.inf)
 
 
 def lowered(moved: Moved, pose: Float, stills: Sequence[Still], up: Float) -> Float | None:
-    """The pose (4, 4) in which the object comes to rest when it is let down slowly from ``pose``; None if it does not.
+    """Return the pose (4, 4) in which the object rests after it is lowered slowly from ``pose``, or None.
 
-    It starts where it touches nothing. None: it falls past everything, slides off, or has not come to rest after
-    MOST_STEPS.
+    It must start where it touches nothing. The result is None if it falls past everything, slides off, or does not come
+    to rest within MOST_STEPS steps.
     """
     half = moved.size / 2
     step = STEP * half
@@ -148,7 +153,10 @@ def lowered(moved: Moved, pose: Float, stills: Sequence[Still], up: Float) -> Fl
 
 
 def touching(moved: Moved, pose: Float, stills: Sequence[Still], reach: float) -> Touches:
-    """Corners and edges of the object and the scene that come within ``reach`` [m] of each other's surfaces."""
+    """Find the corners and edges of the object and the scene that come within ``reach`` [m] of each other's surfaces.
+
+    Raises SceneError if the friction coefficient there is not known.
+    """
     skin = moved.skin_at(pose)
     low, high = skin.low.min(0) - reach, skin.high.max(0) + reach
     points, normals, gaps, mu = [np.empty((0, 3))], [np.empty((0, 3))], [np.empty(0)], [np.empty(0)]
@@ -179,24 +187,24 @@ def touching(moved: Moved, pose: Float, stills: Sequence[Still], reach: float) -
 
 
 def _ends(features: Features, lines: bool) -> tuple[Float, Float, Float]:
-    """Points (n, 3), normals (n, 3) and heights (n,): both ends of lines."""
+    """Return the points (n, 3), normals (n, 3) and heights (n,) of features; ``lines`` have two ends each."""
     count = 2 if lines else 1
     points = features.ends[:, :count].reshape(-1, 3)
     return points, np.repeat(features.normals, count, axis=0), features.heights[:, :count].reshape(-1)
 
 
 def _distinct(touches: Touches, size: float) -> Touches:
-    """Those at the same place and with the same normal once: flat faces of many triangles give them often."""
+    """Remove touches at the same place with the same normal; flat faces with many triangles give many of these."""
     key = np.round(np.hstack([touches.points / (1e-4 * size), touches.normals / 1e-3])).astype(np.int64)
     _, first = np.unique(key, axis=0, return_index=True)
     return Touches(touches.points[first], touches.normals[first], touches.gaps[first], touches.mu[first])
 
 
 def _descent(moved: Moved, pose: Float, touches: Touches, up: Float, step: float) -> Float | None:
-    """(6,) velocity of the centre of mass and turn times half the size [m] of one step; None if there is no way.
+    """Return one step (6,): the displacement of the centre of mass, and the rotation times half the size [m]; or None.
 
-    In units of a step: minimise  up . v + CAUTION |x|²/2  subject to  u_n - mu |u_t| >= -gap  where it touches,
-    u_n >= -gap elsewhere, |x_k| <= 1.
+    In units of a step x = (v, turn), it minimises up . v + CAUTION |x|²/2 subject to u_n - mu |u_t| >= -gap where the
+    object touches, u_n >= -gap elsewhere, and |x_k| <= 1. None means that the solver found no solution.
     """
     half = moved.size / 2
     arm = (touches.points - transform(pose, moved.com[None])[0]) / half
@@ -227,7 +235,7 @@ def _descent(moved: Moved, pose: Float, touches: Touches, up: Float, step: float
 
 
 def _stepped(pose: Float, twist: Float, about: Float) -> Float:
-    """The pose moved by ``twist`` (6,) taken at ``about`` (3,): a turn about it, then a translation."""
+    """Return the pose after a rotation about ``about`` (3,) and a translation, which ``twist`` (6,) holds."""
     angle = float(np.linalg.norm(twist[3:]))
     turn = np.eye(3)
     if angle > 0:
@@ -241,6 +249,6 @@ def _stepped(pose: Float, twist: Float, about: Float) -> Float:
 
 
 def _orthonormal(matrix: Float) -> Float:
-    """The nearest rotation: many small turns add up to a little shear."""
+    """Return the nearest rotation; many small rotations accumulate a little shear."""
     u, _, vt = np.linalg.svd(matrix)
     return np.asarray(u @ vt)

@@ -1,4 +1,4 @@
-"""What a placement must keep to, and what biases it; checked where it comes in."""
+"""The conditions that a placement must meet and the weights that bias it, with checks of their values."""
 
 from __future__ import annotations
 
@@ -17,10 +17,11 @@ from holdfast.scene.friction import Friction
 
 @dataclass(frozen=True)
 class Weights:
-    """What biases the choice: exponents, 0 for no influence.
+    """The exponents that bias the choice of a placement; 0 means no influence.
 
-    ``robustness`` of R / (R + weight of the object) at a point of the scene, ``level`` of the vertical part of its
-    normal, ``steadiness`` of the tilt that a face of the object stands.
+    ``robustness`` applies to R / (R + weight of the object) at a point of the scene, ``level`` to the vertical
+    component of the normal there, and ``steadiness`` to the tilt at which the object still stands on a face. Raises
+    HoldfastError if an exponent is negative.
     """
 
     robustness: float = 2.0
@@ -34,7 +35,7 @@ class Weights:
 
 @dataclass(frozen=True, eq=False)
 class Options:
-    """What a placement must keep to; see ``plan_placement``."""
+    """The conditions that a placement must meet; ``plan_placement`` describes them."""
 
     region: Float
     supports: tuple[str, ...]
@@ -51,7 +52,10 @@ class Options:
 
 
 def checked_region(region: object, up: Float) -> Float:
-    """(2, 3) low and high corner of a box [m]; (2, 2) is horizontal and reaches from minus to plus infinity."""
+    """Return the low and the high corner (2, 3) [m] of the region.
+
+    A region (2, 2) is horizontal and reaches from minus to plus infinity along the vertical.
+    """
     if region is None:
         return np.array([[-np.inf] * 3, [np.inf] * 3])
     where = "plan_placement: region"
@@ -71,14 +75,14 @@ def checked_region(region: object, up: Float) -> Float:
 
 
 def names_of(assembly: Assembly, names: Sequence[str], option: str) -> tuple[str, ...]:
-    """The names, all of bodies of the scene."""
+    """Return the names as a tuple; raises SceneError for a name that no body of the scene has."""
     if isinstance(names, str) or (option == "supports" and not len(names)):
         raise SceneError(message(f"plan_placement: {option}", f"is {names!r}", "needs a list of names of bodies"))
     return tuple(assembly.scene.body(name).name for name in names)
 
 
 def checked_orientations(value: Any) -> Float | None:  # noqa: ANN401
-    """(k, 3, 3) rotations, or None for any."""
+    """Return the allowed rotations (k, 3, 3), or None if every rotation is allowed."""
     if value is None:
         return None
     where = "plan_placement: orientations"
@@ -92,7 +96,7 @@ def checked_orientations(value: Any) -> Float | None:  # noqa: ANN401
 
 
 def checked_direction(value: Any) -> Float:  # noqa: ANN401
-    """(3,) unit vector."""
+    """Return the direction as a unit vector (3,)."""
     direction = checked(value, (3,), "plan_placement: approach")
     if not np.linalg.norm(direction) > 0:
         raise SceneError(message("plan_placement: approach", "is zero", "needs a direction such as (0, 0, -1)"))
@@ -100,7 +104,7 @@ def checked_direction(value: Any) -> Float:  # noqa: ANN401
 
 
 def counted(value: Any, name: str) -> int:  # noqa: ANN401
-    """A whole number from 1."""
+    """Return the value as a whole number of at least 1; raises an error for any other value."""
     number = checked_number(value, f"plan_placement: {name}", minimum=1)
     if number != int(number):
         raise SceneError(message(f"plan_placement: {name}", f"is {number:g}", "needs a whole number"))

@@ -1,9 +1,10 @@
-"""Ask for a placement: one call, or a planner that is asked with many seeds."""
+"""Plan a placement: with one call, or with a planner that can be asked with many seeds."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+
+from numpy.typing import ArrayLike
 
 from holdfast.applications.placement.options import (
     Options,
@@ -22,50 +23,67 @@ from holdfast.base.errors import SceneError, message
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
 from holdfast.scene.body import Body
 from holdfast.scene.friction import Friction
+from holdfast.scene.scene import Scene
 
-SPACING = 0.01  # [m] between the points of a map
-MASS_MARGIN = 0.1  # share of its weight by which the object may be heavier than it was said to be
+SPACING = 0.01  # [m] distance between the points of a robustness map
+MASS_MARGIN = 0.1  # share of its weight by which the object may be heavier than stated
 
 
 def plan_placement(
-    assembly: Assembly,
+    assembly: Assembly | Scene,
     body: Body,
+    *,
     engine: EngineChoice = DEFAULT_ENGINE,
-    region: Any = None,  # noqa: ANN401 - (2, 2) or (2, 3) numbers, checked
+    region: ArrayLike | None = None,
     budget: float | None = None,
     seed: int = 0,
-    *,
     candidates: int = 1,
     attempts: int = MOST_ATTEMPTS,
     supports: Sequence[str] | None = None,
     least_supports: int = 1,
     avoid: Sequence[str] = (),
-    orientations: Any = None,  # noqa: ANN401 - (k, 3, 3) numbers, checked
+    orientations: ArrayLike | None = None,
     turn: bool = True,
     tilt: float = 5.0,
-    approach: Any = None,  # noqa: ANN401 - (3,) numbers, checked
+    approach: ArrayLike | None = None,
     weights: Weights | None = None,
     friction: Friction | float | None = None,
     mass_margin: float = MASS_MARGIN,
     spacing: float = SPACING,
     confirm: EngineChoice | None = DEFAULT_ENGINE,
 ) -> Placement:
-    """Find a pose for ``body`` in which everything stands; its own pose is of no account.
+    """Find a pose for ``body`` in which everything stands; the pose that it already has is ignored.
 
-    ``region`` [m]: low and high corner of a box, (2, 2) horizontal or (2, 3): the points of the scene that the pose is
-    built on lie in it, and, seen from above, the centre of mass. ``budget`` [s], maps of the scene included, and
-    ``attempts`` end the search, after one try at the earliest; the same ``seed`` gives the same answer unless the time
-    cut it short. ``candidates``: the best of that many stable poses. ``supports``: names of the bodies it may be built
-    on (all unless given), of which it must touch ``least_supports`` (1 to 3 points are built on; it may lean on others
-    besides, but for those named in ``avoid``).
-    ``orientations`` (k, 3, 3): allowed rotations, body to world, each turned about the vertical as may be unless
-    ``turn`` is False, to within ``tilt`` [deg]. ``approach`` (3,): the straight way in, for instance (0, 0, -1), must
-    be free. ``weights`` bias the choice. ``friction``: the table of the scene with the object, where the scene's own
-    does not name it. Everything must stand even if the object were heavier by the share ``mass_margin``. ``spacing``
-    [m] is that of all maps. ``confirm``: the engine that also has to find the pose stable, or None.
+    Where it may be placed:
+
+    - ``region`` [m]: the low and high corner of a box, (2, 3), or (2, 2) for its horizontal coordinates. The points of
+      the scene on which the pose is built lie in it and so does, seen from above, the centre of mass.
+    - ``supports``: names of the bodies on which the object may be placed; all by default. The pose is built on 1 to 3
+      points of these bodies, and the object must touch ``least_supports`` of them. It may also lean on other bodies,
+      but must not touch those named in ``avoid``.
+    - ``orientations`` (k, 3, 3): the allowed rotations, body frame to world, to within ``tilt`` [deg]. Each may also be
+      turned about the vertical, unless ``turn`` is False.
+    - ``approach`` (3,): the straight way in along this direction, for example (0, 0, -1), must be free.
+
+    How the search runs:
+
+    - ``budget`` [s], which includes the maps of the scene, and ``attempts`` end the search, but not before one attempt.
+    - ``seed``: the same seed gives the same answer, unless the search ran out of time.
+    - ``candidates``: the search stops after this many stable poses and returns the best of them.
+    - ``weights`` bias the choice; see Weights.
+    - ``spacing`` [m]: the distance between the points of all maps.
+
+    What must hold at the end:
+
+    - ``friction``: the table of the scene with the object. By default it is the scene's own table.
+    - ``mass_margin``: everything must stand even if the object were heavier by this share.
+    - ``confirm``: a second engine that must also find the pose stable, or None.
+
+    If no place is found, the result says why. Raises SceneError if ``body`` is fixed, is not a Body or has the name of
+    another body, and HoldfastError if an option is invalid.
     """
     return planner(
-        assembly, body, engine, region=region, supports=supports, least_supports=least_supports, avoid=avoid,
+        assembly, body, engine=engine, region=region, supports=supports, least_supports=least_supports, avoid=avoid,
         orientations=orientations, turn=turn, tilt=tilt, approach=approach, weights=weights,
         friction=friction, mass_margin=mass_margin, spacing=spacing, confirm=confirm,
     ).plan(
@@ -77,26 +95,26 @@ def plan_placement(
 
 
 def planner(
-    assembly: Assembly,
+    assembly: Assembly | Scene,
     body: Body,
-    engine: EngineChoice = DEFAULT_ENGINE,
     *,
-    region: Any = None,  # noqa: ANN401
+    engine: EngineChoice = DEFAULT_ENGINE,
+    region: ArrayLike | None = None,
     supports: Sequence[str] | None = None,
     least_supports: int = 1,
     avoid: Sequence[str] = (),
-    orientations: Any = None,  # noqa: ANN401
+    orientations: ArrayLike | None = None,
     turn: bool = True,
     tilt: float = 5.0,
-    approach: Any = None,  # noqa: ANN401
+    approach: ArrayLike | None = None,
     weights: Weights | None = None,
     friction: Friction | float | None = None,
     mass_margin: float = MASS_MARGIN,
     spacing: float = SPACING,
     confirm: EngineChoice | None = DEFAULT_ENGINE,
 ) -> Planner:
-    """A planner to be asked with many seeds; arguments as of ``plan_placement``."""
-    checked_assembly(assembly)
+    """Return a planner that can be asked with many seeds; the arguments are those of ``plan_placement``."""
+    assembly = checked_assembly(assembly)
     where = "plan_placement"
     if not isinstance(body, Body):
         raise SceneError(message(where, f"body is a {type(body).__name__}", "needs a holdfast.Body with a mass"))

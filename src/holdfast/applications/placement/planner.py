@@ -1,12 +1,12 @@
-"""Placement planning after Sec. VII-A: what a scene withstands says where to put the next object.
+"""Plan placements after Sec. VII-A: what a scene withstands says where to put the next object.
 
-1. points of the scene are chosen by what they withstand, one to three of them;
-2. a face of the object is laid on them, normals opposed, its centre of mass between them;
-3. the object is let down until it rests (``lowering``);
-4. overlap, supports, region, orientation and the way in are checked, then whether everything stands;
-5. of several such poses the one is taken after which the weakest point of the assembly is strongest.
+1. One to three points of the scene are chosen by what they withstand. 2. A face of the object is laid on them with
+opposed normals, and the centre of mass between the points. 3. The object is lowered until it rests (``lowering``). 4.
+Overlap, supports, region, orientation and the way in are checked, and then whether everything stands. 5. Of several
+such poses, the one is chosen that leaves the weakest point of the assembly strongest.
 
-The planner of the paper's [16] was not at hand: the steps are those that Sec. VII-A tells of it, the details are ours.
+The planner of the paper's reference [16] was not available. The steps are those that Sec. VII-A reports of it; the
+details are ours.
 """
 
 from __future__ import annotations
@@ -35,20 +35,23 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, unit
 from holdfast.base.errors import SceneError
 from holdfast.base.rigid import transform
+from holdfast.base.values import Table
 from holdfast.contacts.detect import find_contacts
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import find_overlaps, solid_of
-from holdfast.engines.contract import Engine, Status, Verdict
+from holdfast.engines.answers import Answers
+from holdfast.engines.contract import Engine
+from holdfast.engines.verdict import Status, Verdict
 from holdfast.geometry.sweep import Swept, hit_distance
 from holdfast.queries.map import RobustnessMap, robustness_map
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
-ROUGHLY = 3  # times that between the points that rank candidates
-CLEARANCE = 0.02  # of the object's size: how far above its place the object is let go
-MOST_ATTEMPTS = 400
-SHARED = 1e-9  # of the object's volume: less is no overlap
-SEVERAL = (0.5, 0.35, 0.15)  # chance of building a pose on one, two, three points
+ROUGHLY = 3  # spacing of the coarse maps that rank candidates, as a multiple of the spacing of the full map
+CLEARANCE = 0.02  # of the object's size: the height above its place from which the object is lowered
+MOST_ATTEMPTS = 400  # default number of attempts after which a search stops
+SHARED = 1e-9  # of the object's volume: a smaller shared volume is no overlap
+SEVERAL = (0.5, 0.35, 0.15)  # probabilities of building a pose on one, two and three points
 
 OVERLAPS, FALLS, OUTSIDE = "overlaps the scene", "slides or falls off", "outside the region"
 TURNED, UNSUPPORTED, SHUT_IN = "not in an allowed orientation", "not on enough of the supports", "no way in"
@@ -58,15 +61,16 @@ MARGINAL = "would not stand if it were heavier by the margin"
 STAGES = (
     *(FALLS, OVERLAPS, OUTSIDE, TURNED, UNSUPPORTED, FORBIDDEN, SHUT_IN),
     *(UNSURE, FALLEN, REFUSED, MARGINAL),
-)  # the further, the nearer to a place
+)  # in the order of the checks: the later the fault, the nearer the attempt is to a place
 
 
 @dataclass(eq=False)
 class Search:
-    """What a search has come to.
+    """The state of a search.
 
-    ``found``: stable poses, each with the assembly afterwards; how many were ``tried``, ``faults`` of the others and
-    the ``nearest`` of those; ``first`` [s]: until the first stable pose.
+    ``found`` holds the stable poses, each with the assembly after the placement. ``tried`` counts the attempts, and
+    ``faults`` counts the failed ones by their fault; ``nearest`` is the failed attempt that passed the most checks.
+    ``first`` [s] is the time until the first stable pose.
     """
 
     found: list[tuple[Candidate, Assembly]] = field(default_factory=list)
@@ -78,10 +82,10 @@ class Search:
 
 @dataclass(frozen=True, eq=False)
 class Planner:
-    """One object, one scene, one engine: prepared once, asked with many seeds.
+    """A planner for one object, one scene and one engine, which is prepared once and asked with many seeds.
 
-    Maps of the scene and faces of the object are found when first needed. ``confirm``: the engine that must also find
-    every returned pose stable, None if none is asked.
+    The maps of the scene and the faces of the object are computed when they are first needed. ``confirm`` is a second
+    engine that must also find every returned pose stable, or None.
     """
 
     assembly: Assembly
@@ -93,7 +97,10 @@ class Planner:
     def plan(
         self, *, seed: int = 0, budget: float | None = None, candidates: int = 1, attempts: int = MOST_ATTEMPTS
     ) -> Placement:
-        """The best of up to ``candidates`` stable poses found within ``budget`` [s] and that many ``attempts``."""
+        """Return the best of up to ``candidates`` stable poses.
+
+        The search ends after ``budget`` [s] or ``attempts`` attempts.
+        """
         start = time.perf_counter()
         if self.verdict.status is not Status.STABLE:
             return self._refused(start)
@@ -102,7 +109,7 @@ class Planner:
             return self._nothing(
                 Search(), f"no exposed point of {', '.join(self.options.supports)} faces up{region}", start
             )
-        left = None if budget is None else budget - (time.perf_counter() - start)  # maps take their share
+        left = None if budget is None else budget - (time.perf_counter() - start)  # the maps took some of the time
         search = self.search(seed=seed, budget=left, candidates=candidates, attempts=attempts)
         if not search.found:
             spent = "the time was spent" if search.tried < attempts else "all attempts were spent"
@@ -112,7 +119,10 @@ class Planner:
     def search(
         self, *, seed: int = 0, budget: float | None = None, candidates: int = 1, attempts: int = MOST_ATTEMPTS
     ) -> Search:
-        """Stable poses as ``plan`` looks for them, not rated; the scene stands and there are points to build on."""
+        """Search for stable poses as ``plan`` does, but do not rate them.
+
+        The scene must stand, and there must be points to build on.
+        """
         start = time.perf_counter()
         rng = np.random.default_rng(seed)
         search = Search()
@@ -133,38 +143,38 @@ class Planner:
 
     @cached_property
     def verdict(self) -> Verdict:
-        """Whether the scene stands before anything is put down."""
+        """The verdict on whether the scene stands before anything is put down."""
         return self.engine.prepare(self.assembly).verdict()
 
     @cached_property
     def maps(self) -> list[RobustnessMap]:
-        """Maps of the scene's supports."""
+        """The robustness maps of the scene's supports."""
         return scene_map(self.assembly, self.engine, self.options.spacing, self.options.supports)
 
     @cached_property
     def support(self) -> SupportPoints:
-        """Points of the scene to build poses on."""
+        """The points of the scene on which poses can be built."""
         return support_points(self.maps, self.weight, self.up, self.options.weights, self.options.region)
 
     @property
     def up(self) -> Float:
-        """(3,) against gravity."""
+        """The unit vector (3,) opposite to gravity, world frame."""
         return self.assembly.scene.up
 
     @cached_property
     def weight(self) -> float:
-        """Of the object [N]."""
+        """The weight of the object [N]."""
         assert self.body.mass is not None
         return self.body.mass * float(np.linalg.norm(self.assembly.scene.gravity))
 
     @cached_property
     def faces(self) -> tuple[Face, ...]:
-        """Faces of the object's hull."""
+        """The faces of the object's convex hull."""
         return faces_of(self.body)
 
     @cached_property
     def _steadiness(self) -> Float:
-        """(n,) chance of each face."""
+        """The probability (n,) of choosing each face."""
         tilt = np.array([face.tilt for face in self.faces]) ** self.options.weights.steadiness
         tilt[[face.tilt <= 0 for face in self.faces]] = 0
         return np.asarray(tilt / tilt.sum()) if tilt.sum() > 0 else np.full(len(tilt), 1 / len(tilt))
@@ -175,7 +185,7 @@ class Planner:
 
     @cached_property
     def _frozen(self) -> tuple[Body, ...]:
-        """The bodies of the scene, all fixed: the search below looks at pairs with the object only."""
+        """The bodies of the scene, all made fixed, because contacts are only searched between them and the object."""
         return tuple(replace_fixed(body) for body in self.assembly.bodies)
 
     @cached_property
@@ -192,30 +202,30 @@ class Planner:
 
     @cached_property
     def _solids(self) -> list[tuple[Body, manifold3d.Manifold]]:
-        """Closed bodies of the scene; the others are looked at in the end alone."""
+        """The closed bodies of the scene as solids; overlaps with the other bodies are only checked at the end."""
         solids = [(body, solid_of(body)) for body in self._frozen]
         return [(body, solid) for body, solid in solids if solid is not None]
 
     @cached_property
     def _solid(self) -> manifold3d.Manifold | None:
-        """The object in its own frame."""
+        """The object as a solid in its own frame, or None if its surface is not closed."""
         return solid_of(self.body.moved(np.eye(4)))
 
     @cached_property
     def _edges(self) -> Float:
-        """(n, 3) directions of the scene's bodies: their axes."""
+        """The directions (n, 3) of the axes of all bodies of the scene."""
         axes = [body.pose[:3, :3].T for body in self.assembly.bodies]
         return np.unique(np.round(np.vstack(axes), 6), axis=0)
 
     @cached_property
     def _top(self) -> float:
-        """Of the whole scene [m], along ``up``."""
+        """The highest coordinate of the whole scene along ``up`` [m]."""
         return max(float((body.surface_world.vertices @ self.up).max()) for body in self.assembly.bodies)
 
     def attempt(self, rng: np.random.Generator, points: Any = None) -> tuple[Candidate, Assembly | None]:  # noqa: ANN401
-        """One try: a pose with its fault, or a stable one with the assembly afterwards.
+        """Make one attempt: return a pose with its fault, or a stable pose with the assembly after the placement.
 
-        On ``points``, numbers of points of ``support``, unless they are to be chosen.
+        ``points`` are the numbers of the points of ``support`` to build on; by default they are chosen at random.
         """
         if points is None:
             points = choose_points(
@@ -250,7 +260,10 @@ class Planner:
         return pose_on(places, normal, face, along, rng)
 
     def _let_down(self, pose: Float) -> Float | None:
-        """The pose at rest; let go just above the place where there is room, else from above the scene."""
+        """Return the pose at rest, or None.
+
+        The object is released just above its place if there is room, and otherwise from above the scene.
+        """
         lifted = pose.copy()
         lifted[:3, 3] += CLEARANCE * self._moved.size * self.up
         if self.options.approach is not None or not self._free(lifted):
@@ -259,7 +272,7 @@ class Planner:
         return lowered(self._moved, lifted, self._stills, self.up)
 
     def _free(self, pose: Float) -> bool:
-        """Whether the object shares no volume with the scene."""
+        """Tell whether the object shares no volume with the scene."""
         if self._solid is None:
             return True
         vertices = transform(pose, self.body.shape.surface.vertices)
@@ -274,10 +287,10 @@ class Planner:
         return True
 
     def _checked(self, pose: Float) -> tuple[str, Assembly | None]:
-        """What is wrong with a pose, and the assembly with the object there."""
+        """Return the fault of a pose, and the assembly with the object in that pose if it has no fault."""
         options, placed = self.options, self.body.moved(pose)
         com = placed.com_world
-        level = np.abs(self.up) < 1 - 1e-9  # the height of the centre of mass is not asked for
+        level = np.abs(self.up) < 1 - 1e-9  # the region does not limit the height of the centre of mass
         if not ((com >= options.region[0]) & (com <= options.region[1]))[level].all():
             return OUTSIDE, None
         if not self._allowed(pose):
@@ -296,7 +309,7 @@ class Planner:
         return self._judged(self.with_object(placed, contacts))
 
     def _shut_in(self, placed: Body, way: Float) -> bool:
-        """Whether the object meets anything on its straight way out, which is its way in."""
+        """Tell whether the object meets anything on its straight way out, which is the reverse of its way in."""
         going, tolerances = Swept(placed.reduced_world, way), self.assembly.tolerances
         return any(
             np.isfinite(hit_distance(going, Swept(body.reduced_world, way), tolerances.between(body, placed).depth))
@@ -304,7 +317,7 @@ class Planner:
         )
 
     def with_object(self, placed: Body, contacts: Sequence[Interface]) -> Assembly:
-        """The assembly with one body more, whose interfaces are ``contacts``."""
+        """Return the assembly with the object added, whose interfaces are ``contacts``."""
         scene = self.assembly.scene
         after = Scene([*scene.bodies, placed], self.options.friction, scene.gravity, scene.name)
         return replace(self.assembly, scene=after, interfaces=(*self.assembly.interfaces, *contacts))
@@ -329,37 +342,41 @@ class Planner:
         if allowed is None:
             return True
         turns = pose[:3, :3]
-        if self.options.turn:  # compare what points up in the body
+        if self.options.turn:  # compare which direction of the body points up
             cosine = (np.swapaxes(allowed, 1, 2) @ self.up) @ (turns.T @ self.up)
         else:
             cosine = (np.einsum("kij,ij->k", allowed, turns) - 1) / 2
         return bool(cosine.max() >= np.cos(np.radians(self.options.tilt)) - 1e-12)
 
     def _best(self, search: Search, start: float) -> Placement:
-        """The candidate whose weakest point is strongest by a coarse map, then the full map of it."""
+        """Choose the candidate whose weakest point is strongest by a coarse map, and compute its full map."""
         found = search.found
         if len(found) > 1:
             rated = []
             for candidate, after in found:
-                coarse = robustness_map(after, None, ROUGHLY * self.options.spacing, engine=self.engine)
+                coarse = robustness_map(after, None, spacing=ROUGHLY * self.options.spacing, engine=self.engine)
                 least, own = least_force(coarse), least_force(coarse, self.body.name)
                 rated.append((round(least, 9), own, replace(candidate, robustness=least), after))
             rated.sort(key=lambda entry: entry[:2], reverse=True)
             found = [(candidate, after) for _, _, candidate, after in rated]
-        chosen, after = found[0]
-        full = robustness_map(after, None, self.options.spacing, engine=self.engine)
-        weakest = full.weakest()
+        after = found[0][1]
+        full = robustness_map(after, None, spacing=self.options.spacing, engine=self.engine)
         undecided = int((full.status == Status.UNDECIDED).sum())
         reason = "everything stands with it"
         if undecided:
             reason += f"; {undecided} of {len(full.force)} points undecided, counted as 0 N"
             reason += f": the others hold {least_force(full):.3g} N"
-        return Placement(
-            self.engine.name, self.engine.claim, Status.STABLE, reason, chosen.pose, weakest.force, weakest,
-            tuple(i for i in after.interfaces if self.body.name in i.bodies), search.tried, dict(search.faults),
-            tuple(candidate for candidate, _ in found), None, chosen.points, chosen.normals, self.support,
-            after.scene.body(self.body.name), after, search.first, time.perf_counter() - start, full.notes,
-        )  # fmt: skip
+        return self._placement(
+            search,
+            start,
+            answers=full.answers,
+            status=Status.STABLE,
+            reason=reason,
+            map=full,
+            candidates=tuple(candidate for candidate, _ in found),
+            support=self.support,
+            time_to_stable=search.first,
+        )
 
     def _refused(self, start: float) -> Placement:
         verdict = self.verdict
@@ -374,15 +391,16 @@ class Planner:
         return self._without(Status.UNDECIDED, reason, search, start)
 
     def _without(self, status: Status, reason: str, search: Search, start: float) -> Placement:
-        none, seconds = np.empty((0, 3)), time.perf_counter() - start
-        return Placement(
-            self.engine.name, self.engine.claim, status, reason, None, 0.0, None, (), search.tried,
-            dict(search.faults), (), search.nearest, none, none, None, None, None, None, seconds, (),
-        )  # fmt: skip
+        none = Answers.not_standing(0, engine=self.engine.name, claim=self.engine.claim, verdict=self.verdict)
+        return self._placement(search, start, answers=none, status=status, reason=reason, best=search.nearest)
+
+    def _placement(self, search: Search, start: float, **found: Any) -> Placement:  # noqa: ANN401 - fields
+        faults, elapsed = Table(search.faults), time.perf_counter() - start
+        return Placement(name=self.body.name, attempts=search.tried, faults=faults, elapsed=elapsed, **found)
 
 
 def least_force(found: RobustnessMap, body: str | None = None) -> float:
-    """The least push [N] of a map, or of one body of it, over the points that the engine decided."""
+    """Return the smallest push [N] of a map, or of one body in it, over the points that are not undecided."""
     known = found.status != Status.UNDECIDED
     if body is not None:
         known &= found.body == body
@@ -390,5 +408,5 @@ def least_force(found: RobustnessMap, body: str | None = None) -> float:
 
 
 def replace_fixed(body: Body) -> Body:
-    """The same body, fixed."""
+    """Return the same body, made fixed."""
     return body if body.fixed else Body(body.name, body.shape, pose=body.pose, material=body.material, fixed=True)

@@ -1,4 +1,4 @@
-"""Poses in which chosen points of the scene carry a chosen face of the object, normals opposed."""
+"""Build poses in which chosen points of the scene carry a chosen face of the object, with opposed normals."""
 
 from __future__ import annotations
 
@@ -9,16 +9,19 @@ from holdfast.applications.placement.support import SupportPoints
 from holdfast.base.arrays import Float, Int, unit
 from holdfast.base.rigid import tangents
 
-STEEPEST_LINE = 0.8  # sine: steeper connections of two points carry nothing
-STEEPEST_PLANE = 0.4  # cosine: of the plane of three points
-LEAST_APART = 0.15  # of the object's size: nearer points are one support
-ALIGNED = 0.7  # share of the poses whose face is turned along something of the scene
+STEEPEST_LINE = 0.8  # sine of the slope; two points whose connection is steeper are not used together
+STEEPEST_PLANE = 0.4  # cosine of the tilt; the plane of three points is not steeper than this
+LEAST_APART = 0.15  # of the object's size: points that are closer together count as one support
+ALIGNED = 0.7  # share of the poses in which the face is aligned with an edge of the scene
 
 
 def choose_points(
     support: SupportPoints, count: int, size: float, up: Float, apart: bool, rng: np.random.Generator
 ) -> Int:
-    """Numbers of up to ``count`` points that one object of ``size`` [m] can reach, of different bodies if ``apart``."""
+    """Choose up to ``count`` points that one object of ``size`` [m] can reach, and return their numbers.
+
+    With ``apart``, they belong to different bodies.
+    """
     chosen = [int(rng.choice(len(support.chance), p=support.chance))]
     while len(chosen) < count:
         chance = support.chance.copy()
@@ -42,9 +45,10 @@ def choose_points(
 
 
 def pose_on(points: Float, normal: Float, face: Face, along: Float, rng: np.random.Generator) -> Float:
-    """(4, 4) with ``face`` on the plane of 1 to 3 points (n, 3) with ``normal``, the centre of mass between them.
+    """Return the pose (4, 4) with ``face`` on the plane of 1 to 3 points (n, 3) [m] with this ``normal`` (3,).
 
-    One point lies anywhere in the face, more likely under the centre of mass. The face's longer side goes ``along``.
+    With several points, the centre of mass lies between them. With one point, it lies anywhere in the face, more likely
+    near the foot of the centre of mass. The longer side of the face points along ``along`` (3,).
     """
     if len(points) == 1:
         corner = rng.dirichlet(np.ones(len(face.corners))) @ face.corners
@@ -60,7 +64,10 @@ def pose_on(points: Float, normal: Float, face: Face, along: Float, rng: np.rand
 
 
 def plane_of(points: Float, normals: Float, up: Float) -> Float:
-    """Unit normal of the plane that 1 to 3 points (n, 3) make: of one the surface's own normal (n, 3)."""
+    """Return the unit normal (3,) of the plane through 1 to 3 points (n, 3).
+
+    With one point, it is the surface normal there; ``normals`` (n, 3) holds those of all points.
+    """
     if len(points) == 1:
         return np.asarray(normals[0])
     along = unit(points[1] - points[0])
@@ -71,7 +78,10 @@ def plane_of(points: Float, normals: Float, up: Float) -> Float:
 
 
 def direction_in(points: Float, normal: Float, edges: Float, rng: np.random.Generator) -> Float:
-    """A unit direction in the plane for the face's longer side: along ``edges`` (m, 3) of the scene, or any."""
+    """Choose a unit direction (3,) in the plane for the longer side of the face.
+
+    It is along one of the ``edges`` (m, 3) of the scene, or at random.
+    """
     t1, t2 = tangents(normal)
     if rng.random() > ALIGNED:
         angle = rng.uniform(0, 2 * np.pi)
@@ -86,7 +96,7 @@ def direction_in(points: Float, normal: Float, edges: Float, rng: np.random.Gene
 
 
 def _turned(face: Face, normal: Float, along: Float) -> Float:
-    """(3, 3) rotation that takes the face's normal to minus ``normal`` and its longer side to ``along``."""
+    """Return the rotation (3, 3) that maps the face's normal to minus ``normal`` and its longer side to ``along``."""
     body = np.column_stack([face.normal, face.along, np.cross(face.normal, face.along)])
     world = np.column_stack([-normal, along, np.cross(-normal, along)])
     return np.asarray(world @ body.T)

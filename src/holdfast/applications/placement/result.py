@@ -1,25 +1,36 @@
-"""What placement planning answers."""
+"""The result of placement planning."""
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
 
 from holdfast.applications.placement.support import SupportPoints
 from holdfast.assembly.assembly import Assembly
+from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float
+from holdfast.base.painters import paint
+from holdfast.base.public import Summary, number
+from holdfast.base.values import Table, Value, seal
 from holdfast.contacts.interface import Interface
-from holdfast.engines.contract import Claim, Status
-from holdfast.queries.map import MapPoint
+from holdfast.engines.verdict import Status
+from holdfast.queries.map import MapPoint, RobustnessMap
+from holdfast.queries.result import Result, gives_way
 from holdfast.scene.body import Body
 
 
-@dataclass(frozen=True, eq=False)
-class Candidate:
-    """A pose that was tried.
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Candidate(Value):
+    """A pose (4, 4), body frame to world, that was tried.
 
-    ``fault`` says in words why it was refused, empty for a stable one, whose ``robustness`` [N] is then that of a
-    coarse map (None where it was not needed). ``points`` (k, 3) [m] are those of the scene that it was built on, with
-    outward ``normals`` (k, 3).
+    ``fault`` says in words why it was rejected; it is empty for a stable pose. ``robustness`` [N] of a stable pose is
+    that of a coarse map, or None if it was not needed. ``points`` (k, 3) [m] are the points of the scene on which the
+    pose was built, with outward ``normals`` (k, 3), world frame.
     """
 
     pose: Float
@@ -28,40 +39,112 @@ class Candidate:
     fault: str
     robustness: float | None = None
 
+    def __post_init__(self) -> None:
+        seal(self)
 
-@dataclass(frozen=True, eq=False)
-class Placement:
+
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Placement(Result):
     """Where an object can be put down.
 
-    ``status`` STABLE: ``pose`` (4, 4), body to world, is one in which everything stands; ``robustness`` [N] is the
-    least inward push, over all exposed points of movable bodies, that then moves something, at ``weakest``;
-    ``contacts`` are the interfaces of the placed body in ``assembly``, the assembly afterwards; ``points`` and
-    ``normals`` (k, 3) those of the scene that the pose was built on, of all in ``support``. UNSTABLE: the scene does
-    not stand before anything is put down. UNDECIDED: no place was found (``reason`` tells what was in the way), which
-    is no proof that there is none; or the scene is undecided. Without a place ``pose`` is None, ``robustness`` 0, and
-    ``best`` the attempt that came nearest.
+    ``status`` is one of three. STABLE: a pose was found in which everything stands. UNSTABLE: the scene does not stand
+    before anything is put down. UNDECIDED: no place was found, which does not prove that there is none, or the verdict
+    on the scene is undecided. ``reason`` explains the status.
 
-    ``candidates`` are all stable poses found, the returned one first; ``attempts`` counts all tries, ``faults`` those
-    that failed by what was wrong. ``time_to_stable`` and ``elapsed`` [s]: until the first stable pose, and in all.
+    If the status is STABLE, ``pose`` (4, 4), body frame to world, is the best pose found. ``assembly`` is the assembly
+    with the object in place, ``body`` is the object, and ``contacts`` are its interfaces. ``map`` is the robustness map
+    of that assembly, and ``robustness`` [N] is its smallest inward push over all exposed points of movable bodies, at
+    ``weakest``. The pose was built on ``points`` (k, 3) [m] with outward ``normals`` (k, 3), chosen from the points in
+    ``support``.
+
+    Otherwise ``pose``, ``map`` and what follows from them are None, ``robustness`` is 0, and ``best`` is the attempt
+    that passed the most checks.
+
+    ``candidates`` are all stable poses found, the returned one first. ``attempts`` counts all attempts, and ``faults``
+    counts the failed ones by their fault. ``time_to_stable`` [s] is the time until the first stable pose, and
+    ``elapsed`` [s] the total time. ``answers`` are those of ``map``; without a map they are empty, and ``verdict`` is
+    that of the scene.
     """
 
-    engine: str
-    claim: Claim
+    name: str
     status: Status
     reason: str
-    pose: Float | None
-    robustness: float
-    weakest: MapPoint | None
-    contacts: tuple[Interface, ...]
+    map: RobustnessMap | None = None
+    candidates: tuple[Candidate, ...] = ()
+    best: Candidate | None = None
     attempts: int
-    faults: dict[str, int]
-    candidates: tuple[Candidate, ...]
-    best: Candidate | None
-    points: Float
-    normals: Float
-    support: SupportPoints | None
-    body: Body | None
-    assembly: Assembly | None
-    time_to_stable: float | None
+    faults: Table[str, int]
+    support: SupportPoints | None = None
+    time_to_stable: float | None = None
     elapsed: float
-    notes: tuple[str, ...]
+
+    @property
+    def assembly(self) -> Assembly | None:
+        """The assembly with the object in place, or None without a place."""
+        return None if self.map is None else self.map.assembly
+
+    @property
+    def body(self) -> Body | None:
+        """The object in place, or None without a place."""
+        return None if self.assembly is None else self.assembly.scene.body(self.name)
+
+    @property
+    def pose(self) -> Float | None:
+        """The pose (4, 4) of the object, body frame to world, or None without a place."""
+        return self.candidates[0].pose if self.candidates else None
+
+    @property
+    def points(self) -> Float:
+        """The points (k, 3) [m] of the scene on which the pose was built, world frame."""
+        return self.candidates[0].points if self.candidates else _NONE
+
+    @property
+    def normals(self) -> Float:
+        """The outward normals (k, 3) of the scene at ``points``."""
+        return self.candidates[0].normals if self.candidates else _NONE
+
+    @cached_property
+    def weakest(self) -> MapPoint | None:
+        """The weakest point of the assembly with the object in place, or None without a place."""
+        return None if self.map is None else self.map.weakest()
+
+    @property
+    def robustness(self) -> float:
+        """The smallest push [N] that moves something after the placement; 0 without a place."""
+        return 0.0 if self.weakest is None else self.weakest.force
+
+    @property
+    def contacts(self) -> tuple[Interface, ...]:
+        """The interfaces of the object in place."""
+        return () if self.assembly is None else tuple(i for i in self.assembly.interfaces if self.name in i.bodies)
+
+    def save_png(self, path: str | os.PathLike[str], *, seed: int = 0) -> None:
+        """Draw the points on which the pose was built and the pose itself as a PNG.
+
+        ``seed`` selects which of the sampled points are shown.
+        """
+        paint(self, path, ".png", seed=seed)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON, without the meshes and pushes of the map."""
+        names = (
+            *("name", "status", "reason", "pose", "robustness", "weakest", "attempts", "faults", "candidates", "best"),
+            *("points", "normals", "time_to_stable", "elapsed"),
+        )
+        return self.about() | {name: to_dict(getattr(self, name)) for name in names}
+
+    def summary(self) -> Summary:
+        """Summarise where the object goes, or why no place was found."""
+        facts = [("reason", self.reason), ("attempts", f"{self.attempts} in {self.elapsed:.2g} s"), *self.facts()]
+        if self.pose is None:
+            return Summary(f"no place found for {self.name}: {self.reason}", facts, notes=self.notes)
+        place = "(" + ", ".join(f"{v + 0.0:.4g}" for v in self.pose[:3, 3]) + ") m"
+        if self.weakest is not None:
+            what = gives_way(self.weakest.mode, self.weakest.moving)
+            facts.insert(0, ("least push afterwards", f"{number(self.robustness, 'N')} on {self.weakest.body}: {what}"))
+        return Summary(f"{self.name} stands at {place}", facts, notes=self.notes)
+
+
+_NONE = np.empty((0, 3))
+_NONE.setflags(write=False)

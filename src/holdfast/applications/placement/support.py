@@ -1,4 +1,4 @@
-"""Where a scene can carry something: points of its surface, weighted by what they withstand."""
+"""Find where a scene can carry an object: points of its surface, weighted by what they withstand."""
 
 from __future__ import annotations
 
@@ -9,20 +9,24 @@ import numpy as np
 
 from holdfast.applications.placement.options import Weights
 from holdfast.assembly.assembly import Assembly
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Objects
+from holdfast.base.values import Value, seal
 from holdfast.queries.map import RobustnessMap, robustness_map
 from holdfast.queries.request import EngineChoice
 
-STEEPEST = 0.2  # cosine: what faces up less carries no weight
-MOST_FIXED = 3000  # points on fixed bodies: they need no answers, only places
+STEEPEST = 0.2  # cosine between normal and vertical; a steeper surface carries no weight
+MOST_FIXED = 3000  # the most points on fixed bodies, which need only places and no answers
 
 
-@dataclass(frozen=True, eq=False)
-class SupportPoints:
-    """Exposed points of the scene that face up: ``points``, outward ``normals`` (n, 3), ``body`` (n,) names.
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class SupportPoints(Value):
+    """The n exposed points of the scene that face up and can carry an object.
 
-    ``force`` (n,) [N]: the inward push that each withstands; ``area`` (n,) [m²] that it stands for; ``chance`` (n,),
-    of sum 1, of being chosen.
+    ``points`` (n, 3) [m] and outward ``normals`` (n, 3) are in the world frame; ``body`` (n,) holds names. ``force``
+    (n,) [N] is the inward push that each point withstands, and ``area`` (n,) [m²] the area that it represents.
+    ``chance`` (n,) is the probability of choosing it; the probabilities add up to 1.
     """
 
     points: Float
@@ -32,24 +36,33 @@ class SupportPoints:
     area: Float
     chance: Float
 
+    def __post_init__(self) -> None:
+        seal(self)
+
 
 def scene_map(assembly: Assembly, engine: EngineChoice, spacing: float, names: Collection[str]) -> list[RobustnessMap]:
-    """Maps of the movable and of the fixed bodies among ``names``, the latter coarse: nothing moves them."""
+    """Return robustness maps of the movable and of the fixed bodies among ``names``.
+
+    The map of the fixed bodies is coarse, because nothing moves them.
+    """
     maps = []
     movable = [body.name for body in assembly.movable if body.name in names]
     fixed = [body for body in assembly.bodies if body.fixed and body.name in names]
     if movable:
-        maps.append(robustness_map(assembly, movable, spacing, engine=engine))
+        maps.append(robustness_map(assembly, movable, spacing=spacing, engine=engine))
     if fixed:
         step = max(spacing, float(np.sqrt(sum(body.surface_world.area for body in fixed) / MOST_FIXED)))
-        maps.append(robustness_map(assembly, [body.name for body in fixed], step, engine=engine))
+        maps.append(robustness_map(assembly, [body.name for body in fixed], spacing=step, engine=engine))
     return maps
 
 
 def support_points(
     maps: list[RobustnessMap], weight: float, up: Float, weights: Weights, region: Float
 ) -> SupportPoints:
-    """Points of the maps that face up and lie in ``region`` (2, 3), with the chance of each; ``weight`` [N]."""
+    """Return the points of the maps that face up and lie in ``region`` (2, 3) [m], with their probabilities.
+
+    ``weight`` [N] is the weight of the object, and ``up`` (3,) the unit vector opposite to gravity.
+    """
     points = np.vstack([m.points for m in maps])
     normals = np.vstack([m.normals for m in maps])
     body = np.concatenate([m.body for m in maps])
@@ -62,4 +75,6 @@ def support_points(
     total = chance.sum()
     if total > 0:
         chance = chance / total
-    return SupportPoints(points[kept], normals[kept], body[kept], force[kept], area[kept], chance)
+    return SupportPoints(
+        points=points[kept], normals=normals[kept], body=body[kept], force=force[kept], area=area[kept], chance=chance
+    )

@@ -1,1 +1,1 @@
-"""Elastic contacts with Coulomb friction: the assumptions of the graph method, solved as they stand."""
+"""Engine ``compliant``: elastic contacts with Coulomb friction, the assumptions of the graph method solved directly."""

@@ -1,4 +1,4 @@
-"""Peaks of lost paths: bisection by whether the assembly comes to rest under weight and load."""
+"""Peaks of lost load paths, found by bisection on whether the assembly comes to rest under weight and load."""
 
 from __future__ import annotations
 
@@ -11,20 +11,24 @@ from holdfast.base.arrays import Float
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.engines.compliant.grid import Grid
-from holdfast.engines.contract import Status
 from holdfast.engines.rest import find_rest
+from holdfast.engines.verdict import Status
 
 ACCURACY = 2e-4  # relative accuracy of a peak at which bisection stops
 FALLBACK_ACCURACY = 5e-3  # relative accuracy that is accepted where bisection stalls
-MOST_TRIALS = 40  # loads tried for one peak
-MOST_UNDECIDED = 8  # of them that neither rest nor move: each takes long
+MOST_TRIALS = 40  # largest number of loads tried for one peak
+MOST_UNDECIDED = 8  # largest number of trials that remain undecided: each takes long
 FARTHEST = 10.0  # search limit, as a multiple of the last load reached
-FIRST_STEP, GROWTH = 1e-4, 4.0  # relative, from a load that holds to the next one tried, while none is known to move
-PLACES = (0.5, 0.25, 0.75, 0.1, 0.9)  # between a load that holds and one that moves: tried in turn
+FIRST_STEP, GROWTH = 1e-4, 4.0  # first relative step of the load, and its growth, until a load moves bodies
+PLACES = (0.5, 0.25, 0.75, 0.1, 0.9)  # where to try next between a load that holds and one that moves bodies, in turn
 
 
 class Peak(NamedTuple):
-    """A load factor that ``holds`` at displacement ``q`` (6J,), and one at which bodies move with ``motion`` (6J,)."""
+    """The bracket around a peak.
+
+    Under the load factor ``holds`` the assembly rests at the displacement ``q`` (6J,). Under the larger factor
+    ``moves`` the bodies move with ``motion`` (6J,). Both vectors are in the units of the elastic model.
+    """
 
     holds: float
     moves: float
@@ -33,10 +37,11 @@ class Peak(NamedTuple):
 
 
 def with_bisected_peaks(grid: Grid, W: Float, paths: PathResult) -> PathResult:
-    """The paths of columns W (6J, k), with peaks found by bisection where paths were lost.
+    """Return the load paths of columns W (6J, k), with the peaks of lost paths found by bisection.
 
-    From the highest load that a path did reach, upwards. The highest load that holds becomes the peak if under one
-    hardly larger (ACCURACY, at most FALLBACK_ACCURACY) the bodies move: they drift, or there is no equilibrium.
+    The search starts at the highest load that the path reached, and goes upwards. The highest load that holds becomes
+    the peak if the bodies move under a load that is larger by at most FALLBACK_ACCURACY; bisection aims at ACCURACY.
+    Bodies move if they drift or if no equilibrium exists. Paths for which this fails remain lost.
     """
     if grid.settled.outcome is not RestOutcome.RESTS:
         return paths
@@ -53,7 +58,10 @@ def with_bisected_peaks(grid: Grid, W: Float, paths: PathResult) -> PathResult:
 
 @dataclass
 class _Bisection:
-    """The search for one peak, which it narrows; ``passed`` loads were tried in a row without a verdict."""
+    """The search for one peak by bisection.
+
+    ``passed`` counts the loads that were tried in a row without a verdict, ``undecided`` all loads without one.
+    """
 
     grid: Grid
     column: Float
@@ -62,7 +70,7 @@ class _Bisection:
     undecided: int = 0
 
     def run(self) -> Peak:
-        """Narrow the peak down until it is accurate, or nothing more is to be had."""
+        """Narrow the bracket until it is accurate or bisection stalls, and return it."""
         step = FIRST_STEP
         for _ in range(MOST_TRIALS):
             holds, moves = self.peak.holds, self.peak.moves
@@ -77,7 +85,7 @@ class _Bisection:
         return self.peak
 
     def _try(self, s: float) -> None:
-        """Narrow the peak by whether the assembly rests under s times the load."""
+        """Narrow the bracket by finding out whether the assembly comes to rest under ``s`` times the load."""
         system = self.grid.system
         load = self.grid.loads(self.column[:, None])[0]
         end = system.under(system.model.wrench + s * load).come_to_rest(near=self.peak.q)
@@ -92,7 +100,10 @@ class _Bisection:
             self.undecided += 1
 
     def _stalls(self) -> bool:
-        """Whether loads between the two had no verdict, in a row: two if the peak is acceptable, else all PLACES."""
+        """Say whether bisection stalls: too many loads in a row inside the bracket had no verdict.
+
+        Two are too many if the bracket is already accurate to FALLBACK_ACCURACY, else as many as there are PLACES.
+        """
         holds, moves = self.peak.holds, self.peak.moves
         accepted = moves - holds <= FALLBACK_ACCURACY * holds
         return bool(np.isfinite(moves)) and self.passed == (2 if accepted else len(PLACES))

@@ -1,4 +1,4 @@
-"""What engine ``compliant`` knows of load columns: each followed along its own path, or interpolated between paths."""
+"""Answers of engine ``compliant`` for load columns: from a load path of their own, or interpolated between paths."""
 
 from __future__ import annotations
 
@@ -11,14 +11,16 @@ from holdfast.elastic.outcome import PathOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.engines.compliant.interpolated import Solved, Survey, survey
 from holdfast.engines.compliant.refinement import Bounded, Refined
-from holdfast.engines.contract import Mechanism
+from holdfast.engines.mechanism import Mechanism
 
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """Of k columns: ``outcome`` of their paths, ``factor`` and its lower bound, and what gives way.
+    """The answers for k load columns.
 
-    ``solved`` (k,) says which have a path of their own; ``error`` (k,) is relative, 0 for those.
+    ``outcome`` (k,) holds a PathOutcome for each column, ``factor`` (k,) the peak factor, and ``lower`` (k,) its lower
+    bound. ``mechanisms`` (k) say what gives way. ``solved`` (k,) is True for columns with a path of their own.
+    ``error`` (k,) is the relative error of interpolated factors, and 0 for the others.
     """
 
     outcome: Int
@@ -30,13 +32,13 @@ class Columns:
 
     @classmethod
     def unknown(cls, count: int) -> Columns:
-        """Columns whose paths were lost."""
+        """Return ``count`` columns whose paths were lost."""
         lost = np.full(count, PathOutcome.LOST, dtype=np.int64)
         return cls(lost, np.zeros(count), np.zeros(count), [None] * count, np.ones(count, bool), np.zeros(count))
 
 
 def followed(refined: Refined, W: Float, *, bounds: bool) -> Columns:
-    """Every column of W (6J, k) along its own path."""
+    """Follow a load path for every column of W (6J, k); ``lower`` is 0 if no ``bounds`` are wanted."""
     answers = refined.answers(W, bounds=bounds)
     paths = answers.paths
     count = W.shape[1]
@@ -45,9 +47,9 @@ def followed(refined: Refined, W: Float, *, bounds: bool) -> Columns:
 
 
 def surveyed(refined: Refined, W: Float, first: int, error: float) -> Columns:
-    """Columns W (6J, k) that load one body, at rows ``first`` to ``first + 6``: few paths, the rest interpolated.
+    """Follow few of the paths of columns W (6J, k) that all load one body, and interpolate the other columns.
 
-    ``error``: expected relative error, at most.
+    The body's rows of W are ``first`` to ``first + 5``. ``error`` is the largest expected relative error.
     """
     surveyor = _Surveyor(refined, W, first)
     found = survey(np.ascontiguousarray(W[first : first + 6].T), surveyor.follow, error)
@@ -55,7 +57,7 @@ def surveyed(refined: Refined, W: Float, first: int, error: float) -> Columns:
 
 
 def mechanisms_of(refined: Refined, paths: PathResult) -> list[Mechanism | None]:
-    """What gives way at the end of each path; None where nothing does, or where it is not known."""
+    """Return the mechanism at the end of each path, or None if nothing gives way or the mechanism is not known."""
     finite = np.flatnonzero(paths.outcome == PathOutcome.PEAK)
     mechanisms: list[Mechanism | None] = [None] * len(paths.outcome)
     for k, mechanism in zip(finite.tolist(), refined.grid.mechanisms(paths.motion[finite]), strict=True):
@@ -65,7 +67,7 @@ def mechanisms_of(refined: Refined, paths: PathResult) -> list[Mechanism | None]
 
 @dataclass
 class _Surveyor:
-    """Follows paths as a survey asks for them, and collects what they gave."""
+    """Follows the paths that a survey asks for, and collects their answers."""
 
     refined: Refined
     W: Float
@@ -73,10 +75,10 @@ class _Surveyor:
     order: list[Int] = field(default_factory=list)
     answers: list[Bounded] = field(default_factory=list)
     mechanisms: list[Mechanism | None] = field(default_factory=list)
-    kinds: dict[tuple[str, ...], int] = field(default_factory=dict)  # numbers of what gives way
+    kinds: dict[tuple[str, ...], int] = field(default_factory=dict)  # a number for each kind of mechanism
 
     def follow(self, indices: Int) -> Solved:
-        """Follow the paths of some columns."""
+        """Follow the paths of the columns with these numbers."""
         answers = self.refined.answers(self.W[:, indices], cuts=True)
         paths = answers.paths
         mechanisms = mechanisms_of(self.refined, paths)
@@ -90,7 +92,7 @@ class _Surveyor:
         return Solved(paths.outcome, value, slope, np.array(motion))
 
     def columns(self, found: Survey) -> Columns:
-        """All columns: as their paths say, or as the survey does between paths."""
+        """Return the answers for all columns, from their paths or interpolated by the survey."""
         count = self.W.shape[1]
         done = np.concatenate(self.order)
         place = np.zeros(count, dtype=np.int64)

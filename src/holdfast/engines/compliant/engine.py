@@ -8,35 +8,45 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked_number
 from holdfast.base.errors import HoldfastError, message
+from holdfast.base.values import Value
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.model import Springs, Stiffness
 from holdfast.engines.compliant.refinement import REFINEMENTS, Refined
-from holdfast.engines.compliant.state import CompliantState, Standing, Unpushable
+from holdfast.engines.compliant.state import CLAIM, NAME, CompliantState, Standing, Unpushable
 from holdfast.engines.compliant.verdict import judged
-from holdfast.engines.contract import Claim, Status
 from holdfast.engines.rest import find_rest
+from holdfast.engines.verdict import Status
 
-FEWEST = 2  # nodes along a side
+FEWEST = 2  # smallest number of nodes along each side of a patch
 
 
-@dataclass(frozen=True)
-class Compliant:
-    """Elastic contacts without adhesion, Coulomb friction without dilatancy: what comes to rest, and up to which load.
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Compliant(Value):
+    """Engine ``compliant``: elastic contacts without adhesion, with Coulomb friction without dilatancy.
 
-    ``nodes`` along each side of a square patch (others have as many in all); ``stiffness_ratio`` tangential over normal
-    stiffness; ``stiffness`` [N/m³] per area: None or a number for equal contacts (it drops out), or one for each pair
-    of names, where pairs that are not named have 1.
+    The engine finds whether the assembly comes to rest, and the peak load up to which it stays at rest.
+
+    - ``nodes``: the number of contact nodes along each side of a square patch, at least 2. Patches of other shapes have
+      about as many nodes in all.
+    - ``stiffness_ratio``: tangential over normal stiffness, greater than 0.
+    - ``stiffness`` [N/m³]: the normal stiffness per area. None or one number gives all contacts the same stiffness,
+      which then does not change any answer. A mapping from pairs of body names gives each pair its own; pairs that are
+      not named have stiffness 1.
+
+    Options out of range raise HoldfastError.
     """
 
     nodes: int = 7
     stiffness_ratio: float = 1.0
     stiffness: Stiffness = None
 
-    name = "compliant"
-    claim = Claim.HOLDS
+    name = NAME
+    claim = CLAIM
 
     def __post_init__(self) -> None:
         if not isinstance(self.nodes, int | np.integer) or self.nodes < FEWEST:
@@ -50,7 +60,11 @@ class Compliant:
     def prepare(
         self, assembly: Assembly, standing: Float | None = None, acceleration: Float | None = None
     ) -> CompliantState:
-        """Let the assembly come to rest: all load paths start there."""
+        """Find the state of rest, at which all load paths start.
+
+        The arguments are those of ``Engine.prepare``. Answers for which the nodes are too coarse are re-solved on finer
+        grids.
+        """
         wrench = assembly.weight_wrench(acceleration)
         wrench = wrench if standing is None else wrench + standing
         return self.on(assembly, wrench, refinements=REFINEMENTS)
@@ -58,9 +72,9 @@ class Compliant:
     def on(
         self, assembly: Assembly, wrench: Float, nodes: ContactNodes | None = None, *, refinements: int = 0
     ) -> CompliantState:
-        """The state under ``wrench`` (6J,) [N, N m], on ``nodes`` of one's own choice if given.
+        """Find the state of rest under ``wrench`` (6J,) [N, N m], on the given ``nodes`` or, if None, on a grid.
 
-        Answers for which these are too coarse are re-solved on finer grids, at most ``refinements`` times.
+        Answers for which the nodes are too coarse are re-solved on finer grids, at most ``refinements`` times.
         """
         if not assembly.movable or assembly.hanging:
             return Unpushable(find_rest(assembly, wrench).verdict)

@@ -1,10 +1,11 @@
-"""A second algorithm for the same model: convex programs, and the dilatancy of their friction law cancelled.
+"""A second algorithm for the same elastic model: a fixed point of convex programs that cancels their dilatancy.
 
 Repeat: minimise ½ Σ (f_n² + |f_t|²/ρ) / k + Σ φ f_n subject to equilibrium and the friction cones; read the slip z_t of
-every node from the cone's dual; set φ = μ |z_t| (Acary, Cadoux, Lemaréchal, Malick, "A formulation of the linear
-discrete Coulomb friction problem via convex optimization", ZAMM 91 (2011), Sec. 3). Associated friction would
-open a sliding contact by μ |z_t|; at the fixed point φ takes exactly that back. Where no equilibrium exists the first
-program says so; where one exists but the contacts never come to rest on it, φ grows for ever at a constant rate.
+every node from the dual of its cone; set φ = μ |z_t| (Acary, Cadoux, Lemaréchal, Malick, "A formulation of the linear
+discrete Coulomb friction problem via convex optimization", ZAMM 91 (2011), Sec. 3). The associated friction law of the
+program opens a sliding contact by μ |z_t|; at the fixed point φ cancels exactly this opening. If no equilibrium exists,
+the first program is infeasible. If one exists but the contacts never come to rest in it, φ grows without end at a
+constant rate.
 """
 
 from __future__ import annotations
@@ -21,17 +22,17 @@ from holdfast.base.arrays import Float
 from holdfast.conic.solve import Outcome, Prepared
 from holdfast.engines.forces import ACCEPTED_RESIDUAL, force_program
 
-SETTLED = 1e-7  # change of φ, relative to the largest displacement, at which it is fixed
-MEMORY = 6  # earlier steps that Anderson acceleration combines
-PATIENCE = 10  # accelerated steps without a smaller change of φ, after which growth is looked for
-FARTHEST = 10.0  # times all displacements, up to which an accelerated step may lead
-STEADY = 0.01  # relative change of the growth of φ below which it is steady
-LONG = 12  # plain steps over which it must be
-SEARCH = 100  # plain steps in search of that
+SETTLED = 1e-7  # change of φ, relative to the largest displacement, below which φ counts as fixed
+MEMORY = 6  # number of earlier steps that Anderson acceleration combines
+PATIENCE = 10  # accelerated steps in a row that do not reduce the change of φ, after which plain steps are taken
+FARTHEST = 10.0  # largest φ to which an accelerated step may lead, as a multiple of the largest displacement
+STEADY = 0.01  # relative change of the growth of φ per plain step below which the growth counts as steady
+LONG = 12  # number of plain steps in a row over which the growth has to be steady
+SEARCH = 100  # largest number of plain steps in search of steady growth
 
 
 class Fixed(Enum):
-    """How the iteration ended."""
+    """The way in which the iteration ended."""
 
     RESTS = auto()
     MOVES = auto()  # no equilibrium at all, or a drift that keeps growing
@@ -40,7 +41,11 @@ class Fixed(Enum):
 
 @dataclass(frozen=True, eq=False)
 class FixedPoint:
-    """``forces`` (I, 3) local [N] at rest, ``twists`` (J, 6) of the motion, where there are such."""
+    """The end of the iteration.
+
+    If the contacts come to rest, ``forces`` (I, 3) [N] are along the local axes of each node, else None. If the bodies
+    move, ``twists`` (J, 6) are those of the motion, else None.
+    """
 
     outcome: Fixed
     forces: Float | None
@@ -51,7 +56,11 @@ class FixedPoint:
 def fixed_point(
     assembly: Assembly, nodes: ContactNodes, wrench: Float, k: Float, ratio: float = 1.0, *, most: int = 150
 ) -> FixedPoint:
-    """Whether contacts of stiffness ``k`` (I,) come to rest under ``wrench`` (6J,)."""
+    """Find out whether elastic contacts come to rest under ``wrench`` (6J,) [N, N m].
+
+    ``k`` (I,) is the normal stiffness of each node in any unit, and ``ratio`` the tangential over the normal stiffness.
+    At most ``most`` programs are solved.
+    """
     program, G = force_program(assembly, nodes, wrench)
     stiffness = np.column_stack([k, ratio * k, ratio * k]) / k.mean()
     program = replace(program, P=sparse.diags(1 / stiffness.ravel(), format="csc"))
@@ -86,10 +95,10 @@ def fixed_point(
 
 
 class _Search:
-    """Where to look next for a fixed φ (I,) = F(φ): by Anderson's steps and, while those find none, by plain ones.
+    """The search for a fixed point φ (I,) = F(φ), by accelerated steps and, when these stall, by plain steps φ = F(φ).
 
-    Where the contacts never come to rest, F(φ) - φ tends to a constant under plain steps. Where they do, Anderson's
-    steps sometimes need to be begun again from where plain ones led.
+    If the contacts never come to rest, F(φ) - φ tends to a constant under plain steps. If they do come to rest,
+    Anderson acceleration sometimes has to be restarted from the φ that plain steps reached.
     """
 
     def __init__(self, count: int) -> None:
@@ -101,15 +110,18 @@ class _Search:
         self._twist = np.empty(0)
 
     def leapt(self) -> bool:
-        """Whether φ is anything but the plain next step."""
+        """Say whether the current φ is the result of an accelerated step."""
         return len(self._inputs) > 1
 
     def back(self) -> None:
-        """Go on by plain steps."""
+        """Return to the last plain step, and continue with plain steps."""
         self.phi, self._inputs, self._idle = self._outputs[-1], [], PATIENCE
 
     def step(self, wanted: Float, scale: float, twist: Float) -> Float | None:
-        """Take F(φ) = ``wanted`` into account; the motion (J, 6) if growth is steady, displacements being ``scale``."""
+        """Choose the next φ, given F(φ) = ``wanted`` (I,). Return the motion (J, 6) if φ grows steadily, else None.
+
+        ``scale`` is the largest displacement, and ``twist`` (J, 6) the displacement of the bodies for the current φ.
+        """
         growth = wanted - self.phi
         before, self._twist = self._twist, twist
         if self._idle < PATIENCE:
@@ -134,7 +146,7 @@ class _Search:
 
 
 def _mixed(inputs: list[Float], outputs: list[Float]) -> Float:
-    """Anderson's combination of earlier steps, the one that would change least."""
+    """Return Anderson's combination of the outputs of earlier steps, whose combined change is the smallest."""
     if len(inputs) == 1:
         return outputs[0]
     residual = np.array([o - i for i, o in zip(inputs, outputs, strict=True)])

@@ -1,4 +1,4 @@
-"""An assembly on elastic contacts, each with so many nodes: its state of rest, its load paths and its motions."""
+"""An assembly on elastic contacts with a given grid of nodes: its state of rest, load paths and motions."""
 
 from __future__ import annotations
 
@@ -15,16 +15,18 @@ from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.elastic.system import Settled, System
 from holdfast.engines.compliant.model import Springs, elastic_model, force_unit, levers
-from holdfast.engines.contract import Mechanism
-from holdfast.engines.mechanism import describe, modes_of
+from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of
 
-FINER = 2  # times as many nodes along a side on the next finer grid
-CHUNK = 64  # motions described at a time
+FINER = 2  # number of nodes along a side on the next finer grid, as a multiple of this grid's
+CHUNK = 64  # number of motions that are turned into mechanisms at a time
 
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """An assembly under ``wrench`` (6J,) [N, N m] on contact nodes with springs, and how it came to rest there."""
+    """An assembly under ``wrench`` (6J,) [N, N m] on contact ``nodes`` with ``springs``, and its state of rest.
+
+    ``system`` is the elastic system in the units of the model, and ``settled`` the end of the search for rest.
+    """
 
     assembly: Assembly
     wrench: Float
@@ -35,7 +37,7 @@ class Grid:
 
     @classmethod
     def of(cls, assembly: Assembly, wrench: Float, springs: Springs, nodes: ContactNodes | None = None) -> Grid:
-        """Let the assembly come to rest on ``nodes``, or on as many along a side as the springs say."""
+        """Find the state of rest on ``nodes`` or, if None, on a grid with ``springs.nodes`` along a side."""
         if nodes is None:
             nodes = contact_nodes(assembly, springs.nodes**2, "quadrature")
         system = System.of(elastic_model(assembly, nodes, wrench, springs.ratio, springs.stiffness))
@@ -43,22 +45,23 @@ class Grid:
 
     @cached_property
     def finer(self) -> Grid:
-        """The same with FINER times as many nodes along a side."""
+        """The grid with FINER times as many nodes along a side."""
         return Grid.of(self.assembly, self.wrench, self.springs.finer(FINER))
 
     @property
     def unit(self) -> float:
-        """[N] the model's unit of force."""
+        """The model's unit of force [N]."""
         return force_unit(self.assembly, self.wrench)
 
     def loads(self, W: Float) -> Float:
-        """Columns W (6J, k) [N, N m] as rows (k, 6J) in the units of the model."""
+        """Convert load columns W (6J, k) [N, N m] to rows (k, 6J) in the units of the model."""
         return np.ascontiguousarray((W.T * levers(self.assembly)) / self.unit)
 
     def paths(self, W: Float, *, cuts: bool = False) -> PathResult:
-        """The load paths of columns W (6J, k), none of them zero; all lost if the assembly does not rest here.
+        """Follow the load paths of columns W (6J, k) [N, N m], none of which may be zero.
 
-        ``cuts``: say how peaks answer to loads, in the units of W.
+        All paths are lost if the assembly does not rest on this grid. If ``cuts`` is True, the result also holds the
+        derivatives of the peaks by the load, in the units of W.
         """
         loads = self.loads(W)
         if self.settled.outcome is not RestOutcome.RESTS:
@@ -67,11 +70,14 @@ class Grid:
         return found._replace(cut=found.cut * (levers(self.assembly) / self.unit)).sealed() if cuts else found
 
     def loads_at_peaks(self, W: Float, peaks: PathResult) -> Float:
-        """Factors (k,) of columns W (6J, k) at the displacements of peaks on a coarser grid; -1 where none is found."""
+        """Return the factors (k,) of columns W (6J, k) at the displacements of ``peaks`` found on a coarser grid.
+
+        A factor is -1 if none is found.
+        """
         return self.system.loads_at_peaks(self.loads(W), peaks.peak, peaks.q, peaks.plane)
 
     def mechanisms(self, motions: Float) -> list[Mechanism]:
-        """The mechanisms of motions (k, 6J) in the units of the model."""
+        """Return the mechanisms of ``motions`` (k, 6J), which are in the units of the model."""
         found: list[Mechanism] = []
         relative = self._relative
         for first in range(0, len(motions), CHUNK):
@@ -79,12 +85,17 @@ class Grid:
             velocities = (relative @ twists.T).T.reshape(len(twists), len(self.nodes), 3)
             modes = modes_of(velocities, np.zeros(len(self.nodes)))
             found += [
-                describe(self.assembly, self.nodes, t.reshape(-1, 6), mode, dual=False)
+                describe(self.kinematics, t.reshape(-1, 6), mode, dual=False)
                 for t, mode in zip(twists, modes, strict=True)
             ]
         return found
 
     @cached_property
+    def kinematics(self) -> Kinematics:
+        """The bodies and contact nodes that all mechanisms on this grid share."""
+        return Kinematics.of(self.assembly, self.nodes)
+
+    @cached_property
     def _relative(self) -> sparse.csr_matrix:
-        """Gᵀ (3I, 6J): twists to relative velocities at the nodes."""
+        """Gᵀ (3I, 6J), which maps twists to relative velocities at the nodes."""
         return sparse.csr_matrix(equilibrium_operator(self.assembly, self.nodes).T)

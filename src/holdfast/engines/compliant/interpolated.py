@@ -1,14 +1,15 @@
-"""Maps from few load paths: what is known of 1/R at some pushes, carried over to those between.
+"""Maps from few load paths: 1/R is interpolated between pushes whose paths were followed.
 
-γ(w) = 1/R(w) is homogeneous of degree one, piecewise smooth and nearly convex. Every path gives γ and its slope (the
-cut of path.py), so over a triangle of solved pushes along one direction γ is known twice: by interpolating the values
-and by interpolating the planes that touch there. Of a quadratic the mean of both is exact; of a convex function the one
-is above, the highest plane below. How far apart they are is the stated error; where a plane passes above the value of
-another corner, all planes count. What a path then gives at a point inside says whether the stated error was wide
-enough; where it was not, it is widened over the whole face.
+γ(w) = 1/R(w) is homogeneous of degree one, piecewise smooth and nearly convex. Every path gives γ and its gradient (the
+cut of path.py). Over a triangle of solved pushes along one direction, γ therefore has two estimates: the interpolated
+values, and the interpolated tangent planes. For a quadratic function the mean of both is exact. For a convex function,
+the interpolated values are an upper bound and the highest tangent plane is a lower bound. The stated error follows from
+the distance between them. If a tangent plane passes above the value at another corner, γ is not convex there, and all
+planes are taken into account. Paths that are then followed at points inside show whether the stated error was large
+enough; if not, it is enlarged over the whole face.
 
-Only finite values are interpolated. Between pushes that nothing moves every push has a path of its own: where bodies
-wedge, some of them give way at a few weights though forces of the law could balance any multiple of the push.
+Only finite values are interpolated. Between pushes that move nothing, every push has a path of its own: where bodies
+wedge, some of these pushes move them at a few weights although contact forces could balance any multiple of the push.
 """
 
 from __future__ import annotations
@@ -26,19 +27,19 @@ from holdfast.engines.directions import flat_groups, moment_frame
 from holdfast.geometry.hull import corner_numbers
 from holdfast.geometry.triangulation import fan, inserted, located
 
-STATED = 3.0  # stated over expected error
-WIDER = 1.5  # stated error over the relative distance of the answer from its bounds, at first
-KINK = 0.4  # weight of the relative distance between values and planes in that: it is large where slopes differ
-MIXED = 0.6  # weight of the same where not all corners move in the same way
-FLOOR = 1e-2  # minimum relative error stated: what grids and path steps alone may hide
-UNTESTED = 16  # interpolated points in one triangle, above which one of them is followed to test the rest
+STATED = 3.0  # stated error over expected error
+WIDER = 1.5  # initial ratio of the stated error to the spread of the estimates
+KINK = 0.4  # weight in the spread of the relative distance between interpolated values and planes; large at kinks of γ
+MIXED = 0.6  # the same weight where the three corners do not all have the same mechanism
+FLOOR = 1e-2  # minimum stated relative error, for the errors of grids and path steps
+UNTESTED = 16  # number of interpolated points in a triangle above which the path of one is followed to test the others
 
 
 class Solved(NamedTuple):
-    """What paths gave for k pushes.
+    """The results of the load paths of k pushes.
 
-    ``outcome`` (k,) of PathOutcome; ``value`` (k,) γ; ``slope`` (k, 6) its derivative by the load; ``motion`` (k,)
-    numbers of what gives way.
+    ``outcome`` (k,) holds a PathOutcome each, ``value`` (k,) is γ, and ``slope`` (k, 6) its derivative by the load.
+    ``motion`` (k,) numbers the kinds of mechanism; -1 means none.
     """
 
     outcome: Int
@@ -52,7 +53,11 @@ Follow = Callable[[Int], Solved]
 
 @dataclass
 class Face:
-    """Pushes along one direction: ``members`` among all, ``places`` (k, 2) in a box of 1 by 1, and what is solved."""
+    """The k pushes along one direction, with a triangulation of those that are solved.
+
+    ``members`` (k,) are the numbers of the pushes among all, ``places`` (k, 2) their points in a unit square, and
+    ``triangles`` (t, 3) index the members. ``wider`` is the ratio of the stated error to the spread of the estimates.
+    """
 
     members: Int
     places: Float
@@ -62,10 +67,11 @@ class Face:
 
 @dataclass(frozen=True, eq=False)
 class Survey:
-    """What is known of n pushes: γ ``value`` (n,), relative ``error`` (n,) of 1/γ.
+    """The values of γ at n pushes, solved or interpolated.
 
-    Where ``solved`` (n,), a push has a path of its own, with ``outcome`` (n,) of PathOutcome. ``corner`` (n, 3) are the
-    solved pushes that a value was interpolated between, ``share`` (n, 3) with which weights.
+    ``value`` (n,) is γ, and ``error`` (n,) the stated relative error of 1/γ. Where ``solved`` (n,) is True, a push has
+    a path of its own that ended with ``outcome`` (n,). Other values are interpolated between the solved pushes
+    ``corner`` (n, 3) with the weights ``share`` (n, 3).
     """
 
     solved: Bool
@@ -77,9 +83,10 @@ class Survey:
 
 
 def survey(loads: Float, follow: Follow, gap: float) -> Survey:
-    """Values of γ at loads (n, 6) on one body with expected errors of at most ``gap``; STATED times that is stated.
+    """Find γ at ``loads`` (n, 6) [N, N m] on one body, with expected relative errors of at most ``gap``.
 
-    ``follow(indices)`` follows the paths of some of the loads.
+    Stated errors are at most STATED times ``gap``. ``follow(indices)`` follows the paths of the loads with these
+    numbers.
     """
     count = len(loads)
     solved, value = np.zeros(count, dtype=bool), np.zeros(count)
@@ -138,7 +145,7 @@ def survey(loads: Float, follow: Follow, gap: float) -> Survey:
 
 
 def _places(loads: Float) -> Float:
-    """(k, 2) of pushes along one direction, in a box of 1 by 1."""
+    """Return the points (k, 2) of pushes along one direction, scaled to a unit square."""
     chart = loads[:, 3:] @ moment_frame(loads[0, :3]).T
     low, high = chart.min(0), chart.max(0)
     size = np.where(high - low > 1e-9 * float((high - low).max()), high - low, np.inf)
@@ -146,7 +153,7 @@ def _places(loads: Float) -> Float:
 
 
 def _solve(indices: Int, follow: Follow, solved: Bool, known: Solved) -> None:
-    """Enter what the paths of some loads give into ``known``, and that they are ``solved``."""
+    """Follow the paths of the loads ``indices``, enter the results into ``known``, and mark the loads as ``solved``."""
     if len(indices):
         solved[indices] = True
         for column, found in zip(known, follow(indices), strict=True):
@@ -154,7 +161,7 @@ def _solve(indices: Int, follow: Follow, solved: Bool, known: Solved) -> None:
 
 
 def _doubtful(where: Int, weights: Float, spread: Float, stated: Float, most: float) -> Int:
-    """One point of each triangle that holds too much doubt, or too many points to be left untested."""
+    """Choose one point of each triangle that has a too large stated error (above ``most``) or too many points."""
     crowded = np.bincount(where)[where] > UNTESTED
     doubt = np.where(stated > most, np.minimum(spread, 1e6), 0.0) + 1e-6 * weights.min(1)
     asked = np.flatnonzero((stated > most) | crowded)
@@ -164,7 +171,10 @@ def _doubtful(where: Int, weights: Float, spread: Float, stated: Float, most: fl
 
 @compiled
 def _between(loads: Float, points: Int, corners: Int, shares: Float, known: Solved) -> tuple[Float, Float]:
-    """γ at points within triangles, and how far apart the estimates are, relative; inf where corners are not alike."""
+    """Return γ (n,) at n points within triangles, and the relative spread (n,) of its estimates.
+
+    The spread is inf where a corner of the triangle has no finite peak or where an estimate is not positive.
+    """
     value, slopes, motion = known.value, known.slope, known.motion
     middle, spread = np.zeros(len(points)), np.zeros(len(points))
     for n in range(len(points)):

@@ -1,4 +1,4 @@
-"""The elastic model of an assembly: its contact nodes as sheets, in the units of ``elastic/law.py``."""
+"""The elastic model of an assembly: its contact nodes grouped into flat sheets, in the units of ``elastic/law.py``."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from holdfast.elastic.law import Elastic, bond
 
 Stiffness: TypeAlias = float | Mapping[tuple[str, str], float] | None
 
-FLAT = 1e-9  # distance of a sheet's nodes from its plane, at most, over the assembly's size
+FLAT = 1e-9  # largest distance of a sheet's nodes from its plane, relative to the assembly's size
 
 
 @dataclass(frozen=True, eq=False)
 class Springs:
-    """What contacts are made of.
+    """The springs of the contacts and the number of their nodes.
 
-    ``nodes`` along each side of a square patch; ``ratio`` of tangential over normal stiffness; ``stiffness`` [N/m³] as
-    engine Compliant takes it.
+    ``nodes`` is the number of nodes along each side of a square patch, ``ratio`` the tangential over the normal
+    stiffness, and ``stiffness`` [N/m³] the normal stiffness per area, given as to engine ``Compliant``.
     """
 
     nodes: int
@@ -31,24 +31,27 @@ class Springs:
     stiffness: Stiffness = None
 
     def finer(self, times: int) -> Springs:
-        """The same with ``times`` as many nodes along each side."""
+        """Return the same springs with ``times`` as many nodes along each side."""
         return replace(self, nodes=times * self.nodes)
 
 
 def force_unit(assembly: Assembly, wrench: Float) -> float:
-    """[N] total weight; of weightless assemblies the largest force that acts."""
+    """Return the unit of force [N]: the total weight or, for a weightless assembly, the largest entry of ``wrench``."""
     return assembly.weight or float(np.abs(wrench).max(initial=0.0)) or 1.0
 
 
 def levers(assembly: Assembly) -> Float:
-    """(6J,) factors that make torques forces: by the assembly's size."""
+    """Return the factors (6J,) that turn torques into forces by dividing them by the assembly's size."""
     return np.tile(np.repeat([1.0, 1 / assembly.size], 3), len(assembly.movable))
 
 
 def elastic_model(
     assembly: Assembly, nodes: ContactNodes, wrench: Float, ratio: float = 1.0, stiffness: Stiffness = None
 ) -> Elastic:
-    """The model of an assembly under ``wrench`` (6J,) with stiffness by tributary area."""
+    """Return the elastic model of an assembly under ``wrench`` (6J,) [N, N m].
+
+    The stiffness of a node is the stiffness per area of its interface times the node's tributary area.
+    """
     first = _sheets(nodes, FLAT * assembly.size)
     start = first[:-1]
     count = len(start)
@@ -80,7 +83,10 @@ def elastic_model(
 
 
 def _sheets(nodes: ContactNodes, flat: float) -> Int:
-    """(P + 1,) where the sheets begin: runs of nodes of one interface with one normal in one plane."""
+    """Return the numbers (P + 1,) of the nodes at which the P sheets begin, and the number of nodes.
+
+    A sheet is a run of nodes of one interface that have the same axes and lie in one plane.
+    """
     if not len(nodes):
         return np.zeros(1, dtype=np.int64)
     steps = np.einsum("ix,ix->i", nodes.points[1:] - nodes.points[:-1], nodes.normals[1:])
@@ -90,7 +96,7 @@ def _sheets(nodes: ContactNodes, flat: float) -> Int:
 
 
 def _stiffness_of(assembly: Assembly, stiffness: Stiffness) -> Float:
-    """(interfaces,) stiffness per area over that of interfaces that are not named."""
+    """Return the stiffness per area (interfaces,), relative to that of interfaces that are not named."""
     if stiffness is None or not isinstance(stiffness, Mapping):
         return np.ones(len(assembly.interfaces))
     by_pair = {frozenset(pair): float(value) for pair, value in stiffness.items()}
@@ -98,7 +104,11 @@ def _stiffness_of(assembly: Assembly, stiffness: Stiffness) -> Float:
 
 
 def _sheet_from_body(assembly: Assembly, axes: Float, origin: Float, body: Int) -> Float:
-    """(P, 6, 6): twists about centres of mass, rotations times size, to twists along ``axes`` about ``origin``."""
+    """Return the matrices (P, 6, 6) that map the twist of a body to its twist in the frame of each sheet.
+
+    The body's twist is about its centre of mass along the world axes, with rotations multiplied by the assembly's size.
+    The sheet's twist is about ``origin`` along ``axes``. Matrices of fixed bodies are zero.
+    """
     T = np.zeros((len(body), 6, 6))
     free = np.flatnonzero(body != FIXED)
     arm = (origin[free] - assembly.com[body[free]]) / assembly.size

@@ -1,4 +1,4 @@
-"""Peaks on nodes that are fine enough, with lower bounds that allow for the discretisation."""
+"""Peaks of load paths on grids that are fine enough, with lower bounds that allow for the discretisation error."""
 
 from __future__ import annotations
 
@@ -13,29 +13,32 @@ from holdfast.elastic.path import PathResult
 from holdfast.engines.compliant.bisection import with_bisected_peaks
 from holdfast.engines.compliant.grid import FINER, Grid
 
-SAFETY = 2.0  # discretisation error over the change from one grid to the next: errors fall at least in proportion
+SAFETY = 2.0  # discretisation error over the change to the next grid: errors fall at least in proportion to the step
 LEAST_ERROR = 2e-3  # minimum relative discretisation error
 LARGE = 0.05  # relative change of the load at a peak above which the whole path is followed on the finer grid
-COARSE = 0.02  # relative change of the whole path above which the answer is that of the finer grid
-REFINEMENTS = 3  # re-solves on a finer grid, at most
-MOST_NODES = 20_000  # of a finer grid that may give answers
+COARSE = 0.02  # relative change of the peak of the whole path above which the answer is taken from the finer grid
+REFINEMENTS = 3  # largest number of re-solves on ever finer grids
+MOST_NODES = 20_000  # largest number of nodes of a finer grid from which answers are taken
 
 
 class Bounded(NamedTuple):
-    """Load paths, and ``below`` (k,): their peaks less the discretisation error; 0 where there is none or no bound."""
+    """Load paths with lower bounds of their peaks.
+
+    ``below`` (k,) is the peak minus the discretisation error; it is 0 if there is no peak or no bound was asked for.
+    """
 
     paths: PathResult
     below: Float
 
     @property
     def lower(self) -> Float:
-        """(k,) ``below``, inf where the path is endless."""
+        """The lower bounds (k,): ``below``, or inf where the path is endless."""
         return np.where(self.paths.outcome == PathOutcome.ENDLESS, np.inf, self.below)
 
 
 @dataclass(frozen=True, eq=False)
 class Refined:
-    """Answers of ``grid``, re-solved on finer ones at most ``refinements`` times where its nodes are too coarse."""
+    """Answers from ``grid``, re-solved on finer grids at most ``refinements`` times where its nodes are too coarse."""
 
     grid: Grid
     refinements: int = REFINEMENTS
@@ -49,20 +52,26 @@ class Refined:
         return self.refinements > 0 and FINER**2 * len(self.grid.nodes) <= MOST_NODES
 
     def found(self, W: Float, *, cuts: bool = False) -> PathResult:
-        """The paths of columns W (6J, k) on this grid; where they are lost, their peaks by bisection."""
+        """Follow the paths of columns W (6J, k) on this grid, and find the peaks of lost paths by bisection."""
         return with_bisected_peaks(self.grid, W, self.grid.paths(W, cuts=cuts))
 
     def answers(self, W: Float, *, cuts: bool = False, bounds: bool = True) -> Bounded:
-        """The paths of columns W (6J, k) on grids fine enough for each, with lower bounds; or on this one without."""
+        """Follow the paths of columns W (6J, k).
+
+        With ``bounds`` each path is followed on a grid that is fine enough for it, and has a lower bound. Without, all
+        paths are followed on this grid and the lower bounds are 0. ``cuts`` is as in ``Grid.paths``.
+        """
         paths = self.found(W, cuts=cuts)
         return self._bounded(W, paths, cuts=cuts) if bounds else Bounded(paths, np.zeros(W.shape[1]))
 
     def _bounded(self, W: Float, paths: PathResult, *, cuts: bool) -> Bounded:
-        """Lower bounds of paths of this grid: the peak less SAFETY times the discretisation estimate, and LEAST_ERROR.
+        """Give the paths of this grid lower bounds, and take paths from finer grids where this one is too coarse.
 
-        The estimate is the change of the load when the displacement of the peak is taken up by the finer grid. Where
-        that load is not found or changes much, it is the change of the whole path there (all of the peak where there is
-        none); and where that is more than COARSE, the path there is the answer, if it may be.
+        The lower bound is the peak minus SAFETY times the estimated discretisation error minus LEAST_ERROR times the
+        peak. The estimate is the change of the load when the finer grid takes the displacement of the peak. If that
+        load is not found or changes by more than LARGE, the whole path is followed on the finer grid, and the estimate
+        is the change of its peak (all of the peak if the finer grid has none). If that change is more than COARSE, the
+        path on the finer grid becomes the answer, as long as refinement is allowed.
         """
         below = np.zeros(W.shape[1])
         peaked = np.flatnonzero(paths.outcome == PathOutcome.PEAK)

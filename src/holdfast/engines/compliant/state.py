@@ -1,4 +1,4 @@
-"""Engine ``compliant`` made ready for one assembly: standing, or not."""
+"""The states of engine ``compliant``: an assembly that stands, or one whose loads have no load path."""
 
 from __future__ import annotations
 
@@ -9,12 +9,16 @@ import numpy as np
 
 from holdfast.base.arrays import Float, Int
 from holdfast.elastic.outcome import PathOutcome
+from holdfast.engines.answers import Answers, Bound, Claim
 from holdfast.engines.compliant.columns import Columns, followed, surveyed
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.refinement import Refined
-from holdfast.engines.contract import Capacity, Mechanism, Status, Verdict, no_capacity
+from holdfast.engines.contract import EXACT, Accuracy, ForcesOnly, Within
+from holdfast.engines.mechanism import Mechanism
+from holdfast.engines.verdict import Status, Verdict
 
-MANY = 40  # columns on one body from which on it pays to interpolate
+NAME, CLAIM = "compliant", Claim.HOLDS
+MANY = 40  # smallest number of columns on one body for which interpolation pays off
 STATUS = {
     PathOutcome.PEAK: Status.FINITE,
     PathOutcome.ENDLESS: Status.INFINITE,
@@ -24,77 +28,82 @@ STATUS = {
 
 @dataclass(frozen=True, eq=False)
 class Unpushable:
-    """An assembly without a state of rest on elastic contacts at which load paths could begin."""
+    """An assembly without a known state of rest on elastic contacts, so that no load path can start."""
 
     decided: Verdict
 
     def verdict(self) -> Verdict:
-        """Whether the assembly comes to rest."""
+        """Say whether the assembly comes to rest."""
         return self.decided
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """None: what the answers rest on is their claim."""
+        """No notes: the claim of the engine already states what the answers rest on."""
         return ()
 
-    def load_factor(self, W: Float, gap: float | None = None) -> Capacity:
-        """For each column of W (6J, n): undecided, unless the assembly does not stand or the column is zero."""
+    def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
+        """Answer for each column of W (6J, n) without a load path.
+
+        All rows have force 0 if the assembly does not stand or may not stand. Otherwise a column is UNDECIDED, or
+        INFINITE if it is zero.
+        """
         if self.decided.status is not Status.STABLE:
-            return no_capacity(W.shape[1], self.decided)
+            return Answers.not_standing(W.shape[1], engine=NAME, claim=CLAIM, verdict=self.decided)
         loaded = _loaded(W)
-        return _capacity(W.shape[1], loaded, Columns.unknown(len(loaded)))
+        return _answers(W.shape[1], loaded, Columns.unknown(len(loaded)), self.decided, accuracy)
 
 
 @dataclass(frozen=True, eq=False)
 class Standing:
-    """An assembly at rest on elastic contacts: all load paths begin there."""
+    """An assembly at rest on elastic contacts. All load paths start at this state of rest."""
 
     decided: Verdict
     refined: Refined
 
     @property
     def grid(self) -> Grid:
-        """The nodes that answers come from unless they are too coarse."""
+        """The grid from which answers are taken unless it is too coarse."""
         return self.refined.grid
 
     def verdict(self) -> Verdict:
-        """Whether the assembly comes to rest."""
+        """Say that the assembly comes to rest, with the contact forces."""
         return self.decided
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """None: what the answers rest on is their claim."""
+        """No notes: the claim of the engine already states what the answers rest on."""
         return ()
 
-    def load_factor(self, W: Float, gap: float | None = None) -> Capacity:
-        """For each column of W (6J, n) the peak of its load path; ``lower`` is that less the discretisation estimate.
+    def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
+        """Find the peak of the load path of each column of W (6J, n) [N, N m].
 
-        With ``gap`` MANY columns on one body are interpolated between paths (interpolated.py) with expected errors of
-        at most ``gap``: ``lower`` then also lies below what the stated error allows.
-        A ``gap`` of 1 asks for no bounds: ``lower`` is then 0, and no finer nodes are needed.
+        ``lower`` is the peak minus the estimated discretisation error. With ``Within(gap)``, MANY or more columns on
+        one body are interpolated between paths (interpolated.py), with expected relative errors of at most ``gap``;
+        ``lower`` then also allows for the stated interpolation error. With ``ForcesOnly``, ``lower`` is 0 and no finer
+        grid is needed.
         """
         loaded = _loaded(W)
         asked = W[:, loaded]
         bodies = np.flatnonzero((asked != 0).reshape(-1, 6, len(loaded)).any((1, 2)))
         if not len(loaded):
             columns = Columns.unknown(0)
-        elif gap is None or gap >= 1 or len(loaded) < MANY or len(bodies) > 1:
-            columns = followed(self.refined, asked, bounds=gap is None or gap < 1)
+        elif isinstance(accuracy, Within) and len(loaded) >= MANY and len(bodies) == 1:
+            columns = surveyed(self.refined, asked, 6 * int(bodies[0]), accuracy.gap)
         else:
-            columns = surveyed(self.refined, asked, 6 * int(bodies[0]), gap)
-        return _capacity(W.shape[1], loaded, columns)
+            columns = followed(self.refined, asked, bounds=not isinstance(accuracy, ForcesOnly))
+        return _answers(W.shape[1], loaded, columns, self.decided, accuracy)
 
 
 CompliantState: TypeAlias = Standing | Unpushable
 
 
 def _loaded(W: Float) -> Int:
-    """The numbers of the columns of W (6J, n) that are not zero."""
+    """Return the numbers of the columns of W (6J, n) that are not zero."""
     return np.flatnonzero(np.abs(W).max(axis=0, initial=0) > 0)
 
 
-def _capacity(count: int, loaded: Int, columns: Columns) -> Capacity:
-    """The answer for ``count`` columns: what is known of those that are ``loaded``, infinite for the rest."""
+def _answers(count: int, loaded: Int, columns: Columns, verdict: Verdict, accuracy: Accuracy) -> Answers:
+    """Build the answers for ``count`` columns: ``columns`` for those that are ``loaded``, INFINITE for the others."""
     factor, lower, upper = np.full(count, np.inf), np.full(count, np.inf), np.full(count, np.inf)
     status = [Status.INFINITE] * count
     mechanisms: list[Mechanism | None] = [None] * count
@@ -103,4 +112,16 @@ def _capacity(count: int, loaded: Int, columns: Columns) -> Capacity:
     solved[loaded], error[loaded] = columns.solved, columns.error
     for k, column in enumerate(loaded.tolist()):
         mechanisms[column], status[column] = columns.mechanisms[k], STATUS[PathOutcome(columns.outcome[k])]
-    return Capacity.told(factor, lower, upper, status, mechanisms, solved, error)
+    return Answers.of(
+        engine=NAME,
+        claim=CLAIM,
+        verdict=verdict,
+        force=factor,
+        lower=lower,
+        upper=upper,
+        status=status,
+        mechanism=mechanisms,
+        solved=solved,
+        error=error,
+        lower_bound=Bound.NONE if isinstance(accuracy, ForcesOnly) else Bound.ESTIMATED,
+    )

@@ -1,4 +1,4 @@
-"""Whether an assembly comes to rest on elastic contacts, with a positive reason either way."""
+"""Whether an assembly comes to rest on elastic contacts, with evidence for either answer."""
 
 from __future__ import annotations
 
@@ -13,19 +13,20 @@ from holdfast.elastic.sparse import unresisted_motion
 from holdfast.elastic.system import Settled
 from holdfast.engines.compliant.fixed_point import Fixed, fixed_point
 from holdfast.engines.compliant.model import levers
-from holdfast.engines.contract import Mechanism, Status, Verdict
-from holdfast.engines.mechanism import describe, modes_of, relative_velocity
+from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of, relative_velocity
 from holdfast.engines.rest import contact_forces, doubt_of, find_rest, undecided
+from holdfast.engines.verdict import Status, Verdict
 
-BALANCED = 1e-8  # largest residual of a state of rest, over the total weight
-BALANCED_EACH = 1e-7  # largest residual of a state of rest, over each body's own weight
-TAKEN_ALONG = 1e-3  # least displacement with which a body takes part in a motion, over the largest in it
+BALANCED = 1e-8  # largest equilibrium error of a state of rest, relative to the total weight
+BALANCED_EACH = 1e-7  # largest equilibrium error of a state of rest, relative to each body's own weight
+TAKEN_ALONG = 1e-3  # displacement, relative to the largest in a motion, above which a body takes part in the motion
 
 
 def judged(assembly: Assembly, nodes: ContactNodes, wrench: Float, m: Elastic, unit: float, end: Settled) -> Verdict:
-    """The verdict that follows from how the search for rest ended.
+    """Return the verdict that follows from ``end``, the end of the search for rest under ``wrench`` (6J,) [N, N m].
 
-    Under ``wrench`` (6J,) [N, N m]; ``unit`` [N] is the model's unit of force.
+    ``m`` is the elastic model, and ``unit`` [N] its unit of force. If the search found neither rest nor a drift, limit
+    analysis and then the convex fixed point are asked.
     """
     if end.outcome is RestOutcome.RESTS:
         forces = np.zeros((len(nodes), 3))
@@ -55,7 +56,10 @@ def judged(assembly: Assembly, nodes: ContactNodes, wrench: Float, m: Elastic, u
 
 
 def unbalanced(assembly: Assembly, nodes: ContactNodes, forces: Float, wrench: Float) -> tuple[float, float]:
-    """What contact forces (I, 3) leave of ``wrench``: over the total weight, and over each body's own."""
+    """Return the equilibrium error of local contact ``forces`` (I, 3) [N] under ``wrench`` (6J,) [N, N m].
+
+    The first value is relative to the total weight, the second to each body's own weight.
+    """
     left = equilibrium_operator(assembly, nodes) @ forces.ravel() + wrench
     weight = assembly.weight or float(np.abs(wrench).max(initial=0.0)) or 1.0
     total = float(np.abs(left * levers(assembly)).max(initial=0.0)) / weight
@@ -63,9 +67,10 @@ def unbalanced(assembly: Assembly, nodes: ContactNodes, forces: Float, wrench: F
 
 
 def balanced(assembly: Assembly, m: Elastic, q: Float | None) -> tuple[str, ...]:
-    """The bodies that a motion which nothing resists takes along: on an edge, a corner, a round side.
+    """Name the bodies that are only balanced, as on an edge, a corner or a round side.
 
-    At rest at q (6J,); where that is not known, those alone that would move even if all contacts were bonded.
+    These are the bodies that take part in a motion which no contact stiffness resists, at the state of rest q (6J,). If
+    q is None, they are only those that could move even if all contacts were bonded.
     """
     K = m.bonded.copy()
     if q is not None:
@@ -82,14 +87,21 @@ def _stands(
     if only_balanced:
         names = ", ".join(only_balanced)
         reason += f"; only balanced, as on an edge, a corner or a round side: {names} (some smallest push moves it)"
-    return Verdict(Status.STABLE, True, False, contact, residual, None, None, reason)
+    return Verdict(
+        status=Status.STABLE,
+        reason=reason,
+        equilibrium_exists=True,
+        self_stress=False,
+        forces=contact,
+        residual=residual,
+    )
 
 
 def motion_of(assembly: Assembly, nodes: ContactNodes, twists: Float) -> Mechanism:
-    """The mechanism of a motion (J, 6) that elastic contacts make: without dilatancy."""
+    """Return the mechanism of a motion ``twists`` (J, 6) on elastic contacts, which has no dilatancy."""
     velocity = relative_velocity(nodes, assembly.com, twists)
     mode = modes_of(velocity[None], np.zeros(len(nodes)))[0]
-    return describe(assembly, nodes, twists, mode, dual=False)
+    return describe(Kinematics.of(assembly, nodes), twists, mode, dual=False)
 
 
 def _drifts(assembly: Assembly, nodes: ContactNodes, twists: Float, exists: bool | None) -> Verdict:
@@ -99,4 +111,10 @@ def _drifts(assembly: Assembly, nodes: ContactNodes, twists: Float, exists: bool
         return undecided(f"the contacts found do not bring it to rest, but {doubt}", mechanism=mechanism)
     more = ", although an equilibrium exists: nothing presses the contacts that it needs" if exists else ""
     reason = f"elastic contacts do not come to rest{more}; a steady drift remains: {mechanism.text}"
-    return Verdict(Status.UNSTABLE, exists, True if exists else None, None, np.inf, mechanism, None, reason)
+    return Verdict(
+        status=Status.UNSTABLE,
+        reason=reason,
+        equilibrium_exists=exists,
+        self_stress=True if exists else None,
+        mechanism=mechanism,
+    )

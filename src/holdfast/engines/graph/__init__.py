@@ -1,1 +1,1 @@
-"""The method of Nadeau & Kelly: slip by maximum flow, topple by cuts of the contact interface graph."""
+"""The method of Nadeau & Kelly: slip from maximum flow, toppling from cuts of the contact interface graph."""

@@ -1,7 +1,8 @@
-"""Feasible cuts of the contact interface graph (Sec. V-C1), each exactly once and never a dead end.
+"""Enumeration of the feasible cuts of the contact interface graph (Sec. V-C1).
 
-A cut is a connected set of movable bodies whose complement, fixed node included, is connected too. Form-closed sets
-are not sorted out: their toppling axes all come out as blocked, so the test could save time but not change an answer.
+A feasible cut is a connected set of movable bodies whose complement, which includes the fixed node, is connected too.
+Every cut is found exactly once, and no branch of the search ends without a cut. Form-closed sets are not excluded: all
+their toppling axes come out as blocked, so excluding them could save time but could not change an answer.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from holdfast.base.errors import SolverError, message
 
 
 def neighbour_masks(count: int, edges: Sequence[tuple[int, int]]) -> list[int]:
-    """Bit masks of the neighbours of nodes 0..count-1."""
+    """Return, for each of the nodes 0..count-1, the bit mask of its neighbours."""
     masks = [0] * count
     for a, b in edges:
         if a != b:
@@ -22,11 +23,12 @@ def neighbour_masks(count: int, edges: Sequence[tuple[int, int]]) -> list[int]:
 
 
 def feasible_cuts(count: int, edges: Sequence[tuple[int, int]], *, limit: int) -> list[int]:
-    """Bit masks of all feasible cuts of a connected graph on 0..count-1 whose last node is the fixed one.
+    """Return the bit masks of all feasible cuts of a connected graph on nodes 0..count-1. The last node is fixed.
 
-    Grows a set from its lowest body: each step takes one neighbour in, together with everything this would separate
-    from the fixed node, or shuts it out for good. Every branch ends in a cut, so the work is polynomial per cut; their
-    number is exponential at worst, and more than ``limit`` raise SolverError.
+    The search grows a set of bodies from its lowest-numbered body. Each step either adds one neighbour, together with
+    everything that this would separate from the fixed node, or excludes the neighbour for good. Every branch ends in a
+    cut, so the work is polynomial per cut. The number of cuts is exponential at worst; more than ``limit`` raise
+    SolverError.
     """
     masks = neighbour_masks(count, edges)
     fixed = 1 << (count - 1)
@@ -62,7 +64,7 @@ def _border(group: int, masks: Sequence[int]) -> int:
 
 
 def _closed(inside: int, masks: Sequence[int], fixed: int, everything: int) -> int:
-    """``inside`` with all that it separates from the fixed node."""
+    """Return ``inside`` together with all nodes that it separates from the fixed node, as a bit mask."""
     reached = frontier = fixed
     while frontier:
         frontier = _border(frontier, masks) & ~reached & ~inside

@@ -4,44 +4,51 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.nodes import ContactNodes, contact_nodes
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, checked_number
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.progress import report
 from holdfast.base.rigid import rotation_about, shift_twist
+from holdfast.base.values import Value
 from holdfast.contacts.nodes import Sampling
-from holdfast.engines.contract import (
-    Capacity,
-    Claim,
-    Mechanism,
-    Mode,
-    Status,
-    Verdict,
-    no_capacity,
-)
+from holdfast.engines.answers import Answers, Claim
+from holdfast.engines.contract import EXACT, Accuracy
 from holdfast.engines.graph import topple
 from holdfast.engines.graph.cuts import feasible_cuts
 from holdfast.engines.graph.slip import arc_capacities, slip_many
-from holdfast.engines.mechanism import describe
+from holdfast.engines.mechanism import Kinematics, Mechanism, Mode, describe
 from holdfast.engines.rest import Rest, find_rest
+from holdfast.engines.verdict import Status, Verdict
 
-NO_MOMENT = 1e-5  # lever below which a load turns nothing, relative to the size: poses are not known better
+NO_MOMENT = 1e-5  # smallest lever arm of a load, relative to the assembly's size; poses are not known more accurately
 
 
-@dataclass(frozen=True)
-class Graph:
-    """The paper's method with its options.
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Graph(Value):
+    """Engine ``graph``: the method of Nadeau & Kelly, R = min(R_slip, R_top) (eq. 13), with its options.
 
-    ``nodes`` an interface (20), placed by ``sampling`` ("hull": corners first, then farthest points; "quadrature": a
-    grid; "paper": the paper's random ones, from ``seed``). ``isolated``: every body is judged alone, its neighbours
-    taken as fixed (the approximation the paper calls [16]). ``immobile_above`` [kg]: heavier bodies count as fixed in
-    the graph (Sec. VIII-C; their weight still presses). ``mass_margin`` in [0, 1): all masses are taken smaller by this
-    share (Sec. VIII-C), which scales every answer where no other loads stand on the assembly. More than ``max_cuts``
-    feasible cuts raise SolverError.
+    The contact forces at rest are computed first, then how much each contact can still carry. Answers are estimates:
+    they are neither lower nor upper bounds of the true force.
+
+    - ``nodes``: the number of contact nodes of each interface.
+    - ``sampling``: how nodes are placed. "hull" takes corners first, then the farthest points; "quadrature" takes a
+      grid; "paper" takes the random points of the paper, drawn from ``seed``.
+    - ``isolated``: if True, every body is judged alone, with its neighbours taken as fixed (the approximation that the
+      paper cites as [16]).
+    - ``immobile_above`` [kg]: heavier bodies count as fixed in the graph, but their weight still acts (Sec. VIII-C).
+      None means that no body does.
+    - ``mass_margin``: the share in [0, 1) by which all masses are reduced (Sec. VIII-C). It reduces every answer by the
+      same share if there are no standing loads.
+    - ``max_cuts``: the largest number of feasible cuts; more raise SolverError.
+
+    Options out of range raise HoldfastError.
     """
 
     nodes: int = 20
@@ -65,7 +72,10 @@ class Graph:
     def prepare(
         self, assembly: Assembly, standing: Float | None = None, acceleration: Float | None = None
     ) -> GraphState:
-        """Contact forces at rest; cuts and axes follow when a query needs them."""
+        """Compute the contact forces at rest; cuts and toppling axes are computed when a query needs them.
+
+        The arguments are those of ``Engine.prepare``.
+        """
         wrench = (1 - self.mass_margin) * assembly.weight_wrench(acceleration)
         if standing is not None:
             wrench = wrench + standing
@@ -75,9 +85,11 @@ class Graph:
 
 @dataclass(frozen=True, eq=False)
 class _CutAxes:
-    """One feasible cut: its bodies by number and the axes about which it can turn.
+    """One feasible cut and the k axes about which it can turn. An axis counts once for each sense of rotation.
 
-    ``twists`` (k, 6) of all its bodies about the assembly's centre, ``torque`` (k,) resisting, ``mode`` (k,).
+    ``members`` are the numbers of its bodies. ``twists`` (k, 6) are the unit-rate rotations of the whole cut, taken at
+    the assembly's centre. ``torque`` (k,) [N m] is the torque with which contacts resist each of them, and ``mode``
+    (k,) tells whether contacts slide, open or both.
     """
 
     members: Int
@@ -88,19 +100,19 @@ class _CutAxes:
 
 @dataclass(frozen=True, eq=False)
 class GraphState:
-    """Engine ``graph`` with the contact forces of one assembly."""
+    """Engine ``graph`` prepared for one assembly, with its contact forces at rest."""
 
     engine: Graph
     assembly: Assembly
     rest: Rest
 
     def verdict(self) -> Verdict:
-        """Stable where the force program has a solution (Sec. IV)."""
+        """Say whether the assembly stands: it is stable if the force program has a solution (Sec. IV)."""
         return self.rest.verdict
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """Simplifications the answers rest on."""
+        """The simplifications that the answers rest on, in plain words."""
         notes = []
         if self.engine.isolated:
             notes.append("every body judged alone, its neighbours taken as fixed: optimistic")
@@ -111,12 +123,22 @@ class GraphState:
             notes.append(f"all masses taken {self.engine.mass_margin:.0%} smaller")
         return tuple(notes)
 
-    def load_factor(self, W: Float, gap: float | None = None) -> Capacity:
-        """Factors for load columns W (6J, n); all forces of one column must share one direction. No use for ``gap``."""
+    def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
+        """Find the largest factor of each load column of W (6J, n), without bounds.
+
+        The slip rule needs all forces of one column to have the same direction; other columns raise HoldfastError.
+        ``accuracy`` is ignored: every load is solved on its own, which does not take long.
+        """
         count = W.shape[1]
         verdict = self.rest.verdict
+        known: dict[str, Any] = {
+            "engine": self.engine.name,
+            "claim": self.engine.claim,
+            "verdict": verdict,
+            "notes": self.notes,
+        }
         if verdict.status is not Status.STABLE:
-            return no_capacity(count, verdict)
+            return Answers.not_standing(count, **known)
         wrenches = W.T.reshape(count, len(self.assembly.movable), 6)
         slip, slip_side = self._slip(wrenches)
         top, which = self._topple(wrenches)
@@ -125,7 +147,12 @@ class GraphState:
         finite = np.isfinite(factor)
         told = [mechanisms.of(k) if finite[k] else None for k in range(count)]
         status = [Status.FINITE if f else Status.INFINITE for f in finite]
-        return Capacity.told(factor, np.zeros(count), np.full(count, np.inf), status, told)
+        return Answers.of(force=factor, status=status, mechanism=told, **known)
+
+    @cached_property
+    def kinematics(self) -> Kinematics:
+        """The bodies and contact nodes that all mechanisms of this state share."""
+        return Kinematics.of(self.assembly, self.rest.nodes)
 
     @cached_property
     def _immobile(self) -> Bool:
@@ -134,7 +161,10 @@ class GraphState:
 
     @cached_property
     def _graph(self) -> tuple[Int, Int]:
-        """Tails and heads of the interfaces; the fixed node, and every immobile body, is number J."""
+        """The node numbers of the first and the second body of each interface.
+
+        Fixed bodies and immobile bodies are node J.
+        """
         count = len(self.assembly.movable)
         number = np.where(self._immobile, count, np.arange(count))
         ends = np.array(self.assembly.ends, dtype=np.int64).reshape(-1, 2)
@@ -147,7 +177,7 @@ class GraphState:
 
     @cached_property
     def _cuts(self) -> list[int]:
-        """Bit masks over the J movable bodies, immobile ones never in."""
+        """The feasible cuts, as bit masks over the J movable bodies. Immobile bodies are in none of them."""
         count = len(self.assembly.movable)
         if self.engine.isolated:
             return [1 << k for k in range(count) if not self._immobile[k]]
@@ -162,7 +192,7 @@ class GraphState:
         return [sum(1 << int(mobile[k]) for k in range(len(mobile)) if cut >> k & 1) for cut in cuts]
 
     def _slip(self, wrenches: Float) -> tuple[Float, Bool]:
-        """R_slip (n,) and who slides (n, J), for wrenches (n, J, 6)."""
+        """Return R_slip (n,) and which bodies slide (n, J), for wrenches (n, J, 6)."""
         forces = wrenches[:, :, :3]
         size = np.linalg.norm(forces, axis=2)
         loaded = size > 0
@@ -182,7 +212,11 @@ class GraphState:
         return np.divide(strength, total, out=np.full(len(total), np.inf), where=total > 0), side
 
     def _flows(self, source: Int, direction: Float) -> tuple[Float, Bool]:
-        """Maximum flows, one for each different pair of body and direction."""
+        """Return R_slip (n,) and which bodies slide (n, J), for n pushes on one body each.
+
+        Push k acts on body ``source[k]`` along ``direction[k]`` (3,). One maximum flow is computed for each different
+        pair of body and direction.
+        """
         keys = np.column_stack([source, np.round(direction, 9) + 0.0])
         _, first, back = np.unique(keys, axis=0, return_index=True, return_inverse=True)
         count = len(self.assembly.movable)
@@ -196,7 +230,11 @@ class GraphState:
         return np.asarray(strength[back]), np.asarray(side[back, :-1])
 
     def _cut_slip(self, share: Float, direction: Float) -> tuple[float, Bool]:
-        """Slip of loads on several bodies: over all cuts, capacity leaving it over load in it (Algorithm 3)."""
+        """Return R_slip and which bodies slide (J,) for a load on several bodies along one direction (Algorithm 3).
+
+        It is the smallest value over all cuts of the capacity that leaves the cut over the load inside it. ``share``
+        (J,) is the share of the total force that acts on each body.
+        """
         nodes = self._nodes
         inside, leaving = self._leaving
         interfaces = len(self.assembly.interfaces)
@@ -212,7 +250,7 @@ class GraphState:
 
     @cached_property
     def _leaving(self) -> tuple[Float, Float]:
-        """For every cut its bodies (cuts, J) and the arcs that leave it (cuts, 2 x interfaces), as 0 and 1."""
+        """The bodies of every cut (cuts, J), and the arcs that leave it (cuts, 2 x interfaces), as 0 and 1."""
         tails, heads = self._graph
         count = len(self.assembly.movable)
         inside = np.array([_bits(mask, count + 1) for mask in self._cuts]).reshape(-1, count + 1)
@@ -221,7 +259,7 @@ class GraphState:
         return inside[:, :-1].astype(float), leaving.astype(float)
 
     def _topple(self, wrenches: Float) -> tuple[Float, Int]:
-        """R_top (n,) and the (cut, axis) that gives it (n, 2), for wrenches (n, J, 6) (eq. 27, Algorithm 1)."""
+        """Return R_top (n,) and the cut and axis that limit it (n, 2), for wrenches (n, J, 6) (eq. 27, Algorithm 1)."""
         count = len(wrenches)
         best = np.full(count, np.inf)
         which = np.full((count, 2), -1)
@@ -245,7 +283,7 @@ class GraphState:
 
     @cached_property
     def _centre(self) -> Float:
-        """(3,) reference point of the cuts' twists."""
+        """The reference point (3,) [m] of the twists of all cuts, in the world frame."""
         return np.asarray(self.assembly.com.mean(0)) if len(self.assembly.com) else np.zeros(3)
 
     @cached_property
@@ -261,7 +299,7 @@ class GraphState:
 
     @cached_property
     def _corners(self) -> tuple[Float, ...]:
-        """Hull corners of each interface's patches: toppling axes run along polygon edges, not between nodes."""
+        """The hull corners of each interface's patches: toppling axes run along polygon edges, not between nodes."""
         return tuple(np.vstack([patch.hull for patch in i.patches]) for i in self.assembly.interfaces)
 
     def _axes_of(self, mask: int) -> _CutAxes:
@@ -292,14 +330,14 @@ class GraphState:
 
 
 class _Mechanisms:
-    """Mechanisms of load columns, each different one described once."""
+    """The mechanisms that limit load columns. Columns with the same mechanism share one object."""
 
     def __init__(self, state: GraphState, wrenches: Float, slips: Bool, side: Bool, which: Int) -> None:
         self._state, self._wrenches, self._slips, self._side, self._which = state, wrenches, slips, side, which
         self._known: dict[object, Mechanism] = {}
 
     def of(self, column: int) -> Mechanism:
-        """The mechanism that limits one column."""
+        """Return the mechanism that limits one column."""
         if self._slips[column]:
             force = self._wrenches[column, :, :3].sum(0)
             direction = force / np.linalg.norm(force)
@@ -313,7 +351,7 @@ class _Mechanisms:
     def _sliding(self, column: int, direction: Float) -> Mechanism:
         twists = np.zeros((len(self._state.assembly.movable), 6))
         twists[self._side[column], :3] = direction
-        return describe(self._state.assembly, self._state.rest.nodes, twists, "slip", dual=False)
+        return describe(self._state.kinematics, twists, "slip", dual=False)
 
     def _turning(self, column: int) -> Mechanism:
         number, axis = self._which[column]
@@ -322,7 +360,7 @@ class _Mechanisms:
         twists = np.zeros((len(assembly.movable), 6))
         for body in cut.members:
             twists[body] = shift_twist(cut.twists[axis], self._state._centre, assembly.com[body])
-        return describe(assembly, self._state.rest.nodes, twists, cut.mode[axis], dual=False)
+        return describe(self._state.kinematics, twists, cut.mode[axis], dual=False)
 
 
 def _bits(mask: int, count: int) -> Bool:

@@ -1,8 +1,8 @@
-"""Slip at a contact point and through the assembly (eq. 14-22), compiled.
+"""Slip at a contact node and through the assembly (eq. 14-22), in compiled functions.
 
-The contact force is taken on the RECEIVING body along its inward normal. Seen from the other body both the force and
-the frame reverse, so the components stay and only the push changes sign: an arc against the node's own sense has
-capacity R_k(f, -e).
+The contact force is the one on the RECEIVING body, along its inward normal. Seen from the other body, both the force
+and the frame are reversed. The components of the force therefore stay the same and only the push changes sign: an arc
+from the receiving body back to the other has capacity R_k(f, -e).
 """
 
 from __future__ import annotations
@@ -12,17 +12,18 @@ import numpy as np
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.compiled import compiled
 
-DISCRIMINANT = 1e-9  # |d| below this counts as a push along the cone's own side
-ON_CONE = 1e-7  # c0 below this share of (mu f_n)² is solver noise of a force on the cone, whose root would be felt
+DISCRIMINANT = 1e-9  # relative |d| below which the push counts as parallel to the side of the cone
+ON_CONE = 1e-7  # c0 over (mu f_n)² below which c0 counts as 0: it is solver noise, and R depends on its square root
 
 
 @compiled
 def node_slip(fn: float, f1: float, f2: float, mu: float, en: float, e1: float, e2: float) -> float:
-    """R_k: the largest s >= 0 with |f_t + s e_t| <= mu (f_n + s e_n); inf where every s will do.
+    """Return R_k, the largest s >= 0 with |f_t + s e_t| <= mu (f_n + s e_n), or inf if every s >= 0 satisfies this.
 
-    With c0 = mu² f_n² - |f_t|² and b = mu² f_n e_n - f_t·e_t the bound is the first root of c0 + 2 b s + d s² = 0 on
-    the proper nappe. This form has no cancellation, keeps the sign of e_n (eq. 19 prints |e_n|), and is not upset by a
-    contact that solver noise puts slightly outside its cone.
+    The force is (fn, f1, f2) [N] and the unit push (en, e1, e2), both along (normal, t1, t2). With
+    c0 = mu² f_n² - |f_t|², b = mu² f_n e_n - f_t·e_t and d = mu² e_n² - |e_t|², R_k is the first root of
+    c0 + 2 b s + d s² = 0 on the upper half of the cone (f_n + s e_n >= 0). This form has no cancellation and keeps the
+    sign of e_n (eq. 19 prints |e_n|). It also works for a force that solver noise puts slightly outside the cone.
     """
     et2 = e1 * e1 + e2 * e2
     if mu == 0.0:
@@ -47,7 +48,11 @@ def node_slip(fn: float, f1: float, f2: float, mu: float, en: float, e1: float, 
 
 @compiled
 def arc_capacities(forces: Float, axes: Float, mu: Float, owner: Int, count: int, direction: Float) -> Float:
-    """(count, 2) capacity of every interface from a to b and from b to a, for a push along ``direction`` (eq. 21)."""
+    """Return the capacity (count, 2) [N] of every interface for a push along ``direction`` (3,) (eq. 21).
+
+    Column 0 is the capacity from body a to body b, column 1 that from b to a. ``forces`` (I, 3) [N] are local, ``axes``
+    (I, 3, 3) are the frames of the nodes, and ``owner`` (I,) is the interface of each node.
+    """
     capacity = np.zeros((count, 2))
     for i in range(len(forces)):
         en = 0.0
@@ -64,10 +69,11 @@ def arc_capacities(forces: Float, axes: Float, mu: Float, owner: Int, count: int
 
 @compiled
 def max_flow(tails: Int, heads: Int, capacity: Float, source: int, sink: int, count: int) -> tuple[float, Bool]:
-    """Largest flow from source to sink over arcs (tail -> head, head -> tail) and the source's side of a minimum cut.
+    """Return the maximum flow from source to sink, and which nodes (count,) are on the source's side of a minimum cut.
 
-    Two passes: over unbounded arcs alone (a path there means an unbounded flow), then by shortest augmenting paths
-    with an unbounded arc counted as more than all finite ones together.
+    ``capacity`` (arcs, 2) is that from tail to head and that from head to tail. The first pass uses unbounded arcs
+    alone: a path of these means an unbounded flow. The second pass takes shortest augmenting paths, and counts the
+    capacity of an unbounded arc as more than that of all finite arcs together.
     """
     total = 0.0
     for i in range(len(tails)):
@@ -135,9 +141,10 @@ def slip_many(
     sources: Int,
     directions: Float,
 ) -> tuple[Float, Bool]:
-    """R_slip (n,) and the sliding side (n, count) for pushes on ``sources`` (n,) along ``directions`` (n, 3) (eq. 22).
+    """Return R_slip (n,) [N] and which nodes slide (n, count), for n pushes (eq. 22).
 
-    Bodies are 0..count-2, the fixed node is count-1.
+    Push k acts on body ``sources[k]`` along ``directions[k]`` (3,). Bodies are the nodes 0..count-2 of the graph, and
+    the fixed node is count-1. The other arguments are those of ``arc_capacities`` and ``max_flow``.
     """
     strength = np.empty(len(sources))
     side = np.zeros((len(sources), count), dtype=np.bool_)

@@ -1,8 +1,9 @@
-"""Toppling axes of a cut and the torque that contacts oppose to a turn about them (Sec. V-C2, V-C3).
+"""Toppling axes of a cut, and the torque with which contacts resist a rotation about them (Sec. V-C2, V-C3).
 
-Signs: the moving side turns by +a about the axis, ``n`` is the inward normal of the stationary side, ``f`` the force of
-the moving side on it, v = (p - o) x a is minus the velocity of the moving side at p. Then v·n < 0 means that the motion
-is blocked, v·n > 0 that the contact opens and its preload f·v has to be overcome, v·n = 0 that it slides.
+Signs: the moving side turns by +a about the axis through o. ``n`` is the inward normal of the stationary side, ``f`` is
+the force of the moving side on the stationary side, and v = (p - o) x a is minus the velocity of the moving side at the
+node p. If v·n < 0, the motion is blocked. If v·n > 0, the contact opens and its preload f·v has to be overcome. If
+v·n = 0, the contact slides.
 """
 
 from __future__ import annotations
@@ -14,15 +15,16 @@ from holdfast.base.compiled import compiled
 from holdfast.engines.graph.slip import node_slip
 from holdfast.geometry.hull import hull_edges, outline_numbers
 
-ON_AXIS = 1e-6  # of the size: a node nearer to the axis than this does not move
-SLIDING = 1e-6  # |v·n| / |v| below this counts as v·n = 0
+ON_AXIS = 1e-6  # distance of a node from the axis, relative to the assembly's size, below which the node does not move
+SLIDING = 1e-6  # |v·n| / |v| below which v·n counts as 0
 
 
 def toppling_axes(points: Float, size: float) -> tuple[Float, Float]:
-    """Origins (m, 3) and unit directions (m, 3) of the edges of the convex hull of contact corners (n, 3).
+    """Return origins (m, 3) and unit directions (m, 3) of the edges of the convex hull of contact ``points`` (n, 3).
 
-    Facets in one plane and edges on one line count once. Flat and straight point sets give the edges of a polygon and
-    one line; a single point gives three lines across each other, since every turn about it is a sum of theirs.
+    Facets in one plane count as one facet, and edges on one line as one edge. Points in one plane give the edges of a
+    polygon, and points on one line give that line. A single point gives three orthogonal lines, because every rotation
+    about it is a sum of rotations about these. Points are in [m], and ``size`` [m] is that of the assembly.
     """
     tolerance = ON_AXIS * size
     centred = points - points.mean(0)
@@ -41,7 +43,7 @@ def toppling_axes(points: Float, size: float) -> tuple[Float, Float]:
 
 
 def _lines(start: Float, end: Float, tolerance: float) -> tuple[Float, Float]:
-    """Each line once, from segments."""
+    """Return origins and unit directions of the lines through segments, each line once."""
     direction = end - start
     length = np.linalg.norm(direction, axis=1)
     keep = length > tolerance
@@ -52,7 +54,7 @@ def _lines(start: Float, end: Float, tolerance: float) -> tuple[Float, Float]:
 
 @compiled
 def _first_of_line(start: Float, direction: Float, tolerance: float) -> Bool:
-    """Which segments (n,) do not lie on the line of an earlier one."""
+    """Return which segments (n,) do not lie on the line of an earlier segment."""
     new = np.ones(len(start), dtype=np.bool_)
     for i in range(len(start)):
         for j in range(i):
@@ -73,9 +75,10 @@ def _first_of_line(start: Float, direction: Float, tolerance: float) -> Bool:
 
 
 def friction_axis(points: Float, normals: Float, mu: Float, normal_force: Float) -> tuple[Float, Float]:
-    """Origin (1, 3) and direction (1, 3) of the axis across a cut whose normals are all parallel (Mason's centre).
+    """Return origin (1, 3) and direction (1, 3) of the axis about which a cut with parallel normals twists.
 
-    The centre of friction is Σ μ f_n p / Σ μ f_n; the centroid where nothing presses.
+    The axis is normal to the contacts and goes through Mason's centre of friction Σ μ f_n p / Σ μ f_n, or through the
+    centroid of the ``points`` (n, 3) if no node presses. ``normal_force`` (n,) is f_n [N].
     """
     share = mu * np.maximum(normal_force, 0)
     if not share.sum() > 0:
@@ -84,7 +87,7 @@ def friction_axis(points: Float, normals: Float, mu: Float, normal_force: Float)
 
 
 def all_parallel(normals: Float, angle: float) -> bool:
-    """Whether unit normals (n, 3) agree, up to sign, within ``angle`` [deg]."""
+    """Say whether all unit normals (n, 3) are parallel to the first, up to sign and within ``angle`` [deg]."""
     return bool(np.abs(normals @ normals[0]).min() >= np.cos(np.radians(angle)))
 
 
@@ -100,10 +103,13 @@ def axis_torques(
     moving_is_a: Bool,
     size: float,
 ) -> tuple[Float, Bool, Bool]:
-    """For both senses (2m,) of every axis: resisting torque (inf: blocked), and whether nodes slide and open.
+    """Return the resisting torque [N m] about every axis, whether nodes slide, and whether nodes open, each (2m,).
 
-    ``flat`` (m,) marks axes about which every node slides. Nodes: ``points`` (n, 3), ``frames`` (n, 3, 3) rows normal
-    into body b, t1, t2, ``forces`` (n, 3) on b in that frame, ``moving_is_a`` (n,) whether body a is the moving one.
+    Entries 2k and 2k + 1 are for the positive and the negative sense of axis k. A torque of inf means that the rotation
+    is blocked. The axes are given by ``origins`` (m, 3) [m] and unit ``axes`` (m, 3). ``flat`` (m,) marks axes about
+    which every node slides. The n nodes are given by ``points`` (n, 3) [m], ``frames`` (n, 3, 3) with the rows normal
+    (into body b), t1 and t2, ``forces`` (n, 3) [N] on body b in that frame, and ``moving_is_a`` (n,), which says
+    whether body a is the moving one. ``size`` [m] is that of the assembly.
     """
     m = len(origins)
     torque = np.zeros(2 * m)

@@ -15,11 +15,11 @@ from scipy.spatial import ConvexHull, cKDTree
 
 from holdfast.base.arrays import Float, Int
 from holdfast.base.progress import report
-from holdfast.engines.contract import Status
 from holdfast.engines.directions import flat_groups, moment_frame
 from holdfast.engines.limit.combination import combined
 from holdfast.engines.limit.gauge import Cuts, Field
 from holdfast.engines.limit.load_limit import LoadLimit
+from holdfast.engines.verdict import Status
 
 NEIGHBOURS = 10  # solved loads, the nearest, that are combined for a bound at another one
 

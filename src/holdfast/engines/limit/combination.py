@@ -1,4 +1,4 @@
-"""Bounds at loads in many directions, from non-negative combinations of loads with a known bound."""
+"""Bounds of γ = 1/R at loads in many directions, from non-negative combinations of loads with known bounds."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from holdfast.base.compiled import compiled
 
 @compiled
 def combined(points: Float, known: Float, near: Int, values: Float, axes: Float) -> Float:
-    """Upper bounds (n,) of γ at ``points`` (n, 6): each as a non-negative combination of known loads near it.
+    """Return upper bounds (n,) of γ at the loads ``points`` (n, 6).
 
-    ``known`` (m, 6) have bounds ``values`` (m,); ``near`` (n, k) are the numbers of those to combine. What a
-    combination misses of its point is paid for component by component, by bounds ``axes`` (2, 6) of γ along +e and -e
-    of each axis.
+    Each point is written as a non-negative combination of the ``known`` loads (m, 6), whose upper bounds are ``values``
+    (m,). ``near`` (n, k) are the numbers of the known loads to combine for each point. The difference between a point
+    and its combination is bounded component by component, with the upper bounds ``axes`` (2, 6) of γ along the positive
+    and the negative direction of each axis.
     """
     result = np.empty(len(points))
     for i in range(len(points)):
@@ -40,9 +41,9 @@ def combined(points: Float, known: Float, near: Int, values: Float, axes: Float)
 
 @compiled
 def _non_negative(columns: Float, target: Float) -> Float:
-    """Shares x >= 0 that bring columns @ x close to target (Lawson & Hanson).
+    """Find x >= 0 for which ``columns`` @ x is close to ``target``, by non-negative least squares (Lawson & Hanson).
 
-    The bound holds for any x >= 0, and is the tighter the closer it comes.
+    The bound holds for any x >= 0. It is tighter the closer ``columns`` @ x comes to the target.
     """
     count = columns.shape[1]
     gram = columns.T @ columns

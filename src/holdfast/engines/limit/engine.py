@@ -6,36 +6,44 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from threading import Lock
+from typing import Any
 
 import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, equilibrium_operator
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.values import Value
 from holdfast.conic.solve import ConeSolution, Outcome
+from holdfast.engines.answers import Answers, Bound, Claim
 from holdfast.engines.capabilities import Gradient, LoadSet, Weakest
 from holdfast.engines.cones import ConeChoice, FrictionCone
-from holdfast.engines.contract import Capacity, Claim, Mechanism, Status, Verdict, no_capacity
+from holdfast.engines.contract import EXACT, Accuracy, Within
 from holdfast.engines.directions import FLAT_GROUP
 from holdfast.engines.limit.certified import certify
 from holdfast.engines.limit.gauge import Cuts
 from holdfast.engines.limit.load_limit import LoadLimit
 from holdfast.engines.limit.loose import comes_loose
 from holdfast.engines.limit.program import LoadProgram
+from holdfast.engines.limit.repair import Repair
 from holdfast.engines.limit.sensitivity import gradient
 from holdfast.engines.limit.sets import find_set
 from holdfast.engines.limit.worst_case import corners_of, weakest
-from holdfast.engines.mechanism import describe, modes_of
+from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of
 from holdfast.engines.rest import Rest, find_rest
 from holdfast.engines.self_stress import needs_self_stress
+from holdfast.engines.verdict import Status, Verdict
 
 MARGIN = 1e-7  # share of an answer by which its bounds are moved outwards, for the error of the solver
 ACCEPTED = 1e-6  # largest residual of a solution that counts as an answer, in units of the total weight
 
 
-@dataclass(frozen=True)
-class Limit:
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Limit(Value):
     """Static limit analysis over all corners of all patches, which carry whatever the patches can.
 
     ``cone``: "exact", or a polygon of ``sides`` "inscribed" (cautious) or "circumscribed" (optimistic).
@@ -103,7 +111,7 @@ def _judged(assembly: Assembly, rest: Rest, wrench: Float, cone: FrictionCone) -
 class LimitState:
     """Engine ``limit`` with one program, set up once, for all loads of an assembly.
 
-    Several threads may ask one state. Answers without ``gap`` are the same as from one thread; with it they depend on
+    Several threads may ask one state. Exact answers are the same as from one thread; those ``Within`` a gap depend on
     what was asked before, because bounds draw on all earlier solves, and such calls wait for each other.
     """
 
@@ -126,23 +134,39 @@ class LimitState:
         errs = "cautious" if self.engine.cone == "inscribed" else "optimistic"
         return (f"friction cone replaced by an {self.engine.cone} polygon of {self.engine.sides} sides: {errs}",)
 
-    def load_factor(self, W: Float, gap: float | None = None) -> Capacity:
+    def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
         """Factors for load columns W (6J, n), each by a solve of its own.
 
-        With ``gap`` columns that load a single body are bounded within (upper - lower) / upper <= gap from few solves
-        (certified.py); their factor is then the lower bound.
+        ``Within`` a gap, columns that load a single body are bounded within (upper - lower) / upper <= gap from few
+        solves (certified.py); their factor is then the lower bound. Bounds take no further work: ``ForcesOnly`` has
+        them, too.
+
+        With the exact cone ``upper`` is proved: gravity over load power of a motion that no contact can resist, widened
+        by the residuals of the solve. ``lower`` is that of contact forces that balance up to the solver's residual,
+        priced by its own multipliers: an estimate, for these are not exact either. An inscribed polygon gives no upper
+        bound of the true cone, a circumscribed one no lower bound.
         """
         count = W.shape[1]
-        verdict = self.rest.verdict
-        if not verdict.equilibrium_exists:
-            return no_capacity(count, verdict)
+        if not self.rest.verdict.equilibrium_exists:
+            return Answers.not_standing(count, **self._known)
         loaded = np.flatnonzero((W != 0).reshape(-1, 6, count).any((1, 2))) if count else np.empty(0)
-        if gap is None or count < FLAT_GROUP or len(loaded) != 1:
-            answers = [self.solve(W[:, k]) for k in range(count)]
-            return self._capacity(answers)
-        return self._certified(W, int(6 * loaded[0]), gap)
+        if isinstance(accuracy, Within) and count >= FLAT_GROUP and len(loaded) == 1:
+            return self._certified(W, int(6 * loaded[0]), accuracy.gap)
+        return self._answers([self.solve(W[:, k]) for k in range(count)])
 
-    def _certified(self, W: Float, first: int, gap: float) -> Capacity:
+    @property
+    def _known(self) -> dict[str, Any]:
+        """What all answers of this state have in common."""
+        return {
+            "engine": self.engine.name,
+            "claim": self.engine.claim,
+            "verdict": self.rest.verdict,
+            "lower_bound": Bound.NONE if self.engine.cone == "circumscribed" else Bound.ESTIMATED,
+            "upper_bound": Bound.NONE if self.engine.cone == "inscribed" else Bound.PROVED,
+            "notes": self.notes,
+        }
+
+    def _certified(self, W: Float, first: int, gap: float) -> Answers:
         with self._certifying:
             bounds = certify(W, first, self.solve, self.cuts, gap, self.assembly.size / 4)
         with np.errstate(divide="ignore"):
@@ -151,28 +175,27 @@ class LimitState:
         kinds = np.array([Status.INFINITE, Status.FINITE, Status.UNDECIDED], dtype=object)
         status = kinds[np.where(bounds.undecided, 2, finite.astype(int))]
         used = np.unique(bounds.cut[finite & (bounds.cut >= 0)])
-        rows = np.array([self.cuts.rows[k] for k in used]).reshape(len(used), len(W))
+        rows = np.array([self.cuts.motions[k] for k in used]).reshape(len(used), len(W))
         known = dict(zip((int(k) for k in used), self.mechanisms(rows), strict=True))
         told = [known.get(int(k)) if f else None for k, f in zip(bounds.cut, finite, strict=True)]
-        return Capacity.told(lower, lower, upper, status.tolist(), told)
+        return Answers.of(force=lower, lower=lower, upper=upper, status=status.tolist(), mechanism=told, **self._known)
 
-    def _capacity(self, answers: list[LoadLimit]) -> Capacity:
+    def _answers(self, answers: list[LoadLimit]) -> Answers:
         told: list[Mechanism | None] = [None] * len(answers)
         finite = [k for k, answer in enumerate(answers) if answer.twists is not None]
         twists = np.array([answers[k].twists for k in finite]).reshape(len(finite), len(self.wrench))
         for k, mechanism in zip(finite, self.mechanisms(twists), strict=True):
             told[k] = mechanism
         factor, lower, upper = np.array([(a.factor, a.lower, a.upper) for a in answers]).reshape(-1, 3).T
-        return Capacity.told(factor, lower, upper, [a.status for a in answers], told)
+        status = [a.status for a in answers]
+        return Answers.of(force=factor, lower=lower, upper=upper, status=status, mechanism=told, **self._known)
 
     def mechanisms(self, twists: Float) -> list[Mechanism]:
         """The collapse mechanisms of dual twists (k, 6J)."""
         velocities = (self._gather @ twists.T).T.reshape(len(twists), len(self.rest.nodes), 3)
         modes = modes_of(velocities, self.rest.nodes.mu)
-        nodes = self.rest.nodes
         return [
-            describe(self.assembly, nodes, t.reshape(-1, 6), mode, dual=True)
-            for t, mode in zip(twists, modes, strict=True)
+            describe(self.kinematics, t.reshape(-1, 6), mode, dual=True) for t, mode in zip(twists, modes, strict=True)
         ]
 
     def solve(self, load: Float) -> LoadLimit:
@@ -183,7 +206,11 @@ class LimitState:
         """Derivatives of the largest factor of one load (6J,), all from one solve."""
         limit, solution = self._maximised(load)
         forces = np.empty((0, 3)) if solution is None else solution.x[:-1].reshape(-1, 3)
-        return gradient(self.assembly, self.rest.nodes, limit, forces[:, 0] * self.assembly.weight, where)
+        if limit.twists is None:
+            remedy = "there are derivatives only where a finite push moves something"
+            raise HoldfastError(message(where, f"the push is {limit.status}", remedy))
+        pressing = forces[:, 0] * self.assembly.weight
+        return gradient(self.assembly, self.rest.nodes, limit.twists, pressing, self._answers([limit]))
 
     def load_set(self, columns: Float, gap: float, where: str) -> LoadSet:
         """The x (d,) in the box |x_k| <= 1 for which ``columns`` @ x is carried, between two polyhedra."""
@@ -198,13 +225,16 @@ class LimitState:
         solution = self._program.maximise(scaled / size)
         if solution.outcome is Outcome.UNBOUNDED and self._supports_itself(solution, scaled / size):
             ray = solution.x[:-1].reshape(-1, 3) / solution.x[-1] * self.assembly.weight * size
-            return LoadLimit(np.inf, np.inf, np.inf, Status.INFINITE, None, self.rest.nodes.world(ray)), solution
+            return LoadLimit(np.inf, np.inf, np.inf, Status.INFINITE, None, ray=self.rest.nodes.world(ray)), solution
         if solution.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED) or solution.residual > ACCEPTED:
             return LoadLimit(0.0, 0.0, np.inf, Status.UNDECIDED, None), solution
         return self._bounded(solution, load, size), solution
 
     def _bounded(self, solution: ConeSolution, load: Float, size: float) -> LoadLimit:
-        """Bounds from both sides: s of the primal point, and gravity over load power of the dual mechanism."""
+        """Bounds from both sides: s of the primal point, and gravity over load power of the dual mechanism.
+
+        The second holds for a motion in the dual cone: the mechanism as the solver gives it is mended first.
+        """
         primal = max(float(solution.x[-1]), 0.0) / size
         twists = self.assembly.equation_scale * solution.z[: len(load)]
         power = float(twists @ load)
@@ -213,8 +243,21 @@ class LimitState:
         dual = max(-float(twists @ self.wrench) / power, 0.0)
         spill = float(np.abs(solution.z).sum()) * solution.residual * self.assembly.weight / power
         slack = MARGIN * max(primal, dual) + spill
-        lower, upper = max(min(primal, dual) - slack, 0.0), max(primal, dual) + slack
-        return LoadLimit(primal, lower, upper, Status.FINITE, twists / power)
+        proof = self._proof(twists / power, load)
+        proved = np.inf if proof is None else -float(proof @ self.wrench)
+        lower, upper = max(min(primal, dual) - slack, 0.0), max(primal, dual, proved) + slack
+        return LoadLimit(primal, lower, upper, Status.FINITE, twists / power, proof)
+
+    def _proof(self, twists: Float, load: Float) -> Float | None:
+        """The motion mended so that no contact force gains on it, at unit load power; None where it cannot be."""
+        mended = self._repair.mended(twists)
+        power = 0.0 if mended is None else float(mended @ load)
+        return mended / power if mended is not None and power > 0 else None
+
+    @cached_property
+    def _repair(self) -> Repair:
+        cone = FrictionCone(self.engine.cone, self.engine.sides)
+        return Repair(self.assembly, self.rest.nodes, cone, self._gather)
 
     def _supports_itself(self, solution: ConeSolution, column: Float) -> bool:
         """Whether the ray of an unbounded program holds: contact forces in the cones that balance the load alone."""
@@ -229,6 +272,11 @@ class LimitState:
         if self.engine.cone == "circumscribed":
             excess = excess - self.rest.nodes.mu * np.abs(forces[:, 0])  # corners stick out of the circle
         return float(np.abs(balance).max()) <= 1e-5 * largest and float(excess.max(initial=0)) <= 1e-5 * largest
+
+    @cached_property
+    def kinematics(self) -> Kinematics:
+        """What all mechanisms of this state share."""
+        return Kinematics.of(self.assembly, self.rest.nodes)
 
     @cached_property
     def _gather(self) -> sparse.csr_matrix:

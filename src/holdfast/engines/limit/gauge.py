@@ -1,4 +1,4 @@
-"""What is known of γ(w) = 1/R(w), the reciprocal of the largest factor of a load w: cuts, and bounds at unit pushes."""
+"""Bounds of the gauge γ(w) = 1/R(w), the reciprocal of the largest factor of a load w: cuts, and bounds at pushes."""
 
 from __future__ import annotations
 
@@ -12,24 +12,30 @@ from holdfast.engines.limit.load_limit import LoadLimit
 
 @dataclass
 class Cuts:
-    """Lower bounds for the loads of all bodies: γ(w) >= row @ w for each of ``rows`` (6J,) and any w (6J,)."""
+    """Lower bounds for the loads of all bodies: γ(w) >= row @ w for each of ``rows`` (6J,) and any w (6J,).
+
+    ``motions`` (6J,) are the collapse mechanisms of the solved loads that the rows come from.
+    """
 
     rows: list[Float] = field(default_factory=list)
+    motions: list[Float] = field(default_factory=list)
 
     def learn(self, limit: LoadLimit) -> int | None:
-        """Take the cut of one solved load; returns its number, None where it proves none."""
+        """Add the cut that one solved load proves, and return its number; return None if the load proves no cut."""
         if limit.twists is None or not limit.upper > 0:
             return None
-        self.rows.append(limit.twists / limit.upper)
+        self.rows.append(np.zeros_like(limit.twists) if limit.proof is None else limit.proof / limit.upper)
+        self.motions.append(limit.twists)
         return len(self.rows) - 1
 
 
 @dataclass
 class Field:
-    """Bounds ``low`` and ``high`` (n,) of γ at n ``loads`` (n, 6) on one body, whose rows of a load begin at ``first``.
+    """Bounds ``low`` (n,) and ``high`` (n,) of γ at ``loads`` (n, 6) on one body.
 
-    ``cut`` (n,) is the number of the cut that gives ``low`` (-1: none); ``solved`` (n,) tells which loads were solved
-    themselves, ``undecided`` (n,) for which of these the solver found no answer. ``seen`` cuts were taken so far.
+    The body's rows of a load column (6J,) start at ``first``. ``cut`` (n,) is the number of the cut that gives ``low``,
+    or -1 if none does. ``solved`` (n,) is True for loads that were solved themselves, and ``undecided`` (n,) for those
+    of them for which the solver found no answer. The first ``seen`` cuts have already been applied.
     """
 
     loads: Float
@@ -43,7 +49,7 @@ class Field:
     seen: int = 0
 
     def rise(self) -> None:
-        """Raise ``low`` to what the cuts learnt since the last call prove."""
+        """Raise ``low`` to the values that the cuts added since the last call prove."""
         fresh = self.cuts.rows[self.seen :]
         if fresh:
             values = self.loads @ np.array(fresh)[:, self.first : self.first + 6].T
@@ -55,6 +61,9 @@ class Field:
             self.seen += len(fresh)
 
     def doubtful(self, members: Int, gap: float) -> Bool:
-        """Which of these loads have bounds further apart than ``gap``: (upper - lower) / upper of the factor."""
+        """Say which of the loads ``members`` (k,) are unsolved and have bounds that are further apart than ``gap``.
+
+        The distance is (upper - lower) / upper of the factor.
+        """
         low, high = self.low[members], self.high[members]
         return np.asarray(~self.solved[members] & (high > 0) & ~(low >= (1 - gap) * high))

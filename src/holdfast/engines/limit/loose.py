@@ -1,4 +1,4 @@
-"""Whether a body comes loose for certain once its weight is taken: nothing can clamp it or drag it down."""
+"""Proof that a body comes loose once its weight is supported: no contact can clamp it or drag it down."""
 
 from __future__ import annotations
 
@@ -14,14 +14,16 @@ from holdfast.engines.cones import EXACT
 
 
 def comes_loose(assembly: Assembly, name: str, up: Float) -> bool:
-    """True if no contact forces on the body, other than none, add up to zero or to a downward force through its centre.
+    """Return True if it is proved that no contact holds the body ``name`` once its weight is supported.
 
-    With its weight taken and an upward force c >= 0 besides, its contacts must balance that force alone:
+    Suppose that the weight is supported and that an additional force c >= 0 acts along ``up`` (3,) at the centre of
+    mass. The contacts of the body then have to balance this force alone. The function returns True if
 
-        G_b f + c (up, 0) = 0,   f in the friction cones,   Σ f_n = 1
+        G_b f + c (up, 0) = 0,   f in the friction cones,   Σ f_n = 1,   c >= 0
 
-    has no solution: then all its contacts are empty from that moment on, whatever the other bodies do, and it takes
-    none of them along. The corners of the patches carry whatever the whole patches can.
+    has no solution. All contact forces on the body are then zero from that moment on, whatever the other bodies do, and
+    the body takes none of them along. The nodes are the corners of the patches, which can carry every load that the
+    whole patches can carry. A body without contacts is loose.
     """
     k = assembly.index[name]
     every = contact_nodes(assembly, 4, "corners")

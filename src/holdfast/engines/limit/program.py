@@ -1,4 +1,4 @@
-"""The cone program of limit analysis, set up once and solved for one load after another."""
+"""The cone program of limit analysis, which is set up once and then solved for many loads."""
 
 from __future__ import annotations
 
@@ -17,16 +17,17 @@ from holdfast.conic.solve import ConeSolution, Prepared
 from holdfast.engines.cones import FrictionCone
 from holdfast.engines.forces import force_program
 
-TOLERANCE = 1e-9  # of gap and feasibility, in units of the total weight
+TOLERANCE = 1e-9  # tolerance of the duality gap and of feasibility, in units of the total weight
 
 
 @dataclass(frozen=True, eq=False)
 class LoadProgram:
-    """max s  s.t.  G f + ``wrench`` + s w = 0, f in the friction cones of ``nodes``, for any load w.
+    """The program max s  s.t.  G f + ``wrench`` + s w = 0, f in the friction cones of ``nodes``, for any load w.
 
-    Forces are in units of the total weight, every body's equilibrium in units of its own weight and size. Several
-    threads may ask at the same time: each solves with a solver of its own, taken from those that are idle or set up
-    anew. A solution depends on its load alone, to the last digit, and not on the loads that its solver had before.
+    ``wrench`` (6J,) is in [N, N m]. In the program, forces are in units of the total weight, and the equilibrium of
+    each body in units of its own weight and size. The object is safe for several threads: each call uses a solver of
+    its own, an idle one or a new one. A solution depends on its load alone, to the last digit, and not on the loads
+    that the solver had before.
     """
 
     assembly: Assembly
@@ -37,7 +38,7 @@ class LoadProgram:
 
     @cached_property
     def cone_program(self) -> ConeProgram:
-        """Variables (f, s); the last column of A holds the load, in all equilibrium rows."""
+        """The cone program in the variables (f, s). The last column of A holds the load in all equilibrium rows."""
         base, G = force_program(self.assembly, self.nodes, self.wrench, self.cone)
         rows = G.shape[0]
         column = sparse.csc_matrix((np.ones(rows), (np.arange(rows), np.zeros(rows, int))), (base.A.shape[0], 1))
@@ -48,7 +49,7 @@ class LoadProgram:
         )
 
     def maximise(self, load: Float) -> ConeSolution:
-        """The solution (f, s) for a ``load`` (6J,) in the program's units."""
+        """Solve the program for one ``load`` (6J,) in the program's units; ``x`` of the solution is (f, s)."""
         entries = self.cone_program.A.nnz
         try:
             prepared = self._idle.pop()

@@ -17,8 +17,8 @@ from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, SolverError, message
 from holdfast.base.progress import report
 from holdfast.engines.capabilities import LoadSet
-from holdfast.engines.contract import Status
 from holdfast.engines.limit.load_limit import LoadLimit
+from holdfast.engines.verdict import Status
 from holdfast.geometry.half_spaces import largest_row
 
 BUDGET = {3: 240, 6: 240}  # solves by dimension; in six dimensions the facets of a hull cost more than the solves
@@ -87,9 +87,9 @@ class _Search:
             return
         reach = 1 / float(np.abs(direction).max())
         self.points.append(min(limit.lower, reach) * direction)
-        if limit.twists is not None:
-            normal = self.columns.T @ limit.twists
-            self.cuts.append(normal / (limit.upper + self._slack(normal, limit.twists)))
+        if limit.proof is not None:
+            normal = self.columns.T @ limit.proof
+            self.cuts.append(normal / (limit.upper + self._slack(normal, limit.proof)))
 
     def _slack(self, normal: Float, twists: Float) -> float:
         """How far a cut may be wrong where the solver's twists leave the dual cone: by loads and by weights."""

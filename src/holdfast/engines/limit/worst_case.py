@@ -1,14 +1,15 @@
-"""The weakest answer over a box of masses and centres of mass: at one of its corners.
+"""The worst case over a box of masses and centres of mass, which is at one of the corners of the box.
 
-As the largest value of a cone program R is concave in the weights' wrench w_g, and w_g is affine in each mass and in
-each centre of mass while the others are held. A concave function is smallest at an end of an interval, so going from
-value to value the smallest R of the whole box is found at a corner.
+R is the largest value of a cone program, and therefore concave in the wrench of the weights w_g. This wrench is affine
+in each mass and in each centre of mass while the others are held. A concave function on an interval is smallest at an
+end of the interval. Applied to one value after another, this shows that R is smallest at a corner of the box.
 """
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,10 +17,12 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.progress import report
+from holdfast.engines.answers import Answers, joined
 from holdfast.engines.capabilities import Corner, Weakest
-from holdfast.engines.contract import State, Status
+from holdfast.engines.contract import State
+from holdfast.engines.verdict import Status
 
-MAX_CORNERS = 4096  # each takes a program of its own; twelve uncertain values
+MAX_CORNERS = 4096  # largest number of corners, that of twelve uncertain values; each corner takes a program of its own
 
 GUARANTEE = (
     "exact for engine limit: R grows with every friction coefficient, is concave in the weights' wrench, and that is "
@@ -32,31 +35,36 @@ _WEAKEST_FIRST = (Status.UNSTABLE, Status.UNDECIDED, Status.FINITE, Status.INFIN
 def weakest(
     assembly: Assembly, prepare: Callable[[Float], State], standing: Float, W: Float, corners: tuple[Corner, ...]
 ) -> Weakest:
-    """The smallest factor of each column of W (6J, n) over all ``corners``, and at which.
+    """Find the smallest value of the largest factor of each column of W (6J, n) over all ``corners``.
 
-    ``prepare`` readies the engine under the wrench (6J,) that acts besides the nominal weights; ``standing`` (6J,) is
-    what acts of it at every corner.
+    ``prepare`` prepares the engine under a wrench (6J,) that acts in addition to the nominal weights. ``standing``
+    (6J,) is the part of this wrench that is the same at every corner.
     """
     n = W.shape[1]
     lower, upper = np.full(n, np.inf), np.full(n, np.inf)
     worst = [(len(_WEAKEST_FIRST), np.inf, 0)] * n
+    rows: list[Answers | None] = [None] * n
     for number, corner in enumerate(corners):
         report("worst case", number, len(corners))
-        capacity = prepare(standing + _change(assembly, corner)).load_factor(W)
-        lower, upper = np.minimum(lower, capacity.lower), np.minimum(upper, capacity.upper)
-        ranks = [_WEAKEST_FIRST.index(status) for status in capacity.status]
-        found = zip(ranks, capacity.factor.tolist(), [number] * n, strict=True)
-        worst = [min(pair) for pair in zip(worst, found, strict=True)]
+        found = prepare(standing + _change(assembly, corner)).load_factor(W)
+        lower, upper = np.minimum(lower, found.lower), np.minimum(upper, found.upper)
+        for k in range(n):
+            here = (_WEAKEST_FIRST.index(found.status[k]), float(found.force[k]), number)
+            if here < worst[k]:
+                worst[k], rows[k] = here, found.rows(slice(k, k + 1))
     report("worst case", len(corners), len(corners))
-    factor = np.array([force for _, force, _ in worst])
-    status = tuple(_WEAKEST_FIRST[rank] for rank, _, _ in worst)
-    return Weakest(factor, lower, upper, status, tuple(k for _, _, k in worst), corners, GUARANTEE)
+    answers = replace(joined([row for row in rows if row is not None]), lower=lower, upper=upper)
+    return Weakest(answers=answers, corner=tuple(k for _, _, k in worst), corners=corners, guarantee=GUARANTEE)
 
 
 def corners_of(
     assembly: Assembly, masses: Mapping[str, tuple[float, float]], coms: Mapping[str, Float], where: str
 ) -> tuple[Corner, ...]:
-    """All corners of the box of ``masses`` (low, high) [kg] and half widths ``coms`` (3,) [m] by body."""
+    """Return all corners of a box of masses and centres of mass, both keyed by body name.
+
+    ``masses`` are intervals (low, high) [kg], and ``coms`` are half widths (3,) [m] along the world axes around the
+    nominal centres of mass. ``where`` names the query in error messages. More than MAX_CORNERS raise HoldfastError.
+    """
     gravity = assembly.scene.gravity
     matters = [k for k in range(3) if np.linalg.norm(np.delete(gravity, k)) > 0]  # weight may slide along itself
     values: list[tuple[str, int, tuple[float, ...]]] = [
@@ -81,7 +89,7 @@ def corners_of(
 
 
 def _change(assembly: Assembly, corner: Corner) -> Float:
-    """(6J,) what the corner's masses and centres of mass add to the weights' wrench about the nominal centres."""
+    """Return the change (6J,) of the wrench of the weights at a corner, about the nominal centres of mass."""
     change = np.zeros((len(assembly.movable), 6))
     for name in {**corner.masses, **corner.coms}:
         k = assembly.index[name]

@@ -1,6 +1,7 @@
-"""Scene files: one module a format, each of which registers itself; ``registry`` finds the one that fits a file.
+"""The formats of scene files: one module for each format, which registers itself with ``registry``.
 
-A new format is one module beside these, imported here. Where several formats fit a file, the first in this list has it.
+To add a format, write a module in this package and import it here. If several formats recognise a file, the first in
+this list reads it.
 """
 
 from holdfast.scene.formats import native, published, settled

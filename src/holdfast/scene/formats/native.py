@@ -1,4 +1,4 @@
-"""The native scene file, ``format: holdfast-scene/1``: its schema, reading and writing."""
+"""The native scene file, ``format: holdfast-scene/1``: its schema, its reader and its writer."""
 
 from __future__ import annotations
 
@@ -55,14 +55,14 @@ class _Model(BaseModel):
 
 
 class BoxModel(_Model):
-    """A cuboid centred on its frame."""
+    """A cuboid centred on the origin of its frame."""
 
     type: Literal["box"]
     size: Triple = Field(description="edge lengths [m]")
 
 
 class CylinderModel(_Model):
-    """A cylinder about its z axis, centred on its frame."""
+    """A cylinder about the z axis, centred on the origin of its frame."""
 
     type: Literal["cylinder"]
     radius: Number = Field(description="[m]")
@@ -71,7 +71,7 @@ class CylinderModel(_Model):
 
 
 class SphereModel(_Model):
-    """A ball centred on its frame."""
+    """A ball centred on the origin of its frame."""
 
     type: Literal["sphere"]
     radius: Number = Field(description="[m]")
@@ -79,7 +79,7 @@ class SphereModel(_Model):
 
 
 class MeshModel(_Model):
-    """A triangle mesh, from a file beside the scene or written out."""
+    """A triangle mesh, either from a file or given by its vertices and faces."""
 
     type: Literal["mesh"]
     file: str | None = Field(None, description="OBJ, STL, PLY, GLB or OFF; relative to this scene file")
@@ -148,18 +148,21 @@ class SceneModel(_Model):
 
 
 def schema() -> dict[str, Any]:
-    """The JSON schema of the native scene file."""
+    """Return the JSON schema of the native scene file."""
     return SceneModel.model_json_schema() | {"$schema": "https://json-schema.org/draft/2020-12/schema"}
 
 
 def sniff(source: Source) -> bool:
-    """Whether the file calls itself a native scene, of whichever version."""
+    """Tell whether the file declares itself a native scene, of any version."""
     data = source.data
     return isinstance(data, dict) and str(data.get("format")).startswith("holdfast-scene/")
 
 
 def read(source: Source) -> Scene:
-    """The scene that the file describes; mesh paths are relative to it."""
+    """Return the scene that the file describes; paths of meshes are relative to the file.
+
+    Raises SceneError if the file does not match the schema.
+    """
     data, path = source.data, source.path
     try:
         model = SceneModel.model_validate(data)
@@ -170,7 +173,10 @@ def read(source: Source) -> Scene:
 
 
 def write(scene: Scene, path: Path) -> bytes:
-    """JSON or YAML by the path's suffix, from which ``read`` gives an equal scene; mesh paths are relative to it."""
+    """Return the content of a scene file from which ``read`` gives an equal scene.
+
+    The suffix of ``path`` selects JSON or YAML. Paths of meshes are relative to ``path``.
+    """
     data = _scene_data(scene, path)
     return (text.as_json(data) if path.suffix.lower() == ".json" else text.as_yaml(data)).encode()
 
@@ -284,7 +290,7 @@ _KEYS = {"quaternion": "orientation"} | {key: key for model in _MODELS for key i
 
 
 def _first_problem(error: ValidationError, data: Any, path: Path) -> str:  # noqa: ANN401
-    """One line for the first of pydantic's findings, with the body's name instead of its number alone."""
+    """Describe the first error that pydantic found in one line, with the name of the body as well as its number."""
     first = error.errors()[0]
     parts: list[str] = []
     for key in first["loc"]:

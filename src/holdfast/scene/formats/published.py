@@ -1,6 +1,6 @@
-"""Reader for block assemblies as polygon meshes with one friction coefficient (keys ``blocks``, ``interfaces``).
+"""Read block assemblies: polygon meshes with one friction coefficient (keys ``blocks`` and ``interfaces``).
 
-The interfaces in such a file are another detector's and are left alone, since a scene holds no contacts.
+A scene holds no contacts, so the interfaces in such a file, which another program detected, are ignored.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ import numpy as np
 from holdfast.base.arrays import Float, Int, checked
 from holdfast.base.errors import GeometryError, SceneError, message
 from holdfast.base.rigid import tangents
+from holdfast.geometry.area import outline_vector
+from holdfast.geometry.triangulation import fan
 from holdfast.scene.body import Body
 from holdfast.scene.formats.registry import register
 from holdfast.scene.formats.source import Source
@@ -22,13 +24,16 @@ from holdfast.scene.shapes import Mesh
 
 
 def sniff(source: Source) -> bool:
-    """Whether this is a block assembly."""
+    """Tell whether the file is a block assembly."""
     data = source.data
     return isinstance(data, dict) and isinstance(data.get("blocks"), list)
 
 
 def read(source: Source) -> Scene:
-    """The scene of a block assembly; faces may be non-triangular and non-convex."""
+    """Return the scene of a block assembly; faces may have more than three corners and may be non-convex.
+
+    Raises SceneError if the file is not a valid block assembly.
+    """
     data, path = source.data, source.path
     try:
         bodies = [_body(block, path) for block in data["blocks"]]
@@ -49,15 +54,14 @@ def _body(block: dict[str, Any], path: Path) -> Body:
 
 
 def triangulated(vertices: Float, face: Int) -> Int:
-    """(t, 3) triangles over the corners of a nearly flat, possibly non-convex polygon, wound like it."""
+    """Split a nearly flat, possibly non-convex polygon into triangles (t, 3) with the same winding."""
     if len(face) == 3:
         return face[None]
     corners = vertices[face]
-    following = np.roll(corners, -1, axis=0)
-    area_vector = np.cross(corners, following).sum(0) / 2
-    if not np.linalg.norm(area_vector) > 0:
-        return np.column_stack([np.full(len(face) - 2, face[0]), face[1:-1], face[2:]])
-    t1, t2 = tangents(area_vector / np.linalg.norm(area_vector))
+    across = outline_vector(corners)
+    if not np.linalg.norm(across) > 0:
+        return fan(face)
+    t1, t2 = tangents(across / np.linalg.norm(across))
     flat = np.column_stack([corners @ t1, corners @ t2])
     flat = (flat - flat.mean(0)) / np.ptp(flat, axis=0).max()
     return np.asarray(face[np.array(manifold3d.triangulate([flat]))], dtype=np.int64)

@@ -1,12 +1,13 @@
-"""The formats of scene files: who reads a file, who writes one, and what either is told where nobody does.
+"""The registry of scene file formats: it finds the format that reads or writes a file.
 
 A format registers a name, its suffixes and up to three functions:
 
-- ``sniff(source) -> bool``: whether this file is in the format, judged by its content. Cheap, exact, and without
-  optional packages; a SceneError (this content is no text, no JSON, no XML) counts as no.
-- ``read(source, *, ...) -> Scene``: its keyword-only parameters are the options that ``load_scene`` takes for it.
-- ``write(scene, path, *, ...) -> bytes``: the content of the file that will be at ``path``, likewise with options. It
-  writes nothing itself, so that no half a file is ever left.
+- ``sniff(source) -> bool`` tells from the content whether a file is in the format. It must be fast and exact and must
+  not need optional packages. A SceneError (the content is not text, JSON or XML) counts as no.
+- ``read(source, *, ...) -> Scene`` reads the file. Its keyword-only parameters are the options that ``load_scene``
+  accepts for this format.
+- ``write(scene, path, *, ...) -> bytes`` returns the content of the file that will be at ``path``, likewise with
+  options. It writes nothing itself, so that an error never leaves an incomplete file.
 """
 
 from __future__ import annotations
@@ -28,10 +29,11 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Format:
-    """A format of scene files: what it is called, which files are in it, and the functions that read and write it.
+    """A format of scene files: its name, its suffixes, and the functions that read and write it.
 
-    ``mark`` says in a word or two how its files are recognised; ``extra`` is the optional dependency group that reading
-    or writing imports.
+    ``mark`` says in a few words how its files are recognised. ``extra`` is the optional dependency group that the
+    functions import. See the module docstring for ``sniff``, ``read`` and ``write``. Raises HoldfastError if a suffix
+    is malformed, if there is neither a reader nor a writer, or if there is neither a suffix nor ``sniff``.
     """
 
     name: str
@@ -70,7 +72,10 @@ def register(
     mark: str = "",
     extra: str = "",
 ) -> Format:
-    """Make a format known to ``load_scene``, ``save_scene`` and the command line; the module's text says the rest."""
+    """Register a format for ``load_scene``, ``save_scene`` and the command line, and return it.
+
+    The module docstring describes the arguments. Raises HoldfastError if the name is already registered.
+    """
     if name in _formats:
         raise HoldfastError(message(f"format {name!r}", "is registered already", "unregister it first"))
     _formats[name] = Format(name, tuple(suffixes), sniff, read, write, mark, extra)
@@ -78,7 +83,7 @@ def register(
 
 
 def unregister(name: str) -> None:
-    """Forget a format."""
+    """Remove a format from the registry; raises HoldfastError if the name is unknown."""
     if name not in _formats:
         raise HoldfastError(message(f"format {name!r}", "is unknown", f"known: {', '.join(_formats)}"))
     del _formats[name]
@@ -95,9 +100,11 @@ def writable() -> tuple[Format, ...]:
 
 
 def load_scene(path: str | Path, **options: Any) -> Scene:  # noqa: ANN401 - each format has its own
-    """Read a scene file in any known format, told by its suffix and its content.
+    """Read a scene file in any known format.
 
-    ``options`` are those of the file's format; one that it does not have is an error.
+    The suffix and the content of the file decide its format. ``options`` are passed on to the reader of that format.
+    Raises SceneError if no format recognises the file, if the file is invalid, or if the format does not have an
+    option.
     """
     path = Path(path)
     with located(str(path)):
@@ -108,10 +115,11 @@ def load_scene(path: str | Path, **options: Any) -> Scene:  # noqa: ANN401 - eac
 
 
 def save_scene(scene: Scene, path: str | Path, **options: Any) -> None:  # noqa: ANN401 - each format has its own
-    """Write a scene in the format of the path's suffix; the file appears whole or not at all.
+    """Write a scene in the format that the suffix of ``path`` selects.
 
-    From the native formats (.yaml, .json) ``load_scene`` gives the same scene back, bit for bit. ``options`` are those
-    of the format; one that it does not have is an error.
+    The file is written completely or not at all. After saving in a native format (.yaml, .json), ``load_scene`` returns
+    an equal scene, bit for bit. ``options`` are passed on to the writer of the format. Raises SceneError if no format
+    with this suffix can be written, or if the format does not have an option.
     """
     path = Path(path)
     with located(str(path)):
@@ -124,7 +132,7 @@ def save_scene(scene: Scene, path: str | Path, **options: Any) -> None:  # noqa:
 
 
 def _format_of(source: Source) -> Format:
-    """The format that recognises the content: those of the file's suffix are asked first, then all others."""
+    """Return the format that recognises the content; formats with the file's suffix are tried first."""
     own = [each for each in readable() if source.suffix in each.suffixes]
     others = [each for each in readable() if source.suffix not in each.suffixes]
     troubles = []
@@ -136,7 +144,7 @@ def _format_of(source: Source) -> Format:
             if each in own:
                 troubles.append(trouble)
     for each in own:
-        if each.sniff is None:  # the suffix alone says it, where no content says otherwise
+        if each.sniff is None:  # if no content says otherwise, the suffix alone decides
             return each
     if troubles:
         raise troubles[0]
@@ -161,7 +169,10 @@ def _not_written(path: Path) -> str:
 
 
 def _called(chosen: Format, function: Callable[..., T], *arguments: Any, options: dict[str, Any]) -> T:  # noqa: ANN401
-    """The function's value, after its options are checked, and with a word on what is not installed."""
+    """Call a function of a format, after checking that it has all ``options``.
+
+    If an optional package is missing, raise HoldfastError with the command that installs it.
+    """
     parameters = inspect.signature(function).parameters.values()
     known = [each.name for each in parameters if each.kind is inspect.Parameter.KEYWORD_ONLY]
     for option in options:

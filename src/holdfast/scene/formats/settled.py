@@ -1,4 +1,4 @@
-"""Reader for ``settled-scene/1``: objects from mesh files with a friction coefficient each, at rest."""
+"""Read ``settled-scene/1`` files: objects at rest, each with a mesh file and a friction coefficient."""
 
 from __future__ import annotations
 
@@ -19,13 +19,16 @@ FORMAT = "settled-scene/1"
 
 
 def sniff(source: Source) -> bool:
-    """Whether this is a settled scene."""
+    """Tell whether the file is a settled scene."""
     data = source.data
     return isinstance(data, dict) and data.get("format") == FORMAT
 
 
 def read(source: Source) -> Scene:
-    """The scene; the friction of a pair is the larger of its two values, as the format prescribes."""
+    """Return the scene; as the format prescribes, the friction of a pair is the larger of its two values.
+
+    Raises SceneError if the file is not a valid settled scene.
+    """
     data, path = source.data, source.path
     try:
         objects = data["objects"]
@@ -54,9 +57,12 @@ def _body(item: dict[str, Any], path: Path) -> Body:
 
 
 def _orthonormal(pose: np.ndarray[Any, np.dtype[np.float64]]) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """The nearest rigid pose; the files print rotations with nine digits, which tilts faces by as much."""
+    """Return the nearest rigid pose.
+
+    The files give rotations with nine digits, and without this correction faces would be tilted by the rounding error.
+    """
     if pose.shape != (4, 4) or not np.isfinite(pose).all():
-        return pose  # Body names what is wrong with it
+        return pose  # Body reports what is wrong with it
     u, _, vt = np.linalg.svd(pose[:3, :3])
     rotation = u @ vt
     if np.abs(rotation - pose[:3, :3]).max() > 1e-5:

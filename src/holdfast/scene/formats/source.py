@@ -1,4 +1,4 @@
-"""A scene file while it is being read: every part of it is read, and parsed, at most once."""
+"""A scene file that is being read; each part of it is read and parsed at most once."""
 
 from __future__ import annotations
 
@@ -10,16 +10,17 @@ from typing import Any
 from holdfast.base.errors import SceneError, message
 from holdfast.scene.formats import text
 
-MAX_BYTES = 200_000_000
-MAX_YAML_BYTES = 8_000_000  # parsing takes about 1 s for 1 MB
-HEAD_BYTES = 4096
+MAX_BYTES = 200_000_000  # the largest file that is read
+MAX_YAML_BYTES = 8_000_000  # the largest YAML file; parsing takes about 1 s for 1 MB
+HEAD_BYTES = 4096  # length of the part that is read first, to recognise the format
 
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """The file at ``path``, as formats see it: its first bytes, and on demand its content, text and plain data.
+    """The file at ``path`` as the formats see it: its first bytes and, on demand, its content, text and data.
 
-    What cannot be had raises SceneError: a binary file has no text, a text that is neither JSON nor YAML has no data.
+    A part that does not exist raises SceneError: a binary file has no text, and a text that is neither JSON nor YAML
+    has no data.
     """
 
     path: Path
@@ -31,25 +32,25 @@ class Source:
 
     @cached_property
     def suffix(self) -> str:
-        """In lower case, with its dot; empty if there is none."""
+        """The suffix of the file in lower case, with its dot; empty if there is none."""
         return self.path.suffix.lower()
 
     @cached_property
     def head(self) -> bytes:
-        """The first 4,096 bytes, or all of a shorter file."""
+        """The first 4,096 bytes of the file, or all bytes of a shorter one."""
         return self._read(HEAD_BYTES)
 
     @cached_property
     def content(self) -> bytes:
-        """All bytes."""
+        """All bytes of the file."""
         self._check_size(MAX_BYTES)
         return self._read(-1)
 
     @cached_property
     def text(self) -> str:
-        """The content as UTF-8, without a byte-order mark."""
+        """The content decoded as UTF-8, without a byte-order mark."""
         remedy = "needs a readable UTF-8 text file"
-        if b"\0" in self.head:  # told before a large file is read
+        if b"\0" in self.head:  # checked before a large file is read
             raise SceneError(message(str(self.path), "cannot be read: has zero bytes, which no text has", remedy))
         try:
             return self.content.decode("utf-8-sig")
@@ -58,7 +59,10 @@ class Source:
 
     @property
     def data(self) -> Any:  # noqa: ANN401 - plain data
-        """The text parsed as JSON or YAML: dicts, lists and scalars, which all formats share and none may change."""
+        """The text parsed as JSON or YAML: dicts, lists and scalars.
+
+        All formats share this object and must not change it.
+        """
         data, error = self._parsed
         if error is not None:
             raise error
@@ -66,7 +70,7 @@ class Source:
 
     @cached_property
     def _parsed(self) -> tuple[Any, SceneError | None]:
-        """The data, or why there is none: a failure too is found out once, however many formats ask."""
+        """The data, or the error if there is none; a failure is kept too, so that parsing is tried only once."""
         try:
             if self._is_json:
                 return text.from_json(self.text, str(self.path)), None
@@ -77,7 +81,7 @@ class Source:
 
     @property
     def _is_json(self) -> bool:
-        """By the suffix, and where it says nothing by the first character."""
+        """Whether the file is parsed as JSON, by its suffix or, if that is inconclusive, its first character."""
         if self.suffix in text.SUFFIXES:
             return self.suffix == ".json"
         return self.head.lstrip()[:1] in (b"{", b"[")
@@ -97,7 +101,7 @@ class Source:
             raise SceneError(message(str(self.path), problem, "needs a file that may be read")) from cause
 
     def described(self) -> str:
-        """A few words on the content, for those who must say that they do not know it."""
+        """Describe the content in a few words, for the message that no format recognises it."""
         if not self.head:
             return "empty"
         data, error = self._parsed

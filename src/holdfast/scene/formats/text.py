@@ -1,4 +1,4 @@
-"""YAML and JSON text as plain data, without code execution, recursion or silent loss."""
+"""Convert YAML and JSON text to plain data and back, without code execution, deep recursion or silent loss."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import yaml
 
 from holdfast.base.errors import SceneError, message
 
-SUFFIXES = (".yaml", ".yml", ".json")
-MAX_DEPTH = 40
+SUFFIXES = (".yaml", ".yml", ".json")  # suffixes of files that hold JSON or YAML
+MAX_DEPTH = 40  # the deepest nesting that is accepted
 
 
 class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
-    """Safe YAML in which a key that stands twice is an error instead of a silent replacement."""
+    """A safe YAML loader that rejects a key that occurs twice, instead of silently replacing its value."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
         seen: set[Any] = set()
@@ -31,7 +31,7 @@ class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[mi
 
 
 def from_json(text: str, where: str) -> Any:  # noqa: ANN401 - plain data
-    """Dicts, lists and scalars; raises SceneError naming ``where`` and the line."""
+    """Parse JSON into dicts, lists and scalars; raises SceneError with ``where`` and the line."""
 
     def no_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         result: dict[str, Any] = {}
@@ -52,7 +52,7 @@ def from_json(text: str, where: str) -> Any:  # noqa: ANN401 - plain data
 
 
 def from_yaml(text: str, where: str) -> Any:  # noqa: ANN401 - plain data
-    """Dicts, lists and scalars; raises SceneError naming ``where`` and the line."""
+    """Parse YAML into dicts, lists and scalars; raises SceneError with ``where`` and the line."""
     try:
         _refuse_aliases_and_depth(text, where)
         return yaml.load(text, Loader=_Loader)
@@ -66,7 +66,10 @@ def from_yaml(text: str, where: str) -> Any:  # noqa: ANN401 - plain data
 
 
 def _refuse_aliases_and_depth(text: str, where: str) -> None:
-    """Aliases can make a small file huge or endless, deep nesting can exhaust the stack; scenes need neither."""
+    """Raise SceneError for aliases and for deep nesting, neither of which a scene needs.
+
+    Aliases can make a small file huge or endless, and deep nesting can exhaust the stack.
+    """
     depth = 0
     for event in yaml.parse(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
         line = f"{where}:{event.start_mark.line + 1}" if event.start_mark else where
@@ -81,17 +84,17 @@ def _refuse_aliases_and_depth(text: str, where: str) -> None:
 
 
 def as_json(data: Any) -> str:  # noqa: ANN401 - plain data
-    """JSON with a level of indentation for each level of the data; a number that is not finite is a ValueError."""
+    """Return JSON text, indented by level; raises ValueError for a number that is not finite."""
     return json.dumps(data, indent=1, allow_nan=False) + "\n"
 
 
 def as_yaml(data: Any) -> str:  # noqa: ANN401 - plain data
-    """YAML with the keys in the order of the data and rows of numbers on one line."""
+    """Return YAML text that keeps the order of the keys and puts each row of numbers on one line."""
     return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)
 
 
 class _Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc]
-    """Safe YAML with rows of numbers on one line."""
+    """A safe YAML dumper that puts each row of numbers on one line."""
 
     def represent_list(self, data: list[Any]) -> yaml.SequenceNode:
         flat = all(not isinstance(item, dict) for item in data)

@@ -1,4 +1,4 @@
-"""Scenes that come with holdfast, by name: used by examples, tests and benchmarks alike."""
+"""The scenes that come with holdfast, by name; examples, tests and benchmarks use them."""
 
 from holdfast.scene.shipped.registry import shipped_scene, shipped_scenes
 

@@ -1,4 +1,7 @@
-"""Shipped scenes made of blocks: cubes, tables, walls, arches, wedges (sizes of the paper where it gives them)."""
+"""Shipped scenes made of blocks: cubes, tables, walls, arches and wedges.
+
+Scenes of the paper have its sizes where it gives them.
+"""
 
 from __future__ import annotations
 
@@ -14,34 +17,35 @@ UPRIGHT = np.array([1.0, 0, 0, 0])
 
 
 def at(x: float, y: float, z: float, quaternion: Float = UPRIGHT) -> Float:
-    """(4, 4) pose."""
+    """Return the pose (4, 4), body frame to world, at this position [m] with this quaternion (w, x, y, z)."""
     return pose_from(np.array([x, y, z]), quaternion)
 
 
 def about_x(angle: float) -> Float:
-    """Quaternion of a turn by ``angle`` [rad] about x."""
+    """Return the quaternion of a rotation by ``angle`` [rad] about the x axis."""
     return np.array([np.cos(angle / 2), np.sin(angle / 2), 0, 0])
 
 
 def about_y(angle: float) -> Float:
-    """Quaternion of a turn by ``angle`` [rad] about y."""
+    """Return the quaternion of a rotation by ``angle`` [rad] about the y axis."""
     return np.array([np.cos(angle / 2), 0, np.sin(angle / 2), 0])
 
 
 def floor(x: float = 1.0, y: float = 1.0) -> Body:
-    """A fixed slab with its top at z = 0."""
+    """Return a fixed slab of ``x`` by ``y`` metres with its top at z = 0."""
     return Body("floor", Box(np.array([x, y, 0.05])), pose=at(0, 0, -0.025), fixed=True)
 
 
 def box(name: str, size: tuple[float, float, float], mass: float, centre: tuple[float, float, float]) -> Body:
-    """An upright movable box."""
+    """Return an upright movable box; ``size`` and ``centre`` are in metres, ``mass`` in kilograms."""
     return Body(name, Box(np.array(size)), mass=mass, pose=at(*centre))
 
 
 def prism(name: str, outline: Float, depth: float, axis: int, **body: object) -> Body:
-    """A convex polygon (k, 2), counter-clockwise, extruded by ``depth`` [m] about 0 along world axis x (0) or y (1).
+    """Return a prism: a convex polygon (k, 2) [m], counter-clockwise, extruded by ``depth`` [m] along a world axis.
 
-    The outline's coordinates are (y, z) for axis 0 and (x, z), seen from -y, for axis 1.
+    ``axis`` is 0 for x or 1 for y, and the prism is centred on the origin along it. The coordinates of ``outline`` are
+    (y, z) for axis 0, and (x, z) seen from -y for axis 1.
     """
     k = len(outline)
     near, far = np.full(k, -depth / 2), np.full(k, depth / 2)
@@ -60,18 +64,18 @@ def prism(name: str, outline: Float, depth: float, axis: int, **body: object) ->
 
 
 def cube() -> Scene:
-    """A cube of 0.1 m and 1 kg on the floor, μ 0.6."""
+    """A cube of 0.1 m and 1 kg on the floor, with μ = 0.6."""
     return Scene([floor(), box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.05))], 0.6, name="cube")
 
 
 def stack() -> Scene:
-    """Three such cubes on each other."""
+    """A stack of three cubes of 0.1 m and 1 kg on the floor, with μ = 0.6."""
     cubes = [box(f"cube{k + 1}", (0.1, 0.1, 0.1), 1, (0, 0, 0.05 + 0.1 * k)) for k in range(3)]
     return Scene([floor(), *cubes], 0.6, name="stack")
 
 
 def table(leg: float = 0.2, name: str = "table") -> Scene:
-    """A slab of 0.5 x 0.2 x 0.05 m and 2 kg on two legs of 1 kg, set in 0.05 m from its ends, μ 0.5."""
+    """A slab of 0.5 x 0.2 x 0.05 m and 2 kg on two legs of 1 kg, which are 0.05 m from its ends, with μ = 0.5."""
     legs = [
         box(f"leg_{side}", (0.05, 0.2, leg), 1, (x, 0, leg / 2)) for side, x in (("left", -0.175), ("right", 0.175))
     ]
@@ -79,12 +83,15 @@ def table(leg: float = 0.2, name: str = "table") -> Scene:
 
 
 def tall_table() -> Scene:
-    """The table on legs three times as high."""
+    """The table with legs that are three times as high."""
     return table(0.6, "tall_table")
 
 
 def wall(courses: int, bricks: int, shift: float, name: str) -> Scene:
-    """Bricks of 0.2 x 0.1 x 0.1 m and 4 kg, every other course shifted by a share of a brick; closed head joints."""
+    """A wall of bricks of 0.2 x 0.1 x 0.1 m and 4 kg, with closed head joints.
+
+    Every other course is shifted by ``shift``, as a share of a brick's length.
+    """
     bodies = [
         box(f"b{row}_{k}", (0.2, 0.1, 0.1), 4, (0.2 * (k + shift * (row % 2) - (bricks - 1) / 2), 0, 0.05 + 0.1 * row))
         for row in range(courses)
@@ -94,19 +101,20 @@ def wall(courses: int, bricks: int, shift: float, name: str) -> Scene:
 
 
 def wall2x2() -> Scene:
-    """Two courses of two bricks, the upper one shifted by a quarter brick."""
+    """A wall of two courses of two bricks; the upper course is shifted by a quarter brick."""
     return wall(2, 2, 0.25, "wall2x2")
 
 
 def bonded_wall() -> Scene:
-    """Ten courses of five bricks in quarter bond: 126 interfaces."""
+    """A wall of ten courses of five bricks in quarter bond, with 126 interfaces."""
     return wall(10, 5, 0.25, "bonded_wall")
 
 
 def slope(second: bool = False) -> Scene:
-    """The paper's Fig. 15: a movable 1:2 wedge on a fixed platform, a cube amid its slant, μ 1.2; rising towards +y.
+    """The slope of the paper's Fig. 15: a cube on a movable 1:2 wedge on a fixed platform, with μ = 1.2.
 
-    ``second``: another cube behind the first, uphill of it and touching it, the pair amid the slant.
+    The slope rises towards +y, and the cube lies in its middle. With ``second``, another cube touches the first on the
+    uphill side, and the pair lies in the middle.
     """
     outline = np.array([[-0.15, 0.0], [0.15, 0.0], [0.15, 0.15]])
     wedge = prism("wedge", outline, 0.1, 0, mass=1.0)
@@ -123,12 +131,15 @@ def slope(second: bool = False) -> Scene:
 
 
 def slope_two() -> Scene:
-    """Fig. 15b: the slope with the second cube."""
+    """The slope with the second cube (Fig. 15b)."""
     return slope(second=True)
 
 
 def cantilever() -> Scene:
-    """The paper's Fig. 16: a column A, a plank B across it, a load C on one end, a counterweight D on the other."""
+    """The cantilever of the paper's Fig. 16.
+
+    Plank B lies across column A; load C lies on one end and counterweight D on the other.
+    """
     bodies = [
         box("A", (0.1, 0.1, 0.3), 2, (0, 0, 0.15)),
         box("B", (0.5, 0.1, 0.02), 1, (0.04, 0, 0.31)),
@@ -139,7 +150,7 @@ def cantilever() -> Scene:
 
 
 def arch() -> Scene:
-    """A half-circle of five voussoirs, 0.2 m inside and 0.3 m outside, on the floor, μ 0.7."""
+    """A semicircular arch of five voussoirs on the floor, with radii of 0.2 m and 0.3 m and μ = 0.7."""
     bodies = [floor()]
     for k in range(5):
         angle = np.pi * (1 - (k + np.linspace(0, 1, 5)) / 5)
@@ -151,7 +162,7 @@ def arch() -> Scene:
 
 
 def _voussoir(name: str, inner: Float, outer: Float) -> Body:
-    """A curved block between two polylines (n, 2) in x and z, 0.15 m deep in y."""
+    """Return a curved block between two polylines (n, 2) [m] in x and z, 0.15 m deep along y."""
     n = len(inner)
     flat = np.vstack([inner, outer])
     vertices = np.vstack([np.column_stack([flat[:, 0], np.full(2 * n, y), flat[:, 1]]) for y in (-0.075, 0.075)])
@@ -168,7 +179,7 @@ def _voussoir(name: str, inner: Float, outer: Float) -> Body:
 
 
 def v_groove() -> Scene:
-    """A cube on its edge in a fixed groove of 90 degrees, μ 0.5."""
+    """A cube that stands on its edge in a fixed groove of 90 degrees, with μ = 0.5."""
     left = np.array([[-0.15, 0.0], [0.0, 0.0], [-0.15, 0.15]])
     right = np.array([[0.0, 0.0], [0.15, 0.0], [0.15, 0.15]])
     bodies = [
@@ -180,7 +191,7 @@ def v_groove() -> Scene:
 
 
 def wedged(with_floor: bool = False) -> Scene:
-    """A cube between two fixed walls that it touches but that nothing presses together, μ 0.6."""
+    """A cube between two fixed walls that it touches without being pressed against them, with μ = 0.6."""
     walls = [
         Body(name, Box(np.array([0.05, 0.2, 0.2])), pose=at(x, 0, 0.15), fixed=True)
         for name, x in (("wall_left", -0.075), ("wall_right", 0.075))
@@ -193,5 +204,5 @@ def wedged(with_floor: bool = False) -> Scene:
 
 
 def wedged_floor() -> Scene:
-    """The wedged cube with a floor under it."""
+    """The cube between two walls, with a floor under it."""
     return wedged(with_floor=True)

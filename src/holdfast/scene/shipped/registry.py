@@ -1,4 +1,4 @@
-"""The one list of shipped scenes."""
+"""The list of all shipped scenes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ from holdfast.scene.shipped import blocks
 
 
 def tabletop() -> Scene:
-    """Meshes from files: two books, the upper one carrying a bottle on its overhang, a tray with a mug and a bottle."""
+    """A scene with meshes from files: a tray with a mug and a bottle, and two books, one of which carries a bottle.
+
+    The upper book overhangs the lower one, and its bottle stands on the overhang.
+    """
     return load_scene(Path(__file__).parent / "tabletop" / "tabletop.yaml")
 
 
@@ -42,12 +45,12 @@ _BUILDERS: Mapping[str, Callable[[], Scene]] = MappingProxyType(
 
 
 def shipped_scenes() -> tuple[str, ...]:
-    """The names of the scenes that come with holdfast."""
+    """Return the names of the scenes that come with holdfast."""
     return tuple(_BUILDERS)
 
 
 def shipped_scene(name: str) -> Scene:
-    """The scene of that name among those that come with holdfast."""
+    """Return the shipped scene with this name; raises SceneError, with the most similar name, if there is none."""
     if name not in _BUILDERS:
         near = difflib.get_close_matches(name, _BUILDERS, n=1)
         remedy = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(_BUILDERS)}"

@@ -1,4 +1,4 @@
-"""R(p, e) at many points by what the engines are compared with, in one shape."""
+"""The largest push at many points as a simulator or the paper's optimisation finds it, in one form for all."""
 
 from __future__ import annotations
 
@@ -11,28 +11,28 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, Objects, objects
 from holdfast.base.errors import HoldfastError, message
-from holdfast.engines.contract import Status
+from holdfast.engines.verdict import Status
 from holdfast.queries.request import checked_assembly, pushes
 from holdfast.validation.baselines import lmgc90, mujoco, pybullet
-from holdfast.validation.baselines.search import Peak, World, climb
+from holdfast.validation.baselines.search import Peak, World, largest_load
 
 Simulator = Literal["pybullet", "mujoco", "lmgc90"]
 Protocol = Literal["printed", "hold"]
 
 RANGE = 100.0  # [N] of the paper
-WIDEST = 0.05  # relative: a wider bracket is no answer
-NEARLY_NOTHING = 1e-3  # total weights: nor must a bracket be narrower than that
+WIDEST = 0.05  # relative: a search that ends with a wider bracket is undecided
+NEARLY_NOTHING = 1e-3  # total weights: a bracket narrower than this is always an answer
 
-Answer: TypeAlias = tuple[Status, float, float, float]  # force, lower, upper [N]
+Answer: TypeAlias = tuple[Status, float, float, float]  # status; force, lower and upper [N]
 
 
 @dataclass(frozen=True, eq=False)
 class Answers:
-    """The largest push at each of n points, as a ``method`` that is compared with has it: nothing is certified.
+    """The largest push at each of n points according to a ``method`` that engines are compared with.
 
-    ``force`` (n,) [N] with ``status`` FINITE, INFINITE (force inf: nothing was seen to move, which is not to say that
-    nothing would), UNSTABLE (force 0: it does not stand) or UNDECIDED (force 0: not known). ``lower`` and ``upper``
-    (n,) [N]: where a search ended.
+    Nothing is certified. ``force`` (n,) [N] goes with ``status`` (n,): FINITE; INFINITE (force inf: no motion was seen
+    in the range that was searched); UNSTABLE (force 0: the assembly does not stand); UNDECIDED (force 0). ``lower`` and
+    ``upper`` (n,) [N] are the ends of the last bracket of the search.
     """
 
     method: str
@@ -45,15 +45,15 @@ class Answers:
     upper: Float
 
     @classmethod
-    def told(cls, method: str, body: str, points: Float, directions: Float, answers: Sequence[Answer]) -> Answers:
-        """From the answer to every push."""
+    def of(cls, method: str, body: str, points: Float, directions: Float, answers: Sequence[Answer]) -> Answers:
+        """Collect the answers to all pushes."""
         values = np.array([answer[1:] for answer in answers])
         status = objects([answer[0] for answer in answers])
         return cls(method, body, points, directions, values[:, 0], status, values[:, 1], values[:, 2])
 
     @property
     def undecided(self) -> int:
-        """How many queries were left without an answer."""
+        """The number of pushes whose status is UNDECIDED."""
         return int((self.status == Status.UNDECIDED).sum())
 
 
@@ -68,11 +68,12 @@ def simulated(
     most: float = RANGE,
     accuracy: float = 5e-3,
 ) -> Answers:
-    """R(p, e) by a simulator; ``points`` and ``directions`` as in ``robustness``.
+    """Find the largest push at each point with a simulator; ``points`` and ``directions`` as in ``robustness``.
 
-    "printed" is Algorithm 2 of Nadeau & Kelly in PyBullet (baselines/pybullet.py), to 100 N whatever ``most`` and
-    ``accuracy`` are. "hold" tries loads up to ``most`` [N], each held until rest or motion is seen, in any simulator,
-    to ``accuracy`` times the load. Where nothing moves up to the range's end the answer is infinite.
+    Protocol "printed" is Algorithm 2 of Nadeau & Kelly in PyBullet (``baselines/pybullet.py``), which always searches
+    up to 100 N and ignores ``most`` and ``accuracy``. Protocol "hold" works in every simulator: it searches up to
+    ``most`` [N], keeps each load on until rest or motion is seen, and ends when the bracket is narrower than
+    ``accuracy`` times the load. The answer is infinite where nothing moves up to the end of the range.
     """
     checked_assembly(assembly)
     where = f"simulated robustness of {body!r}"
@@ -82,7 +83,7 @@ def simulated(
     p, e, W = pushes(assembly, body, points, directions, where)
     if protocol == "hold":
         world = _world(assembly, engine)
-        peaks = [climb(world, assembly.weight, column, accuracy, most) for column in W.T]
+        peaks = [largest_load(world, assembly.weight, column, accuracy, most) for column in W.T]
     elif engine == "pybullet":
         once = pybullet.World(assembly, pybullet.PRINTED_STEP, pybullet.PRINTED_ITERATIONS)
         peaks = [once.printed(column) for column in W.T]
@@ -90,7 +91,7 @@ def simulated(
     else:
         raise HoldfastError(message(where, f"protocol 'printed' in {engine}", "is PyBullet's: ask for 'hold'"))
     found = [_answer(peak, most, NEARLY_NOTHING * assembly.weight) for peak in peaks]
-    return Answers.told(f"{engine} ({protocol})", body, p, e, found)
+    return Answers.of(f"{engine} ({protocol})", body, p, e, found)
 
 
 def _world(assembly: Assembly, engine: Simulator) -> World:
@@ -100,7 +101,7 @@ def _world(assembly: Assembly, engine: Simulator) -> World:
 
 
 def _answer(peak: Peak, most: float, nothing: float) -> Answer:
-    """What a search up to ``most`` [N] comes to; brackets are closed enough within WIDEST or ``nothing`` [N]."""
+    """The answer of a search up to ``most`` [N]: finite if its bracket is narrower than WIDEST or ``nothing`` [N]."""
     if peak.moves == 0:
         if peak.undecided:
             return Status.UNDECIDED, 0.0, 0.0, np.inf

@@ -1,10 +1,10 @@
 """A carrier in MuJoCo: a tray that really drives off, faster and faster, until what stands on it moves.
 
-The fixed bodies are one heavy body on three sliding joints, the mobile base, and a force drives it so that it and its
-load would accelerate together by a level that grows slowly from 0. Nothing is assumed about inertial forces. The
-maximum is taken as reached when a contact node moves against its counterpart by more than SPEED, the criterion of
-Nadeau & Kelly (Sec. VII-B). Bodies need time to get that fast while the level grows on: ramps are repeated from just
-before the motion, each slower than the last.
+All fixed bodies form one heavy body on three sliding joints: the mobile base. A force drives it so that base and load
+would accelerate together, at a rate that grows slowly from 0; no inertial forces are applied to the load. The largest
+acceleration is reached when a contact node moves against its counterpart faster than SPEED, the criterion of
+Nadeau & Kelly (Sec. VII-B). Bodies take time to become that fast, during which the acceleration grows further, so the
+ramp is repeated from just before the motion with smaller and smaller slopes.
 
 Contacts as in ``baselines/mujoco.py``. Optional: ``pip install 'holdfast[simulators]'``.
 """
@@ -24,25 +24,25 @@ from holdfast.validation.baselines.search import grid_nodes
 
 SIDE = 5  # nodes along a side unless given
 STEP = 5e-4  # [s]
-SPEED = 0.05  # [m/s] of contact nodes against each other: the assembly moves
-CALM = 2e-3  # [m/s]: below that it rests
-HEAVY = 100.0  # mass of the carrier over that of its load: how little the load's motion slows it down
+SPEED = 0.05  # [m/s] relative speed of contact nodes from which the assembly counts as moving
+CALM = 2e-3  # [m/s] relative speed of contact nodes below which the assembly counts as resting
+HEAVY = 100.0  # mass of the carrier over that of its load, so that the load's motion hardly slows the carrier
 SETTLE = 0.3  # [s] at rest, before it drives off
 RATES = (8.0, 1.0, 0.1)  # [m/s³] of the ramps
-BACK = 2.5  # a slower ramp starts that many times what a body that slides freely needs to reach SPEED before its end
+BACK = 2.5  # a slower ramp starts earlier by this multiple of what a freely sliding body needs to reach SPEED
 MOST = 60.0  # [m/s²] at which a ramp ends
-LOOK = 10  # steps between looks
+LOOK = 10  # time steps between two measurements of the speed
 
 
-Mark: TypeAlias = tuple[float, Float]  # a level and MuJoCo's state there
+Mark: TypeAlias = tuple[float, Float]  # an acceleration [m/s²] and MuJoCo's state at it
 
 
 @dataclass(frozen=True)
 class Ramp:
-    """How far a carrier's acceleration could be raised along one direction [m/s²].
+    """The largest acceleration of a carrier along one direction, as simulated [m/s²].
 
-    ``acceleration``: where contact nodes exceeded SPEED (inf: nowhere up to MOST; 0: they did at rest). ``calm``: up to
-    where they stayed below CALM. ``steps`` of time, of all ramps.
+    ``acceleration``: at which contact nodes became faster than SPEED (inf: not up to MOST; 0: already at rest).
+    ``calm``: up to which they stayed slower than CALM. ``steps``: number of time steps of all ramps.
     """
 
     acceleration: float
@@ -51,7 +51,7 @@ class Ramp:
 
 
 class Carrier:
-    """An assembly on its carrier in MuJoCo, before it drives off. ``rests``: whether nothing moves by then."""
+    """An assembly at rest on its carrier in MuJoCo. ``rests``: whether it is slower than SPEED before driving off."""
 
     def __init__(self, assembly: Assembly, nodes: ContactNodes | None = None, *, step: float = STEP) -> None:
         """``nodes``: grids of SIDE x SIDE on every (rectangular) patch unless given; ``step`` of time [s]."""
@@ -88,7 +88,7 @@ class Carrier:
     def _ramp(
         self, way: Float, rate: float, level: float, state: Float
     ) -> tuple[float, float, list[tuple[float, Float]]]:
-        """Levels where the nodes exceed SPEED and up to where they rest, and states on the way there by level."""
+        """Accelerations at which nodes exceed SPEED and up to which they rest, and the states on the way there."""
         self.mujoco.mj_setState(self.model, self.data, state, self.mujoco.mjtState.mjSTATE_INTEGRATION)
         self.mujoco.mj_forward(self.model, self.data)
         a = calm = level
@@ -106,7 +106,7 @@ class Carrier:
         return np.inf, calm, marks
 
     def _advance(self, acceleration: Float) -> None:
-        """One step of time, with the force on the carrier that gives it and its load ``acceleration`` (3,)."""
+        """One time step under the force that accelerates carrier and load together by ``acceleration`` (3,) [m/s²]."""
         self.data.qfrc_applied[-3:] = self.total * (acceleration - self.model.opt.gravity)
         self.mujoco.mj_step(self.model, self.data)
         self.steps += 1

@@ -1,10 +1,10 @@
-"""Let an assembly go in MuJoCo, with its real shapes, and see how far its bodies move.
+"""Drop test: release an assembly in MuJoCo with its real shapes and measure how far its bodies move.
 
-Unlike ``baselines.mujoco``, which asks what contacts found by us can bear, this knows nothing of our contacts: MuJoCo
-finds its own, so that a pose that overlaps, floats or was misread shows as motion. Its contacts are damped springs and
-its friction creeps, at the settings here by some micrometres a second.
+Unlike ``baselines.mujoco``, which loads the contacts that holdfast has found, this test lets MuJoCo find contacts by
+itself, so that bodies that overlap or float show as motion. MuJoCo's contacts are damped springs and its friction
+creeps, with the settings here by some micrometres a second.
 
-Optional: ``pip install 'holdfast[referees]'``.
+Optional: ``pip install 'holdfast[simulators]'``.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ from holdfast.validation.baselines.mujoco import as_text, mujoco_module
 STEP = 5e-4  # [s]
 SECONDS = 1.0
 LIFT = 1e-4  # [m] by which the dropped body starts above its place
-STILL = 2e-3  # [m] a body that moves further does not stand
-STRAIGHT = 1.0  # [deg] nor one that turns further
-CONVEX = 1e-6  # of the hull's volume: what a convex body may lack
+STILL = 2e-3  # [m] displacement from which a body does not stand
+STRAIGHT = 1.0  # [deg] rotation from which a body does not stand
+CONVEX = 1e-6  # relative to its hull's volume: by how much less a body that counts as convex may fill
 SOFTNESS = {"solref": "0.002 1", "solimp": "0.99 0.999 0.0001 0.5 2"}
 
 
 @dataclass(frozen=True)
 class Drop:
-    """How far bodies were from where they began, at the worst: ``moved`` [m] and ``turned`` [deg] of ``body``."""
+    """The body that ended farthest from where it began: ``moved`` [m] and ``turned`` [deg] of ``body``."""
 
     moved: float
     turned: float
@@ -48,10 +48,10 @@ class Drop:
 
 
 def drop(assembly: Assembly, body: str | None = None, *, seconds: float = SECONDS, lift: float = LIFT) -> Drop:
-    """Let everything go at once, ``body`` from ``lift`` [m] above its place, and watch for ``seconds``.
+    """Release everything at once, ``body`` from ``lift`` [m] above its place, and simulate ``seconds``.
 
-    ``moved`` and ``turned`` are those at the end, of the centre of mass and of the body, against the poses of the
-    scene. Shapes must be convex.
+    ``moved`` is the displacement of the centre of mass and ``turned`` the rotation between the pose in the scene and
+    the pose at the end. Shapes must be convex.
     """
     mujoco = mujoco_module()
     model: Any = mujoco.MjModel.from_xml_string(describe(assembly, body, lift))

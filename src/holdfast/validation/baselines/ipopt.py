@@ -1,15 +1,16 @@
 """The optimisation that Nadeau & Kelly compare with, eq. 28-32: a linear program over polygon cones, solved by IPOPT.
 
 As printed: max s subject to equilibrium, |f_t| within an inscribed polygon of 4 or 8 sides (eq. 6) and f_n >= 0; IPOPT
-for at most 1,000 iterations; solved gives s, infeasible 0, unbounded or out of iterations infinity. So an answer
-"infinite" may be a solver that ran out of steps, and is optimistic then; engine ``limit`` proves both.
+for at most 1,000 iterations. The answer is s if IPOPT solves the program, 0 if it calls it infeasible, and infinity if
+it calls it unbounded or runs out of iterations; in the last case the answer can be too high. Engine ``limit`` proves
+which of these is true.
 
 What the paper leaves open, and what is chosen here:
 
 - IPOPT's own settings otherwise (tolerance 1e-8, MUMPS), started from zero forces and s = 0, in N and N m, torques
   about each body's centre of mass.
-- s is not bounded, as printed. Where a push would hold what falls by itself the answer is that push's s: optimistic.
-  A negative s, which says that the weight alone is not carried, counts as infeasible.
+- s is not bounded, as printed. An assembly that falls by itself but that the push would hold up therefore gets a
+  finite answer, which is too high. A negative s means that the weight alone is not carried and counts as infeasible.
 - "Unbounded" is IPOPT's Diverging_Iterates. Solved_To_Acceptable_Level counts as solved. Whatever else IPOPT ends with
   (restoration failed, too few degrees of freedom, a search direction too small) is undecided.
 
@@ -31,7 +32,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, contact_nodes, equilibrium_operator
 from holdfast.base.errors import HoldfastError, message
 from holdfast.engines.cones import FrictionCone
-from holdfast.engines.contract import Status
+from holdfast.engines.verdict import Status
 from holdfast.queries.request import checked_assembly, pushes
 from holdfast.validation.baselines.answers import Answer, Answers
 
@@ -52,9 +53,9 @@ def optimised(
     nodes: ContactNodes | None = None,
     seed: int = 0,
 ) -> Answers:
-    """R(p, e) as printed, one solve a push; ``points`` and ``directions`` as in ``robustness``.
+    """Find the largest push at each point as printed, one program a push; arguments as in ``robustness``.
 
-    ``nodes``: the paper's random ones, POINTS an interface, from ``seed`` unless given.
+    ``nodes``: contact nodes; by default POINTS random ones an interface, as the paper samples them, from ``seed``.
     """
     checked_assembly(assembly)
     p, e, W = pushes(assembly, body, points, directions, f"optimised robustness of {body!r}")
@@ -64,11 +65,11 @@ def optimised(
     for column in W.T:
         answer = solver(x0=0, p=column, **limits)
         found.append(_answer(solver.stats()["return_status"], float(answer["x"][-1])))
-    return Answers.told(f"ipopt ({sides})", body, p, e, found)
+    return Answers.of(f"ipopt ({sides})", body, p, e, found)
 
 
 def _program(assembly: Assembly, nodes: ContactNodes, cone: FrictionCone) -> tuple[Any, dict[str, Any]]:
-    """IPOPT on variables (f, s) with the load column as a parameter, and the limits of variables and constraints."""
+    """IPOPT's solver for the variables (f, s), whose parameter is the push, and bounds on variables and constraints."""
     casadi = _casadi()
     G = equilibrium_operator(assembly, nodes)
     C, cones = cone.rows(nodes)
@@ -87,7 +88,7 @@ def _program(assembly: Assembly, nodes: ContactNodes, cone: FrictionCone) -> tup
 
 
 def _answer(ended: str, s: float) -> Answer:
-    """What the paper makes of how IPOPT ended."""
+    """The answer that the paper reads from IPOPT's exit status and last s."""
     if ended in SOLVED and s >= 0:
         return Status.FINITE, s, s, s
     if ended in (*SOLVED, *INFEASIBLE):

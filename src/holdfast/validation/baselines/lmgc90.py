@@ -1,10 +1,11 @@
 """LMGC90 as a referee: non-smooth contact dynamics of rigid convex blocks (Dubois et al.).
 
 Contacts are found by LMGC90 itself, between faces at the corners of the polygon they share: four on a rectangle. They
-are rigid (law IQS_CLB), or springs of one ``stiffness`` (ELASTIC_REPELL_CLB). Compare with an engine on those points.
+are rigid (law IQS_CLB), or springs of one ``stiffness`` (ELASTIC_REPELL_CLB). An engine that is compared with it should
+use the same points.
 
-Optional: ``pip install --no-deps compas_lmgc90``; only its compiled module is used, none of what else it asks for. It
-keeps one simulation a process, takes one friction coefficient, and stops the process where it is not satisfied.
+Optional: ``pip install --no-deps compas_lmgc90``; only its compiled module is used, so its dependencies are not needed.
+It allows one simulation at a time in a process and one friction coefficient, and ends the process on an error.
 """
 
 from __future__ import annotations
@@ -19,17 +20,17 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.scene.body import Body
-from holdfast.validation.baselines.search import Peak, Trial, climb, push, tried
+from holdfast.validation.baselines.search import Peak, Trial, largest_load, push, trial_under
 
 STEP = 1e-3  # [s]
 THETA = 0.5  # of the time integration
 SETTLE = 0.1  # [s] for the weight alone
 RAMP = 0.1  # [s] over which a load grows
-HOLD = 0.2  # [s] for which it then stays, at least
-LONGEST = 1.0  # [s] and at most, where neither rest nor motion is seen before
-ALERT = 1e-3  # [m] from which contacts are looked for
-FAR = 5e-4  # sizes of the assembly: a body that drifts farther under the load moves
-SLOW = 1e-4  # sizes of the assembly a second: what is slower in the end rests
+HOLD = 0.2  # [s] for which the full load stays on at least
+LONGEST = 1.0  # [s] for which the full load stays on at most, where neither rest nor motion is seen earlier
+ALERT = 1e-3  # [m] distance below which LMGC90 looks for contacts
+FAR = 5e-4  # sizes of the assembly: a body displaced farther under the load counts as moving
+SLOW = 1e-4  # sizes of the assembly a second: bodies slower than this at the end count as resting
 GRAVITY = np.array([0.0, 0.0, -9.81])  # [m/s²] as LMGC90 has it
 
 
@@ -38,7 +39,7 @@ def holds(assembly: Assembly, load: Float | None = None, *, stiffness: float | N
 
     ``stiffness`` [N/m] of every contact point; None for rigid ones. Drifts are those of the centres of mass.
     """
-    return tried(World(assembly, stiffness), load)
+    return trial_under(World(assembly, stiffness), load)
 
 
 def peak(
@@ -54,11 +55,11 @@ def peak(
 
     Every load is tried from rest under the weight alone, to ``accuracy`` times the load.
     """
-    return climb(World(assembly, stiffness), assembly.weight, push(assembly, body, point, direction), accuracy)
+    return largest_load(World(assembly, stiffness), assembly.weight, push(assembly, body, point, direction), accuracy)
 
 
 class World:
-    """An assembly in LMGC90, which keeps no state to go back to: every trial begins with the weight alone."""
+    """An assembly in LMGC90, which cannot restore a state: every trial begins with the weight alone."""
 
     def __init__(self, assembly: Assembly, stiffness: float | None = None) -> None:
         _check(assembly)
@@ -66,12 +67,12 @@ class World:
         self.weighed = self.trial(np.zeros(6 * len(assembly.movable)))
 
     def trial(self, load: Float) -> Trial:
-        """Bring ``load`` (6J,) on and see what becomes of it."""
+        """Simulate the weight and then ``load`` (6J,) [N, N m] on top, until rest or motion is seen."""
         return _run(self.assembly, load, self.stiffness).trial
 
 
 def contact_points(assembly: Assembly) -> tuple[Float, list[tuple[str, str]]]:
-    """Where LMGC90 sees contact under the weight alone: points (I, 3) [m] and the two bodies of each."""
+    """The contacts that LMGC90 finds under the weight alone: points (I, 3) [m] and the two bodies of each."""
     _check(assembly)
     seen = _run(assembly, np.zeros(6 * len(assembly.movable)), None).state
     names = [body.name for body in assembly.bodies]
@@ -81,7 +82,7 @@ def contact_points(assembly: Assembly) -> tuple[Float, list[tuple[str, str]]]:
 
 @dataclass(frozen=True, eq=False)
 class _Run:
-    """What came of a simulation, and LMGC90's last state."""
+    """The verdict of a simulation and LMGC90's last state."""
 
     trial: Trial
     state: Any
@@ -124,7 +125,7 @@ def _run(assembly: Assembly, load: Float, stiffness: float | None) -> _Run:
 
 
 def _watched(assembly: Assembly, solver: Any) -> _Run:  # noqa: ANN401 - LMGC90 has no types
-    """Step until rest or motion is seen."""
+    """Simulate until rest or motion is seen."""
     size = assembly.size
     settled, enough, most = (round(t / STEP) for t in (SETTLE, SETTLE + RAMP + HOLD, SETTLE + RAMP + LONGEST))
     before = last = np.zeros((len(assembly.bodies), 3))
@@ -153,7 +154,7 @@ def _density(body: Body) -> float:
 
 
 def _check(assembly: Assembly) -> None:
-    """Raise where LMGC90 would see another assembly."""
+    """Refuse an assembly that LMGC90 cannot represent as it is."""
     if len(set(assembly.mu)) != 1:
         problem = f"the contacts have friction {sorted(set(assembly.mu))}"
         raise HoldfastError(message("referee LMGC90", problem, "takes one coefficient for all"))

@@ -1,4 +1,4 @@
-"""MuJoCo as a referee: rigid bodies with many stiff contact points, stepped through time.
+"""MuJoCo as a referee: rigid bodies with many stiff contact points, integrated in time.
 
 Every contact node of an interface is a tiny sphere on body b against a wide flat box on body a; only these pairs
 collide. MuJoCo's contacts are regularised: normal ones are damped springs, friction yields to any force at a speed
@@ -22,24 +22,24 @@ from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.nodes import ContactNodes
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
-from holdfast.validation.baselines.search import Peak, Trial, climb, grid_nodes, push, tried
+from holdfast.validation.baselines.search import Peak, Trial, grid_nodes, largest_load, push, trial_under
 
 SIDE = 5  # nodes along a side unless given
 STEP = 1e-4  # [s]
 STEPS = 4  # of time in the time constant of a contact's spring; its dashpot is critical
 IMPEDANCE = 2.0  # mean share of a contact's stiffness over the body's own inertia, d / (1 - d) in MuJoCo's terms
 IMPRATIO = 1e5  # friction over normal constraint impedance: creep falls with it
-GLIDE = 0.01  # dashpot of friction over the normal one: by as much less do contacts press harder where they slide
+GLIDE = 0.01  # dashpot of friction over the normal one; sliding contacts press harder in proportion to it
 SPHERE = 2e-3  # radius over the assembly's size
 SETTLE = 0.1  # [s] for the weight alone
 RAMP = 0.1  # [s] over which a load grows
-HOLD = 0.2  # [s] for which it then stays, at least
-LONGEST = 0.6  # [s] and at most, where neither rest nor motion is seen before
-LOOK = 250  # steps between looks
-FAR = 1e-3  # sizes of the assembly: what drifts farther under the load moves
-SLOW = 5e-5  # sizes of the assembly a second: what is slower in the end rests, what stays faster moves
-STAYS = 0.8  # of the speed half way: what is not slower than that in the end keeps moving
-PASSIVE = {"contype": "0", "conaffinity": "0", "mass": "0"}  # touches in the pairs that are named alone
+HOLD = 0.2  # [s] for which the full load stays on at least
+LONGEST = 0.6  # [s] for which the full load stays on at most, where neither rest nor motion is seen earlier
+LOOK = 250  # time steps between two measurements
+FAR = 1e-3  # sizes of the assembly: contact nodes displaced farther under the load count as moving
+SLOW = 5e-5  # sizes of the assembly a second: contact nodes slower than this at the end count as resting
+STAYS = 0.8  # share of the speed at half time: an assembly at least that fast at the end keeps moving
+PASSIVE = {"contype": "0", "conaffinity": "0", "mass": "0"}  # collides only in pairs that are named
 
 
 def holds(assembly: Assembly, load: Float | None = None, nodes: ContactNodes | None = None) -> Trial:
@@ -47,7 +47,7 @@ def holds(assembly: Assembly, load: Float | None = None, nodes: ContactNodes | N
 
     ``nodes``: grids of SIDE x SIDE on every (rectangular) patch unless given.
     """
-    return tried(World(assembly, nodes), load)
+    return trial_under(World(assembly, nodes), load)
 
 
 def peak(
@@ -63,11 +63,11 @@ def peak(
 
     Every load is tried from rest under the weight alone, to ``accuracy`` times the load. ``nodes`` as in ``holds``.
     """
-    return climb(World(assembly, nodes), assembly.weight, push(assembly, body, point, direction), accuracy)
+    return largest_load(World(assembly, nodes), assembly.weight, push(assembly, body, point, direction), accuracy)
 
 
 class World:
-    """An assembly in MuJoCo, at rest under its weight. ``weighed``: how that went. ``nodes`` as in ``holds``."""
+    """An assembly in MuJoCo, at rest under its weight; ``weighed`` is the trial under the weight alone."""
 
     def __init__(self, assembly: Assembly, nodes: ContactNodes | None = None) -> None:
         nodes = grid_nodes(assembly, SIDE) if nodes is None else nodes
@@ -81,7 +81,7 @@ class World:
         self.start = self._state()
 
     def trial(self, load: Float, ramp: float = RAMP) -> Trial:
-        """Bring ``load`` (6J,) on from rest and see what becomes of it."""
+        """Raise ``load`` (6J,) [N, N m] smoothly from rest and simulate until rest or motion is seen."""
         model, data = self.model, self.data
         if self.start is not None:
             self.mujoco.mj_setState(model, data, self.start, self.mujoco.mjtState.mjSTATE_INTEGRATION)
@@ -117,7 +117,7 @@ class World:
 
 
 def node_motion(assembly: Assembly, nodes: ContactNodes, data: Any) -> tuple[Float, Float]:  # noqa: ANN401
-    """Where the nodes of b are relative to those of a [m], and how fast they part [m/s]: (I, 3) each."""
+    """Displacement [m] and velocity [m/s] of the nodes on body b relative to those on body a, (I, 3) each."""
     count = len(assembly.movable)
     place, speed = np.zeros((2, len(nodes), 3)), np.zeros((2, len(nodes), 3))
     turns, centres = data.xmat[1 : count + 1].reshape(count, 3, 3), data.xipos[1:]
@@ -135,9 +135,9 @@ def node_motion(assembly: Assembly, nodes: ContactNodes, data: Any) -> tuple[Flo
 
 
 def describe(assembly: Assembly, nodes: ContactNodes, carrier: float | None = None, step: float = STEP) -> str:
-    """The assembly in MuJoCo's XML: bodies in the world's axes about their centres of mass, nodes as pairs in order.
+    """The assembly in MuJoCo's XML: frames at centres of mass along the world's axes, a contact pair a node.
 
-    ``carrier`` [kg]: all fixed bodies are one of that mass, the last, which slides along x, y and z.
+    With ``carrier`` [kg] all fixed bodies form one body of that mass, the last one, which slides along x, y and z.
     """
     root = Xml.Element("mujoco")
     Xml.SubElement(root, "compiler", angle="radian", balanceinertia="false", boundmass="0", boundinertia="0")

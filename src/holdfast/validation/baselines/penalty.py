@@ -1,12 +1,12 @@
-"""A discrete-element referee: rigid bodies on springs, dashpots and sliders, stepped through time.
+"""A discrete-element referee: rigid bodies on springs, dashpots and sliders, integrated in time.
 
 Cundall & Strack (1979): at every contact node a normal spring and dashpot that cannot pull, and a tangential spring
 that remembers how far it was stretched and slides at μ times the normal force. Explicit steps in time. Displacements
 are small: nodes and normals stay where they are. Cundall's local damping (a share of each unbalanced force, against
-the motion) takes the energy out; it vanishes at rest and does not hold what drifts.
+the motion) removes the energy; it vanishes at rest, so it cannot hold a body that drifts.
 
-Only the nodes and their tributary areas come from elsewhere; no equilibrium is ever solved for. Friction depends on
-history here, where engine ``compliant`` looks at displacements alone.
+Only the nodes and their tributary areas are shared with the engines; no equilibrium is ever solved for. Friction
+depends on history here, whereas the law of engine ``compliant`` depends on displacements alone.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes
 from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compiled
-from holdfast.validation.baselines.search import Peak, Trial, fallen, grid_nodes, push
+from holdfast.validation.baselines.search import Peak, Trial, grid_nodes, no_peak, push
 
 SIDE = 7  # nodes along a side unless given
-SINK = 1e-6  # sizes of the assembly by which all contacts together give way under its weight; it drops out
+SINK = 1e-6  # sizes of the assembly: compression of all contacts under its weight; verdicts do not depend on it
 DAMPING = 0.6  # of unbalanced forces
 DASHPOT = 0.2  # of the critical damping of the fastest vibration
 STEP = 0.4  # time step times the fastest angular frequency; 2 is the limit of stability
 BALANCED = 1e-6  # of the total weight: what may be unbalanced at rest (torques over the assembly's size)
-FAR = 20.0  # times the displacement before a step of load: what goes farther moves
-UNWEIGHED = 10.0  # times SINK stand for that displacement where there was none
-CHECK = 200  # time steps between two looks
+FAR = 20.0  # times the displacement before a load step: a node displaced farther counts as moving
+UNWEIGHED = 10.0  # times SINK: taken for the displacement before the first load step, where it is zero
+CHECK = 200  # time steps between two checks for motion, and at balance before the assembly counts as resting
 MOST = 400_000  # time steps after which neither rest nor motion was seen
 FIRST = 0.02  # total weights: the first step of load
 GROWTH = 0.08  # of the load: the largest step of load
 PARTS = 100  # equal steps in which a given load comes on
-ENDLESS = 30.0  # total weights up to which is searched
+ENDLESS = 30.0  # total weights: the largest load that is tried
 
 REST, MOVES, NEITHER = 0, 1, 2
 
@@ -68,7 +68,7 @@ class State:
     z: Float
 
     def copy(self) -> State:
-        """The same, to be stepped on."""
+        """An independent copy, which can be integrated further."""
         return State(self.q.copy(), self.v.copy(), self.z.copy())
 
 
@@ -81,7 +81,7 @@ def holds(
 ) -> Trial:
     """Whether the assembly comes to rest under its weight, and then under ``load`` (6J,) [N, N m] as well.
 
-    The weight comes on at once, the load in PARTS steps; the drift told is that of the last one. ``nodes``: grids of
+    The weight comes on at once, the load in PARTS steps; the drift returned is that of the last. ``nodes``: grids of
     SIDE x SIDE on every (rectangular) patch unless given. ``ratio``: tangential over normal stiffness.
     """
     nodes = grid_nodes(assembly, SIDE) if nodes is None else nodes
@@ -120,9 +120,9 @@ def peak(
     weight = assembly.weight_wrench()
     state, trial = settled(assembly, model, weight, still(assembly, nodes))
     if not trial.holds:
-        return fallen(trial)
+        return no_peak(trial)
     held, moves, step = 0.0, np.inf, FIRST * assembly.weight
-    steps, undecided, drift, gone = trial.steps, 0, 0.0, 0.0
+    steps, undecided, drift, drift_beyond = trial.steps, 0, 0.0, 0.0
     while held < ENDLESS * assembly.weight and step > accuracy * held:
         tried, trial = settled(assembly, model, weight + (held + step) * column, state)
         steps += trial.steps
@@ -131,13 +131,13 @@ def peak(
             step = min(1.5 * step, GROWTH * held) if np.isinf(moves) else (moves - held) / 2
         else:
             undecided += trial.holds is None
-            moves, gone = held + step, trial.drift
+            moves, drift_beyond = held + step, trial.drift
             step /= 2
-    return Peak(held, moves, drift, gone, undecided, steps)
+    return Peak(held, moves, drift, drift_beyond, undecided, steps)
 
 
 def blocks(assembly: Assembly, nodes: ContactNodes, ratio: float = 1.0) -> Blocks:
-    """Bodies and springs of an assembly, stiffness by tributary area."""
+    """The bodies and springs of an assembly; springs are as stiff as their tributary area is large."""
     centre = np.vstack([assembly.com, np.zeros((1, 3))])  # the last one is FIXED
     on = []
     for sign, end in ((-1.0, nodes.a), (1.0, nodes.b)):
@@ -169,18 +169,18 @@ def blocks(assembly: Assembly, nodes: ContactNodes, ratio: float = 1.0) -> Block
 
 
 def still(assembly: Assembly, nodes: ContactNodes) -> State:
-    """Nothing displaced."""
+    """The state without displacements, velocities and tangential forces."""
     shape = (len(assembly.movable), 6)
     return State(np.zeros(shape), np.zeros(shape), np.zeros((len(nodes), 2)))
 
 
 def settled(assembly: Assembly, model: Blocks, wrench: Float, state: State) -> tuple[State, Trial]:
-    """Step on from ``state`` under ``wrench`` (6J,) until rest or motion is seen."""
+    """Integrate from ``state`` under ``wrench`` (6J,) until rest or motion is seen; the last state and the verdict."""
     end = state.copy()
     far = FAR * (extent(model, state) or UNWEIGHED * SINK * assembly.size)
-    told = np.zeros(3)
-    kind = run(model, wrench.reshape(-1, 6), end.q, end.v, end.z, BALANCED * assembly.weight, far, MOST, told)
-    return end, Trial({REST: True, MOVES: False}.get(kind), float(told[0]), float(told[1]), int(told[2]))
+    outcome = np.zeros(3)
+    kind = run(model, wrench.reshape(-1, 6), end.q, end.v, end.z, BALANCED * assembly.weight, far, MOST, outcome)
+    return end, Trial({REST: True, MOVES: False}.get(kind), float(outcome[0]), float(outcome[1]), int(outcome[2]))
 
 
 def extent(model: Blocks, state: State) -> float:
@@ -209,11 +209,13 @@ def apart(m: Blocks, q: Float, other: Float) -> float:
 
 @compiled
 def run(
-    m: Blocks, wrench: Float, q: Float, v: Float, z: Float, balanced: float, far: float, most: int, told: Float
+    m: Blocks, wrench: Float, q: Float, v: Float, z: Float, balanced: float, far: float, most: int, outcome: Float
 ) -> int:
-    """Step q, v, z on until all bodies are ``balanced`` [N], a node went ``far`` [m], or ``most`` steps are done.
+    """Integrate q, v, z in place until rest (REST), motion (MOVES) or ``most`` time steps (NEITHER).
 
-    ``told``: (drift [m], speed [m/s], steps).
+    Rest: unbalanced forces stay within ``balanced`` [N]. Motion: a node is displaced by more than ``far`` [m].
+
+    ``outcome`` (3,) is filled with drift [m], speed [m/s] and time steps.
     """
     start = q.copy()
     count = len(q)
@@ -270,5 +272,5 @@ def run(
         if step % CHECK == 0 and apart(m, q, start) > far:
             kind = MOVES
             break
-    told[0], told[1], told[2] = apart(m, q, start), apart(m, v, np.zeros_like(v)), step
+    outcome[0], outcome[1], outcome[2] = apart(m, q, start), apart(m, v, np.zeros_like(v)), step
     return kind

@@ -12,11 +12,11 @@ What the paper leaves open, and what is chosen here:
 - Solver: PyBullet's own (sequential impulses, 50 iterations, contact ERP 0.2); no damping, no sleeping.
 - Shapes: boxes and spheres are PyBullet's own, all else convex hulls without margin.
 - Friction: PyBullet multiplies the coefficients of both bodies; they are set so that every pair has its own.
-- A force that moved nothing at all up to the range's end is called infinite, a force of zero that moves unstable.
+- The answer is infinite where no force up to the end of the range moves anything, unstable where every force does.
 
-Held (``holds``, ``peak``): the load comes on at once and stays for 0.5 s; it holds where no point drifts farther than
-FAR in the second half. Steps are shorter and the solver may iterate more (STEP, ITERATIONS). PyBullet keeps some four
-contact points a face, so its answers stand beside those of ``compliant`` on corners.
+Held (``holds``, ``peak``): the full load is applied at once and stays on for 0.5 s; it holds if no point drifts farther
+than FAR in the second half. Steps are shorter and the solver may iterate more (STEP, ITERATIONS). PyBullet keeps about
+four contact points a face, so its answers should be compared with those of ``compliant`` on corners.
 
 Optional: ``pip install 'holdfast[simulators]'``; there are wheels for Python 3.11 alone.
 """
@@ -37,7 +37,7 @@ from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.scene.body import Body
 from holdfast.scene.shapes import Box, Sphere
-from holdfast.validation.baselines.search import Peak, Trial, climb, push, tried
+from holdfast.validation.baselines.search import Peak, Trial, largest_load, push, trial_under
 
 PRINTED_STEP = 1 / 240  # [s]
 PRINTED_ITERATIONS = 50  # of the contact solver
@@ -47,10 +47,10 @@ PRINTED_ENERGY = 1e-4  # [J]
 STEP = 1e-3  # [s]
 ITERATIONS = 200  # of the contact solver
 SETTLE = 1.0  # [s] for the weight alone
-HOLD = 0.5  # [s] for which a load stays
-FAR = 2e-3  # sizes of the assembly: what drifts farther in the second half of HOLD moves
-CONVEX = 1e-6  # sizes of a body: by how much a convex shape may stick out of the plane of a face
-SMOOTH = 1e-9  # stands for friction 0
+HOLD = 0.5  # [s] for which a load stays on
+FAR = 2e-3  # sizes of the assembly: points that drift farther in the second half of HOLD count as moving
+CONVEX = 1e-6  # sizes of a body: by how much a convex shape may protrude beyond the plane of a face
+SMOOTH = 1e-9  # friction coefficient used for 0, which has no logarithm
 
 
 def printed(assembly: Assembly, body: str, point: Float, direction: Float, *, step: float = PRINTED_STEP) -> Peak:
@@ -61,7 +61,7 @@ def printed(assembly: Assembly, body: str, point: Float, direction: Float, *, st
 
 def holds(assembly: Assembly, load: Float | None = None) -> Trial:
     """Whether the assembly rests under its weight, and then under ``load`` (6J,) [N, N m] as well for HOLD."""
-    return tried(World(assembly), load)
+    return trial_under(World(assembly), load)
 
 
 def peak(assembly: Assembly, body: str, point: Float, direction: Float, *, accuracy: float = 5e-3) -> Peak:
@@ -70,11 +70,11 @@ def peak(assembly: Assembly, body: str, point: Float, direction: Float, *, accur
     Every load is tried from rest under the weight alone, to ``accuracy`` times the load.
     """
     column = push(assembly, body, point, direction)
-    return climb(World(assembly), assembly.weight, column, accuracy)
+    return largest_load(World(assembly), assembly.weight, column, accuracy)
 
 
 class World:
-    """An assembly in PyBullet after SETTLE under its weight. ``weighed``: whether it rested in the second half."""
+    """An assembly in PyBullet after SETTLE under its weight; ``weighed`` is the trial under the weight alone."""
 
     def __init__(self, assembly: Assembly, step: float = STEP, iterations: int = ITERATIONS) -> None:
         self.assembly, self.step = assembly, step
@@ -101,7 +101,7 @@ class World:
         self.start = self.bullet.saveState(physicsClientId=self.client)
 
     def trial(self, load: Float, duration: float = HOLD) -> Trial:
-        """Put ``load`` (6J,) on at once and look how far things drift in the second half of ``duration`` [s]."""
+        """Apply ``load`` (6J,) [N, N m] at once and measure the drift in the second half of ``duration`` [s]."""
         self._restore()
         half = round(duration / 2 / self.step)
         self._run(load, half)
@@ -112,7 +112,7 @@ class World:
         return Trial(rests, drift, drift / (half * self.step), 2 * half)
 
     def printed(self, column: Float) -> Peak:
-        """The search of Algorithm 2 for a unit push (6J,): the bracket that it ends with [N]."""
+        """Bisect the multiple of a unit push (6J,) as Algorithm 2 does; the last bracket [N]."""
         low, high, moved = 0.0, PRINTED_RANGE, False
         for _ in range(PRINTED_BISECTIONS):
             force = (low + high) / 2
@@ -140,7 +140,7 @@ class World:
             self.bullet.restoreState(self.start, physicsClientId=self.client)
 
     def _run(self, load: Float, steps: int) -> None:
-        """Step on under ``load`` (6J,), which stays as it is while bodies move."""
+        """Simulate ``steps`` time steps under ``load`` (6J,), whose forces keep their direction while bodies move."""
         frame, client = self.bullet.WORLD_FRAME, self.client
         wrench = load.reshape(-1, 6).tolist()
         pushed = [(number, w[:3], w[3:]) for number, w in zip(self.numbers, wrench, strict=True) if any(w)]
@@ -158,7 +158,7 @@ class World:
         return np.array(centre), turn
 
     def _places(self) -> Float:
-        """Where six points of every movable body are, half its size from the centre along its axes (6J, 3) [m]."""
+        """Positions (6J, 3) [m] of six points of every movable body, half its size from its centre along its axes."""
         places = []
         for body, number in zip(self.assembly.movable, self.numbers, strict=True):
             centre, turn = self._pose(number)
@@ -166,7 +166,7 @@ class World:
         return np.vstack(places) if places else np.empty((0, 3))
 
     def _add(self, body: Body, friction: float) -> int:
-        """A body about its centre of mass along its principal axes, as PyBullet keeps inertia."""
+        """Add a body whose frame lies at its centre of mass along its principal axes, as PyBullet stores inertia."""
         moments, axes = np.linalg.eigh(body.inertia_com) if not body.fixed else (np.zeros(3), np.eye(3))
         axes = axes * np.sign(np.linalg.det(axes))
         turn = body.pose[:3, :3] @ axes
@@ -216,9 +216,9 @@ class World:
 
 
 def _friction(assembly: Assembly) -> dict[str, float]:
-    """A coefficient for every body such that the product over each touching pair is the pair's own.
+    """A coefficient for every body such that the product over each touching pair is that pair's coefficient.
 
-    Linear in the logarithms; an error where there are none.
+    The logarithms solve a linear system; HoldfastError where it has no solution.
     """
     names = [body.name for body in assembly.bodies]
     number = {name: k for k, name in enumerate(names)}

@@ -1,4 +1,4 @@
-"""What referees have in common: verdicts with the figures behind them, load search, and contact grids of their own."""
+"""What the simulators share: trials of a load, the search for the largest load that rests, grids of contact nodes."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from holdfast.base.rigid import tangents, wrench_at
 from holdfast.contacts.interface import Patch
 from holdfast.geometry.hull import convex_hull, smallest_rectangle
 
-MOST_UNDECIDED = 4
+MOST_UNDECIDED = 4  # trials without a verdict after which a search ends
 FIRST = 0.05  # total weights: the first load
-ENDLESS = 30.0  # total weights up to which is searched
-RECTANGLE = 1e-6  # relative: by how much less than its smallest rectangle a patch may cover
+ENDLESS = 30.0  # total weights: the largest load that is tried
+RECTANGLE = 1e-6  # relative: by how much less than its bounding rectangle a rectangular patch may cover
 
 
 @dataclass(frozen=True)
 class Trial:
-    """Whether an assembly comes to rest under a load, and what was seen.
+    """Whether an assembly comes to rest under a load, and the measurements behind that verdict.
 
-    ``holds`` is None where neither rest nor motion was seen. ``drift`` [m]: how far contact nodes moved against each
-    other under the load, at most; ``speed`` [m/s]: how fast they did in the end; ``steps`` of time.
+    ``holds`` is None where neither rest nor motion was seen. ``drift`` [m]: the largest relative displacement of
+    contact nodes under the load; ``speed`` [m/s]: their largest relative speed at the end; ``steps``: time steps.
     """
 
     holds: bool | None
@@ -38,17 +38,17 @@ class Trial:
 
 @dataclass(frozen=True)
 class Peak:
-    """A load search [N]: ``held`` is the largest load seen to hold, ``moves`` the smallest seen to move (or inf).
+    """The end of a load search [N]: ``held`` is the largest load seen to rest, ``moves`` the smallest seen to move.
 
-    ``held`` is 0 where the assembly does not stand. ``drift`` and ``gone`` [m]: how far contact nodes moved against
-    each other when the last step of load came on, at ``held`` and at ``moves``. ``undecided`` counts the loads at which
-    neither rest nor motion was seen; ``steps`` of time.
+    ``held`` is 0 where the assembly does not stand, ``moves`` is inf where nothing moved. ``drift`` and
+    ``drift_beyond`` [m]: the largest relative displacement of contact nodes in the trials at ``held`` and at ``moves``.
+    ``undecided``: number of trials in which neither rest nor motion was seen; ``steps``: time steps of all trials.
     """
 
     held: float
     moves: float
     drift: float
-    gone: float
+    drift_beyond: float
     undecided: int
     steps: int
 
@@ -59,49 +59,48 @@ class Peak:
 
     @property
     def width(self) -> float:
-        """Half the bracket over its middle."""
+        """Half the width of the bracket, relative to its middle."""
         return (self.moves - self.held) / (self.moves + self.held) if 0 < self.moves < np.inf else 0.0
 
 
 class World(Protocol):
-    """An assembly in a simulator, at rest under its weight; ``weighed`` tells how that went."""
+    """An assembly in a simulator, at rest under its weight; ``weighed`` is the trial under the weight alone."""
 
     weighed: Trial
 
     def trial(self, load: Float) -> Trial:
-        """Whether it also rests under ``load`` (6J,) [N, N m], from rest."""
+        """Apply ``load`` (6J,) [N, N m] to the assembly at rest and see whether it comes to rest again."""
         ...
 
 
-def tried(world: World, load: Float | None) -> Trial:
-    """How the world fares under its weight, and, if it rests, under ``load`` (6J,) [N, N m] as well."""
+def trial_under(world: World, load: Float | None) -> Trial:
+    """The trial under the weight alone or, if it rests and a ``load`` (6J,) [N, N m] is given, under both."""
     return world.weighed if load is None or not world.weighed.holds else world.trial(load)
 
 
-def climb(world: World, weight: float, column: Float, accuracy: float, most: float | None = None) -> Peak:
+def largest_load(world: World, weight: float, column: Float, accuracy: float, most: float | None = None) -> Peak:
     """The largest multiple [N] of a unit push (6J,) that rests, up to ``most`` [N] (ENDLESS total weights).
 
     Every load is tried from rest under the weight alone, to ``accuracy`` times the load.
     """
     if not world.weighed.holds:
-        return fallen(world.weighed)
+        return no_peak(world.weighed)
     end = ENDLESS * weight if most is None else most
-    return close_in(lambda load: world.trial(load * column), FIRST * weight, end, accuracy)
+    return bracketed(lambda load: world.trial(load * column), FIRST * weight, end, accuracy)
 
 
-def fallen(trial: Trial) -> Peak:
-    """The answer for an assembly that does not stand, or is not seen to."""
+def no_peak(trial: Trial) -> Peak:
+    """The result of a search in an assembly that does not rest under its weight, or whose rest was not seen."""
     return Peak(0.0, 0.0, 0.0, trial.drift, int(trial.holds is None), trial.steps)
 
 
-def close_in(trial: Callable[[float], Trial], start: float, most: float, accuracy: float) -> Peak:
-    """Raise a load from ``start`` [N] by factors of 1.5 until it moves or reaches ``most`` [N]; then bisect.
+def bracketed(trial: Callable[[float], Trial], start: float, most: float, accuracy: float) -> Peak:
+    """Raise a load from ``start`` [N] by factors of 1.5 until something moves or it reaches ``most`` [N]; then bisect.
 
-    To ``accuracy`` times the load, or ``start`` where that is more.
-
-    A load at which neither rest nor motion is seen gives way to one nearer to what held, MOST_UNDECIDED times.
+    The bisection ends when the bracket is narrower than ``accuracy`` times the larger of ``moves`` and ``start``. After
+    a trial in which neither rest nor motion is seen, a load nearer to ``held`` is tried, at most MOST_UNDECIDED times.
     """
-    held, moves, drift, gone, undecided, steps = 0.0, np.inf, 0.0, 0.0, 0, 0
+    held, moves, drift, drift_beyond, undecided, steps = 0.0, np.inf, 0.0, 0.0, 0, 0
     load = min(start, most)
     while np.isinf(moves) or moves - held > accuracy * max(moves, start):
         if held >= most or undecided > MOST_UNDECIDED:
@@ -115,9 +114,9 @@ def close_in(trial: Callable[[float], Trial], start: float, most: float, accurac
         if seen.holds:
             held, drift = load, seen.drift
         else:
-            moves, gone = load, seen.drift
+            moves, drift_beyond = load, seen.drift
         load = min(1.5 * held, most) if np.isinf(moves) else (held + moves) / 2
-    return Peak(held, moves, drift, gone, undecided, steps)
+    return Peak(held, moves, drift, drift_beyond, undecided, steps)
 
 
 def push(assembly: Assembly, body: str, point: Float, direction: Float) -> Float:

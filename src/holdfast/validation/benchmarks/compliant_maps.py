@@ -10,6 +10,7 @@ import numpy as np
 
 import holdfast as hf
 from holdfast.engines.compliant.engine import Compliant
+from holdfast.engines.contract import Within
 from holdfast.engines.limit.engine import Limit
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
@@ -46,7 +47,7 @@ def _seconds(work: Callable[[], object]) -> tuple[float, float]:
 
 def _map(scene: str, spacing: float) -> list[Row]:
     assembly = hf.assemble(shipped_scene(scene))
-    result = hf.robustness_map(assembly, None, spacing, engine="compliant", gap=GAP)
+    result = hf.robustness_map(assembly, None, spacing=spacing, engine="compliant", gap=GAP)
     columns = [
         push_columns(assembly, assembly.index[name], result.points[here], -result.normals[here])
         for name in dict.fromkeys(result.body)
@@ -55,13 +56,13 @@ def _map(scene: str, spacing: float) -> list[Row]:
     state, limit = Compliant().prepare(assembly), Limit().prepare(assembly)
     own = state.load_factor(np.hstack(columns))  # every point along its own path
     limit.solve(columns[0][:, 0])
-    adaptive = _seconds(lambda: [state.load_factor(W, GAP) for W in columns])
+    adaptive = _seconds(lambda: [state.load_factor(W, Within(GAP)) for W in columns])
     single = _seconds(lambda: [state.load_factor(W) for W in columns])
     other = _seconds(lambda: [limit.solve(column) for W in columns for column in W.T])
     decided = np.array([status is hf.Status.FINITE for status in own.status])
     between = ~result.solved & decided
     off = np.zeros(len(result.force))
-    off[between] = np.abs(own.factor[between] / result.force[between] - 1)
+    off[between] = np.abs(own.force[between] / result.force[between] - 1)
     some = np.random.default_rng(0).permutation(np.flatnonzero(between))[:CHECKED]
     endless = np.array([status is hf.Status.INFINITE for status in own.status])
     return [
@@ -80,7 +81,7 @@ def _map(scene: str, spacing: float) -> list[Row]:
             "worst error % of all": 100 * float(off.max()),
             "interpolated": int((~result.solved).sum()),
             "beyond stated": int((off > result.error)[between].sum()),
-            "lower above own path": int((result.lower > own.factor)[between].sum()),
+            "lower above own path": int((result.lower > own.force)[between].sum()),
             "endless without path": int((~result.solved & endless).sum()),
             "own path undecided": int((~result.solved & ~decided & ~endless).sum()),
         }

@@ -41,7 +41,7 @@ def _round(name: str) -> list[Row]:
 
 
 def _row(name: str, assembly: hf.Assembly, body: str, spacing: float) -> Row:
-    hf.robustness_map(assembly, [body], 4 * spacing, engine="limit")
+    hf.robustness_map(assembly, [body], spacing=4 * spacing, engine="limit")
     original, solves = LimitState.solve, [0]
 
     def counted(state: LimitState, load: Float) -> object:
@@ -53,7 +53,7 @@ def _row(name: str, assembly: hf.Assembly, body: str, spacing: float) -> Row:
     for _ in range(RUNS):
         solves[0] = 0
         start = time.perf_counter()
-        result = hf.robustness_map(assembly, [body], spacing, engine="limit", gap=GAP)
+        result = hf.robustness_map(assembly, [body], spacing=spacing, engine="limit", gap=GAP)
         seconds.append(time.perf_counter() - start)
     LimitState.solve = original  # type: ignore[method-assign]
     count = len(result.force)

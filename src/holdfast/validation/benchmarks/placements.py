@@ -63,10 +63,10 @@ def cell(name: str, make: Callable[[], PlacementScene], engine: str, count: int)
         fall = dropped(after, asked.body.name)
         drops += [] if fall is None else [fall]
         if len(least) < RATED:
-            full = hf.robustness_map(after, None, SPACING)
+            full = hf.robustness_map(after, None, spacing=SPACING)
             least.append(least_force(full))
             undecided += int((full.status == hf.Status.UNDECIDED).sum())
-            own.append(least_force(hf.robustness_map(after, None, SPACING, engine=asked.engine)))
+            own.append(least_force(hf.robustness_map(after, None, spacing=SPACING, engine=asked.engine)))
     placed = len(seconds)
     row: Row = {
         "case": f"{name}, {engine}",
@@ -94,7 +94,7 @@ def cell(name: str, make: Callable[[], PlacementScene], engine: str, count: int)
 
 def prepared_planner(scene: PlacementScene, engine: str) -> Planner:
     """A planner whose maps are made: that is done once, however many poses are tried."""
-    asked = planner(hf.assemble(scene.scene), scene.body, ENGINES[engine], **scene.asked)
+    asked = planner(hf.assemble(scene.scene), scene.body, engine=ENGINES[engine], **scene.asked)
     assert asked.verdict.status is hf.Status.STABLE
     assert len(asked.support.points)
     return asked
@@ -135,7 +135,7 @@ def printed(rows: list[Row], scenes: list[str], paper: Mapping[str, Mapping[str,
             for title, own, key in (("time", times, "time s"), ("rob.", forces, "rob. N")):
                 change = [100 * (a / b - 1) for a, b in zip(own, figures("isolated", key), strict=True)]
                 line(f"{title} relative (%)", change, "+.0f")
-    for method, told in paper.items():
-        line(f"*paper, its scenes:* {method} time (s)", told["time"], ".3g")
-        line("rob. (N)", told["rob"], ".3g")
+    for method, figure in paper.items():
+        line(f"*paper, its scenes:* {method} time (s)", figure["time"], ".3g")
+        line("rob. (N)", figure["rob"], ".3g")
     return "\n".join(lines)

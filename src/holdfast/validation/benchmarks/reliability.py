@@ -57,14 +57,14 @@ def one(case: str, assembly: hf.Assembly, count: int) -> Row:
     found = state.load_factor(W)
     spent = time.perf_counter() - start
     certain = hf.Limit().prepare(assembly).load_factor(W)
-    finite = np.isfinite(found.factor) & np.isfinite(certain.factor) & (certain.factor > 0)
-    ratio = found.factor[finite] / certain.factor[finite]
+    finite = np.isfinite(found.force) & np.isfinite(certain.force) & (certain.force > 0)
+    ratio = found.force[finite] / certain.force[finite]
     return {
         "case": case,
         "verdict": str(state.verdict().status),
         "pushes": count,
         "undecided": sum(status is hf.Status.UNDECIDED for status in found.status),
-        "above limit": int((found.factor > certain.upper * (1 + 1e-6)).sum()),
+        "above limit": int((found.force > certain.upper * (1 + 1e-6)).sum()),
         "median of compliant over limit": float(np.median(ratio)) if len(ratio) else None,
         "least": float(ratio.min()) if len(ratio) else None,
         "verdict s": ready,

@@ -23,7 +23,7 @@ SPACING = 0.02
 
 def cases() -> Mapping[str, Case]:
     for engine in ("graph", "limit", "compliant"):
-        hf.robustness_map(hf.assemble(wall(2, 2, 0.25, "warm-up")), ["b1_0"], 0.05, engine=engine)
+        hf.robustness_map(hf.assemble(wall(2, 2, 0.25, "warm-up")), ["b1_0"], spacing=0.05, engine=engine)
     return {f"{courses} x {bricks}": partial(_wall, courses, bricks) for courses, bricks in SHAPES}
 
 
@@ -60,7 +60,7 @@ def _pushes(assembly: hf.Assembly, body: str) -> Row:
         elastic.paths(push[:, None])
         paths.append(time.process_time() - begin)
     begin = time.perf_counter()
-    result = hf.robustness_map(assembly, [body], SPACING, engine="limit", gap=0.01)
+    result = hf.robustness_map(assembly, [body], spacing=SPACING, engine="limit", gap=0.01)
     return {
         "limit verdict s": ready - start,
         "limit query s": float(np.median(queries)),
@@ -74,7 +74,7 @@ def _pushes(assembly: hf.Assembly, body: str) -> Row:
 def _graph(assembly: hf.Assembly, body: str) -> float | str:
     start = time.perf_counter()
     try:
-        hf.robustness_map(assembly, [body], SPACING, engine="graph")
+        hf.robustness_map(assembly, [body], spacing=SPACING, engine="graph")
     except hf.SolverError:
         return "refused: over 20,000 cuts"
     return time.perf_counter() - start

@@ -20,7 +20,7 @@ import numpy as np
 
 import holdfast as hf
 from holdfast.assembly.nodes import ContactNodes, contact_nodes
-from holdfast.base.arrays import Float, Objects, objects
+from holdfast.base.arrays import Float, Objects
 from holdfast.engines.contract import State
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
@@ -194,7 +194,7 @@ def compared(answers: Float, true: Float) -> Row:
 def _factors(state: State, assembly: hf.Assembly, asked: Sequence[Pushes]) -> Float:
     columns = [push_columns(assembly, assembly.index[p.body], p.points, -p.normals) for p in asked]
     found = state.load_factor(np.hstack(columns))
-    return _decided(found.factor, objects(found.status))
+    return _decided(found.force, found.status)
 
 
 def _decided(force: Float, status: Objects) -> Float:

@@ -1,7 +1,7 @@
 """The coupled truth of a pile of boxes: linear pressure and the whole limit surface, contact by contact.
 
-Derivation, limits and measurements: ``docs/coupled_truth.md``. Nothing here is a node, a spring or a path, and nothing
-is shared with the engines: pressure and friction are integrated exactly over the part of the rectangle in touch.
+Derivation, limits and measurements: ``docs/coupled_truth.md``. There are no nodes, springs or load paths here, and no
+code is shared with the engines: pressure and friction are integrated exactly over the part of the rectangle in touch.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from holdfast.validation.truth.pressure import linear_pressure
 
 WHERE = "coupled truth"
 SQUARE = 1e-6  # [-] how far a patch may be from a rectangle, relative to its size
-NOTHING = 1e-12  # [-] of the weight: a smaller load along the contact is none
-ROUNDING = 1e-9  # [-] by which friction may be exceeded and still hold
-STATIONS = 96  # at which the way of the load is looked at
-HALVINGS = 50  # of the interval between two of them
-SECTIONS = 25  # golden sections towards a maximum between two of them
+NOTHING = 1e-12  # [-] of the weight: a smaller load along the contact counts as zero
+ROUNDING = 1e-9  # [-] by which the use of friction may exceed 1 in a contact that still holds
+STATIONS = 96  # values of the load parameter τ at which the use of friction is evaluated
+HALVINGS = 50  # bisections between two stations
+SECTIONS = 25  # golden sections towards a maximum between two stations
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,10 +51,10 @@ def robustness(
     points: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
     directions: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
 ) -> Float:
-    """(n,) largest push [N] on ``body`` at points (n, 3) along directions (n, 3), world; inf where nothing moves it.
+    """The largest pushes (n,) [N] on ``body`` at ``points`` (n, 3) [m] along ``directions`` (n, 3), world axes.
 
-    0 where the pile does not stand by itself. For piles only: one column of bodies on a fixed one, each standing on the
-    one below with a single rectangle; anything else raises SceneError.
+    Infinite where no push moves anything, 0 where the pile does not stand by itself. The scene must be a pile: one
+    column of bodies on a fixed one, each with a single rectangular contact below; anything else raises SceneError.
     """
     p, e = checked_pushes(points, directions, f"{WHERE} of {body!r}")
     assembly.scene.body(body)
@@ -75,7 +75,7 @@ def robustness(
 
 
 def pile(assembly: Assembly) -> list[Joint]:
-    """The contacts of a column from the ground up; SceneError where the assembly is none."""
+    """The contacts of a column from the ground up; SceneError where the assembly is not a column."""
     count = len(assembly.movable)
     if count == 0 or len(assembly.interfaces) != count:
         problem = f"{count} movable bodies and {len(assembly.interfaces)} interfaces"
@@ -98,7 +98,7 @@ def pile(assembly: Assembly) -> list[Joint]:
 
 
 def contact_load(force: Float, point: Float, joint: Joint) -> Float:
-    """(6,) what a force (3,) at a point (3,) asks of a joint: (f_x, f_y, m_z, N, ∫ x p, ∫ y p) in its axes."""
+    """The load (6,) of a force (3,) at a point (3,) on a joint: (f_x, f_y, m_z, N, ∫ x p, ∫ y p) in its axes."""
     wrench = wrench_at(force, point, joint.centre)
     (fx, fy, fn), (mx, my, mn) = joint.axes @ wrench[:3], joint.axes @ wrench[3:]
     return np.array([fx, fy, mn, -fn, my, -mx])
@@ -106,9 +106,9 @@ def contact_load(force: Float, point: Float, joint: Joint) -> Float:
 
 @compiled
 def use(load: Float, mu: float, half: Float) -> float:
-    """How much of its friction a contact uses under a load (6,) as in ``contact_load``: it holds up to 1.
+    """The share of its friction that a contact uses under a load (6,) as in ``contact_load``; it holds up to 1.
 
-    Only for loads whose pressure has its resultant inside the rectangle.
+    The resultant of the pressure must lie inside the rectangle.
     """
     normal, along = load[3], load[:3].copy()
     if np.hypot(np.hypot(along[0], along[1]), along[2] / np.hypot(half[0], half[1])) <= NOTHING:

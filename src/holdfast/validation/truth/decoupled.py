@@ -4,11 +4,11 @@
 and toppling examined apart, contact pressure from the minimum-energy distribution (uniform on all interfaces here).
 The derivation, face by face, and what is wrong with this truth as physics: ``docs/decoupled_truth.md``.
 
-Nothing here enumerates cuts or axes: every line is the mechanism found to govern on paper. The tests compare it with an
-evaluator that enumerates. SI units, world axes, z up, floor top at z = 0, g = 9.81 m/s2.
+Cuts and axes are not enumerated here: each formula belongs to the mechanism that was found to govern on paper. The
+tests compare it with an evaluator that enumerates them. SI units, world axes, z up, floor top at z = 0, g = 9.81 m/s2.
 
-Faces that are in contact (undersides of the cubes, tops of the legs, ...) are answered as well, as if a hand could
-reach them.
+Faces that are in contact (undersides of the cubes, tops of the legs, ...) have values as well, as if one could push
+there.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from holdfast.base.errors import SceneError, message
 from holdfast.scene.shapes import Box
 
 WHERE = "decoupled truth"
-SAME = 1e-9  # [m, kg, m/s2] by which a scene may differ from the one worked out
+SAME = 1e-9  # [m, kg, m/s2] by which a scene may differ from the one that was worked out
 
 GRAVITY = 9.81  # [m/s2]
 ON_FACE = 1e-6  # how far a point may lie off the face its normal names [m]
@@ -55,10 +55,10 @@ def robustness(
     points: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
     directions: Any,  # noqa: ANN401 - (n, 3) or (3,) numbers, checked
 ) -> Float:
-    """(n,) decoupled robustness [N] of pushes on ``body`` at points (n, 3) straight into its faces; inf: nothing moves.
+    """The decoupled robustness (n,) [N] of ``body`` to pushes at ``points`` (n, 3) [m] straight into its faces.
 
-    ``scene``: "cube", "stack" or "table", or an assembly of one of these shipped scenes; anything else raises
-    SceneError.
+    Infinite where no push moves anything. ``scene``: "cube", "stack" or "table", or an assembly of one of these shipped
+    scenes; anything else raises SceneError.
     """
     p, e = checked_pushes(points, directions, f"{WHERE} of {body!r}")
     name = recognised(scene) if isinstance(scene, Assembly) else scene
@@ -71,7 +71,7 @@ def robustness(
 
 
 def recognised(assembly: Assembly) -> str:
-    """Which scene worked out by hand this is: "cube", "stack" or "table"; SceneError for any other."""
+    """The name of the scene worked out by hand, "cube", "stack" or "table", that an assembly is; else SceneError."""
     cube = (CUBE_SIDE,) * 3
     level = CUBE_SIDE / 2
     known = {
@@ -177,7 +177,7 @@ def _pile(p: Float, axis: Int, sign: Float, *, carried: Float, pile: float) -> F
 
 
 def _slab(p: Float, axis: Int, sign: Float) -> Float:
-    """Pushes on the slab: pressed on its overhang, lifted, shoved at an end, shoved at a long side."""
+    """Pushes on the slab: down on its overhang, up from below, along x at an end, along y at a long side."""
     x, y = np.abs(p[:, 0]), np.abs(p[:, 1])
     with np.errstate(divide="ignore"):
         press = np.where(x > LEG_OUTER, SLAB_WEIGHT * LEG_OUTER / np.maximum(x - LEG_OUTER, 0.0), np.inf)
@@ -188,7 +188,7 @@ def _slab(p: Float, axis: Int, sign: Float) -> Float:
 
 
 def _leg(p: Float, axis: Int, sign: Float) -> Float:
-    """Pushes on a leg: twisted out between slab and floor, shoved along y, or lifted with the slab."""
+    """Pushes on a leg: along x, which twists it between slab and floor; along y; or upwards together with the slab."""
     x, y, z = np.abs(p[:, 0]), np.abs(p[:, 1]), p[:, 2]
     slip = TABLE_MU * (ON_FLOOR + ON_LEG)
     # About the upright edge farther from the push. Turning about the leg's own middle is never easier: the mean

@@ -8,11 +8,11 @@ from holdfast.base.arrays import Float
 from holdfast.base.compiled import compiled
 
 FAR = 3.0  # [-] times the patch's reach: further away the centre of rotation is integrated by quadrature
-STEPS = 100  # of Newton; five to ten are usual
-STEP = 1e-4  # [-] of the motion, over which second derivatives are taken
-NEAR = 1e-3  # [-] of friction's size: below this slope steps are judged by the slope
-FLAT = 1e-6  # [-] of friction's size: a slope that ends the search
-ENOUGH = 1e-4  # [-] a slope to be content with where rounding allows no less; the value errs by its square
+STEPS = 100  # most iterations of Newton's method; five to ten are usual
+STEP = 1e-4  # [-] of the motion: the difference over which second derivatives are taken
+NEAR = 1e-3  # [-] of friction's size: where the slope is smaller, a step is accepted if it reduces the slope
+FLAT = 1e-6  # [-] of friction's size: the slope at which the search ends
+ENOUGH = 1e-4  # [-] the slope that is accepted where rounding prevents a smaller one; the value errs by its square
 
 # Gauss-Legendre on [0, 1]
 NODES = 0.5 + 0.5 * np.polynomial.legendre.leggauss(6)[0]
@@ -95,8 +95,9 @@ def friction(z: Float, part: Float, count: int, reach: float, v: Float) -> Float
 def sustained(z: Float, part: Float, count: int, load: Float) -> float:
     """The largest factor of ``load`` (f_x, f_y, m) that friction of coefficient 1 holds; NaN if not found.
 
-    The least dissipation among the motions v with load·v = 1. It is convex in v, so any start leads there; others than
-    the first are for rounding on hair-thin parts. Lengths are measured by the part's reach, so that velocities compare.
+    It is the least dissipation among the motions v with load·v = 1. Dissipation is convex in v, so every start leads to
+    the minimum; further starts are needed only where rounding stops the first on very thin parts. Lengths are divided
+    by the part's reach, so that velocities and spins are comparable.
     """
     reach = 0.0
     for k in range(count):

@@ -7,10 +7,10 @@ import numpy as np
 from holdfast.base.arrays import Float
 from holdfast.base.compiled import compiled
 
-EDGE = 1e-4  # [-] of half a side: nearer to the edge than this the resultant is taken to lie there
-RESIDUAL = 1e-12  # [-] of the resultant, at which Newton's steps end
-ROUNDING = 1e-13  # [-] of the energy, which may seem to rise by it
-STEPS = 200  # of Newton; about ten are usual, thirty at the edge
+EDGE = 1e-4  # [-] of half a side: a resultant nearer to the edge is moved to this distance from it
+RESIDUAL = 1e-12  # [-] of the resultant: the imbalance at which Newton's method ends
+ROUNDING = 1e-13  # [-] of the energy: a rise that is attributed to rounding
+STEPS = 200  # most iterations of Newton's method; about ten are usual, thirty at the edge
 
 # The pressure does not depend on the sides: everything here is on the square [0, 2] x [0, 2] whose origin is the corner
 # nearest the resultant. From there the strips and triangles of a nearly toppled block keep their digits.

@@ -1,0 +1,37 @@
+"""Read saved answers from files; all classes of answers are known here, so every file can be read."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from holdfast.applications.disassembly.order import Disassembly
+from holdfast.applications.placement.result import Placement
+from holdfast.applications.transport import TransportLimits
+from holdfast.base.archive import load
+from holdfast.base.errors import HoldfastError, message
+from holdfast.queries.map import RobustnessMap
+from holdfast.queries.push import LoadFactor, Robustness
+from holdfast.queries.sensitivity import Sensitivity
+from holdfast.queries.sets import ConvexSet
+from holdfast.queries.stability import Stability
+from holdfast.queries.uncertainty import RobustnessUnder
+from holdfast.queries.worst_case import WorstCase
+
+ANSWERS: tuple[type, ...] = (  # all classes of answers that can be saved
+    *(Stability, Robustness, LoadFactor, RobustnessMap, RobustnessUnder, Sensitivity, WorstCase, ConvexSet),
+    *(TransportLimits, Disassembly, Placement),
+)
+
+
+def load_answer(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - the class that was saved
+    """Read an answer from a .json or .npz file that its method ``save`` wrote.
+
+    The result equals the answer that was saved. Raises HoldfastError if the file does not hold an answer.
+    """
+    found = load(path)
+    if not isinstance(found, ANSWERS):
+        problem = f"holds a {type(found).__name__}"
+        known = ", ".join(cls.__name__ for cls in ANSWERS)
+        raise HoldfastError(message(str(path), problem, f"needs an answer: {known}"))
+    return found

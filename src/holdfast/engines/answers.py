@@ -1,0 +1,183 @@
+"""The table of answers that every engine returns and every result holds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum, auto
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from holdfast.base.archive import archived
+from holdfast.base.arrays import Bool, Float, Int, Objects, objects
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.values import Value, seal
+from holdfast.engines.mechanism import Mechanism
+from holdfast.engines.verdict import Status, Verdict
+
+COLUMNS = ("force", "lower", "upper", "status", "mechanism", "solved", "error")
+
+
+@archived
+class Claim(StrEnum):
+    """What an engine's answer promises."""
+
+    EXISTS = auto()  # an equilibrium exists up to the answer, and none exists above it
+    HOLDS = auto()  # elastic contacts with Coulomb friction stay at rest up to the answer
+    ESTIMATED = auto()  # the method of Nadeau & Kelly: neither a lower nor an upper bound
+
+
+@archived
+class Bound(StrEnum):
+    """How a bound of the true answer is known."""
+
+    PROVED = auto()  # a certificate proves it; the bound is widened by the residual found when checking the certificate
+    ESTIMATED = auto()  # it follows from an estimate of all errors, with a margin
+    NONE = auto()  # the value is not a bound of the true answer
+
+
+WEAKEST_FIRST = (Bound.NONE, Bound.ESTIMATED, Bound.PROVED)
+
+
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Answers(Value):
+    """A table that gives, for each of n loads, the largest force before something moves, its bounds and the mechanism.
+
+    The columns are read-only and have length n:
+
+    - ``force``: the largest factor by which the load may be multiplied. It is in newtons for loads of 1 N, and in m/s²
+      for the inertial loads of an acceleration of 1 m/s².
+    - ``lower`` and ``upper``: bounds of the true factor, ``lower <= force <= upper``. ``lower_bound`` and
+      ``upper_bound`` say how far they can be trusted.
+    - ``status``: FINITE; INFINITE (force inf: no multiple of the load moves anything); UNSTABLE (force 0: the assembly
+      does not stand even without the load); or UNDECIDED (force 0: the answer is not known).
+    - ``mechanism``: how bodies begin to move, or None where nothing gives way. ``moving`` gives the names of the
+      moving bodies, and ``mode`` is "slip", "topple", "mixed" or "none".
+    - ``solved``: False where the answer was interpolated between neighbouring loads.
+    - ``error``: the relative error that ``force`` may have because of the interpolation; 0 where ``solved``.
+
+    The other fields hold for the whole table: the name of the ``engine``; its ``claim``; how ``lower_bound`` and
+    ``upper_bound`` are known; ``notes`` on the simplifications made; and the ``verdict`` on the assembly under its
+    weight and the standing loads alone. A single row without a bound has lower 0 or upper inf, which is always true.
+    Columns of different lengths raise HoldfastError.
+    """
+
+    force: Float
+    lower: Float
+    upper: Float
+    status: Objects
+    mechanism: Objects
+    solved: Bool
+    error: Float
+    engine: str
+    claim: Claim
+    lower_bound: Bound
+    upper_bound: Bound
+    notes: tuple[str, ...]
+    verdict: Verdict
+
+    def __post_init__(self) -> None:
+        seal(self)
+        lengths = {name: len(getattr(self, name)) for name in COLUMNS}
+        if len(set(lengths.values())) > 1:
+            told = ", ".join(f"{name} {length}" for name, length in lengths.items())
+            raise HoldfastError(message("answers", f"columns differ in length: {told}", "an engine gives equal ones"))
+
+    @classmethod
+    def of(
+        cls,
+        *,
+        engine: str,
+        claim: Claim,
+        verdict: Verdict,
+        force: Float,
+        status: Sequence[Status],
+        mechanism: Sequence[Mechanism | None],
+        lower: Float | None = None,
+        upper: Float | None = None,
+        solved: Bool | None = None,
+        error: Float | None = None,
+        lower_bound: Bound = Bound.NONE,
+        upper_bound: Bound = Bound.NONE,
+        notes: Sequence[str] = (),
+    ) -> Answers:
+        """Build a table from what an engine found.
+
+        If ``lower`` or ``upper`` is not given, it is filled with 0 or inf. If ``solved`` or ``error`` is not given, all
+        rows count as solved, with error 0.
+        """
+        count = len(force)
+        return cls(
+            force=force,
+            lower=np.zeros(count) if lower is None else lower,
+            upper=np.full(count, np.inf) if upper is None else upper,
+            status=objects(status),
+            mechanism=objects(mechanism),
+            solved=np.ones(count, dtype=bool) if solved is None else solved,
+            error=np.zeros(count) if error is None else error,
+            engine=engine,
+            claim=claim,
+            lower_bound=lower_bound,
+            upper_bound=upper_bound,
+            notes=tuple(notes),
+            verdict=verdict,
+        )
+
+    @classmethod
+    def not_standing(cls, count: int, *, verdict: Verdict, **known: Any) -> Answers:  # noqa: ANN401 - those of ``of``
+        """Build a table of ``count`` rows with force 0, for an assembly that does not stand or may not stand.
+
+        The status is UNSTABLE if the verdict is, else UNDECIDED. ``known`` are further arguments of ``of``.
+        """
+        status = Status.UNSTABLE if verdict.status is Status.UNSTABLE else Status.UNDECIDED
+        upper = np.zeros(count) if status is Status.UNSTABLE else np.full(count, np.inf)
+        told = [verdict.mechanism] * count
+        return cls.of(
+            verdict=verdict, force=np.zeros(count), upper=upper, status=[status] * count, mechanism=told, **known
+        )
+
+    def __len__(self) -> int:
+        return len(self.force)
+
+    @cached_property
+    def moving(self) -> Objects:
+        """(n,) tuples of the names of the bodies that begin to move; empty where nothing gives way."""
+        return objects([() if m is None else m.moving for m in self.mechanism])
+
+    @cached_property
+    def mode(self) -> Objects:
+        """(n,) "slip", "topple", "mixed", or "none" where nothing gives way."""
+        return objects(["none" if m is None else m.mode for m in self.mechanism])
+
+    def rows(self, which: Int | Bool | slice) -> Answers:
+        """Return the table with these rows only, given as numbers, as a mask (n,) or as a slice."""
+        return replace(self, **{name: getattr(self, name)[which] for name in COLUMNS})
+
+    def bounded_by(self, other: Answers) -> Answers:
+        """Return this table with the smaller upper bound of the two tables in every row.
+
+        ``upper_bound`` is then that of ``other``. Raises HoldfastError if the tables differ in length.
+        """
+        if len(other) != len(self):
+            raise HoldfastError(message("answers", f"{len(other)} bounds for {len(self)} rows", "bound every row"))
+        return replace(self, upper=np.minimum(self.upper, other.upper), upper_bound=other.upper_bound)
+
+
+def joined(parts: Sequence[Answers]) -> Answers:
+    """Join tables that answer for the same assembly into one, with the rows of all parts in order.
+
+    ``verdict``, ``notes``, ``engine`` and ``claim`` are those of the first part. ``lower_bound`` and ``upper_bound``
+    are the weakest of all parts. Raises HoldfastError if there are no parts.
+    """
+    if not parts:
+        raise HoldfastError(message("answers", "there are none to join", "give at least one table"))
+    columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS}
+    return replace(
+        parts[0],
+        **columns,
+        lower_bound=min((part.lower_bound for part in parts), key=WEAKEST_FIRST.index),
+        upper_bound=min((part.upper_bound for part in parts), key=WEAKEST_FIRST.index),
+    )

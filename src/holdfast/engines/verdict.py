@@ -1,0 +1,86 @@
+"""Verdicts: whether an assembly stands, why, and which forces its contacts carry."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum, auto
+
+import numpy as np
+
+from holdfast.base.archive import archived
+from holdfast.base.arrays import Float, Int
+from holdfast.base.values import Value, seal
+from holdfast.engines.mechanism import Mechanism
+
+
+@archived
+class Status(StrEnum):
+    """The kind of an answer.
+
+    A verdict is STABLE, UNSTABLE or UNDECIDED. A query is FINITE, INFINITE, UNSTABLE or UNDECIDED.
+    """
+
+    STABLE = auto()
+    UNSTABLE = auto()
+    UNDECIDED = auto()
+    FINITE = auto()
+    INFINITE = auto()
+
+
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactForces(Value):
+    """The contact forces at the I contact nodes of an assembly at rest. All vectors are in the world frame.
+
+    ``points`` (I, 3) [m] are the nodes, and ``interface`` (I,) the number of the interface that each lies on. ``force``
+    (I, 3) [N] acts on the second body of the interface, and its negative on the first. ``normal`` (I, 3) is the unit
+    normal that points into the second body. ``usage`` (I,) is |f_t| / (μ f_n), the share of the friction limit in use;
+    it is 0 at nodes without force.
+    """
+
+    points: Float
+    normal: Float
+    force: Float
+    interface: Int
+    usage: Float
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Certificate(Value):
+    """Proof that no equilibrium exists (Farkas' lemma): a motion that gains power and that no contact can resist.
+
+    The motion is that of the verdict's mechanism. ``power`` [W] is the power of the loads along it, at the scale of the
+    mechanism. At every corner of every patch the relative velocity lies in the dual of the friction cone,
+    u_n >= μ |u_t|, except for ``violation``, which is relative to the fastest point of the motion.
+    """
+
+    power: float
+    violation: float
+
+
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Verdict(Value):
+    """The answer to whether an assembly stands, with the evidence for it.
+
+    - ``status``: STABLE, UNSTABLE or UNDECIDED, explained by ``reason`` in words.
+    - ``equilibrium_exists``: True or False if there is evidence, None if it is not known.
+    - ``self_stress``: False if the equilibrium needs no self-stress, True if it does, None if that was not settled.
+    - ``forces``: the contact forces if the assembly stands. ``residual`` is their equilibrium error, relative to the
+      total weight.
+    - ``mechanism``: how bodies move if the assembly does not stand. ``certificate`` proves that no contact can
+      prevent it.
+    """
+
+    status: Status
+    reason: str
+    equilibrium_exists: bool | None = None
+    self_stress: bool | None = None
+    forces: ContactForces | None = None
+    residual: float = np.inf
+    mechanism: Mechanism | None = None
+    certificate: Certificate | None = None

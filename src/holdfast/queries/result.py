@@ -1,0 +1,236 @@
+"""Base classes of results: each result holds one table of answers and shows its columns under public names."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from holdfast.base.archive import to_dict
+from holdfast.base.arrays import Bool, Float, Int, Objects, objects
+from holdfast.base.public import PublicValue, Summary, number
+from holdfast.engines.answers import Answers, Bound, Claim
+from holdfast.engines.mechanism import Mechanism, Mode
+from holdfast.engines.verdict import Status, Verdict
+
+SHOWN = 8  # the most rows in a summary
+NAMED = 4  # the most body names in one cell of a summary
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Result(PublicValue):
+    """A result that holds the table ``answers``; this class shows what applies to the whole table."""
+
+    answers: Answers
+
+    @property
+    def engine(self) -> str:
+        """The name of the engine that answered."""
+        return self.answers.engine
+
+    @property
+    def claim(self) -> Claim:
+        """What the engine promises about its answers."""
+        return self.answers.claim
+
+    @property
+    def lower_bound(self) -> Bound:
+        """How the bound ``lower`` is known."""
+        return self.answers.lower_bound
+
+    @property
+    def upper_bound(self) -> Bound:
+        """How the bound ``upper`` is known."""
+        return self.answers.upper_bound
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The simplifications on which the answer depends."""
+        return self.answers.notes
+
+    @property
+    def verdict(self) -> Verdict:
+        """The verdict on whether the assembly stands under the standing loads alone."""
+        return self.answers.verdict
+
+    def about(self) -> dict[str, Any]:
+        """Return what applies to the whole table as plain data."""
+        return {
+            "engine": self.engine,
+            "claim": self.claim.value,
+            "verdict": {"status": self.verdict.status.value, "reason": self.verdict.reason},
+            "lower_bound": self.lower_bound.value,
+            "upper_bound": self.upper_bound.value,
+            "notes": list(self.notes),
+        }
+
+    def facts(self) -> list[tuple[str, str]]:
+        """Return what applies to the whole table as (name, text) pairs for a summary."""
+        return [
+            ("engine", f"{self.engine} ({self.claim})"),
+            ("verdict", f"{self.verdict.status}: {self.verdict.reason}"),
+            ("lower bound", KNOWN_HOW[self.lower_bound]),
+            ("upper bound", KNOWN_HOW[self.upper_bound]),
+        ]
+
+
+KNOWN_HOW = {Bound.PROVED: "proved", Bound.ESTIMATED: "estimated", Bound.NONE: "none"}
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Columns(Result):
+    """A result with n rows, each of which answers one load."""
+
+    @property
+    def status(self) -> Objects:
+        """The status (n,) of each answer: FINITE, INFINITE, UNSTABLE or UNDECIDED."""
+        return self.answers.status
+
+    @property
+    def lower(self) -> Float:
+        """The lower bounds (n,) of the true answers, as far as the engine can promise them."""
+        return self.answers.lower
+
+    @property
+    def upper(self) -> Float:
+        """The upper bounds (n,) of the true answers, as far as the engine can promise them."""
+        return self.answers.upper
+
+    @property
+    def moving(self) -> Objects:
+        """The names (n,) of the bodies that begin to move, one tuple for each row."""
+        return self.answers.moving
+
+    @property
+    def mode(self) -> Objects:
+        """What the contacts do (n,): "slip", "topple", "mixed" or "none"."""
+        return self.answers.mode
+
+    @property
+    def mechanism(self) -> Objects:
+        """The mechanism (n,) of each row, or None where nothing gives way."""
+        return self.answers.mechanism
+
+    @property
+    def solved(self) -> Bool:
+        """Whether each row (n,) was solved on its own; if not, its answer was interpolated from neighbouring loads."""
+        return self.answers.solved
+
+    @property
+    def error(self) -> Float:
+        """The stated relative error (n,) of the answers that were interpolated; 0 for the others."""
+        return self.answers.error
+
+    def columns(self, *names: str) -> dict[str, Any]:
+        """Return the attributes with these names as plain data."""
+        return {name: to_dict(getattr(self, name)) for name in names}
+
+    def weakest_rows(self, unit: str, places: Objects | None = None) -> list[list[str]]:
+        """Return the rows with the smallest answers for a summary; ``places`` (n,) says where each row belongs."""
+        answers = self.answers
+        order: Int = np.argsort(answers.force, kind="stable")[:SHOWN]
+        return [
+            [
+                "" if places is None else str(places[k]),
+                number(answers.force[k], unit),
+                f"{number(answers.lower[k])} to {number(answers.upper[k])}",
+                str(answers.status[k]),
+                gives_way(answers.mode[k], answers.moving[k]),
+            ]
+            for k in order.tolist()
+        ]
+
+
+ROW_HEADS = ("where", "answer", "between", "status", "what gives way")
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Forces(Columns):
+    """A result whose n rows are forces."""
+
+    @property
+    def force(self) -> Float:
+        """The largest force (n,) [N] before anything moves."""
+        return self.answers.force
+
+    def table(self, headline: str, places: Objects | None = None) -> Summary:
+        """Return a summary with this headline and the weakest rows."""
+        rows = self.weakest_rows("N", places)
+        return Summary(headline, self.facts(), ROW_HEADS, rows, self.notes)
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Single(Result):
+    """A result with one row, whose columns are shown as single values."""
+
+    @property
+    def status(self) -> Status:
+        """The status of the answer: FINITE, INFINITE, UNSTABLE or UNDECIDED."""
+        status: Status = self.answers.status[0]
+        return status
+
+    @property
+    def lower(self) -> float:
+        """The lower bound of the true answer, as far as the engine can promise it."""
+        return float(self.answers.lower[0])
+
+    @property
+    def upper(self) -> float:
+        """The upper bound of the true answer, as far as the engine can promise it."""
+        return float(self.answers.upper[0])
+
+    @property
+    def moving(self) -> tuple[str, ...]:
+        """The names of the bodies that begin to move."""
+        moving: tuple[str, ...] = self.answers.moving[0]
+        return moving
+
+    @property
+    def mode(self) -> Mode:
+        """What the contacts do: "slip", "topple", "mixed" or "none"."""
+        mode: Mode = self.answers.mode[0]
+        return mode
+
+    @property
+    def mechanism(self) -> Mechanism | None:
+        """The motion with which the bodies begin to move, or None if nothing gives way."""
+        mechanism: Mechanism | None = self.answers.mechanism[0]
+        return mechanism
+
+    @property
+    def solved(self) -> bool:
+        """Whether the answer was solved on its own; if not, it was interpolated from neighbouring loads."""
+        return bool(self.answers.solved[0])
+
+    @property
+    def error(self) -> float:
+        """The stated relative error of an interpolated answer; 0 for any other."""
+        return float(self.answers.error[0])
+
+    def values(self, *names: str) -> dict[str, Any]:
+        """Return the attributes with these names as plain data."""
+        return {name: to_dict(getattr(self, name)) for name in names}
+
+
+def gives_way(mode: str, moving: tuple[str, ...]) -> str:
+    """Describe in a few words which bodies move and what the contacts do."""
+    more = f" and {len(moving) - NAMED} more" if len(moving) > NAMED else ""
+    return f"{mode}: {', '.join(moving[:NAMED])}{more}" if moving else "nothing"
+
+
+def told(verdict: Verdict) -> str:
+    """Describe the verdict in a few words."""
+    return {Status.STABLE: "it stands", Status.UNSTABLE: "it does not stand"}.get(verdict.status, "undecided")
+
+
+def least(values: Float, unit: str) -> str:
+    """Describe the smallest of these values in words."""
+    return f"the least {number(float(np.min(values)), unit)}" if len(values) else "none"
+
+
+def places_of(points: Float, bodies: Objects | None = None) -> Objects:
+    """Return texts (n,) that say where the points (n, 3) [m] are, with the name of the body if it is given."""
+    names = [""] * len(points) if bodies is None else [f"{name} " for name in bodies]
+    places = ("(" + ", ".join(f"{v + 0.0:.3f}" for v in point) + ") m" for point in points)
+    return objects([name + place for name, place in zip(names, places, strict=True)])

@@ -1,0 +1,38 @@
+"""Register the function that draws each class of answers.
+
+The methods ``save_png`` and ``save_html`` of an answer find it in ``base.painters``.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+
+from holdfast.applications.disassembly.order import Disassembly
+from holdfast.applications.placement.result import Placement
+from holdfast.applications.transport import TransportLimits
+from holdfast.base.painters import register_painter
+from holdfast.queries.map import RobustnessMap
+from holdfast.report.disassembly import save_strip
+from holdfast.report.picture import save_html, save_png
+from holdfast.report.placement import save_placement_png
+from holdfast.report.transport import save_polar
+
+
+def register() -> None:
+    """Register the painters of all answers that can be drawn."""
+    register_painter(RobustnessMap, ".png", save_png)
+    register_painter(RobustnessMap, ".html", save_html)
+    register_painter(TransportLimits, ".png", _polar)
+    register_painter(Disassembly, ".png", save_strip)
+    register_painter(Placement, ".png", save_placement_png)
+
+
+def _polar(
+    result: TransportLimits,
+    path: str | os.PathLike[str],
+    *,
+    others: Sequence[TransportLimits] = (),
+    names: Sequence[str] | None = None,
+) -> None:
+    save_polar([result, *others], path, names)

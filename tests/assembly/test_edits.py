@@ -1,0 +1,177 @@
+"""An assembly that was edited equals what contact detection finds in the edited scene, at the same tolerances."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import holdfast as hf
+from holdfast.scene.shipped import shipped_scene
+from holdfast.scene.shipped.blocks import at, box, floor
+
+
+@pytest.mark.parametrize(
+    ("name", "gone"), [("tabletop", ["bottle"]), ("tabletop", ["tray", "mug"]), ("arch", ["v3"]), ("wall2x2", ["b0_1"])]
+)
+@pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")
+def test_without_equals_a_new_assembly(name: str, gone: list[str]) -> None:
+    scene = shipped_scene(name)
+    whole = hf.assemble(scene, gap=5e-4)
+    kept = [b for b in scene.bodies if b.name not in gone]
+    known = {b.name for b in kept} | {b.material for b in kept}
+    left = hf.Scene(kept, scene.friction.among(known), scene.gravity, scene.name)
+    assert whole.without(gone) == hf.assemble(left, gap=5e-4)
+    assert whole.without(*gone) == whole.without(gone)
+    assert whole.without(gone).interfaces[0] in whole.interfaces
+
+
+def test_what_a_thin_sheet_kept_apart_touches_without_it() -> None:
+    """A foil within the gap between two blocks: alone they come within the gap of each other."""
+    foil = hf.Body("foil", hf.Box((0.2, 0.2, 4e-5)), mass=0.01, pose=at(0, 0, 0.1 + 2e-5))
+    bodies = [
+        floor(),
+        box("low", (0.1, 0.1, 0.1), 1, (0, 0, 0.05)),
+        foil,
+        box("high", (0.1, 0.1, 0.1), 1, (0, 0, 0.15 + 4e-5)),
+    ]
+    bodies.append(box("aside", (0.1, 0.1, 0.1), 1, (0.3, 0, 0.05)))
+    with pytest.warns(hf.HoldfastWarning):
+        whole = hf.assemble(hf.Scene(bodies, 0.5), gap=1e-4)
+    assert ("low", "high") in whole.occluded
+    assert whole.without("foil") == hf.assemble(hf.Scene([b for b in bodies if b.name != "foil"], 0.5), gap=1e-4)
+    assert ("low", "high") in {i.bodies for i in whole.without("foil").interfaces}
+    assert ("low", "high") in whole.without("aside").occluded
+
+
+def test_two_thin_sheets_taken_away_at_once_uncover_what_both_hid() -> None:
+    """Neither of the two foils touches both blocks: each is hidden from one of them by the other."""
+    foils = [
+        hf.Body(f"foil{k}", hf.Box((0.2, 0.2, 4e-5)), mass=0.01, pose=at(0, 0, 0.1 + (2 + 4 * k) * 1e-5))
+        for k in (0, 1)
+    ]
+    low, high = box("low", (0.1, 0.1, 0.1), 1, (0, 0, 0.05)), box("high", (0.1, 0.1, 0.1), 1, (0, 0, 0.15 + 8e-5))
+    with pytest.warns(hf.HoldfastWarning):
+        whole = hf.assemble(hf.Scene([floor(), low, *foils, high], 0.5), gap=1e-4)
+    assert whole.without("foil0", "foil1") == hf.assemble(hf.Scene([floor(), low, high], 0.5), gap=1e-4)
+
+
+def test_friction_of_pairs_that_are_gone_is_forgotten() -> None:
+    bodies = [floor(), box("a", (0.1, 0.1, 0.1), 1, (0, 0, 0.05)), box("b", (0.1, 0.1, 0.1), 1, (0, 0, 0.15))]
+    table = hf.Friction(0.5, {("a", "b"): 0.3, ("a", "floor"): 0.2}, {"a": 0.1, "b": 0.2}, "min")
+    left = hf.assemble(hf.Scene(bodies, table)).without("b")
+    assert left.scene.friction == hf.Friction(0.5, {("a", "floor"): 0.2}, {"a": 0.1}, "min")
+    assert left.mu == (0.2,)
+
+
+def test_given_interfaces_stay_given() -> None:
+    scene = shipped_scene("stack")
+    found = hf.assemble(scene).interfaces
+    left = hf.assemble(scene, interfaces=found).without("cube3")
+    assert not left.detected
+    assert left.interfaces == found[:2]
+
+
+def test_an_unknown_body_is_named() -> None:
+    with pytest.raises(hf.SceneError, match="did you mean 'cube3'"):
+        hf.assemble(shipped_scene("stack")).without("cube4")
+
+
+def shifted(body: hf.Body, rng: np.random.Generator) -> np.ndarray:
+    """The pose of a body, moved by up to 5 mm and turned by up to 1 degree about the vertical."""
+    angle = np.radians(rng.uniform(-1, 1))
+    turn = np.eye(4)
+    turn[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+    pose = np.array(body.pose)
+    pose[:3, :3] = turn[:3, :3] @ pose[:3, :3]
+    pose[:3, 3] += rng.uniform(-5e-3, 5e-3, 3) * (1, 1, 0.1)
+    return pose
+
+
+@pytest.mark.parametrize("name", ["stack", "table", "arch", "wall2x2", "tabletop"])
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")
+def test_moved_equals_a_new_assembly_at_the_same_tolerances(name: str, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    scene = shipped_scene(name)
+    whole = hf.assemble(scene)
+    chosen = rng.choice([b.name for b in scene.bodies], size=2, replace=False).tolist()
+    poses = {one: shifted(scene.body(one), rng) for one in chosen}
+    bodies = [dataclasses.replace(b, pose=poses[b.name]) if b.name in poses else b for b in scene.bodies]
+    anew = hf.Scene(bodies, scene.friction, scene.gravity, scene.name)
+    assert whole.moved(poses) == hf.assemble(anew, gap=whole.tolerances.gap, angle=whole.tolerances.angle)
+    assert whole.moved(poses) != whole
+
+
+@pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")
+def test_there_and_back_again() -> None:
+    whole = hf.assemble(shipped_scene("tabletop"), pose_sigma=(0.001, 0.5))
+    pose = whole.scene.body("mug").pose
+    assert whole.moved({"mug": at(3, 0, 3)}).moved({"mug": pose}) == whole
+    assert whole.moved({}) == whole
+
+
+def test_a_moved_assembly_keeps_its_gap_where_the_scene_would_get_another() -> None:
+    scene = shipped_scene("stack")
+    more = hf.assemble(scene).with_body(box("small", (0.01, 0.01, 0.01), 1, (0.3, 0, 0.005)))
+    assert more.tolerances == hf.assemble(scene).tolerances
+    assert more.tolerances != hf.assemble(more.scene).tolerances
+
+
+@pytest.mark.parametrize("name", ["stack", "table", "tabletop"])
+@pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")
+def test_a_body_taken_away_and_put_back_last_equals_a_new_assembly(name: str) -> None:
+    scene = shipped_scene(name)
+    whole = hf.assemble(scene)
+    for body in scene.movable[:3]:
+        left = whole.without(body.name)
+        order = [*left.bodies, body]
+        anew = hf.Scene(order, left.scene.friction, scene.gravity, scene.name)
+        assert left.with_body(body) == hf.assemble(anew, gap=whole.tolerances.gap)
+
+
+def test_a_new_overlap_is_told() -> None:
+    whole = hf.assemble(shipped_scene("stack"))
+    with pytest.warns(hf.HoldfastWarning, match="'cube1'.*overlap|overlap.*'cube1'"):
+        whole.moved({"cube1": whole.scene.body("cube2").pose})
+
+
+@pytest.mark.filterwarnings("error::holdfast.HoldfastWarning")
+def test_an_old_overlap_is_not_told_again() -> None:
+    scene = hf.Scene(
+        [floor(), box("a", (0.1, 0.1, 0.1), 1, (0, 0, 0.045)), box("b", (0.1, 0.1, 0.1), 1, (0.5, 0, 0.05))], 0.5
+    )
+    with pytest.warns(hf.HoldfastWarning, match="overlap"):
+        whole = hf.assemble(scene)
+    assert whole.moved({"b": at(0.6, 0, 0.05)}).overlaps == whole.overlaps
+
+
+def test_given_interfaces_cannot_be_sought_anew() -> None:
+    scene = shipped_scene("stack")
+    given = hf.assemble(scene, interfaces=hf.assemble(scene).interfaces)
+    with pytest.raises(hf.HoldfastError, match=r"Assembly\.moved: its interfaces were given.*; assemble the changed"):
+        given.moved({"cube1": at(1, 0, 0)})
+    with pytest.raises(hf.HoldfastError, match=r"Assembly\.with_body: its interfaces were given"):
+        given.with_body(box("more", (0.1, 0.1, 0.1), 1, (5, 0, 0.05)))
+
+
+def test_edits_name_the_body_nearest_to_an_unknown_one() -> None:
+    whole = hf.assemble(shipped_scene("stack"))
+    with pytest.raises(hf.SceneError, match="no body named 'cube4'; did you mean 'cube3'"):
+        whole.moved({"cube4": np.eye(4)})
+    with pytest.raises(hf.SceneError, match="several bodies are named 'cube1'"):
+        whole.with_body(whole.scene.body("cube1"))
+    with pytest.raises(hf.SceneError, match="moved: got a list; needs a dict"):
+        whole.moved(["cube1"])
+
+
+def test_groups_are_bodies_that_share_contacts_in_the_order_of_the_scene() -> None:
+    size = (0.1, 0.1, 0.1)
+    places = {"a": (0, 0, 0.05), "x": (0.3, 0, 0.05), "b": (0, 0, 0.15), "y": (0.3, 0, 0.15), "air": (0, 0, 1)}
+    scene = hf.Scene([box(name, size, 1, place) for name, place in places.items()] + [floor()], 0.5)
+    whole = hf.assemble(scene)
+    assert whole.groups == (("a", "b"), ("x", "y"), ("air",))
+    assert whole.hanging == (("air",),)
+    assert whole.without("b").groups == (("a",), ("x", "y"), ("air",))
+    assert whole.moved({"b": at(0.3, 0, 0.25)}).groups == (("a",), ("x", "b", "y"), ("air",))

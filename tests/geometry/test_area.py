@@ -1,0 +1,44 @@
+"""Areas and normals of triangles and outlines."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import holdfast as hf
+from holdfast.geometry.area import areas_of, normals_of, outline_vector
+from holdfast.geometry.cells import surface_cells
+
+CORNERS = np.array([[0.0, 0, 0], [3, 0, 0], [0, 4, 0]])
+
+
+def test_a_triangle_of_sides_3_4_5() -> None:
+    faces = np.array([[0, 1, 2], [0, 2, 1]])
+    assert areas_of(CORNERS, faces).tolist() == [6, 6]
+    assert normals_of(CORNERS, faces).tolist() == [[0, 0, 1], [0, 0, -1]]
+
+
+def test_a_needle_has_no_area_and_no_normal() -> None:
+    faces = np.array([[0, 1, 1]])
+    assert areas_of(CORNERS, faces).tolist() == [0]
+    assert normals_of(CORNERS, faces).tolist() == [[0, 0, 0]]
+
+
+def test_the_surface_of_a_box() -> None:
+    surface = hf.Box((0.1, 0.2, 0.3)).surface
+    assert surface.area == pytest.approx(2 * (0.1 * 0.2 + 0.2 * 0.3 + 0.3 * 0.1), rel=1e-14)
+    assert surface.areas.sum() == surface.area
+
+
+def test_cells_share_out_the_area_of_a_surface() -> None:
+    surface = hf.Cylinder(0.05, 0.2).surface
+    cells = surface_cells(surface, 0.02)
+    assert len(cells.areas) == len(cells.points)
+    assert cells.areas.sum() == pytest.approx(surface.area, rel=1e-12)
+
+
+def test_an_outline_is_wound_around_its_vector_wherever_it_lies() -> None:
+    ell = np.array([(0, 0), (2, 0), (2, 1), (1, 1), (1, 3), (0, 3)], dtype=float)
+    ring = np.column_stack([ell, np.zeros(6)])
+    assert outline_vector(ring) == pytest.approx([0, 0, 4])
+    assert outline_vector(ring[::-1] + np.array([5, 6, 7])) == pytest.approx([0, 0, -4])
