@@ -1,8 +1,8 @@
 """The answers of today are those that were accepted, as far as processors agree (tools/golden.py compares bits).
 
 Another processor, or another kernel of the same library, rounds sums in another order. Most answers then differ by much
-less than CLOSE. The exceptions in ``rule`` were found with OPENBLAS_CORETYPE=Prescott and Haswell, and with noise of 4e-16 in
-all that the conic solver is given.
+less than CLOSE. The exceptions in ``rule`` were found with OPENBLAS_CORETYPE=Prescott and Haswell, and with noise of
+4e-16 in all that the conic solver is given.
 """
 
 from __future__ import annotations
