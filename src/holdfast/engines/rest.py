@@ -70,7 +70,13 @@ def contact_forces(assembly: Assembly, nodes: ContactNodes, forces: Float) -> Co
     limit = nodes.mu * forces[:, 0]
     loaded = forces[:, 0] > 1e-9 * max(assembly.weight, 1e-300)
     usage = np.divide(tangential, limit, out=np.zeros(len(nodes)), where=loaded & (limit > 0))
-    return ContactForces(nodes.points, nodes.normals, nodes.world(forces), nodes.interface, usage)
+    return ContactForces(
+        points=nodes.points,
+        normal=nodes.normals,
+        force=nodes.world(forces),
+        interface=nodes.interface,
+        usage=usage,
+    )
 
 
 def _stable(assembly: Assembly, nodes: ContactNodes, forces: Float, residual: float, dilatancy: float) -> Verdict:

@@ -127,19 +127,20 @@ def planner(
     method = engine_of(engine)
     second = None if confirm is None else engine_of(confirm)
     up = assembly.scene.up
+    every = tuple(body.name for body in assembly.bodies)
     options = Options(
-        checked_region(region, up),
-        tuple(body.name for body in assembly.bodies) if supports is None else names_of(assembly, supports, "supports"),
-        counted(least_supports, "least_supports"),
-        names_of(assembly, avoid, "avoid"),
-        checked_orientations(orientations),
-        bool(turn),
-        checked_number(tilt, f"{where}: tilt", minimum=0),
-        None if approach is None else checked_direction(approach),
-        Weights() if weights is None else weights,
-        _friction(assembly, friction),
-        checked_number(mass_margin, f"{where}: mass_margin", minimum=0),
-        checked_number(spacing, f"{where}: spacing", above=0),
+        region=checked_region(region, up),
+        supports=every if supports is None else names_of(assembly, supports, "supports"),
+        least_supports=counted(least_supports, "least_supports"),
+        avoid=names_of(assembly, avoid, "avoid"),
+        orientations=checked_orientations(orientations),
+        turn=bool(turn),
+        tilt=checked_number(tilt, f"{where}: tilt", minimum=0),
+        approach=None if approach is None else checked_direction(approach),
+        weights=Weights() if weights is None else weights,
+        friction=_friction(assembly, friction),
+        mass_margin=checked_number(mass_margin, f"{where}: mass_margin", minimum=0),
+        spacing=checked_number(spacing, f"{where}: spacing", above=0),
     )
     if options.least_supports > len(options.supports):
         problem = f"least_supports is {options.least_supports}, supports are {', '.join(options.supports)}"
