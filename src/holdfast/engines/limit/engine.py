@@ -141,8 +141,9 @@ class LimitState:
         solves (certified.py); their factor is then the lower bound. Bounds take no further work: ``ForcesOnly`` has
         them, too.
 
-        With the exact cone ``upper`` is proved: gravity over load power of a motion that no contact can resist, widened
-        by the residuals of the solve. ``lower`` is that of contact forces that balance up to the solver's residual,
+        With the exact cone ``upper`` is proved: gravity over load power of a motion that was mended so that no contact
+        force gains on it, and infinite where that is not possible.
+        ``lower`` is that of contact forces that balance up to the solver's residual,
         priced by its own multipliers: an estimate, for these are not exact either. An inscribed polygon gives no upper
         bound of the true cone, a circumscribed one no lower bound.
         """
