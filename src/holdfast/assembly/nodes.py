@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -61,6 +62,27 @@ class ContactNodes(Value):
         return frozen(np.searchsorted(self.interface, np.arange(self.interface.max(initial=-1) + 2)))
 
 
+_EMPTY, _NONE = np.empty(0), np.empty(0, dtype=np.int64)
+NO_NODES = ContactNodes(_EMPTY.reshape(0, 3), _EMPTY.reshape(0, 3, 3), _EMPTY, _EMPTY, _NONE, _NONE, _NONE)
+
+
+def joined_nodes(parts: Sequence[ContactNodes], interfaces: Sequence[int], bodies: Sequence[int]) -> ContactNodes:
+    """Return the nodes of several groups of bodies as those of one group.
+
+    ``interfaces`` and ``bodies`` count those of each group; their numbers run on from group to group.
+    """
+    first, body = np.cumsum([0, *interfaces[:-1]]), np.cumsum([0, *bodies[:-1]])
+    names = ("points", "axes", "mu", "weights")
+    return ContactNodes(
+        *(np.concatenate([getattr(part, name) for part in parts]) for name in names),
+        np.concatenate([part.interface + start for part, start in zip(parts, first, strict=True)]),
+        *(
+            np.concatenate([np.where(end(part) < 0, -1, end(part) + k) for part, k in zip(parts, body, strict=True)])
+            for end in (lambda part: part.a, lambda part: part.b)
+        ),
+    )
+
+
 def contact_nodes(assembly: Assembly, count: int, sampling: Sampling, seed: int = 0) -> ContactNodes:
     """Return the contact nodes of the assembly, with ``count`` nodes for every interface.
 
@@ -75,9 +97,7 @@ def contact_nodes(assembly: Assembly, count: int, sampling: Sampling, seed: int 
             normals.append(np.broadcast_to(patch.normal, nodes.shape))
             owner.append(np.full(len(nodes), number))
     if not points:
-        empty = np.empty(0)
-        none = np.empty(0, dtype=np.int64)
-        return ContactNodes(empty.reshape(0, 3), empty.reshape(0, 3, 3), empty, empty, none, none, none)
+        return NO_NODES
     normal = np.vstack(normals)
     interface_of = np.concatenate(owner)
     ends = np.array(assembly.ends, dtype=np.int64)[interface_of]

@@ -175,6 +175,12 @@ class Interface(Value):
         """The nodes sampled so far, by count, sampling and seed: similar assemblies share interfaces and so nodes."""
         return {}
 
+    @cached_property
+    def flipped(self) -> Interface:
+        """The same contact seen from the other body: the order of the bodies and all normals are reversed."""
+        patches = [patch.flipped() for patch in self.patches]
+        return Interface(self.bodies[::-1], patches=patches, status=self.status, flags=self.flags)
+
     @property
     def area(self) -> float:
         """The total area of the patches [m²]; 0 if only lines or points touch."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum, auto
 from functools import cached_property
@@ -106,14 +106,15 @@ class Answers(Value):
     ) -> Answers:
         """Build a table from what an engine found.
 
-        If ``lower`` or ``upper`` is not given, it is filled with 0 or inf. If ``solved`` or ``error`` is not given, all
-        rows count as solved, with error 0.
+        If ``lower`` or ``upper`` is not given, it is filled with 0 or inf. A bound that rounding has put on the wrong
+        side of ``force`` is moved to it. If ``solved`` or ``error`` is not given, all rows count as solved, with error
+        0.
         """
         count = len(force)
         return cls(
             force=force,
-            lower=np.zeros(count) if lower is None else lower,
-            upper=np.full(count, np.inf) if upper is None else upper,
+            lower=np.zeros(count) if lower is None else np.minimum(lower, force),
+            upper=np.full(count, np.inf) if upper is None else np.maximum(upper, force),
             status=objects(status),
             mechanism=objects(mechanism),
             solved=np.ones(count, dtype=bool) if solved is None else solved,
@@ -156,21 +157,28 @@ class Answers(Value):
         """Return the table with these rows only, given as numbers, as a mask (n,) or as a slice."""
         return replace(self, **{name: getattr(self, name)[which] for name in COLUMNS})
 
+    def with_mechanisms(self, mechanisms: Sequence[Mechanism | None]) -> Answers:
+        """Return this table with other ``mechanisms``, one for each row."""
+        return replace(self, mechanism=objects(mechanisms))
+
     def bounded_by(self, other: Answers) -> Answers:
         """Return this table with the smaller upper bound of the two tables in every row.
 
-        ``upper_bound`` is then that of ``other``. Raises HoldfastError if the tables differ in length.
+        ``upper_bound`` is then that of ``other``. A force above its upper bound is lowered to it. Raises HoldfastError
+        if the tables differ in length.
         """
         if len(other) != len(self):
             raise HoldfastError(message("answers", f"{len(other)} bounds for {len(self)} rows", "bound every row"))
-        return replace(self, upper=np.minimum(self.upper, other.upper), upper_bound=other.upper_bound)
+        upper = np.minimum(self.upper, other.upper)
+        force, lower = np.minimum(self.force, upper), np.minimum(self.lower, upper)
+        return replace(self, force=force, lower=lower, upper=upper, upper_bound=other.upper_bound)
 
 
 def joined(parts: Sequence[Answers]) -> Answers:
     """Join tables that answer for the same assembly into one, with the rows of all parts in order.
 
-    ``verdict``, ``notes``, ``engine`` and ``claim`` are those of the first part. ``lower_bound`` and ``upper_bound``
-    are the weakest of all parts. Raises HoldfastError if there are no parts.
+    ``verdict``, ``engine`` and ``claim`` are those of the first part. ``notes`` are those of all parts, and
+    ``lower_bound`` and ``upper_bound`` are the weakest of all parts. Raises HoldfastError if there are no parts.
     """
     if not parts:
         raise HoldfastError(message("answers", "there are none to join", "give at least one table"))
@@ -178,6 +186,17 @@ def joined(parts: Sequence[Answers]) -> Answers:
     return replace(
         parts[0],
         **columns,
-        lower_bound=min((part.lower_bound for part in parts), key=WEAKEST_FIRST.index),
-        upper_bound=min((part.upper_bound for part in parts), key=WEAKEST_FIRST.index),
+        notes=joined_notes([part.notes for part in parts]),
+        lower_bound=weakest_bound([part.lower_bound for part in parts]),
+        upper_bound=weakest_bound([part.upper_bound for part in parts]),
     )
+
+
+def joined_notes(notes: Iterable[Sequence[str]]) -> tuple[str, ...]:
+    """Return all notes in order, each of them once."""
+    return tuple(dict.fromkeys(note for several in notes for note in several))
+
+
+def weakest_bound(bounds: Sequence[Bound]) -> Bound:
+    """Return how the least well known of some bounds is known; a table without rows has none."""
+    return min(bounds, key=WEAKEST_FIRST.index, default=Bound.NONE)

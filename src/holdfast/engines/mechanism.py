@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import ContactNodes
+from holdfast.assembly.nodes import ContactNodes, joined_nodes
 from holdfast.base.archive import archived, to_dict
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Float, Int, frozen
 from holdfast.base.rigid import shift_twist
 from holdfast.base.values import Value, seal
 
@@ -25,13 +26,16 @@ Mode = Literal["slip", "topple", "mixed", "none"]
 class Kinematics(Value):
     """The bodies and contact nodes that are needed to put a motion into words. All mechanisms of one state share them.
 
-    ``names`` are those of the J movable bodies, and ``com`` (J, 3) [m] their centres of mass in the world frame.
-    ``size`` [m] is that of the assembly. ``pairs`` gives the names of the two bodies of every interface, and ``nodes``
-    are the contact nodes on these interfaces.
+    ``names`` are those of the K movable bodies that were considered, the bodies of one group of the assembly or of all
+    groups. ``com`` (K, 3) [m] are their centres of mass in the world frame, ``numbers`` (K,) their numbers among the
+    ``count`` movable bodies of the assembly, and ``size`` [m] is the diagonal of their bounding box. ``pairs`` gives
+    the names of the two bodies of every interface, and ``nodes`` are the contact nodes on these interfaces.
     """
 
     names: tuple[str, ...]
     com: Float
+    numbers: Int
+    count: int
     size: float
     pairs: tuple[tuple[str, str], ...]
     nodes: ContactNodes
@@ -45,10 +49,36 @@ class Kinematics(Value):
         return cls(
             names=tuple(body.name for body in assembly.movable),
             com=assembly.com,
+            numbers=np.arange(len(assembly.movable)),
+            count=len(assembly.movable),
             size=assembly.size,
             pairs=tuple(interface.bodies for interface in assembly.interfaces),
             nodes=nodes,
         )
+
+    @classmethod
+    def joined(cls, parts: Sequence[Kinematics]) -> Kinematics:
+        """Return the kinematics of groups of one assembly that move independently; the size is the largest."""
+        return cls(
+            names=tuple(name for part in parts for name in part.names),
+            com=np.vstack([part.com for part in parts]),
+            numbers=np.concatenate([part.numbers for part in parts]),
+            count=parts[0].count,
+            size=max(part.size for part in parts),
+            pairs=tuple(pair for part in parts for pair in part.pairs),
+            nodes=joined_nodes(
+                [part.nodes for part in parts],
+                [len(part.pairs) for part in parts],
+                [len(part.names) for part in parts],
+            ),
+        )
+
+    def within(self, numbers: Int, count: int, pairs: tuple[tuple[str, str], ...]) -> Kinematics:
+        """Return the kinematics of the same bodies as part of a larger assembly of ``count`` movable bodies.
+
+        There the bodies have the ``numbers`` (K,), and the ``pairs`` are named in the order of its interfaces.
+        """
+        return replace(self, numbers=numbers, count=count, pairs=pairs)
 
 
 @archived
@@ -56,21 +86,29 @@ class Kinematics(Value):
 class Mechanism(Value):
     """The motion with which bodies begin to move.
 
-    ``twists`` (J, 6) are the twists of all movable bodies about their centres of mass, along the world axes. They are
-    scaled so that the fastest body has |velocity| + size |angular velocity| = 1, with the size of the assembly.
-    ``moving`` gives the names of the bodies that move, and ``mode`` says whether contacts slide, open or both. If
-    ``dual`` is True, this is a dual motion like those of engine ``limit``: a contact that slides by |u_t| also opens by
-    μ |u_t|. ``text`` describes the motion of each group of bodies and names the contacts that slide or open.
+    ``twists`` (J, 6) are the twists of all movable bodies about their centres of mass, along the world axes; bodies of
+    other groups are at rest. They are scaled so that the fastest body has |velocity| + size |angular velocity| = 1,
+    with the size of the group. ``moving`` gives the names of the bodies that move, and ``mode`` says whether contacts
+    slide, open or both. If ``dual`` is True, this is a dual motion like those of engine ``limit``: a contact that
+    slides by |u_t| also opens by μ |u_t|. ``text`` describes the motion of each group of bodies and names the contacts
+    that slide or open. ``own`` (K, 6) are the twists of the bodies of the ``kinematics`` alone.
     """
 
     moving: tuple[str, ...]
-    twists: Float
+    own: Float
     mode: Mode
     dual: bool
     kinematics: Kinematics
 
     def __post_init__(self) -> None:
         seal(self)
+
+    @cached_property
+    def twists(self) -> Float:
+        """The twists (J, 6) of all movable bodies; composed on demand, since most bodies of large scenes rest."""
+        every = np.zeros((self.kinematics.count, 6))
+        every[self.kinematics.numbers] = self.own
+        return frozen(every)
 
     @cached_property
     def text(self) -> str:
@@ -117,12 +155,12 @@ def modes_of(velocities: Float, mu: Float) -> list[Mode]:
 
 
 def describe(kinematics: Kinematics, twists: Float, mode: Mode, *, dual: bool) -> Mechanism:
-    """Return the mechanism of ``twists`` (J, 6), scaled to the fastest body. ``dual`` is as in ``Mechanism``."""
+    """Return the mechanism of ``twists`` (K, 6), scaled to the fastest body. ``dual`` is as in ``Mechanism``."""
     speeds = np.sqrt((twists[:, :3] ** 2).sum(1)) + kinematics.size * np.sqrt((twists[:, 3:] ** 2).sum(1))
     top = speeds.max(initial=0)
     scaled = twists / top if top > 0 else twists
     moving = tuple(kinematics.names[k] for k in np.flatnonzero(speeds > AT_REST * top).tolist())
-    return Mechanism(moving=moving, twists=scaled, mode=mode, dual=dual, kinematics=kinematics)
+    return Mechanism(moving=moving, own=scaled, mode=mode, dual=dual, kinematics=kinematics)
 
 
 def _groups(motion: Mechanism) -> list[str]:
@@ -132,7 +170,7 @@ def _groups(motion: Mechanism) -> list[str]:
     groups: list[tuple[list[str], Float]] = []
     for name in motion.moving:
         k = number[name]
-        at_origin = shift_twist(motion.twists[k], com[k], np.zeros(3))
+        at_origin = shift_twist(motion.own[k], com[k], np.zeros(3))
         for members, other in groups:
             if np.allclose(at_origin, other, atol=1e-4):
                 members.append(name)
@@ -148,7 +186,7 @@ def _groups(motion: Mechanism) -> list[str]:
 def _contacts(motion: Mechanism) -> list[str]:
     """Name in words the contacts that slide and the contacts that open."""
     nodes = motion.kinematics.nodes
-    velocity = relative_velocity(nodes, motion.kinematics.com, motion.twists)
+    velocity = relative_velocity(nodes, motion.kinematics.com, motion.own)
     fastest = max(float(np.abs(velocity).max(initial=0)), 0.01)  # all nodes may lie on the axis of the motion
     said: dict[Mode, list[str]] = {"slip": [], "topple": [], "mixed": []}
     for number, pair in enumerate(motion.kinematics.pairs):

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import ContactNodes, contact_nodes
+from holdfast.assembly.nodes import NO_NODES, ContactNodes, contact_nodes
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import shift_twist
 from holdfast.engines.collapse import least_motion
@@ -44,7 +45,7 @@ def find_rest(assembly: Assembly, wrench: Float, nodes: ContactNodes | None = No
     if not assembly.movable:
         return Rest(nodes, nothing, _stable(assembly, nodes, nothing, 0.0, 0.0))
     if assembly.hanging:
-        return Rest(nodes, nothing, _hanging(assembly, nodes, wrench))
+        return Rest(nodes, nothing, hanging(assembly, assembly.hanging, wrench))
     tried: list[str] = []
     points = nodes
     for tolerance in (1e-10, 1e-10, 1e-7) if given else (1e-10, 1e-7):
@@ -118,19 +119,32 @@ def _trouble(solution: ForceSolution) -> str:
     return f"{solution.outcome.value} ({solution.iterations} iterations{shown})"
 
 
-def _hanging(assembly: Assembly, nodes: ContactNodes, wrench: Float) -> Verdict:
-    """Return the verdict on bodies that no chain of contacts connects to a fixed body.
+def hanging(assembly: Assembly, groups: Sequence[tuple[str, ...]], wrench: Float) -> Verdict:
+    """Return the verdict on groups of bodies, given by their names, that no chain of contacts connects to a fixed body.
 
-    They fall, so the assembly is UNSTABLE. It is UNDECIDED if they touch others in a way that is not modelled.
+    They fall under ``wrench`` (6J,) [N, N m], so the verdict is UNSTABLE. It is UNDECIDED if they touch others in a way
+    that is not modelled.
     """
+    names = tuple(name for group in groups for name in group)
+    numbers = np.array([assembly.index[name] for name in names])
     twists = np.zeros((len(assembly.movable), 6))
     texts = []
-    for group in assembly.hanging:
+    for group in groups:
         members = [assembly.index[name] for name in group]
         force = wrench.reshape(-1, 6)[members, :3].sum(0)
         twists[members, :3] = force if np.linalg.norm(force) > 0 else assembly.scene.gravity
         texts.append(_loose(assembly, group))
-    mechanism = describe(Kinematics.of(assembly, nodes), twists, "none", dual=True)
+    corners = np.vstack([assembly.movable[k].surface_world.vertices for k in numbers])
+    kinematics = Kinematics(
+        names=names,
+        com=assembly.com[numbers],
+        numbers=numbers,
+        count=len(assembly.movable),
+        size=float(np.linalg.norm(np.ptp(corners, axis=0))),
+        pairs=(),
+        nodes=NO_NODES,
+    )
+    mechanism = describe(kinematics, twists[numbers], "none", dual=True)
     doubt = doubt_of(assembly, twists)
     if doubt:
         return undecided(f"{'; '.join(texts)}; {doubt}", mechanism=mechanism)

@@ -84,3 +84,12 @@ class Verdict(Value):
     residual: float = np.inf
     mechanism: Mechanism | None = None
     certificate: Certificate | None = None
+
+
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class GroupVerdict(Value):
+    """The verdict on one group of bodies, given by their names; contacts join the bodies of a group with each other."""
+
+    bodies: tuple[str, ...]
+    verdict: Verdict

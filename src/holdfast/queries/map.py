@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float, Int, Objects, checked_number, objects
 from holdfast.base.errors import SceneError, message
@@ -20,6 +20,7 @@ from holdfast.base.public import Summary, number
 from holdfast.base.values import Table, Value
 from holdfast.engines.answers import joined
 from holdfast.engines.contract import EXACT, FORCES_ONLY, Within
+from holdfast.engines.groups import prepared
 from holdfast.engines.mechanism import Mode
 from holdfast.engines.verdict import Status
 from holdfast.geometry.cells import Cells, blocked, surface_cells
@@ -192,7 +193,7 @@ def robustness_map(
     numbers = {name: body_number(assembly, name) for name in names}
     _check_count(assembly, names, step)
     method = engine_of(engine)
-    state = method.prepare(assembly)
+    state = prepared(method, assembly)
     shown: dict[str, Cells] = {}
     hidden: dict[str, Cells] = {}
     accuracy = EXACT if wanted == 0 else Within(wanted) if wanted < 1 else FORCES_ONLY
@@ -209,8 +210,9 @@ def robustness_map(
         columns = push_columns(assembly, index, shown[name].points, -shown[name].normals)
         answers.append(state.load_factor(columns, accuracy))
     report("robustness of all surfaces", len(numbers), len(numbers))
+    movable = [number for number in numbers.values() if number != FIXED]
     return RobustnessMap(
-        answers=joined(answers),
+        answers=replace(joined(answers), verdict=state.verdict_on(movable)),
         assembly=assembly,
         points=np.vstack([cells.points for cells in shown.values()]),
         normals=np.vstack([cells.normals for cells in shown.values()]),

@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, unit
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.public import Summary, number
 from holdfast.base.values import Table
 from holdfast.engines.capabilities import GRADIENTS
+from holdfast.engines.groups import prepared
 from holdfast.queries.intervals import Pair
 from holdfast.queries.request import (
     CERTAIN_ENGINE,
@@ -96,19 +97,25 @@ def sensitivity(
         raise SceneError(message(where, "the direction is zero", "needs a vector with a length"))
     e, index = unit(e), body_number(assembly, body)
     method = engine_of(CERTAIN_ENGINE)
-    state = method.prepare(assembly, total_wrench(assembly, standing))
-    gradients = GRADIENTS.of(state, engine=method.name, where=where)
-    verdict = state.verdict()
-    if not verdict.equilibrium_exists:
-        raise HoldfastError(message(where, f"the assembly is {verdict.status}", verdict.reason))
-    found = gradients.gradient(push_columns(assembly, index, p[None], e[None])[:, 0], where)
+    groups = prepared(method, assembly, total_wrench(assembly, standing))
+    column = push_columns(assembly, index, p[None], e[None])
+    if index == FIXED:
+        raise HoldfastError(message(where, "the body is fixed", "a push on it changes nothing: name a movable body"))
+    state, rows = groups.together([index], where)
+    found = GRADIENTS.of(state, engine=method.name, where=where).gradient(column[rows, 0], where)
+    members = rows[::6] // 6
+    J = len(assembly.movable)
+    d_mass, d_com, twists = np.zeros(J), np.zeros((J, 3)), np.zeros((J, 6))  # zero for bodies of other groups
+    d_mass[members], d_com[members], twists[members] = found.d_mass, found.d_com, found.twists
+    by_pair = {frozenset(pair): value for pair, value in found.d_mu.items()}
     names = [b.name for b in assembly.movable]
-    force = float(found.answers.force[0])
+    answers = groups.load_factor(column)
+    force = float(answers.force[0])
     return Sensitivity(
-        answers=found.answers,
+        answers=answers,
         body=body,
-        d_mu=Table(found.d_mu),
-        d_mass=Table(zip(names, found.d_mass.tolist(), strict=True)),
-        d_com=Table(zip(names, found.d_com, strict=True)),
-        d_point=-force * np.cross(e, found.twists[index, 3:]),
+        d_mu=Table({i.bodies: by_pair.get(frozenset(i.bodies), 0.0) for i in assembly.interfaces}),
+        d_mass=Table(zip(names, d_mass.tolist(), strict=True)),
+        d_com=Table(zip(names, d_com, strict=True)),
+        d_point=-force * np.cross(e, twists[index, 3:]),
     )

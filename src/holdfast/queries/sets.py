@@ -19,6 +19,7 @@ from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.public import PublicValue, Summary, number
 from holdfast.engines.answers import Claim
 from holdfast.engines.capabilities import SETS
+from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
 from holdfast.geometry.half_spaces import largest_row
 from holdfast.queries.request import (
@@ -209,12 +210,10 @@ def _convex_set(
     if not assembly.movable:
         raise SceneError(message(where, "there is no movable body", "free one"))
     method = engine_of(engine)
-    state = method.prepare(assembly, total_wrench(assembly, standing))
-    sets = SETS.of(state, engine=method.name, where=where)
+    loaded = np.flatnonzero(columns.reshape(-1, 6, columns.shape[1]).any((1, 2))).tolist()
+    state, rows = prepared(method, assembly, total_wrench(assembly, standing)).together(loaded, where)
+    found = SETS.of(state, engine=method.name, where=where).load_set(columns[rows] * bound, wanted, where)
     verdict = state.verdict()
-    if not verdict.equilibrium_exists:
-        raise HoldfastError(message(where, f"the assembly is {verdict.status}", verdict.reason))
-    found = sets.load_set(columns * bound, wanted, where)
     notes = state.notes if verdict.status is Status.STABLE else (*state.notes, verdict.reason)
     return ConvexSet(
         engine=method.name,

@@ -10,8 +10,9 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.public import PublicValue, Summary
 from holdfast.engines.answers import Claim
+from holdfast.engines.groups import prepared
 from holdfast.engines.mechanism import Mechanism
-from holdfast.engines.verdict import Certificate, ContactForces, Status, Verdict
+from holdfast.engines.verdict import Certificate, ContactForces, GroupVerdict, Status, Verdict
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load, checked_assembly, engine_of, total_wrench
 from holdfast.scene.scene import Scene
 
@@ -27,13 +28,16 @@ class Stability(PublicValue):
 
     If the assembly stands, ``forces`` are the contact forces, and ``residual`` is their equilibrium error divided by
     the total weight. If it does not stand, ``moving`` holds the names of the bodies that move, ``mechanism`` says how
-    they move, and ``certificate`` proves that no contact can prevent it. All of these are attributes of ``verdict``.
-    ``notes`` are the simplifications on which the answer depends.
+    they move, and ``certificate`` proves that no contact can prevent it. All of these are attributes of ``verdict``,
+    which is the worst of the verdicts on the groups of bodies that touch each other. ``groups`` holds these verdicts,
+    in the order of ``assembly.groups``, each with the names of its ``bodies``. ``notes`` are the simplifications on
+    which the answer depends.
     """
 
     engine: str
     claim: Claim
     verdict: Verdict
+    groups: tuple[GroupVerdict, ...]
     notes: tuple[str, ...]
 
     @property
@@ -84,11 +88,19 @@ class Stability(PublicValue):
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON."""
         names = ("engine", "claim", "status", "equilibrium_exists", "self_stress", "forces", "residual", "moving")
-        return {name: to_dict(getattr(self, name)) for name in (*names, "mechanism", "certificate", "reason", "notes")}
+        told = {name: to_dict(getattr(self, name)) for name in (*names, "mechanism", "certificate", "reason", "notes")}
+        groups = [
+            {"bodies": list(g.bodies), "status": g.verdict.status.value, "reason": g.verdict.reason}
+            for g in self.groups
+        ]
+        return told | {"groups": groups}
 
     def summary(self) -> Summary:
         """Summarise the verdict and its reason."""
         facts = [("engine", f"{self.engine} ({self.claim})"), ("reason", self.reason)]
+        standing = sum(group.verdict.status is Status.STABLE for group in self.groups)
+        if len(self.groups) > 1:
+            facts.append(("groups that stand", f"{standing} of {len(self.groups)}"))
         if self.mechanism is not None:
             facts.append(("moving", ", ".join(self.moving)))
         return Summary(f"{self.status}: {self.reason}", facts, notes=self.notes)
@@ -104,5 +116,6 @@ def stability(
     """
     assembly = checked_assembly(assembly)
     method = engine_of(engine)
-    state = method.prepare(assembly, total_wrench(assembly, loads))
-    return Stability(engine=method.name, claim=method.claim, verdict=state.verdict(), notes=state.notes)
+    state = prepared(method, assembly, total_wrench(assembly, loads))
+    verdict, groups = state.verdict(), state.verdicts
+    return Stability(engine=method.name, claim=method.claim, verdict=verdict, groups=groups, notes=state.notes)

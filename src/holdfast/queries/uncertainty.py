@@ -20,6 +20,7 @@ from holdfast.base.public import Summary, number
 from holdfast.contacts.detect import SIGMAS
 from holdfast.engines.answers import Answers, joined
 from holdfast.engines.contract import Engine
+from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
 from holdfast.queries.intervals import MuRange, friction_intervals, with_friction
 from holdfast.queries.push import Robustness, robustness
@@ -257,9 +258,9 @@ def _answered(
     """
     sample, shifts, turns = drawn
     points, loads = _attached(given, sample, body, nominal.points, standing, shifts, turns)
-    state = engine.prepare(sample, total_wrench(sample, loads))
-    columns = push_columns(sample, body_number(sample, body), points, nominal.directions)
-    verdict = state.verdict()
+    state, number = prepared(engine, sample, total_wrench(sample, loads)), body_number(sample, body)
+    columns = push_columns(sample, number, points, nominal.directions)
+    verdict = state.verdict_on([] if number == FIXED else [number])
     if verdict.status is Status.STABLE:
         found = state.load_factor(columns)
     else:  # a sample that may not stand counts as 0, whatever the push

@@ -106,7 +106,9 @@ def worst_case(
     nominal = robustness(assembly, body, points, directions, standing=loads, engine=CERTAIN_ENGINE)
     low = {pair: ends[0] for pair, ends in friction_intervals(assembly, friction, where).items()}
     rough = assembly if friction is None else with_friction(assembly, low)
-    masses, coms = mass_intervals(rough, mass, where), com_boxes(rough, com, where)
+    near = next((group for group in rough.groups if body in group), ())  # what other groups weigh does not matter
+    masses = {name: ends for name, ends in mass_intervals(rough, mass, where).items() if name in near}
+    coms = {name: half for name, half in com_boxes(rough, com, where).items() if name in near}
     columns = push_columns(rough, body_number(rough, body), nominal.points, nominal.directions)
     method = WORST_CASES.of(engine_of(CERTAIN_ENGINE), engine=CERTAIN_ENGINE, where=where)
     found = method.weakest(rough, total_wrench(rough, loads), columns, masses=masses, coms=coms, where=where)

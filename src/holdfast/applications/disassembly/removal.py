@@ -28,6 +28,7 @@ from holdfast.base.values import Value
 from holdfast.engines.answers import Claim
 from holdfast.engines.capabilities import RELEASES
 from holdfast.engines.contract import FORCES_ONLY, Engine, State
+from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.queries.request import CERTAIN_ENGINE, engine_of
 
@@ -146,7 +147,7 @@ class Removals:
 
     def state(self, part: frozenset[str]) -> State:
         """Return the engine, prepared for a part."""
-        return _recalled(self._states, part, lambda: self.engine.prepare(self.reduced(part)))
+        return _recalled(self._states, part, lambda: prepared(self.engine, self.reduced(part)))
 
     def reduced(self, part: frozenset[str]) -> Assembly:
         """Return the assembly of a part and the fixed bodies."""
@@ -203,7 +204,7 @@ class Removals:
 
     def _pulled(self, name: str, part: frozenset[str]) -> Removal:
         """Find what moves when most of the body's weight is taken and it is pulled along the lift direction."""
-        state = self.engine.prepare(self.reduced(part), CARRIED * self.force(name, part, self.up))
+        state = prepared(self.engine, self.reduced(part), CARRIED * self.force(name, part, self.up))
         asked = state.load_factor(self.force(name, part, self.lift)[:, None], FORCES_ONLY)
         others = tuple(n for n in asked.moving[0] if n != name)
         if asked.status[0] not in (Status.FINITE, Status.INFINITE):
@@ -244,7 +245,7 @@ class Removals:
     def _under(self, name: str, assembly: Assembly, loads: Iterable[tuple[str, Float]]) -> Removal | None:
         """Return the answer for the first load under which other bodies move or may move, or None if there is none."""
         for when, load in loads:
-            verdict = self.engine.prepare(assembly, load).verdict()
+            verdict = prepared(self.engine, assembly, load).verdict()
             moving = () if verdict.mechanism is None else verdict.mechanism.moving
             if verdict.status is Status.UNSTABLE:
                 return Removal(name, Answer.UNSAFE, f"{when} {listed(moving)} would move", moving=moving)

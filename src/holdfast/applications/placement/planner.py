@@ -41,6 +41,7 @@ from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import find_overlaps, solid_of
 from holdfast.engines.answers import Answers
 from holdfast.engines.contract import Engine
+from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.geometry.sweep import Swept, hit_distance
 from holdfast.queries.map import RobustnessMap, robustness_map
@@ -144,7 +145,7 @@ class Planner:
     @cached_property
     def verdict(self) -> Verdict:
         """The verdict on whether the scene stands before anything is put down."""
-        return self.engine.prepare(self.assembly).verdict()
+        return prepared(self.engine, self.assembly).verdict()
 
     @cached_property
     def maps(self) -> list[RobustnessMap]:
@@ -323,16 +324,16 @@ class Planner:
         return replace(self.assembly, scene=after, interfaces=(*self.assembly.interfaces, *contacts))
 
     def _judged(self, after: Assembly) -> tuple[str, Assembly | None]:
-        status = self.engine.prepare(after).verdict().status
+        status = prepared(self.engine, after).verdict().status
         if status is not Status.STABLE:
             return FALLEN if status is Status.UNSTABLE else UNSURE, None
-        if self.confirm is not None and self.confirm.prepare(after).verdict().status is not Status.STABLE:
+        if self.confirm is not None and prepared(self.confirm, after).verdict().status is not Status.STABLE:
             return REFUSED, None
         margin = self.options.mass_margin
         if margin > 0:
             more = np.zeros((len(after.movable), 6))
             more[after.index[self.body.name], :3] = -margin * self.weight * self.up
-            heavier = (self.confirm or self.engine).prepare(after, more.reshape(-1))
+            heavier = prepared(self.confirm or self.engine, after, more.reshape(-1))
             if heavier.verdict().status is not Status.STABLE:
                 return MARGINAL, None
         return "", after

@@ -23,6 +23,7 @@ from holdfast.engines.capabilities import Gradient, LoadSet, Weakest
 from holdfast.engines.cones import ConeChoice, FrictionCone
 from holdfast.engines.contract import EXACT, Accuracy, Within
 from holdfast.engines.directions import FLAT_GROUP
+from holdfast.engines.groups import prepared
 from holdfast.engines.limit.certified import certify
 from holdfast.engines.limit.gauge import Cuts
 from holdfast.engines.limit.load_limit import LoadLimit
@@ -85,7 +86,7 @@ class Limit(Value):
     ) -> Weakest:
         """The smallest factor of each column of W over boxes of masses and centres of mass: at one of its corners."""
         corners = corners_of(assembly, masses, coms, where)
-        return weakest(assembly, lambda load: self.prepare(assembly, load), standing, W, corners)
+        return weakest(assembly, lambda load: prepared(self, assembly, load), standing, W, corners)
 
     def comes_loose(self, assembly: Assembly, body: str, up: Float) -> bool:
         """Whether no contact can hold ``body``; over the exact cone, for a polygon inside it would prove nothing."""

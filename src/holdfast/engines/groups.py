@@ -1,0 +1,359 @@
+"""An engine prepared for every group of an assembly on its own, so that no answer depends on an unrelated body.
+
+The groups are the connected components of the movable bodies; contacts with fixed bodies do not join them. Forces pass
+between bodies of one group only, so a load moves something as soon as it moves something in one group: the largest
+factor of a load is the smallest over the groups that it loads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from threading import RLock
+
+import numpy as np
+
+from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.parts import Part, part_of
+from holdfast.base.arrays import Float, Int
+from holdfast.base.errors import HoldfastError, message
+from holdfast.engines.answers import Answers, joined_notes, weakest_bound
+from holdfast.engines.contract import EXACT, Accuracy, Engine, State
+from holdfast.engines.mechanism import Kinematics, Mechanism
+from holdfast.engines.rest import doubt_of, hanging, undecided
+from holdfast.engines.verdict import Certificate, ContactForces, GroupVerdict, Status, Verdict
+
+WORST_FIRST = (Status.UNSTABLE, Status.UNDECIDED, Status.STABLE)
+NAMED = 6  # the most body names in one sentence
+
+
+def prepared(
+    engine: Engine, assembly: Assembly, standing: Float | None = None, acceleration: Float | None = None
+) -> Groups:
+    """Prepare an engine for every group of an assembly; each group is prepared when it is first asked.
+
+    The arguments are those of ``Engine.prepare``. Raises HoldfastError if the options of the engine do not fit the
+    assembly.
+    """
+    check = getattr(engine, "check", None)
+    if check is not None:
+        check(assembly)
+    return Groups(engine, assembly, standing, acceleration)
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """One group, prepared: its ``part`` of the assembly, the engine's ``state`` for it and its ``verdict``.
+
+    ``part`` and ``state`` are None for a group that no chain of contacts connects to a fixed body. The bodies of
+    ``verdict`` and of its contact forces are numbered as in the whole assembly.
+    """
+
+    names: tuple[str, ...]
+    verdict: Verdict
+    part: Part | None = None
+    state: State | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Groups:
+    """The state of an engine for an assembly, group by group. It fulfils the contract of ``State``."""
+
+    engine: Engine
+    assembly: Assembly
+    standing: Float | None
+    acceleration: Float | None
+    _known: dict[int, Group] = field(default_factory=dict, init=False, repr=False)
+    _moved: dict[int, tuple[Kinematics, Kinematics]] = field(default_factory=dict, init=False, repr=False)
+    _preparing: RLock = field(default_factory=RLock, init=False, repr=False)
+
+    @cached_property
+    def _group_of(self) -> Int:
+        """The number (J,) of the group of every movable body."""
+        number = np.zeros(len(self.assembly.movable), dtype=np.int64)
+        for k, names in enumerate(self.assembly.groups):
+            number[[self.assembly.index[name] for name in names]] = k
+        return number
+
+    def group(self, number: int) -> Group:
+        """Return one group, prepared."""
+        with self._preparing:
+            if number not in self._known:
+                self._known[number] = self._prepare(self.assembly.groups[number])
+            return self._known[number]
+
+    def group_with(self, body: int) -> Group:
+        """Return the group, prepared, that holds the movable body with this number."""
+        return self.group(int(self._group_of[body]))
+
+    def together(self, bodies: Sequence[int], where: str) -> tuple[State, Int]:
+        """Return one state for all of these movable bodies, and the rows of the whole assembly's loads that it takes.
+
+        It is the state of their group, or that of the whole assembly if they belong to several groups. Raises
+        HoldfastError, with ``where`` in its message, if no equilibrium is known to exist there.
+        """
+        groups = [self.group(number) for number in self._groups_of(bodies)]
+        verdict = joint(groups)
+        if not verdict.equilibrium_exists:
+            raise HoldfastError(message(where, f"the assembly is {verdict.status}", verdict.reason))
+        if len(groups) == 1 and groups[0].part is not None and groups[0].state is not None:
+            return groups[0].state, groups[0].part.rows
+        whole = self.engine.prepare(self.assembly, self.standing, self.acceleration)
+        return whole, np.arange(6 * len(self.assembly.movable))
+
+    def verdict(self) -> Verdict:
+        """Say whether the assembly stands: the worst verdict on a group, with the evidence of all groups."""
+        return self.verdict_on(range(len(self.assembly.movable)))
+
+    @property
+    def verdicts(self) -> tuple[GroupVerdict, ...]:
+        """The verdict on each group, in the order of ``assembly.groups``."""
+        groups = [self.group(number) for number in range(len(self.assembly.groups))]
+        return tuple(GroupVerdict(bodies=group.names, verdict=group.verdict) for group in groups)
+
+    def verdict_on(self, bodies: Iterable[int]) -> Verdict:
+        """Say whether the groups of these movable bodies stand, given by the numbers of the bodies."""
+        return joint([self.group(number) for number in self._groups_of(bodies)])
+
+    def reasons(self, bodies: Iterable[int]) -> tuple[str, ...]:
+        """Say for each group of these bodies that does not stand, or may not stand, why it has no answers."""
+        groups = [self.group(number) for number in self._groups_of(bodies)]
+        return tuple(
+            f"{listed(group.names)}: {_WORDS[group.verdict.status]}: {group.verdict.reason}"
+            for group in groups
+            if group.verdict.status is not Status.STABLE
+        )
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The simplifications that the answers rest on, of all groups that have been asked."""
+        return joined_notes(group.state.notes for _, group in sorted(self._known.items()) if group.state is not None)
+
+    def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
+        """Find the largest factor of each load column of W (6J, n): the smallest over the groups that it loads.
+
+        A column that loads no body is INFINITE. The verdict of the answers is that of the loaded groups.
+        """
+        count = W.shape[1]
+        loaded = (W.reshape(-1, 6, count) != 0).any(1)
+        bodies = np.flatnonzero(loaded.any(1))
+        numbers = self._groups_of(bodies)
+        table = _Smallest(count)
+        for number in numbers:
+            group = self.group(number)
+            columns = np.flatnonzero(loaded[self._group_of == number].any(0))
+            table.add(columns, self._answers(group, W[:, columns], accuracy))
+        return table.answers(self.engine, self.verdict_on(bodies), self.reasons(bodies))
+
+    def _groups_of(self, bodies: Iterable[int]) -> list[int]:
+        return np.unique(self._group_of[list(bodies)]).tolist()
+
+    def _answers(self, group: Group, W: Float, accuracy: Accuracy) -> Answers:
+        """Return the answers of one group for columns W (6J, n), with mechanisms of the whole assembly."""
+        if group.part is None or group.state is None:
+            return Answers.not_standing(
+                W.shape[1], engine=self.engine.name, claim=self.engine.claim, verdict=group.verdict
+            )
+        found = group.state.load_factor(W[group.part.rows], accuracy)
+        if found.verdict.status is not group.verdict.status:  # the whole assembly raised a doubt about its fall
+            known = {"engine": found.engine, "claim": found.claim, "notes": found.notes}
+            return Answers.not_standing(W.shape[1], verdict=group.verdict, **known)
+        return found.with_mechanisms([self._whole(group.part, m) for m in found.mechanism])
+
+    def _prepare(self, names: tuple[str, ...]) -> Group:
+        if set(names) in self._hanging:
+            return Group(names, hanging(self.assembly, [names], self._wrench))
+        part = part_of(self.assembly, names)
+        standing = None if self.standing is None else self.standing[part.rows]
+        state = self.engine.prepare(part.assembly, standing, self.acceleration)
+        return Group(names, self._checked(part, state.verdict()), part, state)
+
+    @cached_property
+    def _hanging(self) -> list[set[str]]:
+        return [set(names) for names in self.assembly.hanging]
+
+    @cached_property
+    def _wrench(self) -> Float:
+        weight = self.assembly.weight_wrench(self.acceleration)
+        return weight if self.standing is None else weight + self.standing
+
+    def _checked(self, part: Part, verdict: Verdict) -> Verdict:
+        """Return a group's verdict in terms of the whole assembly.
+
+        A fall that would press the group against another one, at a contact outside the model, is not certain.
+        """
+        mechanism, forces = self._whole(part, verdict.mechanism), verdict.forces
+        if verdict.status is Status.UNSTABLE and mechanism is not None:
+            doubt = doubt_of(self.assembly, mechanism.twists)
+            if doubt:
+                return undecided(f"{verdict.reason}; but {doubt}", mechanism=mechanism)
+        if forces is not None:
+            sign = np.where(part.flipped, -1.0, 1.0)[forces.interface][:, None]
+            forces = replace(
+                forces,
+                normal=sign * forces.normal,
+                force=sign * forces.force,
+                interface=part.interfaces[forces.interface],
+            )
+        return replace(verdict, mechanism=mechanism, forces=forces)
+
+    def _whole(self, part: Part, mechanism: Mechanism | None) -> Mechanism | None:
+        """Return a mechanism of one part as one of the whole assembly."""
+        if mechanism is None:
+            return None
+        known = self._moved.get(id(mechanism.kinematics))
+        if known is None or known[0] is not mechanism.kinematics:
+            pairs = tuple(self.assembly.interfaces[k].bodies for k in part.interfaces.tolist())
+            count = len(self.assembly.movable)
+            known = mechanism.kinematics, mechanism.kinematics.within(part.members, count, pairs)
+            self._moved[id(mechanism.kinematics)] = known
+        return replace(mechanism, kinematics=known[1])
+
+
+_WORDS = {Status.UNSTABLE: "does not stand", Status.UNDECIDED: "undecided"}
+
+
+class _Smallest:
+    """Collects the smallest of the answers that several groups give to each of ``count`` load columns."""
+
+    def __init__(self, count: int) -> None:
+        self.force, self.lower, self.upper = (np.full(count, np.inf) for _ in range(3))
+        self.status = np.full(count, Status.INFINITE, dtype=object)
+        self.mechanism = np.full(count, None, dtype=object)
+        self.solved, self.error = np.ones(count, dtype=bool), np.zeros(count)
+        self.asked = np.zeros(count, dtype=bool)
+        self.parts: list[Answers] = []
+
+    def add(self, columns: Int, found: Answers) -> None:
+        """Take the rows of ``found``, one for each of the ``columns``, where they are smaller.
+
+        A row that is undecided leaves the smallest open, unless another group gives way without any load.
+        """
+        self.parts.append(found)
+        mine = np.array([_rank(s, f) for s, f in zip(self.status[columns], self.force[columns], strict=True)])
+        other = np.array([_rank(s, f) for s, f in zip(found.status, found.force, strict=True)])
+        taken = ~self.asked[columns] | (other < mine) | ((other == mine) & (found.force < self.force[columns]))
+        self.asked[columns] = True
+        self.lower[columns] = np.minimum(self.lower[columns], found.lower)
+        self.upper[columns] = np.minimum(self.upper[columns], found.upper)
+        at = columns[taken]
+        for name in ("force", "status", "mechanism", "solved", "error"):
+            getattr(self, name)[at] = getattr(found, name)[taken]
+
+    def answers(self, engine: Engine, verdict: Verdict, reasons: Sequence[str]) -> Answers:
+        """Return what was collected as one table."""
+        bounds = [weakest_bound([getattr(p, name) for p in self.parts]) for name in ("lower_bound", "upper_bound")]
+        return Answers.of(
+            engine=engine.name,
+            claim=engine.claim,
+            verdict=verdict,
+            force=self.force,
+            status=self.status.tolist(),
+            mechanism=self.mechanism.tolist(),
+            lower=self.lower,
+            upper=self.upper,
+            solved=self.solved,
+            error=self.error,
+            lower_bound=bounds[0],
+            upper_bound=bounds[1],
+            notes=joined_notes([*(part.notes for part in self.parts), reasons]),
+        )
+
+
+def _rank(status: Status, force: float) -> int:
+    """Return 0 for answers that no other group can change, 1 for undecided ones and 2 for the rest."""
+    if status is Status.UNSTABLE or (status is Status.FINITE and force == 0):
+        return 0
+    return 1 if status is Status.UNDECIDED else 2
+
+
+def joint(groups: Sequence[Group]) -> Verdict:
+    """Join the verdicts on some groups: the worst status, the reasons that lead to it and the evidence of all groups.
+
+    An empty sequence gives STABLE: nothing is there that could move.
+    """
+    verdicts = [group.verdict for group in groups]
+    if len(verdicts) == 1:
+        return verdicts[0]
+    status = min((v.status for v in verdicts), key=WORST_FIRST.index, default=Status.STABLE)
+    return Verdict(
+        status=status,
+        reason=_reason(groups, status),
+        equilibrium_exists=_all_of([v.equilibrium_exists for v in verdicts]),
+        self_stress=_any_of([v.self_stress for v in verdicts]),
+        forces=_all_forces([v.forces for v in verdicts]),
+        residual=max((v.residual for v in verdicts), default=0.0),
+        mechanism=_all_motions([v.mechanism for v in verdicts if v.status is status]),
+        certificate=_all_proofs([v.certificate for v in verdicts if v.status is status]),
+    )
+
+
+def _reason(groups: Sequence[Group], status: Status) -> str:
+    """Give the reason of every group with this status; groups with the same reason share it."""
+    if not groups:
+        return "nothing here can move"
+    by_reason: dict[str, list[str]] = {}
+    for group in groups:
+        if group.verdict.status is status:
+            by_reason.setdefault(group.verdict.reason, []).extend(group.names)
+    concerned = sum(group.verdict.status is status for group in groups)
+    if len(by_reason) == 1 and concerned == len(groups):
+        return next(iter(by_reason))
+    parts = [f"{listed(names)}: {reason}" for reason, names in by_reason.items()]
+    others = len(groups) - concerned
+    if others:
+        parts.append(f"{others} of {len(groups)} groups do not depend on this")
+    return "; ".join(parts)
+
+
+def _all_of(known: Sequence[bool | None]) -> bool | None:
+    return False if False in known else None if None in known else True
+
+
+def _any_of(known: Sequence[bool | None]) -> bool | None:
+    return True if True in known else None if None in known else False
+
+
+def _all_forces(forces: Sequence[ContactForces | None]) -> ContactForces | None:
+    """Join the contact forces of groups, ordered by interface; None if those of one group are not known."""
+    known = [f for f in forces if f is not None]
+    if not known or len(known) < len(forces):
+        return None
+    interface = np.concatenate([f.interface for f in known])
+    order = np.argsort(interface, kind="stable")
+    columns = {name: np.concatenate([getattr(f, name) for f in known])[order] for name in _FORCE_COLUMNS}
+    return ContactForces(interface=interface[order], **columns)
+
+
+_FORCE_COLUMNS = ("points", "normal", "force", "usage")
+
+
+def _all_motions(motions: Sequence[Mechanism | None]) -> Mechanism | None:
+    """Join the motions of groups that move independently of each other."""
+    known = [motion for motion in motions if motion is not None]
+    if len(known) < 2:
+        return known[0] if known else None
+    kinematics = Kinematics.joined([motion.kinematics for motion in known])
+    modes = {motion.mode for motion in known} - {"none"}
+    return Mechanism(
+        moving=tuple(name for motion in known for name in motion.moving),
+        own=np.vstack([motion.own for motion in known]),
+        mode=known[0].mode if not modes else modes.pop() if len(modes) == 1 else "mixed",
+        dual=known[0].dual,
+        kinematics=kinematics,
+    )
+
+
+def _all_proofs(proofs: Sequence[Certificate | None]) -> Certificate | None:
+    """Join the proofs that groups fall: the power of all, and the worst violation."""
+    known = [proof for proof in proofs if proof is not None]
+    if not known or len(known) < len(proofs):
+        return None
+    return Certificate(sum(proof.power for proof in known), max(proof.violation for proof in known))
+
+
+def listed(names: Sequence[str]) -> str:
+    """Return some of the names, and how many more there are."""
+    shown = ", ".join(names[:NAMED])
+    return shown + (f" and {len(names) - NAMED} more" if len(names) > NAMED else "")
