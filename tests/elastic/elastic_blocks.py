@@ -35,6 +35,7 @@ def block(mu: float) -> Elastic:
         wrench=np.array([0.0, 0, -1, 0, 0, 0]),
         scale=np.ones(6),
         bonded=np.zeros((1, 6, 6)),
+        hold=np.zeros(6),
     )
     bond(model)
     return model

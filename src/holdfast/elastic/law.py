@@ -30,7 +30,9 @@ class Elastic(NamedTuple):
     ``first`` (P + 1,) where each sheet's nodes begin; ``x``, ``y`` (I,) along its tangents; ``k`` (I,) stiffness;
     ``mu`` (P,); ``rho`` tangential over normal stiffness; ``a``, ``b`` (P,) bodies (FIXED: -1); ``Ta``, ``Tb``
     (P, 6, 6) from a body's twist to the sheet's; ``wrench`` (6J,) what acts besides the contacts; ``scale`` (6J,)
-    brings every body's equilibrium to order one; ``bonded`` (P, 6, 6) the stiffness with all nodes stuck.
+    brings every body's equilibrium to order one; ``bonded`` (P, 6, 6) the stiffness with all nodes stuck; ``hold``
+    (6J,) the stiffness of a faint hold of every body in its place, zero unless there are motions that no contact
+    resists (sparse.py).
     """
 
     first: Int
@@ -46,6 +48,7 @@ class Elastic(NamedTuple):
     wrench: Float
     scale: Float
     bonded: Float
+    hold: Float
 
 
 @compiled
@@ -105,11 +108,13 @@ def add_wrench(m: Elastic, p: int, F: Float, factor: float, r: Float) -> None:
 
 @compiled
 def evaluate(m: Elastic, weight: float, q: Float, r: Float, K: Float, v: Float, F: Float) -> int:
-    """R (6J,) = weight · wrench + G f(Gᵀ q), and K (P, 6, 6): minus the derivative of every sheet's wrench.
+    """R (6J,) = weight · wrench + G f(Gᵀ q) - hold q, and K (P, 6, 6): minus the derivative of every sheet's wrench.
 
     ``v``, ``F`` (6,) are scratch. Returns a number that tells which nodes are open, stuck or sliding.
     """
     scale(r, weight, m.wrench)
+    for i in range(len(r)):
+        r[i] -= m.hold[i] * q[i]
     states = 0
     for p in range(len(m.a)):
         sheet_twist(m, p, q, v)
@@ -123,7 +128,6 @@ def evaluate(m: Elastic, weight: float, q: Float, r: Float, K: Float, v: Float, 
             pressed = x * v[5] - y * v[4] - v[0]
             if pressed <= 0.0:
                 continue
-            u1, u2 = v[1] - y * v[3], v[2] + x * v[3]
             kx, ky = k * x, k * y
             nn += k
             ny += ky
@@ -135,6 +139,9 @@ def evaluate(m: Elastic, weight: float, q: Float, r: Float, K: Float, v: Float, 
             fn += normal
             g1 += y * normal
             g2 -= x * normal
+            if mu <= 0.0:  # no friction: nothing sticks, not even where nothing has moved yet
+                continue
+            u1, u2 = v[1] - y * v[3], v[2] + x * v[3]
             t = m.rho * k
             length = np.sqrt(u1 * u1 + u2 * u2)
             if t * length <= mu * normal:
@@ -214,7 +221,7 @@ def next_change(m: Elastic, q: Float, t: Float) -> float:
             n, dn = x * v[5] - y * v[4] - v[0], x * d[5] - y * d[4] - d[0]
             if n * dn < 0:
                 first = min(first, -n / dn)
-            if n <= 0:
+            if n <= 0 or mu <= 0:
                 continue
             u1, u2, d1, d2 = v[1] - y * v[3], v[2] + x * v[3], d[1] - y * d[3], d[2] + x * d[3]
             # ρ² |u + h d|² = μ² (n + h dn)²

@@ -1,11 +1,12 @@
 """The linear systems of a path: the stiffness bordered by a load and by a condition on the displacement.
 
-    [ K + ε D   -w ] [x]
-    [   cᵀ       d ] [s]
+    [ K + ε D + H   -w ] [x]
+    [     cᵀ         d ] [s]
 
-K is the stiffness of the contacts as they are, D that of bonded contacts; both are sums over sheets of 6x6 blocks. ε is
-called ``drag`` and d ``corner``. Small systems are solved by dense elimination within compiled code, large ones by
-sparse LU from Python (sparse.py): the algorithms (resting.py, path.py) run either way.
+K is the stiffness of the contacts as they are, D that of bonded contacts; both are sums over sheets of 6x6 blocks. H is
+the diagonal of the faint hold. ε is called ``drag`` and d ``corner``. Small systems are solved by dense elimination
+within compiled code, large ones by sparse LU from Python (sparse.py): the algorithms (resting.py, path.py) run either
+way.
 """
 
 from __future__ import annotations
@@ -101,6 +102,7 @@ def dense_solve(m: Elastic, work: Work, drag: float, corner: float, transposed: 
     if drag > 0:
         _add_blocks(m, m.bonded, drag, A, X)
     for i in range(n):
+        A[i, i] += m.hold[i]
         A[i, n] = -work.w[i]
         A[n, i] = work.c[i]
     A[n, n] = corner

@@ -14,6 +14,7 @@ from holdfast.elastic.linear import SINGULAR, Work, dense_solve
 
 SMALL_PIVOT = 0.1  # share of a column's largest entry below which a diagonal entry is not used as pivot
 NO_RESISTANCE = 1e-9  # largest resistance that counts as none, where that of bonded contacts is of order one
+FAINT_HOLD = 1e-9  # stiffness of the faint hold of a body, in units of its bonded contacts and size
 NEAR_SINGULAR = 1e-12  # added to the diagonal so that a singular stiffness can be factored, in the same units
 
 
@@ -48,12 +49,7 @@ def unresisted_motion(m: Elastic, K: Float) -> Float:
     n = len(m.wrench)
     kept, rows, columns = _pattern(m)
     blocks = np.zeros((len(m.a), 4, 6, 6))
-    _blocks(m, m.bonded, 0.0, blocks)
-    firmest = np.zeros(n)
-    on = (rows == columns) & (rows % 6 < 3)
-    np.add.at(firmest, rows[on], blocks.ravel()[kept][on])
-    size = m.scale[::6] / m.scale[3::6]
-    unit = np.repeat(np.sqrt(firmest.reshape(-1, 6).max(1)), 6) * np.stack([np.ones_like(size), size], 1).repeat(3)
+    unit = _units(m)
     _blocks(m, K, 0.0, blocks)
     scaled = blocks.ravel()[kept] / (unit[rows] * unit[columns])
     A = sparse.csc_matrix((scaled, (rows, columns)), shape=(n, n))
@@ -67,6 +63,27 @@ def unresisted_motion(m: Elastic, K: Float) -> Float:
     return np.asarray(np.abs(x).reshape(-1, 6).max(1))
 
 
+def held(m: Elastic) -> Elastic:
+    """The model with a faint hold of every body, so that motions that no contact resists have a finite stiffness.
+
+    The hold is too faint to carry anything: what it would carry counts as not balanced (resting), and a path ends where
+    it begins to matter (stepper.py).
+    """
+    return m._replace(hold=FAINT_HOLD * _units(m) ** 2)
+
+
+def _units(m: Elastic) -> Float:
+    """The root of the stiffness (6J,) of each body's bonded contacts, as its size turns it into one of rotations."""
+    kept, rows, columns = _pattern(m)
+    blocks = np.zeros((len(m.a), 4, 6, 6))
+    _blocks(m, m.bonded, 0.0, blocks)
+    firmest = np.zeros(len(m.wrench))
+    on = (rows == columns) & (rows % 6 < 3)
+    np.add.at(firmest, rows[on], blocks.ravel()[kept][on])
+    size = m.scale[::6] / m.scale[3::6]
+    return np.repeat(np.sqrt(firmest.reshape(-1, 6).max(1)), 6) * np.stack([np.ones_like(size), size], 1).repeat(3)
+
+
 class SparseSolver:
     """Sparse LU of the systems of one model; the pattern is found once."""
 
@@ -76,8 +93,8 @@ class SparseSolver:
         n = len(m.wrench)
         kept, rows, columns = _pattern(m)
         edge = np.arange(n)
-        rows = np.concatenate([rows, edge, np.full(n, n), [n]])
-        columns = np.concatenate([columns, np.full(n, n), edge, [n]])
+        rows = np.concatenate([rows, edge, edge, np.full(n, n), [n]])
+        columns = np.concatenate([columns, edge, np.full(n, n), edge, [n]])
         places, slot = np.unique(columns * (n + 1) + rows, return_inverse=True)
         self._kept = kept
         self._slot = slot.reshape(-1)  # where each value is added
@@ -89,7 +106,7 @@ class SparseSolver:
     def solve(self, work: Work, drag: float, corner: float, transposed: bool) -> float:
         """As ``dense_solve``."""
         _blocks(self._m, work.K, drag, self._blocks)
-        values = np.concatenate([self._blocks.ravel()[self._kept], -work.w, work.c, [corner]])
+        values = np.concatenate([self._blocks.ravel()[self._kept], self._m.hold, -work.w, work.c, [corner]])
         data = np.bincount(self._slot, values, len(self._row))
         top = np.maximum.reduceat(np.abs(data)[self._by_row], self._row_start)
         scale = 1 / np.where(top > 0, top, 1.0)

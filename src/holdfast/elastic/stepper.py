@@ -25,6 +25,7 @@ NEW_PEAK = 1e-5  # relative rise above the peak so far that counts as a new peak
 FAINT = 1e-8  # drag while forces that balance the load alone are sought
 FLAT = 1e-4  # relative rise still to come, if the slope fell as 1/ℓ², below which the path counts as flat
 FARTHEST = 1e8  # length, in sizes of the displacement at rest, at which rounding would show
+CARRIED = 1e-5  # share of a body's weight that the faint hold carries where a path ends
 FASTEST = 4.0  # largest growth of the step from one point to the next
 TURN = 0.3  # wanted correction of a point, as a share of the step
 TORN = 0.7  # distance from where the directions at both ends lead, as a share of the step, that hints at another branch
@@ -40,10 +41,10 @@ class Progress:
     Constants: ``orientation``, the sign of the stiffness's determinant at rest; ``strength``, the largest component of
     the load, each body's in its own weight and size; ``elastic``, the largest displacement at rest.
 
-    Where it is: ``s`` and the ``slope`` ds/dℓ; the ``step`` Δℓ to be tried; the ``length`` ℓ so far; ``last``, s of the
-    last regular point; ``turned``, the last correction as a share of its step; ``points`` found, linear ``systems``
-    solved, node ``changes`` crossed; how often this step was ``shortened``, and whether that was because it was
-    ``doubted`` to lie on the same branch.
+    Where it is: ``s`` and the ``slope`` ds/dℓ; what the faint hold has ``carried``, of each body's own weight; the
+    ``step`` Δℓ to be tried; the ``length`` ℓ so far; ``last``, s of the last regular point; ``turned``, the last
+    correction as a share of its step; ``points`` found, linear ``systems`` solved, node ``changes`` crossed; how often
+    this step was ``shortened``, and whether that was because it was ``doubted`` to lie on the same branch.
 
     Of the peak: ``highest`` s; ``at_peak``, the length there; ``late``, the points since; ``short``, by how much it may
     be too low. It lies between a point where s rises (``rising_s``, ``rising_slope``) and one where it does not
@@ -58,6 +59,7 @@ class Progress:
     elastic: float = 0.0
     s: float = 0.0
     slope: float = 0.0
+    carried: float = 0.0
     step: float = 0.0
     length: float = 0.0
     last: float = 0.0
@@ -232,7 +234,17 @@ def advance(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver | Non
             return Event.SHORTENED
         return Event.STUCK
     land(work, stepper, point.s, point.sign)
+    now.carried = carried(m, q)
     return Event.ADVANCED
+
+
+@compiled
+def carried(m: Elastic, q: Float) -> float:
+    """What the faint hold carries at q (n,), of each body's own weight and size."""
+    top = 0.0
+    for i in range(len(q)):
+        top = max(top, abs(m.scale[i] * m.hold[i] * q[i]))
+    return top
 
 
 @compilable
@@ -298,9 +310,6 @@ def appraise(now: Progress) -> Event:
     s, slope, length, elastic = now.s, now.slope, now.length, now.elastic
     if s < FALLEN * now.highest or length >= (10 if slope < 0 else 100) * now.at_peak or now.late > LATE:
         return Event.FALLEN
-    if length > FARTHEST * elastic:
-        now.short = max(slope * length, 0.0) if s >= now.highest else 0.0
-        return Event.FAR
     if abs(slope) * length > FLAT * abs(s):
         now.flat_since = np.inf
     elif length >= 10 * min(now.flat_since, length) and length > 30 * elastic:
@@ -314,6 +323,9 @@ def appraise(now: Progress) -> Event:
             return Event.PROPORTIONAL
     else:
         now.similar_since = np.inf
+    if length > FARTHEST * elastic or now.carried > CARRIED:
+        now.short = max(slope * length, 0.0) if s >= now.highest else 0.0
+        return Event.FAR
     return Event.ADVANCED
 
 

@@ -17,9 +17,8 @@ from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.model import Springs, Stiffness
 from holdfast.engines.compliant.refinement import REFINEMENTS, Refined
 from holdfast.engines.compliant.state import CLAIM, NAME, CompliantState, Standing, Unpushable
-from holdfast.engines.compliant.verdict import judged
+from holdfast.engines.compliant.verdict import at_rest, not_at_rest
 from holdfast.engines.rest import find_rest
-from holdfast.engines.verdict import Status
 
 FEWEST = 2  # smallest number of nodes along each side of a patch
 
@@ -79,7 +78,11 @@ class Compliant(Value):
         if not assembly.movable or assembly.hanging:
             return Unpushable(find_rest(assembly, wrench).verdict)
         grid = Grid.of(assembly, wrench, Springs(self.nodes, self.stiffness_ratio, self.stiffness), nodes)
-        verdict = judged(assembly, grid.nodes, wrench, grid.system.model, grid.unit, grid.settled)
-        if verdict.status is Status.STABLE and grid.settled.outcome is RestOutcome.RESTS:
-            return Standing(verdict, Refined(grid, refinements))
-        return Unpushable(verdict)
+        rest = at_rest(grid)
+        if rest is not None and not rest.loose:
+            return Standing(rest.verdict, Refined(grid, refinements))
+        if rest is not None or grid.settled.outcome is RestOutcome.LOST:
+            held = at_rest(grid.with_hold)  # without it some motions have no stiffness, and no path begins
+            if held is not None:
+                return Standing(held.verdict, Refined(grid.with_hold, refinements), held.loose)
+        return Unpushable(not_at_rest(grid) if rest is None else rest.verdict)

@@ -13,6 +13,7 @@ from holdfast.assembly.nodes import ContactNodes, contact_nodes, equilibrium_ope
 from holdfast.base.arrays import Float
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.path import PathResult
+from holdfast.elastic.sparse import held
 from holdfast.elastic.system import Settled, System
 from holdfast.engines.compliant.model import Springs, elastic_model, force_unit, levers
 from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of
@@ -25,7 +26,8 @@ CHUNK = 64  # number of motions that are turned into mechanisms at a time
 class Grid:
     """An assembly under ``wrench`` (6J,) [N, N m] on contact ``nodes`` with ``springs``, and its state of rest.
 
-    ``system`` is the elastic system in the units of the model, and ``settled`` the end of the search for rest.
+    ``system`` is the elastic system in the units of the model, and ``settled`` the end of the search for rest. ``held``
+    tells whether a faint hold keeps every body in its place where no contact resists its motion.
     """
 
     assembly: Assembly
@@ -34,19 +36,37 @@ class Grid:
     nodes: ContactNodes
     system: System
     settled: Settled
+    held: bool = False
 
     @classmethod
-    def of(cls, assembly: Assembly, wrench: Float, springs: Springs, nodes: ContactNodes | None = None) -> Grid:
-        """Find the state of rest on ``nodes`` or, if None, on a grid with ``springs.nodes`` along a side."""
+    def of(
+        cls,
+        assembly: Assembly,
+        wrench: Float,
+        springs: Springs,
+        nodes: ContactNodes | None = None,
+        *,
+        hold: bool = False,
+    ) -> Grid:
+        """Find the state of rest on ``nodes`` or, if None, on a grid with ``springs.nodes`` along a side.
+
+        With ``hold``, a faint hold keeps every body in its place.
+        """
         if nodes is None:
             nodes = contact_nodes(assembly, springs.nodes**2, "quadrature")
-        system = System.of(elastic_model(assembly, nodes, wrench, springs.ratio, springs.stiffness))
-        return cls(assembly, wrench, springs, nodes, system, system.come_to_rest())
+        model = elastic_model(assembly, nodes, wrench, springs.ratio, springs.stiffness)
+        system = System.of(held(model) if hold else model)
+        return cls(assembly, wrench, springs, nodes, system, system.come_to_rest(), hold)
 
     @cached_property
     def finer(self) -> Grid:
         """The grid with FINER times as many nodes along a side."""
-        return Grid.of(self.assembly, self.wrench, self.springs.finer(FINER))
+        return Grid.of(self.assembly, self.wrench, self.springs.finer(FINER), hold=self.held)
+
+    @cached_property
+    def with_hold(self) -> Grid:
+        """The grid on the same nodes with a faint hold of every body."""
+        return Grid.of(self.assembly, self.wrench, self.springs, self.nodes, hold=True)
 
     @property
     def unit(self) -> float:

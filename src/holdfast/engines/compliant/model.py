@@ -77,6 +77,7 @@ def elastic_model(
         levers(assembly) * wrench / force_unit(assembly, wrench),
         assembly.equation_scale / levers(assembly),
         np.zeros((count, 6, 6)),
+        np.zeros(6 * len(assembly.movable)),
     )
     bond(model)
     return model

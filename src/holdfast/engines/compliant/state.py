@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -13,6 +14,7 @@ from holdfast.engines.answers import Answers, Bound, Claim
 from holdfast.engines.compliant.columns import Columns, followed, surveyed
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.refinement import Refined
+from holdfast.engines.compliant.review import Review
 from holdfast.engines.contract import EXACT, Accuracy, ForcesOnly, Within
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.verdict import Status, Verdict
@@ -55,10 +57,14 @@ class Unpushable:
 
 @dataclass(frozen=True, eq=False)
 class Standing:
-    """An assembly at rest on elastic contacts. All load paths start at this state of rest."""
+    """An assembly at rest on elastic contacts. All load paths start at this state of rest.
+
+    ``loose`` names the bodies that are only balanced: some motion of theirs is resisted by no contact.
+    """
 
     decided: Verdict
     refined: Refined
+    loose: tuple[str, ...] = ()
 
     @property
     def grid(self) -> Grid:
@@ -91,7 +97,11 @@ class Standing:
             columns = surveyed(self.refined, asked, 6 * int(bodies[0]), accuracy.gap)
         else:
             columns = followed(self.refined, asked, bounds=not isinstance(accuracy, ForcesOnly))
-        return _answers(W.shape[1], loaded, columns, self.decided, accuracy)
+        return self._review.of(_answers(W.shape[1], loaded, columns, self.decided, accuracy), W, accuracy)
+
+    @cached_property
+    def _review(self) -> Review:
+        return Review(self.grid, self.loose)
 
 
 CompliantState: TypeAlias = Standing | Unpushable

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
@@ -10,8 +12,8 @@ from holdfast.base.arrays import Float
 from holdfast.elastic.law import Elastic, evaluate, node_forces
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.sparse import unresisted_motion
-from holdfast.elastic.system import Settled
 from holdfast.engines.compliant.fixed_point import Fixed, fixed_point
+from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.model import levers
 from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of, relative_velocity
 from holdfast.engines.rest import contact_forces, doubt_of, find_rest, undecided
@@ -22,18 +24,36 @@ BALANCED_EACH = 1e-7  # largest equilibrium error of a state of rest, relative t
 TAKEN_ALONG = 1e-3  # displacement, relative to the largest in a motion, above which a body takes part in the motion
 
 
-def judged(assembly: Assembly, nodes: ContactNodes, wrench: Float, m: Elastic, unit: float, end: Settled) -> Verdict:
-    """Return the verdict that follows from ``end``, the end of the search for rest under ``wrench`` (6J,) [N, N m].
+class AtRest(NamedTuple):
+    """The verdict on an assembly that rests, and the names of its bodies that are only balanced."""
 
-    ``m`` is the elastic model, and ``unit`` [N] its unit of force. If the search found neither rest nor a drift, limit
-    analysis and then the convex fixed point are asked.
+    verdict: Verdict
+    loose: tuple[str, ...]
+
+
+def at_rest(grid: Grid) -> AtRest | None:
+    """Return the verdict on a grid that has come to rest, or None if it has not or if its forces balance badly.
+
+    What a faint hold carries counts as unbalanced.
     """
-    if end.outcome is RestOutcome.RESTS:
-        forces = np.zeros((len(nodes), 3))
-        node_forces(m, end.q, forces)
-        total, each = unbalanced(assembly, nodes, forces * unit, wrench)
-        if total <= BALANCED and each <= BALANCED_EACH:
-            return _stands(assembly, nodes, forces * unit, total, balanced(assembly, m, end.q))
+    m, end = grid.system.model, grid.settled
+    if end.outcome is not RestOutcome.RESTS:
+        return None
+    forces = np.zeros((len(grid.nodes), 3))
+    node_forces(m, end.q, forces)
+    total, each = unbalanced(grid.assembly, grid.nodes, forces * grid.unit, grid.wrench)
+    if total > BALANCED or each > BALANCED_EACH:
+        return None
+    loose = balanced(grid.assembly, m, end.q)
+    return AtRest(_stands(grid.assembly, grid.nodes, forces * grid.unit, total, loose), loose)
+
+
+def not_at_rest(grid: Grid) -> Verdict:
+    """Return the verdict on a grid for which ``at_rest`` returned None.
+
+    Where the search found neither rest nor a drift, limit analysis and then the convex fixed point are asked.
+    """
+    assembly, nodes, wrench, m, end = grid.assembly, grid.nodes, grid.wrench, grid.system.model, grid.settled
     certain = find_rest(assembly, wrench).verdict
     if certain.status is Status.UNSTABLE:
         return certain

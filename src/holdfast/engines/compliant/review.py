@@ -1,0 +1,105 @@
+"""Answers of load paths that deserve doubt, compared with limit analysis, which proves above which load bodies move."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from holdfast.base.arrays import Bool, Float
+from holdfast.elastic.outcome import RestOutcome
+from holdfast.elastic.stepper import CARRIED
+from holdfast.engines.answers import Answers
+from holdfast.engines.compliant.grid import Grid
+from holdfast.engines.contract import EXACT, Accuracy, ForcesOnly, Within
+from holdfast.engines.limit.engine import Limit, LimitState
+from holdfast.engines.verdict import Status
+
+SLIGHT = 1e-4  # push, relative to the group's weight, below which a body that is only balanced gives way to any push
+HUGE = 100.0  # push, relative to the group's weight, above which a finite peak has to be confirmed
+CONTRADICTION = 0.05  # share by which a peak may lie above the proved bound before it counts as wrong
+ALONE = 1e-6  # what the faint hold may carry of a load that contacts are to balance alone
+
+
+@dataclass(frozen=True, eq=False)
+class Review:
+    """Compares answers on one grid with limit analysis where they deserve doubt.
+
+    ``loose`` names the bodies that are only balanced. In an assembly with such bodies all answers are compared; in
+    others those that are undecided, that have no lower bound, or that exceed HUGE times the weight.
+    """
+
+    grid: Grid
+    loose: tuple[str, ...]
+
+    def of(self, found: Answers, W: Float, accuracy: Accuracy) -> Answers:
+        """Return the answers ``found`` for columns W (6J, n), mended where limit analysis proves more.
+
+        - A push that moves a body which is only balanced, and that is too small to be told from none, becomes 0.
+        - An undecided answer becomes 0 where limit analysis proves that the least push moves something.
+        - An answer above the proved bound by more than CONTRADICTION is undecided; one that is less far above it is
+          lowered to it.
+        - A peak above HUGE times the weight is infinite if contact forces balance the load alone, with friction, by
+          both methods.
+        """
+        size = self._sizes(W)
+        doubtful = np.flatnonzero(self._doubtful(found, size, accuracy))
+        if not len(doubtful) or not self._certain.verdict().equilibrium_exists:
+            return found
+        wanted = accuracy if isinstance(accuracy, Within) else EXACT
+        certain = self._certain.load_factor(W[:, doubtful], wanted)
+        force, lower, upper = (np.array(column) for column in (found.force, found.lower, found.upper))
+        status, mechanism = np.array(found.status), np.array(found.mechanism)
+        upper[doubtful] = top = np.minimum(upper[doubtful], certain.upper)
+        for k, row in enumerate(doubtful.tolist()):
+            if top[k] * size[row] <= SLIGHT or (self.loose and force[row] * size[row] <= SLIGHT):
+                if status[row] is not Status.UNDECIDED or top[k] * size[row] <= SLIGHT:
+                    status[row], force[row], lower[row] = Status.FINITE, 0.0, 0.0
+                    mechanism[row] = certain.mechanism[k] if mechanism[row] is None else mechanism[row]
+            elif status[row] is Status.UNDECIDED:
+                continue
+            elif force[row] > (1 + CONTRADICTION) * top[k]:
+                status[row], force[row], lower[row], mechanism[row] = Status.UNDECIDED, 0.0, 0.0, None
+            elif certain.status[k] is Status.INFINITE and np.isfinite(force[row]) and self._balance(W[:, row]):
+                status[row], force[row], lower[row], mechanism[row] = Status.INFINITE, np.inf, np.inf, None
+            else:
+                force[row] = min(force[row], top[k])
+                if self.loose:  # the faint hold may have carried some
+                    lower[row] = max(lower[row] - CARRIED / size[row], 0.0)
+                lower[row] = min(lower[row], force[row])
+        columns = {"force": force, "lower": lower, "upper": upper, "status": status, "mechanism": mechanism}
+        return replace(found, **columns, notes=(*found.notes, *self._notes))
+
+    def _sizes(self, W: Float) -> Float:
+        """Return the largest component (n,) of each column of W (6J, n), relative to the weight and the size."""
+        return np.asarray(np.abs(self.grid.loads(W)).max(axis=1, initial=0.0))
+
+    def _doubtful(self, found: Answers, size: Float, accuracy: Accuracy) -> Bool:
+        loaded = size > 0
+        if self.loose:
+            return np.asarray(loaded)
+        finite = found.status == Status.FINITE
+        doubt = (found.status == Status.UNDECIDED) | (finite & (found.force * size > HUGE))
+        if not isinstance(accuracy, ForcesOnly):
+            doubt |= finite & (found.lower <= 0)
+        return np.asarray(loaded & doubt)
+
+    def _balance(self, column: Float) -> bool:
+        """Tell whether elastic contacts with friction balance one load (6J,) without any weight."""
+        grid = self.grid if self.grid.held else self.grid.with_hold
+        load = grid.loads(column[:, None])[0]
+        system = grid.system.under(load / np.abs(load).max())
+        end = system.come_to_rest()
+        held = np.abs(system.model.hold * end.q).max(initial=0.0)
+        return bool(end.outcome is RestOutcome.RESTS and held <= ALONE)
+
+    @cached_property
+    def _certain(self) -> LimitState:
+        return Limit().on(self.grid.assembly, self.grid.wrench)
+
+    @property
+    def _notes(self) -> tuple[str, ...]:
+        if not self.loose:
+            return ()
+        return (f"only balanced, so that some smallest push moves it: {', '.join(self.loose)}",)
