@@ -83,6 +83,18 @@ def joined_nodes(parts: Sequence[ContactNodes], interfaces: Sequence[int], bodie
     )
 
 
+def reordered_nodes(nodes: ContactNodes, bodies: Int, interfaces: Int) -> ContactNodes:
+    """Return the nodes with other numbers for bodies and interfaces, in the order of the new numbers of interfaces.
+
+    ``bodies`` (J,) and ``interfaces`` hold the new number of each.
+    """
+    renumbered = interfaces[nodes.interface]
+    order = np.argsort(renumbered, kind="stable")
+    a, b = (np.where(end < 0, -1, bodies[end]) for end in (nodes.a, nodes.b))
+    columns = (nodes.points, nodes.axes, nodes.mu, nodes.weights, renumbered, a, b)
+    return ContactNodes(*(column[order] for column in columns))
+
+
 def contact_nodes(assembly: Assembly, count: int, sampling: Sampling, seed: int = 0) -> ContactNodes:
     """Return the contact nodes of the assembly, with ``count`` nodes for every interface.
 

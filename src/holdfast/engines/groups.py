@@ -183,11 +183,12 @@ class Groups:
 
         A fall that would press the group against another one, at a contact outside the model, is not certain.
         """
-        mechanism, forces = self._whole(part, verdict.mechanism), verdict.forces
-        if verdict.status is Status.UNSTABLE and mechanism is not None:
-            doubt = doubt_of(self.assembly, mechanism.twists)
+        mechanism, forces, reason = self._whole(part, verdict.mechanism), verdict.forces, verdict.reason
+        if mechanism is not None and verdict.mechanism is not None:
+            reason = reason.replace(verdict.mechanism.text, mechanism.text)  # bodies and pairs in the scene's order
+            doubt = doubt_of(self.assembly, mechanism.twists) if verdict.status is Status.UNSTABLE else ""
             if doubt:
-                return undecided(f"{verdict.reason}; but {doubt}", mechanism=mechanism)
+                return undecided(f"{reason}; but {doubt}", mechanism=mechanism)
         if forces is not None:
             sign = np.where(part.flipped, -1.0, 1.0)[forces.interface][:, None]
             forces = replace(
@@ -196,7 +197,7 @@ class Groups:
                 force=sign * forces.force,
                 interface=part.interfaces[forces.interface],
             )
-        return replace(verdict, mechanism=mechanism, forces=forces)
+        return replace(verdict, reason=reason, mechanism=mechanism, forces=forces)
 
     def _whole(self, part: Part, mechanism: Mechanism | None) -> Mechanism | None:
         """Return a mechanism of one part as one of the whole assembly."""
@@ -206,9 +207,9 @@ class Groups:
         if known is None or known[0] is not mechanism.kinematics:
             pairs = tuple(self.assembly.interfaces[k].bodies for k in part.interfaces.tolist())
             count = len(self.assembly.movable)
-            known = mechanism.kinematics, mechanism.kinematics.within(part.members, count, pairs)
+            known = mechanism.kinematics, mechanism.kinematics.within(part.members, count, part.interfaces, pairs)
             self._moved[id(mechanism.kinematics)] = known
-        return replace(mechanism, kinematics=known[1])
+        return mechanism.within(known[1])
 
 
 _WORDS = {Status.UNSTABLE: "does not stand", Status.UNDECIDED: "undecided"}

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import ContactNodes, joined_nodes
+from holdfast.assembly.nodes import ContactNodes, joined_nodes, reordered_nodes
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float, Int, frozen
 from holdfast.base.rigid import shift_twist
@@ -73,12 +73,22 @@ class Kinematics(Value):
             ),
         )
 
-    def within(self, numbers: Int, count: int, pairs: tuple[tuple[str, str], ...]) -> Kinematics:
+    def within(self, numbers: Int, count: int, interfaces: Int, pairs: Sequence[tuple[str, str]]) -> Kinematics:
         """Return the kinematics of the same bodies as part of a larger assembly of ``count`` movable bodies.
 
-        There the bodies have the ``numbers`` (K,), and the ``pairs`` are named in the order of its interfaces.
+        There the bodies have the ``numbers`` (K,) and the interfaces the numbers ``interfaces`` (I,), with the names of
+        the ``pairs``. Bodies and interfaces are put in the order of these numbers.
         """
-        return replace(self, numbers=numbers, count=count, pairs=pairs)
+        order, sheets = np.argsort(numbers), np.argsort(interfaces)
+        return Kinematics(
+            names=tuple(self.names[k] for k in order.tolist()),
+            com=self.com[order],
+            numbers=numbers[order],
+            count=count,
+            size=self.size,
+            pairs=tuple(pairs[k] for k in sheets.tolist()),
+            nodes=reordered_nodes(self.nodes, np.argsort(order), np.argsort(sheets)),
+        )
 
 
 @archived
@@ -102,6 +112,13 @@ class Mechanism(Value):
 
     def __post_init__(self) -> None:
         seal(self)
+
+    def within(self, kinematics: Kinematics) -> Mechanism:
+        """Return the mechanism with the ``kinematics`` of the same bodies in a larger assembly (Kinematics.within)."""
+        place = {name: k for k, name in enumerate(self.kinematics.names)}
+        order = [place[name] for name in kinematics.names]
+        moving = tuple(sorted(self.moving, key=kinematics.names.index))
+        return replace(self, moving=moving, own=self.own[order], kinematics=kinematics)
 
     @cached_property
     def twists(self) -> Float:

@@ -1,0 +1,202 @@
+"""Groups: no answer about one body depends on an unrelated one, to the last bit, by every engine."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+import holdfast as hf
+from holdfast.assembly.parts import part_of
+from holdfast.engines.groups import prepared
+from holdfast.queries.request import ENGINES
+
+GAP = 1e-4  # given, for the default depends on the sizes of all bodies
+ENGINES_TESTED = ("graph", "limit", "compliant")
+
+
+def at(x: float, y: float, z: float) -> NDArray[np.float64]:
+    pose = np.eye(4)
+    pose[:3, 3] = x, y, z
+    return pose
+
+
+FLOOR = hf.Body("floor", hf.Box((6, 6, 0.1)), pose=at(0, 0, -0.05), fixed=True)
+
+
+def cube(name: str, x: float, y: float, z: float = 0.05, **options: Any) -> hf.Body:
+    return hf.Body(name, hf.Box((0.1, 0.1, 0.1)), pose=at(x, y, z), **{"mass": 1.0, **options})
+
+
+STACK = (cube("low", 0, 0), cube("high", 0.02, 0.01, 0.15, mass=0.4))
+STRANGERS = {
+    "a ball": (hf.Body("ball", hf.Sphere(0.05), mass=0.5, pose=at(1, 0, 0.05)),),
+    "a body in the air": (cube("air", -1, 0, 0.5),),
+    "two bodies in the air": (cube("air", -1, 0, 0.5), cube("on air", -1, 0, 0.6)),
+    "a falling body": (cube("edge", 0, 1), cube("falls", 0.08, 1, 0.15)),
+    "a heavy block": (hf.Body("block", hf.Box((0.5, 0.5, 0.5)), mass=300.0, pose=at(0, -1, 0.25)),),
+}
+POINTS = np.array([[-0.05, 0.0, 0.05], [0.05, 0.02, 0.06], [0.01, -0.05, 0.02]])
+DIRECTIONS = np.array([[1.0, 0, 0], [-1.0, 0.2, 0.3], [0.1, 1.0, -0.4]])
+
+
+def scene(bodies: tuple[hf.Body, ...]) -> hf.Scene:
+    return hf.Scene([FLOOR, *bodies], 0.5)
+
+
+def assert_same_rows(one: Any, other: Any, names: tuple[str, ...] = ()) -> None:
+    for name in ("force", "lower", "upper", "solved", "error"):
+        assert getattr(one.answers, name).tobytes() == getattr(other.answers, name).tobytes(), name
+    for name in ("status", "moving", "mode", *names):
+        assert getattr(one.answers, name).tolist() == getattr(other.answers, name).tolist(), name
+    texts = [[None if m is None else m.text for m in each.answers.mechanism] for each in (one, other)]
+    assert texts[0] == texts[1]
+    assert one.verdict.status is other.verdict.status
+    assert one.verdict.reason == other.verdict.reason
+    assert one.notes == other.notes
+
+
+@pytest.mark.parametrize("engine", ENGINES_TESTED)
+@pytest.mark.parametrize("stranger", STRANGERS)
+@pytest.mark.parametrize("first", [False, True])
+def test_a_stranger_changes_no_bit_of_a_push(engine: str, stranger: str, first: bool) -> None:
+    bodies = (*STRANGERS[stranger], *STACK) if first else (*STACK, *STRANGERS[stranger])
+    alone = hf.robustness(hf.assemble(scene(STACK), gap=GAP), "low", POINTS, DIRECTIONS, engine=engine)
+    beside = hf.robustness(hf.assemble(scene(bodies), gap=GAP), "low", POINTS, DIRECTIONS, engine=engine)
+    assert (alone.force > 0).all()
+    assert_same_rows(alone, beside)
+
+
+@pytest.mark.parametrize("engine", ENGINES_TESTED)
+def test_the_map_covers_every_group_that_stands(engine: str) -> None:
+    alone = hf.robustness_map(hf.assemble(scene(STACK), gap=GAP), spacing=0.05, engine=engine)
+    strangers = (*STRANGERS["a falling body"], *STRANGERS["a body in the air"])
+    mixed = hf.robustness_map(hf.assemble(scene((*strangers, *STACK)), gap=GAP), spacing=0.05, engine=engine)
+    rows = np.isin(mixed.body.astype(str), ("low", "high"))
+    assert mixed.force[rows].tobytes() == alone.force.tobytes()
+    assert mixed.lower[rows].tobytes() == alone.lower.tobytes()
+    assert set(mixed.status[~rows]) == {hf.Status.UNSTABLE}
+    assert mixed.verdict.status is hf.Status.UNSTABLE
+    told = " ".join(mixed.notes)
+    assert "air: does not stand: unsupported" in told
+    assert "edge, falls: does not stand" in told
+    assert "low" not in told
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    st.sampled_from(ENGINES_TESTED), st.lists(st.sampled_from(sorted(STRANGERS)), unique=True, max_size=3), st.data()
+)
+def test_any_order_of_bodies_gives_the_same_answers(engine: str, strangers: list[str], data: st.DataObject) -> None:
+    others = {body.name: body for name in strangers for body in STRANGERS[name]}
+    bodies = data.draw(st.permutations([*STACK, *others.values()]))
+    alone = hf.robustness(hf.assemble(scene(STACK), gap=GAP), "high", (-0.03, 0.01, 0.15), (1, 0, 0), engine=engine)
+    mixed = hf.robustness(
+        hf.assemble(scene(tuple(bodies)), gap=GAP), "high", (-0.03, 0.01, 0.15), (1, 0, 0), engine=engine
+    )
+    assert mixed.force == pytest.approx(alone.force, rel=1e-9)
+    assert mixed.moving.tolist() == alone.moving.tolist()
+
+
+def test_stability_judges_every_group() -> None:
+    bodies = (*STRANGERS["a ball"], *STRANGERS["two bodies in the air"], *STACK)
+    found = hf.stability(hf.assemble(scene(bodies), gap=GAP))
+    assert found.status is hf.Status.UNSTABLE
+    assert [(g.bodies, g.verdict.status.value) for g in found.groups] == [
+        (("ball",), "stable"),
+        (("air", "on air"), "unstable"),
+        (("low", "high"), "stable"),
+    ]
+    assert found.moving == ("air", "on air")
+    assert "unsupported: air, on air" in found.reason
+    assert "2 of 3 groups do not depend on this" in found.reason
+    assert found.mechanism.twists.shape == (5, 6)
+    assert (found.mechanism.twists[[0, 3, 4]] == 0).all()
+    assert (found.mechanism.twists[1:3, 2] < 0).all()
+
+
+@pytest.mark.parametrize("engine", ENGINES_TESTED)
+def test_contact_forces_of_groups_are_those_of_the_whole(engine: str) -> None:
+    """In the order of the interfaces, on their second bodies: together with gravity they balance every body."""
+    bodies = (cube("right", 1, 0), *STACK, cube("left", -1, 0.3))
+    assembly = hf.assemble(scene(bodies), gap=GAP)
+    forces = hf.stability(assembly, engine=engine).forces
+    assert (np.diff(forces.interface) >= 0).all()
+    total = {body.name: np.array([0, 0, -9.81 * (body.mass or 0)]) for body in bodies}
+    for number, interface in enumerate(assembly.interfaces):
+        here = forces.force[forces.interface == number].sum(0)
+        for name, sign in zip(interface.bodies, (-1, 1), strict=True):
+            if name in total:
+                total[name] = total[name] + sign * here
+            outward = forces.normal[forces.interface == number]
+            assert np.allclose(outward, interface.patches[0].normal)
+    for name, left in total.items():
+        assert np.abs(left).max() < 1e-6 * 9.81, name
+
+
+def test_a_load_on_several_groups_is_carried_as_far_as_by_the_weakest() -> None:
+    """Two cubes that slip at 4.905 and 2.4525 N, both pulled by 1 N: the second one goes first."""
+    assembly = hf.assemble(scene((cube("one", 0, 0), cube("two", 1, 0, mass=0.5))), gap=GAP)
+    loads = [hf.Load(name, (x, 0, 0.0), force=(1, 0, 0)) for name, x in (("one", 0), ("two", 1))]
+    for engine in ENGINES_TESTED:
+        found = hf.load_factor(assembly, loads, engine=engine)
+        assert found.factor == pytest.approx(0.5 * 0.5 * 9.81, rel=1e-5)
+        assert found.moving == ("two",)
+
+
+def test_a_group_that_falls_or_is_unknown_decides_the_smallest() -> None:
+    both = [hf.Load("low", (0, 0, 0.05), force=(1, 0, 0)), hf.Load("air", (-1, 0, 0.5), force=(1, 0, 0))]
+    found = hf.load_factor(hf.assemble(scene((*STACK, *STRANGERS["a body in the air"])), gap=GAP), both)
+    assert (found.factor, found.status, found.moving) == (0.0, hf.Status.UNSTABLE, ("air",))
+
+
+def test_groups_are_prepared_when_they_are_asked() -> None:
+    class Counting(hf.Limit):
+        asked: list[tuple[str, ...]] = []
+
+        def prepare(self, assembly: hf.Assembly, *args: Any) -> Any:
+            self.asked.append(tuple(body.name for body in assembly.movable))
+            return super().prepare(assembly, *args)
+
+    assembly = hf.assemble(scene((*STRANGERS["a ball"], *STACK, *STRANGERS["a heavy block"])), gap=GAP)
+    hf.robustness(assembly, "high", (-0.03, 0.01, 0.15), (1, 0, 0), engine=Counting())
+    assert [set(names) for names in Counting.asked] == [{"low", "high"}]
+
+
+def test_the_part_is_in_canonical_order_whatever_the_names() -> None:
+    """Names and order of the bodies differ, contacts seen from either side: the parts are alike to the last digit."""
+    names = {"low": "z", "high": "a"}
+    other = tuple(hf.Body(names[b.name], b.shape, mass=b.mass, pose=b.pose) for b in reversed(STACK))
+    one, two = (hf.assemble(scene(bodies), gap=GAP) for bodies in (STACK, other))
+    parts = [part_of(assembly, assembly.groups[0]) for assembly in (one, two)]
+    assert [b.name for b in parts[0].assembly.movable] == ["low", "high"]
+    assert [b.name for b in parts[1].assembly.movable] == ["z", "a"]
+    for mine, yours in zip(parts[0].assembly.interfaces, parts[1].assembly.interfaces, strict=True):
+        assert mine.bodies == tuple({"z": "low", "a": "high"}.get(name, name) for name in yours.bodies)
+        assert np.allclose(mine.patches[0].normal, yours.patches[0].normal, atol=0)
+
+
+def test_wrenches_and_derivatives_of_one_group_do_not_see_another() -> None:
+    alone = hf.assemble(scene(STACK), gap=GAP)
+    beside = hf.assemble(scene((*STRANGERS["a body in the air"], *STACK)), gap=GAP)
+    ask = ("low", POINTS[0], DIRECTIONS[0])
+    one, two = hf.sensitivity(alone, *ask), hf.sensitivity(beside, *ask)
+    assert one.force == two.force
+    assert two.d_mass["air"] == 0
+    assert dict(one.d_mass) == {name: value for name, value in two.d_mass.items() if name != "air"}
+    assert dict(one.d_mu) == dict(two.d_mu)
+    worst = [hf.worst_case(a, *ask, friction=0.2, mass=0.1) for a in (alone, beside)]
+    assert worst[0].force.tobytes() == worst[1].force.tobytes()
+    assert worst[0].corners == worst[1].corners == 4
+    with pytest.raises(hf.HoldfastError, match="the assembly is unstable"):
+        hf.sustainable_accelerations(beside)
+
+
+def test_every_engine_that_is_registered_is_grouped() -> None:
+    assembly = hf.assemble(scene((*STACK, *STRANGERS["a body in the air"])), gap=GAP)
+    for make in ENGINES.values():
+        assert prepared(make(), assembly).verdict_on([0]).status is hf.Status.STABLE
