@@ -109,7 +109,7 @@ def test_a_falling_and_a_hanging_neighbour(engine: str) -> None:
     assembly = assembled(bodies)
     assert push(assembly, "cube", LEFT, ALONG_X, engine=engine).force[0] == pytest.approx(0.5 * G, rel=1e-5)
     for name, others in (("falls", {"edge", "falls"}), ("on air", {"air", "on air"})):
-        point = assembly.scene.body(name).com_world + [0, 0, 0.05]
+        point = assembly.scene.body(name).com_world + np.array([0, 0, 0.05])
         found = hf.robustness(assembly, name, point, DOWN, engine=engine)
         assert found.status[0] is hf.Status.UNSTABLE
         assert any(all(other in note.split(":")[0] for other in others) for note in found.notes)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -156,7 +156,7 @@ def test_a_group_that_falls_or_is_unknown_decides_the_smallest() -> None:
 
 def test_groups_are_prepared_when_they_are_asked() -> None:
     class Counting(hf.Limit):
-        asked: list[tuple[str, ...]] = []
+        asked: ClassVar[list[tuple[str, ...]]] = []
 
         def prepare(self, assembly: hf.Assembly, *args: Any) -> Any:
             self.asked.append(tuple(body.name for body in assembly.movable))
