@@ -18,7 +18,7 @@ INF = math.inf
 
 
 def test_graph_promises_six_times_what_can_hold_on_a_slanted_push() -> None:
-    """Both legs turn about their feet at rate w: the slab moves by 0.2 w along x and rises by 0.05 w, nothing slides."""
+    """Both legs turn about their feet at rate w: the slab moves by 0.2 w along x and rises by 0.05 w."""
     along, up = 0.3642, -0.9231
     racking = (2 * 9.81 * 0.05 + 2 * 9.81 * 0.025) / (0.2 * along + 0.05 * up)
     assembly = hf.assemble(shipped_scene("table"))
@@ -31,7 +31,7 @@ def test_graph_promises_six_times_what_can_hold_on_a_slanted_push() -> None:
 
 def test_where_graph_is_worst_the_load_path_ends_at_the_bound() -> None:
     """Engine ``compliant`` follows a load path and knows no bound: it decides which of the two is wrong."""
-    rng = np.random.default_rng(6)
+    rng = np.random.default_rng(0)
     assembly = standing(FAMILIES["leaning"], rng)
     pushes = random_pushes(assembly, rng, 60, slant=60)
     W = columns(assembly, pushes)
@@ -39,7 +39,7 @@ def test_where_graph_is_worst_the_load_path_ends_at_the_bound() -> None:
     ratio = hf.Graph().prepare(assembly).load_factor(W).force / upper
     worst = int(np.argmax(ratio))
     held = hf.robustness(assembly, *pushes[worst])
-    assert ratio[worst] > 2
+    assert ratio[worst] > 100
     assert held.force[0] == pytest.approx(upper[worst], rel=0.01)
 
 
