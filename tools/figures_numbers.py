@@ -124,6 +124,23 @@ def reliability(saved: Saved) -> dict[str, str]:
     }
 
 
+def graph_slanted(saved: Saved) -> dict[str, str]:
+    """Answers of ``graph`` beside the certain bound of ``limit``, over families of random assemblies."""
+    found: dict[str, str] = {}
+    for kind in ("straight", "slanted"):
+        rows = [row for row in saved.rows if row["case"].endswith(f", {kind}") and row["bounded"]]
+        bounded = sum(row["bounded"] for row in rows)
+        worst = max(rows, key=lambda row: row["worst"])
+        found |= {
+            f"{kind}-bounded": whole(bounded),
+            f"{kind}-above": whole(100 * sum(row["above"] for row in rows) / bounded),
+            f"{kind}-far-above": whole(100 * sum(row["above by a tenth"] for row in rows) / bounded),
+            f"{kind}-below-half": whole(100 * sum(row["below half"] for row in rows) / bounded),
+            f"{kind}-worst": rounded(worst["worst"]),
+        }
+    return found
+
+
 def transport(saved: Saved) -> dict[str, str]:
     """Largest accelerations [m/s²] of a carrier."""
     strong, weak = (saved.value(f"slope_two: {engine}", "+Y") for engine in ("limit", "graph"))
@@ -196,6 +213,7 @@ NUMBERS: Mapping[str, Callable[[Saved], dict[str, str]]] = {
     "table1": table1,
     "compliant_maps": compliant_maps,
     "reliability": reliability,
+    "graph_slanted": graph_slanted,
     "transport": transport,
     "table2": placements_of_a_table,
     "table3": placements_of_a_table,

@@ -109,6 +109,27 @@ def maps(saved: Saved) -> dict[str, str]:
     return {"maps": table(heads, rows)}
 
 
+KINDS = ("straight", "slanted")
+
+
+def graph_slanted(saved: Saved) -> dict[str, str]:
+    """Answers of ``graph`` beside the certain bound of ``limit``, by family; straight / slanted pushes."""
+    families = list(dict.fromkeys(row["case"].split(", ")[0] for row in saved.rows))
+    columns: dict[str, Callable[[dict[str, Any]], str]] = {
+        "bounded pushes": lambda row: whole(row["bounded"]),
+        "above [%]": lambda row: whole(100 * row["above"] / row["bounded"]),
+        "by a tenth [%]": lambda row: whole(100 * row["above by a tenth"] / row["bounded"]),
+        "below half [%]": lambda row: whole(100 * row["below half"] / row["bounded"]),
+        "median": lambda row: rounded(float(row["50 %"])),
+        "worst": lambda row: rounded(row["worst"]),
+    }
+    lines = [
+        [family, *(" / ".join(form(saved.row(f"{family}, {kind}")) for kind in KINDS) for form in columns.values())]
+        for family in families
+    ]
+    return {"families": table(["straight / slanted pushes", *columns], lines)}
+
+
 def transport(saved: Saved) -> dict[str, str]:
     """Seconds for 100 directions, and the largest difference to the simulation."""
     methods = [case.removeprefix("slope: ") for case in (r["case"] for r in saved.rows) if case.startswith("slope: ")]
@@ -135,5 +156,6 @@ TABLES: Mapping[str, Callable[[Saved], dict[str, str]]] = {
     "table1": table1,
     "disassembly": disassembly,
     "maps": maps,
+    "graph_slanted": graph_slanted,
     "transport": transport,
 }

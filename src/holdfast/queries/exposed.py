@@ -1,13 +1,29 @@
-"""Find the cells of a body's surface that its contacts cover; nobody can push there."""
+"""Find the cells of a body's surface where one can push: those that neither a contact nor another body covers."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Bool
 from holdfast.contacts.interface import Patch
-from holdfast.geometry.cells import Cells
+from holdfast.geometry.cells import Cells, blocked, surface_cells
 from holdfast.geometry.polygon import inside, shapely_polygon
+
+
+def exposed_cells(assembly: Assembly, name: str, spacing: float) -> tuple[Cells, Cells]:
+    """Cut the surface of a body into cells, and return those where one can push and those where nobody can.
+
+    ``spacing`` [m] is the distance between neighbouring cells. Nobody can push on a contact patch, or where another
+    body is less than half a spacing away in front of the surface.
+    """
+    cells = surface_cells(assembly.scene.body(name).surface_world, spacing)
+    patches = [patch for i in assembly.interfaces if name in i.bodies for patch in i.patches]
+    under = covered(cells, patches, assembly.tolerances.gap)
+    for other in assembly.bodies:
+        if other.name != name:
+            under |= blocked(cells, other.surface_world, spacing / 2)
+    return cells.chosen(~under), cells.chosen(under)
 
 
 def covered(cells: Cells, patches: list[Patch], gap: float) -> Bool:

@@ -23,8 +23,8 @@ from holdfast.engines.contract import EXACT, FORCES_ONLY, Within
 from holdfast.engines.groups import prepared
 from holdfast.engines.mechanism import Mode
 from holdfast.engines.verdict import Status
-from holdfast.geometry.cells import Cells, blocked, surface_cells
-from holdfast.queries.exposed import covered
+from holdfast.geometry.cells import Cells
+from holdfast.queries.exposed import exposed_cells
 from holdfast.queries.request import (
     DEFAULT_ENGINE,
     EngineChoice,
@@ -200,13 +200,7 @@ def robustness_map(
     answers = []
     for done, (name, index) in enumerate(numbers.items()):
         report("robustness of all surfaces", done, len(numbers))
-        cells = surface_cells(assembly.scene.body(name).surface_world, step)
-        patches = [patch for i in assembly.interfaces if name in i.bodies for patch in i.patches]
-        under = covered(cells, patches, assembly.tolerances.gap)
-        for other in assembly.bodies:
-            if other.name != name:
-                under |= blocked(cells, other.surface_world, step / 2)
-        shown[name], hidden[name] = cells.chosen(~under), cells.chosen(under)
+        shown[name], hidden[name] = exposed_cells(assembly, name, step)
         columns = push_columns(assembly, index, shown[name].points, -shown[name].normals)
         answers.append(state.load_factor(columns, accuracy))
     report("robustness of all surfaces", len(numbers), len(numbers))

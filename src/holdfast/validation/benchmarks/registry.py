@@ -14,6 +14,7 @@ SUITES = (
     "compliant_maps",
     "contacts",
     "disassembly",
+    "graph_slanted",
     "maps",
     "pipeline",
     "placement",
