@@ -22,6 +22,7 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.base.rigid import tangents
 from holdfast.engines.limit.engine import Limit
 from holdfast.engines.verdict import Status
+from holdfast.geometry.sweep import first_hit
 from holdfast.scene.body import Body
 from holdfast.scene.friction import Friction
 from holdfast.scene.scene import Scene
@@ -308,6 +309,23 @@ def with_ball(scene: Scene, rng: Generator) -> Scene:
     radius = rng.uniform(0.02, 0.06)
     pose = _on_floor(scene, rng.uniform(0.75, 0.9), 0, radius)
     return scene.with_body(Body("ball", Sphere(radius), density=density(rng), pose=pose))
+
+
+def with_ball_against(scene: Scene, rng: Generator) -> Scene:
+    """Return the scene with a ball on the floor that touches the first body on its way to the middle.
+
+    If nothing is in its way, it rests in the middle.
+    """
+    radius = rng.uniform(0.02, 0.06)
+    way = rng.uniform(0, 2 * np.pi)
+    towards = -np.array([np.cos(way), np.sin(way), 0.0])
+    start = np.eye(4)
+    start[:3, 3] = (0, 0, radius) - ACROSS * towards
+    ball = Body("rolling", Sphere(radius), density=density(rng), pose=start)
+    reach = min((first_hit(ball.surface_world, body.surface_world, towards) for body in scene.movable), default=np.inf)
+    far = start.copy()
+    far[:3, 3] += min(reach, ACROSS) * towards
+    return scene.with_body(ball.moved(far))
 
 
 def with_floating(scene: Scene, rng: Generator) -> Scene:

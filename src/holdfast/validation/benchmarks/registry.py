@@ -16,6 +16,7 @@ SUITES = (
     "disassembly",
     "graph_slanted",
     "maps",
+    "messy",
     "pipeline",
     "placement",
     "reliability",
