@@ -75,7 +75,7 @@ class Scene(Value):
     @cached_property
     def names(self) -> frozenset[str]:
         """The names of all bodies and materials."""
-        return frozenset({*self.materials, *self.materials.values()} - {None})
+        return frozenset(self.materials) | {name for name in self.materials.values() if name is not None}
 
     @cached_property
     def up(self) -> Float:
