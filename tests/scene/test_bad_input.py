@@ -94,7 +94,7 @@ FILES: dict[str, tuple[str, str | bytes, str]] = {
     "mu is a text": ("s.yaml", pair("between: [floor, cube], mu: low"), r"pairs\[0\]\.mu: .*number.*'low'.*; "),
     "mu is negative": ("s.yaml", scene(top="friction: -0.5\n"), r"friction: default: is -0\.5; needs"),
     "pair is negative": ("s.yaml", pair("between: [floor, floor], mu: -0.5"), r"friction.*'floor'.* -0\.5; needs"),
-    "pair is unknown": ("s.yaml", pair("between: [flor, floor], mu: 0.5"), r"unknown name 'flor'; known: floor"),
+    "pair is unknown": ("s.yaml", pair("between: [flor, floor], mu: 0.5"), r"'flor'; did you mean 'floor'\?"),
     "pair twice": (
         "s.yaml",
         scene(top="friction: {pairs: [{between: [a, b], mu: 1}, {between: [b, a], mu: 1}]}\n"),

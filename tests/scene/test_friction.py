@@ -79,7 +79,7 @@ def test_a_pair_that_does_not_touch_needs_no_coefficient() -> None:
         (lambda: hf.Scene([floor(), cube()], -0.5), r"friction: default: is -0\.5; needs"),
         (
             lambda: hf.Scene([floor(), cube()], hf.Friction(0.5, {("cub", "floor"): 0.1})),
-            r"friction of \('cub', 'floor'\): unknown name 'cub'; known: cube, floor, oak",
+            r"friction of \('cub', 'floor'\): unknown name 'cub'; did you mean 'cube'\?",
         ),
         (
             lambda: hf.Scene([floor(), cube()], hf.Friction(0.5, values={"oak": 0.1}, combine="min")),

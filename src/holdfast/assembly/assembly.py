@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
 
@@ -41,7 +41,8 @@ class Assembly(Value):
     The J movable bodies are numbered 0..J-1 in scene order; all fixed bodies together are the node FIXED. ``overlaps``
     lists the pairs of bodies that share more volume than the tolerance explains. ``occluded`` lists the pairs that
     would touch if no third body lay between them. ``detected`` is true if the interfaces were detected by holdfast, and
-    false if they were given.
+    false if they were given. ``absent`` holds the names of bodies and materials of a larger assembly that this one is a
+    part of and that are not in its scene. It takes no part in comparisons.
     """
 
     scene: Scene
@@ -50,6 +51,7 @@ class Assembly(Value):
     overlaps: tuple[Overlap, ...] = ()
     occluded: tuple[tuple[str, str], ...] = ()
     detected: bool = True
+    absent: tuple[str, ...] = field(default=(), compare=False)
 
     def __repr__(self) -> str:
         parts = {"movable bodies": self.movable, "interfaces": self.interfaces, "overlaps": self.overlaps}
@@ -150,6 +152,11 @@ class Assembly(Value):
         )
 
     @cached_property
+    def known_names(self) -> tuple[str, ...]:
+        """The names of all bodies and materials here and in the larger assembly that this one is a part of."""
+        return (*self.absent, *self.scene.names)
+
+    @cached_property
     def groups(self) -> tuple[tuple[str, ...], ...]:
         """The names of the movable bodies, grouped by the contacts between them, in the order of the scene.
 
@@ -181,24 +188,25 @@ class Assembly(Value):
             problem = "its interfaces were given, and where bodies touch now cannot be told from them"
             remedy = "assemble the changed scene with interfaces= of its own"
             raise HoldfastError(message(f"Assembly.{what}", problem, remedy))
-        return _search(scene, self.tolerances, self.overlaps, stacklevel=4)
+        return replace(_search(scene, self.tolerances, self.overlaps, stacklevel=4), absent=self.absent)
 
     def without(self, *names: str | Iterable[str]) -> Assembly:
         """Return the assembly without the bodies of these names.
 
         The interfaces between the other bodies are kept. If a removed body lay between two bodies that come within the
         gap (``occluded``), contacts are detected again. In both cases the result equals ``assemble`` of the smaller
-        scene with the same tolerances. If the interfaces were given, they remain as given. Raises SceneError for an
-        unknown name.
+        scene with the same tolerances. If the interfaces were given, they remain as given. The names that are gone are
+        kept in ``absent``. Raises SceneError for an unknown name.
         """
         gone = self.scene.checked_names(*names)
         scene = self.scene.without(gone)
+        absent = tuple(sorted({*self.absent, *self.scene.names} - scene.names))
         if self.detected and self._uncovers(gone):
-            return _search(scene, self.tolerances, self.overlaps, stacklevel=3)
+            return replace(_search(scene, self.tolerances, self.overlaps, stacklevel=3), absent=absent)
         overlaps = tuple(o for o in self.overlaps if gone.isdisjoint(o.bodies))
         kept = tuple(i for i in self.interfaces if gone.isdisjoint(i.bodies))
         occluded = tuple(pair for pair in self.occluded if gone.isdisjoint(pair))
-        return Assembly(scene, kept, self.tolerances, overlaps, occluded, self.detected)
+        return Assembly(scene, kept, self.tolerances, overlaps, occluded, self.detected, absent)
 
     def _uncovers(self, gone: Collection[str]) -> bool:
         """Tell whether a removed body may have hidden a contact between two bodies that remain.

@@ -65,7 +65,7 @@ def part_of(whole: Assembly, group: tuple[str, ...]) -> Part:
     scene = Scene(bodies, whole.scene.friction.among(known), whole.scene.gravity, whole.scene.name)
     interfaces = tuple(entry[-1] for entry in found)
     return Part(
-        Assembly(scene, interfaces, whole.tolerances, overlaps, occluded, whole.detected),
+        Assembly(scene, interfaces, whole.tolerances, overlaps, occluded, whole.detected, whole.known_names),
         np.asarray(frozen(members)),
         np.asarray(frozen(np.array([entry[-3] for entry in found], dtype=np.int64))),
         np.asarray(frozen(np.array([entry[-2] for entry in found], dtype=bool))),

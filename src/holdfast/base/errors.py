@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import difflib
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+
+MOST_NAMES = 20  # largest number of known names that a remedy lists
 
 
 class HoldfastError(Exception):
@@ -44,3 +47,10 @@ def located(where: str) -> Iterator[None]:
 def message(where: str, problem: str, remedy: str) -> str:
     """Join the place, the problem (with its value) and the remedy into an error message of one line."""
     return f"{where}: {problem}; {remedy}"
+
+
+def nearest_of(name: object, known: Iterable[str]) -> str:
+    """Return the remedy for an unknown name: the most similar of the ``known`` ones or, if none is similar, a list."""
+    names = list(known)
+    near = difflib.get_close_matches(str(name), names, n=1)
+    return f"did you mean {near[0]!r}?" if near else f"known: {', '.join(names[:MOST_NAMES])}"

@@ -33,12 +33,8 @@ def prepared(
 ) -> Groups:
     """Prepare an engine for every group of an assembly; each group is prepared when it is first asked.
 
-    The arguments are those of ``Engine.prepare``. Raises HoldfastError if the options of the engine do not fit the
-    assembly.
+    The arguments are those of ``Engine.prepare``.
     """
-    check = getattr(engine, "check", None)
-    if check is not None:
-        check(assembly)
     return Groups(engine, assembly, standing, acceleration)
 
 

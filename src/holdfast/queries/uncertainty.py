@@ -157,7 +157,8 @@ class _Spread:
             warnings.simplefilter("ignore", HoldfastWarning)  # the notes count the overlaps
             found = assemble(scene, angle=given.tolerances.angle, pose_sigma=self._tolerance)
         known = {frozenset(interface.bodies) for interface in given.interfaces}
-        return replace(found, interfaces=tuple(i for i in found.interfaces if frozenset(i.bodies) in known))
+        interfaces = tuple(i for i in found.interfaces if frozenset(i.bodies) in known)
+        return replace(found, interfaces=interfaces, absent=given.absent)
 
     @property
     def _tolerance(self) -> tuple[float, float]:

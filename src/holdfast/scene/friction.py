@@ -10,6 +10,7 @@ from holdfast.base.archive import archived
 from holdfast.base.arrays import checked_number
 from holdfast.base.errors import SceneError, message
 from holdfast.base.values import Table, Value
+from holdfast.scene.pairs import check_known, checked_pairs, number_between
 
 Combine = Literal["max", "min", "product"]
 
@@ -43,19 +44,12 @@ class Friction(Value):
     combine: Combine | None = None
 
     def __post_init__(self) -> None:
-        pairs: dict[tuple[str, str], float] = {}
         for name in ("pairs", "values"):
             if not isinstance(getattr(self, name), Mapping):
                 raise SceneError(
                     message("friction", f"{name} is a {type(getattr(self, name)).__name__}", "needs a dict")
                 )
-        for key, value in self.pairs.items():
-            if not isinstance(key, tuple) or len(key) != 2 or not all(isinstance(part, str) for part in key):
-                raise SceneError(message("friction", f"pair {key!r}", "needs two body or material names"))
-            a, b = sorted(key)
-            if (a, b) in pairs:
-                raise SceneError(message("friction", f"pair {key!r} stands twice", "give each pair once"))
-            pairs[a, b] = checked_number(value, f"friction of {key!r}", minimum=0)
+        pairs = checked_pairs(self.pairs, "friction", "friction", minimum=0)
         values = {name: checked_number(v, f"friction of {name!r}", minimum=0) for name, v in self.values.items()}
         if self.default is not None:
             object.__setattr__(self, "default", checked_number(self.default, "friction: default", minimum=0))
@@ -64,7 +58,7 @@ class Friction(Value):
         if values and self.combine is None:
             problem = f"{len(values)} bodies have a value of their own but combine is not given"
             raise SceneError(message("friction", problem, "say how two values make a pair's: max, min or product"))
-        object.__setattr__(self, "pairs", Table(pairs))
+        object.__setattr__(self, "pairs", pairs)
         object.__setattr__(self, "values", Table(values))
 
     def between(self, a: str, b: str, materials: Mapping[str, str | None]) -> float:
@@ -73,12 +67,9 @@ class Friction(Value):
         ``materials`` maps the name of each body to its material, or None. Raises SceneError if the table has no
         coefficient for the pair.
         """
-        for first in (a, materials.get(a)):
-            for second in (b, materials.get(b)):
-                if first is not None and second is not None:
-                    found = self.pairs.get((min(first, second), max(first, second)))
-                    if found is not None:
-                        return found
+        found = number_between(self.pairs, a, b, materials)
+        if found is not None:
+            return found
         if self.combine is not None and a in self.values and b in self.values:
             return _COMBINE[self.combine](self.values[a], self.values[b])
         if self.default is None:
@@ -93,11 +84,7 @@ class Friction(Value):
 
     def check_names(self, bodies: Collection[str], materials: Collection[str]) -> None:
         """Raise SceneError if the table names something that is neither a body nor a material."""
-        for key in self.pairs:
-            for name in key:
-                if name not in bodies and name not in materials:
-                    known = ", ".join(sorted({*bodies, *materials}))
-                    raise SceneError(message(f"friction of {key!r}", f"unknown name {name!r}", f"known: {known}"))
+        check_known(self.pairs, {*bodies, *materials}, "friction")
         for name in self.values:
             if name not in bodies:
                 remedy = f"known: {', '.join(sorted(bodies))}"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -13,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, frozen, unit
-from holdfast.base.errors import SceneError, message
+from holdfast.base.errors import SceneError, message, nearest_of
 from holdfast.base.values import Value
 from holdfast.scene.body import Body
 from holdfast.scene.friction import Friction
@@ -74,6 +73,11 @@ class Scene(Value):
         return MappingProxyType({body.name: body.material for body in self.bodies})
 
     @cached_property
+    def names(self) -> frozenset[str]:
+        """The names of all bodies and materials."""
+        return frozenset(self.materials) | {name for name in self.materials.values() if name is not None}
+
+    @cached_property
     def up(self) -> Float:
         """The unit vector (3,) opposite to gravity, world frame."""
         return frozen(unit(-self.gravity))
@@ -88,9 +92,7 @@ class Scene(Value):
         for body in self.bodies:
             if body.name == name:
                 return body
-        names = [body.name for body in self.bodies]
-        near = difflib.get_close_matches(str(name), names, n=1)
-        remedy = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(names[:20])}"
+        remedy = nearest_of(name, [body.name for body in self.bodies])
         raise SceneError(message("scene", f"has no body named {name!r}", remedy))
 
     def moved(self, poses: Mapping[str, ArrayLike]) -> Scene:

@@ -160,7 +160,7 @@ class Mesh(Value):
 
     Each face holds three indices into ``vertices``, counter-clockwise when seen from outside. ``file`` and ``scale``
     record the file from which the mesh was read, so that a saved scene can refer to it; ``vertices`` are already
-    scaled.
+    scaled. Closed parts that touch or overlap are one solid, in which common volume counts once.
 
     ``noise`` [m] is the standard deviation of the vertices of a scanned mesh. Regions that are flat to within the noise
     are made flat before contacts are detected; ``report`` lists them with their residuals. ``where`` is the name of the
@@ -254,7 +254,10 @@ class Mesh(Value):
 
     @cached_property
     def surface(self) -> Surface:
-        """The mesh with duplicate vertices merged; if ``noise`` is given, its flat regions are made flat."""
+        """The mesh with duplicate vertices merged and closed parts that touch or overlap joined to one solid.
+
+        If ``noise`` is given, its flat regions are made flat.
+        """
         return self._flattened[0]
 
     @cached_property
@@ -262,7 +265,8 @@ class Mesh(Value):
         """The mass properties of the enclosed volume; raises GeometryError if the mesh does not enclose one."""
         if not self.is_closed:
             remedy = "give mass=, com= (and inertia=) or a closed mesh"
-            raise GeometryError(message(self.where, "is not watertight, so its volume is unknown", remedy))
+            problem = f"is not watertight, so its volume is unknown ({self._cleaned[1]})"
+            raise GeometryError(message(self.where, problem, remedy))
         solid = self._solid
         if not float(solid.volume) > LEAST_VOLUME * float(np.prod(solid.extents.clip(1e-300))):
             problem = f"encloses a volume of {float(solid.volume):.3g} m³"

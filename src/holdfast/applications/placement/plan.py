@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from numpy.typing import ArrayLike
 
@@ -145,6 +146,8 @@ def planner(
     if options.least_supports > len(options.supports):
         problem = f"least_supports is {options.least_supports}, supports are {', '.join(options.supports)}"
         raise SceneError(message(where, problem, "ask for no more than there are"))
+    names = {body.name} if body.material is None else {body.name, body.material}
+    assembly = replace(assembly, absent=tuple(sorted({*assembly.absent, *names})))  # engines may be told of the body
     return Planner(assembly, body, method, None if second == method else second, options)
 
 

@@ -14,9 +14,10 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.base.values import Value
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.engines.compliant.grid import Grid
-from holdfast.engines.compliant.model import Springs, Stiffness
+from holdfast.engines.compliant.model import Springs
 from holdfast.engines.compliant.refinement import REFINEMENTS, Refined
 from holdfast.engines.compliant.state import CLAIM, NAME, CompliantState, Standing, Unpushable
+from holdfast.engines.compliant.stiffness import Stiffness, check_stiffness, checked_stiffness
 from holdfast.engines.compliant.verdict import at_rest, not_at_rest
 from holdfast.engines.rest import find_rest
 
@@ -34,10 +35,13 @@ class Compliant(Value):
       about as many nodes in all.
     - ``stiffness_ratio``: tangential over normal stiffness, greater than 0.
     - ``stiffness`` [N/m³]: the normal stiffness per area. None or one number gives all contacts the same stiffness,
-      which then does not change any answer. A mapping from pairs of body names gives each pair its own; pairs that are
-      not named have stiffness 1.
+      which then does not change any answer. A mapping gives pairs of bodies their own; pairs that are not named have
+      stiffness 1. Each name of a pair is that of a body or of a material. The stiffness of two bodies is looked up
+      first under both of their names, then under the name of one and the material of the other, then under both
+      materials, as in the friction table.
 
-    Options out of range raise HoldfastError.
+    Options out of range raise HoldfastError. ``prepare`` raises SceneError if ``stiffness`` names something that is
+    neither a body nor a material of the assembly; bodies that do not touch may be named.
     """
 
     nodes: int = 7
@@ -52,9 +56,7 @@ class Compliant(Value):
             problem = f"nodes = {self.nodes!r}"
             raise HoldfastError(message("Compliant", problem, f"needs a whole number of at least {FEWEST}"))
         checked_number(self.stiffness_ratio, "Compliant: stiffness_ratio", above=0)
-        named = self.stiffness if hasattr(self.stiffness, "values") else {("", ""): self.stiffness or 1.0}
-        for pair, value in named.items():  # type: ignore[union-attr]
-            checked_number(value, f"Compliant: stiffness of {pair}" if pair[0] else "Compliant: stiffness", above=0)
+        object.__setattr__(self, "stiffness", checked_stiffness(self.stiffness))
 
     def prepare(
         self, assembly: Assembly, standing: Float | None = None, acceleration: Float | None = None
@@ -62,8 +64,9 @@ class Compliant(Value):
         """Find the state of rest, at which all load paths start.
 
         The arguments are those of ``Engine.prepare``. Answers for which the nodes are too coarse are re-solved on finer
-        grids.
+        grids. Raises SceneError for an unknown name in ``stiffness``.
         """
+        check_stiffness(assembly, self.stiffness)
         wrench = assembly.weight_wrench(acceleration)
         wrench = wrench if standing is None else wrench + standing
         return self.on(assembly, wrench, refinements=REFINEMENTS)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TypeAlias
 
 import numpy as np
 
@@ -12,8 +10,7 @@ from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.nodes import ContactNodes
 from holdfast.base.arrays import Float, Int
 from holdfast.elastic.law import Elastic, bond
-
-Stiffness: TypeAlias = float | Mapping[tuple[str, str], float] | None
+from holdfast.engines.compliant.stiffness import Stiffness, stiffness_of
 
 FLAT = 1e-9  # largest distance of a sheet's nodes from its plane, relative to the assembly's size
 
@@ -60,7 +57,7 @@ def elastic_model(
     origin = share / np.diff(first)[:, None]
     axes = nodes.axes[start]
     local = np.einsum("ikx,ix->ik", axes[sheet], nodes.points - origin[sheet]) / assembly.size
-    k = nodes.weights * _stiffness_of(assembly, stiffness)[nodes.interface]
+    k = nodes.weights * stiffness_of(assembly, stiffness)[nodes.interface]
     k = k / max(float(k.sum()), 1e-300)
     a, b = nodes.a[start], nodes.b[start]
     model = Elastic(
@@ -94,14 +91,6 @@ def _sheets(nodes: ContactNodes, flat: float) -> Int:
     turns = np.abs(nodes.axes[1:] - nodes.axes[:-1]).max((1, 2))
     breaks = (nodes.interface[1:] != nodes.interface[:-1]) | (turns > 1e-12) | (np.abs(steps) > flat)
     return np.concatenate([[0], np.flatnonzero(breaks) + 1, [len(nodes)]]).astype(np.int64)
-
-
-def _stiffness_of(assembly: Assembly, stiffness: Stiffness) -> Float:
-    """Return the stiffness per area (interfaces,), relative to that of interfaces that are not named."""
-    if stiffness is None or not isinstance(stiffness, Mapping):
-        return np.ones(len(assembly.interfaces))
-    by_pair = {frozenset(pair): float(value) for pair, value in stiffness.items()}
-    return np.array([by_pair.get(frozenset(i.bodies), 1.0) for i in assembly.interfaces])
 
 
 def _sheet_from_body(assembly: Assembly, axes: Float, origin: Float, body: Int) -> Float:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 
-from holdfast.base.errors import SceneError, message
+from holdfast.base.errors import SceneError, message, nearest_of
 from holdfast.scene.formats.registry import load_scene
 from holdfast.scene.scene import Scene
 from holdfast.scene.shipped import blocks
@@ -52,7 +51,5 @@ def shipped_scenes() -> tuple[str, ...]:
 def shipped_scene(name: str) -> Scene:
     """Return the shipped scene with this name; raises SceneError, with the most similar name, if there is none."""
     if name not in _BUILDERS:
-        near = difflib.get_close_matches(name, _BUILDERS, n=1)
-        remedy = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(_BUILDERS)}"
-        raise SceneError(message("shipped scene", f"{name!r} is unknown", remedy))
+        raise SceneError(message("shipped scene", f"{name!r} is unknown", nearest_of(name, _BUILDERS)))
     return _BUILDERS[name]()

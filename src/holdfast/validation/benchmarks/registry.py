@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import difflib
 import importlib
 
-from holdfast.base.errors import HoldfastError, message
+from holdfast.base.errors import HoldfastError, message, nearest_of
 from holdfast.validation.benchmarks.suite import Suite
 
 # modules of this package, each with a SUITE of the same name
@@ -31,8 +30,6 @@ SUITES = (
 def suite(name: str) -> Suite:
     """The suite of that name."""
     if name not in SUITES:
-        near = difflib.get_close_matches(name, SUITES, n=1)
-        remedy = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(SUITES)}"
-        raise HoldfastError(message("benchmark", f"{name!r} is unknown", remedy))
+        raise HoldfastError(message("benchmark", f"{name!r} is unknown", nearest_of(name, SUITES)))
     found: Suite = importlib.import_module(f"holdfast.validation.benchmarks.{name}").SUITE
     return found

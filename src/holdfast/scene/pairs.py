@@ -1,0 +1,56 @@
+"""Numbers for pairs of bodies, under the names of bodies or of materials."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import Any
+
+from holdfast.base.arrays import checked_number
+from holdfast.base.errors import SceneError, message, nearest_of
+from holdfast.base.values import Table
+
+Pair = tuple[str, str]
+
+
+def checked_pairs(
+    given: Mapping[Any, Any], where: str, what: str, *, minimum: float | None = None, above: float | None = None
+) -> Table[Pair, float]:
+    """Return a table of numbers for pairs of names, which are in alphabetical order.
+
+    ``where`` is the owner of the table and ``what`` the meaning of its numbers in error messages. Raises SceneError if
+    a key is not a pair of names, a pair stands twice, or a number is below ``minimum`` or not greater than ``above``.
+    """
+    pairs: dict[Pair, float] = {}
+    for key, value in given.items():
+        if not isinstance(key, tuple) or len(key) != 2 or not all(isinstance(part, str) for part in key):
+            raise SceneError(message(where, f"pair {key!r}", "needs two body or material names"))
+        a, b = sorted(key)
+        if (a, b) in pairs:
+            raise SceneError(message(where, f"pair {key!r} stands twice", "give each pair once"))
+        pairs[a, b] = checked_number(value, f"{what} of {key!r}", minimum=minimum, above=above)
+    return Table(pairs)
+
+
+def number_between(pairs: Mapping[Pair, float], a: str, b: str, materials: Mapping[str, str | None]) -> float | None:
+    """Return the number of bodies ``a`` and ``b`` in a table from ``checked_pairs``, or None if it has none.
+
+    It is looked up first under the names of both bodies, then under the name of one body and the material of the other,
+    then under both materials. If both mixed pairs are given, the smaller number counts, whichever body comes first.
+    ``materials`` maps the name of each body to its material, or None.
+    """
+    like_a, like_b = materials.get(a), materials.get(b)
+    for choices in (((a, b),), ((a, like_b), (like_a, b)), ((like_a, like_b),)):
+        named = [(min(x, y), max(x, y)) for x, y in choices if x is not None and y is not None]
+        found = [pairs[pair] for pair in named if pair in pairs]
+        if found:
+            return min(found)
+    return None
+
+
+def check_known(pairs: Collection[Pair], known: Collection[str], what: str) -> None:
+    """Raise SceneError, with the most similar name, if a pair has a name that is not among the ``known`` ones."""
+    for key in pairs:
+        for name in key:
+            if name not in known:
+                remedy = nearest_of(name, sorted(known))
+                raise SceneError(message(f"{what} of {key!r}", f"unknown name {name!r}", remedy))
