@@ -9,6 +9,21 @@ import pytest
 
 from holdfast.view import colours
 
+# what people without red or without green cones see, in linear light (Machado, Oliveira and Fernandes 2009)
+EYES = {
+    "usual": np.eye(3),
+    "no red": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+    "no green": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
+}
+
+
+def seen(rgb: object, eyes: str) -> np.ndarray:
+    """The sRGB colours that look to usual eyes as these colours look to others."""
+    srgb = np.asarray(rgb, dtype=float)
+    linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+    told = np.clip(linear @ np.asarray(EYES[eyes]).T, 0, 1)
+    return np.where(told <= 0.0031308, told * 12.92, 1.055 * told ** (1 / 2.4) - 0.055)
+
 
 def distance(one: object, other: object) -> float:
     return float(np.linalg.norm(colours.oklab(np.asarray(one)) - colours.oklab(np.asarray(other))))
@@ -28,6 +43,23 @@ def test_special_colours_are_apart_from_each_other_and_from_the_scale() -> None:
         assert distance(one, other) > 0.07
     for one in special[:3]:
         assert min(distance(one, rgb) for rgb in colours.TABLE) > 0.05
+
+
+@pytest.mark.parametrize("eyes", EYES)
+def test_every_eye_tells_undecided_and_falling_from_all_others(eyes: str) -> None:
+    """The hatching of undecided surfaces comes on top of this."""
+    others = [colours.INFINITE, colours.ZERO, colours.FIXED, colours.COVERED, (1.0, 1.0, 1.0), *colours.TABLE]
+    apart = [colours.UNDECIDED, colours.FALLS]
+    assert distance(*(seen(colour, eyes) for colour in apart)) > 0.1
+    for colour in apart:
+        assert min(distance(seen(colour, eyes), seen(other, eyes)) for other in others) > 0.085
+
+
+def test_each_kind_has_its_colour() -> None:
+    kinds = [colours.Kind.BALANCED, colours.Kind.FALLS, colours.Kind.UNDECIDED, colours.Kind.FORCE]
+    rgb = colours.colours(colours.scale_of([3.0]), [0, 0, 0, 3.0], kinds)
+    expected = [colours.ZERO, colours.FALLS, colours.UNDECIDED, colours.TABLE[128]]
+    np.testing.assert_allclose(rgb, expected, atol=0.02)
 
 
 def test_wide_ranges_are_logarithmic_and_narrow_ones_linear() -> None:

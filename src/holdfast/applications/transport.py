@@ -46,9 +46,10 @@ class TransportLimits(Columns):
 
     ``acceleration`` (n,) [m/s²] is along the unit ``directions`` (n, 3), in the axes of the scene. ``status`` (n,) says
     what it means: FINITE; INFINITE; UNSTABLE (the acceleration is 0: the assembly does not stand on the carrier even at
-    rest); UNDECIDED (the acceleration is 0: the answer is not known). ``lower`` and ``upper`` (n,) [m/s²] bound the
-    true answer as far as the engine can promise. ``moving`` (names), ``mode`` and ``mechanism``, each (n,), say what
-    gives way. ``verdict`` says whether ``assembly`` stands on the carrier before it accelerates.
+    rest); UNDECIDED (the acceleration 0 is no answer: the answer is not known, see ``undecided``). ``lower`` and
+    ``upper`` (n,) [m/s²] bound the true answer as far as the engine can promise. ``moving`` (names), ``mode`` and
+    ``mechanism``, each (n,), say what gives way. ``verdict`` says whether ``assembly`` stands on the carrier before it
+    accelerates.
     """
 
     assembly: Assembly
@@ -82,7 +83,7 @@ class TransportLimits(Columns):
     def summary(self) -> Summary:
         """Summarise the answer by the directions with the smallest limits."""
         name = self.assembly.scene.name or "assembly"
-        how_much = least(self.acceleration, "m/s²")
+        how_much = least(self.answers, "m/s²")
         headline = f"{name} on its carrier: {told(self.verdict)}; {len(self.directions):,} directions, {how_much}"
         places = objects(["(" + ", ".join(f"{v + 0.0:.3f}" for v in way) + ")" for way in self.directions])
         rows = self.weakest_rows("m/s²", places)

@@ -21,6 +21,7 @@ from holdfast.cli.common import (
     SceneArgument,
     check_suffix,
     engine_with,
+    exit_code,
     out,
     print_json,
     progress,
@@ -85,4 +86,4 @@ def map_surfaces(
         for path in (png, html):
             if path is not None:
                 out.print(f"wrote {path}", highlight=False, soft_wrap=True)
-    raise typer.Exit(EXIT[result.verdict.status])
+    raise typer.Exit(exit_code(result.verdict.status, result.answers))

@@ -16,6 +16,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.progress import listening
+from holdfast.engines.answers import Answers
 from holdfast.engines.contract import Engine
 from holdfast.engines.graph.engine import Graph
 from holdfast.engines.verdict import Status
@@ -74,6 +75,15 @@ def engine_with(name: str, **options: Any) -> Engine:  # noqa: ANN401 - options 
             remedy = f"leave it out, or use --engine {' or '.join(having)}"
             raise HoldfastError(message("--" + key.replace("_", "-"), f"engine {name!r} has no such option", remedy))
     return cast(Engine, dataclasses.replace(choice, **changed))
+
+
+def exit_code(status: Status, answers: Answers) -> int:
+    """Return the exit code of an answer with this status.
+
+    It is that of "undecided" also where the assembly stands but no row of the table is decided.
+    """
+    nothing = len(answers) > 0 and not answers.decided.any()
+    return EXIT[Status.UNDECIDED if nothing and status is Status.STABLE else status]
 
 
 def check_suffix(path: Path | None, suffix: str) -> None:

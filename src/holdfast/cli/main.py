@@ -1,6 +1,6 @@
 """The command ``holdfast``.
 
-The exit codes are 0 stable, 1 not stable, 2 bad input, 3 undecided, 4 internal error and 130 stopped by the user.
+The help of the command lists the exit codes.
 """
 
 from __future__ import annotations
@@ -24,9 +24,15 @@ from holdfast.cli.place import place
 from holdfast.cli.transport import transport
 from holdfast.engines.verdict import Status
 
+HELP = """How hard can you push here before something moves?
+
+Exit codes: 0 it stands; 1 it does not stand; 2 bad input; 3 undecided: the verdict or, although it stands, every single
+answer; 4 a defect of holdfast; 130 stopped by the user. For place and disassemble, 0 means that a place or an order
+was found."""
+
 app = typer.Typer(
     name="holdfast",
-    help="How hard can you push here before something moves?",
+    help=HELP,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,

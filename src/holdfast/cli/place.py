@@ -12,7 +12,6 @@ from holdfast.applications.placement.result import Placement
 from holdfast.assembly.assembly import assemble
 from holdfast.base.errors import HoldfastError, message
 from holdfast.cli.common import (
-    EXIT,
     WRITTEN_SUFFIXES,
     Angle,
     AsJson,
@@ -21,6 +20,7 @@ from holdfast.cli.common import (
     SceneArgument,
     check_suffix,
     engine_with,
+    exit_code,
     out,
     print_json,
     progress,
@@ -95,7 +95,7 @@ def place(
         out.print(placement_report(result, rest.name or scene, body.name), highlight=False)
         for path in written:
             out.print(f"wrote {path}", highlight=False, soft_wrap=True)
-    raise typer.Exit(EXIT[result.status])
+    raise typer.Exit(exit_code(result.status, result.answers))
 
 
 def _written(result: Placement, png: Path | None, save: Path | None) -> list[Path]:

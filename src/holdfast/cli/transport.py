@@ -10,7 +10,6 @@ import typer
 from holdfast.applications.transport import horizontal_directions, inertial_loads, tilted, transport_limits
 from holdfast.assembly.assembly import assemble
 from holdfast.cli.common import (
-    EXIT,
     Angle,
     AsJson,
     EngineName,
@@ -20,6 +19,7 @@ from holdfast.cli.common import (
     check_suffix,
     engine_with,
     err,
+    exit_code,
     out,
     print_json,
     progress,
@@ -83,4 +83,4 @@ def transport(
         out.print(transport_report(result))
         for path in written:
             out.print(f"wrote {path}", highlight=False, soft_wrap=True)
-    raise typer.Exit(EXIT[result.verdict.status])
+    raise typer.Exit(exit_code(result.verdict.status, result.answers))

@@ -11,13 +11,15 @@ from typing import Any
 import numpy as np
 
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Bool, Float, Int, Objects, objects
+from holdfast.base.arrays import Bool, Float, Int, Objects, frozen, objects
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.values import Value, seal
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.verdict import Status, Verdict
 
 COLUMNS = ("force", "lower", "upper", "status", "mechanism", "solved", "error")
+SIGNIFICANT = 6  # forces are ranked after rounding to about this many significant digits
+TOLD = 3  # the most reasons in one line of text
 
 
 @archived
@@ -41,6 +43,35 @@ class Bound(StrEnum):
 WEAKEST_FIRST = (Bound.NONE, Bound.ESTIMATED, Bound.PROVED)
 
 
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Undecided(Value):
+    """How many of ``rows`` answers are not known, with the ``reasons`` in words; without such answers, none."""
+
+    count: int
+    rows: int
+    reasons: tuple[str, ...]
+
+    @property
+    def share(self) -> float:
+        """The share of the answers that are not known, from 0 to 1."""
+        return self.count / self.rows if self.rows else 0.0
+
+    @property
+    def brief(self) -> str:
+        """The count and the share in words, or nothing if every answer is known."""
+        return f"{self.count:,} of {self.rows:,} undecided ({100 * self.share:.3g} %)" if self.count else ""
+
+    @property
+    def text(self) -> str:
+        """The count, the share and the reasons in words, or nothing if every answer is known."""
+        more = [f"and {len(self.reasons) - TOLD} more reasons"] if len(self.reasons) > TOLD else []
+        return f"{self.brief}: {'; '.join([*self.reasons[:TOLD], *more])}" if self.count else ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the count, the share and the reasons as plain data for JSON."""
+        return {"count": self.count, "share": self.share, "reasons": list(self.reasons)}
+
+
 @archived
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Answers(Value):
@@ -52,8 +83,9 @@ class Answers(Value):
       for the inertial loads of an acceleration of 1 m/s².
     - ``lower`` and ``upper``: bounds of the true factor, ``lower <= force <= upper``. ``lower_bound`` and
       ``upper_bound`` say how far they can be trusted.
-    - ``status``: FINITE; INFINITE (force inf: no multiple of the load moves anything); UNSTABLE (force 0: the assembly
-      does not stand even without the load); or UNDECIDED (force 0: the answer is not known).
+    - ``status``: FINITE (force 0: what carries the load is only balanced, so the least load moves it); INFINITE (force
+      inf: no multiple of the load moves anything); UNSTABLE (force 0: it moves even without the load); or UNDECIDED
+      (force 0, which is no answer: the answer is not known). ``undecided`` says how many rows are, and why.
     - ``mechanism``: how bodies begin to move, or None where nothing gives way. ``moving`` gives the names of the
       moving bodies, and ``mode`` is "slip", "topple", "mixed" or "none".
     - ``solved``: False where the answer was interpolated between neighbouring loads.
@@ -152,6 +184,36 @@ class Answers(Value):
     def mode(self) -> Objects:
         """(n,) "slip", "topple", "mixed", or "none" where nothing gives way."""
         return objects(["none" if m is None else m.mode for m in self.mechanism])
+
+    @cached_property
+    def decided(self) -> Bool:
+        """(n,) whether the answer is known; False where the status is UNDECIDED."""
+        return np.asarray(frozen(np.array([status is not Status.UNDECIDED for status in self.status], dtype=bool)))
+
+    @cached_property
+    def ranking(self) -> Int:
+        """(n,) the numbers of the rows from weak to strong, with undecided rows last: their force 0 is no answer.
+
+        Forces that differ only by rounding keep the order of the rows.
+        """
+        with np.errstate(divide="ignore"):
+            magnitude = np.floor(np.log10(self.force)) - SIGNIFICANT
+        unit = np.where(np.isfinite(magnitude), 10.0 ** np.where(np.isfinite(magnitude), magnitude, 0), 1.0)
+        return np.asarray(frozen(np.lexsort((np.round(self.force / unit) * unit, ~self.decided))))
+
+    @property
+    def undecided(self) -> Undecided:
+        """How many rows are undecided, and why.
+
+        The reasons are that of the verdict, if it is undecided, and all notes that say "undecided". If there is none,
+        the engine did not find what the loads move.
+        """
+        count = int((~self.decided).sum())
+        told = [self.verdict.reason] if self.verdict.status is Status.UNDECIDED else []
+        told += [note for note in self.notes if "undecided" in note]
+        unknown = f"engine {self.engine} found neither that the load is held nor what it moves"
+        reasons = tuple(dict.fromkeys(told or [unknown])) if count else ()
+        return Undecided(count=count, rows=len(self), reasons=reasons)
 
     def rows(self, which: Int | Bool | slice) -> Answers:
         """Return the table with these rows only, given as numbers, as a mask (n,) or as a slice."""

@@ -12,11 +12,11 @@ import numpy as np
 
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.archive import archived, to_dict
-from holdfast.base.arrays import Float, Int, Objects, checked_number, objects
+from holdfast.base.arrays import Float, Objects, checked_number, objects
 from holdfast.base.errors import SceneError, message
 from holdfast.base.painters import paint
 from holdfast.base.progress import report
-from holdfast.base.public import Summary, number
+from holdfast.base.public import Summary
 from holdfast.base.values import Table, Value
 from holdfast.engines.answers import joined
 from holdfast.engines.contract import EXACT, FORCES_ONLY, Within
@@ -33,11 +33,10 @@ from holdfast.queries.request import (
     engine_of,
     push_columns,
 )
-from holdfast.queries.result import Forces, gives_way, least, told
+from holdfast.queries.result import Forces, amount, gives_way, least, told
 from holdfast.scene.scene import Scene
 
 MAX_POINTS = 2_000_000  # the most points in one map; more would exhaust the memory
-SIGNIFICANT = 6  # forces are ranked after rounding to about this many significant digits
 
 
 @archived
@@ -47,8 +46,8 @@ class MapPoint(Value):
 
     A push of ``force`` [N] at ``point`` (3,) [m] along the inward unit vector ``direction`` (3,), both in the world
     frame, is the largest before the bodies named in ``moving`` begin to move. ``mode`` and ``status`` have the same
-    meaning as in Robustness; ``mechanism`` is the motion in words. Where ``solved`` is false, ``force`` was
-    interpolated and ``error`` is its stated relative error.
+    meaning as in Robustness: if the status is UNDECIDED, the force 0 is no answer. ``mechanism`` is the motion in
+    words. Where ``solved`` is false, ``force`` was interpolated and ``error`` is its stated relative error.
     """
 
     body: str
@@ -104,9 +103,14 @@ class RobustnessMap(Forces):
     def summary(self) -> Summary:
         """Summarise the map by the weakest point of every body."""
         name = self.assembly.scene.name or "assembly"
-        headline = f"{name}: {told(self.verdict)}; {len(self.force):,} inward pushes, {least(self.force, 'N')}"
+        headline = f"{name}: {told(self.verdict)}; {len(self.force):,} inward pushes, {least(self.answers, 'N')}"
         rows = [
-            [self.body[k], number(self.force[k], "N"), str(self.status[k]), gives_way(self.mode[k], self.moving[k])]
+            [
+                self.body[k],
+                amount(self.status[k], self.force[k], "N"),
+                str(self.status[k]),
+                gives_way(self.mode[k], self.moving[k]),
+            ]
             for k in self._weakest_of_each_body
         ]
         return Summary(headline, self.facts(), ("weakest of", "force", "status", "what gives way"), rows, self.notes)
@@ -114,31 +118,24 @@ class RobustnessMap(Forces):
     def weakest(self) -> MapPoint:
         """Return the point where the smallest push moves something; among equal points, the first.
 
-        If no push moves anything, the force of that point is infinite.
+        If no push moves anything, the force of that point is infinite. Points whose answer is not known do not count:
+        only if no point is decided, the status of the returned point is UNDECIDED, and its force 0 is no answer.
         """
-        return self.at(int(self._ranking[0]))
+        return self.at(int(self.answers.ranking[0]))
 
     def weakest_of_each_body(self) -> tuple[MapPoint, ...]:
-        """Return the weakest point of every body, beginning with the weakest body."""
+        """Return the weakest point of every body, beginning with the weakest body.
+
+        Of a body on which no point is decided, it is a point with the status UNDECIDED; such bodies come last.
+        """
         return tuple(self.at(index) for index in self._weakest_of_each_body)
 
     @cached_property
     def _weakest_of_each_body(self) -> tuple[int, ...]:
         first: dict[str, int] = {}
-        for index in self._ranking.tolist():
+        for index in self.answers.ranking.tolist():
             first.setdefault(self.body[index], index)
         return tuple(first.values())
-
-    @cached_property
-    def _ranking(self) -> Int:
-        """The numbers (n,) of the points, ordered from weak to strong.
-
-        Forces that differ only by rounding keep the order of the points.
-        """
-        with np.errstate(divide="ignore"):
-            magnitude = np.floor(np.log10(self.force)) - SIGNIFICANT
-        unit = np.where(np.isfinite(magnitude), 10.0 ** np.where(np.isfinite(magnitude), magnitude, 0), 1.0)
-        return np.argsort(np.round(self.force / unit) * unit, kind="stable")
 
     def at(self, index: int) -> MapPoint:
         """Return the point with number ``index``."""

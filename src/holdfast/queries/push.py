@@ -26,7 +26,7 @@ from holdfast.queries.request import (
     pushes,
     total_wrench,
 )
-from holdfast.queries.result import Forces, Single, gives_way, least, places_of, told
+from holdfast.queries.result import Forces, Single, amount, gives_way, least, places_of, told
 from holdfast.scene.scene import Scene
 
 
@@ -37,7 +37,8 @@ class Robustness(Forces):
 
     ``force`` (n,) [N] is the answer, and ``status`` (n,) says what it means: FINITE; INFINITE (the force is inf: no
     push moves anything); UNSTABLE (the force is 0: the assembly does not stand even without a push); UNDECIDED (the
-    force is 0: the answer is not known). ``lower`` and ``upper`` (n,) [N] bound the true answer as far as the engine
+    force 0 is no answer: the answer is not known, see ``undecided``). If it is FINITE with force 0, something is only
+    balanced: the least push moves it. ``lower`` and ``upper`` (n,) [N] bound the true answer as far as the engine
     can promise; ``lower_bound`` and ``upper_bound`` say how these bounds are known.
 
     Three columns (n,) say what gives way: ``moving`` holds the names of the moving bodies, ``mode`` is "slip",
@@ -57,7 +58,7 @@ class Robustness(Forces):
 
     def summary(self) -> Summary:
         """Summarise the answer by its weakest pushes."""
-        headline = f"{len(self.force):,} pushes on {self.body}: {told(self.verdict)}, {least(self.force, 'N')}"
+        headline = f"{len(self.force):,} pushes on {self.body}: {told(self.verdict)}, {least(self.answers, 'N')}"
         return self.table(headline, places_of(self.points))
 
 
@@ -82,9 +83,10 @@ class LoadFactor(Single):
     def summary(self) -> Summary:
         """Summarise the answer by the factor, its bounds and what gives way."""
         between = f"{number(self.lower)} to {number(self.upper)}"
-        facts = [("factor", number(self.factor)), ("between", between), ("status", str(self.status))]
+        facts = [("factor", amount(self.status, self.factor)), ("between", between), ("status", str(self.status))]
         facts += [("gives way", gives_way(self.mode, self.moving)), *self.facts()]
-        return Summary(f"the loads may be taken {number(self.factor)} times", facts, notes=self.notes)
+        headline = f"the loads may be taken {number(self.factor)} times"
+        return Summary(self.answers.undecided.text or headline, facts, notes=self.notes)
 
 
 def robustness(

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from holdfast.base.archive import to_dict
-from holdfast.base.arrays import Bool, Float, Int, Objects, objects
+from holdfast.base.arrays import Bool, Float, Objects, objects
 from holdfast.base.public import PublicValue, Summary, number
-from holdfast.engines.answers import Answers, Bound, Claim
+from holdfast.engines.answers import Answers, Bound, Claim, Undecided
 from holdfast.engines.mechanism import Mechanism, Mode
 from holdfast.engines.verdict import Status, Verdict
 
@@ -63,13 +63,16 @@ class Result(PublicValue):
             "lower_bound": self.lower_bound.value,
             "upper_bound": self.upper_bound.value,
             "notes": list(self.notes),
+            "undecided": self.answers.undecided.to_dict(),
         }
 
     def facts(self) -> list[tuple[str, str]]:
         """Return what applies to the whole table as (name, text) pairs for a summary."""
+        undecided = self.answers.undecided
         return [
             ("engine", f"{self.engine} ({self.claim})"),
             ("verdict", f"{self.verdict.status}: {self.verdict.reason}"),
+            *([("not known", undecided.text)] if undecided.count else []),
             ("lower bound", KNOWN_HOW[self.lower_bound]),
             ("upper bound", KNOWN_HOW[self.upper_bound]),
         ]
@@ -86,6 +89,11 @@ class Columns(Result):
     def status(self) -> Objects:
         """The status (n,) of each answer: FINITE, INFINITE, UNSTABLE or UNDECIDED."""
         return self.answers.status
+
+    @property
+    def undecided(self) -> Undecided:
+        """How many of the n answers are not known (``count``, ``share``), and why (``reasons``)."""
+        return self.answers.undecided
 
     @property
     def lower(self) -> Float:
@@ -127,18 +135,20 @@ class Columns(Result):
         return {name: to_dict(getattr(self, name)) for name in names}
 
     def weakest_rows(self, unit: str, places: Objects | None = None) -> list[list[str]]:
-        """Return the rows with the smallest answers for a summary; ``places`` (n,) says where each row belongs."""
+        """Return the rows with the smallest answers for a summary; ``places`` (n,) says where each row belongs.
+
+        Undecided rows come last.
+        """
         answers = self.answers
-        order: Int = np.argsort(answers.force, kind="stable")[:SHOWN]
         return [
             [
                 "" if places is None else str(places[k]),
-                number(answers.force[k], unit),
+                amount(answers.status[k], answers.force[k], unit),
                 f"{number(answers.lower[k])} to {number(answers.upper[k])}",
                 str(answers.status[k]),
                 gives_way(answers.mode[k], answers.moving[k]),
             ]
-            for k in order.tolist()
+            for k in answers.ranking[:SHOWN].tolist()
         ]
 
 
@@ -224,9 +234,16 @@ def told(verdict: Verdict) -> str:
     return {Status.STABLE: "it stands", Status.UNSTABLE: "it does not stand"}.get(verdict.status, "undecided")
 
 
-def least(values: Float, unit: str) -> str:
-    """Describe the smallest of these values in words."""
-    return f"the least {number(float(np.min(values)), unit)}" if len(values) else "none"
+def least(answers: Answers, unit: str) -> str:
+    """Describe in words the smallest answer that is known, and how many are not known, with the reason."""
+    known = answers.force[answers.decided]
+    words = [f"the least {number(float(np.min(known)), unit)}"] if len(known) else []
+    return "; ".join([*words, *filter(None, [answers.undecided.text])]) or "none"
+
+
+def amount(status: Status, value: float, unit: str = "") -> str:
+    """Return the value of an answer with its unit, or "?" if the answer is not known."""
+    return "?" if status is Status.UNDECIDED else number(value, unit)
 
 
 def places_of(points: Float, bodies: Objects | None = None) -> Objects:

@@ -13,12 +13,12 @@ from scipy.spatial.transform import Rotation
 
 from holdfast.assembly.assembly import FIXED, Assembly, assemble, checked_pose_sigma
 from holdfast.base.archive import archived, to_dict
-from holdfast.base.arrays import Float, Objects, checked_number, frozen, objects
+from holdfast.base.arrays import Bool, Float, Objects, checked_number, frozen, objects
 from holdfast.base.errors import HoldfastError, HoldfastWarning, message
 from holdfast.base.progress import report
 from holdfast.base.public import Summary, number
 from holdfast.contacts.detect import SIGMAS
-from holdfast.engines.answers import Answers, joined
+from holdfast.engines.answers import Answers, Undecided, joined
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
@@ -34,7 +34,7 @@ from holdfast.queries.request import (
     push_columns,
     total_wrench,
 )
-from holdfast.queries.result import SHOWN, Result, places_of
+from holdfast.queries.result import SHOWN, Result, amount, places_of
 from holdfast.scene.scene import Scene
 
 
@@ -43,15 +43,16 @@ from holdfast.scene.scene import Scene
 class RobustnessUnder(Result):
     """The largest push at each of n points, in each of ``samples`` samples of the uncertain quantities.
 
-    ``force`` (samples, n) [N] is 0 where a sample does not stand. It is also 0 where the sample or the push is
-    undecided, and inf where no push moves anything. ``status`` (samples, n) tells these cases apart, as in Robustness.
-    ``lower`` and ``upper`` (samples, n) [N] bound the true answer of each sample.
+    ``force`` (samples, n) [N] is 0 where a sample does not stand, and inf where no push moves anything. Where the
+    sample or the push is undecided, its 0 is no answer. ``status`` (samples, n) tells these cases apart, as in
+    Robustness, and ``undecided_pushes`` counts the undecided ones. ``lower`` and ``upper`` (samples, n) [N] bound the
+    true answer of each sample.
 
     ``stands`` is the share of samples that certainly stand (STABLE), and ``undecided`` the share that may stand; the
-    remaining samples do not stand. ``nominal`` (n,) [N] is R of the assembly as it was given, without uncertainty.
-    ``points`` (n, 3) [m] and the unit ``directions`` (n, 3) belong to that assembly, world frame. ``verdict`` is also
-    that of the given assembly. ``seed`` is that of the samples, and ``notes`` are the simplifications on which the
-    answer depends.
+    remaining samples do not stand. ``nominal`` (n,) [N] is R of the assembly as it was given, without uncertainty, and
+    ``nominal_status`` (n,) is its status. ``points`` (n, 3) [m] and the unit ``directions`` (n, 3) belong to that
+    assembly, world frame. ``verdict`` is also that of the given assembly. ``seed`` is that of the samples,
+    and ``notes`` are the simplifications on which the answer depends.
 
     ``answers`` holds the rows of all samples, one sample after another, without mechanisms.
     """
@@ -60,6 +61,7 @@ class RobustnessUnder(Result):
     points: Float
     directions: Float
     nominal: Float
+    nominal_status: Objects
     stands: float
     undecided: float
     samples: int
@@ -85,31 +87,62 @@ class RobustnessUnder(Result):
         """The upper bounds (samples, n) [N] of the true answers, as far as the engine can promise them."""
         return self.answers.upper.reshape(self.samples, -1)
 
+    @property
+    def undecided_pushes(self) -> Undecided:
+        """How many of the pushes on all samples are not known (``count``, ``share``), and why (``reasons``)."""
+        return self.answers.undecided
+
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON."""
-        names = ("body", "points", "directions", "force", "status", "nominal", "stands", "undecided", "samples", "seed")
+        names = (
+            *("body", "points", "directions", "force", "status", "nominal", "nominal_status"),
+            *("stands", "undecided", "undecided_pushes", "samples", "seed"),
+        )
         return self.about() | {name: to_dict(getattr(self, name)) for name in names}
 
     def summary(self) -> Summary:
         """Summarise the answer by quantiles at the points with the smallest medians."""
         headline = f"{self.samples} samples of {len(self.nominal):,} pushes on {self.body}: {self.stands:.0%} stand"
+        told = "; ".join([headline, *filter(None, [self.undecided_pushes.text])])
         places, low, middle = places_of(self.points), self.quantile(0.05), self.median
+        known_low, known_middle = self.known(0.05), self.known(0.5)
         rows = [
-            [places[k], *(number(values[k], "N") for values in (self.nominal, middle, low))]
-            for k in np.argsort(middle, kind="stable")[:SHOWN].tolist()
+            [
+                places[k],
+                amount(self.nominal_status[k], self.nominal[k], "N"),
+                number(middle[k], "N") if known_middle[k] else "?",
+                number(low[k], "N") if known_low[k] else "?",
+            ]
+            for k in np.lexsort((middle, ~known_middle))[:SHOWN].tolist()
         ]
-        return Summary(headline, self.facts(), ("where", "nominal", "median", "5 % quantile"), rows, self.notes)
+        return Summary(told, self.facts(), ("where", "nominal", "median", "5 % quantile"), rows, self.notes)
 
     def quantile(self, q: float) -> Float:
         """Return the force (n,) [N] that at least a share 1 - ``q`` of the samples reach; ``q`` = 0 gives the smallest.
 
-        It is always the force of one of the samples and is never interpolated. Samples that do not stand or are
-        undecided count as 0. Raises HoldfastError if ``q`` is not between 0 and 1.
+        It is always the force of one of the samples and is never interpolated. Samples that do not stand count as 0.
+        Undecided ones do, too, because nothing is sure to be reached in them; ``known(q)`` tells where the 0 is theirs.
+        Raises HoldfastError if ``q`` is not between 0 and 1.
         """
+        return frozen(np.sort(self.force, axis=0)[self._number(q)])
+
+    def known(self, q: float) -> Bool:
+        """Tell for each point (n,) whether ``quantile(q)`` is an answer.
+
+        It is False where the quantile falls on an undecided sample, whose force 0 is no answer. Raises HoldfastError if
+        ``q`` is not between 0 and 1.
+        """
+        decided = self.answers.decided.reshape(self.samples, -1)
+        zeros = (decided & (self.force == 0)).sum(axis=0)  # they are the smallest in any case
+        number = self._number(q)
+        return np.asarray((number < zeros) | (number >= zeros + (~decided).sum(axis=0)))
+
+    def _number(self, q: float) -> int:
+        """Return the number of the sample, from weak to strong, whose force is the quantile for ``q``."""
         share = checked_number(q, "quantile: q", minimum=0)
         if share > 1:
             raise HoldfastError(message("quantile: q", f"is {share:g}", "needs a share from 0 to 1"))
-        return frozen(np.sort(self.force, axis=0)[int(share * (self.samples - 1))])
+        return int(share * (self.samples - 1))
 
     @property
     def median(self) -> Float:
@@ -231,6 +264,9 @@ def robustness_under(
     if spread.deviation is not None and overlapping:
         share = f"{overlapping} of {count} samples have bodies that overlap by more than the tolerance"
         notes = (*notes, f"{share}: contacts there may be missing, which lowers their forces")
+    unknown = [answer.undecided.reasons[0] for answer in answers if answer.undecided.count]
+    if unknown:
+        notes = (*notes, f"{len(unknown)} of {count} samples have undecided pushes; the first: {unknown[0]}")
     table = joined([nominal.answers.rows(slice(0)), *answers])
     return RobustnessUnder(
         answers=replace(table, notes=notes, lower_bound=nominal.lower_bound, upper_bound=nominal.upper_bound),
@@ -238,6 +274,7 @@ def robustness_under(
         points=nominal.points,
         directions=nominal.directions,
         nominal=nominal.force,
+        nominal_status=nominal.status,
         stands=verdicts.count(Status.STABLE) / count,
         undecided=verdicts.count(Status.UNDECIDED) / count,
         samples=count,

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Objects, objects
-from holdfast.base.public import Summary, number
+from holdfast.base.public import Summary
 from holdfast.base.values import Table
 from holdfast.engines.capabilities import WORST_CASES
 from holdfast.queries.intervals import (
@@ -37,7 +37,7 @@ from holdfast.queries.request import (
     push_columns,
     total_wrench,
 )
-from holdfast.queries.result import Forces, least
+from holdfast.queries.result import Forces, amount, least
 from holdfast.scene.scene import Scene
 
 
@@ -48,7 +48,8 @@ class WorstCase(Forces):
 
     ``force`` (n,) [N] has the bounds ``lower`` and ``upper`` and a ``status`` (n,) as in Robustness. The status is
     UNSTABLE where the assembly does not stand at some corner of the uncertain region. It is UNDECIDED, with force 0,
-    where a corner was not settled. ``nominal`` (n,) [N] is R without uncertainty; ``verdict`` belongs to it.
+    which is no answer, where a corner was not settled. ``nominal`` (n,) [N] is R without uncertainty, with
+    ``nominal_status`` (n,); ``verdict`` belongs to it.
 
     ``mu`` holds the friction coefficients of the worst case, by pair of bodies. ``masses`` (n,) [kg] and ``coms`` (n,)
     [m], world frame, hold for each point the corner where it is weakest, by the name of the uncertain body. ``corners``
@@ -57,6 +58,7 @@ class WorstCase(Forces):
 
     body: str
     nominal: Float
+    nominal_status: Objects
     mu: Table[Pair, float]
     masses: Objects
     coms: Objects
@@ -65,14 +67,27 @@ class WorstCase(Forces):
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON."""
-        names = ("force", "lower", "upper", "status", "moving", "mode", "nominal", "mu", "masses", "coms")
+        names = (
+            "force",
+            "lower",
+            "upper",
+            "status",
+            "moving",
+            "mode",
+            "nominal",
+            "nominal_status",
+            "mu",
+            "masses",
+            "coms",
+        )
         whole = {"body": self.body, "corners": self.corners, "guarantee": self.guarantee}
         return self.about() | whole | self.columns(*names)
 
     def summary(self) -> Summary:
         """Summarise the answer by its weakest points."""
-        headline = f"{len(self.force):,} pushes on {self.body} at {self.corners:,} corners: {least(self.force, 'N')}"
-        return self.table(headline, objects([f"nominal {number(value, 'N')}" for value in self.nominal]))
+        headline = f"{len(self.force):,} pushes on {self.body} at {self.corners:,} corners: {least(self.answers, 'N')}"
+        nominal = zip(self.nominal_status, self.nominal, strict=True)
+        return self.table(headline, objects([f"nominal {amount(status, value, 'N')}" for status, value in nominal]))
 
 
 def worst_case(
@@ -117,6 +132,7 @@ def worst_case(
         answers=replace(found.answers, verdict=told.verdict, notes=told.notes),
         body=body,
         nominal=nominal.force,
+        nominal_status=nominal.status,
         mu=Table(low),
         masses=objects([Table(found.corners[k].masses) for k in found.corner]),
         coms=objects([Table(found.corners[k].coms) for k in found.corner]),

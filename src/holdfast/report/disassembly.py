@@ -32,13 +32,15 @@ def disassembly_report(result: Disassembly) -> RenderableType:
     parts: list[RenderableType] = [head]
     if result.steps:
         parts.append(table)
-    if result.blocked:
+    if result.stuck:
         stuck = Table(title="why the others stay", title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
-        stuck.add_column("body")
-        stuck.add_column("reason")
-        for body, reason in list(result.blocked.items())[:MOST_ROWS]:
-            stuck.add_row(body, reason)
+        for heading in ("body", "taking it out is", "reason"):
+            stuck.add_column(heading)
+        for removal in result.stuck[:MOST_ROWS]:
+            stuck.add_row(removal.body, removal.answer, removal.reason)
         parts.append(stuck)
+        if result.undecided.count:
+            parts.append(Text(f"{result.undecided.brief} of those that stay", style="bold yellow"))
     return Group(*parts)
 
 

@@ -12,6 +12,7 @@ from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import ContactForces, Status
 from holdfast.geometry.cells import Cells
 from holdfast.queries.map import RobustnessMap
+from holdfast.view.colours import Kind
 from holdfast.view.html import write_html
 from holdfast.view.picture import Arrow, HeatSurface, Picture, Solid
 from holdfast.view.png import write_png
@@ -19,11 +20,7 @@ from holdfast.view.png import write_png
 LONGEST_FORCE = 0.18  # of the assembly's size: the length of the arrow of the largest contact force
 WEAK_ARROW = 0.12  # of the assembly's size: the length of the arrows at the weakest points
 SHOWN_WEAKEST = 5  # the most bodies whose weakest push is shown
-
-_ZERO = {
-    Status.UNSTABLE: "the scene does not stand (0)",
-    Status.UNDECIDED: "not computed: the scene is undecided",
-}
+_KINDS = {Status.INFINITE: Kind.ENDLESS, Status.UNSTABLE: Kind.FALLS, Status.UNDECIDED: Kind.UNDECIDED}
 
 
 def save_png(result: RobustnessMap, path: str | os.PathLike[str]) -> None:
@@ -52,7 +49,6 @@ def picture_of(result: RobustnessMap) -> Picture:
         contact_forces=() if result.verdict.forces is None else _force_arrows(assembly, result.verdict.forces),
         weakest=_weak_arrows(result),
         up=assembly.scene.up,
-        zero_name=_ZERO.get(result.verdict.status, "moves without a push (0)"),
     )
 
 
@@ -64,26 +60,38 @@ def _title(result: RobustnessMap) -> str:
 def _subtitle(result: RobustnessMap) -> str:
     verdict = {Status.STABLE: "stands", Status.UNSTABLE: "does not stand"}.get(result.verdict.status, "undecided")
     caution = ", may be too high off-centre" if result.claim is Claim.ESTIMATED else ""
-    return f"{verdict} · engine {result.engine} ({result.claim}{caution}) · {len(result.force):,} inward pushes"
+    unknown = f" · {result.undecided.text}" if result.undecided.count else ""
+    engine = f"engine {result.engine} ({result.claim}{caution})"
+    return f"{verdict} · {engine} · {len(result.force):,} inward pushes{unknown}"
 
 
 def _surface(result: RobustnessMap, name: str, cells: Cells) -> HeatSurface:
     numbers = [k for k, body in enumerate(result.body) if body == name]
     return HeatSurface(
         name, cells.vertices, cells.triangles, cells.cell, cells.points, result.force[numbers],
-        tuple(_hover(result, k) for k in numbers),
+        tuple(_hover(result, k) for k in numbers), np.array([_kind(result, k) for k in numbers], dtype=np.int64),
     )  # fmt: skip
+
+
+def _kind(result: RobustnessMap, k: int) -> Kind:
+    return _KINDS.get(result.status[k], Kind.FORCE if result.force[k] > 0 else Kind.BALANCED)
 
 
 def _hover(result: RobustnessMap, k: int) -> str:
     place = ", ".join(f"{v:.3f}" for v in result.points[k])
-    lines = [f"<b>{result.body[k]}</b> at ({place}) m", f"push inward: <b>{_newton(result.force[k])}</b>"]
-    if result.status[k] is Status.FINITE:
+    lines = [f"<b>{result.body[k]}</b> at ({place}) m"]
+    status, kind = result.status[k], _kind(result, k)
+    if status is Status.UNDECIDED:
+        return "<br>".join([*lines, "<b>undecided</b>: the largest push is not known"])
+    lines.append(f"push inward: <b>{_newton(result.force[k])}</b>")
+    if kind is Kind.BALANCED:
+        lines.append("only balanced: the least push moves it")
+    if status is Status.FINITE:
         lines.append(f"{result.mode[k]}: {', '.join(result.moving[k])} moves")
-    elif result.status[k] is Status.INFINITE:
+    elif status is Status.INFINITE:
         lines.append("no push moves anything")
     else:
-        lines.append(str(result.status[k]))
+        lines.append("falls without a push")
     return "<br>".join(lines)
 
 
@@ -124,12 +132,12 @@ def _force_arrows(assembly: Assembly, forces: ContactForces) -> tuple[Arrow, ...
 
 def _weak_arrows(result: RobustnessMap) -> tuple[Arrow, ...]:
     length = WEAK_ARROW * result.assembly.size
+    weakest = [weak for weak in result.weakest_of_each_body() if weak.status is Status.FINITE]
     return tuple(
         Arrow(
             np.array(weak.point) - length * np.array(weak.direction),
             np.array(weak.point),
-            f"{weak.body}: {_newton(weak.force)}, {weak.mode}",
+            f"{weak.body}: {_newton(weak.force) if weak.force > 0 else 'the least push'}, {weak.mode}",
         )
-        for weak in result.weakest_of_each_body()[:SHOWN_WEAKEST]
-        if weak.status is Status.FINITE
+        for weak in weakest[:SHOWN_WEAKEST]
     )

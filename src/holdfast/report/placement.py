@@ -34,10 +34,13 @@ def save_placement_png(result: Placement, path: str | os.PathLike[str], *, seed:
         "contact points, sampled by what they withstand", bare_picture(result.assembly, without=name),
         support.points[chosen], support.normals[chosen], support.force[chosen],
     )  # fmt: skip
-    told = f"the pose they define: least push {result.robustness:.3g} N"
+    known = result.weakest is not None and result.weakest.status is not Status.UNDECIDED
+    told = "the pose they define: " + (f"least push {result.robustness:.3g} N" if known else "undecided")
     after = PointsPanel(told, bare_picture(result.assembly), marks=arrows, accent=name)
     title = f"{result.assembly.scene.name or 'scene'}: where to put {name}"
-    write_atomically(path, sheet_png([[before, after]], title, f"engine {result.engine} ({result.claim})"))
+    unknown = result.answers.undecided
+    about = f"engine {result.engine} ({result.claim})" + (f" · points {unknown.text}" if unknown.count else "")
+    write_atomically(path, sheet_png([[before, after]], title, about))
 
 
 def bare_picture(assembly: Assembly, without: str = "") -> Picture:
@@ -69,7 +72,8 @@ def placement_report(result: Placement, scene: str, body: str) -> RenderableType
     lines = [head, Text(f"pose, body to world [m]:\n{rows}"), Text(f"touches {', '.join(others)}")]
     if weak is not None:
         how = weak.status if weak.mode == "none" else weak.mode
-        lines.append(Text(f"least push afterwards: {result.robustness:.3g} N on {weak.body}, {how}"))
+        what = f"{result.robustness:.3g} N on {weak.body}, {how}"
+        lines.append(Text(f"least push afterwards: {'undecided' if weak.status is Status.UNDECIDED else what}"))
     lines.append(Text(f"{result.reason}; {result.attempts} attempts, {result.elapsed:.2g} s", style="dim"))
     return Group(*lines)
 

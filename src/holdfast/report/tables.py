@@ -88,22 +88,41 @@ def map_report(result: RobustnessMap) -> RenderableType:
         )
     weakest = result.weakest_of_each_body()
     for weak in weakest[:30]:
-        table.add_row(*_row(weak))
+        here = result.body == weak.body
+        unknown = int((here & ~result.answers.decided).sum())
+        *cells, what = _row(weak)
+        partly = f"; {unknown} of {here.sum()} undecided" if 0 < unknown < here.sum() else ""
+        table.add_row(*cells, what + partly)
     if len(weakest) > 30:
         table.add_row(f"... and {len(weakest) - 30} more", *[""] * 4)
-    notes = [Text(f"note: {note}", style="yellow") for note in result.notes]
-    reason = [] if result.verdict.status is Status.STABLE else [Text(result.verdict.reason, style="dim")]
-    return Group(head, *reason, *notes, table)
+    return Group(head, *_remarks(result), table)
+
+
+def _remarks(result: RobustnessMap | TransportLimits) -> list[Text]:
+    """Say why an assembly does not stand for certain, how many answers are not known, and the notes."""
+    remarks = [] if result.verdict.status is Status.STABLE else [Text(result.verdict.reason, style="dim")]
+    if result.undecided.count:
+        remarks.append(Text(result.undecided.text, style="bold yellow"))
+    return remarks + [Text(f"note: {note}", style="yellow") for note in result.notes]
 
 
 def _row(weak: MapPoint) -> tuple[str, ...]:
     if weak.status is Status.INFINITE:
         return weak.body, "∞", "", "", "nothing"
-    if weak.status is not Status.FINITE:
-        return weak.body, "-", "", "", "not computed: the scene " + _WORDS[weak.status][0]
-    moving = ", ".join(weak.moving[:5]) + (f" and {len(weak.moving) - 5} more" if len(weak.moving) > 5 else "")
+    if weak.status is Status.UNDECIDED:
+        return weak.body, "?", "", "", "undecided"
+    if weak.status is Status.UNSTABLE:
+        return weak.body, "0", "", "", _moving(weak.mode, weak.moving, "falls without a push")
     place = "(" + ", ".join(f"{1e3 * v:.0f}" for v in weak.point) + ")"
-    return weak.body, f"{weak.force:.4g}", place, _direction(weak.direction), f"{weak.mode}: {moving}"
+    what = _moving(weak.mode, weak.moving, "" if weak.force > 0 else "only balanced")
+    return weak.body, f"{weak.force:.4g}", place, _direction(weak.direction), what
+
+
+def _moving(mode: str, moving: tuple[str, ...], kind: str) -> str:
+    """Say what moves and how, after the ``kind`` of the answer, if it needs to be said."""
+    more = f" and {len(moving) - 5} more" if len(moving) > 5 else ""
+    what = f"{mode}: {', '.join(moving[:5])}{more}" if moving else ""
+    return ", ".join(filter(None, [kind, what]))
 
 
 def transport_report(result: TransportLimits) -> RenderableType:
@@ -120,9 +139,6 @@ def transport_report(result: TransportLimits) -> RenderableType:
         (word, style),
         f" on its carrier, {count} directions  (engine {result.engine}: {result.claim})",
     )
-    notes = [Text(f"note: {note}", style="yellow") for note in result.notes]
-    if result.verdict.status is not Status.STABLE:
-        notes.insert(0, Text(result.verdict.reason, style="dim"))
     table = Table(title="largest acceleration of the carrier", title_justify="left", box=SIMPLE_HEAD)
     for heading in ("from", "to", "least [m/s²]", "lower", "at", "what moves"):
         name = heading == "what moves"
@@ -131,13 +147,18 @@ def transport_report(result: TransportLimits) -> RenderableType:
     arcs = _arcs(result)
     if len(arcs) > ARCS:
         arcs = [part.tolist() for part in np.array_split(np.arange(count), ARCS)]
+    rank = np.argsort(result.answers.ranking)
     for arc in arcs:
-        least = arc[int(np.argmin(result.acceleration[arc]))]
+        least = arc[int(np.argmin(rank[arc]))]
         first, last, at = (f"{angle[k]:g}°" for k in (arc[0], arc[-1], least))
         figures = ["∞" if np.isinf(v) else f"{v:.4g}" for v in (result.acceleration[least], result.lower[least])]
-        lower = figures[1] if result.lower.any() else "-"
-        table.add_row(first, last, figures[0], lower, at, _gives_way(result, least))
-    return Group(head, *notes, table)
+        known = result.status[least] is not Status.UNDECIDED
+        answer = figures[0] if known else "?"
+        lower = figures[1] if result.lower[least] > 0 or (known and result.lower.any()) else "-"
+        unknown = int((~result.answers.decided[arc]).sum())
+        partly = f"; {unknown} of {len(arc)} undecided" if 0 < unknown < len(arc) else ""
+        table.add_row(first, last, answer, lower, at, _gives_way(result, least) + partly)
+    return Group(head, *_remarks(result), table)
 
 
 def _arcs(result: TransportLimits) -> list[list[int]]:
@@ -160,10 +181,11 @@ def _arcs(result: TransportLimits) -> list[list[int]]:
 def _gives_way(result: TransportLimits, k: int) -> str:
     if result.status[k] is Status.INFINITE:
         return "nothing"
-    if result.status[k] is not Status.FINITE:
-        return f"not computed: {result.status[k]}"
-    moving = result.moving[k]
-    return f"{result.mode[k]}: " + ", ".join(moving[:5]) + (f" and {len(moving) - 5} more" if len(moving) > 5 else "")
+    if result.status[k] is Status.UNDECIDED:
+        return "undecided"
+    falls = "falls at rest" if result.status[k] is Status.UNSTABLE else ""
+    kind = falls or ("" if result.acceleration[k] > 0 else "only balanced")
+    return _moving(result.mode[k], result.moving[k], kind)
 
 
 def _direction(values: tuple[float, float, float]) -> str:

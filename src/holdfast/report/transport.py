@@ -45,6 +45,7 @@ def polar_picture(results: Sequence[TransportLimits], names: Sequence[str] | Non
         ("+x", "+y", "−x", "−y") if plain else ("0°", "90°", "180°", "270°"),
         tuple(_curve(result, name) for result, name in zip(results, named, strict=True)),
         _footprints(first.assembly, frame),
+        first.undecided.text,
     )
 
 
@@ -66,25 +67,32 @@ def _curve(result: TransportLimits, name: str) -> Curve:
     angle = level_angles(result)
     order = np.argsort(angle, kind="stable")
     title = f"{name} ({result.claim})" if name == result.engine else name
-    return Curve(title, angle[order], result.acceleration[order], result.lower[order], _lines(result, angle))
+    return Curve(
+        title, angle[order], result.acceleration[order], result.lower[order], _lines(result, angle),
+        result.answers.decided[order],
+    )  # fmt: skip
 
 
 def _lines(result: TransportLimits, angle: Float) -> tuple[str, ...]:
-    """Describe the smallest and the largest answer, and what gives way first."""
-    if result.verdict.status is Status.UNSTABLE:
-        return ("does not stand on the carrier",)
-    if not np.isfinite(result.acceleration).any():
-        return ("nothing moves, however fast",)
-    least = int(np.argmin(result.acceleration))
+    """Describe the smallest and the largest answer that is known, what gives way first, and how many are not known."""
+    unknown = [result.undecided.brief] if result.undecided.count else []
+    known = result.acceleration[result.answers.decided]
+    if len(known) and (result.status[result.answers.decided] == Status.UNSTABLE).all():
+        return ("does not stand on the carrier", *unknown)
+    if not len(known):
+        return tuple(unknown)
+    if np.isinf(known).all():
+        return ("nothing moves, however fast", *unknown)
+    least = int(result.answers.ranking[0])
     names = result.moving[least]
     moving = ", ".join(names[:SHOWN]) + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")
     gives = f"{result.mode[least]}: {moving}" if moving else str(result.status[least])
-    largest = result.acceleration.max()
-    lines = [f"least {result.acceleration[least]:.3g} at {np.degrees(angle[least]):.0f}°, {gives}"]
-    lines.append("largest " + ("∞" if np.isinf(largest) else f"{largest:.3g}"))
+    only = " (only balanced)" if result.status[least] is Status.FINITE and not result.acceleration[least] > 0 else ""
+    lines = [f"least {result.acceleration[least]:.3g}{only} at {np.degrees(angle[least]):.0f}°, {gives}"]
+    lines.append("largest " + ("∞" if np.isinf(known.max()) else f"{known.max():.3g}"))
     if result.claim is Claim.HOLDS and result.lower[least] > 0:
         lines[0] += f"; holds {result.lower[least]:.3g}"
-    return tuple(lines)
+    return (*lines, *unknown)
 
 
 def _footprints(assembly: Assembly, frame: Float) -> tuple[Footprint, ...]:

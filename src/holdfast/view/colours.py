@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -38,6 +39,17 @@ _TO_LAB: Final = np.array(
         [0.0259040371, 0.7827717662, -0.8086757660],
     ]
 )
+
+
+class Kind(IntEnum):
+    """What the answer of a cell says."""
+
+    FORCE = 0  # a finite force above 0, which is on the scale
+    ENDLESS = 1  # no force moves anything
+    BALANCED = 2  # the least force moves something
+    FALLS = 3  # something moves without any force
+    UNDECIDED = 4  # the answer is not known
+    NONE = 5  # there is no answer
 
 
 class Tick(NamedTuple):
@@ -105,9 +117,18 @@ def _perceptual_table() -> NDArray[np.float64]:
 
 TABLE: Final = _perceptual_table()
 INFINITE: Final[Rgb] = rgb_of("#9fbbe0")  # colour of points that no push moves
-ZERO: Final[Rgb] = rgb_of("#d400d4")  # colour of points with force 0
+ZERO: Final[Rgb] = rgb_of("#d400d4")  # colour of points that the least push moves
+FALLS: Final[Rgb] = rgb_of("#1c1c96")  # colour of points on bodies that move without a push
+UNDECIDED: Final[Rgb] = rgb_of("#a38fcc")  # colour of points whose answer is not known; pictures also hatch them
 FIXED: Final[Rgb] = rgb_of("#d3d2ce")  # colour of fixed bodies
 COVERED: Final[Rgb] = rgb_of("#8d8b87")  # colour of surfaces without a value
+SPECIAL: Final[dict[Kind, Rgb]] = {
+    Kind.BALANCED: ZERO,
+    Kind.FALLS: FALLS,
+    Kind.UNDECIDED: UNDECIDED,
+    Kind.ENDLESS: INFINITE,
+    Kind.NONE: COVERED,
+}
 
 
 def scale_of(values: ArrayLike) -> Scale | None:
@@ -133,13 +154,24 @@ def sample(position: ArrayLike) -> NDArray[np.float64]:
     return np.asarray(TABLE[index], dtype=float)
 
 
-def colours(scale: Scale | None, values: ArrayLike) -> NDArray[np.float64]:
-    """Return the colours (C, 3), in 0..1, of forces (C,) [N]; a NaN gets the colour of surfaces without a value."""
+def kinds_of(values: ArrayLike) -> NDArray[np.int64]:
+    """Return the kind (C,) of forces (C,) [N] that are all known; a NaN is no answer."""
     force = np.asarray(values, dtype=float)
+    kinds = np.full(force.shape, Kind.NONE, dtype=np.int64)
+    kinds[np.isfinite(force)] = Kind.FORCE
+    kinds[force <= 0.0] = Kind.BALANCED
+    kinds[np.isposinf(force)] = Kind.ENDLESS
+    return kinds
+
+
+def colours(scale: Scale | None, values: ArrayLike, kinds: ArrayLike | None = None) -> NDArray[np.float64]:
+    """Return the colours (C, 3), in 0..1, of forces (C,) [N] of these kinds (C,), by default those of ``kinds_of``."""
+    force = np.asarray(values, dtype=float)
+    known = kinds_of(force) if kinds is None else np.asarray(kinds)
     rgb = np.tile(np.asarray(COVERED), (force.size, 1))
-    rgb[force <= 0.0] = ZERO
-    rgb[np.isposinf(force)] = INFINITE
-    on_scale = np.isfinite(force) & (force > 0.0)
+    for kind, colour in SPECIAL.items():
+        rgb[known == kind] = colour
+    on_scale = known == Kind.FORCE
     if scale is not None:
         rgb[on_scale] = sample(scale.position(force[on_scale]))
     return rgb

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from holdfast.view import colours
 from holdfast.view.layout import Box, Layout, has_contacts
 from holdfast.view.marks import CONTACT, FONT, INK, badge
-from holdfast.view.picture import Picture
-from holdfast.view.soup import forces
+from holdfast.view.picture import Picture, legend
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -121,7 +120,7 @@ def draw_footer(writer: Writer, picture: Picture, layout: Layout, scale: colours
     if scale is not None:
         _draw_bar(writer, layout, scale, picture.value_name)
         left += _BAR_SHARE * foot.width + 44 * writer.unit
-    _draw_swatches(writer, picture, left, foot.top)
+    _draw_swatches(writer, picture, left, foot)
     left += _SWATCH_SHARE * foot.width
     _draw_list(writer, picture, left, foot)
 
@@ -147,31 +146,31 @@ def _draw_bar(writer: Writer, layout: Layout, scale: colours.Scale, name: str) -
     writer.put(bar.left + bar.width, base + 46 * unit, "strong ▸", 13.0, colour=GREY, align="right")
 
 
-def _draw_swatches(writer: Writer, picture: Picture, left: float, top: float) -> None:
+def _draw_swatches(writer: Writer, picture: Picture, left: float, foot: Box) -> None:
     from matplotlib.patches import Rectangle
 
     unit = writer.unit
     rows = _swatches(picture)
     if rows:
-        writer.put(left, top + 32 * unit, "other surfaces", 16.0, bold=True)
+        writer.put(left, foot.top + 32 * unit, "other surfaces", 16.0, bold=True)
+    step = min(_ROW * unit, (foot.height - 50 * unit) / max(len(rows), 1))
+    room = _SWATCH_SHARE * foot.width - 44 * unit
     for row, (colour, text) in enumerate(rows):
-        y = top + (48 + row * _ROW) * unit
-        writer.axes.add_patch(
-            Rectangle((left, y), 24 * unit, 16 * unit, facecolor=colour, edgecolor=INK, lw=0.6 * unit, zorder=9)
-        )
-        writer.put(left + 34 * unit, y + 13 * unit, text, 14.0)
+        y = foot.top + 48 * unit + row * step
+        hatch = "////" if colour == colours.UNDECIDED else ""
+        look: dict[str, Any] = {"facecolor": colour, "edgecolor": INK, "hatch": hatch, "lw": 0.6 * unit, "zorder": 9}
+        writer.axes.add_patch(Rectangle((left, y), 24 * unit, 16 * unit, **look))
+        writer.put(left + 34 * unit, y + 13 * unit, writer.clipped(text, 14.0, room), 14.0)
 
 
 def _swatches(picture: Picture) -> list[tuple[str | tuple[float, ...], str]]:
-    force = forces(picture)
     shown: list[tuple[bool, str | tuple[float, ...], str]] = [
-        (bool(np.any(force <= 0.0)), colours.ZERO, picture.zero_name),
-        (bool(np.any(np.isposinf(force))), colours.INFINITE, "no push moves it (∞)"),
         (any(solid.fixed for solid in picture.solids), colours.FIXED, "fixed body"),
         (any(not solid.fixed for solid in picture.solids), colours.COVERED, "covered, cannot be pushed"),
         (has_contacts(picture), (*colours.rgb_of(CONTACT), 0.3), "contact patch"),
     ]
-    return [(colour, text) for present, colour, text in shown if present]
+    special = [(colours.SPECIAL[kind], name) for kind, name in legend(picture).items()]
+    return [*special, *((colour, text) for present, colour, text in shown if present)]
 
 
 def _draw_list(writer: Writer, picture: Picture, left: float, foot: Box) -> None:

@@ -13,7 +13,7 @@ from holdfast.view.camera import Camera, fit, front_view
 from holdfast.view.canvas import blank, paint, pixel_axes, png_of
 from holdfast.view.footer import GREY, Writer
 from holdfast.view.marks import INK
-from holdfast.view.picture import Arrow, Picture
+from holdfast.view.picture import Arrow, Picture, legend
 from holdfast.view.shade import render
 from holdfast.view.soup import fixed, forces, movable
 
@@ -57,8 +57,8 @@ def sheet_png(
             place = (_PAD + j * panel[0], _HEAD + i * (panel[1] + _CAPTION) + _CAPTION)
             _draw(writer, page, one, row, scale, place, panel)
     writer.put(_PAD, 44, title, 26, bold=True)
-    writer.put(_PAD, 74, subtitle, 16, colour=GREY)
-    _bar(writer, page, scale, height - _FOOT + 24)
+    writer.put(_PAD, 74, writer.clipped(subtitle, 16, width - 2 * _PAD), 16, colour=GREY)
+    _bar(writer, page, scale, height - _FOOT + 24, every)
     paint(figure, page)
     return png_of(canvas)
 
@@ -111,8 +111,10 @@ def _seen(
     return np.asarray((toward > 0) & (pixels[:, 2] <= depth[row, column] + 2.0 / camera.scale))
 
 
-def _bar(writer: Writer, page: NDArray[np.float64], scale: colours.Scale | None, top: int) -> None:
-    """Draw the colour scale and the colour of infinite forces."""
+def _bar(
+    writer: Writer, page: NDArray[np.float64], scale: colours.Scale | None, top: int, panels: Sequence[PointsPanel]
+) -> None:
+    """Draw the colour scale, the colour of infinite forces and those of the other kinds of answers in the panels."""
     left, wide, tall = _PAD, 430, 16
     if scale is not None:
         page[top : top + tall, left : left + wide] = colours.sample(np.linspace(0, 1, wide))[None]
@@ -120,5 +122,9 @@ def _bar(writer: Writer, page: NDArray[np.float64], scale: colours.Scale | None,
             writer.put(left + tick.position * wide, top + tall + 20, tick.label, 13, colour=GREY, align="center")
         writer.put(left, top + tall + 42, "largest inward push [N]", 14)
     patch = left if scale is None else left + wide + 50
-    page[top : top + tall, patch : patch + 28] = colours.INFINITE
-    writer.put(patch + 38, top + 14, "no push moves anything", 14)
+    whole = Picture("", "", tuple(surface for one in panels for surface in one.picture.heat), ())
+    names = {colours.Kind.ENDLESS: ""} | legend(whole) | {colours.Kind.ENDLESS: "no push moves anything"}
+    for number, (kind, name) in enumerate(names.items()):
+        x, y = patch + 330 * (number // 3), top + 22 * (number % 3)
+        page[y : y + tall, x : x + 28] = colours.SPECIAL[kind]
+        writer.put(x + 38, y + 14, name, 14)

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from holdfast.view.colours import Kind, kinds_of
+
 
 @dataclass(frozen=True)
 class Solid:
@@ -29,6 +31,12 @@ class HeatSurface:
     points: NDArray[np.float64]  # (C, 3) query point of each cell, world [m]
     force: NDArray[np.float64]  # (C,) robustness [N]; inf where no push moves anything
     hover: tuple[str, ...]  # (C,) text shown under the pointer, lines separated by "<br>"
+    kinds: NDArray[np.int64] | None = None  # (C,) what each answer says; None where all forces are known
+
+    @property
+    def kind(self) -> NDArray[np.int64]:
+        """What the answer of each cell (C,) says, as a ``Kind``."""
+        return kinds_of(self.force) if self.kinds is None else self.kinds
 
 
 @dataclass(frozen=True)
@@ -47,8 +55,7 @@ class Picture:
     ``heat`` holds the coloured surfaces and ``solids`` the neutral ones. ``outlines`` are the contact patches as closed
     polylines (k, 3) [m], and ``contact_points`` (m, 3) [m] the contact nodes. ``contact_forces`` are arrows of the
     contact forces at rest, already scaled to metres. ``weakest`` are arrows of the weakest pushes, with their heads at
-    the pushed points. ``up`` (3,) is the unit vector opposite to gravity, and ``zero_name`` says what a force of 0
-    means here.
+    the pushed points. ``up`` (3,) is the unit vector opposite to gravity.
     """
 
     title: str
@@ -61,4 +68,23 @@ class Picture:
     weakest: tuple[Arrow, ...] = ()
     up: NDArray[np.float64] = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     value_name: str = "largest push [N]"
-    zero_name: str = "moves without a push (0)"
+
+
+def kinds(picture: Picture) -> NDArray[np.int64]:
+    """Return what the answer of every cell of the picture says, (C,) over all surfaces."""
+    return np.concatenate([*(surface.kind for surface in picture.heat), np.empty(0, dtype=np.int64)])
+
+
+def legend(picture: Picture) -> dict[Kind, str]:
+    """Return the names of the kinds of answers beside the scale that the picture shows, for its legend."""
+    found = kinds(picture)
+    unknown = int((found == Kind.UNDECIDED).sum())
+    share = 100 * unknown / max(len(found), 1)
+    names = {
+        Kind.BALANCED: "moves at the least push (only balanced)",
+        Kind.FALLS: "falls without a push",
+        Kind.UNDECIDED: f"undecided: {unknown:,} of {len(found):,} ({share:.3g} %)",
+        Kind.ENDLESS: "no push moves it (∞)",
+        Kind.NONE: "no value",
+    }
+    return {kind: name for kind, name in names.items() if (found == kind).any()}

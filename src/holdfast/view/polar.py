@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from holdfast.base.files import write_atomically
 from holdfast.view.canvas import blank, pixel_axes, png_of
-from holdfast.view.colours import COVERED, FIXED
+from holdfast.view.colours import COVERED, FIXED, UNDECIDED
 from holdfast.view.footer import GREY, Writer
 from holdfast.view.marks import FONT, INK
 
@@ -34,7 +34,8 @@ _VIEW: Final = (480, 290)  # width and height of the view from above [px]
 class Curve:
     """The answers of one method: ``radius`` (n,) [m/s²] at ``angle`` (n,) [rad]; the radius is inf where nothing moves.
 
-    ``lower`` (n,) [m/s²] is drawn as a band where it is above 0. ``lines`` are the texts of the legend.
+    ``lower`` (n,) [m/s²] is drawn as a band where it is above 0. ``lines`` are the texts of the legend. Where
+    ``decided`` (n,) is false, the radius is not known: the curve has a gap there.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Curve:
     radius: NDArray[np.float64]
     lower: NDArray[np.float64]
     lines: tuple[str, ...]
+    decided: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -55,13 +57,17 @@ class Footprint:
 
 @dataclass(frozen=True)
 class PolarPicture:
-    """Several curves around one circle; ``axes`` names the directions at 0, 90, 180 and 270 degrees."""
+    """Several curves around one circle; ``axes`` names the directions at 0, 90, 180 and 270 degrees.
+
+    Sectors in which the first curve is not decided are hatched, and ``undecided`` says in words how many there are.
+    """
 
     title: str
     subtitle: str
     axes: tuple[str, str, str, str]
     curves: tuple[Curve, ...]
     footprints: tuple[Footprint, ...] = ()
+    undecided: str = ""
 
 
 def write_polar(picture: PolarPicture, path: str | os.PathLike[str]) -> None:
@@ -106,13 +112,15 @@ def draw_curves(axes: PolarAxes, picture: PolarPicture) -> None:
     axes.set_rlabel_position(_free_angle(picture))
     for label in axes.get_yticklabels():
         label.set(color=GREY, fontfamily=FONT, fontsize=10.5)
+    _shade_undecided(axes, picture.curves[0], end)
     only = len(picture.curves) == 1
     for k, curve in reversed(list(enumerate(picture.curves))):
         colour = _COLOURS[k % len(_COLOURS)]
-        shown = np.minimum(np.append(curve.radius, curve.radius[:1]), end)
+        radius = np.where(curve.decided, np.minimum(curve.radius, end), np.nan)
+        shown = np.append(radius, radius[:1])
         angle = np.append(curve.angle, curve.angle[0] + 2 * np.pi)
         if only:
-            axes.fill(angle, shown, color=colour, alpha=0.08, lw=0)
+            axes.fill(angle, np.nan_to_num(shown), color=colour, alpha=0.08, lw=0)
         marker, line = _MARKERS[k % len(_MARKERS)], _LINES[k % len(_LINES)]
         if not marker:
             axes.plot(angle, shown, line, color=colour, lw=1.6, alpha=0.9, label=curve.name)
@@ -122,6 +130,20 @@ def draw_curves(axes: PolarAxes, picture: PolarPicture) -> None:
             axes.plot(angle, shown, line, color=colour, lw=1.0, alpha=0.45)
             dots: dict[str, Any] = {"ms": 5.5, "mfc": face, "mec": colour, "mew": 1.0, "ls": "none"}
             axes.plot(angle[:-1], shown[:-1], marker, **dots, clip_on=False, label=curve.name)
+
+
+def _shade_undecided(axes: PolarAxes, curve: Curve, end: float) -> None:
+    """Hatch the sectors around the directions in which a curve is not decided, from the centre to ``end``."""
+    if curve.decided.all():
+        return
+    single = np.full(1, 2 * np.pi)
+    before = (curve.angle - np.roll(curve.angle, 1)) % (2 * np.pi) if len(curve.angle) > 1 else single
+    after = np.roll(before, -1)
+    unknown = ~curve.decided
+    axes.bar(
+        (curve.angle + (after - before) / 4)[unknown], np.full(unknown.sum(), end), ((before + after) / 2)[unknown],
+        color=(*UNDECIDED, 0.35), edgecolor=(*UNDECIDED, 0.8), hatch="///", lw=0, zorder=0.5,
+    )  # fmt: skip
 
 
 def _free_angle(picture: PolarPicture) -> float:
@@ -161,6 +183,8 @@ def _draw_footprints(figure: Figure, writer: Writer, picture: PolarPicture) -> f
 
 
 def _draw_legend(writer: Writer, picture: PolarPicture, top: float) -> None:
+    from matplotlib.patches import Rectangle
+
     y = top
     room = _SIZE[0] - _COLUMN - 50.0
     for k, curve in enumerate(picture.curves):
@@ -176,3 +200,15 @@ def _draw_legend(writer: Writer, picture: PolarPicture, top: float) -> None:
             y += 23
             writer.put(_COLUMN + 40, y, writer.clipped(text, 14.0, room - 40), 14.0, colour=GREY)
         y += 38
+    if picture.undecided:
+        look: dict[str, Any] = {
+            "facecolor": (*UNDECIDED, 0.35),
+            "edgecolor": UNDECIDED,
+            "hatch": "///",
+            "lw": 0.8,
+            "zorder": 9,
+        }
+        writer.axes.add_patch(Rectangle((_COLUMN, y - 13), 26, 16, **look))
+        for line in writer.wrapped(picture.undecided, 14.0, room - 40, 4):
+            writer.put(_COLUMN + 40, y, line, 14.0)
+            y += 21

@@ -17,6 +17,7 @@ from holdfast.view.soup import Soup
 SHADE_LOSS: Final = 0.12  # share of the brightness that a face turned away from the light loses
 _SAMPLES: Final = 2  # samples per pixel along each side, for anti-aliasing
 _INK: Final = np.array([0.10, 0.11, 0.14], dtype=np.float32)  # colour of lines
+_HATCH: Final = (10, 0.62)  # distance of hatching lines [px], and how dark they leave a surface that is not decided
 _LIGHT_INK: Final = np.array([0.85, 0.80, 0.82], dtype=np.float32)  # colour of creases on dark surfaces
 _LUMINANCE: Final = np.array([0.30, 0.59, 0.11], dtype=np.float32)  # weights of red, green and blue in the luminance
 _DARK: Final = 0.27  # luminance below which a surface counts as dark
@@ -53,7 +54,10 @@ def render(
     size = (shape[0] * _SAMPLES, shape[1] * _SAMPLES)
     front = _layer(movable, fine, size)
     paint = _ghost_paint(movable, camera.view) if ghost else _paint(movable, camera.view)
-    image = _ink(_lookup(paint, front, _BACKGROUND), front, 0.45 if ghost else 1.0)
+    image = _lookup(paint, front, _BACKGROUND)
+    if not ghost:
+        _hatch(image, front, movable)
+    image = _ink(image, front, 0.45 if ghost else 1.0)
     if fixed is not None and len(fixed.triangles):
         image = _with_fixed(image, front, fixed, fine, movable.vertices if focus is None else focus)
     rows, columns = shape
@@ -89,6 +93,15 @@ def _lookup(paint: NDArray[np.float64], layer: Layer, background: NDArray[np.flo
     # The index -1 of empty pixels picks the last row.
     table = np.concatenate([paint, background[None]]).astype(np.float32)
     return table[layer.triangle]
+
+
+def _hatch(image: NDArray[np.float32], layer: Layer, soup: Soup) -> None:
+    """Draw diagonal lines, in place, over surfaces in the colour of undecided answers: no eye takes them for others."""
+    marked = np.append((soup.rgb == colours.UNDECIDED).all(axis=1), False)[layer.triangle]  # -1 picks the last row
+    rows, columns = (np.arange(size) for size in image.shape[:2])
+    distance, darkness = _HATCH
+    lines = (rows[:, None] + columns) // _SAMPLES % distance < distance // 4
+    image[marked & lines] *= np.float32(darkness)
 
 
 def _ink(image: NDArray[np.float32], layer: Layer, amount: float) -> NDArray[np.float32]:

@@ -67,5 +67,5 @@ def soup_of(parts: Iterable[Part], paint: Callable[[Part], ArrayLike]) -> Soup:
 
 def _rgb(part: HeatSurface | Solid, scale: colours.Scale | None) -> ArrayLike:
     if isinstance(part, HeatSurface):
-        return colours.colours(scale, part.force)[part.cell]
+        return colours.colours(scale, part.force, part.kind)[part.cell]
     return colours.FIXED if part.fixed else colours.COVERED

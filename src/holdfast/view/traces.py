@@ -13,7 +13,7 @@ from holdfast.view import colours
 from holdfast.view.camera import heat_points
 from holdfast.view.edges import feature_edges
 from holdfast.view.marks import CONTACT, INK
-from holdfast.view.picture import Arrow, HeatSurface, Picture
+from holdfast.view.picture import Arrow, HeatSurface, Picture, legend
 from holdfast.view.soup import Soup, fixed, forces, movable
 
 Trace = dict[str, Any]
@@ -104,13 +104,13 @@ def _broken(pieces: list[NDArray[np.float64]]) -> NDArray[np.float64]:
     return np.concatenate([np.concatenate([piece, gap]) for piece in pieces])
 
 
-def _cells(surfaces: tuple[HeatSurface, ...], kind: str) -> _Cells:
+def _cells(surfaces: tuple[HeatSurface, ...], kind: colours.Kind) -> _Cells:
     vertices, triangles, force = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], [np.empty(0)]
     counts: list[int] = []
     texts: list[str] = []
     total = 0
     for surface in surfaces:
-        chosen = _of_kind(surface.force, kind)
+        chosen = surface.kind == kind
         faces = surface.triangles[chosen[surface.cell]]
         cell = surface.cell[chosen[surface.cell]]
         keys = cell[:, None] * len(surface.vertices) + faces
@@ -126,24 +126,14 @@ def _cells(surfaces: tuple[HeatSurface, ...], kind: str) -> _Cells:
     return _Cells(np.concatenate(vertices), np.concatenate(triangles), np.concatenate(force), counts, texts)
 
 
-def _of_kind(force: NDArray[np.float64], kind: str) -> NDArray[np.bool_]:
-    finite = np.isfinite(force) & (force > 0.0)
-    infinite, zero = np.isposinf(force), force <= 0.0
-    return {"finite": finite, "infinite": infinite, "zero": zero, "none": ~(finite | infinite | zero)}[kind]
-
-
 def _heat_groups(picture: Picture, scale: colours.Scale | None) -> list[Group]:
-    named = {
-        "finite": ("largest push, by colour", _gradient()),
-        "infinite": ("no push moves it (∞)", colours.hex_of(colours.INFINITE)),
-        "zero": (picture.zero_name, colours.hex_of(colours.ZERO)),
-        "none": ("no value", colours.hex_of(colours.COVERED)),
-    }
+    named = {colours.Kind.FORCE: ("largest push, by colour", _gradient())}
+    named |= {kind: (name, colours.hex_of(colours.SPECIAL[kind])) for kind, name in legend(picture).items()}
     result = []
     for kind, (name, colour) in named.items():
         cells = _cells(picture.heat, kind)
         paint: Trace = {"color": colour}
-        if kind == "finite" and scale is not None:
+        if kind is colours.Kind.FORCE and scale is not None:
             paint = {"intensity": _packed(scale.position(cells.force)), "coloraxis": "coloraxis"}
         hover = {"hovertemplate": "%{text}<extra></extra>", "cell_texts": cells.texts, "cell_counts": cells.counts}
         mesh = _mesh(cells.vertices, cells.triangles, {**paint, **hover, "solid_body": True})

@@ -20,7 +20,7 @@ from holdfast.base.errors import HoldfastError, SceneError, SolverError, Unstabl
 from holdfast.base.painters import paint
 from holdfast.base.public import PublicValue, Summary, number
 from holdfast.base.values import Value
-from holdfast.engines.answers import Claim
+from holdfast.engines.answers import Claim, Undecided
 from holdfast.engines.contract import FORCES_ONLY, Engine
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
@@ -35,13 +35,13 @@ BUDGET = 2000  # number of answers by contact forces after which a search stops
 class PaperRow(Value):
     """The paper's test of one body (Sec. VII-C), which compares R with the body's weight.
 
-    ``force`` [N] is R at the centre of mass, upwards, and ``weight`` [N] is the body's weight. The paper calls a body
-    removable if the two are equal. That test is not safe, because every voussoir of an arch passes it; the table is for
-    information only.
+    ``force`` [N] is R at the centre of mass, upwards, or None if R is undecided, and ``weight`` [N] is the body's
+    weight. The paper calls a body removable if the two are equal. That test is not safe, because every voussoir of an
+    arch passes it; the table is for information only.
     """
 
     body: str
-    force: float
+    force: float | None
     weight: float
     removable: bool
 
@@ -53,7 +53,7 @@ class Disassembly(PublicValue):
 
     ``order`` names the bodies in turn, and ``steps`` holds the answer for each of them with its reason. ``reached``
     says whether everything, or the ``goal``, is taken out. If not, ``remaining`` names the bodies that stay, and
-    ``blocked`` says which of them cannot go next, and why.
+    ``blocked`` says which of them cannot go next, and why. ``undecided`` counts those of which it is not known.
 
     ``proven`` means that no order is better: with a goal, none takes fewer removals; without one, no order takes out
     everything if this one does not. ``bound`` is a lower bound on the number of removals of any order. ``lift`` (3,) is
@@ -104,12 +104,23 @@ class Disassembly(PublicValue):
         return tuple(name for name in self.removals.names if name not in self.order)
 
     @cached_property
+    def stuck(self) -> tuple[Removal, ...]:
+        """If the end was not reached, the answers for the remaining bodies that cannot go next."""
+        if self.reached:
+            return ()
+        return tuple(removal for removal in self.answers(len(self.steps)) if removal.answer is not Answer.SAFE)
+
+    @property
     def blocked(self) -> dict[str, str]:
         """If the end was not reached, the remaining bodies that cannot go next, each with the reason."""
-        if self.reached:
-            return {}
-        stuck = (removal for removal in self.answers(len(self.steps)) if removal.answer is not Answer.SAFE)
-        return {removal.body: removal.reason for removal in stuck}
+        return {removal.body: removal.reason for removal in self.stuck}
+
+    @property
+    def undecided(self) -> Undecided:
+        """For how many of the remaining bodies it is not known whether they may go next, and why."""
+        unknown = [removal for removal in self.stuck if removal.answer is Answer.UNDECIDED]
+        reasons = tuple(f"{removal.body}: {removal.reason}" for removal in unknown)
+        return Undecided(count=len(unknown), rows=len(self.remaining), reasons=reasons)
 
     def answers(self, step: int = 0) -> tuple[Removal, ...]:
         """Return the answer for every body that is present before ``step``, with all reasons against its removal.
@@ -142,13 +153,15 @@ class Disassembly(PublicValue):
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON."""
         names = ("engine", "claim", "lift", "goal", "order", "assembly_order", "reached", "proven", "bound", "blocked")
-        data = {name: to_dict(getattr(self, name)) for name in (*names, "steps")}
+        data = {name: to_dict(getattr(self, name)) for name in (*names, "undecided", "steps")}
         return {"scene": self.assembly.scene.name} | data
 
     def summary(self) -> Summary:
         """Summarise the answer by its steps in order."""
         whole = len(self.assembly.movable)
         headline = f"{len(self.steps)} of {whole} bodies come out: {', '.join(self.order[:SHOWN])}"
+        if self.undecided.count:
+            headline += f"; of those that stay {self.undecided.text}"
         outcome = f"reached {self.reached}, proven {self.proven}, at least {number(self.bound)} removals"
         facts = [("engine", f"{self.engine} ({self.claim})"), ("outcome", outcome)]
         rows = [[str(k + 1), step.body, step.reason] for k, step in enumerate(self.steps)]
@@ -157,7 +170,10 @@ class Disassembly(PublicValue):
     def _paper_row(self, name: str, part: frozenset[str]) -> PaperRow:
         column = self.removals.force(name, part, self.removals.up)
         weight = float(np.linalg.norm(column))
-        factor = float(self.removals.state(part).load_factor(column[:, None], FORCES_ONLY).force[0])
+        found = self.removals.state(part).load_factor(column[:, None], FORCES_ONLY)
+        if found.undecided.count:
+            return PaperRow(name, None, weight, removable=False)
+        factor = float(found.force[0])
         return PaperRow(name, factor * weight, weight, abs(factor - 1) <= WHOLE)
 
     def _checked(self, step: int) -> int:

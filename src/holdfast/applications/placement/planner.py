@@ -110,6 +110,8 @@ class Planner:
             return self._nothing(
                 Search(), f"no exposed point of {', '.join(self.options.supports)} faces up{region}", start
             )
+        if not self.support.chance.any():
+            return self._nothing(Search(), f"no point to build on is sure to withstand a push{self._unknown()}", start)
         left = None if budget is None else budget - (time.perf_counter() - start)  # the maps took some of the time
         search = self.search(seed=seed, budget=left, candidates=candidates, attempts=attempts)
         if not search.found:
@@ -353,20 +355,16 @@ class Planner:
         """Choose the candidate whose weakest point is strongest by a coarse map, and compute its full map."""
         found = search.found
         if len(found) > 1:
-            rated = []
-            for candidate, after in found:
-                coarse = robustness_map(after, None, spacing=ROUGHLY * self.options.spacing, engine=self.engine)
-                least, own = least_force(coarse), least_force(coarse, self.body.name)
-                rated.append((round(least, 9), own, replace(candidate, robustness=least), after))
-            rated.sort(key=lambda entry: entry[:2], reverse=True)
-            found = [(candidate, after) for _, _, candidate, after in rated]
+            rated = [self._rated(candidate, after) for candidate, after in found]
+            rated.sort(key=lambda entry: entry[0], reverse=True)
+            found = [(candidate, after) for _, candidate, after in rated]
         after = found[0][1]
         full = robustness_map(after, None, spacing=self.options.spacing, engine=self.engine)
-        undecided = int((full.status == Status.UNDECIDED).sum())
         reason = "everything stands with it"
-        if undecided:
-            reason += f"; {undecided} of {len(full.force)} points undecided, counted as 0 N"
-            reason += f": the others hold {least_force(full):.3g} N"
+        if full.undecided.count:
+            least = least_force(full)
+            others = "" if least is None else f"; the other points hold at least {least:.3g} N"
+            reason += f"; points {full.undecided.text}{others}"
         return self._placement(
             search,
             start,
@@ -378,6 +376,20 @@ class Planner:
             support=self.support,
             time_to_stable=search.first,
         )
+
+    def _rated(self, candidate: Candidate, after: Assembly) -> tuple[tuple[float, ...], Candidate, Assembly]:
+        """Rate a stable pose by the decided points of a coarse map: the larger the key, the better the pose.
+
+        A pose whose object has no decided point is below every pose whose object has one: nobody knows what it bears.
+        """
+        coarse = robustness_map(after, None, spacing=ROUGHLY * self.options.spacing, engine=self.engine)
+        least, own = least_force(coarse), least_force(coarse, self.body.name)
+        key = (float(own is not None), -1.0 if least is None else round(least, 9), -1.0 if own is None else own)
+        return key, replace(candidate, robustness=least), after
+
+    def _unknown(self) -> str:
+        """Say how many answers of the scene's maps are not known, or nothing if all are known."""
+        return "".join(f"; {found.undecided.text}" for found in self.maps if found.undecided.count)
 
     def _refused(self, start: float) -> Placement:
         verdict = self.verdict
@@ -400,12 +412,10 @@ class Planner:
         return Placement(name=self.body.name, attempts=search.tried, faults=faults, elapsed=elapsed, **found)
 
 
-def least_force(found: RobustnessMap, body: str | None = None) -> float:
-    """Return the smallest push [N] of a map, or of one body in it, over the points that are not undecided."""
-    known = found.status != Status.UNDECIDED
-    if body is not None:
-        known &= found.body == body
-    return float(found.force[known].min(initial=np.inf))
+def least_force(found: RobustnessMap, body: str | None = None) -> float | None:
+    """Return the smallest push [N] of a map, or of one body in it, over its decided points; None if there is none."""
+    known = found.answers.decided if body is None else found.answers.decided & (found.body == body)
+    return float(found.force[known].min()) if known.any() else None
 
 
 def replace_fixed(body: Body) -> Body:

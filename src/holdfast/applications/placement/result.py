@@ -29,8 +29,8 @@ class Candidate(Value):
     """A pose (4, 4), body frame to world, that was tried.
 
     ``fault`` says in words why it was rejected; it is empty for a stable pose. ``robustness`` [N] of a stable pose is
-    that of a coarse map, or None if it was not needed. ``points`` (k, 3) [m] are the points of the scene on which the
-    pose was built, with outward ``normals`` (k, 3), world frame.
+    that of the decided points of a coarse map, or None if no point was decided or no map was needed. ``points`` (k, 3)
+    [m] are the points of the scene on which the pose was built, with outward ``normals`` (k, 3), world frame.
     """
 
     pose: Float
@@ -54,9 +54,9 @@ class Placement(Result):
 
     If the status is STABLE, ``pose`` (4, 4), body frame to world, is the best pose found. ``assembly`` is the assembly
     with the object in place, ``body`` is the object, and ``contacts`` are its interfaces. ``map`` is the robustness map
-    of that assembly, and ``robustness`` [N] is its smallest inward push over all exposed points of movable bodies, at
-    ``weakest``. The pose was built on ``points`` (k, 3) [m] with outward ``normals`` (k, 3), chosen from the points in
-    ``support``.
+    of that assembly, and ``robustness`` [N] is its smallest inward push over all decided points of movable bodies, at
+    ``weakest``. If no point is decided, the status of ``weakest`` is UNDECIDED, and the 0 is no answer. The pose was
+    built on ``points`` (k, 3) [m] with outward ``normals`` (k, 3), chosen from the points in ``support``.
 
     Otherwise ``pose``, ``map`` and what follows from them are None, ``robustness`` is 0, and ``best`` is the attempt
     that passed the most checks.
@@ -111,7 +111,7 @@ class Placement(Result):
 
     @property
     def robustness(self) -> float:
-        """The smallest push [N] that moves something after the placement; 0 without a place."""
+        """The smallest push [N] that moves something after the placement; 0 without a place or without an answer."""
         return 0.0 if self.weakest is None else self.weakest.force
 
     @property
@@ -141,9 +141,11 @@ class Placement(Result):
             return Summary(f"no place found for {self.name}: {self.reason}", facts, notes=self.notes)
         place = "(" + ", ".join(f"{v + 0.0:.4g}" for v in self.pose[:3, 3]) + ") m"
         if self.weakest is not None:
-            what = gives_way(self.weakest.mode, self.weakest.moving)
-            facts.insert(0, ("least push afterwards", f"{number(self.robustness, 'N')} on {self.weakest.body}: {what}"))
-        return Summary(f"{self.name} stands at {place}", facts, notes=self.notes)
+            weak = self.weakest
+            what = f"{number(weak.force, 'N')} on {weak.body}: {gives_way(weak.mode, weak.moving)}"
+            facts.insert(0, ("least push afterwards", "undecided" if weak.status is Status.UNDECIDED else what))
+        told = "; ".join([f"{self.name} stands at {place}", *filter(None, [self.answers.undecided.text])])
+        return Summary(told, facts, notes=self.notes)
 
 
 _NONE = np.empty((0, 3))

@@ -30,6 +30,7 @@ GUARANTEE = (
 )
 
 _WEAKEST_FIRST = (Status.UNSTABLE, Status.UNDECIDED, Status.FINITE, Status.INFINITE)
+_CERTAIN = 0.5  # the place of a force 0 that is known among these: nothing can be weaker, except what does not stand
 
 
 def weakest(
@@ -42,19 +43,29 @@ def weakest(
     """
     n = W.shape[1]
     lower, upper = np.full(n, np.inf), np.full(n, np.inf)
-    worst = [(len(_WEAKEST_FIRST), np.inf, 0)] * n
+    worst: list[tuple[float, float, int]] = [(len(_WEAKEST_FIRST), np.inf, 0)] * n
     rows: list[Answers | None] = [None] * n
     for number, corner in enumerate(corners):
         report("worst case", number, len(corners))
         found = prepare(standing + _change(assembly, corner)).load_factor(W)
         lower, upper = np.minimum(lower, found.lower), np.minimum(upper, found.upper)
         for k in range(n):
-            here = (_WEAKEST_FIRST.index(found.status[k]), float(found.force[k]), number)
+            here = (_weakness(found, k), float(found.force[k]), number)
             if here < worst[k]:
                 worst[k], rows[k] = here, found.rows(slice(k, k + 1))
     report("worst case", len(corners), len(corners))
     answers = replace(joined([row for row in rows if row is not None]), lower=lower, upper=upper)
     return Weakest(answers=answers, corner=tuple(k for _, _, k in worst), corners=corners, guarantee=GUARANTEE)
+
+
+def _weakness(found: Answers, k: int) -> float:
+    """Return the place of row ``k`` among the answers of all corners: the first of them is that of the worst case.
+
+    An undecided corner may be weaker than every finite one, so the worst case is then undecided, too.
+    """
+    if found.status[k] is Status.FINITE and not found.force[k] > 0:
+        return _CERTAIN
+    return _WEAKEST_FIRST.index(found.status[k])
 
 
 def corners_of(

@@ -64,9 +64,11 @@ def cell(name: str, make: Callable[[], PlacementScene], engine: str, count: int)
         drops += [] if fall is None else [fall]
         if len(least) < RATED:
             full = hf.robustness_map(after, None, spacing=SPACING)
-            least.append(least_force(full))
-            undecided += int((full.status == hf.Status.UNDECIDED).sum())
-            own.append(least_force(hf.robustness_map(after, None, spacing=SPACING, engine=asked.engine)))
+            decided = least_force(full)
+            least += [] if decided is None else [decided]
+            undecided += full.undecided.count
+            decided = least_force(hf.robustness_map(after, None, spacing=SPACING, engine=asked.engine))
+            own += [] if decided is None else [decided]
     placed = len(seconds)
     row: Row = {
         "case": f"{name}, {engine}",

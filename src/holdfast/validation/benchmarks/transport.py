@@ -109,7 +109,7 @@ ORDER = (SIMULATION, "limit", "graph", "polygon 8", "polygon 4", "compliant")  #
 def _curve(row: Row) -> Curve:
     radius = np.array(row["curve"])
     angle = 2 * np.pi * np.arange(len(radius)) / len(radius)
-    return Curve(row["case"].split(": ")[1], angle, radius, np.zeros_like(radius), ())
+    return Curve(row["case"].split(": ")[1], angle, radius, np.zeros_like(radius), (), np.ones(len(radius), dtype=bool))
 
 
 SUITE = Suite("transport", __doc__, cases, plot, written)
