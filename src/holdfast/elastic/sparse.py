@@ -14,7 +14,7 @@ from holdfast.elastic.linear import SINGULAR, Work, dense_solve
 
 SMALL_PIVOT = 0.1  # share of a column's largest entry below which a diagonal entry is not used as pivot
 NO_RESISTANCE = 1e-9  # largest resistance that counts as none, where that of bonded contacts is of order one
-FAINT_HOLD = 1e-9  # stiffness of the faint hold of a body, in units of its bonded contacts and size
+FAINT_HOLD = 1e-9  # stiffness of the faint hold of a body, in units of its contacts and size
 NEAR_SINGULAR = 1e-12  # added to the diagonal so that a singular stiffness can be factored, in the same units
 
 
@@ -49,7 +49,12 @@ def unresisted_motion(m: Elastic, K: Float) -> Float:
     n = len(m.wrench)
     kept, rows, columns = _pattern(m)
     blocks = np.zeros((len(m.a), 4, 6, 6))
-    unit = _units(m)
+    _blocks(m, m.bonded, 0.0, blocks)
+    firmest = np.zeros(n)
+    on = (rows == columns) & (rows % 6 < 3)
+    np.add.at(firmest, rows[on], blocks.ravel()[kept][on])
+    size = m.scale[::6] / m.scale[3::6]
+    unit = np.repeat(np.sqrt(firmest.reshape(-1, 6).max(1)), 6) * np.stack([np.ones_like(size), size], 1).repeat(3)
     _blocks(m, K, 0.0, blocks)
     scaled = blocks.ravel()[kept] / (unit[rows] * unit[columns])
     A = sparse.csc_matrix((scaled, (rows, columns)), shape=(n, n))
@@ -66,22 +71,20 @@ def unresisted_motion(m: Elastic, K: Float) -> Float:
 def held(m: Elastic) -> Elastic:
     """The model with a faint hold of every body, so that motions that no contact resists have a finite stiffness.
 
-    The hold is too faint to carry anything: what it would carry counts as not balanced (resting), and a path ends where
-    it begins to matter (stepper.py).
+    The hold is too faint to carry anything: what it would carry counts as not balanced, and a path ends where it begins
+    to matter (stepper.py). Its unit lies midway between the firmest and the softest contact of a body: of a body that
+    rests on a point and leans with a face, a hold measured by the face would carry part of the weight, and one measured
+    by the point would be lost in rounding.
     """
-    return m._replace(hold=FAINT_HOLD * _units(m) ** 2)
-
-
-def _units(m: Elastic) -> Float:
-    """The root of the stiffness (6J,) of each body's bonded contacts, as its size turns it into one of rotations."""
-    kept, rows, columns = _pattern(m)
-    blocks = np.zeros((len(m.a), 4, 6, 6))
-    _blocks(m, m.bonded, 0.0, blocks)
-    firmest = np.zeros(len(m.wrench))
-    on = (rows == columns) & (rows % 6 < 3)
-    np.add.at(firmest, rows[on], blocks.ravel()[kept][on])
+    soft, firm = np.full(len(m.scale) // 6, np.inf), np.zeros(len(m.scale) // 6)
+    stiff = m.bonded[:, range(3), range(3)].max(1, initial=0.0)
+    for ends in (m.a, m.b):
+        free = ends >= 0
+        np.minimum.at(soft, ends[free], stiff[free])
+        np.maximum.at(firm, ends[free], stiff[free])
     size = m.scale[::6] / m.scale[3::6]
-    return np.repeat(np.sqrt(firmest.reshape(-1, 6).max(1)), 6) * np.stack([np.ones_like(size), size], 1).repeat(3)
+    each = FAINT_HOLD * np.sqrt(np.where(np.isfinite(soft), soft, 0.0) * firm)
+    return m._replace(hold=(each[:, None] * np.stack([np.ones_like(size), size**2], 1)).repeat(3, axis=1).ravel())
 
 
 class SparseSolver:

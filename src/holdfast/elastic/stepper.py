@@ -25,7 +25,7 @@ NEW_PEAK = 1e-5  # relative rise above the peak so far that counts as a new peak
 FAINT = 1e-8  # drag while forces that balance the load alone are sought
 FLAT = 1e-4  # relative rise still to come, if the slope fell as 1/ℓ², below which the path counts as flat
 FARTHEST = 1e8  # length, in sizes of the displacement at rest, at which rounding would show
-CARRIED = 1e-5  # share of a body's weight that the faint hold carries where a path ends
+CARRIED = 1e-5  # share of a body's weight or of the load that the faint hold carries where a path ends
 FASTEST = 4.0  # largest growth of the step from one point to the next
 TURN = 0.3  # wanted correction of a point, as a share of the step
 TORN = 0.7  # distance from where the directions at both ends lead, as a share of the step, that hints at another branch
@@ -323,7 +323,7 @@ def appraise(now: Progress) -> Event:
             return Event.PROPORTIONAL
     else:
         now.similar_since = np.inf
-    if length > FARTHEST * elastic or now.carried > CARRIED:
+    if length > FARTHEST * elastic or now.carried > CARRIED * max(1.0, now.strength * abs(s)):
         now.short = max(slope * length, 0.0) if s >= now.highest else 0.0
         return Event.FAR
     return Event.ADVANCED

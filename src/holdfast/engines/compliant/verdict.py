@@ -12,6 +12,7 @@ from holdfast.base.arrays import Float
 from holdfast.elastic.law import Elastic, evaluate, node_forces
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.sparse import unresisted_motion
+from holdfast.elastic.stepper import CARRIED
 from holdfast.engines.compliant.fixed_point import Fixed, fixed_point
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.model import levers
@@ -42,7 +43,11 @@ def at_rest(grid: Grid) -> AtRest | None:
     forces = np.zeros((len(grid.nodes), 3))
     node_forces(m, end.q, forces)
     total, each = unbalanced(grid.assembly, grid.nodes, forces * grid.unit, grid.wrench)
-    if total > BALANCED or each > BALANCED_EACH:
+    if grid.held:
+        fine = max(total, each) <= CARRIED  # by the hold
+    else:
+        fine = total <= BALANCED and each <= BALANCED_EACH
+    if not fine:
         return None
     loose = balanced(grid.assembly, m, end.q)
     return AtRest(_stands(grid.assembly, grid.nodes, forces * grid.unit, total, loose), loose)
