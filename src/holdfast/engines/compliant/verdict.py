@@ -43,11 +43,8 @@ def at_rest(grid: Grid) -> AtRest | None:
     forces = np.zeros((len(grid.nodes), 3))
     node_forces(m, end.q, forces)
     total, each = unbalanced(grid.assembly, grid.nodes, forces * grid.unit, grid.wrench)
-    if grid.held:
-        fine = max(total, each) <= CARRIED  # by the hold
-    else:
-        fine = total <= BALANCED and each <= BALANCED_EACH
-    if not fine:
+    most, most_each = (CARRIED, CARRIED) if grid.held else (BALANCED, BALANCED_EACH)
+    if total > most or each > most_each:
         return None
     loose = balanced(grid.assembly, m, end.q)
     return AtRest(_stands(grid.assembly, grid.nodes, forces * grid.unit, total, loose), loose)
