@@ -51,7 +51,7 @@ def part_of(whole: Assembly, group: tuple[str, ...]) -> Part:
     chosen = [(k, i) for k, i in enumerate(whole.interfaces) if not names.isdisjoint(i.bodies)]
     turned = [rank.get(i.bodies[0], FIXED) > rank.get(i.bodies[1], FIXED) for _, i in chosen]
     found = [
-        (*_place(i.flipped if turn else i, rank), k, turn, i.flipped if turn else i)
+        (*_place((i.flipped if turn else i).canonical, rank), k, turn, (i.flipped if turn else i).canonical)
         for (k, i), turn in zip(chosen, turned, strict=True)
     ]
     found.sort(key=lambda entry: entry[:-1])

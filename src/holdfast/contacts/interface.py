@@ -19,6 +19,8 @@ from holdfast.geometry.hull import convex_hull
 
 FLATNESS = 0.02  # [-] largest distance of a given polygon's corners from its plane, relative to its size
 
+DIGITS = 12  # decimal digits of the coordinates and normals of a patch that is written in the canonical way
+
 PatchKind = Literal["face", "line", "point"]
 InterfaceStatus = Literal["touching", "penetrating"]
 
@@ -122,6 +124,16 @@ class Patch(Value):
             return self.polygon
         return frozen(self.lifted(convex_hull(self.rings[0], 1e-9 * self.size)))
 
+    @property
+    def canonical(self) -> Patch:
+        """The same patch with rounded coordinates, its outline and holes beginning at their first corner in order."""
+        unit = 10.0 ** (np.ceil(np.log10(max(float(np.abs(self.polygon).max()), 1e-12))) - DIGITS)
+        rings = [np.round(ring / unit) * unit + 0.0 for ring in (self.polygon, *self.holes)]
+        first = [int(np.lexsort(ring.T[::-1])[0]) for ring in rings]
+        outline, *holes = (np.roll(ring, -k, axis=0) for ring, k in zip(rings, first, strict=True))
+        holes.sort(key=lambda ring: ring[0].tolist())
+        return replace(self, polygon=outline, normal=np.round(self.normal, DIGITS) + 0.0, holes=tuple(holes))
+
     def flipped(self) -> Patch:
         """Return the same patch seen from the other body, with the normal reversed."""
         holes = tuple(hole[::-1] for hole in self.holes)
@@ -174,6 +186,16 @@ class Interface(Value):
     def samples(self) -> dict[tuple[int, str, int], list[tuple[Float, Float]]]:
         """The nodes sampled so far, by count, sampling and seed: similar assemblies share interfaces and so nodes."""
         return {}
+
+    @cached_property
+    def canonical(self) -> Interface:
+        """The same contact, written in one way whatever way it was found.
+
+        Coordinates are rounded far below what they are known to, every outline begins at its first corner in the order
+        of the coordinates, and patches are in the order of these corners.
+        """
+        patches = sorted((patch.canonical for patch in self.patches), key=lambda patch: patch.polygon[0].tolist())
+        return Interface(self.bodies, patches=patches, status=self.status, flags=self.flags)
 
     @cached_property
     def flipped(self) -> Interface:
