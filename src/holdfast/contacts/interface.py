@@ -135,14 +135,16 @@ class Interface(Value):
 
     ``bodies`` are the two body names. A patch can be given by its ``polygon`` (k, 3) [m] and ``normal`` (3,) in the
     world frame, besides the ``patches``. ``status`` is "touching" or "penetrating", and ``flags`` say which contacts
-    depend on a tolerance, a pose or a mesh. Raises GeometryError for a body paired with itself, for no patches and for
-    a polygon that is not usable.
+    depend on a tolerance, a pose or a mesh. ``certain`` is False if the two bodies may not touch at all, as where poses
+    are uncertain; docs/uncertainty.md says what answers make of that. Raises GeometryError for a body paired with
+    itself, for no patches and for a polygon that is not usable.
     """
 
     bodies: tuple[str, str]
     patches: tuple[Patch, ...]
     status: InterfaceStatus
     flags: tuple[str, ...]
+    certain: bool
 
     def __init__(
         self,
@@ -153,6 +155,7 @@ class Interface(Value):
         patches: Sequence[Patch] = (),
         status: InterfaceStatus = "touching",
         flags: Sequence[str] = (),
+        certain: bool = True,
     ) -> None:
         if not isinstance(bodies, tuple | list) or len(bodies) != 2:
             raise GeometryError(message("interface", f"bodies is {bodies!r}", "needs the names of two bodies"))
@@ -169,11 +172,17 @@ class Interface(Value):
         set_(self, "patches", tuple(patches))
         set_(self, "status", status)
         set_(self, "flags", tuple(flags))
+        set_(self, "certain", bool(certain))
 
     @cached_property
     def samples(self) -> dict[tuple[int, str, int], list[tuple[Float, Float]]]:
         """The nodes sampled so far, by count, sampling and seed: similar assemblies share interfaces and so nodes."""
         return {}
+
+    @property
+    def separation(self) -> float | None:
+        """The smallest distance of the two bodies at a patch [m], negative where they overlap; None if not known."""
+        return min((patch.separation[0] for patch in self.patches if patch.separation is not None), default=None)
 
     @property
     def area(self) -> float:

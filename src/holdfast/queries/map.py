@@ -21,6 +21,7 @@ from holdfast.base.values import Table, Value
 from holdfast.engines.answers import joined
 from holdfast.engines.contract import EXACT, FORCES_ONLY, Within
 from holdfast.engines.mechanism import Mode
+from holdfast.engines.presence import prepared
 from holdfast.engines.verdict import Status
 from holdfast.geometry.cells import Cells, blocked, surface_cells
 from holdfast.queries.exposed import covered
@@ -192,7 +193,7 @@ def robustness_map(
     numbers = {name: body_number(assembly, name) for name in names}
     _check_count(assembly, names, step)
     method = engine_of(engine)
-    state = method.prepare(assembly)
+    state = prepared(method, assembly)
     shown: dict[str, Cells] = {}
     hidden: dict[str, Cells] = {}
     accuracy = EXACT if wanted == 0 else Within(wanted) if wanted < 1 else FORCES_ONLY

@@ -15,6 +15,7 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.base.public import Summary, number
 from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.contract import Engine
+from holdfast.engines.presence import prepared
 from holdfast.queries.request import (
     CERTAIN_ENGINE,
     DEFAULT_ENGINE,
@@ -153,10 +154,11 @@ def asked(
     with forces at the corners of the patches. This includes all forces that nodes inside the patches can carry. Raises
     HoldfastError if ``bound`` is asked of an engine that only estimates.
     """
-    found = method.prepare(assembly, standing, acceleration).load_factor(W)
+    found = prepared(method, assembly, standing, acceleration).load_factor(W)
     if not bound or method.claim is Claim.EXISTS:
         return found
     if method.claim is Claim.ESTIMATED:
         remedy = "engine graph is not ordered against limit: ask 'compliant', or 'limit' itself"
         raise HoldfastError(message("bound", f"asked of engine {method.name!r}", remedy))
-    return found.bounded_by(engine_of(CERTAIN_ENGINE).prepare(assembly, standing, acceleration).load_factor(W))
+    certain = prepared(engine_of(CERTAIN_ENGINE), assembly, standing, acceleration)
+    return found.bounded_by(certain.load_factor(W))

@@ -11,6 +11,7 @@ from holdfast.base.archive import archived, to_dict
 from holdfast.base.public import PublicValue, Summary
 from holdfast.engines.answers import Claim
 from holdfast.engines.mechanism import Mechanism
+from holdfast.engines.presence import prepared
 from holdfast.engines.verdict import Certificate, ContactForces, Status, Verdict
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load, checked_assembly, engine_of, total_wrench
 from holdfast.scene.scene import Scene
@@ -104,5 +105,5 @@ def stability(
     """
     assembly = checked_assembly(assembly)
     method = engine_of(engine)
-    state = method.prepare(assembly, total_wrench(assembly, loads))
+    state = prepared(method, assembly, total_wrench(assembly, loads))
     return Stability(engine=method.name, claim=method.claim, verdict=state.verdict(), notes=state.notes)

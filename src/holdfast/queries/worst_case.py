@@ -25,7 +25,6 @@ from holdfast.queries.intervals import (
     com_boxes,
     friction_intervals,
     mass_intervals,
-    with_friction,
 )
 from holdfast.queries.push import robustness
 from holdfast.queries.request import (
@@ -105,7 +104,7 @@ def worst_case(
     loads = list(standing)
     nominal = robustness(assembly, body, points, directions, standing=loads, engine=CERTAIN_ENGINE)
     low = {pair: ends[0] for pair, ends in friction_intervals(assembly, friction, where).items()}
-    rough = assembly if friction is None else with_friction(assembly, low)
+    rough = assembly if friction is None else assembly.with_friction(low)
     masses, coms = mass_intervals(rough, mass, where), com_boxes(rough, com, where)
     columns = push_columns(rough, body_number(rough, body), nominal.points, nominal.directions)
     method = WORST_CASES.of(engine_of(CERTAIN_ENGINE), engine=CERTAIN_ENGINE, where=where)
