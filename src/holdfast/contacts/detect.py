@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -51,7 +51,7 @@ class Tolerances(Value):
     tilt: float = 0.0
     capped: bool = False
     depth: float = np.inf
-    usual: float = np.inf
+    usual: float = field(default=np.inf, compare=False)  # follows from the scene that was assembled first
 
     def between(self, a: Body, b: Body) -> Tolerances:
         """Return the final gap, angle and depth of one pair of bodies. Nothing has to be added to them."""

@@ -75,7 +75,8 @@ class Allowance:
         ratio = np.divide(most, plain, out=np.full(len(plain), np.inf), where=known)
         if self.share == 0:
             return np.full(len(upper), np.inf)
-        return np.multiply(upper, np.maximum(ratio, 1.0) / self.share, out=np.zeros(len(upper)), where=upper > 0)
+        factor = np.maximum(ratio, 1.0) / self.share
+        return np.asarray(np.multiply(upper, factor, out=np.zeros(len(upper)), where=upper > 0))
 
     def _asked(self, W: Float, accuracy: Accuracy) -> list[Answers]:
         """Ask for the loads as they are and with levers that are longer and shorter."""

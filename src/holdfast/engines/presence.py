@@ -15,6 +15,7 @@ from holdfast.engines.absence import Absences, Absent
 from holdfast.engines.allowance import Allowance
 from holdfast.engines.answers import WEAKEST_FIRST, Answers, Bound
 from holdfast.engines.contract import EXACT, Accuracy, Engine, ForcesOnly, State
+from holdfast.engines.limit.engine import Limit
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.verdict import Status, Verdict
 
@@ -72,9 +73,14 @@ class Doubtful:
         """
         found = self.detected.load_factor(W, accuracy)
         if isinstance(accuracy, ForcesOnly):
-            count = len(found)
-            known = {"lower": np.zeros(count), "upper": np.full(count, np.inf)}
-            return replace(found, **known, lower_bound=Bound.NONE, upper_bound=Bound.NONE, notes=self.notes)
+            return replace(
+                found,
+                lower=np.zeros(len(found)),
+                upper=np.full(len(found), np.inf),
+                lower_bound=Bound.NONE,
+                upper_bound=Bound.NONE,
+                notes=self.notes,
+            )
         cases = [(absent, self._case(absent, W, accuracy)) for absent in self._tried]
         greatest = self._greatest(found, W, accuracy)
         known_cases = [np.where(case.status == Status.UNDECIDED, 0.0, case.upper) for _, case in cases]
@@ -89,8 +95,15 @@ class Doubtful:
 
     @cached_property
     def _tried(self) -> tuple[Absent, ...]:
-        """The sets of absent contacts to ask about; where poses are uncertain, nothing absent is a case of its own."""
-        return self.absences.sets or ((frozenset(),) if self._posed else ())
+        """The sets of absent contacts to ask about; where poses are uncertain, nothing absent is a case of its own.
+
+        Seen poses tilt contacts, and a body may then seem to hang between its neighbours. Where poses are uncertain, a
+        set counts only if everything stands in spite of what the poses may be off, unless that holds for none.
+        """
+        if not self._posed:
+            return self.absences.sets
+        every = self.absences.sets or (frozenset(),)
+        return tuple(absent for absent in every if self._allowed(absent, wider=False)[0].share > 0) or every
 
     @property
     def _posed(self) -> bool:
@@ -119,7 +132,11 @@ class Doubtful:
         if key not in self._allowances:
             loads = known.standing, known.acceleration
             allowance = Allowance.of(known.part(absent), *loads, wider=wider)
-            self._allowances[key] = allowance, known.engine.prepare(allowance.assembly, *loads)
+            own = isinstance(known.engine, Limit) and known.engine == Limit()
+            self._allowances[key] = (
+                allowance,
+                allowance.state if own else known.engine.prepare(allowance.assembly, *loads),
+            )
         return self._allowances[key]
 
     def _told(self, found: Answers, cases: Sequence[tuple[Absent, Answers]]) -> tuple[str, ...]:
