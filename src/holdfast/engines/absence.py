@@ -45,6 +45,11 @@ class Absences:
         return tuple(sorted(numbers, key=lambda k: (-(self.assembly.interfaces[k].separation or 0.0), k)))
 
     @cached_property
+    def _single(self) -> tuple[int, ...]:
+        """Those of the uncertain interfaces without which, alone, the assembly may rest: no set holds another one."""
+        return tuple(k for k in self.uncertain if self._may_rest(frozenset([k])))
+
+    @cached_property
     def optional(self) -> tuple[int, ...]:
         """The numbers of the interfaces that are absent in at least one of the sets, in the order of the assembly."""
         return tuple(sorted(frozenset().union(*self.sets)))
@@ -66,7 +71,7 @@ class Absences:
         Then every interface that no set holds yet comes first once. What stands without two sets together need not
         exist, so in most scenes there is one set alone.
         """
-        order = self.uncertain
+        order = self._single
         found = [self.largest(order)]
         found += [absent for absent in [self.largest(order[::-1])] if absent not in found]
         for k in order:
@@ -85,8 +90,9 @@ class Absences:
         None of those that are left can be added. Engine ``limit``'s equilibrium decides, as it is cheap and no other
         engine stands without it; only where the engine does not find the whole set at rest, it is asked at each step.
         """
-        quick = self._opened(order, sure=False)
-        return quick if self.stands(quick) else self._opened(order, sure=True)
+        candidates = [k for k in order if k in self._single]
+        quick = self._opened(candidates, sure=False)
+        return quick if self.stands(quick) else self._opened(candidates, sure=True)
 
     def _opened(self, order: Sequence[int], *, sure: bool) -> Absent:
         """Take away all, or else halves, and so on, so that a few needed ones among many cost few verdicts."""

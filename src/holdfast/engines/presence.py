@@ -153,7 +153,9 @@ class Doubtful:
             share = f"{unknown.sum()} of {len(found)} answers"
             notes.append(f"{share} are undecided without contacts that may not exist: lower is 0 there")
         if not self.absences.complete:
-            notes.append(f"only {len(cases)} sets of contacts that may not exist were tried: lower may be too high")
+            notes.append(
+                f"not all sets of contacts that may not exist were tried ({len(cases)}): lower may be too high"
+            )
         return tuple(notes)
 
     def _leaned(self, found: Answers, cases: Iterable[tuple[Absent, Answers]]) -> list[int]:
