@@ -15,6 +15,7 @@ from holdfast.engines.forces import solve_forces
 from holdfast.engines.verdict import Status, Verdict
 
 SETS = 8  # the most sets of absent contacts that are sought
+SIDE = 0.5  # cosine of the angle between a normal and the vertical below which a contact is on a side
 CHEAP = 1e-7  # tolerance of the force programs that sort out what cannot stand
 TRIES = 300  # verdicts of limit analysis after which no further set is begun
 
@@ -46,8 +47,16 @@ class Absences:
 
     @cached_property
     def _single(self) -> tuple[int, ...]:
-        """Those of the uncertain interfaces without which, alone, the assembly may rest: no set holds another one."""
-        return tuple(k for k in self.uncertain if self._may_rest(frozenset([k])))
+        """Those of the uncertain interfaces without which, alone, the assembly may rest: no set holds another one.
+
+        Contacts on sides seldom carry weight, and what can go together can go alone: one program may settle them all.
+        """
+        up = self.assembly.scene.up
+        on_sides = frozenset(
+            k for k in self.uncertain if all(abs(p.normal @ up) < SIDE for p in self.assembly.interfaces[k].patches)
+        )
+        settled = on_sides if self._may_rest(on_sides) else frozenset()
+        return tuple(k for k in self.uncertain if k in settled or self._may_rest(frozenset([k])))
 
     @cached_property
     def optional(self) -> tuple[int, ...]:
