@@ -95,6 +95,26 @@ class Assembly(Value):
         """The masses (J,) [kg] of the movable bodies."""
         return frozen(np.array([body.mass for body in self.movable], dtype=np.float64))
 
+    def with_friction(self, mu: Mapping[tuple[str, str], float]) -> Assembly:
+        """Return the assembly with the friction coefficients in ``mu``, given by the names of the two bodies.
+
+        The contacts of the assembly are kept.
+        """
+        old = self.scene
+        known = {(min(pair), max(pair)): value for pair, value in mu.items()}
+        table = replace(old.friction, pairs={**old.friction.pairs, **known})
+        return replace(self, scene=replace(old, friction=table))
+
+    def without_interfaces(self, numbers: Collection[int]) -> Assembly:
+        """Return the assembly as if the bodies of the interfaces with these numbers were known not to touch there.
+
+        The result does not look for contacts that are missing: its interfaces count as given.
+        """
+        gone = {frozenset(self.interfaces[k].bodies) for k in numbers}
+        kept = tuple(interface for k, interface in enumerate(self.interfaces) if k not in numbers)
+        overlaps = tuple(o for o in self.overlaps if frozenset(o.bodies) not in gone)
+        return replace(self, interfaces=kept, overlaps=overlaps, detected=False)
+
     def weight_wrench(self, acceleration: Float | None = None) -> Float:
         """Return the weight of every body as wrenches (6J,) at the centres of mass, along the world axes.
 
@@ -264,8 +284,9 @@ def assemble(
     far end of the larger body, but at most half the thickness of the thinner body. The angle is widened by 4σ. Give
     ``gap`` or ``pose_sigma``, not both.
 
-    The ``flags`` of each interface say what in it depends on a tolerance. Bodies that overlap by more than the gap
-    raise a HoldfastWarning with their names and the depth.
+    The ``flags`` of each interface say what in it depends on a tolerance, and ``certain`` is False where the bodies may
+    not touch at all: with ``pose_sigma`` everywhere, else where only a wide gap closes the contact. Bodies that overlap
+    by more than the gap raise a HoldfastWarning with their names and the depth.
 
     Given ``interfaces`` are taken as complete and are not checked against the meshes; those between two fixed bodies
     are left out. Raises HoldfastError if an argument is out of range or is not a scene.
@@ -279,11 +300,13 @@ def assemble(
     if pose_sigma is not None:
         metres, tilt = checked_pose_sigma(pose_sigma, "assemble")
         gap = SIGMAS * metres
+    usual = default_gap(scene)
     tolerances = Tolerances(
-        default_gap(scene) if gap is None else checked_number(gap, "assemble: gap", above=0),
+        usual if gap is None else checked_number(gap, "assemble: gap", above=0),
         DEFAULT_ANGLE if angle is None else checked_number(angle, "assemble: angle", above=0),
         tilt,
         capped=pose_sigma is not None,
+        usual=usual,
     )
     if tolerances.angle >= 90:
         raise HoldfastError(message("assemble", f"angle = {tolerances.angle:g} deg", "needs less than 90"))
@@ -342,12 +365,7 @@ def components(count: int, ends: Iterable[tuple[int, int]]) -> list[list[int]]:
 
 def _with_status(interfaces: Sequence[Interface], overlaps: Sequence[Overlap]) -> tuple[Interface, ...]:
     deep = {frozenset(overlap.bodies) for overlap in overlaps}
-    return tuple(
-        i
-        if frozenset(i.bodies) not in deep
-        else Interface(i.bodies, patches=i.patches, status="penetrating", flags=i.flags)
-        for i in interfaces
-    )
+    return tuple(i if frozenset(i.bodies) not in deep else replace(i, status="penetrating") for i in interfaces)
 
 
 def _given(scene: Scene, interfaces: Iterable[Interface]) -> tuple[Interface, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from holdfast.base.values import Value
 from holdfast.contacts.clipping import clip_faces
 from holdfast.contacts.facing import facing_polygons
 from holdfast.contacts.features import touching_features
-from holdfast.contacts.flags import flags_of
+from holdfast.contacts.flags import flags_of, is_certain
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.occlusion import by_body, visible
 from holdfast.contacts.patches import face_patches, line_patches, point_patches
@@ -43,6 +43,7 @@ class Tolerances(Value):
     - ``capped``: if True, the gap of a pair is at most half the thickness of the thinner body.
     - ``depth`` [m]: how much two surfaces may overlap. For a pair it is never more than half the thickness of the
       thinner body, so that the far side of a plate is not taken for its near side.
+    - ``usual`` [m]: the default gap of the scene. Surfaces further apart than this are not certain to touch.
     """
 
     gap: float
@@ -50,6 +51,7 @@ class Tolerances(Value):
     tilt: float = 0.0
     capped: bool = False
     depth: float = np.inf
+    usual: float = field(default=np.inf, compare=False)  # follows from the scene that was assembled first
 
     def between(self, a: Body, b: Body) -> Tolerances:
         """Return the final gap, angle and depth of one pair of bodies. Nothing has to be added to them."""
@@ -96,7 +98,10 @@ class Contacts(Value):
 
 
 def find_contacts(scene: Scene, tolerances: Tolerances) -> Contacts:
-    """Find all interfaces between bodies of which at least one is movable, in the order of the bodies."""
+    """Find all interfaces between bodies of which at least one is movable, in the order of the bodies.
+
+    Where poses are uncertain, no interface is certain.
+    """
     skins: dict[str, Skin] = {}
     found: dict[tuple[str, str], tuple[Patch, ...]] = {}
     for a, b in neighbours(scene, tolerances.widest(scene)):
@@ -114,7 +119,11 @@ def find_contacts(scene: Scene, tolerances: Tolerances) -> Contacts:
         left = visible(pair, found, of_body, gap, NEGLIGIBLE_WIDTH * min(a.size, b.size))
         if left:
             flags = flags_of(a, b, left, gap, hidden=left != list(patches))
-            interfaces.append(Interface(pair, patches=left, flags=flags))
+            sagitta = a.shape.surface.sagitta + b.shape.surface.sagitta
+            certain = not tolerances.capped and is_certain(
+                left, flags, gap=tolerances.gap, usual=tolerances.usual, sagitta=sagitta
+            )
+            interfaces.append(Interface(pair, patches=left, flags=flags, certain=certain))
         else:
             occluded.append(pair)
     return Contacts(tuple(interfaces), tuple(occluded))

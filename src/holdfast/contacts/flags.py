@@ -8,6 +8,8 @@ from holdfast.contacts.interface import Patch
 from holdfast.scene.body import Body
 
 SHAKY = 0.5  # separation or depth over the gap tolerance above which surfaces touch only because of the tolerance
+DOUBTFUL = frozenset({"ambiguous_gap", "fragile", "sliver", "occluded"})  # flags of contacts that may not exist
+EXACT = 1e-3  # share of the gap up to which surfaces touch as they are, without the help of the tolerance
 FRAGILE = 0.5  # share of the area of the faces that has to remain when a body is moved sideways by the gap
 
 
@@ -41,3 +43,17 @@ def flags_of(a: Body, b: Body, patches: Sequence[Patch], gap: float, *, hidden: 
     if not all(body.shape.surface.oriented for body in (a, b)):
         flags.append("orientation_unknown")
     return tuple(flags)
+
+
+def is_certain(patches: Sequence[Patch], flags: Sequence[str], *, gap: float, usual: float, sagitta: float) -> bool:
+    """Tell whether two bodies certainly touch, if their poses are as given.
+
+    ``gap`` is the gap of the search and ``usual`` the default gap of the scene; ``sagitta`` is how far the meshes of
+    the two bodies may lie inside their true surfaces, all [m]. The bodies may not touch if they are further apart than
+    the default gap accepts, or if one of the flags DOUBTFUL is set. Flags do not count for surfaces that touch exactly
+    within a gap that is not wider than the default: what such a gap allows for is rounding, not another place.
+    """
+    apart = min((patch.separation[0] for patch in patches if patch.separation is not None), default=0.0) - sagitta
+    if apart > usual:
+        return False
+    return DOUBTFUL.isdisjoint(flags) or (gap <= usual and apart <= EXACT * gap)

@@ -147,14 +147,16 @@ class Interface(Value):
 
     ``bodies`` are the two body names. A patch can be given by its ``polygon`` (k, 3) [m] and ``normal`` (3,) in the
     world frame, besides the ``patches``. ``status`` is "touching" or "penetrating", and ``flags`` say which contacts
-    depend on a tolerance, a pose or a mesh. Raises GeometryError for a body paired with itself, for no patches and for
-    a polygon that is not usable.
+    depend on a tolerance, a pose or a mesh. ``certain`` is False if the two bodies may not touch at all, as where poses
+    are uncertain; docs/uncertainty.md says what answers make of that. Raises GeometryError for a body paired with
+    itself, for no patches and for a polygon that is not usable.
     """
 
     bodies: tuple[str, str]
     patches: tuple[Patch, ...]
     status: InterfaceStatus
     flags: tuple[str, ...]
+    certain: bool
 
     def __init__(
         self,
@@ -165,6 +167,7 @@ class Interface(Value):
         patches: Sequence[Patch] = (),
         status: InterfaceStatus = "touching",
         flags: Sequence[str] = (),
+        certain: bool = True,
     ) -> None:
         if not isinstance(bodies, tuple | list) or len(bodies) != 2:
             raise GeometryError(message("interface", f"bodies is {bodies!r}", "needs the names of two bodies"))
@@ -181,6 +184,7 @@ class Interface(Value):
         set_(self, "patches", tuple(patches))
         set_(self, "status", status)
         set_(self, "flags", tuple(flags))
+        set_(self, "certain", bool(certain))
 
     @cached_property
     def samples(self) -> dict[tuple[int, str, int], list[tuple[Float, Float]]]:
@@ -195,13 +199,18 @@ class Interface(Value):
         of the coordinates, and patches are in the order of these corners.
         """
         patches = sorted((patch.canonical for patch in self.patches), key=lambda patch: patch.polygon[0].tolist())
-        return Interface(self.bodies, patches=patches, status=self.status, flags=self.flags)
+        return Interface(self.bodies, patches=patches, status=self.status, flags=self.flags, certain=self.certain)
 
     @cached_property
     def flipped(self) -> Interface:
         """The same contact seen from the other body: the order of the bodies and all normals are reversed."""
         patches = [patch.flipped() for patch in self.patches]
-        return Interface(self.bodies[::-1], patches=patches, status=self.status, flags=self.flags)
+        return Interface(self.bodies[::-1], patches=patches, status=self.status, flags=self.flags, certain=self.certain)
+
+    @property
+    def separation(self) -> float | None:
+        """The smallest distance of the two bodies at a patch [m], negative where they overlap; None if not known."""
+        return min((patch.separation[0] for patch in self.patches if patch.separation is not None), default=None)
 
     @property
     def area(self) -> float:

@@ -18,6 +18,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.parts import Part, part_of
 from holdfast.base.arrays import Float, Int
 from holdfast.base.errors import HoldfastError, message
+from holdfast.engines import presence
 from holdfast.engines.answers import Answers, joined_notes, weakest_bound
 from holdfast.engines.contract import EXACT, Accuracy, Engine, State
 from holdfast.engines.mechanism import Kinematics, Mechanism
@@ -86,15 +87,16 @@ class Groups:
     def together(self, bodies: Sequence[int], where: str) -> tuple[State, Int]:
         """Return one state for all of these movable bodies, and the rows of the whole assembly's loads that it takes.
 
-        It is the state of their group, or that of the whole assembly if they belong to several groups. Raises
-        HoldfastError, with ``where`` in its message, if no equilibrium is known to exist there.
+        It is the state of their group, or that of the whole assembly if they belong to several groups. It takes all
+        contacts as detected, even those that may not exist. Raises HoldfastError, with ``where`` in its message, if no
+        equilibrium is known to exist there.
         """
         groups = [self.group(number) for number in self._groups_of(bodies)]
         verdict = joint(groups)
         if not verdict.equilibrium_exists:
             raise HoldfastError(message(where, f"the assembly is {verdict.status}", verdict.reason))
         if len(groups) == 1 and groups[0].part is not None and groups[0].state is not None:
-            return groups[0].state, groups[0].part.rows
+            return presence.as_detected(groups[0].state), groups[0].part.rows
         whole = self.engine.prepare(self.assembly, self.standing, self.acceleration)
         return whole, np.arange(6 * len(self.assembly.movable))
 
@@ -162,7 +164,7 @@ class Groups:
             return Group(names, hanging(self.assembly, [names], self._wrench))
         part = part_of(self.assembly, names)
         standing = None if self.standing is None else self.standing[part.rows]
-        state = self.engine.prepare(part.assembly, standing, self.acceleration)
+        state = presence.prepared(self.engine, part.assembly, standing, self.acceleration)
         return Group(names, self._checked(part, state.verdict()), part, state)
 
     @cached_property

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -12,7 +11,6 @@ from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.arrays import Float, checked, checked_number
 from holdfast.base.errors import SceneError, message
 from holdfast.queries.request import body_number
-from holdfast.scene.scene import Scene
 
 Pair: TypeAlias = tuple[str, str]
 MuRange: TypeAlias = float | tuple[float, float] | Mapping[Pair, tuple[float, float]]
@@ -41,17 +39,6 @@ def friction_intervals(assembly: Assembly, mu: MuRange | None, where: str) -> di
         return dict.fromkeys(pairs, _interval(mu, f"{where}: friction"))
     width = _width(mu, f"{where}: friction")
     return {p: (m * (1 - width), m * (1 + width)) for p, m in pairs.items()}
-
-
-def with_friction(assembly: Assembly, mu: Mapping[Pair, float]) -> Assembly:
-    """Return the assembly with the friction coefficients in ``mu``, given by the names of the two bodies.
-
-    The contacts of the assembly are kept.
-    """
-    old = assembly.scene
-    known = {(min(p), max(p)): m for p, m in mu.items()}
-    table = replace(old.friction, pairs={**old.friction.pairs, **known})
-    return replace(assembly, scene=Scene(old.bodies, table, old.gravity, old.name))
 
 
 def mass_intervals(assembly: Assembly, mass: MassRange | None, where: str) -> dict[str, tuple[float, float]]:

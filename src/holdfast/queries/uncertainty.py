@@ -18,11 +18,12 @@ from holdfast.base.errors import HoldfastError, HoldfastWarning, message
 from holdfast.base.progress import report
 from holdfast.base.public import Summary, number
 from holdfast.contacts.detect import SIGMAS
+from holdfast.engines.absence import Absences
 from holdfast.engines.answers import Answers, Undecided, joined
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
-from holdfast.queries.intervals import MuRange, friction_intervals, with_friction
+from holdfast.queries.intervals import MuRange, friction_intervals
 from holdfast.queries.push import Robustness, robustness
 from holdfast.queries.request import (
     DEFAULT_ENGINE,
@@ -36,6 +37,8 @@ from holdfast.queries.request import (
 )
 from holdfast.queries.result import SHOWN, Result, amount, places_of
 from holdfast.scene.scene import Scene
+
+EVEN = 0.5  # chance that a contact that may not exist is absent from a sample, where poses are not sampled
 
 
 @archived
@@ -154,26 +157,33 @@ class RobustnessUnder(Result):
 class _Spread:
     """What is uncertain: the poses, with standard deviations [m] and [deg], and the intervals of friction coefficients.
 
-    A part is None if it is known.
+    A part is None if it is known. ``absences`` say which contacts may not exist, and without which the bodies stand.
     """
 
     assembly: Assembly
     deviation: tuple[float, float] | None
     friction: dict[tuple[str, str], tuple[float, float]] | None
+    absences: Absences
 
     def __call__(self, rng: np.random.Generator) -> tuple[Assembly, Float, Float]:
         """Draw one sample, with the shifts (J, 3) [m] and rotations (J, 3, 3) of its movable bodies.
 
         The same random numbers are drawn whether or not they are used. So the sampled friction is the same with known
-        and with uncertain poses, and the sampled poses are the same with known and with uncertain friction.
+        and with uncertain poses, and the sampled poses are the same with known and with uncertain friction. Contacts
+        that may not exist take one more number each.
         """
         level, deviates = rng.random(), rng.standard_normal((len(self.assembly.movable), 6))
         metres, degrees = self.deviation or (0.0, 0.0)
         shifts = metres * deviates[:, :3]
         turns = Rotation.from_rotvec(np.radians(degrees) * deviates[:, 3:]).as_matrix().reshape(-1, 3, 3)
-        sample = self.assembly if self.deviation is None else self._moved(shifts, turns)
+        chances = dict(zip(self.absences.uncertain, rng.random(len(self.absences.uncertain)), strict=True))
+        if self.deviation is None:
+            absent = self.absences.largest([k for k, chance in chances.items() if chance < EVEN])
+            sample = self.assembly.without_interfaces(absent) if absent else self.assembly
+        else:
+            sample = self._present(self._moved(shifts, turns))
         if self.friction is not None:
-            sample = with_friction(sample, {p: a + level * (b - a) for p, (a, b) in self.friction.items()})
+            sample = sample.with_friction({p: a + level * (b - a) for p, (a, b) in self.friction.items()})
         return sample, shifts, turns
 
     def _moved(self, shifts: Float, turns: Float) -> Assembly:
@@ -192,6 +202,26 @@ class _Spread:
         known = {frozenset(interface.bodies) for interface in given.interfaces}
         interfaces = tuple(i for i in found.interfaces if frozenset(i.bodies) in known)
         return replace(found, interfaces=interfaces, absent=given.absent)
+
+    def _present(self, sample: Assembly) -> Assembly:
+        """Take away the uncertain contacts that are open in a sample, except those that the given assembly needs.
+
+        A contact is open if its bodies are further apart than the default gap, so the wider gap of the sample does not
+        close it.
+        """
+        if not self.absences.uncertain:
+            return sample
+        usual = replace(self.assembly.tolerances, gap=self.assembly.tolerances.usual, tilt=0.0, capped=False)
+        there = {frozenset(interface.bodies): interface.separation for interface in sample.interfaces}
+        open_ = []
+        for k in self.absences.uncertain:
+            pair = self.assembly.interfaces[k].bodies
+            apart = there.get(frozenset(pair), np.inf)
+            if apart is not None and apart > usual.between(*(sample.scene.body(name) for name in pair)).gap:
+                open_.append(k)
+        absent = {frozenset(self.assembly.interfaces[k].bodies) for k in self.absences.largest(open_)}
+        gone = [k for k, interface in enumerate(sample.interfaces) if frozenset(interface.bodies) in absent]
+        return sample.without_interfaces(gone) if gone else sample
 
     @property
     def _tolerance(self) -> tuple[float, float]:
@@ -236,6 +266,10 @@ def robustness_under(
     intervals by the names of the two bodies. Each sample has one level, uniform in 0..1, that places all coefficients
     between their low and high ends.
 
+    Contacts that may not exist (``Interface.certain``) are present in some samples only, unless something would fall
+    without them: with ``pose_sigma`` where the sampled poses close them to within the default gap, else each in half of
+    the samples.
+
     The same ``seed`` gives the same samples; with a larger number of samples, the first ones are the same. Raises
     HoldfastError if ``pose_sigma`` is given for an assembly whose interfaces were given, or exceeds the thickness of a
     body. See docs/uncertainty.md.
@@ -244,12 +278,13 @@ def robustness_under(
     where = f"robustness of {body!r} under uncertainty"
     count = _whole(samples, f"{where}: samples", 1)
     whole_seed = _whole(seed, f"{where}: seed", 0)
+    method, loads = engine_of(engine), standing if isinstance(standing, Load) else list(standing)
     spread = _Spread(
         assembly,
         None if pose_sigma is None else _deviation(assembly, pose_sigma, where),
         None if friction is None else friction_intervals(assembly, friction, where),
+        Absences(method, assembly, total_wrench(assembly, loads)),
     )
-    method, loads = engine_of(engine), standing if isinstance(standing, Load) else list(standing)
     nominal = robustness(assembly, body, points, directions, standing=loads, engine=method)
     rng = np.random.default_rng(whole_seed)
     found = []

@@ -25,7 +25,6 @@ from holdfast.queries.intervals import (
     com_boxes,
     friction_intervals,
     mass_intervals,
-    with_friction,
 )
 from holdfast.queries.push import robustness
 from holdfast.queries.request import (
@@ -120,7 +119,7 @@ def worst_case(
     loads = list(standing)
     nominal = robustness(assembly, body, points, directions, standing=loads, engine=CERTAIN_ENGINE)
     low = {pair: ends[0] for pair, ends in friction_intervals(assembly, friction, where).items()}
-    rough = assembly if friction is None else with_friction(assembly, low)
+    rough = assembly if friction is None else assembly.with_friction(low)
     near = next((group for group in rough.groups if body in group), ())  # what other groups weigh does not matter
     masses = {name: ends for name, ends in mass_intervals(rough, mass, where).items() if name in near}
     coms = {name: half for name, half in com_boxes(rough, com, where).items() if name in near}

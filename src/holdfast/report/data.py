@@ -18,6 +18,7 @@ def interfaces_data(assembly: Assembly) -> list[dict[str, Any]]:
             "area": interface.area,
             "status": interface.status,
             "flags": list(interface.flags),
+            "certain": interface.certain,
             "mu": mu,
             "patches": [{"polygon": p.polygon.tolist(), "normal": p.normal.tolist()} for p in interface.patches],
         }

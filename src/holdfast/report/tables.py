@@ -58,7 +58,8 @@ def _contacts(assembly: Assembly, result: Stability) -> Table:
             limit = assembly.mu[k] * pressing
             usage = f"{tangential / limit:.0%}" if limit > 1e-9 * assembly.weight else "-"
         a, b = interface.bodies
-        flags = f" ({', '.join(interface.flags)})" if interface.flags else ""
+        said = interface.flags if interface.certain else (*interface.flags, "may not exist")
+        flags = f" ({', '.join(said)})" if said else ""
         table.add_row(f"{a} - {b}{flags}", f"{interface.area * 1e4:.4g}", f"{assembly.mu[k]:g}", force, usage)
     if interfaces > len(shown):
         table.add_row(f"... and {interfaces - len(shown)} more", "", "", "", "")

@@ -1,0 +1,208 @@
+"""Contacts that may not exist: answers for the scene as detected, bounded over the presence of such contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Float
+from holdfast.base.rigid import shift_twist
+from holdfast.engines.absence import Absences, Absent
+from holdfast.engines.allowance import Allowance
+from holdfast.engines.answers import WEAKEST_FIRST, Answers, Bound
+from holdfast.engines.contract import EXACT, Accuracy, Engine, ForcesOnly, State
+from holdfast.engines.limit.engine import Limit
+from holdfast.engines.mechanism import Mechanism
+from holdfast.engines.verdict import Status, Verdict
+
+LEANS = 1e-3  # relative drop of ``lower`` above which an answer leans on the contacts that were taken away
+CARRIES = 1e-6  # speed at a contact, relative to the fastest body, above which a motion passes through the contact
+NAMED = 8  # the most pairs that one note names
+
+
+def prepared(
+    engine: Engine, assembly: Assembly, standing: Float | None = None, acceleration: Float | None = None
+) -> State:
+    """Prepare ``engine`` for an assembly of which some contacts may not exist (``Interface.certain`` is False).
+
+    The arguments are those of ``Engine.prepare``. If all contacts are certain, the state is the engine's own. Otherwise
+    it answers for the scene as detected, and its ``lower`` and ``upper`` are the least and the greatest over all sets
+    of contacts that may be absent together (absence.py).
+    """
+    if all(interface.certain for interface in assembly.interfaces):
+        return engine.prepare(assembly, standing, acceleration)
+    absences = Absences(engine, assembly, standing, acceleration)
+    state = absences.state(frozenset())
+    return state if state.verdict().status is Status.UNSTABLE else Doubtful(state, absences)
+
+
+def as_detected(state: State) -> State:
+    """Return the engine's own state, in which all contacts that were detected exist."""
+    return state.detected if isinstance(state, Doubtful) else state
+
+
+@dataclass(frozen=True, eq=False)
+class Doubtful:
+    """An assembly with contacts that may not exist: its state as ``detected``, and the ``absences`` it may have."""
+
+    detected: State
+    absences: Absences
+    _allowances: dict[tuple[Absent, bool], tuple[Allowance, State]] = field(
+        default_factory=dict, init=False, repr=False
+    )
+
+    def verdict(self) -> Verdict:
+        """Say whether the scene as detected stands."""
+        return self.detected.verdict()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The notes of the engine, and the pairs of bodies that need not touch for everything to stand."""
+        return (*self.detected.notes, *self._unneeded)
+
+    @cached_property
+    def _unneeded(self) -> tuple[str, ...]:
+        optional = self.absences.optional
+        return (f"contacts that may not exist, all stands without them: {self._named(optional)}",) if optional else ()
+
+    def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
+        """Find the largest factor of each column of W (6J, n) [N, N m], with bounds for contacts that may not exist.
+
+        ``force``, ``status`` and ``mechanism`` are those of the scene as detected. ``lower`` is the least of the lower
+        bounds over the sets of contacts that may be absent, and ``upper`` the greatest of the upper bounds; neither is
+        better known than the worst of them. ``ForcesOnly`` leaves the bounds out.
+        """
+        found = self.detected.load_factor(W, accuracy)
+        if isinstance(accuracy, ForcesOnly):
+            return replace(
+                found,
+                lower=np.zeros(len(found)),
+                upper=np.full(len(found), np.inf),
+                lower_bound=Bound.NONE,
+                upper_bound=Bound.NONE,
+                notes=self.notes,
+            )
+        cases = [(absent, self._case(absent, W, accuracy)) for absent in self._tried]
+        greatest = self._greatest(found, W, accuracy)
+        known_cases = [np.where(case.status == Status.UNDECIDED, 0.0, case.upper) for _, case in cases]
+        return replace(
+            found,
+            lower=np.minimum.reduce([found.lower, found.force, *(case.lower for _, case in cases)]),
+            upper=np.maximum.reduce([found.upper, found.force, greatest.upper, *known_cases]),
+            lower_bound=_weakest(found.lower_bound, *(case.lower_bound for _, case in cases)),
+            upper_bound=_weakest(found.upper_bound, greatest.upper_bound, *(case.upper_bound for _, case in cases)),
+            notes=(*found.notes, *self._told(found, cases)),
+        )
+
+    @cached_property
+    def _tried(self) -> tuple[Absent, ...]:
+        """The sets of absent contacts to ask about; where poses are uncertain, nothing absent is a case of its own.
+
+        Seen poses tilt contacts, and a body may then seem to hang between its neighbours. Where poses are uncertain, a
+        set counts only if everything stands in spite of what the poses may be off, unless that holds for none.
+        """
+        if not self._posed:
+            return self.absences.sets
+        every = self.absences.sets or (frozenset(),)
+        return tuple(absent for absent in every if self._allowed(absent, wider=False)[0].share > 0) or every
+
+    @property
+    def _posed(self) -> bool:
+        return self.absences.assembly.tolerances.capped
+
+    def _case(self, absent: Absent, W: Float, accuracy: Accuracy) -> Answers:
+        """Answer without these contacts; where poses are uncertain, with all that this takes from ``lower``."""
+        if not self._posed:
+            return self.absences.state(absent).load_factor(W, accuracy)
+        allowance, state = self._allowed(absent, wider=False)
+        case = state.load_factor(W, accuracy)
+        lower = allowance.lowered(case.lower, W, accuracy)
+        return replace(case, lower=lower, lower_bound=_weakest(case.lower_bound, Bound.ESTIMATED))
+
+    def _greatest(self, found: Answers, W: Float, accuracy: Accuracy) -> Answers:
+        """Answer as detected; where poses are uncertain, with all that this adds to an ``upper`` that is known."""
+        if not self._posed or not np.isfinite(found.upper).any():
+            return found
+        allowance, state = self._allowed(frozenset(), wider=True)
+        case = state.load_factor(W, accuracy)
+        upper = allowance.raised(case.upper, W, accuracy)
+        return replace(case, upper=upper, upper_bound=_weakest(case.upper_bound, Bound.ESTIMATED))
+
+    def _allowed(self, absent: Absent, *, wider: bool) -> tuple[Allowance, State]:
+        known, key = self.absences, (absent, wider)
+        if key not in self._allowances:
+            loads = known.standing, known.acceleration
+            allowance = Allowance.of(known.part(absent), *loads, wider=wider)
+            own = isinstance(known.engine, Limit) and known.engine == Limit()
+            self._allowances[key] = (
+                allowance,
+                allowance.state if own else known.engine.prepare(allowance.assembly, *loads),
+            )
+        return self._allowances[key]
+
+    def _told(self, found: Answers, cases: Sequence[tuple[Absent, Answers]]) -> tuple[str, ...]:
+        """Say on which of the contacts the answers lean, and what was not settled."""
+        notes = []
+        leaned = self._leaned(found, cases)
+        if leaned:
+            words = "answers lean on contacts that may not exist, and lower is without them"
+            notes.append(f"{words}: {self._named(leaned)}")
+        unknown = np.zeros(len(found), dtype=bool)
+        for _, case in cases:
+            unknown |= (case.status == Status.UNDECIDED) & (found.status != Status.UNDECIDED)
+        if unknown.any():
+            share = f"{unknown.sum()} of {len(found)} answers"
+            notes.append(f"{share} are undecided without contacts that may not exist: lower is 0 there")
+        if not self.absences.complete:
+            notes.append(
+                f"not all sets of contacts that may not exist were tried ({len(cases)}): lower may be too high"
+            )
+        return tuple(notes)
+
+    def _leaned(self, found: Answers, cases: Iterable[tuple[Absent, Answers]]) -> list[int]:
+        """Return the interfaces whose absence lowers an answer: those that the motion found without them runs into.
+
+        Where no motion is known, they are all that were taken away.
+        """
+        leaned: set[int] = set()
+        for absent, case in cases:
+            for row in np.flatnonzero(case.lower < found.lower * (1 - LEANS)):
+                motion = case.mechanism[row]
+                leaned |= {k for k in absent - leaned if motion is None or self._resists(k, motion)}
+        return sorted(leaned)
+
+    def _resists(self, number: int, motion: Mechanism) -> bool:
+        """Tell whether a contact would resist a motion: its bodies slide there or press, rather than come apart."""
+        assembly = self.absences.assembly
+        interface, ends = assembly.interfaces[number], assembly.ends[number]
+        twists = [np.zeros(6) if k < 0 else shift_twist(motion.twists[k], assembly.com[k], np.zeros(3)) for k in ends]
+        relative = twists[1] - twists[0]
+        for patch in interface.patches:
+            velocity = relative[:3] + np.cross(relative[3:], patch.polygon)
+            opening = velocity @ patch.normal
+            sliding = np.linalg.norm(velocity - np.outer(opening, patch.normal), axis=1)
+            if (opening < assembly.mu[number] * sliding - CARRIES).any():
+                return True
+        return False
+
+    def _named(self, numbers: Sequence[int]) -> str:
+        """Name the pairs of bodies of these interfaces, with how far they are apart."""
+        parts = []
+        for k in numbers[:NAMED]:
+            interface = self.absences.assembly.interfaces[k]
+            apart = interface.separation
+            if apart is None:
+                place = ""
+            else:
+                place = f" ({abs(apart) * 1e3:.1f} mm {'apart' if apart >= 0 else 'into each other'})"
+            parts.append("-".join(interface.bodies) + place)
+        more = f" and {len(numbers) - NAMED} more" if len(numbers) > NAMED else ""
+        return ", ".join(parts) + more
+
+
+def _weakest(*bounds: Bound) -> Bound:
+    return min(bounds, key=WEAKEST_FIRST.index)
