@@ -72,14 +72,14 @@ def joined_nodes(parts: Sequence[ContactNodes], interfaces: Sequence[int], bodie
     ``interfaces`` and ``bodies`` count those of each group; their numbers run on from group to group.
     """
     first, body = np.cumsum([0, *interfaces[:-1]]), np.cumsum([0, *bodies[:-1]])
-    names = ("points", "axes", "mu", "weights")
     return ContactNodes(
-        *(np.concatenate([getattr(part, name) for part in parts]) for name in names),
-        np.concatenate([part.interface + start for part, start in zip(parts, first, strict=True)]),
-        *(
-            np.concatenate([np.where(end(part) < 0, -1, end(part) + k) for part, k in zip(parts, body, strict=True)])
-            for end in (lambda part: part.a, lambda part: part.b)
-        ),
+        points=np.concatenate([part.points for part in parts]),
+        axes=np.concatenate([part.axes for part in parts]),
+        mu=np.concatenate([part.mu for part in parts]),
+        weights=np.concatenate([part.weights for part in parts]),
+        interface=np.concatenate([part.interface + start for part, start in zip(parts, first, strict=True)]),
+        a=np.concatenate([np.where(part.a < 0, -1, part.a + k) for part, k in zip(parts, body, strict=True)]),
+        b=np.concatenate([np.where(part.b < 0, -1, part.b + k) for part, k in zip(parts, body, strict=True)]),
     )
 
 
@@ -90,9 +90,15 @@ def reordered_nodes(nodes: ContactNodes, bodies: Int, interfaces: Int) -> Contac
     """
     renumbered = interfaces[nodes.interface]
     order = np.argsort(renumbered, kind="stable")
-    a, b = (np.where(end < 0, -1, bodies[end]) for end in (nodes.a, nodes.b))
-    columns = (nodes.points, nodes.axes, nodes.mu, nodes.weights, renumbered, a, b)
-    return ContactNodes(*(column[order] for column in columns))
+    return ContactNodes(
+        points=nodes.points[order],
+        axes=nodes.axes[order],
+        mu=nodes.mu[order],
+        weights=nodes.weights[order],
+        interface=renumbered[order],
+        a=np.where(nodes.a < 0, -1, bodies[nodes.a])[order],
+        b=np.where(nodes.b < 0, -1, bodies[nodes.b])[order],
+    )
 
 
 def contact_nodes(assembly: Assembly, count: int, sampling: Sampling, seed: int = 0) -> ContactNodes:

@@ -145,7 +145,7 @@ class Groups:
         return table.answers(self.engine, self.verdict_on(bodies), self.reasons(bodies))
 
     def _groups_of(self, bodies: Iterable[int]) -> list[int]:
-        return np.unique(self._group_of[list(bodies)]).tolist()
+        return sorted({int(number) for number in self._group_of[list(bodies)]})
 
     def _answers(self, group: Group, W: Float, accuracy: Accuracy) -> Answers:
         """Return the answers of one group for columns W (6J, n), with mechanisms of the whole assembly."""

@@ -68,8 +68,15 @@ class Review:
                 if self.loose:  # the faint hold may have carried some
                     lower[row] = max(lower[row] - CARRIED / size[row], 0.0)
                 lower[row] = min(lower[row], force[row])
-        columns = {"force": force, "lower": lower, "upper": upper, "status": status, "mechanism": mechanism}
-        return replace(found, **columns, notes=(*found.notes, *self._notes))
+        return replace(
+            found,
+            force=force,
+            lower=lower,
+            upper=upper,
+            status=status,
+            mechanism=mechanism,
+            notes=(*found.notes, *self._notes),
+        )
 
     def _sizes(self, W: Float) -> Float:
         """Return the largest component (n,) of each column of W (6J, n), relative to the weight and the size."""
