@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +22,7 @@ from holdfast.engines.capabilities import (
     LoadSet,
     Weakest,
 )
-from holdfast.engines.contract import EXACT, Accuracy
+from holdfast.engines.contract import EXACT, Accuracy, State
 from holdfast.engines.limit.engine import Limit
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.queries import request
@@ -77,6 +77,7 @@ class ToyEngine:
         *,
         masses: Mapping[str, tuple[float, float]],
         coms: Mapping[str, Float],
+        prepare: Callable[[Float], State],
         where: str,
     ) -> Weakest:
         raise NotImplementedError

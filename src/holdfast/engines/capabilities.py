@@ -7,7 +7,7 @@ raises an error that says which ability is missing.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Generic, NamedTuple, Protocol, TypeVar, cast, runtime_checkable
 
@@ -15,6 +15,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.engines.answers import Answers
+from holdfast.engines.contract import State
 
 T_co = TypeVar("T_co", covariant=True)
 
@@ -119,13 +120,14 @@ class WorstCases(Protocol):
         *,
         masses: Mapping[str, tuple[float, float]],
         coms: Mapping[str, Float],
+        prepare: Callable[[Float], State],
         where: str,
     ) -> Weakest:
         """Find the smallest value over the box of the largest factor of each load column of W (6J, n).
 
         ``standing`` (6J,) are loads that act in addition to the weight. The box is given by name of movable body:
-        ``masses`` as (low, high) [kg], and ``coms`` as half widths (3,) [m] along the world axes. ``where`` names the
-        query in error messages.
+        ``masses`` as (low, high) [kg], and ``coms`` as half widths (3,) [m] along the world axes. ``prepare`` prepares
+        the engine for the assembly under standing loads (6J,). ``where`` names the query in error messages.
         """
         ...
 

@@ -157,7 +157,15 @@ class Groups:
         if found.verdict.status is not group.verdict.status:  # the whole assembly raised a doubt about its fall
             known = {"engine": found.engine, "claim": found.claim, "notes": found.notes}
             return Answers.not_standing(W.shape[1], verdict=group.verdict, **known)
-        return found.with_mechanisms([self._whole(group.part, m) for m in found.mechanism])
+        return self._in_whole(group.part, found)
+
+    def in_whole(self, body: int, found: Answers) -> Answers:
+        """Return answers of the state of one body's group with mechanisms of the whole assembly."""
+        part = self.group_with(body).part
+        return found if part is None else self._in_whole(part, found)
+
+    def _in_whole(self, part: Part, found: Answers) -> Answers:
+        return found.with_mechanisms([self._whole(part, m) for m in found.mechanism])
 
     def _prepare(self, names: tuple[str, ...]) -> Group:
         if set(names) in self._hanging:

@@ -23,6 +23,7 @@ from holdfast.geometry.surface import Surface
 
 ROUNDING = 1e-9  # of the size: how wide an overlap of two outlines may be by rounding
 HAIRLINE = 1e-3  # of the tolerance: slits this wide are closed
+CORNER = 16  # straight pieces that stand for a quarter of a circle where an outline is widened or narrowed
 MOST_CORNERS = 8  # of the intersection of two triangles, cut once more
 
 
@@ -106,8 +107,8 @@ def hit_distance(moving: Swept, still: Swept, tolerance: float = 0.0) -> float:
     ahead = ahead[order]
 
     def wide(count: int) -> bool:
-        whole = shapely.union_all(outlines[:count]).buffer(HAIRLINE * narrow)  # no slits between triangles
-        return not whole.buffer(-(0.5 + HAIRLINE) * narrow).is_empty
+        whole = shapely.buffer(_union(outlines[:count], HAIRLINE * narrow), HAIRLINE * narrow, CORNER)  # no slits
+        return not shapely.is_empty(shapely.buffer(whole, -(0.5 + HAIRLINE) * narrow, CORNER))
 
     if not wide(len(ahead)):
         return np.inf
@@ -130,6 +131,15 @@ def _least(moving: Swept, still: Swept, tolerance: float, narrow: float) -> floa
 
 def _polygons(pieces: Float, corners: Int) -> list[shapely.Geometry]:
     return [shapely.Polygon(piece[:count]) for piece, count in zip(pieces, corners, strict=True)]
+
+
+def _union(outlines: list[shapely.Geometry], fine: float) -> shapely.Geometry:
+    """The union of polygons; on a grid of ``fine`` [m] where edges that nearly coincide defeat the exact one."""
+    try:
+        return shapely.union_all(outlines)
+    except shapely.GEOSException:
+        kept = shapely.set_precision(outlines, fine)
+        return shapely.union_all(kept, grid_size=fine)
 
 
 @compiled

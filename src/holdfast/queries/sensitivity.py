@@ -109,7 +109,7 @@ def sensitivity(
     d_mass[members], d_com[members], twists[members] = found.d_mass, found.d_com, found.twists
     by_pair = {frozenset(pair): value for pair, value in found.d_mu.items()}
     names = [b.name for b in assembly.movable]
-    answers = groups.load_factor(column)
+    answers = groups.in_whole(index, found.answers)
     force = float(answers.force[0])
     return Sensitivity(
         answers=answers,

@@ -17,6 +17,7 @@ from holdfast.base.arrays import Float, Objects, objects
 from holdfast.base.public import Summary
 from holdfast.base.values import Table
 from holdfast.engines.capabilities import WORST_CASES
+from holdfast.engines.groups import prepared
 from holdfast.queries.intervals import (
     ComRange,
     MassRange,
@@ -124,8 +125,16 @@ def worst_case(
     masses = {name: ends for name, ends in mass_intervals(rough, mass, where).items() if name in near}
     coms = {name: half for name, half in com_boxes(rough, com, where).items() if name in near}
     columns = push_columns(rough, body_number(rough, body), nominal.points, nominal.directions)
-    method = WORST_CASES.of(engine_of(CERTAIN_ENGINE), engine=CERTAIN_ENGINE, where=where)
-    found = method.weakest(rough, total_wrench(rough, loads), columns, masses=masses, coms=coms, where=where)
+    engine = engine_of(CERTAIN_ENGINE)
+    found = WORST_CASES.of(engine, engine=CERTAIN_ENGINE, where=where).weakest(
+        rough,
+        total_wrench(rough, loads),
+        columns,
+        masses=masses,
+        coms=coms,
+        prepare=lambda load: prepared(engine, rough, load),
+        where=where,
+    )
     told = nominal.answers
     return WorstCase(
         answers=replace(found.answers, verdict=told.verdict, notes=told.notes),

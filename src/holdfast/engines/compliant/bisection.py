@@ -17,6 +17,7 @@ from holdfast.engines.verdict import Status
 ACCURACY = 2e-4  # relative accuracy of a peak at which bisection stops
 FALLBACK_ACCURACY = 5e-3  # relative accuracy that is accepted where bisection stalls
 MOST_TRIALS = 40  # largest number of loads tried for one peak
+MOST_STEPS = 3000  # of Newton's method on all loads tried for one peak, after which no further load is tried
 MOST_UNDECIDED = 8  # largest number of trials that remain undecided: each takes long
 FARTHEST = 10.0  # search limit, as a multiple of the last load reached
 FIRST_STEP, GROWTH = 1e-4, 4.0  # first relative step of the load, and its growth, until a load moves bodies
@@ -60,7 +61,8 @@ def with_bisected_peaks(grid: Grid, W: Float, paths: PathResult) -> PathResult:
 class _Bisection:
     """The search for one peak by bisection.
 
-    ``passed`` counts the loads that were tried in a row without a verdict, ``undecided`` all loads without one.
+    ``passed`` counts the loads that were tried in a row without a verdict, ``undecided`` all loads without one, and
+    ``steps`` the steps of Newton's method that all of them took.
     """
 
     grid: Grid
@@ -68,6 +70,7 @@ class _Bisection:
     peak: Peak
     passed: int = 0
     undecided: int = 0
+    steps: int = 0
 
     def run(self) -> Peak:
         """Narrow the bracket until it is accurate or bisection stalls, and return it."""
@@ -75,7 +78,8 @@ class _Bisection:
         for _ in range(MOST_TRIALS):
             holds, moves = self.peak.holds, self.peak.moves
             unbounded = np.isinf(moves) and step > FARTHEST
-            if not holds > 0 or unbounded or moves - holds <= ACCURACY * holds or self.undecided == MOST_UNDECIDED:
+            spent = self.undecided == MOST_UNDECIDED or self.steps > MOST_STEPS
+            if not holds > 0 or unbounded or moves - holds <= ACCURACY * holds or spent:
                 break
             share = PLACES[self.passed % len(PLACES)]
             self._try(holds + share * (moves - holds) if np.isfinite(moves) else holds * (1 + step))
@@ -89,6 +93,7 @@ class _Bisection:
         system = self.grid.system
         load = self.grid.loads(self.column[:, None])[0]
         end = system.under(system.model.wrench + s * load).come_to_rest(near=self.peak.q)
+        self.steps += end.steps
         self.passed = self.passed + 1 if end.outcome is RestOutcome.LOST else 0
         if end.outcome is RestOutcome.RESTS:
             self.peak = self.peak._replace(holds=s, q=end.q)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from threading import Lock
@@ -21,9 +21,8 @@ from holdfast.conic.solve import ConeSolution, Outcome
 from holdfast.engines.answers import Answers, Bound, Claim
 from holdfast.engines.capabilities import Gradient, LoadSet, Weakest
 from holdfast.engines.cones import ConeChoice, FrictionCone
-from holdfast.engines.contract import EXACT, Accuracy, Within
+from holdfast.engines.contract import EXACT, Accuracy, State, Within
 from holdfast.engines.directions import FLAT_GROUP
-from holdfast.engines.groups import prepared
 from holdfast.engines.limit.certified import certify
 from holdfast.engines.limit.gauge import Cuts
 from holdfast.engines.limit.load_limit import LoadLimit
@@ -82,11 +81,11 @@ class Limit(Value):
         *,
         masses: Mapping[str, tuple[float, float]],
         coms: Mapping[str, Float],
+        prepare: Callable[[Float], State],
         where: str,
     ) -> Weakest:
         """The smallest factor of each column of W over boxes of masses and centres of mass: at one of its corners."""
-        corners = corners_of(assembly, masses, coms, where)
-        return weakest(assembly, lambda load: prepared(self, assembly, load), standing, W, corners)
+        return weakest(assembly, prepare, standing, W, corners_of(assembly, masses, coms, where))
 
     def comes_loose(self, assembly: Assembly, body: str, up: Float) -> bool:
         """Whether no contact can hold ``body``; over the exact cone, for a polygon inside it would prove nothing."""
