@@ -199,7 +199,7 @@ class Doubtful:
                 place = ""
             else:
                 place = f" ({abs(apart) * 1e3:.1f} mm {'apart' if apart >= 0 else 'into each other'})"
-            parts.append("-".join(interface.bodies) + place)
+            parts.append("-".join(sorted(interface.bodies)) + place)
         more = f" and {len(numbers) - NAMED} more" if len(numbers) > NAMED else ""
         return ", ".join(parts) + more
 
