@@ -1,0 +1,75 @@
+"""Loaded pallets (finding S1): pressing straight down on a top box moves nothing where `limit` says so."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+from shared import FOLDER, needed
+
+import holdfast as hf
+
+FILE = FOLDER / "cargo" / "pallets.json"
+MU = 0.4  # the file gives no friction
+FEW, MANY = (10, 18, 26), (8, 20, 30, 33)  # places in the list of units by number of boxes
+DOWN = (0.0, 0.0, -1.0)
+
+pytestmark = needed
+
+
+def pallet(place: int) -> hf.Scene:
+    units = json.loads(FILE.read_text(encoding="utf-8"))
+    units = units if isinstance(units, list) else units["units"]
+    boxes = sorted(units, key=lambda unit: len(unit["boxes"]))[place]["boxes"]
+    bodies = [hf.Body("floor", hf.Box((20, 20, 0.1)), pose=at((0, 0, -0.05)), fixed=True)]
+    for k, box in enumerate(boxes):
+        size = np.array(box["size"])
+        bodies.append(hf.Body(f"box{k}", hf.Box(size), mass=box["mass"], pose=at(np.array(box["corner"]) + size / 2)))
+    return hf.Scene(bodies, MU)
+
+
+def at(place: Any) -> Any:
+    pose = np.eye(4)
+    pose[:3, 3] = place
+    return pose
+
+
+def tops(assembly: hf.Assembly) -> list[hf.Body]:
+    """The bodies on which nothing rests: no contact of theirs has a normal that leaves them upwards."""
+    below = set()
+    for interface in assembly.interfaces:
+        for patch in interface.patches:
+            if abs(patch.normal[2]) > 0.5:
+                below.add(interface.bodies[0] if patch.normal[2] > 0 else interface.bodies[1])
+    return [body for body in assembly.movable if body.name not in below]
+
+
+def check(place: int, most: int) -> int:
+    """Press the middle and one corner of some top boxes; return how many pushes were compared."""
+    assembly = hf.assemble(pallet(place))
+    if hf.stability(assembly).status is not hf.Status.STABLE:
+        return 0
+    compared = 0
+    for body in tops(assembly)[:most]:
+        low, high = body.box
+        points = [(*(low[:2] + share * (high[:2] - low[:2])), high[2]) for share in (0.5, 0.8)]
+        found = hf.robustness(assembly, body.name, points, DOWN)
+        certain = hf.robustness(assembly, body.name, points, DOWN, engine="limit")
+        endless = certain.status == hf.Status.INFINITE
+        assert set(found.status[endless]) <= {hf.Status.INFINITE}, (place, body.name, found.force, found.status)
+        assert (found.force <= certain.upper * (1 + 1e-6)).all()
+        compared += len(points)
+    return compared
+
+
+@pytest.mark.parametrize("place", FEW)
+def test_pressing_down_on_a_top_box(place: int) -> None:
+    assert check(place, 3) > 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("place", MANY)
+def test_pressing_down_on_all_top_boxes(place: int) -> None:
+    check(place, 12)
