@@ -138,8 +138,8 @@ def _union(outlines: list[shapely.Geometry], fine: float) -> shapely.Geometry:
     try:
         return shapely.union_all(outlines)
     except shapely.GEOSException:
-        kept = shapely.set_precision(outlines, fine)
-        return shapely.union_all(kept, grid_size=fine)
+        rounded = shapely.set_precision(outlines, fine, mode="pointwise")
+        return shapely.union_all(shapely.make_valid(rounded), grid_size=fine)
 
 
 @compiled
