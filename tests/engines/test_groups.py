@@ -200,3 +200,10 @@ def test_every_engine_that_is_registered_is_grouped() -> None:
     assembly = hf.assemble(scene((*STACK, *STRANGERS["a body in the air"])), gap=GAP)
     for make in ENGINES.values():
         assert prepared(make(), assembly).verdict_on([0]).status is hf.Status.STABLE
+
+
+def test_a_moment_alone_is_not_taken_for_none() -> None:
+    """A cube twisted about the vertical: the torsion of its square face, between the least and the greatest arm."""
+    assembly = hf.assemble(scene((cube("cube", 0, 0),)), gap=GAP)
+    found = hf.load_factor(assembly, [hf.Load("cube", moment=(0, 0, 1))], engine="compliant")
+    assert 0.5 * 9.81 * 0.03 < found.factor < 0.5 * 9.81 * 0.05 * np.sqrt(2)

@@ -40,6 +40,8 @@ class Bound(StrEnum):
     NONE = auto()  # the value is not a bound of the true answer
 
 
+ONLY_BALANCED = "only balanced"  # in the note on bodies that the least push moves
+
 WEAKEST_FIRST = (Bound.NONE, Bound.ESTIMATED, Bound.PROVED)
 
 
@@ -234,6 +236,11 @@ class Answers(Value):
         upper = np.minimum(self.upper, other.upper)
         force, lower = np.minimum(self.force, upper), np.minimum(self.lower, upper)
         return replace(self, force=force, lower=lower, upper=upper, upper_bound=other.upper_bound)
+
+
+def only_balanced(names: Sequence[str]) -> str:
+    """Return the note on bodies that are only balanced, as a ball is."""
+    return f"{ONLY_BALANCED}, so that some smallest push moves it: {', '.join(names)}"
 
 
 def joined(parts: Sequence[Answers]) -> Answers:

@@ -19,7 +19,7 @@ from holdfast.assembly.parts import Part, part_of
 from holdfast.base.arrays import Float, Int
 from holdfast.base.errors import HoldfastError, message
 from holdfast.engines import presence
-from holdfast.engines.answers import Answers, joined_notes, weakest_bound
+from holdfast.engines.answers import ONLY_BALANCED, Answers, joined_notes, only_balanced, weakest_bound
 from holdfast.engines.contract import EXACT, Accuracy, Engine, State
 from holdfast.engines.mechanism import Kinematics, Mechanism
 from holdfast.engines.rest import doubt_of, hanging, undecided
@@ -27,6 +27,7 @@ from holdfast.engines.verdict import Certificate, ContactForces, GroupVerdict, S
 
 WORST_FIRST = (Status.UNSTABLE, Status.UNDECIDED, Status.STABLE)
 NAMED = 6  # the most body names in one sentence
+ROUNDING = 1e-8  # share of a group's weight below which a force is a rounding error of none
 
 
 def prepared(
@@ -153,11 +154,12 @@ class Groups:
             return Answers.not_standing(
                 W.shape[1], engine=self.engine.name, claim=self.engine.claim, verdict=group.verdict
             )
-        found = group.state.load_factor(W[group.part.rows], accuracy)
+        W = W[group.part.rows]
+        found = group.state.load_factor(W, accuracy)
         if found.verdict.status is not group.verdict.status:  # the whole assembly raised a doubt about its fall
             known = {"engine": found.engine, "claim": found.claim, "notes": found.notes}
             return Answers.not_standing(W.shape[1], verdict=group.verdict, **known)
-        return self._in_whole(group.part, found)
+        return self._in_whole(group.part, _balanced(found, W, group.part.assembly))
 
     def in_whole(self, body: int, found: Answers) -> Answers:
         """Return answers of the state of one body's group with mechanisms of the whole assembly."""
@@ -165,10 +167,11 @@ class Groups:
         return found if part is None else self._in_whole(part, found)
 
     def _in_whole(self, part: Part, found: Answers) -> Answers:
-        return found.with_mechanisms([self._whole(part, m) for m in found.mechanism])
+        each = {id(m): self._whole(part, m) for m in found.mechanism}  # rows share mechanisms
+        return found.with_mechanisms([each[id(m)] for m in found.mechanism])
 
     def _prepare(self, names: tuple[str, ...]) -> Group:
-        if set(names) in self._hanging:
+        if frozenset(names) in self._hanging:
             return Group(names, hanging(self.assembly, [names], self._wrench))
         part = part_of(self.assembly, names)
         standing = None if self.standing is None else self.standing[part.rows]
@@ -176,8 +179,8 @@ class Groups:
         return Group(names, self._checked(part, state.verdict()), part, state)
 
     @cached_property
-    def _hanging(self) -> list[set[str]]:
-        return [set(names) for names in self.assembly.hanging]
+    def _hanging(self) -> set[frozenset[str]]:
+        return {frozenset(names) for names in self.assembly.hanging}
 
     @cached_property
     def _wrench(self) -> Float:
@@ -216,6 +219,20 @@ class Groups:
             known = mechanism.kinematics, mechanism.kinematics.within(part.members, count, part.interfaces, pairs)
             self._moved[id(mechanism.kinematics)] = known
         return mechanism.within(known[1])
+
+
+def _balanced(found: Answers, W: Float, assembly: Assembly) -> Answers:
+    """Return the answers with 0 for forces on one group that rounding alone tells from 0, and a note that says so."""
+    forces, torques = np.abs(W.reshape(-1, 2, 3, W.shape[1])).max((0, 2), initial=0.0)
+    largest = np.maximum(forces, torques / assembly.size)
+    slight = (found.status == Status.FINITE) & (found.force * largest <= ROUNDING * assembly.weight)
+    if not slight.any():
+        return found
+    force, lower = np.where(slight, 0.0, found.force), np.where(slight, 0.0, found.lower)
+    names = tuple(dict.fromkeys(name for moving in found.moving[slight] for name in moving))
+    told = any(ONLY_BALANCED in note for note in found.notes)
+    notes = found.notes if told or not names else (*found.notes, only_balanced(names))
+    return replace(found, force=force, lower=lower, notes=notes)
 
 
 _WORDS = {Status.UNSTABLE: "does not stand", Status.UNDECIDED: "undecided"}

@@ -117,7 +117,8 @@ class Mechanism(Value):
         """Return the mechanism with the ``kinematics`` of the same bodies in a larger assembly (Kinematics.within)."""
         place = {name: k for k, name in enumerate(self.kinematics.names)}
         order = [place[name] for name in kinematics.names]
-        moving = tuple(sorted(self.moving, key=kinematics.names.index))
+        moves = set(self.moving)
+        moving = tuple(name for name in kinematics.names if name in moves)
         return replace(self, moving=moving, own=self.own[order], kinematics=kinematics)
 
     @cached_property

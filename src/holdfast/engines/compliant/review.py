@@ -10,7 +10,7 @@ import numpy as np
 from holdfast.base.arrays import Bool, Float
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.stepper import CARRIED
-from holdfast.engines.answers import Answers
+from holdfast.engines.answers import Answers, only_balanced
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.contract import EXACT, Accuracy, ForcesOnly, Within
 from holdfast.engines.limit.engine import Limit, LimitState
@@ -107,6 +107,4 @@ class Review:
 
     @property
     def _notes(self) -> tuple[str, ...]:
-        if not self.loose:
-            return ()
-        return (f"only balanced, so that some smallest push moves it: {', '.join(self.loose)}",)
+        return (only_balanced(self.loose),) if self.loose else ()
