@@ -17,6 +17,7 @@ from holdfast.engines.verdict import Status, Verdict
 SETS = 8  # the most sets of absent contacts that are sought
 SIDE = 0.5  # cosine of the angle between a normal and the vertical below which a contact is on a side
 CHEAP = 1e-7  # tolerance of the force programs that sort out what cannot stand
+MANY = 24  # uncertain interfaces above which only those on sides are taken away, all together
 TRIES = 300  # verdicts of limit analysis after which no further set is begun
 
 Absent = frozenset[int]  # numbers of interfaces that are taken away
@@ -56,7 +57,13 @@ class Absences:
             k for k in self.uncertain if all(abs(p.normal @ up) < SIDE for p in self.assembly.interfaces[k].patches)
         )
         settled = on_sides if self._may_rest(on_sides) else frozenset()
+        if self._many:
+            return tuple(k for k in self.uncertain if k in settled)
         return tuple(k for k in self.uncertain if k in settled or self._may_rest(frozenset([k])))
+
+    @property
+    def _many(self) -> bool:
+        return len(self.uncertain) > MANY
 
     @cached_property
     def optional(self) -> tuple[int, ...]:
@@ -82,6 +89,8 @@ class Absences:
         """
         order = self._single
         found = [self.largest(order)]
+        if self._many:
+            return tuple(absent for absent in found if absent), False
         found += [absent for absent in [self.largest(order[::-1])] if absent not in found]
         for k in order:
             if any(k in absent for absent in found):
@@ -150,7 +159,7 @@ class Absences:
     def _may_rest(self, absent: Absent) -> bool:
         """Tell whether limit analysis finds an equilibrium without these interfaces, or does not settle it."""
         if absent not in self._rests:
-            part = self.part(absent)
+            part = self.assembly.without_interfaces(absent) if absent else self.assembly
             wrench = part.weight_wrench(self.acceleration if self._seen_loaded else None)
             if self._seen_loaded and self.standing is not None:
                 wrench = wrench + self.standing
