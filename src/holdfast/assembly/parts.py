@@ -50,10 +50,8 @@ def part_of(whole: Assembly, group: tuple[str, ...]) -> Part:
     rank = {whole.movable[k].name: place for place, k in enumerate(members.tolist())}
     chosen = [(k, i) for k, i in enumerate(whole.interfaces) if not names.isdisjoint(i.bodies)]
     turned = [rank.get(i.bodies[0], FIXED) > rank.get(i.bodies[1], FIXED) for _, i in chosen]
-    found = [
-        (*_place((i.flipped if turn else i).canonical, rank), k, turn, (i.flipped if turn else i).canonical)
-        for (k, i), turn in zip(chosen, turned, strict=True)
-    ]
+    written = [i.canonical(flipped=turn) for (_, i), turn in zip(chosen, turned, strict=True)]
+    found = [(*_place(i, rank), k, turn, i) for i, (k, _), turn in zip(written, chosen, turned, strict=True)]
     found.sort(key=lambda entry: entry[:-1])
     touched = {name for _, i in chosen for name in i.bodies} - names
     overlaps = tuple(o for o in whole.overlaps if not names.isdisjoint(o.bodies) and _still(whole, o.bodies, names))

@@ -124,9 +124,8 @@ class Patch(Value):
             return self.polygon
         return frozen(self.lifted(convex_hull(self.rings[0], 1e-9 * self.size)))
 
-    @property
     def canonical(self) -> Patch:
-        """The same patch with rounded coordinates, its outline and holes beginning at their first corner in order."""
+        """Return the same patch with rounded coordinates; outline and holes begin at their first corner in order."""
         unit = 10.0 ** (np.ceil(np.log10(max(float(np.abs(self.polygon).max()), 1e-12))) - DIGITS)
         rings = [np.round(ring / unit) * unit + 0.0 for ring in (self.polygon, *self.holes)]
         first = [int(np.lexsort(ring.T[::-1])[0]) for ring in rings]
@@ -191,21 +190,28 @@ class Interface(Value):
         """The nodes sampled so far, by count, sampling and seed: similar assemblies share interfaces and so nodes."""
         return {}
 
-    @cached_property
-    def canonical(self) -> Interface:
-        """The same contact, written in one way whatever way it was found.
+    def canonical(self, *, flipped: bool = False) -> Interface:
+        """Return the same contact, written in one way whatever way it was found; made once.
 
         Coordinates are rounded far below what they are known to, every outline begins at its first corner in the order
-        of the coordinates, and patches are in the order of these corners.
+        of the coordinates, and patches are in the order of these corners. If ``flipped``, the contact is seen from the
+        other body: the order of the bodies and all normals are reversed.
         """
-        patches = sorted((patch.canonical for patch in self.patches), key=lambda patch: patch.polygon[0].tolist())
-        return Interface(self.bodies, patches=patches, status=self.status, flags=self.flags, certain=self.certain)
+        known = self._canonical
+        if flipped not in known:
+            patches = [(patch.flipped() if flipped else patch).canonical() for patch in self.patches]
+            known[flipped] = Interface(
+                self.bodies[::-1] if flipped else self.bodies,
+                patches=sorted(patches, key=lambda patch: patch.polygon[0].tolist()),
+                status=self.status,
+                flags=self.flags,
+                certain=self.certain,
+            )
+        return known[flipped]
 
     @cached_property
-    def flipped(self) -> Interface:
-        """The same contact seen from the other body: the order of the bodies and all normals are reversed."""
-        patches = [patch.flipped() for patch in self.patches]
-        return Interface(self.bodies[::-1], patches=patches, status=self.status, flags=self.flags, certain=self.certain)
+    def _canonical(self) -> dict[bool, Interface]:
+        return {}
 
     @property
     def separation(self) -> float | None:
