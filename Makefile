@@ -8,6 +8,9 @@ COMPILED := $(or $(HOLDFAST_CACHE_DIR),$(or $(XDG_CACHE_HOME),$(HOME)/.cache)/ho
 
 .PHONY: demo test test-slow test-referees benchmark figures lint clean
 
+# On all cores, in the order of the files: neighbours share what they assembled. No threads beside the processes
+PARALLEL := OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n auto --dist worksteal
+
 $(VENV)/.ready: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
@@ -31,10 +34,10 @@ lint: $(VENV)/.ready
 	$(BIN)/mypy
 
 test: lint $(VENV)/.simulators
-	$(BIN)/pytest -m "not slow and not referee"
+	$(PARALLEL) -m "not slow and not referee"
 
 test-slow: $(VENV)/.simulators
-	$(BIN)/pytest -m slow
+	$(PARALLEL) -m slow
 
 test-referees: $(VENV)/.simulators
 	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -m referee

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,15 @@ FOLDER = Path(__file__).parents[3] / "shared" / "cases"
 needed = pytest.mark.skipif(not FOLDER.is_dir(), reason=f"needs the case files in {FOLDER}")
 
 
-def paths(kind: str) -> list[Any]:
-    """The files of ``published`` or ``settled`` as test parameters; one skipped parameter where they are absent."""
+def paths(kind: str, *, slow: Collection[str] = ()) -> list[Any]:
+    """The files of ``published`` or ``settled`` as test parameters; one skipped parameter where they are absent.
+
+    Those named in ``slow`` are marked so.
+    """
     found = sorted((FOLDER / kind).glob("*.json"))
-    return [pytest.param(path, id=path.stem) for path in found] or [pytest.param(Path(), id="absent")]
+    marks = {name: [pytest.mark.slow] for name in slow}
+    cases = [pytest.param(path, id=path.stem, marks=marks.get(path.stem, [])) for path in found]
+    return cases or [pytest.param(Path(), id="absent")]
 
 
 def contents(path: Path) -> dict[str, Any]:

@@ -10,6 +10,8 @@ import shared
 
 import holdfast as hf
 
+LARGE = {"armadillo"}  # 366 bodies, 10 to 20 s each time: by default its contacts are compared, and it stands by limit
+
 OWN_DETECTION_DIFFERS = {
     # 385 pairs of its blocks overlap by 1 to 55 times the gap; such contacts are not modelled, and it says so
     "armadillo": hf.Status.UNDECIDED,
@@ -20,7 +22,7 @@ ANGLE = {"cube_curve_short": 5.0}
 
 
 @shared.needed
-@pytest.mark.parametrize("path", shared.paths("published"))
+@pytest.mark.parametrize("path", shared.paths("published", slow=LARGE))
 def test_an_equilibrium_exists_on_the_published_interfaces_where_it_should(path: Path) -> None:
     data = shared.contents(path)
     interfaces = [hf.Interface(tuple(i["between"]), i["polygon"], i["normal"]) for i in data["interfaces"]]
@@ -36,7 +38,7 @@ def test_an_equilibrium_exists_on_the_published_interfaces_where_it_should(path:
 
 
 @shared.needed
-@pytest.mark.parametrize("path", shared.paths("published"))
+@pytest.mark.parametrize("path", shared.paths("published", slow=LARGE))
 def test_an_equilibrium_exists_on_detected_interfaces_where_it_should(path: Path) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", hf.HoldfastWarning)
@@ -63,7 +65,7 @@ def test_detected_areas_are_the_published_ones(path: Path) -> None:
 
 
 @shared.needed
-@pytest.mark.parametrize("engine", ["graph", "limit"])
+@pytest.mark.parametrize("engine", [pytest.param("graph", marks=pytest.mark.slow), "limit"])
 def test_armadillo_stands_on_our_interfaces_at_the_tolerance_its_data_needs(engine: str) -> None:
     """Its blocks have warped faces and overlap by up to 30 mm: at 50 mm and 20 degrees all its contacts are found."""
     (path,) = [p.values[0] for p in shared.paths("published") if p.id == "armadillo"]

@@ -206,12 +206,14 @@ def test_slope() -> None:
     assert uphill == pytest.approx(0.6 * G0 * np.cos(tilt) + G0 * np.sin(tilt), rel=1e-6)
 
 
-@pytest.mark.parametrize("name", ["cube", "stack"])
-def test_random_pushes_agree_with_brute_force(name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "count"), [("cube", 18), ("stack", 6), pytest.param("stack", 18, marks=pytest.mark.slow)]
+)
+def test_random_pushes_agree_with_brute_force(name: str, count: int) -> None:
     assembly = hf.assemble(shipped_scene(name))
     finite = 0
     for level, body in enumerate(assembly.movable):
-        points, directions = random_pushes(assembly, body.name, 18 // len(assembly.movable), seed=level)
+        points, directions = random_pushes(assembly, body.name, count // len(assembly.movable), seed=level)
         got = coupled.robustness(assembly, body.name, points, directions)
         for k, (point, e) in enumerate(zip(points, directions, strict=True)):
             expected = min(
@@ -220,7 +222,7 @@ def test_random_pushes_agree_with_brute_force(name: str) -> None:
             )
             assert got[k] == pytest.approx(expected, rel=5e-3), (body.name, point, e)
             finite += np.isfinite(expected)
-    assert finite >= 10
+    assert finite > count / 2
 
 
 def test_turning_the_world_changes_nothing(stack: hf.Assembly) -> None:

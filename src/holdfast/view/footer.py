@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -70,16 +71,15 @@ class Writer:
         """Return the text, shortened with an ellipsis if it is wider than ``room`` [px]."""
         if self.width(text, pixels, bold) <= room:
             return text
-        while text and self.width(text + "…", pixels, bold) > room:
-            text = text[:-1]
-        return text.rstrip() + "…"
+        end = bisect(range(len(text)), room, key=lambda n: self.width(text[:n] + "…", pixels, bold))
+        return text[: max(end - 1, 0)].rstrip() + "…"
 
     def wrapped(self, text: str, pixels: float, room: float, lines: int) -> list[str]:
         """Return the text, broken at spaces into at most ``lines`` lines of ``room`` [px]."""
         result = [""]
         for word in text.split():
             longer = f"{result[-1]} {word}".strip()
-            if self.width(longer, pixels) <= room or not result[-1] or len(result) == lines:
+            if len(result) == lines or not result[-1] or self.width(longer, pixels) <= room:
                 result[-1] = longer
             else:
                 result.append(word)

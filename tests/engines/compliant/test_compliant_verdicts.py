@@ -18,7 +18,10 @@ from holdfast.engines.compliant.verdict import unbalanced
 from holdfast.validation.benchmarks.reliability import random_pushes
 
 CASES = Path(__file__).parents[4] / "shared" / "cases"
-PUBLISHED = [pytest.param(p, id=p.stem) for p in sorted((CASES / "published").glob("*.json"))]
+LARGE = {"armadillo": [pytest.mark.slow]}  # masonry_crossvault below is as large, and looked at by default
+PUBLISHED = [
+    pytest.param(p, id=p.stem, marks=LARGE.get(p.stem, [])) for p in sorted((CASES / "published").glob("*.json"))
+]
 needed = pytest.mark.skipif(not PUBLISHED, reason=f"needs the case files in {CASES}")
 STAND_UNCHECKED = {"bridge", "snake", "shelf_stable", "concave_long_0", "cube_curve_short", "armadillo"}
 SELF_STRESSED = {"model_A", "wedge_a_x90", "wedge_a_xy3090"}

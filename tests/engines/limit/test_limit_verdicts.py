@@ -14,7 +14,8 @@ import holdfast as hf
 from holdfast import Assembly, Scene, Status, assemble, stability
 
 FOLDER = Path(__file__).parents[4] / "shared" / "cases" / "published"
-CASES = [pytest.param(p, id=p.stem) for p in sorted(FOLDER.glob("*.json"))]
+LARGE = {"armadillo": [pytest.mark.slow]}  # tests/cases looks at it by default
+CASES = [pytest.param(p, id=p.stem, marks=LARGE.get(p.stem, [])) for p in sorted(FOLDER.glob("*.json"))]
 needed = pytest.mark.skipif(not CASES, reason=f"needs the case files in {FOLDER}")
 
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Mapping
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
 
 import holdfast as hf
 from holdfast.base.arrays import Float
-from holdfast.geometry.cells import surface_cells
+from holdfast.geometry.cells import Cells, surface_cells
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene, shipped_scenes
 from holdfast.validation.benchmarks.checkout import checkout
@@ -33,12 +33,17 @@ SEED = 77
 
 def random_pushes(assembly: hf.Assembly, count: int, seed: int) -> Float:
     """Load columns of random directions, inward, at random points of random movable bodies."""
+
+    @cache
+    def cells_of(number: int) -> Cells:
+        surface = assembly.movable[number].surface_world
+        return surface_cells(surface, float(np.ptp(surface.vertices, axis=0).max()) / 8)
+
     rng = np.random.default_rng(seed)
     columns = []
     for _ in range(count):
         number = int(rng.integers(len(assembly.movable)))
-        surface = assembly.movable[number].surface_world
-        cells = surface_cells(surface, float(np.ptp(surface.vertices, axis=0).max()) / 8)
+        cells = cells_of(number)
         k = int(rng.integers(len(cells.points)))
         direction = rng.normal(size=3)
         direction *= -np.sign(direction @ cells.normals[k]) / np.linalg.norm(direction)
