@@ -207,3 +207,16 @@ def test_a_moment_alone_is_not_taken_for_none() -> None:
     assembly = hf.assemble(scene((cube("cube", 0, 0),)), gap=GAP)
     found = hf.load_factor(assembly, [hf.Load("cube", moment=(0, 0, 1))], engine="compliant")
     assert 0.5 * 9.81 * 0.03 < found.factor < 0.5 * 9.81 * 0.05 * np.sqrt(2)
+
+
+@pytest.mark.parametrize("engine", ["limit", "compliant"])
+def test_a_light_body_in_a_heavy_group_is_not_taken_for_loose(engine: str) -> None:
+    """A block of 10 t with a ball and a crumb of 10 g on it: the crumb slides at μ m g."""
+    heavy = hf.Body("block", hf.Box((0.5, 0.5, 0.5)), mass=1e4, pose=at(0, 0, 0.25))
+    ball = hf.Body("ball", hf.Sphere(0.05), mass=0.5, pose=at(0.1, 0, 0.55))
+    crumb = hf.Body("crumb", hf.Box((0.02, 0.02, 0.02)), mass=0.01, pose=at(-0.1, 0, 0.51))
+    assembly = hf.assemble(scene((heavy, ball, crumb)), gap=1e-5)
+    found = hf.robustness(assembly, "crumb", (-0.11, 0, 0.502), (1, 0, 0), engine=engine)
+    assert found.force[0] == pytest.approx(0.5 * 0.01 * 9.81, rel=0.01)
+    rolling = hf.robustness(assembly, "ball", (0.05, 0, 0.55), (1, 0, 0), engine=engine)
+    assert rolling.force[0] < 1e-3 * 0.5 * 9.81

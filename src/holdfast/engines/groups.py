@@ -27,7 +27,7 @@ from holdfast.engines.verdict import Certificate, ContactForces, GroupVerdict, S
 
 WORST_FIRST = (Status.UNSTABLE, Status.UNDECIDED, Status.STABLE)
 NAMED = 6  # the most body names in one sentence
-ROUNDING = 1e-8  # share of a group's weight below which a force is a rounding error of none
+ROUNDING = 1e-8  # share of the weight of the pushed body below which a force is a rounding error of none
 
 
 def prepared(
@@ -222,10 +222,13 @@ class Groups:
 
 
 def _balanced(found: Answers, W: Float, assembly: Assembly) -> Answers:
-    """Return the answers with 0 for forces on one group that rounding alone tells from 0, and a note that says so."""
-    forces, torques = np.abs(W.reshape(-1, 2, 3, W.shape[1])).max((0, 2), initial=0.0)
-    largest = np.maximum(forces, torques / assembly.size)
-    slight = (found.status == Status.FINITE) & (found.force * largest <= ROUNDING * assembly.weight)
+    """Return the answers with 0 for forces on one group that rounding alone tells from 0, and a note that says so.
+
+    Forces are compared with the own weight of the bodies that are pushed: a light body may rest on a heavy one.
+    """
+    own = np.abs(W * assembly.equation_scale[:, None]).max(0, initial=0.0) / assembly.weight
+    finite = found.status == Status.FINITE
+    slight = finite & (np.where(finite, found.force, 0.0) * own <= ROUNDING)
     if not slight.any():
         return found
     force, lower = np.where(slight, 0.0, found.force), np.where(slight, 0.0, found.lower)

@@ -16,7 +16,7 @@ from holdfast.engines.contract import EXACT, Accuracy, ForcesOnly, Within
 from holdfast.engines.limit.engine import Limit, LimitState
 from holdfast.engines.verdict import Status
 
-SLIGHT = 1e-4  # push, relative to the group's weight, below which a body that is only balanced gives way to any push
+SLIGHT = 1e-4  # push, relative to the pushed body's weight, below which a body that is only balanced gives way to any
 HUGE = 100.0  # push, relative to the group's weight, above which a finite peak has to be confirmed
 CONTRADICTION = 0.05  # share by which a peak may lie above the proved bound before it counts as wrong
 ALONE = 1e-6  # what the faint hold may carry of a load that contacts are to balance alone
@@ -43,7 +43,7 @@ class Review:
         - A peak above HUGE times the weight is infinite if contact forces balance the load alone, with friction, by
           both methods.
         """
-        size = self._sizes(W)
+        size, own = self._sizes(W), self._own(W)
         doubtful = np.flatnonzero(self._doubtful(found, size, accuracy))
         if not len(doubtful) or not self._certain.verdict().equilibrium_exists:
             return found
@@ -53,8 +53,8 @@ class Review:
         status, mechanism = np.array(found.status), np.array(found.mechanism)
         upper[doubtful] = top = np.minimum(upper[doubtful], certain.upper)
         for k, row in enumerate(doubtful.tolist()):
-            if top[k] * size[row] <= SLIGHT or (self.loose and force[row] * size[row] <= SLIGHT):
-                if status[row] is not Status.UNDECIDED or top[k] * size[row] <= SLIGHT:
+            if top[k] * own[row] <= SLIGHT or (self.loose and force[row] * own[row] <= SLIGHT):
+                if status[row] is not Status.UNDECIDED or top[k] * own[row] <= SLIGHT:
                     status[row], force[row], lower[row] = Status.FINITE, 0.0, 0.0
                     mechanism[row] = certain.mechanism[k] if mechanism[row] is None else mechanism[row]
             elif status[row] is Status.UNDECIDED:
@@ -81,6 +81,11 @@ class Review:
     def _sizes(self, W: Float) -> Float:
         """Return the largest component (n,) of each column of W (6J, n), relative to the weight and the size."""
         return np.asarray(np.abs(self.grid.loads(W)).max(axis=1, initial=0.0))
+
+    def _own(self, W: Float) -> Float:
+        """Return the largest component (n,) of each column of W (6J, n), each body's in its own weight and size."""
+        assembly = self.grid.assembly
+        return np.asarray(np.abs(W * assembly.equation_scale[:, None]).max(0, initial=0.0) / self.grid.unit)
 
     def _doubtful(self, found: Answers, size: Float, accuracy: Accuracy) -> Bool:
         loaded = size > 0
