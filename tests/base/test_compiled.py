@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import holdfast
-from holdfast.base.compiled import compiled_sources
+from holdfast.base.compiled import _CheckedFile, compiled_sources
 
 PACKAGE = Path(holdfast.__file__).parent
 
@@ -91,6 +91,21 @@ def test_a_damaged_file_costs_a_compilation(package: Path, kind: str, damage: st
     if kind == "nbc" or damage != "changed":
         assert "compiled again" in said
     assert run(package) == (7.0, 0, "")
+
+
+def test_what_two_processes_compile_at_once_is_not_mixed_up(tmp_path: Path) -> None:
+    """One saves its code for another type between the moments at which the other names its file and writes it."""
+    one, two = (_CheckedFile(str(tmp_path), "answer", "stamp") for _ in range(2))
+    write = one._save_data
+
+    def interrupted(name: str, data: object) -> None:
+        (tmp_path / "answer.nbi").unlink()  # the other looked before there was an index
+        two.save("of a matrix", "code for a matrix")
+        write(name, data)
+
+    one._save_data = interrupted
+    one.save("of a number", "code for a number")
+    assert two.load("of a matrix") == "code for a matrix"
 
 
 def test_a_folder_that_cannot_be_written_is_said_once(package: Path, tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
+from uuid import uuid4
 
 import llvmlite
 import numba
@@ -136,7 +137,14 @@ class _Results(CompileResultCacheImpl):  # type: ignore[misc]
 
 
 class _CheckedFile(IndexDataCacheFile):  # type: ignore[misc]
-    """Every file of machine code begins with its checksum: a damaged one must never be run."""
+    """Every file of machine code begins with its checksum: a damaged one must never be run.
+
+    Numba numbers the files of a function's types in the order of their compilation, so that two processes that compile
+    it for two types at once write both to one file, and the code for one is run on the other. No name is given twice.
+    """
+
+    def _data_name(self, number: int) -> str:
+        return str(self._data_name_pattern).format(number=uuid4().int)
 
     def _load_data(self, name: str) -> Any:  # noqa: ANN401 - what Numba pickled
         content = Path(self._data_path(name)).read_bytes()
