@@ -92,7 +92,7 @@ class Review:
         if self.loose:
             return np.asarray(loaded)
         finite = found.status == Status.FINITE
-        doubt = (found.status == Status.UNDECIDED) | (finite & (found.force * size > HUGE))
+        doubt = (found.status == Status.UNDECIDED) | (finite & (np.where(finite, found.force, 0.0) * size > HUGE))
         if not isinstance(accuracy, ForcesOnly):
             doubt |= finite & (found.lower <= 0)
         return np.asarray(loaded & doubt)
