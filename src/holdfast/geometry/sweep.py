@@ -107,8 +107,9 @@ def hit_distance(moving: Swept, still: Swept, tolerance: float = 0.0) -> float:
     ahead = ahead[order]
 
     def wide(count: int) -> bool:
-        whole = shapely.buffer(_union(outlines[:count], HAIRLINE * narrow), HAIRLINE * narrow, CORNER)  # no slits
-        return not shapely.is_empty(shapely.buffer(whole, -(0.5 + HAIRLINE) * narrow, CORNER))
+        # widened and narrowed: no slits between triangles
+        whole = shapely.buffer(_union(outlines[:count], HAIRLINE * narrow), HAIRLINE * narrow, quad_segs=CORNER)
+        return not shapely.is_empty(shapely.buffer(whole, -(0.5 + HAIRLINE) * narrow, quad_segs=CORNER))
 
     if not wide(len(ahead)):
         return np.inf
