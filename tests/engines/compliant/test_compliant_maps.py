@@ -18,6 +18,7 @@ from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.compliant.interpolated import Solved, Survey, survey
 from holdfast.engines.compliant.state import MANY, Standing
 from holdfast.engines.contract import Within
+from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
 from holdfast.geometry.hull import corner_numbers
 from holdfast.geometry.triangulation import fan, inserted
@@ -34,13 +35,15 @@ def _case(scene: str) -> tuple[Standing, RobustnessMap, Answers]:
     """A map, and every one of its points by a path of its own."""
     assembly = hf.assemble(shipped_scene(scene))
     result = hf.robustness_map(assembly, None, spacing=CASES[scene], engine="compliant", gap=GAP)
-    state = Compliant().prepare(assembly)
+    groups = prepared(Compliant(), assembly)
+    state = groups.group(0).state
+    assert isinstance(state, Standing)
     columns = [
         push_columns(assembly, assembly.index[name], result.points[here], -result.normals[here])
         for name in dict.fromkeys(result.body)
         for here in [result.body == name]
     ]
-    return state, result, state.load_factor(np.hstack(columns))
+    return state, result, groups.load_factor(np.hstack(columns))
 
 
 @pytest.mark.parametrize("scene", CASES)
