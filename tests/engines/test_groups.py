@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 
 import holdfast as hf
 from holdfast.assembly.parts import part_of
-from holdfast.engines.groups import prepared
+from holdfast.engines.answers import Answers
+from holdfast.engines.groups import _Smallest, prepared
+from holdfast.engines.verdict import Verdict
 from holdfast.queries.request import ENGINES
 
 GAP = 1e-4  # given, for the default depends on the sizes of all bodies
@@ -122,8 +124,9 @@ def test_stability_judges_every_group() -> None:
 @pytest.mark.parametrize("engine", ENGINES_TESTED)
 def test_contact_forces_of_groups_are_those_of_the_whole(engine: str) -> None:
     """In the order of the interfaces, on their second bodies: together with gravity they balance every body."""
-    bodies = (cube("right", 1, 0), *STACK, cube("left", -1, 0.3))
+    bodies = (cube("right", 1, 0), *reversed(STACK), cube("left", -1, 0.3))  # the upper one first: contacts are flipped
     assembly = hf.assemble(scene(bodies), gap=GAP)
+    assert any(part_of(assembly, group).flipped.any() for group in assembly.groups)
     forces = hf.stability(assembly, engine=engine).forces
     assert (np.diff(forces.interface) >= 0).all()
     total = {body.name: np.array([0, 0, -9.81 * (body.mass or 0)]) for body in bodies}
@@ -138,14 +141,34 @@ def test_contact_forces_of_groups_are_those_of_the_whole(engine: str) -> None:
         assert np.abs(left).max() < 1e-6 * 9.81, name
 
 
-def test_a_load_on_several_groups_is_carried_as_far_as_by_the_weakest() -> None:
+@pytest.mark.parametrize("first", [1, -1])
+def test_a_load_on_several_groups_is_carried_as_far_as_by_the_weakest(first: int) -> None:
     """Two cubes that slip at 4.905 and 2.4525 N, both pulled by 1 N: the second one goes first."""
-    assembly = hf.assemble(scene((cube("one", 0, 0), cube("two", 1, 0, mass=0.5))), gap=GAP)
+    assembly = hf.assemble(scene((cube("one", 0, 0), cube("two", 1, 0, mass=0.5))[::first]), gap=GAP)
     loads = [hf.Load(name, (x, 0, 0.0), force=(1, 0, 0)) for name, x in (("one", 0), ("two", 1))]
     for engine in ENGINES_TESTED:
         found = hf.load_factor(assembly, loads, engine=engine)
         assert found.factor == pytest.approx(0.5 * 0.5 * 9.81, rel=1e-5)
         assert found.moving == ("two",)
+        alone = hf.load_factor(assembly, loads[1:], engine=engine)
+        assert (found.lower, found.upper) == (alone.lower, alone.upper)
+
+
+def test_an_undecided_group_leaves_the_smallest_open_but_not_below_what_gives_way_at_once() -> None:
+    def rows(*rows: tuple[hf.Status, float, float]) -> Answers:
+        status, force, upper = zip(*rows, strict=True)
+        verdict = Verdict(status=hf.Status.STABLE, reason="")
+        known = {"engine": "toy", "claim": hf.Claim.HOLDS, "verdict": verdict, "mechanism": [None] * len(rows)}
+        return Answers.of(force=np.array(force), status=status, upper=np.array(upper), **known)
+
+    table = _Smallest(4)
+    finite, undecided, unstable = hf.Status.FINITE, hf.Status.UNDECIDED, hf.Status.UNSTABLE
+    table.add(np.arange(4), rows((finite, 3.0, 4.0), (finite, 0.0, 0.0), (finite, 3.0, 4.0), (undecided, 0.0, np.inf)))
+    table.add(np.arange(3), rows((undecided, 0.0, 9.0), (undecided, 0.0, 9.0), (unstable, 0.0, 0.0)))
+    found = table.answers(hf.Limit(), Verdict(status=hf.Status.STABLE, reason=""), ())
+    assert found.status.tolist() == [undecided, finite, unstable, undecided]
+    assert found.force.tolist() == [0, 0, 0, 0]
+    assert found.upper.tolist() == [4.0, 0.0, 0.0, np.inf]
 
 
 def test_a_group_that_falls_or_is_unknown_decides_the_smallest() -> None:
