@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from calling import called
 
 import holdfast as hf
 from holdfast.base.archive import to_dict
-from holdfast.cli.main import run
 from holdfast.scene.shipped.blocks import at, box, cube, floor
 
 
@@ -29,12 +29,7 @@ class Answer:
 @pytest.fixture
 def holdfast(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Any:
     def call(*arguments: object) -> Answer:
-        monkeypatch.setattr(sys, "argv", ["holdfast", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stopped:
-            run()
-        out, err = capsys.readouterr()
-        code = stopped.value.code
-        return Answer(code if isinstance(code, int) else 0 if code is None else 1, out, err)
+        return Answer(*called(monkeypatch, capsys, *arguments))
 
     return call
 

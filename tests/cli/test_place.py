@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import trimesh
+from calling import called
 
 import holdfast as hf
-from holdfast.cli.main import run
 from holdfast.scene.shipped.blocks import box, floor
 
 
@@ -31,11 +30,7 @@ def place(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], t
     trimesh.creation.box((0.05, 0.04, 0.03)).export("brick.stl")
 
     def call(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["holdfast", "place", *map(str, arguments), "--engine", "graph"])
-        with pytest.raises(SystemExit) as stopped:
-            run()
-        out, err = capsys.readouterr()
-        return int(stopped.value.code or 0), out, err
+        return called(monkeypatch, capsys, "place", *arguments, "--engine", "graph")
 
     return call
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
+from calling import called
 
 import holdfast as hf
-from holdfast.cli.main import run
 from holdfast.report import tables
 
 
@@ -19,11 +18,8 @@ from holdfast.report import tables
 def transport(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Any:
     monkeypatch.chdir(tmp_path)
 
-    def call(*arguments: object) -> tuple[object, str, str]:
-        monkeypatch.setattr(sys, "argv", ["holdfast", "transport", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stopped:
-            run()
-        return stopped.value.code, *capsys.readouterr()
+    def call(*arguments: object) -> tuple[int, str, str]:
+        return called(monkeypatch, capsys, "transport", *arguments)
 
     return call
 

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Callable
 from typing import Any
 
 import pytest
+from calling import called
 from retold import REASON, retold, unknown
 
 import holdfast as hf
 from holdfast.applications import transport as transports
 from holdfast.cli import assess, common, transport
-from holdfast.cli.main import run
 from holdfast.queries import map as maps
 
 UNDECIDED, UNSTABLE, FINITE = hf.Status.UNDECIDED, hf.Status.UNSTABLE, hf.Status.FINITE
@@ -27,13 +26,9 @@ def holdfast(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
     """Call the command with the answers of maps and transport limits changed by ``change``."""
 
     def call(*arguments: str, change: Callable[[Any], Any] = lambda found: found) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["holdfast", *arguments])
         monkeypatch.setattr(assess, "robustness_map", lambda *a, **k: change(maps.robustness_map(*a, **k)))
         monkeypatch.setattr(transport, "transport_limits", lambda *a, **k: change(transports.transport_limits(*a, **k)))
-        with pytest.raises(SystemExit) as stopped:
-            run()
-        out, err = capsys.readouterr()
-        return int(stopped.value.code or 0), out, err
+        return called(monkeypatch, capsys, *arguments)
 
     return call
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import os
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -92,6 +92,12 @@ def as_html(kind: str, summary: Summary) -> str:
 
 def _cell(text: str) -> str:
     return f'<td style="text-align:left">{html.escape(cut(text, LONGEST_CELL))}</td>'
+
+
+def listed(names: Collection[str], most: int = 6) -> str:
+    """Return the first of some names, at most ``most``, and how many more there are."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(list(names)[:most]) + more
 
 
 def number(value: float, unit: str = "") -> str:

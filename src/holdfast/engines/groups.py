@@ -16,8 +16,9 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.parts import Part, part_of
-from holdfast.base.arrays import Float, Int
+from holdfast.base.arrays import Bool, Float, Int, Objects
 from holdfast.base.errors import HoldfastError, message
+from holdfast.base.public import listed
 from holdfast.engines import presence
 from holdfast.engines.answers import ONLY_BALANCED, Answers, joined_notes, only_balanced, weakest_bound
 from holdfast.engines.contract import EXACT, Accuracy, Engine, State
@@ -26,7 +27,6 @@ from holdfast.engines.rest import doubt_of, hanging, undecided
 from holdfast.engines.verdict import Certificate, ContactForces, GroupVerdict, Status, Verdict
 
 WORST_FIRST = (Status.UNSTABLE, Status.UNDECIDED, Status.STABLE)
-NAMED = 6  # the most body names in one sentence
 ROUNDING = 1e-8  # share of the weight of the pushed body below which a force is a rounding error of none
 
 
@@ -255,12 +255,12 @@ class _Smallest:
     def add(self, columns: Int, found: Answers) -> None:
         """Take the rows of ``found``, one for each of the ``columns``, where they are smaller.
 
-        A row that is undecided leaves the smallest open, unless another group gives way without any load.
+        A row that is undecided has force 0 and so leaves the smallest open, unless another group gives way without any
+        load.
         """
         self.parts.append(found)
-        mine = np.array([_rank(s, f) for s, f in zip(self.status[columns], self.force[columns], strict=True)])
-        other = np.array([_rank(s, f) for s, f in zip(found.status, found.force, strict=True)])
-        taken = ~self.asked[columns] | (other < mine) | ((other == mine) & (found.force < self.force[columns]))
+        mine, other = _settled(self.status[columns], self.force[columns]), _settled(found.status, found.force)
+        taken = ~self.asked[columns] | (~mine & (other | (found.force < self.force[columns])))
         self.asked[columns] = True
         self.lower[columns] = np.minimum(self.lower[columns], found.lower)
         self.upper[columns] = np.minimum(self.upper[columns], found.upper)
@@ -288,11 +288,9 @@ class _Smallest:
         )
 
 
-def _rank(status: Status, force: float) -> int:
-    """Return 0 for answers that no other group can change, 1 for undecided ones and 2 for the rest."""
-    if status is Status.UNSTABLE or (status is Status.FINITE and force == 0):
-        return 0
-    return 1 if status is Status.UNDECIDED else 2
+def _settled(status: Objects, force: Float) -> Bool:
+    """Return for which rows (n,) no answer of another group can change anything: something moves without any load."""
+    return np.asarray((status == Status.UNSTABLE) | ((status == Status.FINITE) & (force == 0)))
 
 
 def joint(groups: Sequence[Group]) -> Verdict:
@@ -378,9 +376,3 @@ def _all_proofs(proofs: Sequence[Certificate | None]) -> Certificate | None:
     if not known or len(known) < len(proofs):
         return None
     return Certificate(sum(proof.power for proof in known), max(proof.violation for proof in known))
-
-
-def listed(names: Sequence[str]) -> str:
-    """Return some of the names, and how many more there are."""
-    shown = ", ".join(names[:NAMED])
-    return shown + (f" and {len(names) - NAMED} more" if len(names) > NAMED else "")

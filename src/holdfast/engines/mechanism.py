@@ -13,10 +13,12 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, joined_nodes, reordered_nodes
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float, Int, frozen
+from holdfast.base.public import listed
 from holdfast.base.rigid import shift_twist
 from holdfast.base.values import Value, seal
 
 AT_REST = 1e-6  # speed, relative to the largest, below which something counts as at rest
+NAMED = 8  # the most body names in one part of a sentence
 
 Mode = Literal["slip", "topple", "mixed", "none"]
 
@@ -195,7 +197,7 @@ def _groups(motion: Mechanism) -> list[str]:
                 break
         else:
             groups.append(([name], at_origin))
-    parts = [f"{_listed(members)} {_motion(twist, size, len(members) > 1)}" for members, twist in groups[:6]]
+    parts = [f"{listed(members, NAMED)} {_motion(twist, size, len(members) > 1)}" for members, twist in groups[:6]]
     if len(groups) > 6:
         parts.append(f"and {len(groups) - 6} more groups move")
     return parts
@@ -213,12 +215,7 @@ def _contacts(motion: Mechanism) -> list[str]:
             rise = nodes.mu[here] if motion.dual else np.zeros_like(nodes.mu[here])
             said.setdefault(modes_of(velocity[here][None], rise)[0], []).append("-".join(pair))
     words: tuple[tuple[Mode, str], ...] = (("slip", "slides"), ("topple", "opens"), ("mixed", "slides and opens"))
-    return [f"{word}: {_listed(said[mode])}" for mode, word in words if said[mode]]
-
-
-def _listed(names: list[str]) -> str:
-    shown = ", ".join(names[:8])
-    return shown + (f" and {len(names) - 8} more" if len(names) > 8 else "")
+    return [f"{word}: {listed(said[mode], NAMED)}" for mode, word in words if said[mode]]
 
 
 def _motion(twist: Float, size: float, plural: bool) -> str:

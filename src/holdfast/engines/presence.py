@@ -10,10 +10,11 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
+from holdfast.base.public import listed
 from holdfast.base.rigid import shift_twist
 from holdfast.engines.absence import Absences, Absent
 from holdfast.engines.allowance import Allowance
-from holdfast.engines.answers import WEAKEST_FIRST, Answers, Bound
+from holdfast.engines.answers import Answers, Bound, weakest_bound
 from holdfast.engines.contract import EXACT, Accuracy, Engine, ForcesOnly, State
 from holdfast.engines.limit.engine import Limit
 from holdfast.engines.mechanism import Mechanism
@@ -93,8 +94,10 @@ class Doubtful:
             found,
             lower=np.minimum.reduce([found.lower, found.force, *(case.lower for _, case in cases)]),
             upper=np.maximum.reduce([found.upper, found.force, greatest.upper, *known_cases]),
-            lower_bound=_weakest(found.lower_bound, *(case.lower_bound for _, case in cases)),
-            upper_bound=_weakest(found.upper_bound, greatest.upper_bound, *(case.upper_bound for _, case in cases)),
+            lower_bound=weakest_bound([found.lower_bound, *(case.lower_bound for _, case in cases)]),
+            upper_bound=weakest_bound(
+                [found.upper_bound, greatest.upper_bound, *(case.upper_bound for _, case in cases)]
+            ),
             notes=(*found.notes, *self._told(found, cases)),
         )
 
@@ -121,7 +124,7 @@ class Doubtful:
         allowance, state = self._allowed(absent, wider=False)
         case = state.load_factor(W, accuracy)
         lower = allowance.lowered(case.lower, W, accuracy)
-        return replace(case, lower=lower, lower_bound=_weakest(case.lower_bound, Bound.ESTIMATED))
+        return replace(case, lower=lower, lower_bound=weakest_bound([case.lower_bound, Bound.ESTIMATED]))
 
     def _greatest(self, found: Answers, W: Float, accuracy: Accuracy) -> Answers:
         """Answer as detected; where poses are uncertain, with all that this adds to an ``upper`` that is known."""
@@ -130,7 +133,7 @@ class Doubtful:
         allowance, state = self._allowed(frozenset(), wider=True)
         case = state.load_factor(W, accuracy)
         upper = allowance.raised(case.upper, W, accuracy)
-        return replace(case, upper=upper, upper_bound=_weakest(case.upper_bound, Bound.ESTIMATED))
+        return replace(case, upper=upper, upper_bound=weakest_bound([case.upper_bound, Bound.ESTIMATED]))
 
     def _allowed(self, absent: Absent, *, wider: bool) -> tuple[Allowance, State]:
         known, key = self.absences, (absent, wider)
@@ -192,7 +195,7 @@ class Doubtful:
     def _named(self, numbers: Sequence[int]) -> str:
         """Name the pairs of bodies of these interfaces, with how far they are apart."""
         parts = []
-        for k in numbers[:NAMED]:
+        for k in numbers:
             interface = self.absences.assembly.interfaces[k]
             apart = interface.separation
             if apart is None:
@@ -200,9 +203,4 @@ class Doubtful:
             else:
                 place = f" ({abs(apart) * 1e3:.1f} mm {'apart' if apart >= 0 else 'into each other'})"
             parts.append("-".join(sorted(interface.bodies)) + place)
-        more = f" and {len(numbers) - NAMED} more" if len(numbers) > NAMED else ""
-        return ", ".join(parts) + more
-
-
-def _weakest(*bounds: Bound) -> Bound:
-    return min(bounds, key=WEAKEST_FIRST.index)
+        return listed(parts, NAMED)

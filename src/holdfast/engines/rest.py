@@ -10,6 +10,7 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import NO_NODES, ContactNodes, contact_nodes
 from holdfast.base.arrays import Float
+from holdfast.base.public import listed
 from holdfast.base.rigid import shift_twist
 from holdfast.engines.collapse import least_motion
 from holdfast.engines.cones import EXACT, FrictionCone
@@ -153,9 +154,8 @@ def hanging(assembly: Assembly, groups: Sequence[tuple[str, ...]], wrench: Float
 
 
 def _loose(assembly: Assembly, group: tuple[str, ...]) -> str:
-    names = ", ".join(group[:6]) + (f" and {len(group) - 6} more" if len(group) > 6 else "")
     nearest = assembly.nearest_support(group) if assembly.detected else None
-    text = f"unsupported: {names}: no chain of contacts leads to a fixed body"
+    text = f"unsupported: {listed(group)}: no chain of contacts leads to a fixed body"
     if nearest is None:
         return text
     inside, outside, gap = nearest

@@ -9,7 +9,7 @@ import numpy as np
 
 from holdfast.base.archive import to_dict
 from holdfast.base.arrays import Bool, Float, Objects, objects
-from holdfast.base.public import PublicValue, Summary, number
+from holdfast.base.public import PublicValue, Summary, listed, number
 from holdfast.engines.answers import Answers, Bound, Claim, Undecided
 from holdfast.engines.mechanism import Mechanism, Mode
 from holdfast.engines.verdict import Status, Verdict
@@ -225,8 +225,7 @@ class Single(Result):
 
 def gives_way(mode: str, moving: tuple[str, ...]) -> str:
     """Describe in a few words which bodies move and what the contacts do."""
-    more = f" and {len(moving) - NAMED} more" if len(moving) > NAMED else ""
-    return f"{mode}: {', '.join(moving[:NAMED])}{more}" if moving else "nothing"
+    return f"{mode}: {listed(moving, NAMED)}" if moving else "nothing"
 
 
 def told(verdict: Verdict) -> str:

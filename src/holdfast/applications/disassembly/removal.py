@@ -23,6 +23,7 @@ from holdfast.applications.disassembly.exits import Exits
 from holdfast.assembly.assembly import Assembly, components
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
+from holdfast.base.public import listed
 from holdfast.base.rigid import wrench_at
 from holdfast.base.values import Value
 from holdfast.engines.answers import Claim
@@ -40,7 +41,6 @@ SHARES = (0.3, 0.6, 0.9)  # shares of the weight at which an engine is asked whe
 # the reason for the answer that a body may be taken out
 SAFE = "the rest stands without it and while its weight is taken"
 KEPT = 8  # the most prepared states of the engine in memory
-TOLD = 6  # the most body names in one sentence
 
 
 @archived
@@ -275,12 +275,6 @@ def _recalled(kept: OrderedDict[frozenset[str], T], part: frozenset[str], make: 
             kept.popitem(last=False)
     kept.move_to_end(part)
     return kept[part]
-
-
-def listed(names: Collection[str]) -> str:
-    """Return some of the names, and how many more there are."""
-    shown = ", ".join(list(names)[:TOLD])
-    return shown + (f" and {len(names) - TOLD} more" if len(names) > TOLD else "")
 
 
 def _vector(values: Float) -> str:

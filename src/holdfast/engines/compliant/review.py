@@ -53,11 +53,11 @@ class Review:
         status, mechanism = np.array(found.status), np.array(found.mechanism)
         upper[doubtful] = top = np.minimum(upper[doubtful], certain.upper)
         for k, row in enumerate(doubtful.tolist()):
-            if top[k] * own[row] <= SLIGHT or (self.loose and force[row] * own[row] <= SLIGHT):
-                if status[row] is not Status.UNDECIDED or top[k] * own[row] <= SLIGHT:
-                    status[row], force[row], lower[row] = Status.FINITE, 0.0, 0.0
-                    mechanism[row] = certain.mechanism[k] if mechanism[row] is None else mechanism[row]
-            elif status[row] is Status.UNDECIDED:
+            unknown = status[row] is Status.UNDECIDED
+            if min(top[k], np.inf if unknown or not self.loose else force[row]) * own[row] <= SLIGHT:
+                status[row], force[row], lower[row] = Status.FINITE, 0.0, 0.0
+                mechanism[row] = certain.mechanism[k] if mechanism[row] is None else mechanism[row]
+            elif unknown:
                 continue
             elif force[row] > (1 + CONTRADICTION) * top[k]:
                 status[row], force[row], lower[row], mechanism[row] = Status.UNDECIDED, 0.0, 0.0, None
