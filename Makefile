@@ -1,24 +1,30 @@
-# Two commands do everything on a machine with Python 3.11 and make: `make demo` and `make test`.
-PYTHON ?= python3.11
+# Two commands do everything on a machine with Python 3.11 or later and make: `make demo` and `make test`.
+# PYTHON names the interpreter; else it is the first of these that is recent enough
+OLDEST := 3.11
+PYTHON ?= $(shell for python in python3.11 python3 python3.14 python3.13 python3.12 python; do \
+	"$$python" -c 'import sys; sys.exit(sys.version_info < tuple(map(int, "$(OLDEST)".split("."))))' 2>/dev/null \
+	&& echo "$$python" && break; done)
 VENV ?= .venv
 BIN := $(VENV)/bin
 OUT ?= out
 # Where compiled loops are kept (src/holdfast/base/compiled.py)
 COMPILED := $(or $(HOLDFAST_CACHE_DIR),$(or $(XDG_CACHE_HOME),$(HOME)/.cache)/holdfast)
 
-.PHONY: demo test test-slow test-referees benchmark figures lint clean
+.PHONY: demo test test-slow test-referees test-kernels fuzz benchmark figures lint clean
 
 # On all cores, in the order of the files: neighbours share what they assembled. No threads beside the processes
 PARALLEL := OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n auto --dist worksteal
 
 $(VENV)/.ready: pyproject.toml constraints.txt
+	@test -n "$(PYTHON)" || \
+	 { echo "needs Python $(OLDEST) or later: install one, or name it, as in make $(MAKECMDGOALS) PYTHON=/path/to/python3"; exit 2; }
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	@touch $@
 
 # What the tests compare with. compas_lmgc90 without what its metadata asks for: a viewer that the simulation does not use
 $(VENV)/.simulators: $(VENV)/.ready
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,simulators]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,simulators,usd]'
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -c constraints.txt compas_lmgc90
 	@touch $@
 
@@ -41,6 +47,23 @@ test-slow: $(VENV)/.simulators
 
 test-referees: $(VENV)/.simulators
 	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -m referee
+
+# Linear algebra rounds otherwise on other processors: the numeric tests once for each of OpenBLAS's kernels that this
+# processor can run, with one and with two threads
+KERNELS ?= Prescott Haswell Zen SkylakeX
+NUMERIC := applications cases closed_form conic elastic engines geometry golden properties queries
+test-kernels: $(VENV)/.simulators
+	@for kernel in $(KERNELS); do for threads in 1 2; do \
+	  echo "kernel $$kernel, $$threads threads"; \
+	  OPENBLAS_CORETYPE=$$kernel OPENBLAS_NUM_THREADS=$$threads $(BIN)/pytest -n auto --dist worksteal \
+	    -m "not slow and not referee" $(addprefix tests/,$(NUMERIC)) || exit 1; \
+	done; done
+
+# Random scenes, files and names: N more of them after those of earlier runs with this seed (state: $(OUT)/fuzz)
+N ?= 1000
+SEED ?= 0
+fuzz: $(VENV)/.ready
+	PYTHONPATH=tests $(BIN)/python -m fuzz $(N) --seed $(SEED) --folder $(OUT)/fuzz
 
 benchmark: $(VENV)/.simulators
 	$(BIN)/holdfast benchmark all --compare

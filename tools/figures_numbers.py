@@ -54,6 +54,15 @@ def baselines(saved: Saved) -> dict[str, str]:
     }
 
 
+def bounds(saved: Saved) -> dict[str, str]:
+    """How close the bounds of ``limit`` are in ill-conditioned scenes."""
+    rows = [row for row in saved.rows if "queries" in row]
+    if any(row["truth outside"] for row in rows):
+        raise ValueError("a truth lies outside its bounds: the page says that none does")
+    count = sum(row["queries"] for row in rows)
+    return {"queries": whole(count), "narrow": whole(100 * sum(row["narrow"] for row in rows) / count)}
+
+
 def _at_most(small: float) -> str:
     """A small number rounded up to one digit: 6e-8."""
     power = math.floor(math.log10(small))
@@ -121,6 +130,22 @@ def reliability(saved: Saved) -> dict[str, str]:
     return {
         "shipped-pushes": whole(sum(row["pushes"] for row in saved.rows) - settled),
         "settled-pushes": whole(settled),
+    }
+
+
+def messy(saved: Saved) -> dict[str, str]:
+    """How often ``compliant`` decides in messy scenes."""
+    rows = saved.rows
+    total = {
+        key: whole(sum(row[key] for row in rows)) for key in ("scenes", "answered by limit", "undecided", "above limit")
+    }
+    worst = max(row["worst of undecided s"] or 0.0 for row in rows)
+    return {
+        "scenes": total["scenes"],
+        "answered": total["answered by limit"],
+        "undecided": total["undecided"],
+        "above": total["above limit"],
+        "worst": f"{worst:.1f}",
     }
 
 
@@ -210,10 +235,12 @@ NUMBERS: Mapping[str, Callable[[Saved], dict[str, str]]] = {
     "pipeline": pipeline,
     "scaling": scaling,
     "baselines": baselines,
+    "bounds": bounds,
     "table1": table1,
     "compliant_maps": compliant_maps,
     "reliability": reliability,
     "graph_slanted": graph_slanted,
+    "messy": messy,
     "transport": transport,
     "table2": placements_of_a_table,
     "table3": placements_of_a_table,

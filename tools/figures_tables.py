@@ -25,6 +25,24 @@ def baselines(saved: Saved) -> dict[str, str]:
     return {"forces": table(["push", *methods], forces), "seconds": table(["method", *SCENES], seconds)}
 
 
+def bounds(saved: Saved) -> dict[str, str]:
+    """What proofs cost beside solves, and how close the bounds are, for every scene."""
+    rows = [row for row in saved.rows if row["case"].startswith("cost")]
+    heads = ["scene", "bodies", "proof / solve, 24 together", "alone", "median width", "widest"]
+    cells = [
+        [
+            row["case"].split(": ")[1],
+            whole(row["bodies"]),
+            rounded(row["proof / solve"], 2),
+            rounded(row["proof / solve, alone"], 2),
+            f"{row['median width']:.0e}",
+            f"{row['widest']:.0e}",
+        ]
+        for row in rows
+    ]
+    return {"cost": table(heads, cells)}
+
+
 def _force(row: dict[str, Any]) -> str:
     return rounded(float(row["force"]), 3) if row["status"] in ("finite", "infinite") else str(row["status"])
 
@@ -153,6 +171,7 @@ def _off_simulation(row: dict[str, Any]) -> str:
 
 TABLES: Mapping[str, Callable[[Saved], dict[str, str]]] = {
     "baselines": baselines,
+    "bounds": bounds,
     "table1": table1,
     "disassembly": disassembly,
     "maps": maps,

@@ -47,8 +47,13 @@ if TYPE_CHECKING:
     from holdfast.queries.uncertainty import RobustnessUnder, robustness_under
     from holdfast.queries.worst_case import WorstCase, worst_case
     from holdfast.scene.body import Body
+    from holdfast.scene.compound import Compound, Part
+    from holdfast.scene.formats.mjcf.live import from_mujoco
+    from holdfast.scene.formats.nodes import from_trimesh
     from holdfast.scene.formats.registry import load_scene, save_scene
     from holdfast.scene.friction import Friction
+    from holdfast.scene.halfspace import HalfSpace
+    from holdfast.scene.round import Capsule, Ellipsoid
     from holdfast.scene.scene import Scene
     from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
     from holdfast.scene.shipped import shipped_scene, shipped_scenes
@@ -94,9 +99,14 @@ _NAMES = {
     "holdfast.queries.uncertainty": ("RobustnessUnder", "robustness_under"),
     "holdfast.queries.worst_case": ("WorstCase", "worst_case"),
     "holdfast.scene.body": ("Body",),
+    "holdfast.scene.formats.mjcf.live": ("from_mujoco",),
+    "holdfast.scene.formats.nodes": ("from_trimesh",),
     "holdfast.scene.formats.registry": ("load_scene", "save_scene"),
     "holdfast.scene.friction": ("Friction",),
     "holdfast.scene.scene": ("Scene",),
+    "holdfast.scene.compound": ("Compound", "Part"),
+    "holdfast.scene.halfspace": ("HalfSpace",),
+    "holdfast.scene.round": ("Capsule", "Ellipsoid"),
     "holdfast.scene.shapes": ("Box", "Cylinder", "Mesh", "Sphere"),
     "holdfast.scene.shipped": ("shipped_scene", "shipped_scenes"),
 }
@@ -107,14 +117,18 @@ __all__ = [
     "Body",
     "Bound",
     "Box",
+    "Capsule",
     "Claim",
     "Compliant",
+    "Compound",
     "ConvexSet",
     "Cylinder",
     "Disassembly",
+    "Ellipsoid",
     "Friction",
     "GeometryError",
     "Graph",
+    "HalfSpace",
     "HoldfastError",
     "HoldfastWarning",
     "Interface",
@@ -122,6 +136,7 @@ __all__ = [
     "Load",
     "LoadFactor",
     "Mesh",
+    "Part",
     "Patch",
     "Placement",
     "Removal",
@@ -142,6 +157,8 @@ __all__ = [
     "admissible_wrenches",
     "assemble",
     "disassembly_order",
+    "from_mujoco",
+    "from_trimesh",
     "horizontal_directions",
     "inertial_loads",
     "load_answer",

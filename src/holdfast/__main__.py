@@ -1,5 +1,17 @@
-"""``python -m holdfast``: the command line."""
+"""The command line: ``holdfast`` and ``python -m holdfast``."""
 
-from holdfast.cli.main import run
+from __future__ import annotations
 
-run()
+from holdfast.cli.stopping import stoppable
+
+
+def main() -> None:
+    """Run the command line; imports take a second, in which the user may lose patience, too."""
+    with stoppable():
+        from holdfast.cli.main import run
+
+        run()
+
+
+if __name__ == "__main__":
+    main()

@@ -368,7 +368,7 @@ def test_a_scene_is_assembled() -> None:
 
 
 @pytest.mark.parametrize(
-    ("options", "match"), [({"budget": -1}, "budget: -1; needs"), ({"goal": 3}, "goal: got 3; needs")]
+    ("options", "match"), [({"budget": -1}, "budget: is -1; needs"), ({"goal": 3}, "goal: got 3; needs")]
 )
 def test_options_are_checked(options: dict[str, int], match: str) -> None:
     with pytest.raises(hf.HoldfastError, match=match):

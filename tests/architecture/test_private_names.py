@@ -22,8 +22,13 @@ import holdfast
 ROOT = Path(holdfast.__file__).parent
 NAMED_TUPLE = {"_replace", "_asdict", "_fields", "_make", "_field_defaults"}
 ALLOWED = {
-    # Numba has no public way to name the folder of machine code: its dispatcher takes the cache as this attribute
-    ("holdfast.base.compiled", "_cache"),
+    # Numba has no public way to change how it compiles: these are the parts of its dispatcher and its code generator
+    # that decide what is copied into what, how much it is optimised, and what Python calls a function by
+    ("holdfast.base.linking", "_data_layout"),
+    ("holdfast.base.linking", "_module_pass_manager"),
+    ("holdfast.base.linking", "_get_compiled_object"),
+    ("holdfast.base.linking", "_final_module"),
+    ("holdfast.base.linking", "_code"),
     # By this attribute, the one that its own dispatchers have, Numba knows how to call an object from compiled code
     ("holdfast.base.compiled", "_numba_type_"),
 }
@@ -148,6 +153,6 @@ def test_what_belongs_to_a_module_is_its_own(source: str) -> None:
 
 
 def test_an_exception_holds_for_its_module_alone() -> None:
-    source = "def f(dispatcher):\n    dispatcher._cache = 1"
+    source = "def f(dispatcher):\n    dispatcher._numba_type_ = 1"
     assert violations("holdfast.base.compiled", source) == []
     assert len(violations("holdfast.queries.push", source)) == 1

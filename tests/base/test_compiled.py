@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import holdfast
-from holdfast.base.compiled import _CheckedFile, compiled_sources
+from holdfast.base.code_store import _CheckedFile, compiled_sources
 
 PACKAGE = Path(holdfast.__file__).parent
 
@@ -81,11 +81,12 @@ def test_a_change_in_another_file_changes_the_answer(
 def test_a_damaged_file_costs_a_compilation(package: Path, kind: str, damage: str) -> None:
     run(package)
     files = list((package.parent / "cache").rglob(f"caller*.{kind}"))
-    assert len(files) == 1
-    content = files[0].read_bytes()
-    middle = len(content) // 2
-    changed = content[:middle] + bytes([content[middle] ^ 255]) + content[middle + 1 :]
-    files[0].write_bytes({"cut": content[:middle], "changed": changed, "empty": b""}[damage])
+    assert len(files) == (2 if kind == "nbc" else 1)  # the function, and what Python calls it by
+    for file in files:
+        content = file.read_bytes()
+        middle = len(content) // 2
+        changed = content[:middle] + bytes([content[middle] ^ 255]) + content[middle + 1 :]
+        file.write_bytes({"cut": content[:middle], "changed": changed, "empty": b""}[damage])
     value, missed, said = run(package)
     assert (value, missed) == (7.0, 1)
     if kind == "nbc" or damage != "changed":

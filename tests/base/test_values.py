@@ -26,7 +26,7 @@ class Colour(StrEnum):
 
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
-class Part(Value):
+class Piece(Value):
     weights: Float
 
 
@@ -36,8 +36,8 @@ class Whole(Value):
     name: str
     share: float
     colour: Colour
-    part: Part | None
-    again: Part | None
+    part: Piece | None
+    again: Piece | None
     numbers: Float
     told: Objects
     table: Table[tuple[str, str], float]
@@ -49,7 +49,7 @@ class Whole(Value):
 
 
 def whole(share: float = np.inf, count: int = 5) -> Whole:
-    part = Part(sealed(np.array([0.1, np.inf, -0.0])))
+    part = Piece(sealed(np.array([0.1, np.inf, -0.0])))
     told = np.empty(3, dtype=object)
     told[:] = [Colour.RED, None, ("a", "b")]
     numbers = np.linspace(0, 1, count) ** 3

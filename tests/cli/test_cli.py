@@ -210,6 +210,20 @@ def test_a_warning_goes_to_stderr_and_the_answer_to_stdout(holdfast: Any, folder
     assert answer.err.count("\n") == 1
 
 
+def test_convert_tells_what_a_reader_guessed_and_left_out(holdfast: Any, folder: Path) -> None:
+    pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast[mujoco]'")
+    body = (
+        '<body name="a" pos="0 0 .1"><freejoint/><geom size=".1"/><geom size=".2" contype="0" conaffinity="0"/></body>'
+    )
+    text = f'<mujoco><worldbody><geom type="plane" size="1 1 1"/>{body}</worldbody></mujoco>'
+    (folder / "scene.xml").write_text(text, encoding="utf-8")
+    quiet = holdfast("convert", "scene.xml", "scene.yaml")
+    told = holdfast("convert", "scene.xml", "scene.yaml", "-v")
+    assert told.out == quiet.out + "note: left out: 1 geoms that collide with nothing\n"
+    notes = json.loads(holdfast("convert", "scene.xml", "scene.yaml", "--verbose", "--json").out)["notes"]
+    assert notes == ["left out: 1 geoms that collide with nothing"]
+
+
 @pytest.mark.parametrize("suffix", [".yaml", ".json"])
 def test_convert_writes_the_same_scene(suffix: str, holdfast: Any, folder: Path) -> None:
     answer = holdfast("convert", "cube", f"cube{suffix}")

@@ -87,7 +87,7 @@ def test_what_does_not_stand_has_no_set(transport: Any) -> None:
 @pytest.mark.parametrize(
     ("options", "match"),
     [
-        (("--directions", 0), "count = 0"),
+        (("--directions", 0), "count: is 0"),
         (("--set", "set.txt"), ".json or .npz"),
         (("--png", "p.jpg"), "--png"),
         (("--compare", "grap"), "'grap' is unknown"),

@@ -258,8 +258,8 @@ def test_bounds_say_how_they_are_known() -> None:
     assert known["pushes, graph"] == (none, none)
     assert known["pushes, compliant"] == (estimated, none)
     assert known["pushes, bounded"] == (estimated, proved)
-    assert known["pushes, limit"] == (estimated, proved)
-    for cone, expected in (("inscribed", (estimated, none)), ("circumscribed", (none, proved))):
+    assert known["pushes, limit"] == (proved, proved)
+    for cone, expected in (("inscribed", (proved, none)), ("circumscribed", (none, proved))):
         r = hf.robustness(cube(), "cube", SIDE, X, engine=hf.Limit(cone))
         assert (r.lower_bound, r.upper_bound) == expected
 

@@ -230,7 +230,7 @@ def test_a_point_within_the_tolerance_is_taken(assembly: hf.Assembly) -> None:
 @pytest.mark.parametrize(
     ("options", "match"),
     [
-        ({"directions": (0, 0, 0)}, r"direction is zero; needs"),
+        ({"directions": (0, 0, 0)}, r"is zero; needs vectors"),
         ({"points": (0, 0)}, r"points: has shape \(2,\); needs"),
         ({"points": [[0, 0, 1], [1]]}, r"points: got .*; needs"),
         ({"points": (0, 0, float("nan"))}, r"points: contains nan at index \(2,\); needs"),

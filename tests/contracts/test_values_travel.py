@@ -42,6 +42,9 @@ VALUES: dict[str, Any] = {
     "body by density": lambda: hf.Body("b", hf.Mesh(BALL.vertices, BALL.faces), density=700),
     "fixed body": lambda: hf.Body("b", hf.Box((1, 1, 1)), fixed=True),
     "scene": lambda: hf.shipped_scene("table"),
+    "scene with an excluded pair": lambda: dataclasses.replace(
+        hf.shipped_scene("table"), excluded=[("slab", "leg_left")], notes=["what was read"]
+    ),
     "scene of files": lambda: hf.shipped_scene("tabletop"),
     "interface": lambda: stack().interfaces[0],
     "patch": lambda: stack().interfaces[0].patches[0],

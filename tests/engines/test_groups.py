@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -243,3 +244,12 @@ def test_a_light_body_in_a_heavy_group_is_not_taken_for_loose(engine: str) -> No
     assert found.force[0] == pytest.approx(0.5 * 0.01 * 9.81, rel=0.01)
     rolling = hf.robustness(assembly, "ball", (0.05, 0, 0.55), (1, 0, 0), engine=engine)
     assert rolling.force[0] < 1e-3 * 0.5 * 9.81
+
+
+@pytest.mark.parametrize("engine", ENGINES_TESTED)
+def test_the_status_of_a_push_that_concerns_no_group_is_a_status(engine: str, tmp_path: Path) -> None:
+    """On a fixed body; a plain text is equal to it, but is another thing to every test of identity and in a file."""
+    found = hf.robustness(hf.Scene([FLOOR, *STACK], 0.5), "floor", (2, 0, 0), (0, 0, -1), engine=engine)
+    assert found.status[0] is hf.Status.INFINITE
+    found.save(tmp_path / "a.json")
+    assert hf.load_answer(tmp_path / "a.json").status[0] is hf.Status.INFINITE

@@ -22,7 +22,6 @@ from holdfast.validation.random_pushes import Push, random_pushes
 
 PUSHES = 3  # on each assembly, up to 45 degrees from the inward normal
 CLOSE = 0.01  # relative
-AXES = 0.1  # relative: nodes on round and slanted patches are placed along the world's axes, and paths branch
 Array = NDArray[np.float64]
 Change = Callable[[hf.Scene, list[Push], Generator], tuple[hf.Scene, list[Push]]]
 
@@ -126,7 +125,6 @@ def differences(family: str, seed: int, changes: dict[str, Change]) -> dict[str,
 def test_names_order_and_axes_change_nothing(family: str) -> None:
     some = {name: CHANGES[name] for name in ("names and order", "axes", "boxes as meshes")}
     found = differences(family, 0, some)
-    assert found.pop("axes") < AXES
     assert max(found.values()) < CLOSE, found
 
 
@@ -136,5 +134,4 @@ def test_nothing_changes_the_answers_of_sixty_assemblies(family: str) -> None:
     """Four or five assemblies of each of fourteen families."""
     for seed in range(1, 6 if list(FAMILIES).index(family) < 4 else 5):
         found = differences(family, seed, CHANGES)
-        assert max(found.pop("axes"), found.pop("scale")) < AXES, seed  # rounding may send a path along another branch
         assert max(found.values()) < CLOSE, (seed, found)

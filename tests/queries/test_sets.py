@@ -84,6 +84,18 @@ def test_a_force_at_the_centre_of_mass_may_fill_the_translated_friction_cone(cub
     assert cube_wrenches.contains([0, 0, 0, 0, 1.0001 * weight * 0.05, 0]) is False
 
 
+@pytest.mark.parametrize("dimension", [3, 6])
+def test_the_inner_part_lies_within_what_was_solved(
+    dimension: int, cube_accelerations: ConvexSet, cube_wrenches: ConvexSet
+) -> None:
+    """Each of its facets goes through as many solved points as there are dimensions, or runs inside of them."""
+    found = cube_accelerations if dimension == 3 else cube_wrenches
+    A, b = found.inner
+    reach = np.sort(A @ found.vertices.T / b[:, None], axis=1)[:, -dimension]
+    assert (reach >= 1 - 1e-14).all()
+    assert reach.max() <= 1 + 1e-4
+
+
 def test_standing_loads_move_the_set(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(BUDGET, 6, 60)
     assembly = assembly_of("cube")

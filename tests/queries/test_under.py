@@ -166,6 +166,23 @@ def test_samples_are_the_scenes_with_moved_bodies() -> None:
     assert np.std(u.force) > 0.05 * np.mean(u.force)
 
 
+def test_the_frame_in_which_a_body_is_drawn_changes_no_sample() -> None:
+    """The cube as a box about its own frame, and as a mesh half a metre from it: bodies turn about their masses."""
+    sigma, away = (0.0005, 0.3), np.array([0.5, -0.2, 0.3])
+    solid = hf.Box((L, L, L)).surface
+    pose = at(*(np.array([0, 0, L / 2]) - away))
+    drawn = hf.Body("cube", hf.Mesh(solid.vertices + away, solid.faces), mass=1, pose=pose)
+    one, other = (
+        hf.robustness_under(
+            hf.assemble(hf.Scene([floor(), body], 0.6)), "cube", LOW, X, pose_sigma=sigma, samples=6, seed=3,
+            engine="limit",
+        )
+        for body in (box("cube", (L, L, L), 1, (0, 0, L / 2)), drawn)
+    )  # fmt: skip
+    assert one.stands == other.stands == 1
+    assert other.force == pytest.approx(one.force, rel=1e-6)
+
+
 def test_a_tilt_leans_the_contact_by_half() -> None:
     """A cube tilted by θ on a level floor: the contact's normal lies between the two, R = m g tan(atan μ - θ / 2)."""
     angle, sigma = 0.3, (1e-4, 0.3)

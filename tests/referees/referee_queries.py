@@ -65,5 +65,5 @@ def engine(query: Query, nodes: ContactNodes | None = None) -> float:
         return float(answer.force[0])
     column = push(assembly, query.body, query.point, query.direction)
     state = Compliant().on(assembly, assembly.weight_wrench(), nodes)
-    paths = state.refined.found(column[:, None])
+    paths = state.refined.answers(column[:, None], bounds=False).paths
     return float(paths.peak[0]) if paths.outcome[0] == PathOutcome.PEAK else float("inf")

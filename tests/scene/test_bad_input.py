@@ -132,7 +132,7 @@ FILES: dict[str, tuple[str, str | bytes, str]] = {
     "mesh suffix": ("s.yaml", mesh("file: box.step"), r"box\.step: suffix '\.step'; reads \.obj, \.stl"),
     "mesh has nan": ("s.yaml", mesh("file: nan.obj"), r"nan\.obj: vertices: contains nan at index \(0, 2\); needs"),
     "mesh index": ("s.yaml", mesh("file: index.ply"), r"index\.ply: a face names vertex 9 of 3; needs indices"),
-    "mesh scale": ("s.yaml", mesh("file: box.ply, scale: [1, 1, 0]"), r"box\.ply: scale is .*0\.0.*; needs factors >"),
+    "mesh scale": ("s.yaml", mesh("file: box.ply, scale: [1, 1, 0]"), r"box\.ply: scale: is .*0\.0.*; needs numbers >"),
     "mesh scale of two": ("s.yaml", mesh("file: box.ply, scale: [1, 1]"), r"scale.*\(body 'cube'\): .*; "),
     "mesh is open": ("s.yaml", mesh("file: open.ply"), r"open\.ply: is not watertight.*; give mass=, com="),
     "inline index": ("s.yaml", mesh(f"{TETRA}, faces: [[0, 1, 9]]"), r"'cube'.* names vertex 9 of 4; needs indices"),

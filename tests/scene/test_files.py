@@ -72,18 +72,20 @@ def poses(draw: st.DrawFn) -> np.ndarray:
 
 @st.composite
 def bodies(draw: st.DrawFn, name: str) -> hf.Body:
+    known = draw(st.sampled_from(["mass", "density"]))
+    lengths = LENGTHS if known == "mass" else st.floats(0.1, 1e2)  # so that the mass is in its range, too
     shape: Any = draw(
         st.one_of(
-            st.builds(hf.Box, arrays(float, 3, elements=LENGTHS)),
-            st.builds(hf.Cylinder, LENGTHS, LENGTHS, st.integers(3, 40)),
-            st.builds(hf.Sphere, LENGTHS, st.integers(0, 2)),
-            st.builds(lambda s: hf.Mesh(COLUMN.vertices * s, COLUMN.faces), LENGTHS),
+            st.builds(hf.Box, arrays(float, 3, elements=lengths)),
+            st.builds(hf.Cylinder, lengths, lengths, st.integers(3, 40)),
+            st.builds(hf.Sphere, lengths, st.integers(0, 2)),
+            st.builds(lambda s: hf.Mesh(COLUMN.vertices * max(s, 1e-4), COLUMN.faces), lengths),
         )
     )
     return hf.Body(
         name,
         shape,
-        **draw(st.one_of(st.fixed_dictionaries({"mass": LENGTHS}), st.fixed_dictionaries({"density": LENGTHS}))),
+        **draw(st.fixed_dictionaries({known: lengths})),
         pose=draw(poses()),
         com=draw(st.none() | arrays(float, 3, elements=NUMBERS)),
         inertia=draw(st.none() | LENGTHS.map(lambda s: s * np.diag([1.0, 1.1, 1.3]))),

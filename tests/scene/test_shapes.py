@@ -269,12 +269,12 @@ def test_a_piece_that_is_inside_out_beside_another_is_not_taken_as_negative_mass
 @pytest.mark.parametrize(
     ("build", "match"),
     [
-        (lambda: hf.Box((0, 1, 1)), r"Box: size is \[0.*needs three lengths > 0"),
+        (lambda: hf.Box((0, 1, 1)), r"Box: size: is \[0.*needs numbers > 0"),
         (lambda: hf.Box((1, 1)), r"Box: size: has shape \(2,\); needs shape \(3"),
         (lambda: hf.Box("abc"), r"Box: size: got 'abc'; needs numbers"),
         (lambda: hf.Cylinder(-1, 1), r"Cylinder: radius: is -1; needs .* > 0"),
         (lambda: hf.Cylinder(1, np.inf), r"Cylinder: height: is inf; needs"),
-        (lambda: hf.Cylinder(1, 1, 2), r"Cylinder: segments: is 2; needs a whole number from 3"),
+        (lambda: hf.Cylinder(1, 1, 2), r"Cylinder: segments: is 2; needs a whole number of at least 3"),
         (lambda: hf.Cylinder(1, 1, 8.5), r"Cylinder: segments.*8\.5; needs"),
         (lambda: hf.Cylinder(1, 1, "a"), r"Cylinder: segments.*'a'; needs"),
         (lambda: hf.Sphere(0), r"Sphere: radius: is 0; needs .* > 0"),
@@ -286,7 +286,7 @@ def test_a_piece_that_is_inside_out_beside_another_is_not_taken_as_negative_mass
         (lambda: hf.Mesh(V, [[0, 1, -2]]), r"names vertex -2 of 8; needs"),
         (lambda: hf.Mesh(V, [[0, 1, 2.5]]), r"2\.5.*; needs"),
         (lambda: hf.Mesh(V, [[0, 0, 0]]).surface, r"all 1 triangles are degenerate; needs"),
-        (lambda: hf.Mesh.from_file("a.obj", scale=0), r"a\.obj: scale is .*0.*; needs factors > 0"),
+        (lambda: hf.Mesh.from_file("a.obj", scale=0), r"a\.obj: scale: is .*0.*; needs numbers > 0"),
         (lambda: hf.Mesh.from_file("a.obj", scale=(1, 2)), r"a\.obj: scale.*; needs"),
         (lambda: hf.Mesh.from_file("a.obj", scale="big"), r"a\.obj: scale.*'big'; needs"),
         (lambda: hf.Body("b", None, mass=1), r"body 'b': shape is a NoneType; needs Box"),
@@ -299,7 +299,7 @@ def test_a_piece_that_is_inside_out_beside_another_is_not_taken_as_negative_mass
         (lambda: hf.Body("b", hf.Box((1, 1, 1)), mass=1, inertia=-np.eye(3)), r"body 'b': inertia: .*; needs"),
         (lambda: hf.Body("b", hf.Box((1, 1, 1)), mass=1, inertia=np.triu(np.ones((3, 3)))), r"symmetric; needs"),
         (lambda: hf.Body("b", hf.Box((1, 1, 1)), mass=1, fixed="false"), r"body 'b': fixed.*'false'.*; "),
-        (lambda: hf.Body(" ", hf.Box((1, 1, 1)), mass=1), r"body: name is ' '; needs"),
+        (lambda: hf.Body(" ", hf.Box((1, 1, 1)), mass=1), r"body: name: is ' '; needs"),
     ],
 )
 def test_errors_say_what_where_and_what_to_do(build: Any, match: str) -> None:

@@ -23,10 +23,20 @@ from scipy.spatial.transform import Rotation
 
 from holdfast.assembly.assembly import Assembly, body_forces
 from holdfast.base.archive import archived, to_dict
-from holdfast.base.arrays import Float, checked, checked_number, frozen, objects, unit
+from holdfast.base.arrays import (
+    Float,
+    checked,
+    checked_directions,
+    checked_number,
+    checked_whole,
+    frozen,
+    objects,
+)
 from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.kinds import shaped
 from holdfast.base.painters import paint
 from holdfast.base.public import Summary
+from holdfast.base.ranges import ACCELERATION, ANGLE, PLACE, TURNING
 from holdfast.base.rigid import checked_pose, tangents
 from holdfast.engines.answers import Claim
 from holdfast.queries.push import asked
@@ -35,11 +45,13 @@ from holdfast.queries.result import ROW_HEADS, Columns, least, told
 from holdfast.queries.sets import ConvexSet
 from holdfast.scene.scene import Scene
 
+MOST_DIRECTIONS = 1_000_000  # more answers than the memory holds
 DIRECTIONS = 100  # number of directions on the default circle (Fig. 15)
 PARALLEL = 1e-9  # largest 1 - cosine at which an acceleration counts as parallel to the direction of a limit
 
 
 @archived
+@shaped(answers="n", directions="n 3")
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class TransportLimits(Columns):
     """The largest acceleration of the carrier along each of n directions before anything moves on it.
@@ -130,10 +142,7 @@ def horizontal_directions(assembly: Assembly | Scene, count: int = DIRECTIONS) -
     The first is the x axis of the scene, projected into the horizontal plane. Raises HoldfastError if ``count`` is not
     a whole number of at least 1.
     """
-    if not isinstance(count, int | np.integer) or count < 1:
-        raise HoldfastError(
-            message("horizontal_directions", f"count = {count!r}", "needs a whole number of at least 1")
-        )
+    checked_whole(count, "horizontal_directions: count", 1, MOST_DIRECTIONS)
     ahead, left = tangents(checked_assembly(assembly).scene.up)
     angle = 2 * np.pi * np.arange(count)[:, None] / count
     return np.asarray(frozen(np.cos(angle) * ahead + np.sin(angle) * left))
@@ -148,12 +157,12 @@ def tilted(assembly: Assembly | Scene, tilt: ArrayLike) -> Assembly:
     they are now to where the tilted carrier has them.
     """
     where = "tilt"
-    if np.ndim(tilt) == 2:
+    if np.asarray(tilt, dtype=object).ndim == 2:
         pose = np.eye(4)
         pose[:3, :3] = checked(tilt, (3, 3), where)
         turn = checked_pose(pose, where)[:3, :3]
     else:
-        turn = Rotation.from_rotvec(np.radians(checked(tilt, (3,), where))).as_matrix()
+        turn = Rotation.from_rotvec(np.radians(checked(tilt, (3,), where, within=ANGLE))).as_matrix()
     assembly = checked_assembly(assembly)
     return replace(assembly, scene=replace(assembly.scene, gravity=turn.T @ assembly.scene.gravity))
 
@@ -173,10 +182,15 @@ def inertial_loads(
     scene. The module docstring has the equations.
     """
     where = "inertial loads"
-    given = {"acceleration": acceleration, "angular acceleration": angular_acceleration}
-    given |= {"angular velocity": angular_velocity, "pivot": pivot}
+    given = {
+        "acceleration": (acceleration, ACCELERATION),
+        "angular acceleration": (angular_acceleration, TURNING),
+        "angular velocity": (angular_velocity, TURNING),
+        "pivot": (pivot, PLACE),
+    }
     a, alpha, omega, at = (
-        np.zeros(3) if value is None else checked(value, (3,), f"{where}: {name}") for name, value in given.items()
+        np.zeros(3) if value is None else checked(value, (3,), f"{where}: {name}", within=within)
+        for name, (value, within) in given.items()
     )
     loads = []
     for body in checked_assembly(assembly).movable:
@@ -211,7 +225,7 @@ def safe_time_scale(
     bound.
     """
     where = "safe_time_scale"
-    a = checked(accelerations, (None, 3), f"{where}: accelerations")
+    a = checked(accelerations, (None, 3), f"{where}: accelerations", within=ACCELERATION)
     spare = checked_number(margin, f"{where}: margin", minimum=0)
     if spare >= 1:
         raise HoldfastError(message(f"{where}: margin", f"is {spare:g}", "needs 0 <= margin < 1"))
@@ -239,10 +253,7 @@ def _usage(a: Float, limits: object) -> Float:
 
 def _directions(value: Any) -> Float:  # noqa: ANN401
     where = "transport_limits: directions"
-    single = np.asarray(value, dtype=object).ndim == 1
-    ways = checked(value, (3,), where)[None] if single else checked(value, (None, 3), where)
+    ways = checked_directions(value, where)
     if not len(ways):
         raise SceneError(message(where, "is empty", "needs at least one"))
-    if not (np.linalg.norm(ways, axis=1) > 0).all():
-        raise SceneError(message(where, "a direction is zero", "needs vectors with a length"))
-    return np.asarray(frozen(unit(ways)))
+    return ways

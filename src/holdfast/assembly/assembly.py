@@ -11,10 +11,13 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.assembly.caution import warn_of_overlaps, warn_of_units
+from holdfast.assembly.axes import own_frame
+from holdfast.assembly.caution import check_units, warn_of_gap, warn_of_huge, warn_of_overlaps
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, checked_number, frozen
+from holdfast.base.arrays import Float, checked_items, checked_number, frozen
 from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.ranges import ANGLE, FRICTION, TOLERANCE
+from holdfast.base.text import quoted
 from holdfast.base.values import Value, cut
 from holdfast.contacts.detect import (
     DEFAULT_ANGLE,
@@ -28,6 +31,7 @@ from holdfast.contacts.detect import (
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import Overlap, distance, find_overlaps
 from holdfast.scene.body import Body
+from holdfast.scene.pairs import checked_pairs
 from holdfast.scene.scene import Scene
 
 FIXED = -1  # the body number of all fixed bodies, which are one node of the contact graph
@@ -83,7 +87,7 @@ class Assembly(Value):
     @cached_property
     def mu(self) -> tuple[float, ...]:
         """The friction coefficient of every interface."""
-        return tuple(self.scene.mu(*interface.bodies) for interface in self.interfaces)
+        return tuple(self.scene.mu(*i.bodies) if i.mu is None else i.mu for i in self.interfaces)
 
     @cached_property
     def com(self) -> Float:
@@ -98,12 +102,20 @@ class Assembly(Value):
     def with_friction(self, mu: Mapping[tuple[str, str], float]) -> Assembly:
         """Return the assembly with the friction coefficients in ``mu``, given by the names of the two bodies.
 
-        The contacts of the assembly are kept.
+        The contacts of the assembly are kept. A coefficient holds for all parts of two bodies.
         """
         old = self.scene
-        known = {(min(pair), max(pair)): value for pair, value in mu.items()}
+        if not isinstance(mu, Mapping):
+            raise SceneError(message("with_friction", f"got {quoted(mu)}", 'needs a dict such as {("a", "b"): 0.4}'))
+        known = checked_pairs(mu, "with_friction", "friction", minimum=0, within=FRICTION)
         table = replace(old.friction, pairs={**old.friction.pairs, **known})
-        return replace(self, scene=replace(old, friction=table))
+        contacts = (replace(i, mu=None) if (min(i.bodies), max(i.bodies)) in known else i for i in self.interfaces)
+        return replace(self, scene=replace(old, friction=table), interfaces=tuple(contacts))
+
+    def with_mu(self, mu: Sequence[float]) -> Assembly:
+        """Return the assembly with the friction coefficients ``mu``, one for each interface."""
+        contacts = (replace(i, mu=value) for i, value in zip(self.interfaces, mu, strict=True))
+        return replace(self, interfaces=tuple(contacts))
 
     def without_interfaces(self, numbers: Collection[int]) -> Assembly:
         """Return the assembly as if the bodies of the interfaces with these numbers were known not to touch there.
@@ -140,11 +152,16 @@ class Assembly(Value):
 
     @cached_property
     def size(self) -> float:
-        """The diagonal of the bounding box of the movable bodies [m], which serves as the scale of lengths."""
+        """The diagonal of a box around the movable bodies [m], along ``axes``, which serves as the scale of lengths."""
         if not self.movable:
             return 1.0
         corners = np.vstack([body.surface_world.vertices for body in self.movable])
-        return float(np.linalg.norm(np.ptp(corners, axis=0)))
+        return float(np.linalg.norm(np.ptp(corners @ self.axes.T, axis=0)))
+
+    @cached_property
+    def axes(self) -> Float:
+        """The rows (3, 3) are the axes of the assembly itself in the world: those of its heaviest movable body."""
+        return own_frame(self.movable, self.scene.up).axes
 
     @cached_property
     def hanging(self) -> tuple[tuple[str, ...], ...]:
@@ -200,8 +217,10 @@ class Assembly(Value):
         Contacts are detected again with the tolerances of this assembly, so the result equals ``assemble`` of the
         larger scene with these tolerances. Raises HoldfastError if the interfaces were given.
         """
-        warn_of_units([body], self.tolerances.gap, stacklevel=3)
-        return self._sought(self.scene.with_body(body), "with_body")
+        scene = self.scene.with_body(body)
+        warn_of_huge([body], stacklevel=3)
+        warn_of_gap([body], self.tolerances.gap, stacklevel=3)
+        return self._sought(scene, "with_body")
 
     def _sought(self, scene: Scene, what: str) -> Assembly:
         if not self.detected:
@@ -273,6 +292,7 @@ def assemble(
     angle: float | None = None,
     pose_sigma: float | tuple[float, float] | None = None,
     interfaces: Iterable[Interface] | None = None,
+    allow_large: bool = False,
 ) -> Assembly:
     """Detect the contact interfaces of a scene, or take the given ones, and return the assembly.
 
@@ -289,20 +309,26 @@ def assemble(
     by more than the gap raise a HoldfastWarning with their names and the depth.
 
     Given ``interfaces`` are taken as complete and are not checked against the meshes; those between two fixed bodies
-    are left out. Raises HoldfastError if an argument is out of range or is not a scene.
+    are left out.
+
+    A scene whose movable bodies are all as large as houses is taken for one in millimetres, and refused unless
+    ``allow_large`` says that its units are metres. Raises HoldfastError also if an argument is out of range or is not a
+    scene.
     """
     if not hasattr(scene, "movable"):
         problem = f"got a {type(scene).__name__}"
         raise HoldfastError(message("assemble", problem, "needs a Scene: hf.load_scene(path) reads one from a file"))
     if gap is not None and pose_sigma is not None:
-        raise HoldfastError(message("assemble", f"gap = {gap!r} and pose_sigma = {pose_sigma!r}", "give one of them"))
+        raise HoldfastError(
+            message("assemble", f"gap = {quoted(gap)} and pose_sigma = {quoted(pose_sigma)}", "give one of them")
+        )
     tilt = 0.0
     if pose_sigma is not None:
         metres, tilt = checked_pose_sigma(pose_sigma, "assemble")
         gap = SIGMAS * metres
     usual = default_gap(scene)
     tolerances = Tolerances(
-        usual if gap is None else checked_number(gap, "assemble: gap", above=0),
+        usual if gap is None else checked_number(gap, "assemble: gap", above=0, within=TOLERANCE),
         DEFAULT_ANGLE if angle is None else checked_number(angle, "assemble: angle", above=0),
         tilt,
         capped=pose_sigma is not None,
@@ -310,7 +336,10 @@ def assemble(
     )
     if tolerances.angle >= 90:
         raise HoldfastError(message("assemble", f"angle = {tolerances.angle:g} deg", "needs less than 90"))
-    warn_of_units(scene.movable, tolerances.gap, stacklevel=3)
+    if not allow_large:
+        check_units(scene.movable)
+        warn_of_huge(scene.movable, stacklevel=3)
+    warn_of_gap(scene.movable, tolerances.gap, stacklevel=3)
     if interfaces is not None:
         return Assembly(scene, _given(scene, interfaces), tolerances, detected=False)
     return _search(scene, tolerances, (), stacklevel=3)
@@ -331,9 +360,9 @@ def checked_pose_sigma(value: object, where: str) -> tuple[float, float]:
     both = value if isinstance(value, tuple | list) else (value, 0.0)
     if len(both) != 2:
         remedy = "needs metres, or a pair (metres, degrees)"
-        raise HoldfastError(message(where, f"pose_sigma = {value!r}", remedy))
-    metres = checked_number(both[0], f"{where}: pose_sigma", above=0)
-    return metres, checked_number(both[1], f"{where}: pose_sigma: rotation [deg]", minimum=0)
+        raise HoldfastError(message(where, f"pose_sigma = {quoted(value)}", remedy))
+    metres = checked_number(both[0], f"{where}: pose_sigma", above=0, within=TOLERANCE)
+    return metres, checked_number(both[1], f"{where}: pose_sigma: rotation [deg]", minimum=0, within=ANGLE)
 
 
 def body_forces(forces: Float) -> Float:
@@ -371,7 +400,7 @@ def _with_status(interfaces: Sequence[Interface], overlaps: Sequence[Overlap]) -
 def _given(scene: Scene, interfaces: Iterable[Interface]) -> tuple[Interface, ...]:
     """Return the given interfaces, without those between two fixed bodies, which no query asks about."""
     kept = []
-    for interface in interfaces:
+    for interface in checked_items(interfaces, "assemble: interfaces", "Interface objects"):
         if not hasattr(interface, "patches"):
             problem = f"interfaces holds a {type(interface).__name__}"
             raise SceneError(message("assemble", problem, "needs holdfast.Interface objects"))

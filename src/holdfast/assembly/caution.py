@@ -1,49 +1,70 @@
-"""Warnings about an assembly that is made all the same: sizes that suggest other units, and bodies that overlap."""
+"""Cautions about an assembly: sizes that suggest other units, and bodies that overlap."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable, Sequence
 
-from holdfast.base.errors import HoldfastWarning, message
+import numpy as np
+
+from holdfast.base.errors import HoldfastWarning, SceneError, message
+from holdfast.base.text import quoted
 from holdfast.contacts.overlap import Overlap
 from holdfast.scene.body import Body
 
 HUGE = 50.0  # [m] a movable body larger than this is suspected to be given in other units
+# [m] Where no movable body is smaller than the first and half of them are larger than the second, as cups and boxes are
+# in millimetres, all sizes say that the units are wrong
+SMALL_AMONG_HUGE, USUAL_AMONG_HUGE = 2.0, 20.0
 WORST = 5  # the most overlaps that one warning names
 
 
-def warn_of_units(bodies: Iterable[Body], gap: float, *, stacklevel: int) -> None:
-    """Warn if the sizes of the bodies suggest that they are given in millimetres instead of metres.
+def check_units(bodies: Iterable[Body]) -> None:
+    """Raise SceneError if the sizes of all movable bodies say that they are given in millimetres instead of metres."""
+    across = {body.name: _across(body) for body in bodies if not body.fixed}
+    if not across or min(across.values()) < SMALL_AMONG_HUGE or np.median([*across.values()]) < USUAL_AMONG_HUGE:
+        return
+    smallest = min(across, key=lambda name: across[name])
+    problem = f"the smallest of {len(across):,} movable bodies, {quoted(smallest)}, is {across[smallest]:.3g} m across"
+    remedy = "are the sizes in millimetres? Give metres (meshes: scale 0.001), or say allow_large=True or --allow-large"
+    raise SceneError(message("scene", problem, remedy))
 
-    With wrong units the contact search finds contacts everywhere, or nowhere.
-    """
-    movable = [body for body in bodies if not body.fixed]
-    across = {body.name: float((body.box[1] - body.box[0]).max()) for body in movable}
+
+def _across(body: Body) -> float:
+    return float((body.box[1] - body.box[0]).max())
+
+
+def warn_of_huge(bodies: Iterable[Body], *, stacklevel: int) -> None:
+    """Warn if the largest movable body suggests that its mesh is given in millimetres instead of metres."""
+    across = {body.name: _across(body) for body in bodies if not body.fixed}
     widest = max(across, key=lambda name: across[name], default=None)
     if widest is not None and across[widest] > HUGE:
         problem = f"is {across[widest]:.3g} m across"
-        text = message(f"body {widest!r}", problem, "if its mesh is in millimetres, use scale 0.001")
+        text = message(f"body {quoted(widest)}", problem, "if its mesh is in millimetres, use scale 0.001")
         warnings.warn(text, HoldfastWarning, stacklevel=stacklevel)
-    sizes = {body.name: body.shape.surface.thickness for body in movable}
+
+
+def warn_of_gap(bodies: Iterable[Body], gap: float, *, stacklevel: int) -> None:
+    """Warn if the gap suggests that it is given in millimetres, as contacts are then found through a body."""
+    sizes = {body.name: body.shape.surface.thickness for body in bodies if not body.fixed}
     thin = min(sizes, key=lambda name: sizes[name], default=None)
     if thin is not None and gap > 0.5 * sizes[thin]:
-        problem = f"is {gap * 1e3:.3g} mm, but body {thin!r} is only {sizes[thin] * 1e3:.3g} mm thick"
+        problem = f"is {gap * 1e3:.3g} mm, but body {quoted(thin)} is only {sizes[thin] * 1e3:.3g} mm thick"
         text = message("gap", problem, "bodies may touch through it: gap is in metres, use a smaller one")
         warnings.warn(text, HoldfastWarning, stacklevel=stacklevel)
 
 
 def warn_of_overlaps(overlaps: Sequence[Overlap], *, stacklevel: int) -> None:
-    """Issue one warning for all overlapping pairs, beginning with the deepest."""
+    """Issue one warning for all overlapping pairs: each one if they are few, else their number and the deepest."""
     worst = sorted(overlaps, key=lambda overlap: -overlap.depth)[:WORST]
-    pairs = ", ".join(
-        f"{a!r} and {b!r} by {'about ' if o.estimated else ''}{o.depth * 1e3:.3g} mm"
+    named = [
+        f"{quoted(a)} and {quoted(b)} by {'about ' if o.estimated else ''}{o.depth * 1e3:.3g} mm"
         for o in worst
         for a, b in [o.bodies]
-    )
-    more = f" and {len(overlaps) - WORST} more pairs" if len(overlaps) > WORST else ""
+    ]
+    pairs = ", ".join(named) if len(overlaps) <= WORST else f"{len(overlaps):,} pairs, the deepest {named[0]}"
     errors = sum(o.severity == "error" for o in overlaps)
-    deep = f"; {errors} deeper than twice that" if errors else ""
-    problem = f"{pairs}{more}; the gap tolerance is {worst[0].tolerance * 1e3:.3g} mm{deep}"
+    deep = f"; {errors:,} deeper than twice that" if errors else ""
+    problem = f"{pairs}; the gap tolerance is {worst[0].tolerance * 1e3:.3g} mm{deep}"
     text = message("bodies overlap", problem, "correct the poses, or raise gap; contacts there may be missing")
     warnings.warn(text, HoldfastWarning, stacklevel=stacklevel)

@@ -11,13 +11,17 @@ from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Bool, Float, Int, frozen
-from holdfast.base.rigid import tangents
+from holdfast.base.arrays import Bool, Float, Int, frozen, unit
+from holdfast.base.kinds import shaped
+from holdfast.base.rigid import snapped, tangents
 from holdfast.base.values import Value, seal
 from holdfast.contacts.nodes import Sampling, interface_nodes
 
+BITS = 40  # binary digits of normals that decide along which axis of the assembly the first tangent lies
+
 
 @archived
+@shaped(points="I 3", axes="I 3 3", mu="I", weights="I", interface="I", a="I", b="I")
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactNodes(Value):
     """The I contact nodes of an assembly; contact forces act at the nodes.
@@ -117,11 +121,13 @@ def contact_nodes(assembly: Assembly, count: int, sampling: Sampling, seed: int 
     if not points:
         return NO_NODES
     normal = np.vstack(normals)
+    _, own = tangents(snapped(normal @ assembly.axes.T, 1.0, BITS))
+    t1 = unit(np.cross(own @ assembly.axes, normal))
     interface_of = np.concatenate(owner)
     ends = np.array(assembly.ends, dtype=np.int64)[interface_of]
     return ContactNodes(
         np.vstack(points),
-        np.stack([normal, *tangents(normal)], axis=1),
+        np.stack([normal, t1, np.cross(normal, t1)], axis=1),
         np.array(assembly.mu)[interface_of],
         np.concatenate(weights),
         interface_of,

@@ -8,11 +8,12 @@ from functools import cached_property
 import numpy as np
 
 from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.assembly.axes import by_place, own_frame
 from holdfast.base.arrays import Bool, Int, frozen
+from holdfast.base.rigid import Frame
 from holdfast.contacts.interface import Interface
+from holdfast.scene.body import materials_of
 from holdfast.scene.scene import Scene
-
-DIGITS = 9  # decimal digits of a length relative to the group's size, or of a mass, that decide the order of bodies
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +23,8 @@ class Part:
     Nothing in ``assembly`` depends on the bodies outside the group, nor on the names of the bodies and their order in
     the scene: bodies and interfaces are in canonical order, and every interface points from the lower body of the
     canonical order to the higher one. So an answer on the part is the same, to the last digit, whatever else the scene
-    holds, and rounding is the same in whatever order the bodies were given.
+    holds, and rounding is the same in whatever order the bodies were given. What decides the order is seen in the
+    group's own frame (axes.py), so that it does not depend on the axes of the world either.
 
     ``members`` (K,) are the numbers of its movable bodies in the whole assembly, in the order of the part.
     ``interfaces`` (I,) are the numbers of its interfaces in the whole assembly, and ``flipped`` (I,) tells which of
@@ -46,12 +48,14 @@ def part_of(whole: Assembly, group: tuple[str, ...]) -> Part:
     At least one body of the group touches a fixed body.
     """
     names = set(group)
-    members = _ordered(whole, np.array([whole.index[name] for name in group]))
+    given = np.array([whole.index[name] for name in group])
+    frame = own_frame([whole.movable[k] for k in given.tolist()], whole.scene.up)
+    members = given[by_place(whole.com[given], whole.mass[given], whole.scene.up, frame.axes)]
     rank = {whole.movable[k].name: place for place, k in enumerate(members.tolist())}
     chosen = [(k, i) for k, i in enumerate(whole.interfaces) if not names.isdisjoint(i.bodies)]
     turned = [rank.get(i.bodies[0], FIXED) > rank.get(i.bodies[1], FIXED) for _, i in chosen]
-    written = [i.canonical(flipped=turn) for (_, i), turn in zip(chosen, turned, strict=True)]
-    found = [(*_place(i, rank), k, turn, i) for i, (k, _), turn in zip(written, chosen, turned, strict=True)]
+    written = [i.canonical(frame, flipped=turn) for (_, i), turn in zip(chosen, turned, strict=True)]
+    found = [(*_place(i, rank, frame), k, turn, i) for i, (k, _), turn in zip(written, chosen, turned, strict=True)]
     found.sort(key=lambda entry: entry[:-1])
     touched = {name for _, i in chosen for name in i.bodies} - names
     overlaps = tuple(o for o in whole.overlaps if not names.isdisjoint(o.bodies) and _still(whole, o.bodies, names))
@@ -59,8 +63,10 @@ def part_of(whole: Assembly, group: tuple[str, ...]) -> Part:
     touched |= {name for pair in (*(o.bodies for o in overlaps), *occluded) for name in pair} - names
     bodies = [body for body in whole.bodies if body.name in touched]
     bodies += [whole.movable[k] for k in members.tolist()]
-    known = {body.name for body in bodies} | {body.material for body in bodies if body.material is not None}
-    scene = Scene(bodies, whole.scene.friction.among(known), whole.scene.gravity, whole.scene.name)
+    named = {body.name for body in bodies}
+    table = whole.scene.friction.among(named | materials_of(bodies))
+    excluded = [pair for pair in whole.scene.excluded if named.issuperset(pair)]
+    scene = Scene(bodies, table, whole.scene.gravity, whole.scene.name, excluded)
     interfaces = tuple(entry[-1] for entry in found)
     return Part(
         Assembly(scene, interfaces, whole.tolerances, overlaps, occluded, whole.detected, whole.known_names),
@@ -75,24 +81,10 @@ def _still(whole: Assembly, pair: tuple[str, str], names: set[str]) -> bool:
     return all(name in names or whole.index[name] == FIXED for name in pair)
 
 
-def _ordered(whole: Assembly, members: Int) -> Int:
-    """Return the numbers of the bodies in canonical order.
-
-    Bodies are ordered by their height above the group's centroid, then by mass, by their distance from the centroid and
-    last by their coordinates, all rounded. Only the last depends on the axes of the world: it orders bodies that are
-    alike, such as the legs of a table.
-    """
-    com = whole.com[members]
-    arm = com - com.mean(0)
-    size = max(float(np.abs(arm).max()), 1e-300)
-    mass = whole.mass[members] / whole.mass[members].max()
-    arm = np.round(arm / size, DIGITS) + 0.0
-    height, far = np.round(arm @ whole.scene.up, DIGITS), np.round(np.linalg.norm(arm, axis=1), DIGITS)
-    return np.asarray(members[np.lexsort((*arm.T[::-1], far, np.round(mass, DIGITS), height))])
-
-
-def _place(interface: Interface, rank: dict[str, int]) -> tuple[tuple[int, int], float, tuple[float, ...]]:
+def _place(
+    interface: Interface, rank: dict[str, int], frame: Frame
+) -> tuple[tuple[int, int], float, tuple[float, ...]]:
     """Return what orders interfaces: the places of their bodies, then area and place of their first patch."""
     a, b = (rank.get(name, FIXED) for name in interface.bodies)
     patch = interface.patches[0]
-    return (a, b), float(interface.area), tuple(patch.centroid.tolist())
+    return (a, b), float(interface.area), tuple(frame.seen(patch.centroid).tolist())

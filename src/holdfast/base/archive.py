@@ -12,22 +12,26 @@ import io
 import json
 import math
 import os
+import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import fields
 from enum import Enum
 from pathlib import Path
 from typing import Any, TypeVar
-from zipfile import BadZipFile
+from zipfile import ZipFile, ZipInfo
 
 import numpy as np
 
 from holdfast.base.errors import HoldfastError, located, message
-from holdfast.base.files import write_atomically
+from holdfast.base.files import check_ordinary, checked_path, read_ordinary, write_atomically
+from holdfast.base.kinds import misfit
 from holdfast.base.values import Table, Value, items_of, sealed
 
 FORMAT = "holdfast-answer/1"
 SUFFIXES = (".json", ".npz")
+MAX_BYTES = 4_000_000_000  # of the largest answer that is read, unpacked
 SMALL = 64  # numbers of an array up to which it stands in the text of a .npz file, too, unless
+MOST_PACKED = 1100  # bytes that one byte of an archive may unpack to: more, no compression reaches
 OPEN = 2  # steps lead to it from the value that is saved: such arrays are entries, for other programs to read
 
 C = TypeVar("C", bound=type)
@@ -78,16 +82,9 @@ def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - whatever was sa
             raise HoldfastError(
                 message("answer", f"cannot be read: {cause.strerror or cause}", "name a file")
             ) from cause
-        except (
-            KeyError,
-            TypeError,
-            ValueError,
-            IndexError,
-            AttributeError,
-            RecursionError,
-            EOFError,
-            BadZipFile,
-        ) as cause:
+        except HoldfastError:
+            raise
+        except Exception as cause:  # the readers of numbers, archives and texts pass on any error
             problem = f"is damaged ({type(cause).__name__}: {cause!s:.80})"
             raise HoldfastError(message("answer", problem, "needs a file that an answer's save wrote")) from cause
 
@@ -254,6 +251,9 @@ class _Reader:
         if names != set(data):
             raise ValueError(f"{cls.__name__} has other fields than {sorted(data)}")
         state = {name: self.value(part) for name, part in data.items()}
+        wrong = misfit(cls, state)
+        if wrong:
+            raise ValueError(wrong)
         result: Any = object.__new__(cls)
         result.__setstate__(state)
         check = getattr(result, "checked_after_load", None)
@@ -270,17 +270,46 @@ def _class(name: str, base: type) -> Any:  # noqa: ANN401
 
 
 def _json(path: Path) -> tuple[Any, Mapping[str, Any]]:
-    return json.loads(path.read_text(encoding="utf-8")), {}
+    content = read_ordinary(path, "answer file", most=MAX_BYTES, error=HoldfastError, too_large="save it as .npz")
+    return json.loads(content.decode("utf-8-sig")), {}
 
 
 def _npz(path: Path) -> tuple[Any, Mapping[str, Any]]:
-    with np.load(path, allow_pickle=False) as archive:
-        arrays = {name: archive[name] for name in archive.files}
-    return json.loads(str(arrays.pop("value"))), arrays
+    check_ordinary(path, "answer file", error=HoldfastError)
+    with ZipFile(path) as archive:
+        size = sum(entry.file_size for entry in archive.infolist())
+        if size > MAX_BYTES:
+            raise HoldfastError(message("answer", f"unpacks to {size:,} bytes", f"the limit is {MAX_BYTES:,}"))
+        for entry in archive.infolist():
+            _check_size(archive, entry)
+    with np.load(path, allow_pickle=False) as members:
+        arrays = {name: members[name] for name in members.files}
+    return json.loads(_text(arrays.pop("value"))), arrays
+
+
+def _text(array: np.ndarray[Any, Any]) -> str:
+    """Return the text that an array of one text holds; NumPy makes broken texts of numbers that no character has."""
+    numbers = np.frombuffer(array.tobytes(), np.dtype("u4").newbyteorder(array.dtype.byteorder))
+    if array.dtype.kind != "U" or int(numbers.max(initial=0)) > sys.maxunicode:
+        raise ValueError("holds no text")
+    return str(array)
+
+
+def _check_size(archive: ZipFile, entry: ZipInfo) -> None:
+    """Raise ValueError for a part that promises more than its bytes can hold, before memory is taken for it."""
+    if entry.file_size > MOST_PACKED * max(entry.compress_size, 1):
+        raise ValueError(f"{entry.filename!r:.40} cannot hold {entry.file_size:,} bytes")
+    with archive.open(entry) as stream:
+        version = np.lib.format.read_magic(stream)
+        read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        shape, _, kind = read(stream)
+        promised = math.prod(shape) * kind.itemsize
+        if promised != entry.file_size - stream.tell():
+            raise ValueError(f"{entry.filename!r:.40} promises {promised:,} bytes and holds others")
 
 
 def _suffix(path: str | os.PathLike[str]) -> str:
-    suffix = Path(path).suffix.lower()
+    suffix = checked_path(path, "answer file").suffix.lower()
     if suffix not in SUFFIXES:
         raise HoldfastError(
             message(str(path), f"suffix {suffix!r}", f"name a file that ends in {' or '.join(SUFFIXES)}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Sequence
 from typing import Any, TypeAlias, TypeVar
 
@@ -9,12 +10,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.ranges import PLACE, Range
+from holdfast.base.text import is_text, quoted
 
 Array = TypeVar("Array", bound=NDArray[Any])
 Float: TypeAlias = NDArray[np.float64]
 Int: TypeAlias = NDArray[np.int64]
 Bool: TypeAlias = NDArray[np.bool_]
 Objects: TypeAlias = NDArray[np.object_]
+
+SAFE = 1e100  # lengths of vectors between this and its inverse have squares that neither overflow nor vanish
+LONGEST_NAME = 500  # largest number of characters of the name of a body, a material or a scene
+NO_NUMBERS = (
+    str,
+    bytes,
+    bool,
+    complex,
+    np.bool_,
+    np.datetime64,
+    np.timedelta64,
+    type(None),
+)  # what numpy would take for numbers all the same
 
 
 def frozen(array: Array) -> Array:
@@ -33,23 +49,43 @@ def checked(
     shape: Sequence[int | None],
     where: str,
     *,
+    within: Range | None = None,
     error: type[HoldfastError] = SceneError,
 ) -> Float:
     """Return a read-only float64 copy of ``value`` after checking that it has the given shape and is finite.
 
-    None in ``shape`` allows any length. Raises ``error`` if the check fails; ``where`` names the argument.
+    None in ``shape`` allows any length. No number may be larger, with either sign, than the upper end of the range
+    ``within``. Raises ``error`` if the check fails; ``where`` names the argument.
     """
     wanted = str(tuple(s if s is not None else "n" for s in shape)).replace("'", "")
     try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise error(message(where, f"got {value!r:.80}", f"needs numbers of shape {wanted}")) from None
+        array = _numbers(value)
+    except (TypeError, ValueError, OverflowError, RecursionError):
+        raise error(message(where, f"got {quoted(value, 80)}", f"needs numbers of shape {wanted}")) from None
     fits = array.ndim == len(shape) and all(s is None or s == n for s, n in zip(shape, array.shape, strict=True))
     if not fits:
         raise error(message(where, f"has shape {array.shape}", f"needs shape {wanted}"))
     if not np.isfinite(array).all():
-        raise error(message(where, f"contains {_first_not_finite(array)}", "needs finite numbers"))
+        raise error(message(where, f"contains {_first(array, ~np.isfinite(array))}", "needs finite numbers"))
+    if within is not None and (np.abs(array) > within.largest).any():
+        problem = f"contains {_first(array, np.abs(array) > within.largest)}"
+        raise error(message(where, problem, f"needs numbers {within.most()}"))
     frozen(array)
+    return array
+
+
+def checked_sizes(
+    value: Any,  # noqa: ANN401 - anything a caller may pass
+    shape: Sequence[int | None],
+    where: str,
+    within: Range,
+    error: type[HoldfastError] = SceneError,
+) -> Float:
+    """Return ``checked`` numbers that all lie in the range ``within``: lengths, factors, nothing that may be zero."""
+    array = checked(value, shape, where, error=error)
+    wrong = (array < within.least) | (array > within.largest)
+    if wrong.any():
+        raise error(message(where, f"is {array.tolist()}", f"needs numbers > 0, {within}"))
     return array
 
 
@@ -63,15 +99,31 @@ def checked_pushes(
     Both arguments have the shape (n, 3) or (3,). A single point or direction is repeated to match the other. Raises
     SceneError if the numbers differ, a direction is zero, or something is not a finite number.
     """
-    p, e = _rows(points, f"{where}: points"), _rows(directions, f"{where}: directions")
+    p, e = _rows(points, f"{where}: points", PLACE), checked_directions(directions, f"{where}: directions")
     count = max(len(p), len(e))
     if len(p) not in (1, count) or len(e) not in (1, count):
         problem = f"{len(p)} points and {len(e)} directions"
         raise SceneError(message(where, problem, "needs equally many, or one of either"))
-    p, e = np.broadcast_to(p, (count, 3)), np.broadcast_to(e, (count, 3))
-    if not (np.linalg.norm(e, axis=1) > 0).all():
+    return np.broadcast_to(p, (count, 3)), np.broadcast_to(e, (count, 3))
+
+
+def checked_directions(value: Any, where: str) -> Float:  # noqa: ANN401 - anything a caller may pass
+    """Return directions (n, 3) or (3,) as read-only unit vectors (n, 3).
+
+    Their lengths do not matter, however large or small. Raises SceneError if one of them is zero.
+    """
+    rows = _rows(value, where)
+    if not rows.any(1).all():
         raise SceneError(message(where, "a direction is zero", "needs vectors with a length"))
-    return p, unit(e)
+    return frozen(unit(rows))
+
+
+def checked_direction(value: Any, where: str) -> Float:  # noqa: ANN401 - anything a caller may pass
+    """Return one direction (3,), not zero, as a read-only unit vector."""
+    vector = checked(value, (3,), where)
+    if not vector.any():
+        raise SceneError(message(where, "is zero", "needs a vector with a length, such as (0, 0, 1)"))
+    return frozen(unit(vector))
 
 
 def checked_number(
@@ -80,21 +132,79 @@ def checked_number(
     *,
     minimum: float | None = None,
     above: float | None = None,
+    within: Range | None = None,
     error: type[HoldfastError] = SceneError,
 ) -> float:
     """Return ``value`` as a finite float, after checking that it is at least ``minimum`` and greater than ``above``.
 
-    None means no such limit. Raises ``error`` if the check fails; ``where`` names the argument.
+    None means no such limit. With ``within``, a number that has to be greater than 0 lies in this range, and any other
+    one is no larger, with either sign, than its upper end. Raises ``error`` if the check fails, also for a text that
+    reads like a number; ``where`` names the argument.
     """
     bound = f" >= {minimum:g}" if minimum is not None else f" > {above:g}" if above is not None else ""
     remedy = f"needs a finite number{bound}"
     try:
-        number = float(str(value) if isinstance(value, bool) else value)
-    except (TypeError, ValueError, OverflowError):
-        raise error(message(where, f"got {value!r:.80}", remedy)) from None
+        number = _numbers(value).item() if np.ndim(value) == 0 else None
+    except (TypeError, ValueError, OverflowError, RecursionError):
+        number = None
+    if number is None:
+        raise error(message(where, f"got {quoted(value, 80)}", remedy))
     if not np.isfinite(number) or (minimum is not None and number < minimum) or (above is not None and number <= above):
         raise error(message(where, f"is {number:g}", remedy))
+    if within is not None and (abs(number) > within.largest or (above is not None and number < within.least)):
+        allowed = str(within) if above is not None else within.most()
+        raise error(message(where, f"is {number:g}", f"needs a number {allowed}: are its units right?"))
     return number
+
+
+def checked_whole(
+    value: Any,  # noqa: ANN401 - anything a caller may pass
+    where: str,
+    least: int,
+    most: int,
+    error: type[HoldfastError] = SceneError,
+) -> int:
+    """Return ``value`` as an int after checking that it is a whole number from ``least`` to ``most``."""
+    try:
+        number = least - 1 if isinstance(value, bool | np.bool_) else operator.index(value)
+    except TypeError:
+        number = least - 1
+    if not least <= number <= most:
+        limit = f"at most {most:,}" if number > most else f"at least {least:,}"
+        raise error(message(where, f"is {quoted(value)}", f"needs a whole number of {limit}"))
+    return number
+
+
+def checked_items(
+    value: Any,  # noqa: ANN401 - anything a caller may pass
+    where: str,
+    what: str,
+    error: type[HoldfastError] = SceneError,
+) -> list[Any]:
+    """Return the items of a list, a tuple or any other iterable except a text; ``what`` says what it should hold."""
+    try:
+        if isinstance(value, str | bytes):
+            raise TypeError
+        return list(value)
+    except TypeError:
+        raise error(message(where, f"is {quoted(value)}", f"needs a list of {what}")) from None
+
+
+def checked_name(value: Any, where: str) -> str:  # noqa: ANN401 - anything a caller may pass
+    """Return a name after checking that it is a text with at most LONGEST_NAME characters, and not blank.
+
+    Lone surrogates, which no file can hold, are refused. All other characters are taken: they are made fit to be shown
+    where they are shown (``base/text.py``).
+    """
+    if not isinstance(value, str) or not value.strip():
+        raise SceneError(message(where, f"is {quoted(value)}", "needs a non-empty text"))
+    if len(value) > LONGEST_NAME:
+        raise SceneError(message(where, f"has {len(value):,} characters", f"needs at most {LONGEST_NAME}"))
+    if not is_text(value):
+        raise SceneError(
+            message(where, f"is {quoted(value)}", "needs a text without lone surrogates: check its encoding")
+        )
+    return value
 
 
 def objects(values: Sequence[Any]) -> Objects:
@@ -106,15 +216,37 @@ def objects(values: Sequence[Any]) -> Objects:
 
 
 def unit(vector: Float) -> Float:
-    """Return ``vector`` (..., 3) divided by its length along the last axis."""
-    return np.asarray(vector / np.linalg.norm(vector, axis=-1, keepdims=True), dtype=np.float64)
+    """Return ``vector`` (..., 3) divided by its length along the last axis.
+
+    Very long and very short vectors are first divided by their largest component, or their squares would overflow or
+    vanish.
+    """
+    with np.errstate(over="ignore", under="ignore"):
+        length = np.linalg.norm(vector, axis=-1, keepdims=True)
+    if not ((length > 1 / SAFE) & (length < SAFE)).all():
+        vector = vector / np.where(vector.any(-1, keepdims=True), np.abs(vector).max(-1, keepdims=True), 1.0)
+        length = np.linalg.norm(vector, axis=-1, keepdims=True)
+    return np.asarray(vector / length, dtype=np.float64)
 
 
-def _rows(value: Any, where: str) -> Float:  # noqa: ANN401
-    array = np.asarray(value, dtype=object)
-    return checked(value, (3,), where)[None] if array.ndim == 1 else checked(value, (None, 3), where)
+def _numbers(value: Any) -> Float:  # noqa: ANN401
+    """Return a float64 copy of numbers; raise TypeError or ValueError for texts, truth values and complex numbers."""
+    array = np.asarray(value)
+    if array.dtype.kind not in "iufO" and array.size:
+        raise TypeError("no numbers")
+    if array.dtype.kind == "O" and any(isinstance(part, NO_NUMBERS) for part in array.flat):
+        raise TypeError("no numbers")
+    return np.array(array, dtype=np.float64)
 
 
-def _first_not_finite(array: Float) -> str:
-    index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+def _rows(value: Any, where: str, within: Range | None = None) -> Float:  # noqa: ANN401
+    array = value if isinstance(value, np.ndarray) else np.asarray(value, dtype=object)
+    single = array.ndim == 1
+    return (
+        checked(value, (3,), where, within=within)[None] if single else checked(value, (None, 3), where, within=within)
+    )
+
+
+def _first(array: Float, wrong: Bool) -> str:
+    index = tuple(int(i) for i in np.argwhere(wrong)[0])
     return f"{array[index]} at index {index}"

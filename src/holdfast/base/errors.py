@@ -6,7 +6,10 @@ import difflib
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
+from holdfast.base.text import listed, one_line, quoted
+
 MOST_NAMES = 20  # largest number of known names that a remedy lists
+LONGEST_PLACE = 200  # largest number of characters of the place in a message: the path of a file, the name of a body
 
 
 class HoldfastError(Exception):
@@ -36,21 +39,25 @@ class HoldfastWarning(UserWarning):
 @contextmanager
 def located(where: str) -> Iterator[None]:
     """Put ``where`` in front of the message of every HoldfastError raised in this block, unless it contains it."""
+    place = one_line(where, LONGEST_PLACE)
     try:
         yield
     except HoldfastError as cause:
-        if where in str(cause):
+        if place in str(cause):
             raise
-        raise type(cause)(f"{where}: {cause}") from cause
+        raise type(cause)(f"{place}: {cause}") from cause
 
 
 def message(where: str, problem: str, remedy: str) -> str:
-    """Join the place, the problem (with its value) and the remedy into an error message of one line."""
-    return f"{where}: {problem}; {remedy}"
+    """Join the place, the problem (with its value) and the remedy into an error message of one line.
+
+    None of them can break the line, and each is cut to a length that can be read.
+    """
+    return f"{one_line(where, LONGEST_PLACE)}: {one_line(problem)}; {one_line(remedy)}"
 
 
 def nearest_of(name: object, known: Iterable[str]) -> str:
     """Return the remedy for an unknown name: the most similar of the ``known`` ones or, if none is similar, a list."""
     names = list(known)
     near = difflib.get_close_matches(str(name), names, n=1)
-    return f"did you mean {near[0]!r}?" if near else f"known: {', '.join(names[:MOST_NAMES])}"
+    return f"did you mean {quoted(near[0])}?" if near else f"known: {listed(names, MOST_NAMES)}"

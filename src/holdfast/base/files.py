@@ -1,22 +1,86 @@
-"""Atomic writing of files: a file appears complete or not at all."""
+"""Files: reading of ordinary ones within a limit, and atomic writing: a file appears complete or not at all."""
 
 from __future__ import annotations
 
+import errno
 import os
 import secrets
+import stat
 from pathlib import Path
 
-from holdfast.base.errors import HoldfastError, message
+from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.text import quoted
+
+_KINDS = {
+    stat.S_IFDIR: "a folder",
+    stat.S_IFIFO: "a named pipe",
+    stat.S_IFSOCK: "a socket",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+}
+
+
+def checked_path(value: object, what: str) -> Path:
+    """Return a path from outside; raise HoldfastError, which names ``what`` should be there, if it is not one."""
+    try:
+        return Path(value)  # type: ignore[arg-type]
+    except TypeError:
+        raise HoldfastError(message(what, f"got {quoted(value)}", "needs a path: a text or a pathlib.Path")) from None
+
+
+def check_ordinary(
+    path: Path, what: str, *, error: type[HoldfastError] = SceneError, remedy: str = "check the path"
+) -> int:
+    """Return the size of a file in bytes; raise ``error`` unless it is an ordinary file.
+
+    A pipe or a device is refused without opening it: reading it might block for ever, or never end. ``what`` says what
+    the file should be.
+    """
+    try:
+        found = os.stat(path)
+    except (OSError, ValueError) as cause:
+        raise error(message(str(path), _unreadable(cause, what), remedy)) from cause
+    if not stat.S_ISREG(found.st_mode):
+        kind = _KINDS.get(stat.S_IFMT(found.st_mode), "no ordinary file")
+        raise error(message(str(path), f"is {kind}, not a {what}", remedy))
+    return found.st_size
+
+
+def read_ordinary(
+    path: Path,
+    what: str,
+    *,
+    most: int,
+    error: type[HoldfastError] = SceneError,
+    remedy: str = "check the path",
+    too_large: str = "keep meshes in files of their own",
+) -> bytes:
+    """Return the content of an ordinary file of at most ``most`` bytes; raise ``error`` for any other."""
+    size = check_ordinary(path, what, error=error, remedy=remedy)
+    if size <= most:
+        try:
+            with open(path, "rb") as stream:
+                content = stream.read(size + 1)  # memory is taken for as many bytes as are asked for
+        except OSError as cause:
+            problem = f"cannot be read: {cause.strerror or cause}"
+            raise error(message(str(path), problem, "needs a file that may be read")) from cause
+        if len(content) > size:
+            raise error(message(str(path), "grew while it was read", "read it when it is complete"))
+        size = len(content)
+    if size > most:
+        raise error(message(str(path), f"is {size:,} bytes", f"the limit is {most:,}: {too_large}"))
+    return content
 
 
 def write_atomically(path: str | os.PathLike[str], content: bytes) -> None:
     """Replace the file at ``path`` by ``content`` in one step.
 
-    A failure leaves the old file as it was, and raises HoldfastError.
+    If ``path`` is a symbolic link, the link stays, and the file to which it leads is replaced. A failure leaves the old
+    file as it was, and raises HoldfastError. Whatever is not a file, such as a pipe or a device, is not replaced.
     """
-    target = Path(path)
-    temporary = target.with_name(f".{target.name}.{secrets.token_hex(6)}.tmp")
     try:
+        target = _target(Path(path))
+        temporary = target.with_name(f".{secrets.token_hex(8)}.tmp")
         try:
             with temporary.open("xb") as stream:
                 stream.write(content)
@@ -25,8 +89,28 @@ def write_atomically(path: str | os.PathLike[str], content: bytes) -> None:
             os.replace(temporary, target)
         finally:
             temporary.unlink(missing_ok=True)
-    except OSError as cause:
-        reason = cause.strerror or str(cause)
+    except (OSError, ValueError) as cause:
+        reason = getattr(cause, "strerror", None) or str(cause)
         raise HoldfastError(
-            message(str(target), f"cannot be written: {reason}", "name a file in a writable folder")
+            message(str(path), f"cannot be written: {reason}", "name a file in a writable folder")
         ) from cause
+
+
+def _target(path: Path) -> Path:
+    """Return the path of the file to replace, behind all symbolic links; raise OSError if that is not a file."""
+    target = Path(os.path.realpath(path))
+    try:
+        mode = os.stat(path).st_mode
+    except FileNotFoundError:
+        return target
+    if not stat.S_ISREG(mode):
+        kind = _KINDS.get(stat.S_IFMT(mode), "no ordinary file")
+        raise OSError(errno.EINVAL, f"it is {kind}, not a file")
+    return target
+
+
+def _unreadable(cause: OSError | ValueError, what: str) -> str:
+    missing = (errno.ENOENT, errno.ENOTDIR)
+    if isinstance(cause, OSError) and cause.errno not in missing:
+        return f"is no {what}: {cause.strerror or cause}"
+    return f"no such {what}"

@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from holdfast.base.errors import HoldfastError, message
+from holdfast.base.files import checked_path
 
 Painter = Callable[..., None]  # (answer, path, **options)
 
@@ -41,7 +41,7 @@ def paint(answer: object, path: str | os.PathLike[str], suffix: str, **options: 
     while _SOURCES:
         _SOURCES[0]()
         _SOURCES.pop(0)
-    if Path(path).suffix.lower() != suffix:
+    if checked_path(path, "picture").suffix.lower() != suffix:
         raise HoldfastError(message(str(path), f"does not end in {suffix}", f"name a {suffix} file"))
     painter = _PAINTERS.get((type(answer), suffix))
     if painter is None:

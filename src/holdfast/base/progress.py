@@ -1,11 +1,16 @@
-"""Progress reports of long computations. Engines report progress, and the command line shows it."""
+"""Progress reports of long computations: whatever may take seconds reports, and the command line shows it.
+
+What a listener raises stops the computation, which leaves nothing half done behind: that is how it is cancelled.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from typing import TypeVar
 
+T = TypeVar("T")
 Listener = Callable[[str, int, int], None]
 
 _listener: ContextVar[Listener | None] = ContextVar("holdfast_progress", default=None)
@@ -16,6 +21,14 @@ def report(stage: str, done: int, total: int) -> None:
     listener = _listener.get()
     if listener is not None:
         listener(stage, done, total)
+
+
+def reported(stage: str, items: Sequence[T]) -> Iterator[T]:
+    """Yield the items, and report each one that is done with."""
+    for number, item in enumerate(items):
+        report(stage, number, len(items))
+        yield item
+    report(stage, len(items), len(items))
 
 
 @contextmanager

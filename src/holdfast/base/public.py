@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import html
 import os
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from holdfast.base.archive import save, to_dict
-from holdfast.base.values import LONGEST, Value, cut, items_of, seal
+from holdfast.base.text import escaped, one_line
+from holdfast.base.values import LONGEST, Value, items_of, seal
 
 MOST_ROWS = 12  # largest number of rows of each table that a summary shows
 LONGEST_CELL = 160  # largest number of characters in a cell of a table
@@ -56,8 +56,7 @@ class PublicValue(Value):
         save(self, path)
 
     def __repr__(self) -> str:
-        headline = "".join(c if c.isprintable() else " " for c in self.summary().headline)
-        return f"{type(self).__name__}({cut(headline, LONGEST)})"
+        return f"{type(self).__name__}({one_line(self.summary().headline, LONGEST)})"
 
     def _repr_html_(self) -> str:
         """Return the summary for notebooks: headline, facts, a few rows and notes as HTML without scripts."""
@@ -69,7 +68,7 @@ def as_html(kind: str, summary: Summary) -> str:
 
     Every text is escaped and cut to a sensible length. Rows are left out if the HTML would become too large.
     """
-    head = f"<b>{html.escape(kind)}</b> {html.escape(cut(summary.headline, 2 * LONGEST_CELL))}"
+    head = f"<b>{kind}</b> {escaped(summary.headline, 2 * LONGEST_CELL)}"
     left = LARGEST_PAGE - len(head)
     tables = []
     for heads, rows in (
@@ -91,13 +90,7 @@ def as_html(kind: str, summary: Summary) -> str:
 
 
 def _cell(text: str) -> str:
-    return f'<td style="text-align:left">{html.escape(cut(text, LONGEST_CELL))}</td>'
-
-
-def listed(names: Collection[str], most: int = 6) -> str:
-    """Return the first of some names, at most ``most``, and how many more there are."""
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return ", ".join(list(names)[:most]) + more
+    return f'<td style="text-align:left">{escaped(text, LONGEST_CELL)}</td>'
 
 
 def number(value: float, unit: str = "") -> str:

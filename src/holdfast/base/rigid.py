@@ -7,14 +7,44 @@ power = wrench · twist.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from holdfast.base.arrays import Float, checked, frozen
 from holdfast.base.errors import GeometryError, message
+from holdfast.base.ranges import PLACE
 
+BESIDE = 1.2345  # sizes are often powers of two: their power of two is taken of something beside them
+FAR = 1e6  # [-] entries of a rotation are cut to this, far from rigid, before they are squared
 RIGID_TOLERANCE = 1e-5  # [-] largest entry of |RᵀR - 1|; scanned poses are printed with about six digits
+
+
+class Frame(NamedTuple):
+    """A frame of reference: its ``origin`` (3,) [m] in the world, and the rows of ``axes`` (3, 3), unit vectors."""
+
+    origin: Float
+    axes: Float
+
+    def seen(self, points: Float) -> Float:
+        """Return points (..., 3) [m] of the world in this frame."""
+        return np.asarray((points - self.origin) @ self.axes.T)
+
+    def world(self, points: Float) -> Float:
+        """Return points (..., 3) [m] of this frame in the world."""
+        return np.asarray(self.origin + points @ self.axes)
+
+
+WORLD = Frame(frozen(np.zeros(3)), frozen(np.eye(3)))
+
+
+def snapped(values: Float, size: Float | float, bits: int) -> Float:
+    """Round values to a number of binary digits relative to ``size``, which is given for each of them or for all.
+
+    What rounding did to them before, and what depends on the axes and units of the world, is lost.
+    """
+    step = np.exp2(np.floor(np.log2(np.maximum(BESIDE * np.asarray(size), 1e-300))) - bits)
+    return np.asarray(np.round(values / step) * step + 0.0)
 
 
 def checked_pose(value: Any, where: str) -> Float:  # noqa: ANN401 - anything a caller may pass
@@ -25,7 +55,9 @@ def checked_pose(value: Any, where: str) -> Float:  # noqa: ANN401 - anything a 
     pose = checked(value, (4, 4), where, error=GeometryError)
     if not np.allclose(pose[3], (0, 0, 0, 1), atol=1e-12):
         raise GeometryError(message(where, f"last row is {pose[3].tolist()}", "needs (0, 0, 0, 1)"))
-    rotation = pose[:3, :3]
+    if (np.abs(pose[:3, 3]) > PLACE.largest).any():
+        raise GeometryError(message(where, f"is at {pose[:3, 3].tolist()}", f"needs coordinates {PLACE.most()}"))
+    rotation = pose[:3, :3].clip(-FAR, FAR)
     defect = float(np.abs(rotation.T @ rotation - np.eye(3)).max())
     if defect > RIGID_TOLERANCE:
         problem = f"is not rigid: |RᵀR - 1| = {defect:.2g}"

@@ -7,9 +7,10 @@ from typing import Annotated
 
 import typer
 
-from holdfast.assembly.assembly import Assembly, assemble
+from holdfast.assembly.assembly import assemble
 from holdfast.cli.common import (
     EXIT,
+    AllowLarge,
     Angle,
     AsJson,
     EngineName,
@@ -22,11 +23,10 @@ from holdfast.cli.common import (
     check_suffix,
     engine_with,
     exit_code,
-    out,
-    print_json,
-    progress,
     scene_of,
 )
+from holdfast.cli.output import out, print_json
+from holdfast.cli.terminal import progress
 from holdfast.queries.map import robustness_map
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.queries.stability import stability
@@ -41,11 +41,14 @@ def assess(
     angle: Angle = None,
     nodes: Nodes = None,
     mass_margin: Margin = 0.0,
+    allow_large: AllowLarge = False,
     as_json: AsJson = False,
 ) -> None:
     """Decide whether a scene stands, explain why, and give the forces at its contacts."""
-    assembly = assemble(scene_of(scene), gap=gap, angle=angle)
-    result = stability(assembly, engine=engine_with(engine, nodes=nodes, mass_margin=mass_margin))
+    method = engine_with(engine, nodes=nodes, mass_margin=mass_margin)
+    with progress():
+        assembly = assemble(scene_of(scene), gap=gap, angle=angle, allow_large=allow_large)
+        result = stability(assembly, engine=method)
     if as_json:
         print_json(stability_data(assembly, result))
     else:
@@ -66,24 +69,25 @@ def map_surfaces(
     immobile_above: Immobile = None,
     mass_margin: Margin = 0.0,
     max_cuts: MaxCuts = 20_000,
+    allow_large: AllowLarge = False,
     as_json: AsJson = False,
 ) -> None:
     """Compute the largest inward push at points of all exposed surfaces and name the weakest points."""
     check_suffix(png, ".png")
     check_suffix(html, ".html")
     method = engine_with(engine, nodes=nodes, immobile_above=immobile_above, mass_margin=mass_margin, max_cuts=max_cuts)
-    assembly: Assembly = assemble(scene_of(scene), gap=gap, angle=angle)
     with progress():
+        assembly = assemble(scene_of(scene), gap=gap, angle=angle, allow_large=allow_large)
         result = robustness_map(assembly, body, spacing=spacing, engine=method)
-    if png is not None:
-        result.save_png(png)
-    if html is not None:
-        result.save_html(html)
+        if png is not None:
+            result.save_png(png)
+        if html is not None:
+            result.save_html(html)
     if as_json:
         print_json(result.to_dict())
     else:
         out.print(map_report(result))
         for path in (png, html):
             if path is not None:
-                out.print(f"wrote {path}", highlight=False, soft_wrap=True)
+                out.say(f"wrote {path}")
     raise typer.Exit(exit_code(result.verdict.status, result.answers))

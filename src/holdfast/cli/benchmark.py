@@ -7,9 +7,13 @@ from typing import Annotated
 
 import typer
 
-from holdfast.cli.common import AsJson, out, print_json, progress
+from holdfast.cli.common import (
+    AsJson,
+)
+from holdfast.cli.output import out, print_json, write
+from holdfast.cli.terminal import progress
 from holdfast.validation.benchmarks import runner
-from holdfast.validation.benchmarks.checkout import results_folder
+from holdfast.validation.benchmarks.checkout import beside, results_folder
 from holdfast.validation.benchmarks.registry import SUITES, suite
 
 
@@ -25,6 +29,9 @@ def benchmark(
         Path | None, typer.Option(metavar="DIR", help="folder of the saved results (default: that of the checkout)")
     ] = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="measure again what an interrupted run has measured")] = False,
+    older: Annotated[
+        Path | None, typer.Option("--beside", metavar="DIR", help="startup: also measure this older checkout")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Compare methods and their speed; without a name, list the benchmark suites."""
@@ -34,23 +41,23 @@ def benchmark(
             print_json(listed)
         else:
             for name, about in listed.items():
-                out.print(f"{name}: {about}", highlight=False, soft_wrap=True)
+                out.say(f"{name}: {about}")
         return
     chosen = [suite(name) for name in (SUITES if names == ["all"] else names)]
     folder = results_folder(results) if save or compare else None
     measured = {}
     for one in chosen:
-        with progress():
+        with progress(), beside(older):
             rows = runner.run(one, folder if save else None, fresh=fresh)
         measured[one.name] = rows
         if not as_json:
             text = f"\n## {one.name}\n\n{runner.written(one, rows)}"
-            out.print(text, markup=False, highlight=False, soft_wrap=True)
+            write(f"{text}\n")
             for line in runner.compared(one, rows, folder) if folder and compare else ():
-                out.print(line, markup=False, highlight=False, soft_wrap=True)
+                out.say(line)
         if folder and save:
             for path in runner.save(one, rows, folder):
                 if not as_json:
-                    out.print(f"wrote {path}", highlight=False, soft_wrap=True)
+                    out.say(f"wrote {path}")
     if as_json:
         print_json(measured)

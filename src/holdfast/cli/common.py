@@ -3,35 +3,35 @@
 from __future__ import annotations
 
 import dataclasses
-import json
+import os
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, cast
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from holdfast.base.errors import HoldfastError, message
-from holdfast.base.progress import listening
 from holdfast.engines.answers import Answers
 from holdfast.engines.contract import Engine
 from holdfast.engines.graph.engine import Graph
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import ENGINES, engine_of
-from holdfast.scene.formats.registry import load_scene, writable
+from holdfast.scene.formats.registry import load_scene, read_scene, writable
+from holdfast.scene.formats.source import MAX_BYTES
 from holdfast.scene.scene import Scene
 from holdfast.scene.shipped import shipped_scene, shipped_scenes
-
-out, err = Console(), Console(stderr=True)
 
 EXIT = {Status.STABLE: 0, Status.UNSTABLE: 1, Status.UNDECIDED: 3}  # exit code of each status
 
 WRITTEN_SUFFIXES = ", ".join(dict.fromkeys(suffix for each in writable() for suffix in each.suffixes))
 
-SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="a scene file, or the name of a shipped scene")]
+SceneArgument = Annotated[
+    str, typer.Argument(metavar="SCENE", help="a scene file, - for standard input, or the name of a shipped scene")
+]
+STREAM = "-"  # in place of a file: standard input or output
+AllowLarge = Annotated[
+    bool, typer.Option("--allow-large", help="sizes are in metres, though every movable body is larger than a house")
+]
 Gap = Annotated[float | None, typer.Option(help="contact tolerance in m; default: 1/1000 of the usual body size")]
 Angle = Annotated[float | None, typer.Option(help="largest angle between touching faces in degrees; default: 1")]
 EngineName = Annotated[str, typer.Option("--engine", help=f"one of: {', '.join(ENGINES)}")]
@@ -45,15 +45,28 @@ AsJson = Annotated[bool, typer.Option("--json", help="print JSON; infinity is th
 def scene_of(name: str) -> Scene:
     """Return the scene from the file with this name or, if there is no such file, the shipped scene.
 
-    Raises HoldfastError if there is neither.
+    The name ``-`` stands for standard input. Raises HoldfastError if there is neither.
     """
-    if Path(name).exists() or name not in shipped_scenes():
-        if not Path(name).suffix and not Path(name).exists():
-            raise HoldfastError(
-                message(name, "is neither a file nor a shipped scene", f"shipped: {', '.join(shipped_scenes())}")
-            )
-        return load_scene(name)
-    return shipped_scene(name)
+    if name == STREAM:
+        return read_scene(_standard_input(), STREAM)
+    there = os.path.lexists(name)  # False, too, for what is no path at all
+    if not there and name in shipped_scenes():
+        return shipped_scene(name)
+    if not there and not Path(name).suffix:
+        remedy = f"shipped: {', '.join(shipped_scenes())}"
+        raise HoldfastError(message(name, "is neither a file nor a shipped scene", remedy))
+    return load_scene(name)
+
+
+def _standard_input() -> bytes:
+    """Return what stands in standard input, up to the largest file that is read."""
+    if sys.stdin is None:
+        raise HoldfastError(message(STREAM, "standard input is closed", "name a scene file"))
+    content = sys.stdin.buffer.read(MAX_BYTES + 1)
+    if not content:
+        problem = "standard input is empty, or was read before"
+        raise HoldfastError(message(STREAM, problem, "give one scene, as in `holdfast assess - < scene.yaml`"))
+    return content
 
 
 def engine_with(name: str, **options: Any) -> Engine:  # noqa: ANN401 - options of the engine
@@ -90,24 +103,3 @@ def check_suffix(path: Path | None, suffix: str) -> None:
     """Raise HoldfastError if the name of the file does not end in the suffix of its format."""
     if path is not None and path.suffix.lower() != suffix:
         raise HoldfastError(message(f"--{suffix[1:]}", f"{path} does not end in {suffix}", f"name a {suffix} file"))
-
-
-def print_json(data: Any, *, indent: int | None = None) -> None:  # noqa: ANN401 - any JSON value
-    """Print strict JSON: it has no NaN, and infinity is a text."""
-    sys.stdout.write(json.dumps(data, allow_nan=False, indent=indent) + "\n")
-
-
-@contextmanager
-def progress() -> Iterator[None]:
-    """Show a progress bar for each stage that reports its progress, if the output is a terminal."""
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bars:
-        tasks: dict[str, Any] = {}
-
-        def listener(stage: str, done: int, total: int) -> None:
-            if stage not in tasks:
-                tasks[stage] = bars.add_task(stage, total=total)
-            bars.update(tasks[stage], completed=done, total=total)
-
-        with listening(listener):
-            yield

@@ -11,6 +11,7 @@ from holdfast.applications.disassembly.order import BUDGET, disassembly_order
 from holdfast.assembly.assembly import assemble
 from holdfast.cli.common import (
     EXIT,
+    AllowLarge,
     Angle,
     AsJson,
     EngineName,
@@ -19,11 +20,10 @@ from holdfast.cli.common import (
     SceneArgument,
     check_suffix,
     engine_with,
-    out,
-    print_json,
-    progress,
     scene_of,
 )
+from holdfast.cli.output import out, print_json
+from holdfast.cli.terminal import progress
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.report.disassembly import disassembly_report
@@ -43,13 +43,14 @@ def disassemble(
     gap: Gap = None,
     angle: Angle = None,
     nodes: Nodes = None,
+    allow_large: AllowLarge = False,
     as_json: AsJson = False,
 ) -> None:
     """Find an order in which the bodies of a scene can be taken out, one by one, while the others stand."""
     check_suffix(png, ".png")
     method = engine_with(engine, nodes=nodes)
-    assembly = assemble(scene_of(scene), gap=gap, angle=angle)
     with progress():
+        assembly = assemble(scene_of(scene), gap=gap, angle=angle, allow_large=allow_large)
         result = disassembly_order(assembly, engine=method, lift=lift, goal=goal or None, budget=budget)
     if png is not None:
         result.save_png(png)
@@ -58,6 +59,6 @@ def disassemble(
     else:
         out.print(disassembly_report(result))
         if png is not None:
-            out.print(f"wrote {png}", highlight=False, soft_wrap=True)
+            out.say(f"wrote {png}")
     status = Status.STABLE if result.reached else Status.UNSTABLE if result.proven else Status.UNDECIDED
     raise typer.Exit(EXIT[status])

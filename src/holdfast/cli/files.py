@@ -3,29 +3,53 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from holdfast.cli.common import WRITTEN_SUFFIXES, AsJson, SceneArgument, out, print_json, scene_of
-from holdfast.scene.formats.native import schema
+from holdfast.base.errors import HoldfastError, message
+from holdfast.cli.common import STREAM, WRITTEN_SUFFIXES, AsJson, SceneArgument, scene_of
+from holdfast.cli.output import out, print_json, write
+from holdfast.scene.formats.native import scene_text, schema
 from holdfast.scene.formats.registry import save_scene
 
 
 def convert(
     source: SceneArgument,
-    target: Annotated[Path, typer.Argument(metavar="TARGET", help=f"scene file to write: {WRITTEN_SUFFIXES}")],
+    target: Annotated[
+        Path,
+        typer.Argument(metavar="TARGET", help=f"scene file to write: {WRITTEN_SUFFIXES}; - for standard output (YAML)"),
+    ],
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", help="say what the reader of SCENE guessed and left out")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Read a scene in any known format and write it in the format that the suffix of TARGET selects."""
     scene = scene_of(source)
+    if str(target) == STREAM:
+        if as_json:
+            raise HoldfastError(message("--json", "the scene itself goes to standard output", "name a TARGET file"))
+        write(scene_text(scene))
+        return
+    if source != STREAM and _same(Path(source), target):
+        raise HoldfastError(message(str(target), "is the file that is read", "name another TARGET"))
     save_scene(scene, target)
-    counts = {"written": str(target), "bodies": len(scene.bodies), "movable": len(scene.movable)}
+    counts: dict[str, Any] = {"written": str(target), "bodies": len(scene.bodies), "movable": len(scene.movable)}
     if as_json:
-        print_json(counts)
-    else:
-        text = f"wrote {target}: {counts['bodies']} bodies, {counts['movable']} movable"
-        out.print(text, highlight=False, soft_wrap=True)
+        print_json(counts | ({"notes": list(scene.notes)} if verbose else {}))
+        return
+    out.say(f"wrote {target}: {counts['bodies']} bodies, {counts['movable']} movable")
+    for note in scene.notes if verbose else ():
+        out.say(f"note: {note}")
+
+
+def _same(source: Path, target: Path) -> bool:
+    """Tell whether two paths lead to one file, through links or not."""
+    try:
+        return source.samefile(target)
+    except (OSError, ValueError):
+        return False
 
 
 def print_schema() -> None:

@@ -5,56 +5,84 @@ The help of the command lists the exit codes.
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import sys
 import traceback
 import warnings
-from collections.abc import Callable
-from typing import Annotated
+from importlib import import_module
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
 from holdfast import __version__
-from holdfast.base.errors import HoldfastError, HoldfastWarning, SolverError, UnstableError
-from holdfast.cli.assess import assess, map_surfaces
-from holdfast.cli.benchmark import benchmark
-from holdfast.cli.common import EXIT, err, out
-from holdfast.cli.disassemble import disassemble
-from holdfast.cli.files import convert, print_schema
-from holdfast.cli.place import place
-from holdfast.cli.transport import transport
-from holdfast.engines.verdict import Status
+from holdfast.base.errors import HoldfastError, HoldfastWarning, SolverError, UnstableError, message
+from holdfast.cli.output import OutputLost, abandon, err, make_writable, out, write
+from holdfast.cli.stopping import STOPPED, stoppable
 
 HELP = """How hard can you push here before something moves?
 
 Exit codes: 0 it stands; 1 it does not stand; 2 bad input; 3 undecided: the verdict or, although it stands, every single
-answer; 4 a defect of holdfast; 130 stopped by the user. For place and disassemble, 0 means that a place or an order
-was found."""
+answer; 4 a defect of holdfast; 130 stopped by the user; 141 nobody reads on. For place and disassemble, 0 means that a
+place or an order was found."""
+
+BAD_INPUT, INTERNAL, NOT_STABLE, NO_ANSWER = 2, 4, 1, 3
+PIPE_CLOSED = 141  # as a shell tells of a command that a closed pipe has stopped
+COMMANDS = {  # where each command lies, and what the help says of it: a command is imported when it is called
+    "assess": ("holdfast.cli.assess:assess", "Decide whether a scene stands, and explain why."),
+    "push": ("holdfast.cli.push:push", "Compute how hard a body can be pushed at a point before anything moves."),
+    "map": ("holdfast.cli.assess:map_surfaces", "Compute the largest push at points of all exposed surfaces."),
+    "place": ("holdfast.cli.place:place", "Find a pose for an object in which everything stands."),
+    "transport": ("holdfast.cli.transport:transport", "Compute how fast the carrier of a scene may accelerate."),
+    "disassemble": ("holdfast.cli.disassemble:disassemble", "Find an order in which bodies can be taken out."),
+    "benchmark": ("holdfast.cli.benchmark:benchmark", "Compare methods and their speed."),
+    "convert": ("holdfast.cli.files:convert", "Read a scene in any known format and write it in another."),
+    "schema": ("holdfast.cli.files:print_schema", "Print the JSON schema of the native scene file."),
+    "warmup": ("holdfast.cli.warmup:warmup", "Compile everything that is compiled when it is first used."),
+}
+
+
+class Commands(TyperGroup):
+    """The commands: all are listed, and the one that is called is imported."""
+
+    _called = ""
+
+    def list_commands(self, ctx: Any) -> list[str]:  # noqa: ANN401 - typer's own types
+        """Return the names, in the order of the help."""
+        return list(COMMANDS)
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:  # noqa: ANN401
+        """Return the command that the arguments call."""
+        self._called = args[0]
+        return super().resolve_command(ctx, args)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ANN401
+        """Return the command that is called, and of another one only what the help says."""
+        if cmd_name not in COMMANDS:
+            return None
+        place, text = COMMANDS[cmd_name]
+        if cmd_name != self._called:
+            return TyperCommand(cmd_name, help=text)
+        module, _, function = place.partition(":")
+        alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+        alone.command(cmd_name)(getattr(import_module(module), function))
+        return typer.main.get_command(alone)
+
 
 app = typer.Typer(
     name="holdfast",
+    cls=Commands,
     help=HELP,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-BAD_INPUT, INTERNAL, STOPPED = 2, 4, 130
-COMMANDS: dict[str, Callable[..., None]] = {
-    "assess": assess,
-    "map": map_surfaces,
-    "place": place,
-    "transport": transport,
-    "disassemble": disassemble,
-    "benchmark": benchmark,
-    "convert": convert,
-    "schema": print_schema,
-}
-for name, command in COMMANDS.items():
-    app.command(name)(command)
 
 
 def _version(value: bool) -> None:
     if value:
-        out.print(f"holdfast {__version__}", highlight=False)
+        out.say(f"holdfast {__version__}")
         raise typer.Exit
 
 
@@ -69,40 +97,65 @@ def _main(
 
 def run() -> None:
     """Run the command line; an error is reported on one line and sets the exit code."""
+    make_writable()
     warnings.showwarning = _show_warning  # type: ignore[assignment]
     warnings.simplefilter("always", HoldfastWarning)
+    with stoppable():
+        try:
+            code = _called()
+        except OutputLost as lost:
+            code = _lost(lost)
+        sys.exit(code)
+
+
+def _called() -> int:
+    """Run the command and return its exit code."""
     try:
-        sys.exit(app(standalone_mode=False) or 0)
+        code = app(standalone_mode=False) or 0
+        write("")
     except SolverError as error:
-        _complain("no answer", str(error))
-        sys.exit(EXIT[Status.UNDECIDED])
+        return _complain("no answer", error, NO_ANSWER)
     except UnstableError as error:
-        _complain("unstable", str(error))
-        sys.exit(EXIT[Status.UNSTABLE])
+        return _complain("unstable", error, NOT_STABLE)
     except HoldfastError as error:
-        _complain("error", str(error))
-        sys.exit(BAD_INPUT)
-    except (typer.Abort, KeyboardInterrupt):
-        _complain("stopped", "by the user")
-        sys.exit(STOPPED)
+        return _complain("error", error, BAD_INPUT)
+    except typer.Abort:
+        raise KeyboardInterrupt from None
+    except OutputLost:
+        raise
+    except OSError as error:  # holdfast names the file in errors of its own; this one is of what it writes to
+        raise OutputLost(error) from error
     except Exception as error:
         if isinstance(getattr(error, "exit_code", None), int):  # typer's own message about wrong usage
             error.show()  # type: ignore[attr-defined]
-            sys.exit(BAD_INPUT)
+            return BAD_INPUT
         traceback.print_exc()
-        _complain("internal error", "this is a defect in holdfast: please report it with the lines above")
-        sys.exit(INTERNAL)
+        return _complain(
+            "internal error", "this is a defect in holdfast: please report it with the lines above", INTERNAL
+        )
+    if code == STOPPED:  # typer catches the interrupt
+        raise KeyboardInterrupt
+    return int(code)
 
 
-def _complain(kind: str, text: str) -> None:
-    err.print(f"[bold red]{kind}:[/] ", end="")
-    err.print(text, markup=False, highlight=False, soft_wrap=True)
+def _lost(lost: OutputLost) -> int:
+    """Say why the output is lost, unless its reader has gone: it wants no more."""
+    abandon()
+    if lost.reason == errno.EPIPE:
+        return PIPE_CLOSED
+    return _complain("error", message("output", f"cannot be written: {lost}", "check where it goes"), BAD_INPUT)
+
+
+def _complain(kind: str, text: object, code: int) -> int:
+    """Print an error to stderr, if it has one, and return the exit code."""
+    with contextlib.suppress(OutputLost):
+        err.say(str(text), label=f"{kind}:", style="bold red")
+    return code
 
 
 def _show_warning(text: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
     if issubclass(category, HoldfastWarning):
-        err.print("[yellow]warning:[/] ", end="")
-        err.print(str(text), markup=False, highlight=False, soft_wrap=True)
+        err.say(str(text), label="warning:", style="yellow")
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from holdfast.assembly.assembly import assemble
 from holdfast.base.errors import HoldfastError, message
 from holdfast.cli.common import (
     WRITTEN_SUFFIXES,
+    AllowLarge,
     Angle,
     AsJson,
     EngineName,
@@ -21,18 +22,18 @@ from holdfast.cli.common import (
     check_suffix,
     engine_with,
     exit_code,
-    out,
-    print_json,
-    progress,
     scene_of,
 )
+from holdfast.cli.output import out, print_json
+from holdfast.cli.terminal import progress
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.report.data import placement_data
 from holdfast.report.placement import placement_report
 from holdfast.scene.body import Body
 from holdfast.scene.formats.registry import save_scene
+from holdfast.scene.meshes.read import SUFFIXES as MESH_SUFFIXES
 from holdfast.scene.scene import Scene
-from holdfast.scene.shapes import MESH_SUFFIXES, Mesh
+from holdfast.scene.shapes import Mesh
 
 CORNERS = "x0,y0,x1,y1 or x0,y0,z0,x1,y1,z1"
 Region = Annotated[str | None, typer.Option(help=f"low and high corner of a box in m: {CORNERS}")]
@@ -64,6 +65,7 @@ def place(
     png: Annotated[Path | None, typer.Option(help="write a PNG picture to this file")] = None,
     gap: Gap = None,
     angle: Angle = None,
+    allow_large: AllowLarge = False,
     as_json: AsJson = False,
 ) -> None:
     """Find a pose for an object in which everything stands and resists pushes as well as possible."""
@@ -73,7 +75,7 @@ def place(
     method = engine_with(engine)
     with progress():
         result = plan_placement(
-            assemble(rest, gap=gap, angle=angle),
+            assemble(rest, gap=gap, angle=angle, allow_large=allow_large),
             body,
             engine=method,
             region=_corners(region),
@@ -94,7 +96,7 @@ def place(
     else:
         out.print(placement_report(result, rest.name or scene, body.name), highlight=False)
         for path in written:
-            out.print(f"wrote {path}", highlight=False, soft_wrap=True)
+            out.say(f"wrote {path}")
     raise typer.Exit(exit_code(result.status, result.answers))
 
 

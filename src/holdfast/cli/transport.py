@@ -10,6 +10,7 @@ import typer
 from holdfast.applications.transport import horizontal_directions, inertial_loads, tilted, transport_limits
 from holdfast.assembly.assembly import assemble
 from holdfast.cli.common import (
+    AllowLarge,
     Angle,
     AsJson,
     EngineName,
@@ -18,13 +19,11 @@ from holdfast.cli.common import (
     SceneArgument,
     check_suffix,
     engine_with,
-    err,
     exit_code,
-    out,
-    print_json,
-    progress,
     scene_of,
 )
+from holdfast.cli.output import err, out, print_json
+from holdfast.cli.terminal import progress
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.queries.sets import sustainable_accelerations
@@ -50,12 +49,14 @@ def transport(
     gap: Gap = None,
     angle: Angle = None,
     nodes: Nodes = None,
+    allow_large: AllowLarge = False,
     as_json: AsJson = False,
 ) -> None:
     """Compute how fast the carrier of a scene may accelerate before something moves on it."""
     check_suffix(png, ".png")
     methods = [engine_with(engine, nodes=nodes), *(engine_with(name) for name in compare or ())]
-    assembly = assemble(scene_of(scene), gap=gap, angle=angle)
+    with progress():
+        assembly = assemble(scene_of(scene), gap=gap, angle=angle, allow_large=allow_large)
     if tilt is not None:
         assembly = tilted(assembly, tilt)
     loads = inertial_loads(
@@ -73,7 +74,7 @@ def transport(
             sustainable_accelerations(assembly, standing=loads).save(set_file)
             written.append(set_file)
     if set_file is not None and set_file not in written:
-        err.print(f"no set written: the assembly is {result.verdict.status}", highlight=False, soft_wrap=True)
+        err.say(f"no set written: the assembly is {result.verdict.status}")
     if png is not None:
         result.save_png(png, others=results[1:])
         written.append(png)
@@ -82,5 +83,5 @@ def transport(
     else:
         out.print(transport_report(result))
         for path in written:
-            out.print(f"wrote {path}", highlight=False, soft_wrap=True)
+            out.say(f"wrote {path}")
     raise typer.Exit(exit_code(result.verdict.status, result.answers))

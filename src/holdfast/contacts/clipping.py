@@ -11,17 +11,27 @@ from holdfast.contacts.skin import Skin
 from holdfast.geometry.polygon import keep_half_plane
 
 MAX_CORNERS = 12  # triangle against triangle gives at most 6, each bound of the gap adds one
+PIECES = 256  # that one call of compiled code has room for
+AT_ONCE = 50_000  # pairs that one call of compiled code is given
 
 
 def clip_faces(a: Skin, b: Skin, pairs: Int, *, gap: float, depth: float, cos_angle: float) -> list[Piece]:
     """Where faces of ``pairs`` (m, 2) lie opposite each other, up to ``gap`` apart or ``depth`` into each other [m]."""
-    corners, counts, normals, heights = _clip_all(
-        a.triangles, a.normals, b.triangles, b.normals, pairs, gap, depth, cos_angle
-    )
-    return [
-        Piece((corners[k, : counts[k]],), normals[k], (float(heights[k, 0]), float(heights[k, 1])))
-        for k in range(len(counts))
-    ]
+    limits, pieces = np.array([gap, depth, cos_angle]), []
+    corners, counts = np.zeros((PIECES, MAX_CORNERS, 3)), np.zeros(PIECES, dtype=np.int64)
+    normals, heights = np.zeros((PIECES, 3)), np.zeros((PIECES, 2))
+    start = 0
+    while start < len(pairs):
+        part = pairs[start : start + AT_ONCE]
+        found, done = _clip_all(
+            a.triangles, a.normals, b.triangles, b.normals, part, limits, corners, counts, normals, heights
+        )
+        pieces += [
+            Piece((corners[k, : counts[k]].copy(),), normals[k].copy(), (float(heights[k, 0]), float(heights[k, 1])))
+            for k in range(found)
+        ]
+        start += done
+    return pieces
 
 
 @compiled
@@ -104,27 +114,25 @@ def _clip_all(
     tris_b: Float,
     normals_b: Float,
     pairs: Int,
-    gap: float,
-    depth: float,
-    cos_angle: float,
-) -> tuple[Float, Int, Float, Float]:
-    capacity = 64
-    out = np.zeros((capacity, MAX_CORNERS, 3))
-    counts = np.zeros(capacity, dtype=np.int64)
-    normals = np.zeros((capacity, 3))
-    heights = np.zeros((capacity, 2))
+    limits: Float,
+    out: Float,
+    counts: Int,
+    normals: Float,
+    heights: Float,
+) -> tuple[int, int]:
+    """Clip pairs, as many as there is room for; returns how many pieces were found, in how many pairs.
+
+    ``limits`` (3,) are gap, depth and the cosine of the angle.
+    """
+    gap, depth, cos_angle = limits[0], limits[1], limits[2]
     found = 0
     room = np.zeros((4, MAX_CORNERS, 3))
     for pair in range(len(pairs)):
         i, j = pairs[pair, 0], pairs[pair, 1]
         if dot3(normals_a[i], normals_b[j]) > -cos_angle:
             continue
-        if found == capacity:
-            out = np.concatenate((out, np.zeros((capacity, MAX_CORNERS, 3))))
-            counts = np.concatenate((counts, np.zeros(capacity, dtype=np.int64)))
-            normals = np.concatenate((normals, np.zeros((capacity, 3))))
-            heights = np.concatenate((heights, np.zeros((capacity, 2))))
-            capacity *= 2
+        if found == len(out):
+            return found, pair
         counts[found] = _clip_pair(
             tris_a[i],
             normals_a[i],
@@ -139,4 +147,4 @@ def _clip_all(
         )
         if counts[found] >= 3:
             found += 1
-    return out[:found], counts[:found], normals[:found], heights[:found]
+    return found, len(pairs)

@@ -8,14 +8,17 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from holdfast.base.archive import archived
+from holdfast.base.progress import reported
 from holdfast.base.values import Value
 from holdfast.contacts.clipping import clip_faces
 from holdfast.contacts.facing import facing_polygons
 from holdfast.contacts.features import touching_features
 from holdfast.contacts.flags import flags_of, is_certain
 from holdfast.contacts.interface import Interface, Patch
+from holdfast.contacts.materials import by_material
 from holdfast.contacts.occlusion import by_body, visible
 from holdfast.contacts.patches import face_patches, line_patches, point_patches
+from holdfast.contacts.round import feet, not_at, reach_of
 from holdfast.contacts.skin import Skin, near_faces
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
@@ -104,7 +107,7 @@ def find_contacts(scene: Scene, tolerances: Tolerances) -> Contacts:
     """
     skins: dict[str, Skin] = {}
     found: dict[tuple[str, str], tuple[Patch, ...]] = {}
-    for a, b in neighbours(scene, tolerances.widest(scene)):
+    for a, b in reported("contacts", list(neighbours(scene, tolerances.widest(scene)))):
         for body in (a, b):
             if body.name not in skins:
                 skins[body.name] = Skin.of(body)
@@ -123,22 +126,36 @@ def find_contacts(scene: Scene, tolerances: Tolerances) -> Contacts:
             certain = not tolerances.capped and is_certain(
                 left, flags, gap=tolerances.gap, usual=tolerances.usual, sagitta=sagitta
             )
-            interfaces.append(Interface(pair, patches=left, flags=flags, certain=certain))
+            for mu, share in _by_friction(scene, a, b, left, gap).items():
+                interfaces.append(Interface(pair, patches=share, flags=flags, certain=certain, mu=mu))
         else:
             occluded.append(pair)
     return Contacts(tuple(interfaces), tuple(occluded))
 
 
+def _by_friction(scene: Scene, a: Body, b: Body, patches: list[Patch], gap: float) -> dict[float | None, list[Patch]]:
+    """Share patches out by friction coefficient: None where it is that of the two bodies, whatever their parts."""
+    if all({*body.materials} == {body.material} for body in (a, b)):
+        return {None: patches}
+    found: dict[float | None, list[Patch]] = {}
+    for (of_a, of_b), piece in by_material(a, b, patches, gap).items():
+        mu = scene.friction.between(a.name, b.name, {a.name: of_a, b.name: of_b})
+        found.setdefault(mu, []).extend(piece)
+    return found
+
+
 def neighbours(scene: Scene, gap: float) -> Iterator[tuple[Body, Body]]:
-    """Yield the pairs of bodies, not both fixed, whose bounding boxes come within ``gap`` [m]."""
-    bodies = scene.bodies
+    """Yield the pairs of bodies, neither both fixed nor excluded, whose bounding boxes come within ``gap`` [m]."""
+    bodies, excluded = scene.bodies, frozenset(scene.excluded)
     low = np.array([body.box[0] for body in bodies]).reshape(-1, 3) - gap / 2
     high = np.array([body.box[1] for body in bodies]).reshape(-1, 3) + gap / 2
     fixed = np.array([body.fixed for body in bodies], dtype=bool)
     for i, body in enumerate(bodies):
         near = ((low[i] <= high[i + 1 :]) & (low[i + 1 :] <= high[i])).all(1) & ~(fixed[i + 1 :] & body.fixed)
         for j in np.flatnonzero(near):
-            yield body, bodies[i + 1 + int(j)]
+            other = bodies[i + 1 + int(j)]
+            if (min(body.name, other.name), max(body.name, other.name)) not in excluded:
+                yield body, other
 
 
 def find_patches(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Tolerances) -> tuple[Patch, ...]:
@@ -160,4 +177,10 @@ def find_patches(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Toler
         skin_a, skin_b, pairs, gap=gap, depth=depth, sin_angle=sin_angle, size=size, strict=negligible
     )
     along = line_patches(lines, faces, gap, negligible, breadth)
-    return (*faces, *along, *point_patches(points, [*faces, *along], gap, breadth))
+    found = [*faces, *along, *point_patches(points, [*faces, *along], gap, breadth)]
+    exact = feet(a, b, gap=gap, depth=depth)
+    if not exact:
+        return tuple(found)
+    true_gap = gap - a.shape.surface.sagitta - b.shape.surface.sagitta
+    touching = [foot.patch(breadth) for foot in exact if foot.heights.min() <= max(true_gap, 0.0)]
+    return (*touching, *not_at(exact, found, reach_of(a, b, gap)))

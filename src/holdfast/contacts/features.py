@@ -8,6 +8,7 @@ the mean of their normals; on a sharp edge or corner it would have no normal of 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -22,6 +23,8 @@ from holdfast.geometry.topology import FLAT
 NEAR_PARALLEL = 0.02  # sine below which two edges have no cross product to speak of
 ROUNDING = 1e-9  # of the size of the smaller body
 ROW = 13  # numbers that stand for a feature: two ends (3 each), normal (3), two heights, inset, blended
+ROOM = 512  # rows that one call of compiled code may find
+AT_ONCE = 20_000  # pairs of faces that one call of compiled code is given
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -65,16 +68,28 @@ def touching_features(
 
     ``size`` [m] is that of the smaller body; a sharp edge is stayed away from by ``strict`` [m].
     """
-    lines, points, counts = np.empty((64, ROW)), np.empty((64, ROW)), np.zeros(2, dtype=np.int64)
     within = Within(gap, depth, sin_angle, ROUNDING * size, strict)
-    for flipped, one, other in ((False, a, b), (True, b, a)):
-        lines, points = _features_on_faces(one, other, pairs, flipped, within, lines, points, counts)
-    points = _edges_on_edges(a, b, pairs, within, points, counts)
-    found = (
-        Features(rows[:, :6].reshape(-1, 2, 3), rows[:, 6:9], rows[:, 9:11], rows[:, 11], rows[:, 12] > 0)
-        for rows in (lines[: counts[0]], points[: counts[1]])
-    )
-    return next(found), next(found)
+    room, counts = np.empty((2, ROOM, ROW)), np.zeros(2, dtype=np.int64)
+    lines: list[Float] = []
+    points: list[Float] = []
+
+    def search(look: Callable[[Int], int]) -> None:
+        start = 0
+        while start < len(pairs):
+            counts[:] = 0
+            start += look(pairs[start : start + AT_ONCE])
+            lines.append(room[0, : counts[0]].copy())
+            points.append(room[1, : counts[1]].copy())
+
+    search(lambda part: _features_on_faces(a, b, part, False, within, room, counts))
+    search(lambda part: _features_on_faces(b, a, part, True, within, room, counts))
+    search(lambda part: _edges_on_edges(a, b, part, within, room[1], counts))
+    return _features(lines), _features(points)
+
+
+def _features(parts: list[Float]) -> Features:
+    rows = np.concatenate([np.empty((0, ROW)), *parts])
+    return Features(rows[:, :6].reshape(-1, 2, 3), rows[:, 6:9], rows[:, 9:11], rows[:, 11], rows[:, 12] > 0)
 
 
 @compiled
@@ -119,7 +134,7 @@ def _normal_at(skin: Skin, face: int, point: Float, height: float, tiny: float, 
     length = np.sqrt(dot3(normal, normal))
     for m in range(3):
         normal[m] /= length
-    return 1.0 if near.any() else 0.0
+    return 1.0 if near[0] or near[1] or near[2] else 0.0
 
 
 @compiled
@@ -186,41 +201,40 @@ def _height(skin: Skin, face: int, point: Float) -> float:
 
 @compiled
 def _features_on_faces(
-    one: Skin, other: Skin, pairs: Int, flipped: bool, within: Within, lines: Float, points: Float, counts: Int
-) -> tuple[Float, Float]:
+    one: Skin, other: Skin, pairs: Int, flipped: bool, within: Within, room: Float, counts: Int
+) -> int:
     """Vertices and edges of ``one`` on faces of ``other``; ``flipped`` where ``one`` is the second body.
 
-    Rows are added to ``lines`` and ``points``, which grow; ``counts`` (2,) are in use.
+    Rows are written to ``room`` (2, n, ROW), of lines and of points, of which ``counts`` (2,) are in use. Returns how
+    many pairs were looked at before one of them was full.
     """
+    lines, points = room[0], room[1]
     normal = np.empty(3)
     middle = np.empty(3)
     sign = 1.0 if flipped else -1.0
     for pair in range(len(pairs)):
+        if max(counts[0], counts[1]) + 3 > len(points):
+            return pair
         i, j = (pairs[pair, 1], pairs[pair, 0]) if flipped else (pairs[pair, 0], pairs[pair, 1])
         for k in range(3):
-            points = _with_room(points, counts[1])
-            lines = _with_room(lines, counts[0])
-            if one.owns_vertex[i, k] and _vertex_on_face(one, other, i, k, j, within, sign, normal, points[counts[1]]):
+            if one.owns_vertex[i, k] and _vertex_on_face(
+                one, other, i, k, j, within, sign, normal, middle, points[counts[1]]
+            ):
                 counts[1] += 1
             edge = one.of_face[i, k]
             sticks_out = one.owns_edge[i, k] and FLAT < one.bend[edge] < np.inf
             if sticks_out and _edge_on_face(one, other, edge, j, within, sign, normal, middle, lines[counts[0]]):
                 counts[0] += 1
-    return lines, points
-
-
-@compilable
-def _with_room(rows: Float, used: int) -> Float:
-    """The rows (n, ROW), twice as many where all are in use."""
-    return np.concatenate((rows, np.empty_like(rows))) if used == len(rows) else rows
+    return len(pairs)
 
 
 @compilable
 def _vertex_on_face(
-    one: Skin, other: Skin, i: int, k: int, j: int, within: Within, sign: float, normal: Float, row: Float
+    one: Skin, other: Skin, i: int, k: int, j: int, within: Within, sign: float, normal: Float, v: Float, row: Float
 ) -> bool:
     """Whether the k-th vertex of face i of ``one`` touches face j of ``other``; then ``row`` (ROW,) tells where."""
-    v = one.triangles[i, k]
+    for m in range(3):  # a copy: functions are compiled once more for arrays that are read-only
+        v[m] = one.triangles[i, k, m]
     h = _height(other, j, v)
     if not (-within.depth <= h <= within.gap and _over(other, j, v, h, within.tiny, within.strict)):
         return False
@@ -303,12 +317,17 @@ def _part_over(other: Skin, j: int, p: Float, q: Float, hp: float, hq: float, wi
 
 
 @compiled
-def _edges_on_edges(a: Skin, b: Skin, pairs: Int, within: Within, points: Float, counts: Int) -> Float:
-    """Crossings of edges that stick out, inside both, with the cross product as normal."""
+def _edges_on_edges(a: Skin, b: Skin, pairs: Int, within: Within, points: Float, counts: Int) -> int:
+    """Crossings of edges that stick out, inside both, with the cross product as normal, added to ``points``.
+
+    Returns how many pairs were looked at before ``points`` was full.
+    """
     strict = within.strict
     n = np.empty(3)
     back = np.empty(3)
     for pair in range(len(pairs)):
+        if counts[1] + 9 > len(points):
+            return pair
         i, j = pairs[pair, 0], pairs[pair, 1]
         for k in range(3):
             ea = a.of_face[i, k]
@@ -353,7 +372,6 @@ def _edges_on_edges(a: Skin, b: Skin, pairs: Int, within: Within, points: Float,
                         back[m] = sign * n[m]
                     if not _edge_rises(b, eb, back, within.sin_angle):
                         continue
-                    points = _with_room(points, counts[1])
                     row = points[counts[1]]
                     for m in range(3):
                         row[m] = row[3 + m] = (p[m] + t * (q[m] - p[m]) + r[m] + o * (s[m] - r[m])) / 2
@@ -363,4 +381,4 @@ def _edges_on_edges(a: Skin, b: Skin, pairs: Int, within: Within, points: Float,
                     row[11] = min(min(t, 1 - t) * np.sqrt(uu), min(o, 1 - o) * np.sqrt(ww))
                     counts[1] += 1
                     break
-    return points
+    return len(pairs)

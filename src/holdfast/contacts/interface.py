@@ -10,22 +10,26 @@ from typing import Any, Literal
 import numpy as np
 
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, checked, frozen, kept, unit
+from holdfast.base.arrays import Float, checked, checked_number, frozen, kept, unit
 from holdfast.base.errors import GeometryError, message
-from holdfast.base.rigid import tangents
+from holdfast.base.kinds import shaped
+from holdfast.base.ranges import FRICTION, PLACE
+from holdfast.base.rigid import Frame, snapped, tangents
 from holdfast.base.values import Value
 from holdfast.geometry import polygon as flat
 from holdfast.geometry.hull import convex_hull
 
 FLATNESS = 0.02  # [-] largest distance of a given polygon's corners from its plane, relative to its size
 
-DIGITS = 12  # decimal digits of the coordinates and normals of a patch that is written in the canonical way
+BITS = 40  # binary digits of the coordinates of a patch that is written in the canonical way: about twelve decimal ones
+FIRST = 30  # binary digits of them that decide where an outline begins
 
 PatchKind = Literal["face", "line", "point"]
 InterfaceStatus = Literal["touching", "penetrating"]
 
 
 @archived
+@shaped(polygon="k 3", normal="3")
 @dataclass(frozen=True, eq=False, repr=False)
 class Patch(Value):
     """A flat piece of contact: a face, a line or a point. All vectors are in the world frame.
@@ -124,14 +128,17 @@ class Patch(Value):
             return self.polygon
         return frozen(self.lifted(convex_hull(self.rings[0], 1e-9 * self.size)))
 
-    def canonical(self) -> Patch:
-        """Return the same patch with rounded coordinates; outline and holes begin at their first corner in order."""
-        unit = 10.0 ** (np.ceil(np.log10(max(float(np.abs(self.polygon).max()), 1e-12))) - DIGITS)
-        rings = [np.round(ring / unit) * unit + 0.0 for ring in (self.polygon, *self.holes)]
-        first = [int(np.lexsort(ring.T[::-1])[0]) for ring in rings]
-        outline, *holes = (np.roll(ring, -k, axis=0) for ring, k in zip(rings, first, strict=True))
+    def canonical(self, frame: Frame) -> Patch:
+        """Return the same patch with coordinates rounded in ``frame``, by whose axes outline and holes begin."""
+        size = float(np.abs(frame.seen(self.polygon)).max())
+        seen = [snapped(frame.seen(ring), size, BITS) for ring in (self.polygon, *self.holes)]
+        first = [int(np.lexsort(snapped(ring, size, FIRST).T[::-1])[0]) for ring in seen]
+        outline, *holes = (np.roll(ring, -k, axis=0) for ring, k in zip(seen, first, strict=True))
         holes.sort(key=lambda ring: ring[0].tolist())
-        return replace(self, polygon=outline, normal=np.round(self.normal, DIGITS) + 0.0, holes=tuple(holes))
+        normal = snapped(self.normal @ frame.axes.T, 1.0, BITS) @ frame.axes
+        return replace(
+            self, polygon=frame.world(outline), normal=unit(normal), holes=tuple(frame.world(ring) for ring in holes)
+        )
 
     def flipped(self) -> Patch:
         """Return the same patch seen from the other body, with the normal reversed."""
@@ -147,7 +154,9 @@ class Interface(Value):
     ``bodies`` are the two body names. A patch can be given by its ``polygon`` (k, 3) [m] and ``normal`` (3,) in the
     world frame, besides the ``patches``. ``status`` is "touching" or "penetrating", and ``flags`` say which contacts
     depend on a tolerance, a pose or a mesh. ``certain`` is False if the two bodies may not touch at all, as where poses
-    are uncertain; docs/uncertainty.md says what answers make of that. Raises GeometryError for a body paired with
+    are uncertain; docs/uncertainty.md says what answers make of that. ``mu`` is the friction coefficient where it is
+    not that of the two bodies, as between parts of compounds with materials of their own, and otherwise None; two
+    bodies have one interface for each coefficient between them. Raises GeometryError for a body paired with
     itself, for no patches and for a polygon that is not usable.
     """
 
@@ -156,6 +165,7 @@ class Interface(Value):
     status: InterfaceStatus
     flags: tuple[str, ...]
     certain: bool
+    mu: float | None
 
     def __init__(
         self,
@@ -167,6 +177,7 @@ class Interface(Value):
         status: InterfaceStatus = "touching",
         flags: Sequence[str] = (),
         certain: bool = True,
+        mu: float | None = None,
     ) -> None:
         if not isinstance(bodies, tuple | list) or len(bodies) != 2:
             raise GeometryError(message("interface", f"bodies is {bodies!r}", "needs the names of two bodies"))
@@ -184,33 +195,41 @@ class Interface(Value):
         set_(self, "status", status)
         set_(self, "flags", tuple(flags))
         set_(self, "certain", bool(certain))
+        own = None if mu is None else checked_number(mu, f"{where}: mu", minimum=0, within=FRICTION)
+        set_(self, "mu", own)
 
     @cached_property
     def samples(self) -> dict[tuple[int, str, int], list[tuple[Float, Float]]]:
         """The nodes sampled so far, by count, sampling and seed: similar assemblies share interfaces and so nodes."""
         return {}
 
-    def canonical(self, *, flipped: bool = False) -> Interface:
-        """Return the same contact, written in one way whatever way it was found; made once.
+    def canonical(self, frame: Frame, *, flipped: bool = False) -> Interface:
+        """Return the same contact, written in one way whatever way it was found.
 
-        Coordinates are rounded far below what they are known to, every outline begins at its first corner in the order
-        of the coordinates, and patches are in the order of these corners. If ``flipped``, the contact is seen from the
-        other body: the order of the bodies and all normals are reversed.
+        Coordinates in ``frame`` are rounded far below what they are known to, every outline begins at its first corner
+        in the order of these coordinates, and patches are in the order of these corners. If ``flipped``, the contact is
+        seen from the other body: the order of the bodies and all normals are reversed.
         """
-        known = self._canonical
-        if flipped not in known:
-            patches = [(patch.flipped() if flipped else patch).canonical() for patch in self.patches]
-            known[flipped] = Interface(
+        key = (frame.origin.tobytes(), frame.axes.tobytes(), flipped)
+        known = self._canonical.get(key)
+        if known is None:
+            patches = [(patch.flipped() if flipped else patch).canonical(frame) for patch in self.patches]
+            places = np.array([frame.seen(patch.polygon[0]) for patch in patches])
+            order = np.lexsort(snapped(places, float(np.abs(places).max()), FIRST).T[::-1])
+            known = Interface(
                 self.bodies[::-1] if flipped else self.bodies,
-                patches=sorted(patches, key=lambda patch: patch.polygon[0].tolist()),
+                patches=[patches[k] for k in order.tolist()],
                 status=self.status,
                 flags=self.flags,
                 certain=self.certain,
+                mu=self.mu,
             )
-        return known[flipped]
+            self._canonical.clear()  # bodies belong to one group at a time
+            self._canonical[key] = known
+        return known
 
     @cached_property
-    def _canonical(self) -> dict[bool, Interface]:
+    def _canonical(self) -> dict[tuple[bytes, bytes, bool], Interface]:
         return {}
 
     @property
@@ -230,11 +249,11 @@ def given_patch(polygon: Any, normal: Any, where: str) -> Patch:  # noqa: ANN401
     Raises GeometryError if the polygon is not flat, has no area, crosses itself or does not match the normal; ``where``
     names the interface.
     """
-    corners = checked(polygon, (None, 3), f"{where}: polygon", error=GeometryError)
+    corners = checked(polygon, (None, 3), f"{where}: polygon", within=PLACE, error=GeometryError)
     direction = checked(normal, (3,), f"{where}: normal", error=GeometryError)
     if len(corners) < 3:
         raise GeometryError(message(where, f"polygon has {len(corners)} corners", "needs at least 3"))
-    if not np.linalg.norm(direction) > 0:
+    if not direction.any():
         raise GeometryError(message(where, "normal is zero", "needs a direction"))
     normal_ = unit(direction)
     centred = corners - corners.mean(0)

@@ -31,7 +31,7 @@ def interface_nodes(interface: Interface, count: int, sampling: Sampling, seed: 
     "hull": hull corners, then farthest points; "quadrature": a grid; "corners": the hull's corners alone; "paper": at
     random, from ``seed``, each the farthest of ten candidates, all of one weight.
     """
-    if sampling not in get_args(Sampling):
+    if not isinstance(sampling, str) or sampling not in get_args(Sampling):
         raise HoldfastError(
             message("nodes", f"sampling = {sampling!r}", f"needs one of {', '.join(get_args(Sampling))}")
         )
@@ -117,6 +117,7 @@ class _Sheet:
     @classmethod
     def of(cls, patch: Patch) -> _Sheet:
         hull = convex_hull(patch.rings[0], 1e-9 * patch.size)
+        hull = np.roll(hull, -int(np.argmin(np.hypot(*hull.T))), axis=0)  # of equal rectangles the outline's first one
         axes, low, high = smallest_rectangle(hull)
         return cls(patch, axes, low, high - low, (hull @ axes.T - low) / (high - low))
 

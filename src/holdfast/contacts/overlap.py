@@ -11,10 +11,12 @@ from scipy.spatial import cKDTree
 
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
+from holdfast.base.progress import reported
 from holdfast.base.values import Value
 from holdfast.contacts.detect import Tolerances, neighbours
 from holdfast.contacts.skin import near_boxes
 from holdfast.geometry.distance import distance_to_surface, nearest_of, winding_number
+from holdfast.geometry.solid import closed_solid
 from holdfast.geometry.surface import Surface
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
@@ -47,16 +49,14 @@ class Overlap(Value):
 def solid_of(body: Body) -> manifold3d.Manifold | None:
     """Return the body as a closed solid in the world frame, or None if its surface is not closed."""
     surface = body.reduced_world
-    vertices, faces = np.array(surface.vertices, order="C"), surface.faces.astype(np.uint64, order="C")
-    solid = manifold3d.Manifold(manifold3d.Mesh64(vertices, faces))
-    return None if solid.status() != manifold3d.Error.NoError or solid.is_empty() else solid
+    return closed_solid(surface.vertices, surface.faces)
 
 
 def find_overlaps(scene: Scene, tolerances: Tolerances) -> tuple[Overlap, ...]:
     """Find the pairs of bodies, not both fixed, that overlap by more than their gap, with or without contacts."""
     solids: dict[str, manifold3d.Manifold | None] = {}
     found = []
-    for a, b in neighbours(scene, 0.0):
+    for a, b in reported("overlaps", list(neighbours(scene, 0.0))):
         tolerance = tolerances.between(a, b).gap
         if min(np.minimum(a.box[1], b.box[1]) - np.maximum(a.box[0], b.box[0])) < tolerance:
             continue

@@ -114,29 +114,33 @@ def near_faces(a: Skin, b: Skin, gap: float) -> Int:
     return np.concatenate(found)
 
 
-@compiled
 def near_boxes(low_a: Float, high_a: Float, low_b: Float, high_b: Float, axis: int, gap: float) -> Int:
     """(m, 2) pairs of boxes within ``gap`` of each other; ``low_b`` is sorted along ``axis``."""
-    capacity = 256
-    out = np.empty((capacity, 2), dtype=np.int64)
+    widest = (high_b[:, axis] - low_b[:, axis]).max(initial=0.0)
+    first = np.searchsorted(low_b[:, axis], low_a[:, axis] - widest - gap)
+    out = np.empty((256, 2), dtype=np.int64)
+    found = _near(low_a, high_a, low_b, high_b, first, axis, gap, out)
+    if found > len(out):  # once more, with room for all
+        out = np.empty((found, 2), dtype=np.int64)
+        _near(low_a, high_a, low_b, high_b, first, axis, gap, out)
+    return out[:found]
+
+
+@compiled
+def _near(low_a: Float, high_a: Float, low_b: Float, high_b: Float, first: Int, axis: int, gap: float, out: Int) -> int:
+    """Write the pairs into ``out`` (n, 2), as many as it has room for; returns how many there are."""
     found = 0
-    starts = low_b[:, axis].copy()
-    widest = 0.0
-    for j in range(len(low_b)):
-        widest = max(widest, high_b[j, axis] - low_b[j, axis])
     for i in range(len(low_a)):
-        for j in range(np.searchsorted(starts, low_a[i, axis] - widest - gap), len(low_b)):
-            if starts[j] > high_a[i, axis] + gap:
+        for j in range(first[i], len(low_b)):
+            if low_b[j, axis] > high_a[i, axis] + gap:
                 break
             apart = False
             for k in range(3):
                 apart = apart or low_b[j, k] > high_a[i, k] + gap or high_b[j, k] < low_a[i, k] - gap
             if apart:
                 continue
-            if found == capacity:
-                out = np.concatenate((out, np.empty((capacity, 2), dtype=np.int64)))
-                capacity *= 2
-            out[found, 0] = i
-            out[found, 1] = j
+            if found < len(out):
+                out[found, 0] = i
+                out[found, 1] = j
             found += 1
-    return out[:found]
+    return found

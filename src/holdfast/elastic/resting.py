@@ -155,7 +155,6 @@ def move(m: Elastic, work: Work, weight: float, q: Float, drift: Float, sparse: 
     return Rest(RestOutcome.LOST, taken, reached)
 
 
-@compilable
 def bond_all(m: Elastic, work: Work, weight: float, q: Float, sparse: SparseSolver | None) -> None:
     """Set q (6J,) to the displacement under ``weight`` times the wrench with all contacts bonded."""
     n = len(q)

@@ -8,7 +8,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.base.compiled import compilable, compiled
+from holdfast.base.compiled import compilable
 from holdfast.elastic.law import Elastic
 from holdfast.elastic.linear import SINGULAR, Work, dense_solve
 
@@ -18,16 +18,11 @@ FAINT_HOLD = 1e-9  # stiffness of the faint hold of a body, in units of its cont
 NEAR_SINGULAR = 1e-12  # added to the diagonal so that a singular stiffness can be factored, in the same units
 
 
-@compiled
-def _blocks(m: Elastic, K: Float, drag: float, out: Float) -> None:
-    """The 6x6 blocks of every sheet's pairs of bodies (bb, ba, ab, aa), row by row, into ``out`` (P, 4, 6, 6)."""
-    for p in range(len(m.a)):
-        D = K[p] + drag * m.bonded[p]
-        X, Y = D @ m.Tb[p], D @ m.Ta[p]
-        out[p, 0] = m.Tb[p].T @ X
-        out[p, 1] = -(m.Tb[p].T @ Y)
-        out[p, 2] = -(m.Ta[p].T @ X)
-        out[p, 3] = m.Ta[p].T @ Y
+def _blocks(m: Elastic, K: Float, drag: float) -> Float:
+    """The 6x6 blocks of every sheet's pairs of bodies (bb, ba, ab, aa), row by row, as ``_pattern`` has them."""
+    D = K + drag * m.bonded
+    X, Y, to_b, to_a = D @ m.Tb, D @ m.Ta, m.Tb.transpose(0, 2, 1), m.Ta.transpose(0, 2, 1)
+    return np.stack([to_b @ X, -(to_b @ Y), -(to_a @ X), to_a @ Y], 1)
 
 
 def _pattern(m: Elastic) -> tuple[Bool, Int, Int]:
@@ -48,14 +43,13 @@ def unresisted_motion(m: Elastic, K: Float) -> Float:
     """
     n = len(m.wrench)
     kept, rows, columns = _pattern(m)
-    blocks = np.zeros((len(m.a), 4, 6, 6))
-    _blocks(m, m.bonded, 0.0, blocks)
+    blocks = _blocks(m, m.bonded, 0.0)
     firmest = np.zeros(n)
     on = (rows == columns) & (rows % 6 < 3)
     np.add.at(firmest, rows[on], blocks.ravel()[kept][on])
     size = m.scale[::6] / m.scale[3::6]
     unit = np.repeat(np.sqrt(firmest.reshape(-1, 6).max(1)), 6) * np.stack([np.ones_like(size), size], 1).repeat(3)
-    _blocks(m, K, 0.0, blocks)
+    blocks = _blocks(m, K, 0.0)
     scaled = blocks.ravel()[kept] / (unit[rows] * unit[columns])
     A = sparse.csc_matrix((scaled, (rows, columns)), shape=(n, n))
     factors = splu(A + NEAR_SINGULAR * sparse.eye(n, format="csc"))
@@ -92,7 +86,6 @@ class SparseSolver:
 
     def __init__(self, m: Elastic) -> None:
         self._m = m
-        self._blocks = np.zeros((len(m.a), 4, 6, 6))
         n = len(m.wrench)
         kept, rows, columns = _pattern(m)
         edge = np.arange(n)
@@ -108,8 +101,8 @@ class SparseSolver:
 
     def solve(self, work: Work, drag: float, corner: float, transposed: bool) -> float:
         """As ``dense_solve``."""
-        _blocks(self._m, work.K, drag, self._blocks)
-        values = np.concatenate([self._blocks.ravel()[self._kept], self._m.hold, -work.w, work.c, [corner]])
+        blocks = _blocks(self._m, work.K, drag)
+        values = np.concatenate([blocks.ravel()[self._kept], self._m.hold, -work.w, work.c, [corner]])
         data = np.bincount(self._slot, values, len(self._row))
         top = np.maximum.reduceat(np.abs(data)[self._by_row], self._row_start)
         scale = 1 / np.where(top > 0, top, 1.0)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from typing import ParamSpec, TypeVar
 
@@ -13,6 +13,8 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.compiled import machine_code
+from holdfast.base.parallel import in_parallel, left_if_stopped
+from holdfast.base.progress import reported
 from holdfast.elastic.law import Elastic
 from holdfast.elastic.linear import Work, make_work
 from holdfast.elastic.outcome import RestOutcome
@@ -26,6 +28,8 @@ R = TypeVar("R")
 
 MOST_DENSE = 150  # displacements up to which dense elimination in compiled code is faster than sparse LU
 LEAST_COLUMNS = 8  # for which another thread pays
+LONG = 60  # displacements from which coming to rest may take longer than a user who stops it waits
+STAGE = "load paths"
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +77,7 @@ class System:
     def come_to_rest(self, near: Float | None = None) -> Settled:
         """Let bonded contacts come to rest, or not; if given, try first from a displacement ``near`` (n,)."""
         n = len(self.model.wrench)
-        lessen, travel = self._compiled(lessen_drag), self._compiled(move)
+        lessen, travel = (self._patiently(self._compiled(one)) for one in (lessen_drag, move))
         q, drift = np.zeros(n), np.zeros(n)
         if near is not None:
             q[:] = near
@@ -97,7 +101,7 @@ class System:
         found = PathResult.lost(count, n, cuts=cuts)
         walk = self._compiled(follow)
 
-        def run(rows: range, work: Work) -> None:
+        def run(rows: Iterable[int], work: Work) -> None:
             stepper = make_stepper(n, dense=self.sparse is None)
             for row in rows:
                 walk(self.model, work, stepper, start, loads[row], found, row, self.sparse)
@@ -113,7 +117,7 @@ class System:
         found = np.full(len(s), -1.0)
         seek = self._compiled(load_at_peak)
 
-        def run(rows: range, work: Work) -> None:
+        def run(rows: Iterable[int], work: Work) -> None:
             for k in rows:
                 found[k] = seek(self.model, work, loads[k], s[k], q[k], plane[k], self.sparse)
 
@@ -124,14 +128,18 @@ class System:
         """The function as it is to be called: in machine code for dense elimination, in Python for sparse LU."""
         return machine_code(function) if self.sparse is None else function
 
-    def _in_threads(self, count: int, run: Callable[[range, Work], None]) -> None:
-        """Run over ranges of ``count`` rows, each in a thread with memory of its own: machine code holds no lock."""
+    def _patiently(self, function: Callable[P, R]) -> Callable[P, R]:
+        """The function as it is to be called where it may take long: machine code in a thread that can be left."""
+        long = self.sparse is None and len(self.model.wrench) >= LONG
+        return partial(left_if_stopped, function) if long else function
+
+    def _in_threads(self, count: int, run: Callable[[Iterable[int], Work], None]) -> None:
+        """Run over ``count`` rows, in threads with memory of their own: machine code holds no lock."""
         threads = 1 if self.sparse is not None else min(os.cpu_count() or 1, count // LEAST_COLUMNS)
         if threads < 2:
-            run(range(count), self.work)
+            run(reported(STAGE, range(count)), self.work)
             return
         ends = np.linspace(0, count, threads + 1).astype(int).tolist()
         parts = [range(a, b) for a, b in pairwise(ends)]
-        with ThreadPoolExecutor(threads) as pool:
-            works = [make_work(self.model, dense=True) for _ in parts]
-            list(pool.map(run, parts, works))  # raises what a thread raised
+        works = [make_work(self.model, dense=True) for _ in parts]
+        in_parallel(STAGE, run, list(zip(parts, works, strict=True)), count)

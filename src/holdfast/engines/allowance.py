@@ -87,8 +87,7 @@ class Allowance:
 def narrowed(assembly: Assembly, angle: float) -> Assembly:
     """Return the assembly with all friction angles smaller by ``angle`` [rad], which may be negative."""
     angles = np.clip(np.arctan(assembly.mu) - angle, 0.0, STEEPEST)
-    pairs = (interface.bodies for interface in assembly.interfaces)
-    return assembly.with_friction(dict(zip(pairs, np.tan(angles).tolist(), strict=True)))
+    return assembly.with_mu(np.tan(angles).tolist())
 
 
 def _leans(assembly: Assembly) -> Float:

@@ -13,8 +13,10 @@ import numpy as np
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, Objects, frozen, objects
 from holdfast.base.errors import HoldfastError, message
+from holdfast.base.kinds import check_kinds, shaped
+from holdfast.base.text import listed
 from holdfast.base.values import Value, seal
-from holdfast.engines.mechanism import Mechanism
+from holdfast.engines.mechanism import NAMED, Mechanism
 from holdfast.engines.verdict import Status, Verdict
 
 COLUMNS = ("force", "lower", "upper", "status", "mechanism", "solved", "error")
@@ -35,7 +37,7 @@ class Claim(StrEnum):
 class Bound(StrEnum):
     """How a bound of the true answer is known."""
 
-    PROVED = auto()  # a certificate proves it; the bound is widened by the residual found when checking the certificate
+    PROVED = auto()  # a certificate proves it in exact arithmetic, whatever a solver or rounding may have done
     ESTIMATED = auto()  # it follows from an estimate of all errors, with a margin
     NONE = auto()  # the value is not a bound of the true answer
 
@@ -75,6 +77,7 @@ class Undecided(Value):
 
 
 @archived
+@shaped(force="n", lower="n", upper="n", status="n", mechanism="n", solved="n", error="n")
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Answers(Value):
     """A table that gives, for each of n loads, the largest force before something moves, its bounds and the mechanism.
@@ -174,6 +177,13 @@ class Answers(Value):
             verdict=verdict, force=np.zeros(count), upper=upper, status=[status] * count, mechanism=told, **known
         )
 
+    def checked_after_load(self) -> None:
+        """Raise HoldfastError if the rows that were read from a file cannot be answers."""
+        check_kinds(self.status, Status, "answers: status")
+        check_kinds(self.mechanism, Mechanism | None, "answers: mechanism")
+        if not ((self.lower <= self.force) & (self.force <= self.upper)).all():
+            raise HoldfastError(message("answers", "a force lies outside its bounds", "needs lower <= force <= upper"))
+
     def __len__(self) -> int:
         return len(self.force)
 
@@ -240,7 +250,7 @@ class Answers(Value):
 
 def only_balanced(names: Sequence[str]) -> str:
     """Return the note on bodies that are only balanced, as a ball is."""
-    return f"{ONLY_BALANCED}, so that some smallest push moves it: {', '.join(names)}"
+    return f"{ONLY_BALANCED}, so that some smallest push moves it: {listed(names, NAMED)}"
 
 
 def joined(parts: Sequence[Answers]) -> Answers:

@@ -9,11 +9,15 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.nodes import ContactNodes
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Float, checked_whole
 from holdfast.base.errors import HoldfastError, message
+from holdfast.base.text import quoted
 from holdfast.conic.program import ConeKind
 
+ROUNDING = 2e-15  # of the terms of a room in the cone
 ConeChoice = Literal["exact", "inscribed", "circumscribed"]
+
+MOST_SIDES = 1_000  # of a polygon in place of the cone
 
 
 @dataclass(frozen=True)
@@ -24,15 +28,17 @@ class FrictionCone:
     sides: int = 8
 
     def __post_init__(self) -> None:
-        if self.kind not in get_args(ConeChoice):
-            raise HoldfastError(message("cone", f"got {self.kind!r}", f"known: {', '.join(get_args(ConeChoice))}"))
-        if not isinstance(self.sides, int | np.integer) or self.sides < 3:
-            raise HoldfastError(message("cone", f"sides = {self.sides!r}", "needs a whole number of at least 3"))
+        if not isinstance(self.kind, str) or self.kind not in get_args(ConeChoice):
+            raise HoldfastError(
+                message("cone", f"got {quoted(self.kind)}", f"known: {', '.join(get_args(ConeChoice))}")
+            )
+        checked_whole(self.sides, "cone: sides", 3, MOST_SIDES)
 
     def rows(self, nodes: ContactNodes) -> tuple[sparse.csr_matrix, tuple[tuple[ConeKind, int], ...]]:
         """Rows C (m, 3I) and cones such that -C f in the cones states friction at every node.
 
-        In order: f_t = 0 of nodes without friction, f_n >= 0 of those, then the cones (μ f_n, f_t) of the others.
+        In order: f_t = 0 of nodes without friction, f_n >= 0 of those, then the cones (μ f_n, f_t) of the others. The
+        rows of a node with μ > 1 are divided by μ, so that no entry is large.
         """
         count = len(nodes)
         smooth, rough = np.flatnonzero(nodes.mu == 0), np.flatnonzero(nodes.mu > 0)
@@ -40,8 +46,8 @@ class FrictionCone:
         tangential = unit[np.sort(np.r_[3 * smooth + 1, 3 * smooth + 2])]
         free: list[tuple[ConeKind, int]] = [("zero", 2 * len(smooth)), ("nonnegative", len(smooth))]
         if self.kind == "exact":
-            scale = np.ones((count, 3))
-            scale[:, 0] = nodes.mu
+            scale = np.ones((count, 3)) / np.maximum(nodes.mu, 1.0)[:, None]
+            scale[:, 0] = np.minimum(nodes.mu, 1.0)
             friction = sparse.csr_matrix(-sparse.diags(scale.ravel()))[(3 * rough[:, None] + np.arange(3)).ravel()]
             held: list[tuple[ConeKind, int]] = [("second_order", 3)] * len(rough)
         else:
@@ -56,12 +62,36 @@ class FrictionCone:
         return 1 / np.cos(np.pi / self.sides) if self.kind == "circumscribed" else 1.0
 
     def resistance(self, mu: Float, sliding: Float) -> Float:
-        """(I,) the most that friction at f_n = 1 can do against a sliding velocity (I, 2): μ |u_t|, or at a corner."""
+        """(I, k) the most that friction at f_n = 1 can do against sliding velocities (I, k, 2): μ |u_t|.
+
+        It is that at a corner for a polygon; around the cone, no less than that of the cone.
+        """
+        speed = np.hypot(sliding[..., 0], sliding[..., 1])
+        if self.kind != "exact":
+            angle = 2 * np.pi * (np.arange(self.sides) + 0.5) / self.sides
+            corners = self.corner * np.array([np.cos(angle), np.sin(angle)])
+            furthest = (sliding @ corners).max(-1, initial=0)
+            speed = furthest if self.kind == "inscribed" else np.maximum(furthest, speed)
+        return np.asarray(mu[:, None] * speed)
+
+    def room(self, mu: Float, forces: Float) -> Float:
+        """Return (I, k) how far forces (I, k, 3) are inside: f_n - |f_t| / μ, and never more than is certain.
+
+        It is negative outside. A node without friction has to have f_t = 0. Room is concave, and room of a sum is at
+        least the sum of the rooms. An inscribed polygon counts with the exact cone around it.
+        """
+        normal, sliding = forces[..., 0], forces[..., 1:]
+        with np.errstate(divide="ignore", over="ignore"):
+            inverse = np.where(mu > 0, 1 / np.where(mu > 0, mu, 1.0), 0.0)[:, None]
+            along = np.hypot(sliding[..., 0], sliding[..., 1]) * inverse
+        unknown = ROUNDING * (np.abs(normal) + along)
         if self.kind == "exact":
-            return np.asarray(mu * np.linalg.norm(sliding, axis=1))
-        angle = 2 * np.pi * (np.arange(self.sides) + 0.5) / self.sides
-        corners = self.corner * np.column_stack([np.cos(angle), np.sin(angle)])
-        return np.asarray(mu * (sliding @ corners.T).max(axis=1, initial=0))
+            return np.asarray(normal - along - unknown)
+        angle = 2 * np.pi * np.arange(self.sides) / self.sides
+        widest = (sliding @ np.array([np.cos(angle), np.sin(angle)])).max(-1, initial=0) * inverse
+        if self.kind == "circumscribed":
+            return np.asarray(normal - widest - unknown)
+        return np.asarray(np.minimum(normal * np.cos(np.pi / self.sides) - widest, normal - along) - unknown)
 
     def _polygon(self, nodes: ContactNodes, rough: np.ndarray[tuple[int], np.dtype[np.intp]]) -> sparse.csr_matrix:
         """Rows cos θ f_t1 + sin θ f_t2 - μ' f_n <= 0; μ' = μ cos(π/N) puts the polygon's corners on the circle."""
@@ -70,6 +100,7 @@ class FrictionCone:
         block = np.empty((len(rough), self.sides, 3))
         block[:, :, 0] = -shrink * nodes.mu[rough][:, None]
         block[:, :, 1], block[:, :, 2] = np.cos(angle), np.sin(angle)
+        block /= np.maximum(nodes.mu[rough], 1.0)[:, None, None]
         rows = np.broadcast_to(np.arange(len(rough) * self.sides)[:, None], (len(rough) * self.sides, 3))
         columns = np.broadcast_to(3 * rough[:, None, None] + np.arange(3), block.shape)
         shape = (len(rough) * self.sides, 3 * len(nodes))

@@ -108,6 +108,6 @@ def _dilatancy(assembly: Assembly, nodes: ContactNodes, solution: ConeSolution) 
         return 0.0
     share = (nodes.weights / nodes.weights.mean())[rough]
     light = lighter_share(assembly, nodes)[rough]
-    opening = np.maximum(nodes.mu[rough] * solution.z[-3 * len(rough) :].reshape(-1, 3)[:, 0], 0)
+    opening = np.maximum(np.minimum(nodes.mu[rough], 1.0) * solution.z[-3 * len(rough) :].reshape(-1, 3)[:, 0], 0)
     pressed = solution.x.reshape(-1, 3)[rough, 0] > NO_FORCE * light
     return float((share * opening / light)[pressed].max(initial=0.0))

@@ -18,7 +18,8 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.parts import Part, part_of
 from holdfast.base.arrays import Bool, Float, Int, Objects
 from holdfast.base.errors import HoldfastError, message
-from holdfast.base.public import listed
+from holdfast.base.progress import reported
+from holdfast.base.text import listed
 from holdfast.engines import presence
 from holdfast.engines.answers import ONLY_BALANCED, Answers, joined_notes, only_balanced, weakest_bound
 from holdfast.engines.contract import EXACT, Accuracy, Engine, State
@@ -113,7 +114,7 @@ class Groups:
 
     def verdict_on(self, bodies: Iterable[int]) -> Verdict:
         """Say whether the groups of these movable bodies stand, given by the numbers of the bodies."""
-        return joint([self.group(number) for number in self._groups_of(bodies)])
+        return joint([self.group(number) for number in reported("rest", self._groups_of(bodies))])
 
     def reasons(self, bodies: Iterable[int]) -> tuple[str, ...]:
         """Say for each group of these bodies that does not stand, or may not stand, why it has no answers."""
@@ -246,7 +247,7 @@ class _Smallest:
 
     def __init__(self, count: int) -> None:
         self.force, self.lower, self.upper = (np.full(count, np.inf) for _ in range(3))
-        self.status = np.full(count, Status.INFINITE, dtype=object)
+        self.status = np.array([Status.INFINITE] * count, dtype=object)  # np.full would make plain texts of them
         self.mechanism = np.full(count, None, dtype=object)
         self.solved, self.error = np.ones(count, dtype=bool), np.zeros(count)
         self.asked = np.zeros(count, dtype=bool)

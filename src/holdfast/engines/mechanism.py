@@ -13,17 +13,22 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, joined_nodes, reordered_nodes
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float, Int, frozen
-from holdfast.base.public import listed
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.kinds import shaped
 from holdfast.base.rigid import shift_twist
+from holdfast.base.text import listed
 from holdfast.base.values import Value, seal
 
 AT_REST = 1e-6  # speed, relative to the largest, below which something counts as at rest
+MOST_BODIES = 1_000_000  # of an assembly that is read from a file
+FARTHEST = 1e10  # of all coordinates [m] and coefficients that are read from a file
 NAMED = 8  # the most body names in one part of a sentence
 
 Mode = Literal["slip", "topple", "mixed", "none"]
 
 
 @archived
+@shaped(names="K", com="K 3", numbers="K")
 @dataclass(frozen=True, eq=False, repr=False)
 class Kinematics(Value):
     """The bodies and contact nodes that are needed to put a motion into words. All mechanisms of one state share them.
@@ -44,6 +49,18 @@ class Kinematics(Value):
 
     def __post_init__(self) -> None:
         seal(self)
+
+    def checked_after_load(self) -> None:
+        """Raise HoldfastError if a number that was read from a file is that of no body, contact or place."""
+        ends, order = np.concatenate([self.nodes.a, self.nodes.b, [-1]]), np.append(0, self.nodes.interface)
+        known: bool = len(self.names) <= self.count <= MOST_BODIES and ends.min() >= -1 and ends.max() < len(self.names)
+        known = known and bool(((self.numbers >= 0) & (self.numbers < self.count)).all())
+        if not (known and (np.diff(order) >= 0).all() and order[-1] < max(len(self.pairs), 1)):
+            remedy = "needs the numbers of its own bodies and contacts"
+            raise HoldfastError(message("kinematics", "has a number of something that is not there", remedy))
+        places = (self.com, self.nodes.points, self.nodes.axes, self.nodes.mu, np.array(self.size))
+        if max(float(np.abs(array).max(initial=0)) for array in places) > FARTHEST:
+            raise HoldfastError(message("kinematics", "has a place beyond all", f"needs at most {FARTHEST:g}"))
 
     @classmethod
     def of(cls, assembly: Assembly, nodes: ContactNodes) -> Kinematics:
@@ -94,6 +111,7 @@ class Kinematics(Value):
 
 
 @archived
+@shaped(own="K 6")
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Mechanism(Value):
     """The motion with which bodies begin to move.
@@ -114,6 +132,17 @@ class Mechanism(Value):
 
     def __post_init__(self) -> None:
         seal(self)
+
+    def checked_after_load(self) -> None:
+        """Raise HoldfastError if a body that was read from a file moves, but is not considered, or rests."""
+        names = self.kinematics.names
+        if len(self.own) != len(names) or not np.isfinite(self.own).all():
+            problem = f"has {len(self.own)} twists for {len(names)} bodies, or infinite ones"
+            raise HoldfastError(message("mechanism", problem, "needs a twist for each body"))
+        still = {*self.moving} - {name for name, twist in zip(names, self.own, strict=True) if twist.any()}
+        if still:
+            problem = f"{listed(sorted(still), NAMED)} moves without a twist"
+            raise HoldfastError(message("mechanism", problem, "needs one for each body that moves"))
 
     def within(self, kinematics: Kinematics) -> Mechanism:
         """Return the mechanism with the ``kinematics`` of the same bodies in a larger assembly (Kinematics.within)."""
@@ -208,9 +237,10 @@ def _contacts(motion: Mechanism) -> list[str]:
     nodes = motion.kinematics.nodes
     velocity = relative_velocity(nodes, motion.kinematics.com, motion.own)
     fastest = max(float(np.abs(velocity).max(initial=0)), 0.01)  # all nodes may lie on the axis of the motion
+    first = np.searchsorted(nodes.interface, np.arange(len(motion.kinematics.pairs) + 1))  # some may have no nodes
     said: dict[Mode, list[str]] = {"slip": [], "topple": [], "mixed": []}
     for number, pair in enumerate(motion.kinematics.pairs):
-        here = slice(nodes.spans[number], nodes.spans[number + 1])
+        here = slice(first[number], first[number + 1])
         if np.abs(velocity[here]).max(initial=0) > 1e-4 * fastest:
             rise = nodes.mu[here] if motion.dual else np.zeros_like(nodes.mu[here])
             said.setdefault(modes_of(velocity[here][None], rise)[0], []).append("-".join(pair))

@@ -10,8 +10,8 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
-from holdfast.base.public import listed
 from holdfast.base.rigid import shift_twist
+from holdfast.base.text import listed
 from holdfast.engines.absence import Absences, Absent
 from holdfast.engines.allowance import Allowance
 from holdfast.engines.answers import Answers, Bound, weakest_bound

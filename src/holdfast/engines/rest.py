@@ -10,8 +10,8 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import NO_NODES, ContactNodes, contact_nodes
 from holdfast.base.arrays import Float
-from holdfast.base.public import listed
 from holdfast.base.rigid import shift_twist
+from holdfast.base.text import listed
 from holdfast.engines.collapse import least_motion
 from holdfast.engines.cones import EXACT, FrictionCone
 from holdfast.engines.forces import ACCEPTED_RESIDUAL, ForceSolution, solve_forces

@@ -9,6 +9,7 @@ import numpy as np
 
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int
+from holdfast.base.kinds import shaped
 from holdfast.base.values import Value, seal
 from holdfast.engines.mechanism import Mechanism
 
@@ -28,6 +29,7 @@ class Status(StrEnum):
 
 
 @archived
+@shaped(points="I 3", normal="I 3", force="I 3", interface="I", usage="I")
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactForces(Value):
     """The contact forces at the I contact nodes of an assembly at rest. All vectors are in the world frame.

@@ -23,6 +23,7 @@ COPLANAR = float(np.arccos(1 - 1e-8))
 SMALL = 1.5  # spacings: a facet that is no larger either way is not cut by a grid of its own
 WHOLE = 0.999  # share of a square of the grid: a cell with less is ragged, its centroid may lie outside the surface
 ROUNDING = 1e-9  # of a spacing, or of the area of a square
+AT_ONCE = 20_000  # cells of a grid that one call of compiled code cuts triangles by
 WAYS = 1.2  # normals that round to the same multiples of 1 / WAYS face about the same way
 
 
@@ -166,30 +167,32 @@ def _centroids(pieces: Float, sizes: Int) -> tuple[Float, Float]:
     return np.abs(areas), base + centres / np.where(areas == 0, 1, areas)[:, None]
 
 
-@compiled
 def _grid_pieces(triangles: Float, step: Float, counts: Int) -> tuple[Float, Int, Int]:
     """Triangles (n, 3, 2) cut by a grid: pieces (m, 8, 2), their corner counts and cell numbers."""
-    capacity = 256
-    pieces = np.zeros((capacity, 8, 2))
-    sizes = np.zeros(capacity, dtype=np.int64)
-    cells = np.zeros(capacity, dtype=np.int64)
+    first = np.maximum(np.floor(triangles.min(1) / step - ROUNDING), 0).astype(np.int64)
+    last = np.minimum(np.ceil(triangles.max(1) / step + ROUNDING), counts).astype(np.int64)
+    most = np.maximum(last - first, 0).prod(1)
+    parts = np.split(np.arange(len(triangles)), np.flatnonzero(np.diff(np.cumsum(most) // AT_ONCE)) + 1)
+    found = []
+    for part in parts:
+        room = int(most[part].sum())
+        pieces, sizes, cells = np.zeros((room, 8, 2)), np.zeros(room, dtype=np.int64), np.zeros(room, dtype=np.int64)
+        many = _cut_by_grid(triangles[part], step, int(counts[1]), first[part], last[part], pieces, sizes, cells)
+        found.append((pieces[:many], sizes[:many], cells[:many]))
+    pieces, sizes, cells = (np.concatenate(column) for column in zip(*found, strict=True))
+    return pieces, sizes, cells
+
+
+@compiled
+def _cut_by_grid(
+    triangles: Float, step: Float, columns: int, first: Int, last: Int, pieces: Float, sizes: Int, cells: Int
+) -> int:
+    """Cut each triangle by the cells from its ``first`` to before its ``last`` (n, 2); returns how many pieces."""
     found = 0
     room = np.zeros((8, 2))
-    first = np.zeros(2, dtype=np.int64)
-    last = np.zeros(2, dtype=np.int64)
     for t in range(len(triangles)):
-        for k in range(2):
-            low = min(triangles[t, 0, k], triangles[t, 1, k], triangles[t, 2, k])
-            high = max(triangles[t, 0, k], triangles[t, 1, k], triangles[t, 2, k])
-            first[k] = max(int(np.floor(low / step[k] - ROUNDING)), 0)
-            last[k] = min(int(np.ceil(high / step[k] + ROUNDING)), counts[k])
-        for i in range(first[0], last[0]):
-            for j in range(first[1], last[1]):
-                if found == capacity:
-                    pieces = np.concatenate((pieces, np.zeros((capacity, 8, 2))))
-                    sizes = np.concatenate((sizes, np.zeros(capacity, dtype=np.int64)))
-                    cells = np.concatenate((cells, np.zeros(capacity, dtype=np.int64)))
-                    capacity *= 2
+        for i in range(first[t, 0], last[t, 0]):
+            for j in range(first[t, 1], last[t, 1]):
                 now = pieces[found]
                 for c in range(3):
                     for k in range(2):
@@ -200,9 +203,9 @@ def _grid_pieces(triangles: Float, step: Float, counts: Int) -> tuple[Float, Int
                 size = keep_half_plane(now, room, size, 0.0, -1.0, (j + 1) * step[1])
                 if size >= 3:
                     sizes[found] = size
-                    cells[found] = i * counts[1] + j
+                    cells[found] = i * columns + j
                     found += 1
-    return pieces[:found], sizes[:found], cells[:found]
+    return found
 
 
 def _clustered(surface: Surface, members: Int, spacing: float) -> Cells:

@@ -49,14 +49,19 @@ def smallest_rectangle(hull: Float) -> tuple[Float, Float, Float]:
     return axes, along.min(0), along.max(0)
 
 
-@compiled
 def corner_numbers(points: Float) -> Int:
     """(k,) which of points (n, 2) are corners of their hull, counter-clockwise (Andrew's chains, compiled).
 
     The points fill about a unit square.
     """
-    order = np.argsort(points[:, 0] + 1e-9 * points[:, 1], kind="mergesort")
+    order = np.argsort(points[:, 0] + 1e-9 * points[:, 1], kind="stable")
     chain = np.empty(2 * len(points) + 1, dtype=np.int64)
+    return chain[: _chains(points, order, chain)].copy()
+
+
+@compiled
+def _chains(points: Float, order: Int, chain: Int) -> int:
+    """Write the corners into ``chain``, going over the points in ``order`` and back; returns their number."""
     size = 0
     for side in range(2):
         floor = size + 1
@@ -64,11 +69,12 @@ def corner_numbers(points: Float) -> Int:
             k = order[step] if side == 0 else order[len(order) - 1 - step]
             while size > floor and twice_area(points, chain[size - 2], chain[size - 1], k) <= SAME:
                 size -= 1
-            if size == 0 or np.abs(points[chain[size - 1]] - points[k]).max() > SAME:
+            last = chain[max(size - 1, 0)]
+            if size == 0 or max(abs(points[last, 0] - points[k, 0]), abs(points[last, 1] - points[k, 1])) > SAME:
                 chain[size] = k
                 size += 1
         size -= 1
-    return chain[: max(size, 0)].copy()
+    return max(size, 0)
 
 
 @compiled

@@ -9,9 +9,11 @@ import numpy as np
 
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int, frozen
+from holdfast.base.kinds import shaped
 from holdfast.base.values import Value, seal
 from holdfast.geometry.area import areas_of, normals_of
 from holdfast.geometry.facets import Facets, balanced
+from holdfast.geometry.solid import closed_solid
 from holdfast.geometry.topology import Topology
 
 STRAIGHT = 1e-8  # of its size: how far a surface may bend and still count as flat when triangles are left out
@@ -19,6 +21,7 @@ HUB = 64  # spokes: a fan with more is cut anew before it is reduced
 
 
 @archived
+@shaped(vertices="V 3", faces="F 3")
 @dataclass(frozen=True, eq=False, repr=False)
 class Surface(Value):
     """Triangles with outward normals: vertices (V, 3) [m], faces (F, 3).
@@ -66,14 +69,11 @@ class Surface(Value):
 
         Only vertices inside flat faces and along straight edges go; the others stay where they are.
         """
-        import manifold3d
-
         size = float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
         # taking out the hub of a fan is slow
         start = self._balanced() if np.bincount(self.faces.ravel()).max(initial=0) > HUB else self
-        mesh = manifold3d.Mesh64(np.array(start.vertices, order="C"), start.faces.astype(np.uint64, order="C"))
-        solid = manifold3d.Manifold(mesh)
-        if solid.status() != manifold3d.Error.NoError or solid.is_empty():
+        solid = closed_solid(start.vertices, start.faces)
+        if solid is None:
             return start._balanced()
         fewer = solid.simplify(STRAIGHT * size)
         if not 0 < fewer.num_tri() < len(start.faces):

@@ -50,24 +50,33 @@ def inserted(points: Float, triangles: Int, k: int) -> Int:
         holds[t] = share > -1e-9
         bad[t] = holds[t] or _within_circle(points, triangles[t], k)
         for i in range(3):
-            if np.abs(points[triangles[t, i]] - points[k]).max() < 1e-9:
+            a = triangles[t, i]
+            if max(abs(points[a, 0] - points[k, 0]), abs(points[a, 1] - points[k, 1])) < 1e-9:
                 return triangles
     holds[nearest] = True
     for attempt in range(2):
         if attempt == 1:
             bad = holds
-        old = np.flatnonzero(bad)
-        fresh = np.empty((3 * len(old), 3), dtype=np.int64)
+        kept = 0
+        for t in range(count):
+            kept += not bad[t]
+        fresh = np.empty((3 * count - 2 * kept, 3), dtype=np.int64)  # at most three for each that goes
         made, before, after, valid = 0, 0.0, 0.0, True
-        for n in range(len(old)):
-            t = int(old[n])
+        for t in range(count):
+            if not bad[t]:
+                for i in range(3):
+                    fresh[made, i] = triangles[t, i]
+                made += 1
+        for t in range(count):
+            if not bad[t]:
+                continue
             before += twice_area(points, triangles[t, 0], triangles[t, 1], triangles[t, 2])
             for i in range(3):
                 a, b = triangles[t, i], triangles[t, (i + 1) % 3]
                 shared = False
-                for u in old:
+                for u in range(count):
                     for j in range(3):
-                        if triangles[u, j] == b and triangles[u, (j + 1) % 3] == a:
+                        if bad[u] and triangles[u, j] == b and triangles[u, (j + 1) % 3] == a:
                             shared = True
                 if shared:
                     continue
@@ -78,8 +87,8 @@ def inserted(points: Float, triangles: Int, k: int) -> Int:
                     after += area
                 elif area < -FLAT:
                     valid = False
-        if valid and made > 0 and abs(after - before) <= 1e-6 * before:
-            return np.concatenate((triangles[~bad], fresh[:made]))
+        if valid and made > kept and abs(after - before) <= 1e-6 * before:
+            return fresh[:made]
     return triangles
 
 
@@ -101,5 +110,7 @@ def located(points: Float, triangles: Int, asked: Int) -> tuple[Int, Float]:
         shares[n, 0] = max(twice_area(points, k, b, c), 0.0)
         shares[n, 1] = max(twice_area(points, a, k, c), 0.0)
         shares[n, 2] = max(twice_area(points, a, b, k), 0.0)
-        shares[n] /= shares[n].sum()
+        total = shares[n, 0] + shares[n, 1] + shares[n, 2]
+        for i in range(3):
+            shares[n, i] /= total
     return where, shares

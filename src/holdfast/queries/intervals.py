@@ -10,7 +10,10 @@ import numpy as np
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.arrays import Float, checked, checked_number
 from holdfast.base.errors import SceneError, message
+from holdfast.base.ranges import PLACE
+from holdfast.base.text import quoted
 from holdfast.queries.request import body_number
+from holdfast.scene.pairs import checked_pair
 
 Pair: TypeAlias = tuple[str, str]
 MuRange: TypeAlias = float | tuple[float, float] | Mapping[Pair, tuple[float, float]]
@@ -25,16 +28,21 @@ def friction_intervals(assembly: Assembly, mu: MuRange | None, where: str) -> di
     intervals by the names of the two bodies. A pair that is not named keeps the known coefficient as both ends. Raises
     SceneError if a named pair does not touch, or if an interval is not 0 <= low <= high.
     """
-    pairs = {i.bodies: m for i, m in zip(assembly.interfaces, assembly.mu, strict=True)}
+    pairs: dict[Pair, float] = {}
+    for i, m in zip(assembly.interfaces, assembly.mu, strict=True):  # of several between parts, the smallest
+        pairs[i.bodies] = min(m, pairs.get(i.bodies, m))
     if mu is None:
         return {p: (m, m) for p, m in pairs.items()}
     if isinstance(mu, Mapping):
-        given = {frozenset(pair): interval for pair, interval in mu.items()}
-        unknown = [pair for pair in mu if frozenset(pair) not in {frozenset(p) for p in pairs}]
+        named = {checked_pair(pair, f"{where}: friction"): interval for pair, interval in mu.items()}
+        given = {frozenset(pair): interval for pair, interval in named.items()}
+        unknown = [pair for pair in named if frozenset(pair) not in {frozenset(p) for p in pairs}]
         if unknown:
-            problem = f"no contact between {unknown[0]!r}"
+            problem = f"no contact between {quoted(unknown[0])}"
             raise SceneError(message(f"{where}: friction", problem, "name touching bodies"))
-        return {p: _interval(given.get(frozenset(p), (m, m)), f"{where}: friction of {p!r}") for p, m in pairs.items()}
+        return {
+            p: _interval(given.get(frozenset(p), (m, m)), f"{where}: friction of {quoted(p)}") for p, m in pairs.items()
+        }
     if isinstance(mu, tuple | list):
         return dict.fromkeys(pairs, _interval(mu, f"{where}: friction"))
     width = _width(mu, f"{where}: friction")
@@ -55,7 +63,7 @@ def mass_intervals(assembly: Assembly, mass: MassRange | None, where: str) -> di
             b.name: (m * (1 - width), m * (1 + width)) for b, m in zip(assembly.movable, assembly.mass, strict=True)
         }
     _check_movable(assembly, mass, f"{where}: mass")
-    return {name: _interval(interval, f"{where}: mass of {name!r}") for name, interval in mass.items()}
+    return {name: _interval(interval, f"{where}: mass of {quoted(name)}") for name, interval in mass.items()}
 
 
 def com_boxes(assembly: Assembly, com: ComRange | None, where: str) -> dict[str, Float]:
@@ -67,20 +75,22 @@ def com_boxes(assembly: Assembly, com: ComRange | None, where: str) -> dict[str,
     if com is None:
         return {}
     if not isinstance(com, Mapping):
-        width = checked_number(com, f"{where}: com", minimum=0)
+        width = checked_number(com, f"{where}: com", minimum=0, within=PLACE)
         return {b.name: np.full(3, width) for b in assembly.movable}
     _check_movable(assembly, com, f"{where}: com")
-    boxes = {name: checked(half, (3,), f"{where}: com of {name!r}") for name, half in com.items()}
+    boxes = {name: checked(half, (3,), f"{where}: com of {quoted(name)}", within=PLACE) for name, half in com.items()}
     for name, half in boxes.items():
         if (half < 0).any():
-            raise SceneError(message(f"{where}: com of {name!r}", f"is {half.tolist()}", "needs half widths >= 0"))
+            raise SceneError(
+                message(f"{where}: com of {quoted(name)}", f"is {half.tolist()}", "needs half widths >= 0")
+            )
     return boxes
 
 
 def _check_movable(assembly: Assembly, names: Iterable[str], where: str) -> None:
     for name in names:
         if body_number(assembly, name) == FIXED:
-            raise SceneError(message(where, f"{name!r} is fixed", "name movable bodies"))
+            raise SceneError(message(where, f"{quoted(name)} is fixed", "name movable bodies"))
 
 
 def _interval(value: Any, where: str) -> tuple[float, float]:  # noqa: ANN401

@@ -12,11 +12,14 @@ import numpy as np
 
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.archive import archived, to_dict
-from holdfast.base.arrays import Float, Objects, checked_number, objects
-from holdfast.base.errors import SceneError, message
+from holdfast.base.arrays import Float, Objects, checked_items, checked_number, objects
+from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.kinds import check_kinds, shaped
 from holdfast.base.painters import paint
-from holdfast.base.progress import report
+from holdfast.base.progress import reported
 from holdfast.base.public import Summary
+from holdfast.base.ranges import LENGTH
+from holdfast.base.text import quoted
 from holdfast.base.values import Table, Value
 from holdfast.engines.answers import joined
 from holdfast.engines.contract import EXACT, FORCES_ONLY, Within
@@ -63,6 +66,7 @@ class MapPoint(Value):
 
 
 @archived
+@shaped(answers="n", points="n 3", normals="n 3", body="n")
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class RobustnessMap(Forces):
     """The robustness to inward pushes at n points on the exposed surfaces of bodies.
@@ -82,6 +86,13 @@ class RobustnessMap(Forces):
     body: Objects
     cells: Table[str, Cells]
     hidden: Table[str, Cells]
+
+    def checked_after_load(self) -> None:
+        """Raise HoldfastError if the cells that were read from a file are not those of the points."""
+        check_kinds(self.body, str, "map: body")
+        named = [name for name, cells in self.cells.items() for _ in cells.points]
+        if named != self.body.tolist() or not all(map(_whole, (*self.cells.values(), *self.hidden.values()))):
+            raise HoldfastError(message("map", "its cells are not those of its points", "needs a cell for each point"))
 
     def save_png(self, path: str | os.PathLike[str]) -> None:
         """Draw the map as a PNG picture; this needs no display."""
@@ -156,6 +167,17 @@ class RobustnessMap(Forces):
         )
 
 
+def _whole(cells: Cells) -> bool:
+    """Tell whether cells that were read from a file have the shapes and numbers of cells."""
+    count = len(cells.points)
+    wide = [array.shape == (len(array), 3) for array in (cells.points, cells.normals, cells.vertices, cells.triangles)]
+    if not all(wide) or len(cells.normals) != count or cells.cell.shape != (len(cells.triangles),):
+        return False
+    corners, owners = cells.triangles, cells.cell
+    within = (corners >= 0) & (corners < len(cells.vertices))
+    return bool(within.all() and ((owners >= 0) & (owners < len(cells.points))).all())
+
+
 def robustness_map(
     assembly: Assembly | Scene,
     bodies: Sequence[str] | None = None,
@@ -179,11 +201,15 @@ def robustness_map(
     2,000,000 points.
     """
     assembly = checked_assembly(assembly)
-    step = checked_number(spacing, "robustness_map: spacing", above=0)
+    step = checked_number(spacing, "robustness_map: spacing", above=0, within=LENGTH)
     wanted = checked_number(gap, "robustness_map: gap", minimum=0)
     if isinstance(bodies, str):
-        raise SceneError(message("robustness_map", f"bodies is the text {bodies!r}", "needs a list of names"))
-    names = [body.name for body in assembly.movable] if bodies is None else list(bodies)
+        raise SceneError(message("robustness_map", f"bodies is the text {quoted(bodies)}", "needs a list of names"))
+    names = (
+        [body.name for body in assembly.movable]
+        if bodies is None
+        else checked_items(bodies, "robustness_map: bodies", "names")
+    )
     if not names:
         problem = "there is no movable body" if bodies is None else "bodies is empty"
         raise SceneError(message("robustness_map", problem, "name bodies, or free one"))
@@ -195,12 +221,10 @@ def robustness_map(
     hidden: dict[str, Cells] = {}
     accuracy = EXACT if wanted == 0 else Within(wanted) if wanted < 1 else FORCES_ONLY
     answers = []
-    for done, (name, index) in enumerate(numbers.items()):
-        report("robustness of all surfaces", done, len(numbers))
+    for name, index in reported("robustness of all surfaces", list(numbers.items())):
         shown[name], hidden[name] = exposed_cells(assembly, name, step)
         columns = push_columns(assembly, index, shown[name].points, -shown[name].normals)
         answers.append(state.load_factor(columns, accuracy))
-    report("robustness of all surfaces", len(numbers), len(numbers))
     movable = [number for number in numbers.values() if number != FIXED]
     return RobustnessMap(
         answers=replace(joined(answers), verdict=state.verdict_on(movable)),

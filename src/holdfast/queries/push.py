@@ -12,7 +12,10 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked
 from holdfast.base.errors import HoldfastError, message
+from holdfast.base.kinds import shaped
 from holdfast.base.public import Summary, number
+from holdfast.base.ranges import ACCELERATION
+from holdfast.base.text import quoted
 from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
@@ -31,6 +34,7 @@ from holdfast.scene.scene import Scene
 
 
 @archived
+@shaped(answers="n", points="n 3", directions="n 3")
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Robustness(Forces):
     """The largest push at each of n points before anything moves.
@@ -63,6 +67,7 @@ class Robustness(Forces):
 
 
 @archived
+@shaped(answers="1")
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class LoadFactor(Single):
     """The largest ``factor`` by which a set of loads can be multiplied before anything moves.
@@ -112,7 +117,7 @@ def robustness(
     than the contact tolerance. Raises HoldfastError if ``bound`` is asked of engine ``graph``.
     """
     assembly = checked_assembly(assembly)
-    p, e, W = pushes(assembly, body, points, directions, f"robustness of {body!r}")
+    p, e, W = pushes(assembly, body, points, directions, f"robustness of {quoted(body)}")
     method = engine_of(engine)
     held = total_wrench(assembly, standing)
     found = asked(method, assembly, W, held, bound=bound)
@@ -136,7 +141,9 @@ def load_factor(
     assembly = checked_assembly(assembly)
     method = engine_of(engine)
     W = total_wrench(assembly, loads)[:, None]
-    moved = None if acceleration is None else checked(acceleration, (3,), "load_factor: acceleration")
+    moved = (
+        None if acceleration is None else checked(acceleration, (3,), "load_factor: acceleration", within=ACCELERATION)
+    )
     held = total_wrench(assembly, standing)
     return LoadFactor(answers=asked(method, assembly, W, held, moved, bound=bound))
 

@@ -11,9 +11,11 @@ from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import FIXED, Assembly, assemble
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, checked, checked_pushes
+from holdfast.base.arrays import Float, checked, checked_items, checked_pushes
 from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.ranges import FORCE, PLACE
 from holdfast.base.rigid import wrench_at
+from holdfast.base.text import quoted
 from holdfast.base.values import Value
 from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.contract import Engine
@@ -51,15 +53,15 @@ class Load(Value):
         force: ArrayLike | None = None,
         moment: ArrayLike | None = None,
     ) -> None:
-        where = f"load on {body!r}"
+        where = f"load on {quoted(body)}"
         if force is None and moment is None:
             raise SceneError(message(where, "has neither force nor moment", "give one"))
         if force is not None and point is None:
             raise SceneError(message(where, "has a force but no point", "say where it acts"))
         object.__setattr__(self, "body", body)
-        for name, value in (("point", point), ("force", force), ("moment", moment)):
+        for name, value, within in (("point", point, PLACE), ("force", force, FORCE), ("moment", moment, FORCE)):
             given = (0.0, 0.0, 0.0) if value is None else value
-            object.__setattr__(self, name, checked(given, (3,), f"{where}: {name}"))
+            object.__setattr__(self, name, checked(given, (3,), f"{where}: {name}", within=within))
 
 
 def checked_assembly(value: object) -> Assembly:
@@ -81,7 +83,7 @@ def register_engine(name: str, make: Callable[[], Engine]) -> Callable[[], None]
     Returns a function that removes the registration. Raises HoldfastError if the name is taken or is not a text.
     """
     if not isinstance(name, str) or name in ENGINES:
-        problem = f"there is an engine {name!r}" if isinstance(name, str) else f"name is a {type(name).__name__}"
+        problem = f"there is an engine {quoted(name)}" if isinstance(name, str) else f"name is a {type(name).__name__}"
         raise HoldfastError(message("register_engine", problem, "give it another name"))
     ENGINES[name] = make
 
@@ -99,11 +101,11 @@ def engine_of(choice: EngineChoice) -> Engine:
     """
     if isinstance(choice, str):
         if choice not in ENGINES:
-            raise HoldfastError(message("engine", f"{choice!r} is unknown", f"known: {', '.join(ENGINES)}"))
+            raise HoldfastError(message("engine", f"{quoted(choice)} is unknown", f"known: {', '.join(ENGINES)}"))
         return ENGINES[choice]()
     if isinstance(choice, type) or not hasattr(choice, "prepare"):
         raise HoldfastError(
-            message("engine", f"got {choice!r:.60}", f"needs a name ({', '.join(ENGINES)}) or an engine")
+            message("engine", f"got {quoted(choice)}", f"needs a name ({', '.join(ENGINES)}) or an engine")
         )
     return choice
 
@@ -116,7 +118,7 @@ def total_wrench(assembly: Assembly, loads: Iterable[Load]) -> Float:
     total = np.zeros(6 * len(assembly.movable))
     if isinstance(loads, Load) or not isinstance(loads, Iterable):
         raise SceneError(message("loads", f"got a single {type(loads).__name__}", "needs a list of loads"))
-    for load in loads:
+    for load in checked_items(loads, "loads", "loads"):
         if not isinstance(load, Load):
             raise SceneError(message("loads", f"hold a {type(load).__name__}", "needs holdfast.Load objects"))
         k = body_number(assembly, load.body)

@@ -9,7 +9,8 @@ import numpy as np
 
 from holdfast.base.archive import to_dict
 from holdfast.base.arrays import Bool, Float, Objects, objects
-from holdfast.base.public import PublicValue, Summary, listed, number
+from holdfast.base.public import PublicValue, Summary, number
+from holdfast.base.text import listed
 from holdfast.engines.answers import Answers, Bound, Claim, Undecided
 from holdfast.engines.mechanism import Mechanism, Mode
 from holdfast.engines.verdict import Status, Verdict

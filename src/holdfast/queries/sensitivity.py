@@ -11,9 +11,12 @@ from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, checked, unit
-from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.arrays import Float, checked, checked_direction
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.kinds import shaped
 from holdfast.base.public import Summary, number
+from holdfast.base.ranges import PLACE
+from holdfast.base.text import quoted
 from holdfast.base.values import Table
 from holdfast.engines.capabilities import GRADIENTS
 from holdfast.engines.groups import prepared
@@ -32,6 +35,7 @@ from holdfast.scene.scene import Scene
 
 
 @archived
+@shaped(answers="1", d_point="3")
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Sensitivity(Single):
     """The derivatives of the largest push ``force`` [N], which lies between ``lower`` and ``upper``.
@@ -90,12 +94,9 @@ def sensitivity(
     Raises HoldfastError if R is zero, infinite or undecided, and SceneError if the direction is zero.
     """
     assembly = checked_assembly(assembly)
-    where = f"sensitivity of {body!r}"
-    p = checked(point, (3,), f"{where}: point")
-    e = checked(direction, (3,), f"{where}: direction")
-    if not np.linalg.norm(e) > 0:
-        raise SceneError(message(where, "the direction is zero", "needs a vector with a length"))
-    e, index = unit(e), body_number(assembly, body)
+    where = f"sensitivity of {quoted(body)}"
+    p = checked(point, (3,), f"{where}: point", within=PLACE)
+    e, index = checked_direction(direction, f"{where}: direction"), body_number(assembly, body)
     method = engine_of(CERTAIN_ENGINE)
     groups = prepared(method, assembly, total_wrench(assembly, standing))
     column = push_columns(assembly, index, p[None], e[None])

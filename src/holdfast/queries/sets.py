@@ -16,7 +16,9 @@ from holdfast.assembly.assembly import FIXED, Assembly, body_forces
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Bool, Float, Objects, checked, checked_number, frozen, objects
 from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.kinds import shaped
 from holdfast.base.public import PublicValue, Summary, number
+from holdfast.base.ranges import ACCELERATION, FORCE, SCALE
 from holdfast.engines.answers import Claim
 from holdfast.engines.capabilities import SETS
 from holdfast.engines.groups import prepared
@@ -39,6 +41,7 @@ ROUNDING = 1e-9  # a point counts as inside if it exceeds no row by more than th
 
 
 @archived
+@shaped(units="d", bound="d", vertices="v d")
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class ConvexSet(PublicValue):
     """A convex set between two polyhedra: it contains every point of ``inner`` and no point outside ``outer``.
@@ -154,7 +157,7 @@ def admissible_wrenches(
     if bound is None:
         limits = FORCE_BOUND * assembly.weight * np.array([1.0, assembly.size])
     else:
-        limits = checked(bound, (2,), f"{where}: bound")
+        limits = checked(bound, (2,), f"{where}: bound", within=FORCE)
     columns = np.zeros((6 * len(assembly.movable), 6))
     columns[6 * index : 6 * index + 6] = np.eye(6)
     units = ("N",) * 3 + ("N m",) * 3
@@ -181,7 +184,7 @@ def sustainable_accelerations(
     assembly = checked_assembly(assembly)
     where = "sustainable accelerations"
     default = ACCELERATION_BOUND * float(np.linalg.norm(assembly.scene.gravity))
-    limit = default if bound is None else checked_number(bound, f"{where}: bound", above=0)
+    limit = default if bound is None else checked_number(bound, f"{where}: bound", above=0, within=ACCELERATION)
     columns = np.column_stack([body_forces(-assembly.mass[:, None] * axis) for axis in np.eye(3)])
     return _convex_set(
         where, assembly, engine, standing, columns, np.full(3, limit), gap, ("m/s²",) * 3, "world axes, of the support"
@@ -204,7 +207,7 @@ def _convex_set(
     units: tuple[str, ...],
     frame: str,
 ) -> ConvexSet:
-    wanted = checked_number(gap, f"{where}: gap", above=0)
+    wanted = checked_number(gap, f"{where}: gap", above=0, within=SCALE)
     if not (bound > 0).all():
         raise SceneError(message(f"{where}: bound", f"is {bound.tolist()}", "needs positive numbers"))
     if not assembly.movable:

@@ -9,6 +9,7 @@ from typing import Any
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.public import PublicValue, Summary
+from holdfast.base.text import listed
 from holdfast.engines.answers import Claim
 from holdfast.engines.groups import prepared
 from holdfast.engines.mechanism import Mechanism
@@ -102,7 +103,7 @@ class Stability(PublicValue):
         if len(self.groups) > 1:
             facts.append(("groups that stand", f"{standing} of {len(self.groups)}"))
         if self.mechanism is not None:
-            facts.append(("moving", ", ".join(self.moving)))
+            facts.append(("moving", listed(self.moving)))
         return Summary(f"{self.status}: {self.reason}", facts, notes=self.notes)
 
 

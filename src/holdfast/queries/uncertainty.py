@@ -13,10 +13,12 @@ from scipy.spatial.transform import Rotation
 
 from holdfast.assembly.assembly import FIXED, Assembly, assemble, checked_pose_sigma
 from holdfast.base.archive import archived, to_dict
-from holdfast.base.arrays import Bool, Float, Objects, checked_number, frozen, objects
+from holdfast.base.arrays import Bool, Float, Objects, checked_number, checked_whole, frozen, objects
 from holdfast.base.errors import HoldfastError, HoldfastWarning, message
+from holdfast.base.kinds import check_kinds, shaped
 from holdfast.base.progress import report
 from holdfast.base.public import Summary, number
+from holdfast.base.ranges import MOST_SEED
 from holdfast.contacts.detect import SIGMAS
 from holdfast.engines.absence import Absences
 from holdfast.engines.answers import Answers, Undecided, joined
@@ -38,10 +40,12 @@ from holdfast.queries.request import (
 from holdfast.queries.result import SHOWN, Result, amount, places_of
 from holdfast.scene.scene import Scene
 
+MOST_SAMPLES = 1_000_000  # more answers than the memory holds
 EVEN = 0.5  # chance that a contact that may not exist is absent from a sample, where poses are not sampled
 
 
 @archived
+@shaped(points="n 3", directions="n 3", nominal="n", nominal_status="n")
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class RobustnessUnder(Result):
     """The largest push at each of n points, in each of ``samples`` samples of the uncertain quantities.
@@ -94,6 +98,13 @@ class RobustnessUnder(Result):
     def undecided_pushes(self) -> Undecided:
         """How many of the pushes on all samples are not known (``count``, ``share``), and why (``reasons``)."""
         return self.answers.undecided
+
+    def checked_after_load(self) -> None:
+        """Raise HoldfastError if the samples that were read from a file do not make up the answers."""
+        if len(self.answers) != max(self.samples, 0) * len(self.nominal) or self.samples < 1:
+            problem = f"{len(self.answers)} answers for {self.samples} samples of {len(self.nominal)} pushes"
+            raise HoldfastError(message("robustness under uncertainty", problem, "needs one for each"))
+        check_kinds(self.nominal_status, Status, "nominal_status")
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON."""
@@ -198,7 +209,7 @@ class _Spread:
         scene = given.scene.moved(poses)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", HoldfastWarning)  # the notes count the overlaps
-            found = assemble(scene, angle=given.tolerances.angle, pose_sigma=self._tolerance)
+            found = assemble(scene, angle=given.tolerances.angle, pose_sigma=self._tolerance, allow_large=True)
         known = {frozenset(interface.bodies) for interface in given.interfaces}
         interfaces = tuple(i for i in found.interfaces if frozenset(i.bodies) in known)
         return replace(found, interfaces=interfaces, absent=given.absent)
@@ -276,8 +287,8 @@ def robustness_under(
     """
     assembly = checked_assembly(assembly)
     where = f"robustness of {body!r} under uncertainty"
-    count = _whole(samples, f"{where}: samples", 1)
-    whole_seed = _whole(seed, f"{where}: seed", 0)
+    count = checked_whole(samples, f"{where}: samples", 1, MOST_SAMPLES)
+    whole_seed = checked_whole(seed, f"{where}: seed", 0, MOST_SEED)
     method, loads = engine_of(engine), standing if isinstance(standing, Load) else list(standing)
     spread = _Spread(
         assembly,
@@ -370,9 +381,3 @@ def _deviation(assembly: Assembly, pose_sigma: float | tuple[float, float], wher
         )
         raise HoldfastError(message(where, problem, "needs metres, less than the thickness of what it moves"))
     return metres, degrees
-
-
-def _whole(value: object, where: str, least: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
-        raise HoldfastError(message(where, f"is {value!r:.40}", f"needs a whole number of at least {least}"))
-    return int(value)

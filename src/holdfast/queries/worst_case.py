@@ -5,7 +5,7 @@ The answer is exact and not sampled.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,10 +14,13 @@ from numpy.typing import ArrayLike
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Objects, objects
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.kinds import check_kinds, fits, shaped
 from holdfast.base.public import Summary
 from holdfast.base.values import Table
 from holdfast.engines.capabilities import WORST_CASES
 from holdfast.engines.groups import prepared
+from holdfast.engines.verdict import Status
 from holdfast.queries.intervals import (
     ComRange,
     MassRange,
@@ -42,6 +45,7 @@ from holdfast.scene.scene import Scene
 
 
 @archived
+@shaped(answers="n", nominal="n", nominal_status="n", masses="n", coms="n")
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class WorstCase(Forces):
     """The smallest R at each of n points over all values of the uncertain quantities.
@@ -64,6 +68,14 @@ class WorstCase(Forces):
     coms: Objects
     corners: int
     guarantee: str
+
+    def checked_after_load(self) -> None:
+        """Raise HoldfastError if what was read from a file are no statuses, masses and places of bodies."""
+        for name, wanted in (("masses", Mapping[str, float]), ("coms", Mapping[str, Float])):
+            if not all(fits(item, wanted) for item in getattr(self, name)):
+                problem = "are not by the names of bodies"
+                raise HoldfastError(message(f"worst case: {name}", problem, "needs those that an answer's save wrote"))
+        check_kinds(self.nominal_status, Status, "nominal_status")
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON."""

@@ -8,9 +8,10 @@ import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
 from rich.table import Table
-from rich.text import Text
 
 from holdfast.applications.disassembly.order import Disassembly
+from holdfast.base.text import listed
+from holdfast.report.texts import cell, headline, sentence
 from holdfast.view.picture import Solid
 from holdfast.view.sequence import Frame, Sequence, write_sequence
 
@@ -21,12 +22,12 @@ MOST_ROWS = 60  # the most rows in a table
 def disassembly_report(result: Disassembly) -> RenderableType:
     """Return a table of the steps in order, and a table of the reasons why the other bodies stay."""
     name = result.assembly.scene.name or "scene"
-    head = Text.assemble((name, "bold"), ": ", _outcome(result), f"  (engine {result.engine}: {result.claim})")
+    head = headline(name, _outcome(result), f"  (engine {result.engine}: {result.claim})")
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for heading, justify in (("step", "right"), ("take out", "left"), ("why it may go", "left")):
         table.add_column(heading, justify=justify)  # type: ignore[arg-type]
     for k, step in enumerate(result.steps[:MOST_ROWS]):
-        table.add_row(str(k + 1), step.body, step.reason)
+        table.add_row(str(k + 1), cell(step.body), sentence(step.reason))
     if len(result.steps) > MOST_ROWS:
         table.add_row("", f"... and {len(result.steps) - MOST_ROWS} more", "")
     parts: list[RenderableType] = [head]
@@ -37,10 +38,10 @@ def disassembly_report(result: Disassembly) -> RenderableType:
         for heading in ("body", "taking it out is", "reason"):
             stuck.add_column(heading)
         for removal in result.stuck[:MOST_ROWS]:
-            stuck.add_row(removal.body, removal.answer, removal.reason)
+            stuck.add_row(cell(removal.body), cell(removal.answer), sentence(removal.reason))
         parts.append(stuck)
         if result.undecided.count:
-            parts.append(Text(f"{result.undecided.brief} of those that stay", style="bold yellow"))
+            parts.append(sentence(f"{result.undecided.brief} of those that stay", "bold yellow"))
     return Group(*parts)
 
 
@@ -85,9 +86,9 @@ def _outcome(result: Disassembly) -> tuple[str, str]:
         return f"all {whole} bodies come out one by one", "bold green"
     if result.reached:
         fewest = "no order takes fewer" if result.proven else f"no order takes fewer than {result.bound:.0f}"
-        return f"{', '.join(result.goal)} out after {count} removals ({fewest})", "bold green"
+        return f"{listed(result.goal)} out after {count} removals ({fewest})", "bold green"
     if result.proven and result.goal:
-        return f"{', '.join(result.goal)} cannot be taken out: no order gets there", "bold red"
+        return f"{listed(result.goal)} cannot be taken out: no order gets there", "bold red"
     if result.proven:
         return f"{count} of {whole} bodies come out, and no order goes to the end", "bold red"
     return f"{count} of {whole} bodies come out; whether another order goes to the end is not known", "bold yellow"

@@ -8,6 +8,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
+from holdfast.base.text import LONGEST_NAME, escaped, listed, one_line
 from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import ContactForces, Status
 from holdfast.geometry.cells import Cells
@@ -79,7 +80,7 @@ def _kind(result: RobustnessMap, k: int) -> Kind:
 
 def _hover(result: RobustnessMap, k: int) -> str:
     place = ", ".join(f"{v:.3f}" for v in result.points[k])
-    lines = [f"<b>{result.body[k]}</b> at ({place}) m"]
+    lines = [f"<b>{escaped(result.body[k], LONGEST_NAME)}</b> at ({place}) m"]
     status, kind = result.status[k], _kind(result, k)
     if status is Status.UNDECIDED:
         return "<br>".join([*lines, "<b>undecided</b>: the largest push is not known"])
@@ -87,7 +88,7 @@ def _hover(result: RobustnessMap, k: int) -> str:
     if kind is Kind.BALANCED:
         lines.append("only balanced: the least push moves it")
     if status is Status.FINITE:
-        lines.append(f"{result.mode[k]}: {', '.join(result.moving[k])} moves")
+        lines.append(escaped(f"{result.mode[k]}: {listed(result.moving[k])} moves"))
     elif status is Status.INFINITE:
         lines.append("no push moves anything")
     else:
@@ -123,7 +124,7 @@ def _force_arrows(assembly: Assembly, forces: ContactForces) -> tuple[Arrow, ...
         if not normal.sum() > 0:
             continue
         centre = normal @ forces.points[here] / normal.sum()
-        a, b = interface.bodies
+        a, b = (one_line(name, LONGEST_NAME) for name in interface.bodies)
         arrows.append((centre, total, f"{a} on {b}: {np.linalg.norm(total):.3g} N"))
     largest = max((float(np.linalg.norm(force)) for _, force, _ in arrows), default=1.0)
     scale = LONGEST_FORCE * assembly.size / largest
@@ -137,7 +138,8 @@ def _weak_arrows(result: RobustnessMap) -> tuple[Arrow, ...]:
         Arrow(
             np.array(weak.point) - length * np.array(weak.direction),
             np.array(weak.point),
-            f"{weak.body}: {_newton(weak.force) if weak.force > 0 else 'the least push'}, {weak.mode}",
+            f"{one_line(weak.body, LONGEST_NAME)}: "
+            f"{_newton(weak.force) if weak.force > 0 else 'the least push'}, {weak.mode}",
         )
         for weak in weakest[:SHOWN_WEAKEST]
     )

@@ -13,7 +13,9 @@ from holdfast.applications.placement.result import Placement
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import write_atomically
+from holdfast.base.text import LONGEST_NAME, listed, one_line
 from holdfast.engines.verdict import Status
+from holdfast.report.texts import headline, sentence
 from holdfast.view.panels import PointsPanel, sheet_png
 from holdfast.view.picture import Arrow, Picture, Solid
 
@@ -57,24 +59,23 @@ def placement_report(result: Placement, scene: str, body: str) -> RenderableType
     """Return the verdict, the pose, the weakest point and the contacts, or the reason why no place was found."""
     if result.pose is None:
         style = "bold red" if result.status is Status.UNSTABLE else "bold yellow"
-        head = Text.assemble((body, "bold"), ": ", ("no place found", style), f" in {scene}  (engine {result.engine})")
-        lines: list[RenderableType] = [head, Text(result.reason)]
+        where = one_line(scene, LONGEST_NAME)
+        head = headline(body, ("no place found", style), f" in {where}  (engine {result.engine})")
+        lines: list[RenderableType] = [head, sentence(result.reason)]
         if result.best is not None:
-            lines.append(Text(f"nearest: at {_place(result.best.pose)}, {result.best.fault}", style="dim"))
+            lines.append(sentence(f"nearest: at {_place(result.best.pose)}, {result.best.fault}", "dim"))
         return Group(*lines)
-    head = Text.assemble(
-        (body, "bold"), ": ", ("stands", "bold green"), f" at {_place(result.pose)}"
-        f"  (engine {result.engine}: {result.claim})",
-    )  # fmt: skip
+    at = f" at {_place(result.pose)}  (engine {result.engine}: {result.claim})"
+    head = headline(body, ("stands", "bold green"), at)
     rows = "\n".join("  " + " ".join(f"{value:9.5f}" for value in row) for row in result.pose)
     others = [other for i in result.contacts for other in i.bodies if other != body]
     weak = result.weakest
-    lines = [head, Text(f"pose, body to world [m]:\n{rows}"), Text(f"touches {', '.join(others)}")]
+    lines = [head, Text(f"pose, body to world [m]:\n{rows}"), sentence(f"touches {listed(others)}")]
     if weak is not None:
         how = weak.status if weak.mode == "none" else weak.mode
-        what = f"{result.robustness:.3g} N on {weak.body}, {how}"
+        what = f"{result.robustness:.3g} N on {one_line(weak.body, LONGEST_NAME)}, {how}"
         lines.append(Text(f"least push afterwards: {'undecided' if weak.status is Status.UNDECIDED else what}"))
-    lines.append(Text(f"{result.reason}; {result.attempts} attempts, {result.elapsed:.2g} s", style="dim"))
+    lines.append(sentence(f"{result.reason}; {result.attempts} attempts, {result.elapsed:.2g} s", "dim"))
     return Group(*lines)
 
 

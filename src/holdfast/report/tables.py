@@ -5,18 +5,20 @@ from __future__ import annotations
 import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
-from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
 from holdfast.applications.transport import TransportLimits
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Bool, Float
+from holdfast.base.text import LONGEST_NAME, listed, one_line
 from holdfast.engines.verdict import Status
 from holdfast.queries.map import MapPoint, RobustnessMap
 from holdfast.queries.stability import Stability
+from holdfast.report.texts import cell, headline, sentence
 from holdfast.report.transport import level_angles
 
+SHOWN = 5  # the most names in a cell
 ARCS = 12  # the most rows of directions in a table
 
 _WORDS = {
@@ -30,9 +32,9 @@ def stability_report(assembly: Assembly, result: Stability) -> RenderableType:
     """Return a table with the verdict, its reason and the contacts."""
     word, style = _WORDS[result.status]
     name = assembly.scene.name or "scene"
-    head = Text.assemble((name, "bold"), ": ", (word, style), f"  (engine {result.engine}: {result.claim})")
-    lines: list[RenderableType] = [head, Text(result.reason, style="dim")]
-    lines += [Text(f"note: {note}", style="yellow") for note in result.notes]
+    head = headline(name, (word, style), f"  (engine {result.engine}: {result.claim})")
+    lines: list[RenderableType] = [head, sentence(result.reason, "dim")]
+    lines += [sentence(f"note: {note}", "yellow") for note in result.notes]
     lines.append(_contacts(assembly, result))
     return Group(*lines)
 
@@ -45,7 +47,7 @@ def _contacts(assembly: Assembly, result: Stability) -> Table:
         box=SIMPLE_HEAD,
     )
     for heading in ("between", "area [cm²]", "μ", "normal force [N]", "friction used"):
-        table.add_column(escape(heading), justify="left" if heading == "between" else "right")
+        table.add_column(cell(heading), justify="left" if heading == "between" else "right")
     shown = range(min(interfaces, 40))
     for k in shown:
         interface = assembly.interfaces[k]
@@ -57,10 +59,10 @@ def _contacts(assembly: Assembly, result: Stability) -> Table:
             force = f"{pressing:.3g}"
             limit = assembly.mu[k] * pressing
             usage = f"{tangential / limit:.0%}" if limit > 1e-9 * assembly.weight else "-"
-        a, b = interface.bodies
+        a, b = (one_line(name, LONGEST_NAME) for name in interface.bodies)
         said = interface.flags if interface.certain else (*interface.flags, "may not exist")
         flags = f" ({', '.join(said)})" if said else ""
-        table.add_row(f"{a} - {b}{flags}", f"{interface.area * 1e4:.4g}", f"{assembly.mu[k]:g}", force, usage)
+        table.add_row(cell(f"{a} - {b}{flags}"), f"{interface.area * 1e4:.4g}", f"{assembly.mu[k]:g}", force, usage)
     if interfaces > len(shown):
         table.add_row(f"... and {interfaces - len(shown)} more", "", "", "", "")
     return table
@@ -76,16 +78,13 @@ def map_report(result: RobustnessMap) -> RenderableType:
     """Return a table with the weakest point of every body."""
     word, style = _WORDS[result.verdict.status]
     name = result.assembly.scene.name or "scene"
-    head = Text.assemble(
-        (name, "bold"),
-        ": ",
-        (word, style),
-        f"  {len(result.force):,} inward pushes  (engine {result.engine}: {result.claim})",
+    head = headline(
+        name, (word, style), f"  {len(result.force):,} inward pushes  (engine {result.engine}: {result.claim})"
     )
     table = Table(title="weakest push on each body", title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for heading in ("body", "force [N]", "at [mm]", "along", "what moves"):
         table.add_column(
-            escape(heading), justify="right" if heading == "force [N]" else "left", no_wrap=heading != "what moves"
+            cell(heading), justify="right" if heading == "force [N]" else "left", no_wrap=heading != "what moves"
         )
     weakest = result.weakest_of_each_body()
     for weak in weakest[:30]:
@@ -93,7 +92,7 @@ def map_report(result: RobustnessMap) -> RenderableType:
         unknown = int((here & ~result.answers.decided).sum())
         *cells, what = _row(weak)
         partly = f"; {unknown} of {here.sum()} undecided" if 0 < unknown < here.sum() else ""
-        table.add_row(*cells, what + partly)
+        table.add_row(*map(cell, (*cells, what + partly)))
     if len(weakest) > 30:
         table.add_row(f"... and {len(weakest) - 30} more", *[""] * 4)
     return Group(head, *_remarks(result), table)
@@ -101,10 +100,10 @@ def map_report(result: RobustnessMap) -> RenderableType:
 
 def _remarks(result: RobustnessMap | TransportLimits) -> list[Text]:
     """Say why an assembly does not stand for certain, how many answers are not known, and the notes."""
-    remarks = [] if result.verdict.status is Status.STABLE else [Text(result.verdict.reason, style="dim")]
+    remarks = [] if result.verdict.status is Status.STABLE else [sentence(result.verdict.reason, "dim")]
     if result.undecided.count:
-        remarks.append(Text(result.undecided.text, style="bold yellow"))
-    return remarks + [Text(f"note: {note}", style="yellow") for note in result.notes]
+        remarks.append(sentence(result.undecided.text, "bold yellow"))
+    return remarks + [sentence(f"note: {note}", "yellow") for note in result.notes]
 
 
 def _row(weak: MapPoint) -> tuple[str, ...]:
@@ -121,8 +120,7 @@ def _row(weak: MapPoint) -> tuple[str, ...]:
 
 def _moving(mode: str, moving: tuple[str, ...], kind: str) -> str:
     """Say what moves and how, after the ``kind`` of the answer, if it needs to be said."""
-    more = f" and {len(moving) - 5} more" if len(moving) > 5 else ""
-    what = f"{mode}: {', '.join(moving[:5])}{more}" if moving else ""
+    what = f"{mode}: {listed(moving, SHOWN)}" if moving else ""
     return ", ".join(filter(None, [kind, what]))
 
 
@@ -134,16 +132,15 @@ def transport_report(result: TransportLimits) -> RenderableType:
     """
     word, style = _WORDS[result.verdict.status]
     count = len(result.directions)
-    head = Text.assemble(
-        (result.assembly.scene.name or "assembly", "bold"),
-        ": ",
+    head = headline(
+        result.assembly.scene.name or "assembly",
         (word, style),
         f" on its carrier, {count} directions  (engine {result.engine}: {result.claim})",
     )
     table = Table(title="largest acceleration of the carrier", title_justify="left", box=SIMPLE_HEAD)
     for heading in ("from", "to", "least [m/s²]", "lower", "at", "what moves"):
         name = heading == "what moves"
-        table.add_column(escape(heading), justify="left" if name else "right", no_wrap=not name)
+        table.add_column(cell(heading), justify="left" if name else "right", no_wrap=not name)
     angle = np.round(np.degrees(level_angles(result)), 1)
     arcs = _arcs(result)
     if len(arcs) > ARCS:
@@ -158,7 +155,7 @@ def transport_report(result: TransportLimits) -> RenderableType:
         lower = figures[1] if result.lower[least] > 0 or (known and result.lower.any()) else "-"
         unknown = int((~result.answers.decided[arc]).sum())
         partly = f"; {unknown} of {len(arc)} undecided" if 0 < unknown < len(arc) else ""
-        table.add_row(first, last, answer, lower, at, _gives_way(result, least) + partly)
+        table.add_row(*map(cell, (first, last, answer, lower, at, _gives_way(result, least) + partly)))
     return Group(head, *_remarks(result), table)
 
 

@@ -12,6 +12,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.rigid import tangents
+from holdfast.base.text import listed
 from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import Status
 from holdfast.geometry.hull import outline_numbers
@@ -85,7 +86,7 @@ def _lines(result: TransportLimits, angle: Float) -> tuple[str, ...]:
         return ("nothing moves, however fast", *unknown)
     least = int(result.answers.ranking[0])
     names = result.moving[least]
-    moving = ", ".join(names[:SHOWN]) + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")
+    moving = listed(names, SHOWN)
     gives = f"{result.mode[least]}: {moving}" if moving else str(result.status[least])
     only = " (only balanced)" if result.status[least] is Status.FINITE and not result.acceleration[least] > 0 else ""
     lines = [f"least {result.acceleration[least]:.3g}{only} at {np.degrees(angle[least]):.0f}°, {gives}"]

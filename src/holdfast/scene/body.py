@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -11,12 +12,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, checked, checked_number, frozen
+from holdfast.base.arrays import Float, checked, checked_name, checked_number, frozen
 from holdfast.base.errors import GeometryError, SceneError, located, message
+from holdfast.base.kinds import shaped
+from holdfast.base.ranges import DENSITY, INERTIA, MASS, PLACE
 from holdfast.base.rigid import checked_pose, transform
+from holdfast.base.text import quoted
 from holdfast.base.values import Value
 from holdfast.geometry.surface import Surface
-from holdfast.scene.shapes import Shape, as_shape
+from holdfast.scene.compound import Compound, Shape, as_shape
+from holdfast.scene.halfspace import HalfSpace
+from holdfast.scene.inertial import Inertial
 
 if TYPE_CHECKING:
     import trimesh
@@ -27,6 +33,7 @@ ROUNDING = 1e-9
 
 
 @archived
+@shaped(pose="4 4")
 @dataclass(frozen=True, init=False, eq=False, repr=False)
 class Body(Value):
     """A rigid body with a shape, a mass and a pose.
@@ -67,19 +74,19 @@ class Body(Value):
         material: str | None = None,
         fixed: bool = False,
     ) -> None:
-        if not isinstance(name, str) or not name.strip():
-            raise SceneError(message("body", f"name is {name!r}", "needs a non-empty text"))
-        where = f"body {name!r}"
+        where = f"body {quoted(checked_name(name, 'body: name'))}"
         set_ = object.__setattr__
         set_(self, "name", name)
-        set_(self, "material", material)
+        set_(self, "material", None if material is None else checked_name(material, f"{where}: material"))
         with located(where):
             if not isinstance(fixed, bool | np.bool_):
                 raise SceneError(message(f"{where}: fixed", f"is {fixed!r}", "needs True or False"))
             set_(self, "fixed", bool(fixed))
             set_(self, "shape", as_shape(shape, where))
+            if isinstance(self.shape, HalfSpace) and not self.fixed:
+                raise SceneError(message(where, "is a HalfSpace that can move", "needs fixed=True"))
             set_(self, "pose", checked_pose(np.eye(4) if pose is None else pose, f"{where}: pose"))
-            set_(self, "com", None if com is None else checked(com, (3,), f"{where}: com"))
+            set_(self, "com", None if com is None else checked(com, (3,), f"{where}: com", within=PLACE))
             set_(self, "inertia", None if inertia is None else _checked_inertia(inertia, f"{where}: inertia"))
             self._set_mass(mass, density, where)
             if not self.fixed:
@@ -89,22 +96,29 @@ class Body(Value):
         """Store the given mass, or the mass that follows from the density; accept both only if they agree."""
         set_ = object.__setattr__
         if mass is not None:
-            mass = checked_number(mass, f"{where}: mass", above=0)
+            mass = checked_number(mass, f"{where}: mass", above=0, within=MASS)
         if density is not None:
-            density = checked_number(density, f"{where}: density", above=0)
+            density = checked_number(density, f"{where}: density", above=0, within=DENSITY)
             follows = density * self.shape.mass_properties.volume
             if mass is not None and not math.isclose(mass, follows, rel_tol=ROUNDING):
                 problem = f"mass = {mass:g} and density = {density:g}"
                 raise SceneError(message(where, problem, "give one of them, the other as None"))
-            mass = follows if mass is None else mass
+            mass = checked_number(follows if mass is None else mass, f"{where}: mass", above=0, within=MASS)
         if mass is None and not self.fixed:
             raise SceneError(message(where, "has no mass", "give mass= or density=, or fixed=True"))
         set_(self, "mass", mass)
         set_(self, "density", density)
 
+    @property
+    def materials(self) -> tuple[str | None, ...]:
+        """The material of each part of the body: of a compound, the body's where a part has none of its own."""
+        if not isinstance(self.shape, Compound):
+            return (self.material,)
+        return tuple(self.material if part.material is None else part.material for part in self.shape.parts)
+
     def moved(self, pose: ArrayLike) -> Body:
         """Return the same body at another ``pose`` (4, 4), body frame to world."""
-        return replace(self, pose=checked_pose(pose, f"body {self.name!r}: pose"))
+        return replace(self, pose=checked_pose(pose, f"body {quoted(self.name)}: pose"))
 
     @cached_property
     def com_body(self) -> Float:
@@ -125,9 +139,8 @@ class Body(Value):
             return self.inertia
         shape = self.shape.mass_properties
         mass = 0.0 if self.mass is None else self.mass
-        offset = shape.com - (shape.com if self.com is None else self.com)
-        parallel = np.eye(3) * (offset @ offset) - np.outer(offset, offset)
-        return frozen(mass / shape.volume * shape.inertia + mass * parallel)
+        whole = Inertial(mass, shape.com, mass / shape.volume * shape.inertia)
+        return frozen(whole.about(shape.com if self.com is None else self.com))
 
     def placed(self, points: Float) -> Float:
         """Map points (n, 3) [m] from the body frame to the world frame."""
@@ -160,8 +173,13 @@ class Body(Value):
         return Surface(self.placed(local.vertices), local.faces, local.sagitta, local.oriented)
 
 
+def materials_of(bodies: Iterable[Body]) -> frozenset[str]:
+    """Return the names of all materials of bodies and of their parts."""
+    return frozenset(name for body in bodies for name in (body.material, *body.materials) if name is not None)
+
+
 def _checked_inertia(value: Any, where: str) -> Float:  # noqa: ANN401
-    inertia = checked(value, (3, 3), where)
+    inertia = checked(value, (3, 3), where, within=INERTIA)
     if not np.allclose(inertia, inertia.T, rtol=1e-9, atol=1e-15):
         raise GeometryError(message(where, "is not symmetric", "needs a symmetric (3, 3) array"))
     if np.linalg.eigvalsh(inertia).min() < -1e-12 * abs(inertia).max():

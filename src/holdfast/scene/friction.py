@@ -7,8 +7,10 @@ from dataclasses import dataclass, field
 from typing import Literal, get_args
 
 from holdfast.base.archive import archived
-from holdfast.base.arrays import checked_number
-from holdfast.base.errors import SceneError, message
+from holdfast.base.arrays import checked_name, checked_number
+from holdfast.base.errors import SceneError, message, nearest_of
+from holdfast.base.ranges import FRICTION
+from holdfast.base.text import quoted
 from holdfast.base.values import Table, Value
 from holdfast.scene.pairs import check_known, checked_pairs, number_between
 
@@ -49,12 +51,20 @@ class Friction(Value):
                 raise SceneError(
                     message("friction", f"{name} is a {type(getattr(self, name)).__name__}", "needs a dict")
                 )
-        pairs = checked_pairs(self.pairs, "friction", "friction", minimum=0)
-        values = {name: checked_number(v, f"friction of {name!r}", minimum=0) for name, v in self.values.items()}
+        pairs = checked_pairs(self.pairs, "friction", "friction", minimum=0, within=FRICTION)
+        values = {
+            checked_name(name, "friction: values: name"): checked_number(
+                value, f"friction of {quoted(name)}", minimum=0, within=FRICTION
+            )
+            for name, value in self.values.items()
+        }
         if self.default is not None:
-            object.__setattr__(self, "default", checked_number(self.default, "friction: default", minimum=0))
-        if self.combine is not None and self.combine not in get_args(Combine):
-            raise SceneError(message("friction", f"combine = {self.combine!r}", "needs 'max', 'min' or 'product'"))
+            default = checked_number(self.default, "friction: default", minimum=0, within=FRICTION)
+            object.__setattr__(self, "default", default)
+        if self.combine is not None and not (isinstance(self.combine, str) and self.combine in get_args(Combine)):
+            raise SceneError(
+                message("friction", f"combine = {quoted(self.combine)}", "needs 'max', 'min' or 'product'")
+            )
         if values and self.combine is None:
             problem = f"{len(values)} bodies have a value of their own but combine is not given"
             raise SceneError(message("friction", problem, "say how two values make a pair's: max, min or product"))
@@ -73,7 +83,9 @@ class Friction(Value):
         if self.combine is not None and a in self.values and b in self.values:
             return _COMBINE[self.combine](self.values[a], self.values[b])
         if self.default is None:
-            raise SceneError(message(f"friction of ({a!r}, {b!r})", "is not given", "add the pair or a default"))
+            raise SceneError(
+                message(f"friction of ({quoted(a)}, {quoted(b)})", "is not given", "add the pair or a default")
+            )
         return self.default
 
     def among(self, names: Collection[str]) -> Friction:
@@ -87,5 +99,5 @@ class Friction(Value):
         check_known(self.pairs, {*bodies, *materials}, "friction")
         for name in self.values:
             if name not in bodies:
-                remedy = f"known: {', '.join(sorted(bodies))}"
-                raise SceneError(message("friction", f"value for unknown body {name!r}", remedy))
+                remedy = nearest_of(name, sorted(bodies))
+                raise SceneError(message("friction", f"value for unknown body {quoted(name)}", remedy))

@@ -2,33 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
-from holdfast.base.arrays import checked_number
+from holdfast.base.arrays import checked_items, checked_number
 from holdfast.base.errors import SceneError, message, nearest_of
+from holdfast.base.ranges import Range
+from holdfast.base.text import quoted
 from holdfast.base.values import Table
 
 Pair = tuple[str, str]
 
 
 def checked_pairs(
-    given: Mapping[Any, Any], where: str, what: str, *, minimum: float | None = None, above: float | None = None
+    given: Mapping[Any, Any],
+    where: str,
+    what: str,
+    *,
+    minimum: float | None = None,
+    above: float | None = None,
+    within: Range | None = None,
 ) -> Table[Pair, float]:
     """Return a table of numbers for pairs of names, which are in alphabetical order.
 
     ``where`` is the owner of the table and ``what`` the meaning of its numbers in error messages. Raises SceneError if
-    a key is not a pair of names, a pair stands twice, or a number is below ``minimum`` or not greater than ``above``.
+    a key is not a pair of names, a pair stands twice, or a number is below ``minimum``, not greater than ``above``, or
+    out of the range ``within``.
     """
     pairs: dict[Pair, float] = {}
     for key, value in given.items():
-        if not isinstance(key, tuple) or len(key) != 2 or not all(isinstance(part, str) for part in key):
-            raise SceneError(message(where, f"pair {key!r}", "needs two body or material names"))
-        a, b = sorted(key)
+        a, b = sorted(checked_pair(key, where))
         if (a, b) in pairs:
-            raise SceneError(message(where, f"pair {key!r} stands twice", "give each pair once"))
-        pairs[a, b] = checked_number(value, f"{what} of {key!r}", minimum=minimum, above=above)
+            raise SceneError(message(where, f"pair {quoted(key)} stands twice", "give each pair once"))
+        pairs[a, b] = checked_number(value, f"{what} of {quoted(key)}", minimum=minimum, above=above, within=within)
     return Table(pairs)
+
+
+def checked_pair(key: Any, where: str) -> Pair:  # noqa: ANN401 - anything a caller may pass
+    """Return a pair of names; raise SceneError for anything else."""
+    if not isinstance(key, tuple) or len(key) != 2 or not all(isinstance(part, str) for part in key):
+        raise SceneError(message(where, f"pair {quoted(key)}", "needs two body or material names"))
+    return key
 
 
 def number_between(pairs: Mapping[Pair, float], a: str, b: str, materials: Mapping[str, str | None]) -> float | None:
@@ -53,4 +67,20 @@ def check_known(pairs: Collection[Pair], known: Collection[str], what: str) -> N
         for name in key:
             if name not in known:
                 remedy = nearest_of(name, sorted(known))
-                raise SceneError(message(f"{what} of {key!r}", f"unknown name {name!r}", remedy))
+                raise SceneError(message(f"{what} of {quoted(key)}", f"unknown name {quoted(name)}", remedy))
+
+
+def checked_names_of_pairs(given: Iterable[Any], known: Collection[str], what: str) -> tuple[Pair, ...]:
+    """Return pairs of names, each in alphabetical order and once, in alphabetical order.
+
+    ``what`` names the pairs in error messages. Raises SceneError if they are not pairs of two ``known`` names.
+    """
+    pairs = set()
+    for pair in checked_items(given, what, "pairs of names"):
+        both = tuple(pair) if isinstance(pair, tuple | list) else ()
+        if len(both) != 2 or not all(isinstance(name, str) for name in both) or both[0] == both[1]:
+            raise SceneError(message(f"{what}: pair {quoted(pair)}", "is no pair", "needs the names of two bodies"))
+        a, b = sorted(both)
+        pairs.add((a, b))
+    check_known(pairs, known, what)
+    return tuple(sorted(pairs))

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
 
@@ -11,27 +13,38 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, checked, frozen, unit
+from holdfast.base.arrays import Float, checked, checked_items, checked_name, frozen, unit
 from holdfast.base.errors import SceneError, message, nearest_of
+from holdfast.base.kinds import shaped
+from holdfast.base.ranges import ACCELERATION
+from holdfast.base.text import quoted
 from holdfast.base.values import Value
-from holdfast.scene.body import Body
+from holdfast.scene.body import Body, materials_of
 from holdfast.scene.friction import Friction
+from holdfast.scene.halfspace import HalfSpace
+from holdfast.scene.pairs import checked_names_of_pairs
 
 
 @archived
+@shaped(gravity="3")
 @dataclass(frozen=True, init=False, eq=False, repr=False)
 class Scene(Value):
     """Rigid bodies, the friction between them, and gravity.
 
     ``bodies`` have unique names, and at least one of them is fixed. ``friction`` is a Friction table, or one
-    coefficient for all pairs. ``gravity`` (3,) [m/s²] is in the world frame and not zero. Raises SceneError if one of
-    these conditions is violated, or if the friction table uses an unknown name.
+    coefficient for all pairs. ``gravity`` (3,) [m/s²] is in the world frame and not zero. ``excluded`` are pairs of
+    names of bodies that do not touch, wherever they are: contacts and overlaps between them are not searched. Each pair
+    is in alphabetical order, and so are the pairs. ``notes`` say what a reader of files guessed and left out; they take
+    no part in comparisons. Raises SceneError if one of these conditions is violated, or if the friction table or
+    ``excluded`` uses an unknown name.
     """
 
     bodies: tuple[Body, ...]
     friction: Friction
     gravity: Float
     name: str
+    excluded: tuple[tuple[str, str], ...]
+    notes: tuple[str, ...] = field(compare=False)
 
     def __init__(
         self,
@@ -39,15 +52,19 @@ class Scene(Value):
         friction: Friction | float,
         gravity: ArrayLike = (0.0, 0.0, -9.81),
         name: str = "",
+        excluded: Iterable[tuple[str, str]] = (),
+        notes: Iterable[str] = (),
     ) -> None:
         set_ = object.__setattr__
-        if not hasattr(bodies, "__iter__"):
-            raise SceneError(message("scene: bodies", f"is {bodies!r:.40}", "needs a list of Body objects"))
-        set_(self, "bodies", tuple(bodies))
+        set_(self, "bodies", tuple(checked_items(bodies, "scene: bodies", "Body objects")))
         set_(self, "friction", friction if isinstance(friction, Friction) else Friction(default=friction))
-        set_(self, "gravity", checked(gravity, (3,), "scene: gravity"))
-        set_(self, "name", str(name))
+        set_(self, "gravity", checked(gravity, (3,), "scene: gravity", within=ACCELERATION))
+        set_(self, "name", "" if isinstance(name, str) and not name else checked_name(name, "scene: name"))
+        set_(self, "notes", tuple(str(note) for note in checked_items(notes, "scene: notes", "texts")))
         self._check()
+        set_(self, "excluded", checked_names_of_pairs(excluded, {body.name for body in self.bodies}, "excluded"))
+        if any(isinstance(body.shape, HalfSpace) for body in self.bodies):
+            set_(self, "bodies", _under(self.bodies))
 
     def _check(self) -> None:
         for body in self.bodies:
@@ -56,16 +73,19 @@ class Scene(Value):
         if not self.bodies:
             raise SceneError(message("scene", "has no bodies", "needs at least one fixed body"))
         names = [body.name for body in self.bodies]
-        twice = sorted({name for name in names if names.count(name) > 1})
+        twice = sorted(name for name, count in Counter(names).items() if count > 1)
         if twice:
-            raise SceneError(message("scene", f"several bodies are named {twice[0]!r}", "names are unique"))
+            raise SceneError(message("scene", f"several bodies are named {quoted(twice[0])}", "names are unique"))
         if not any(body.fixed for body in self.bodies):
             problem = f"none of its {len(names)} bodies is fixed"
             raise SceneError(message("scene", problem, "mark what carries the others with fixed=True"))
-        if not np.linalg.norm(self.gravity) > 0:
+        strength = math.hypot(*self.gravity.tolist())
+        if 0 < strength < ACCELERATION.least:
+            raise SceneError(message("scene: gravity", f"is {strength:g} m/s²", f"needs a length {ACCELERATION}"))
+        if not strength > 0:
             remedy = "contacts carry nothing without it: give a vector such as (0, 0, -9.81) m/s²"
             raise SceneError(message("scene", "gravity is zero", remedy))
-        self.friction.check_names(names, {m for m in self.materials.values() if m is not None})
+        self.friction.check_names(names, self.names - set(names))
 
     @cached_property
     def materials(self) -> Mapping[str, str | None]:
@@ -75,7 +95,7 @@ class Scene(Value):
     @cached_property
     def names(self) -> frozenset[str]:
         """The names of all bodies and materials."""
-        return frozenset(self.materials) | {name for name in self.materials.values() if name is not None}
+        return frozenset(self.materials) | materials_of(self.bodies)
 
     @cached_property
     def up(self) -> Float:
@@ -89,11 +109,14 @@ class Scene(Value):
 
     def body(self, name: str) -> Body:
         """Return the body with this name; raises SceneError, with the most similar name, if there is none."""
-        for body in self.bodies:
-            if body.name == name:
-                return body
-        remedy = nearest_of(name, [body.name for body in self.bodies])
-        raise SceneError(message("scene", f"has no body named {name!r}", remedy))
+        found = self._by_name.get(name) if isinstance(name, str) else None
+        if found is None:
+            raise SceneError(message("scene", f"has no body named {quoted(name)}", nearest_of(name, self._by_name)))
+        return found
+
+    @cached_property
+    def _by_name(self) -> dict[str, Body]:
+        return {body.name: body for body in self.bodies}
 
     def moved(self, poses: Mapping[str, ArrayLike]) -> Scene:
         """Return the scene with some bodies at other poses.
@@ -116,22 +139,37 @@ class Scene(Value):
     def without(self, *names: str | Iterable[str]) -> Scene:
         """Return the scene without the bodies of these names.
 
-        Entries of the friction table that name a removed body, or a material that no other body has, are dropped.
-        Raises SceneError for an unknown name.
+        Entries of the friction table that name a removed body, or a material that no other body has, are dropped, and
+        so are the excluded pairs of a removed body. Raises SceneError for an unknown name.
         """
         gone = self.checked_names(*names)
         left = tuple(body for body in self.bodies if body.name not in gone)
-        known = {body.name for body in left} | {body.material for body in left if body.material is not None}
-        return replace(self, bodies=left, friction=self.friction.among(known))
+        known = {body.name for body in left} | materials_of(left)
+        excluded = tuple(pair for pair in self.excluded if gone.isdisjoint(pair))
+        return replace(self, bodies=left, friction=self.friction.among(known), excluded=excluded)
 
     def checked_names(self, *names: str | Iterable[str]) -> frozenset[str]:
         """Return all names as one set; they can be given one by one or in lists.
 
         Raises SceneError for an unknown name.
         """
-        single = [[name] if isinstance(name, str) else name for name in names]
+        single = [[name] if isinstance(name, str) else checked_items(name, "scene", "names") for name in names]
         return frozenset(self.body(name).name for several in single for name in several)
 
     def mu(self, a: str, b: str) -> float:
         """Return the static friction coefficient between two bodies; raises SceneError if the table has none."""
         return self.friction.between(a, b, self.materials)
+
+
+def _under(bodies: tuple[Body, ...]) -> tuple[Body, ...]:
+    """Return the bodies with every half space shown so far that all other bodies lie over it."""
+    solid = [corner for body in bodies if not isinstance(body.shape, HalfSpace) for corner in body.box]
+    corners = np.array(solid or [np.zeros(3)])
+    around = corners.mean(0) + float(np.ptp(corners, axis=0).max()) * np.vstack([np.eye(3), -np.eye(3)])
+
+    def shown(body: Body) -> Body:
+        if not isinstance(body.shape, HalfSpace):
+            return body
+        return replace(body, shape=body.shape.over((around - body.pose[:3, 3]) @ body.pose[:3, :3]))
+
+    return tuple(shown(body) for body in bodies)

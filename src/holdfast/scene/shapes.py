@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-import operator
 import warnings
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, Int, checked, checked_number, frozen
+from holdfast.base.arrays import Float, Int, checked, checked_number, checked_sizes, checked_whole, frozen
 from holdfast.base.errors import GeometryError, HoldfastWarning, message
+from holdfast.base.files import checked_path
+from holdfast.base.kinds import shaped
+from holdfast.base.ranges import LENGTH, PLACE, SCALE, TOLERANCE
 from holdfast.base.values import Value, seal
 from holdfast.geometry.hygiene import MeshReport, PlaneFit, cleaned
 from holdfast.geometry.planes import flattened
 from holdfast.geometry.surface import Surface
+from holdfast.scene.meshes.read import triangles_of
 
 if TYPE_CHECKING:
     import trimesh
@@ -27,6 +30,7 @@ LEAST_VOLUME = 1e-9  # share of the bounding box; a closed surface with a smalle
 
 
 @archived
+@shaped(com="3", inertia="3 3")
 @dataclass(frozen=True, eq=False, repr=False)
 class MassProperties(Value):
     """The mass properties of a shape at unit density, in the body frame.
@@ -43,6 +47,7 @@ class MassProperties(Value):
 
 
 @archived
+@shaped(size="3")
 @dataclass(frozen=True, init=False, eq=False, repr=False)
 class Box(Value):
     """A cuboid centred on the origin of its frame; ``size`` (3,) [m] holds its edge lengths.
@@ -53,10 +58,7 @@ class Box(Value):
     size: Float
 
     def __init__(self, size: ArrayLike) -> None:
-        lengths = checked(size, (3,), "Box: size", error=GeometryError)
-        if (lengths <= 0).any():
-            raise GeometryError(message("Box", f"size is {lengths.tolist()}", "needs three lengths > 0 [m]"))
-        object.__setattr__(self, "size", lengths)
+        object.__setattr__(self, "size", checked_sizes(size, (3,), "Box: size", LENGTH, GeometryError))
 
     @cached_property
     def surface(self) -> Surface:
@@ -90,9 +92,13 @@ class Cylinder(Value):
 
     def __post_init__(self) -> None:
         for name in ("radius", "height"):
-            value = checked_number(getattr(self, name), f"Cylinder: {name}", above=0, error=GeometryError)
+            value = checked_number(
+                getattr(self, name), f"Cylinder: {name}", above=0, within=LENGTH, error=GeometryError
+            )
             object.__setattr__(self, name, value)
-        object.__setattr__(self, "segments", _count(self.segments, "Cylinder: segments", 3, 10_000))
+        object.__setattr__(
+            self, "segments", checked_whole(self.segments, "Cylinder: segments", 3, 10_000, GeometryError)
+        )
 
     @cached_property
     def surface(self) -> Surface:
@@ -133,9 +139,11 @@ class Sphere(Value):
     subdivisions: int = 3
 
     def __post_init__(self) -> None:
-        radius = checked_number(self.radius, "Sphere: radius", above=0, error=GeometryError)
+        radius = checked_number(self.radius, "Sphere: radius", above=0, within=LENGTH, error=GeometryError)
         object.__setattr__(self, "radius", radius)
-        object.__setattr__(self, "subdivisions", _count(self.subdivisions, "Sphere: subdivisions", 0, 6))
+        object.__setattr__(
+            self, "subdivisions", checked_whole(self.subdivisions, "Sphere: subdivisions", 0, 6, GeometryError)
+        )
 
     @cached_property
     def surface(self) -> Surface:
@@ -154,6 +162,7 @@ class Sphere(Value):
 
 
 @archived
+@shaped(vertices="V 3", faces="F 3")
 @dataclass(frozen=True, init=False, eq=False, repr=False)
 class Mesh(Value):
     """A triangle mesh with ``vertices`` (V, 3) [m] and ``faces`` (F, 3), in the body frame.
@@ -186,11 +195,15 @@ class Mesh(Value):
         where: str = "Mesh",
     ) -> None:
         set_ = object.__setattr__
-        set_(self, "noise", checked_number(noise, f"{where}: noise", minimum=0, error=GeometryError))
-        corners = checked(vertices, (None, 3), f"{where}: vertices", error=GeometryError)
+        set_(self, "noise", checked_number(noise, f"{where}: noise", minimum=0, within=TOLERANCE, error=GeometryError))
+        corners = checked(vertices, (None, 3), f"{where}: vertices", within=PLACE, error=GeometryError)
         numbers = checked(faces, (None, 3), f"{where}: faces", error=GeometryError)
         if len(numbers) == 0 or len(corners) == 0:
             raise GeometryError(message(where, "has no triangles", "needs a surface with at least four"))
+        extent = float(np.ptp(corners, axis=0).max())
+        if extent < LENGTH.least:
+            problem = f"is {extent:g} m across"
+            raise GeometryError(message(where, problem, f"needs a size {LENGTH}: are its units metres?"))
         wrong = numbers[(numbers < 0) | (numbers >= len(corners)) | (numbers != np.floor(numbers))]
         if len(wrong):
             problem = f"a face names vertex {wrong[0]:g} of {len(corners)}"
@@ -210,16 +223,12 @@ class Mesh(Value):
         ``scale`` is one factor or three, applied to the coordinates in the file. Raises GeometryError if the file
         cannot be read.
         """
-        path = Path(path)
+        path = checked_path(path, "mesh file")
         given = [scale] * 3 if isinstance(scale, int | float) else scale
-        factors = checked(given, (3,), f"{path}: scale", error=GeometryError)
-        if (factors <= 0).any():
-            raise GeometryError(message(str(path), f"scale is {factors.tolist()}", "needs factors > 0"))
-        loaded = _load(path)
+        factors = checked_sizes(given, (3,), f"{path}: scale", SCALE, GeometryError)
+        corners, triangles = triangles_of(path)
         sx, sy, sz = (float(f) for f in factors)
-        return cls(
-            np.array(loaded.vertices) * factors, np.array(loaded.faces), path, (sx, sy, sz), noise, where=str(path)
-        )
+        return cls(corners * factors, triangles, path, (sx, sy, sz), noise, where=str(path))
 
     @cached_property
     def _cleaned(self) -> tuple[trimesh.Trimesh, MeshReport]:
@@ -274,52 +283,3 @@ class Mesh(Value):
         return MassProperties(
             float(solid.volume), np.array(solid.center_mass), np.array(solid.moment_inertia) / solid.density
         )
-
-
-Shape: TypeAlias = Box | Cylinder | Sphere | Mesh
-
-MESH_SUFFIXES = (".obj", ".stl", ".ply", ".glb", ".off")  # suffixes of the mesh files that can be read
-
-
-def _count(value: int, where: str, least: int, most: int) -> int:
-    try:
-        number = operator.index(value)
-    except TypeError:
-        number = least - 1
-    if not least <= number <= most:
-        raise GeometryError(message(where, f"is {value!r}", f"needs a whole number from {least} to {most}"))
-    return number
-
-
-def _load(path: Path) -> trimesh.Trimesh:
-    import trimesh
-
-    where = str(path)
-    if not path.is_file():
-        raise GeometryError(message(where, "no such mesh file", "paths are relative to the scene file"))
-    if path.suffix.lower() not in MESH_SUFFIXES:
-        raise GeometryError(message(where, f"suffix {path.suffix!r}", f"reads {', '.join(MESH_SUFFIXES)}"))
-    try:
-        loaded = trimesh.load_scene(path, process=False).to_mesh()
-    except ImportError as cause:  # for text that is not UTF-8, trimesh imports a guesser of encodings
-        problem = "cannot be read: neither text nor a complete binary file"
-        raise GeometryError(message(where, problem, "check the file, or export it again")) from cause
-    except Exception as cause:  # trimesh's readers pass on any error of the format's parser
-        problem = f"cannot be read: {type(cause).__name__}: {cause}"
-        raise GeometryError(message(where, problem, "check the file, or export it again")) from cause
-    if not isinstance(loaded, trimesh.Trimesh) or len(loaded.faces) == 0:
-        raise GeometryError(message(where, "holds no triangles", "needs a surface mesh, not points or lines"))
-    return loaded
-
-
-def as_shape(value: Any, where: str) -> Shape:  # noqa: ANN401 - a shape or a trimesh.Trimesh
-    """Return ``value`` if it is a shape, or a Mesh if it has ``vertices`` and ``faces``, as a trimesh.Trimesh has.
-
-    Raises GeometryError for anything else.
-    """
-    if isinstance(value, Box | Cylinder | Sphere | Mesh):
-        return value
-    if hasattr(value, "vertices") and hasattr(value, "faces"):
-        return Mesh(value.vertices, value.faces, where=where)
-    remedy = "needs Box, Cylinder, Sphere, Mesh or a trimesh.Trimesh"
-    raise GeometryError(message(where, f"shape is a {type(value).__name__}", remedy))

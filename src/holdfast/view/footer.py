@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from holdfast.base.text import one_line
 from holdfast.view import colours
 from holdfast.view.layout import Box, Layout, has_contacts
 from holdfast.view.marks import CONTACT, FONT, INK, badge
@@ -48,7 +49,7 @@ class Writer:
         self.axes.text(
             x,
             y,
-            text,
+            one_line(text),
             color=colour,
             fontsize=pixels * self.unit * _POINTS_PER_PIXEL,
             fontfamily=FONT,
@@ -61,6 +62,7 @@ class Writer:
 
     def width(self, text: str, pixels: float, bold: bool = False) -> float:
         """Return the width of a line [px]."""
+        text = one_line(text)
         from matplotlib.font_manager import FontProperties
 
         weight = "bold" if bold else "normal"
@@ -69,6 +71,7 @@ class Writer:
 
     def clipped(self, text: str, pixels: float, room: float, bold: bool = False) -> str:
         """Return the text, shortened with an ellipsis if it is wider than ``room`` [px]."""
+        text = one_line(text)
         if self.width(text, pixels, bold) <= room:
             return text
         end = bisect(range(len(text)), room, key=lambda n: self.width(text[:n] + "…", pixels, bold))
@@ -77,7 +80,7 @@ class Writer:
     def wrapped(self, text: str, pixels: float, room: float, lines: int) -> list[str]:
         """Return the text, broken at spaces into at most ``lines`` lines of ``room`` [px]."""
         result = [""]
-        for word in text.split():
+        for word in one_line(text).split():
             longer = f"{result[-1]} {word}".strip()
             if len(result) == lines or not result[-1] or self.width(longer, pixels) <= room:
                 result[-1] = longer
@@ -86,20 +89,15 @@ class Writer:
         return [self.clipped(line, pixels, room) for line in result]
 
 
-def plain(text: str) -> str:
-    """Return the text on one line; the line breaks of hover texts become commas."""
-    return ", ".join(part.strip() for part in text.replace("\n", "<br>").split("<br>") if part.strip())
-
-
 def draw_header(writer: Writer, picture: Picture, box: Box) -> None:
     """Draw the title and up to two lines of subtitle."""
     unit = writer.unit
     size = 27.0
-    title = plain(picture.title)
+    title = picture.title
     while size > 18.0 and writer.width(title, size, bold=True) > box.width:
         size -= 1.0
     writer.put(box.left, 44 * unit, writer.clipped(title, size, box.width, bold=True), size, bold=True)
-    for row, line in enumerate(writer.wrapped(plain(picture.subtitle), 16.0, box.width, 2)):
+    for row, line in enumerate(writer.wrapped(picture.subtitle, 16.0, box.width, 2)):
         writer.put(box.left, (70 + 21 * row) * unit, line, 16.0, colour=GREY)
 
 
@@ -175,7 +173,7 @@ def _swatches(picture: Picture) -> list[tuple[str | tuple[float, ...], str]]:
 
 def _draw_list(writer: Writer, picture: Picture, left: float, foot: Box) -> None:
     unit = writer.unit
-    labels = [plain(arrow.label) for arrow in picture.weakest]
+    labels = [arrow.label for arrow in picture.weakest]
     if not labels:
         return
     writer.put(left, foot.top + 32 * unit, "weakest pushes", 16.0, bold=True)

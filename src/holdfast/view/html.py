@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-from html import escape
 from string import Template
 from typing import Any
 
@@ -13,9 +12,9 @@ from numpy.typing import NDArray
 
 from holdfast.base.errors import HoldfastError
 from holdfast.base.files import write_atomically
+from holdfast.base.text import escaped
 from holdfast.view import colours
 from holdfast.view.camera import View, back_view, front_view, heat_points, stacked
-from holdfast.view.footer import plain
 from holdfast.view.marks import INK
 from holdfast.view.page import PAGE
 from holdfast.view.picture import Picture
@@ -45,8 +44,8 @@ def _page(picture: Picture) -> str:
     views = _views(picture)
     data = {"traces": traces, "layout": _layout(picture, views["front"]), "views": views, "badges": _badges(picture)}
     return Template(PAGE).substitute(
-        title=escape(plain(picture.title)),
-        subtitle=escape(plain(picture.subtitle)),
+        title=escaped(picture.title),
+        subtitle=escaped(picture.subtitle),
         switches=_switches(parts),
         weakest=_weakest(picture),
         data=_json(data),
@@ -66,7 +65,7 @@ def _switches(parts: list[Group]) -> str:
         first += len(group.traces)
         rows.append(
             f'<label><input type="checkbox" data-traces="{numbers}" data-role="{group.role}" checked>'
-            f'<i style="background:{group.swatch}"></i>{escape(group.name)}</label>'
+            f'<i style="background:{group.swatch}"></i>{escaped(group.name)}</label>'
         )
     return "\n".join(rows)
 
@@ -74,7 +73,7 @@ def _switches(parts: list[Group]) -> str:
 def _weakest(picture: Picture) -> str:
     if not picture.weakest:
         return ""
-    items = "".join(f"<li>{escape(plain(arrow.label))}</li>" for arrow in picture.weakest)
+    items = "".join(f"<li>{escaped(arrow.label)}</li>" for arrow in picture.weakest)
     return f"<h2>Weakest pushes</h2><ol>{items}</ol>"
 
 
@@ -136,7 +135,7 @@ def _badges(picture: Picture) -> list[dict[str, Any]]:
 def _coloraxis(scale: colours.Scale, name: str) -> dict[str, Any]:
     stops = np.linspace(0.0, 1.0, len(colours.TABLE))
     marks = colours.ticks(scale)
-    title = escape(name) + ("  (logarithmic)" if scale.log else "")
+    title = escaped(name) + ("  (logarithmic)" if scale.log else "")
     return {
         "cmin": 0.0,
         "cmax": 1.0,

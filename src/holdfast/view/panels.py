@@ -56,7 +56,7 @@ def sheet_png(
         for j, one in enumerate(row):
             place = (_PAD + j * panel[0], _HEAD + i * (panel[1] + _CAPTION) + _CAPTION)
             _draw(writer, page, one, row, scale, place, panel)
-    writer.put(_PAD, 44, title, 26, bold=True)
+    writer.put(_PAD, 44, writer.clipped(title, 26, width - 2 * _PAD, bold=True), 26, bold=True)
     writer.put(_PAD, 74, writer.clipped(subtitle, 16, width - 2 * _PAD), 16, colour=GREY)
     _bar(writer, page, scale, height - _FOOT + 24, every)
     paint(figure, page)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from holdfast.base.arrays import unit
+from holdfast.base.text import escaped
 from holdfast.view import colours
 from holdfast.view.camera import heat_points
 from holdfast.view.edges import feature_edges
@@ -198,7 +199,7 @@ def _arrows(arrows: tuple[Arrow, ...], colour: str, radius: float) -> tuple[Trac
     if not drawn:
         return ()
     vertices, triangles = arrow_mesh(drawn, radius)
-    texts = [arrow.label for arrow in drawn]
+    texts = [escaped(arrow.label) for arrow in drawn]
     hover = {"hovertemplate": "%{text}<extra></extra>", "cell_texts": texts}
     counts = [len(vertices) // len(drawn)] * len(drawn)
     return (_mesh(vertices, triangles, {"color": colour, "cell_counts": counts, **hover}),)

@@ -230,7 +230,7 @@ CHANGES: dict[str, Change] = {
 def compare(name: str, change: Change, sampling: str, rel: float) -> None:
     scene = shipped_scene(name)
     other, motion, factor, prefix = change(scene)
-    before, after = assemble(scene), assemble(other)
+    before, after = assemble(scene), assemble(other, allow_large=True)
     rng = np.random.default_rng(6)
     engine = Graph(sampling=sampling)  # type: ignore[arg-type]
     for body in scene.movable:

@@ -8,7 +8,8 @@ import trimesh
 
 import holdfast as hf
 from holdfast.engines.contract import Within
-from holdfast.engines.limit.engine import Limit, LimitState
+from holdfast.engines.limit.engine import Limit
+from holdfast.engines.limit.program import LoadProgram
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
 
@@ -16,15 +17,15 @@ from holdfast.scene.shipped import shipped_scene
 def checked(assembly: hf.Assembly, body: str, spacing: float, gap: float = 0.01) -> tuple[hf.RobustnessMap, int]:
     """A map whose bounds are checked by 200 direct solves; the number of solves it took."""
     solves = 0
-    original = LimitState.solve
+    original = LoadProgram.maximise
 
-    def counted(state: LimitState, load: np.ndarray) -> object:
+    def counted(program: LoadProgram, load: np.ndarray, around: float | None = None) -> object:
         nonlocal solves
         solves += 1
-        return original(state, load)
+        return original(program, load, around)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(LimitState, "solve", counted)
+        patch.setattr(LoadProgram, "maximise", counted)
         result = hf.robustness_map(assembly, [body], spacing=spacing, engine="limit", gap=gap)
     finite = np.isfinite(result.upper)
     assert (result.lower <= result.upper).all()

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from holdfast.base.compiled import FOLDER_VARIABLE
+from holdfast.base.code_store import FOLDER_VARIABLE
 from holdfast.validation.benchmarks import pipeline
 
 

@@ -15,10 +15,13 @@ from holdfast.applications.disassembly.removal import WHOLE, Answer, Removal, Re
 from holdfast.applications.disassembly.search import everything, fewest
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived, to_dict
-from holdfast.base.arrays import Float, checked, unit
+from holdfast.base.arrays import Float, checked_direction, checked_items, checked_whole
 from holdfast.base.errors import HoldfastError, SceneError, SolverError, UnstableError, message
+from holdfast.base.kinds import shaped
 from holdfast.base.painters import paint
 from holdfast.base.public import PublicValue, Summary, number
+from holdfast.base.ranges import MANY
+from holdfast.base.text import listed, quoted
 from holdfast.base.values import Value
 from holdfast.engines.answers import Claim, Undecided
 from holdfast.engines.contract import FORCES_ONLY, Engine
@@ -47,6 +50,7 @@ class PaperRow(Value):
 
 
 @archived
+@shaped(lift="3")
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Disassembly(PublicValue):
     """An order in which bodies can be taken out of ``assembly``.
@@ -159,7 +163,7 @@ class Disassembly(PublicValue):
     def summary(self) -> Summary:
         """Summarise the answer by its steps in order."""
         whole = len(self.assembly.movable)
-        headline = f"{len(self.steps)} of {whole} bodies come out: {', '.join(self.order[:SHOWN])}"
+        headline = f"{len(self.steps)} of {whole} bodies come out: {listed(self.order[:SHOWN], SHOWN)}"
         if self.undecided.count:
             headline += f"; of those that stay {self.undecided.text}"
         outcome = f"reached {self.reached}, proven {self.proven}, at least {number(self.bound)} removals"
@@ -202,19 +206,16 @@ def disassembly_order(
     """
     assembly = checked_assembly(assembly)
     method = engine_of(engine)
-    if not isinstance(budget, int | np.integer) or budget < 0:
-        raise HoldfastError(message("disassembly_order: budget", f"{budget!r}", "needs a whole number, not negative"))
-    direction = checked(lift, (3,), "disassembly_order: lift")
-    if not np.linalg.norm(direction) > 0:
-        raise HoldfastError(message("disassembly_order: lift", "is zero", "needs a direction"))
+    checked_whole(budget, "disassembly_order: budget", 0, MANY)
+    direction = checked_direction(lift, "disassembly_order: lift")
     goals = _goals(assembly, goal)
-    removals = Removals(assembly, method, unit(direction))
+    removals = Removals(assembly, method, direction)
     _check_stands(removals)
     plan = fewest(removals, frozenset(goals), budget) if goals else everything(removals, budget)
     found = Disassembly(
         assembly=assembly,
         method=method,
-        lift=unit(direction),
+        lift=direction,
         goal=goals,
         steps=plan.steps,
         reached=plan.reached,
@@ -229,13 +230,15 @@ def _goals(assembly: Assembly, goal: str | Iterable[str] | None) -> tuple[str, .
     if goal is None:
         return ()
     if not isinstance(goal, Iterable):
-        raise SceneError(message("disassembly_order: goal", f"got {goal!r:.60}", "needs names of bodies"))
-    names = (goal,) if isinstance(goal, str) else tuple(goal)
+        raise SceneError(message("disassembly_order: goal", f"got {quoted(goal)}", "needs names of bodies"))
+    names = (goal,) if isinstance(goal, str) else tuple(checked_items(goal, "disassembly_order: goal", "names"))
     if not names:
         raise SceneError(message("disassembly_order: goal", "is empty", "name bodies, or leave it out for all"))
     for name in names:
         if assembly.scene.body(name).fixed:
-            raise SceneError(message("disassembly_order: goal", f"{name!r} is fixed", "name bodies that can move"))
+            raise SceneError(
+                message("disassembly_order: goal", f"{quoted(name)} is fixed", "name bodies that can move")
+            )
     return tuple(dict.fromkeys(names))
 
 

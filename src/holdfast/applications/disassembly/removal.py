@@ -23,8 +23,8 @@ from holdfast.applications.disassembly.exits import Exits
 from holdfast.assembly.assembly import Assembly, components
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
-from holdfast.base.public import listed
 from holdfast.base.rigid import wrench_at
+from holdfast.base.text import listed
 from holdfast.base.values import Value
 from holdfast.engines.answers import Claim
 from holdfast.engines.capabilities import RELEASES

@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float, checked, checked_number, unit
+from holdfast.base.arrays import Float, checked, checked_items, checked_number, checked_whole
 from holdfast.base.errors import SceneError, message
+from holdfast.base.ranges import EXPONENT, MANY
 from holdfast.base.rigid import checked_pose
+from holdfast.base.text import quoted
 from holdfast.scene.friction import Friction
 
 
@@ -30,7 +32,7 @@ class Weights:
 
     def __post_init__(self) -> None:
         for name in ("robustness", "level", "steadiness"):
-            checked_number(getattr(self, name), f"Weights: {name}", minimum=0)
+            checked_number(getattr(self, name), f"Weights: {name}", minimum=0, within=EXPONENT)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,8 +63,8 @@ def checked_region(region: object, up: Float) -> Float:
     where = "plan_placement: region"
     try:
         box = np.array(region, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise SceneError(message(where, f"is {region!r:.60}", "needs the low and the high corner of a box")) from None
+    except (TypeError, ValueError, OverflowError):
+        raise SceneError(message(where, f"is {quoted(region)}", "needs the low and the high corner of a box")) from None
     if box.shape == (2, 2):
         if np.abs(up[:2]).max() > 1e-9:
             raise SceneError(message(where, "has two coordinates, but up is not z", "give three"))
@@ -76,9 +78,10 @@ def checked_region(region: object, up: Float) -> Float:
 
 def names_of(assembly: Assembly, names: Sequence[str], option: str) -> tuple[str, ...]:
     """Return the names as a tuple; raises SceneError for a name that no body of the scene has."""
-    if isinstance(names, str) or (option == "supports" and not len(names)):
-        raise SceneError(message(f"plan_placement: {option}", f"is {names!r}", "needs a list of names of bodies"))
-    return tuple(assembly.scene.body(name).name for name in names)
+    found = checked_items(names, f"plan_placement: {option}", "names of bodies")
+    if option == "supports" and not found:
+        raise SceneError(message(f"plan_placement: {option}", f"is {quoted(names)}", "needs a list of names of bodies"))
+    return tuple(assembly.scene.body(name).name for name in found)
 
 
 def checked_orientations(value: Any) -> Float | None:  # noqa: ANN401
@@ -86,8 +89,8 @@ def checked_orientations(value: Any) -> Float | None:  # noqa: ANN401
     if value is None:
         return None
     where = "plan_placement: orientations"
-    array = np.asarray(value)
-    turns = checked(array[None] if array.ndim == 2 else array, (None, 3, 3), where)
+    single = np.asarray(value, dtype=object).ndim == 2
+    turns = checked([value] if single else value, (None, 3, 3), where)
     if not len(turns):
         raise SceneError(message(where, "is empty", "give rotations (k, 3, 3), or None for any"))
     poses = np.tile(np.eye(4), (len(turns), 1, 1))
@@ -95,17 +98,6 @@ def checked_orientations(value: Any) -> Float | None:  # noqa: ANN401
     return np.array([checked_pose(pose, f"{where}[{k}]")[:3, :3] for k, pose in enumerate(poses)])
 
 
-def checked_direction(value: Any) -> Float:  # noqa: ANN401
-    """Return the direction as a unit vector (3,)."""
-    direction = checked(value, (3,), "plan_placement: approach")
-    if not np.linalg.norm(direction) > 0:
-        raise SceneError(message("plan_placement: approach", "is zero", "needs a direction such as (0, 0, -1)"))
-    return unit(direction)
-
-
 def counted(value: Any, name: str) -> int:  # noqa: ANN401
     """Return the value as a whole number of at least 1; raises an error for any other value."""
-    number = checked_number(value, f"plan_placement: {name}", minimum=1)
-    if number != int(number):
-        raise SceneError(message(f"plan_placement: {name}", f"is {number:g}", "needs a whole number"))
-    return int(number)
+    return checked_whole(value, f"plan_placement: {name}", 1, MANY)

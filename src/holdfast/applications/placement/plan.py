@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 from holdfast.applications.placement.options import (
     Options,
     Weights,
-    checked_direction,
     checked_orientations,
     checked_region,
     counted,
@@ -19,8 +18,10 @@ from holdfast.applications.placement.options import (
 from holdfast.applications.placement.planner import MOST_ATTEMPTS, Planner
 from holdfast.applications.placement.result import Placement
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import checked_number
+from holdfast.base.arrays import checked_direction, checked_number, checked_whole
 from holdfast.base.errors import SceneError, message
+from holdfast.base.ranges import ANGLE, LENGTH, MOST_SEED, SCALE
+from holdfast.base.text import listed, quoted
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
 from holdfast.scene.body import Body
 from holdfast.scene.friction import Friction
@@ -88,7 +89,7 @@ def plan_placement(
         orientations=orientations, turn=turn, tilt=tilt, approach=approach, weights=weights,
         friction=friction, mass_margin=mass_margin, spacing=spacing, confirm=confirm,
     ).plan(
-        seed=seed,
+        seed=checked_whole(seed, "plan_placement: seed", 0, MOST_SEED),
         budget=None if budget is None else checked_number(budget, "plan_placement: budget", above=0),
         candidates=counted(candidates, "candidates"),
         attempts=counted(attempts, "attempts"),
@@ -120,11 +121,13 @@ def planner(
     if not isinstance(body, Body):
         raise SceneError(message(where, f"body is a {type(body).__name__}", "needs a holdfast.Body with a mass"))
     if body.fixed:
-        raise SceneError(message(where, f"body {body.name!r} is fixed", "needs one that can be moved"))
+        raise SceneError(message(where, f"body {quoted(body.name)} is fixed", "needs one that can be moved"))
     if any(other.name == body.name for other in assembly.bodies):
-        raise SceneError(message(where, f"the scene has a body named {body.name!r}", "give the object another name"))
+        raise SceneError(
+            message(where, f"the scene has a body named {quoted(body.name)}", "give the object another name")
+        )
     if weights is not None and not isinstance(weights, Weights):
-        raise SceneError(message(f"{where}: weights", f"is {weights!r:.60}", "needs holdfast.Weights(...)"))
+        raise SceneError(message(f"{where}: weights", f"is {quoted(weights)}", "needs holdfast.Weights(...)"))
     method = engine_of(engine)
     second = None if confirm is None else engine_of(confirm)
     up = assembly.scene.up
@@ -136,15 +139,15 @@ def planner(
         avoid=names_of(assembly, avoid, "avoid"),
         orientations=checked_orientations(orientations),
         turn=bool(turn),
-        tilt=checked_number(tilt, f"{where}: tilt", minimum=0),
-        approach=None if approach is None else checked_direction(approach),
+        tilt=checked_number(tilt, f"{where}: tilt", minimum=0, within=ANGLE),
+        approach=None if approach is None else checked_direction(approach, f"{where}: approach"),
         weights=Weights() if weights is None else weights,
         friction=_friction(assembly, friction),
-        mass_margin=checked_number(mass_margin, f"{where}: mass_margin", minimum=0),
-        spacing=checked_number(spacing, f"{where}: spacing", above=0),
+        mass_margin=checked_number(mass_margin, f"{where}: mass_margin", minimum=0, within=SCALE),
+        spacing=checked_number(spacing, f"{where}: spacing", above=0, within=LENGTH),
     )
     if options.least_supports > len(options.supports):
-        problem = f"least_supports is {options.least_supports}, supports are {', '.join(options.supports)}"
+        problem = f"least_supports is {options.least_supports}, supports are {listed(options.supports)}"
         raise SceneError(message(where, problem, "ask for no more than there are"))
     names = {body.name} if body.material is None else {body.name, body.material}
     assembly = replace(assembly, absent=tuple(sorted({*assembly.absent, *names})))  # engines may be told of the body

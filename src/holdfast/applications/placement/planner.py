@@ -34,7 +34,9 @@ from holdfast.applications.placement.support import (
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, unit
 from holdfast.base.errors import SceneError
+from holdfast.base.progress import report, reported
 from holdfast.base.rigid import transform
+from holdfast.base.text import listed
 from holdfast.base.values import Table
 from holdfast.contacts.detect import find_contacts
 from holdfast.contacts.interface import Interface
@@ -108,7 +110,7 @@ class Planner:
         if not len(self.support.points):
             region = " in the region" if np.isfinite(self.options.region).any() else ""
             return self._nothing(
-                Search(), f"no exposed point of {', '.join(self.options.supports)} faces up{region}", start
+                Search(), f"no exposed point of {listed(self.options.supports)} faces up{region}", start
             )
         if not self.support.chance.any():
             return self._nothing(Search(), f"no point to build on is sure to withstand a push{self._unknown()}", start)
@@ -130,6 +132,7 @@ class Planner:
         rng = np.random.default_rng(seed)
         search = Search()
         while len(search.found) < candidates and search.tried < attempts:
+            report("attempts to place it", search.tried, attempts)
             if search.tried and budget is not None and time.perf_counter() - start > budget:
                 break
             search.tried += 1
@@ -322,7 +325,7 @@ class Planner:
     def with_object(self, placed: Body, contacts: Sequence[Interface]) -> Assembly:
         """Return the assembly with the object added, whose interfaces are ``contacts``."""
         scene = self.assembly.scene
-        after = Scene([*scene.bodies, placed], self.options.friction, scene.gravity, scene.name)
+        after = Scene([*scene.bodies, placed], self.options.friction, scene.gravity, scene.name, scene.excluded)
         return replace(self.assembly, scene=after, interfaces=(*self.assembly.interfaces, *contacts))
 
     def _judged(self, after: Assembly) -> tuple[str, Assembly | None]:
@@ -355,7 +358,7 @@ class Planner:
         """Choose the candidate whose weakest point is strongest by a coarse map, and compute its full map."""
         found = search.found
         if len(found) > 1:
-            rated = [self._rated(candidate, after) for candidate, after in found]
+            rated = [self._rated(candidate, after) for candidate, after in reported("poses compared", found)]
             rated.sort(key=lambda entry: entry[0], reverse=True)
             found = [(candidate, after) for _, candidate, after in rated]
         after = found[0][1]

@@ -13,6 +13,7 @@ from holdfast.applications.placement.support import SupportPoints
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float
+from holdfast.base.kinds import shaped
 from holdfast.base.painters import paint
 from holdfast.base.public import Summary, number
 from holdfast.base.values import Table, Value, seal
@@ -24,6 +25,7 @@ from holdfast.scene.body import Body
 
 
 @archived
+@shaped(pose="4 4", points="k 3", normals="k 3")
 @dataclass(frozen=True, eq=False, repr=False)
 class Candidate(Value):
     """A pose (4, 4), body frame to world, that was tried.

@@ -11,6 +11,7 @@ from holdfast.applications.placement.options import Weights
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Objects
+from holdfast.base.kinds import shaped
 from holdfast.base.values import Value, seal
 from holdfast.queries.map import RobustnessMap, robustness_map
 from holdfast.queries.request import EngineChoice
@@ -20,6 +21,7 @@ MOST_FIXED = 3000  # the most points on fixed bodies, which need only places and
 
 
 @archived
+@shaped(points="n 3", normals="n 3", body="n", force="n", area="n", chance="n")
 @dataclass(frozen=True, eq=False, repr=False)
 class SupportPoints(Value):
     """The n exposed points of the scene that face up and can carry an object.

@@ -11,16 +11,16 @@ from holdfast.base.arrays import Float
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.engines.compliant.grid import Grid
-from holdfast.engines.rest import find_rest
-from holdfast.engines.verdict import Status
+from holdfast.engines.compliant.model import motion_row
 
 ACCURACY = 2e-4  # relative accuracy of a peak at which bisection stops
-FALLBACK_ACCURACY = 5e-3  # relative accuracy that is accepted where bisection stalls
+FALLBACK_ACCURACY = 5e-3  # relative accuracy beyond which bisection does not insist where it stalls
+WIDEST = 0.5  # width of a bracket, relative to its upper end, up to which the largest load that holds is an answer
 MOST_TRIALS = 40  # largest number of loads tried for one peak
 MOST_STEPS = 3000  # of Newton's method on all loads tried for one peak, after which no further load is tried
 MOST_UNDECIDED = 8  # largest number of trials that remain undecided: each takes long
 FARTHEST = 10.0  # search limit, as a multiple of the last load reached
-FIRST_STEP, GROWTH = 1e-4, 4.0  # first relative step of the load, and its growth, until a load moves bodies
+FIRST_STEP, GROWTH = 1e-4, 4.0  # first relative step of the load, and its growth, where no load is known to move bodies
 PLACES = (0.5, 0.25, 0.75, 0.1, 0.9)  # where to try next between a load that holds and one that moves bodies, in turn
 
 
@@ -40,21 +40,37 @@ class Peak(NamedTuple):
 def with_bisected_peaks(grid: Grid, W: Float, paths: PathResult) -> PathResult:
     """Return the load paths of columns W (6J, k), with the peaks of lost paths found by bisection.
 
-    The search starts at the highest load that the path reached, and goes upwards. The highest load that holds becomes
-    the peak if the bodies move under a load that is larger by at most FALLBACK_ACCURACY; bisection aims at ACCURACY.
-    Bodies move if they drift or if no equilibrium exists. Paths for which this fails remain lost.
+    The search lies between the highest load that the path reached, or none, and the load above which limit analysis
+    proves that bodies move; where that is infinite, it goes upwards from the load that the path reached. Bisection aims
+    at ACCURACY. The highest load that holds becomes the peak, which may be too low by the width of the bracket
+    (``short``), but never too high. Paths whose bracket remains wider than WIDEST remain lost.
     """
-    if grid.settled.outcome is not RestOutcome.RESTS:
+    lost = np.flatnonzero(paths.outcome == PathOutcome.LOST)
+    if grid.settled.outcome is not RestOutcome.RESTS or not len(lost):
         return paths
     outcome, peak, short = paths.outcome.copy(), paths.peak.copy(), paths.short.copy()
     q, motion = paths.q.copy(), paths.motion.copy()
-    for k in np.flatnonzero(paths.outcome == PathOutcome.LOST).tolist():
-        start = Peak(float(paths.peak[k]), np.inf, paths.q[k], paths.motion[k])
-        found = _Bisection(grid, W[:, k], start).run()
-        if found.holds > 0 and found.moves - found.holds <= FALLBACK_ACCURACY * found.holds:
+    for k in lost.tolist():
+        found = _Bisection(grid, W[:, k], _bracket(grid, W[:, k], paths, k)).run()
+        if found.holds > 0 and found.moves - found.holds <= WIDEST * found.moves < np.inf:
             outcome[k], peak[k], short[k] = PathOutcome.PEAK, found.holds, found.moves - found.holds
             q[k], motion[k] = found.q, found.motion
     return paths._replace(outcome=outcome, peak=peak, short=short, q=q, motion=motion).sealed()
+
+
+def _bracket(grid: Grid, column: Float, paths: PathResult, k: int) -> Peak:
+    """Return what path k and limit analysis say of the peak under a load ``column`` (6J,).
+
+    If the path was lost at once, the assembly holds no more than its weight. Bodies move with the mechanism of limit
+    analysis, or with the path's last motion where limit analysis has none.
+    """
+    certain = grid.certain.load_factor(column[:, None])
+    begun = paths.peak[k] > 0
+    holds, q = (float(paths.peak[k]), paths.q[k]) if begun else (0.0, grid.settled.q)
+    mechanism = certain.mechanism[0]
+    motion = paths.motion[k] if mechanism is None else motion_row(grid.assembly, mechanism.twists)
+    moves = float(certain.upper[0])
+    return Peak(holds, moves if moves > holds else np.inf, q, motion)
 
 
 @dataclass
@@ -79,7 +95,7 @@ class _Bisection:
             holds, moves = self.peak.holds, self.peak.moves
             unbounded = np.isinf(moves) and step > FARTHEST
             spent = self.undecided == MOST_UNDECIDED or self.steps > MOST_STEPS
-            if not holds > 0 or unbounded or moves - holds <= ACCURACY * holds or spent:
+            if (np.isinf(moves) and not holds > 0) or unbounded or moves - holds <= ACCURACY * holds or spent:
                 break
             share = PLACES[self.passed % len(PLACES)]
             self._try(holds + share * (moves - holds) if np.isfinite(moves) else holds * (1 + step))
@@ -99,8 +115,6 @@ class _Bisection:
             self.peak = self.peak._replace(holds=s, q=end.q)
         elif end.outcome is RestOutcome.DRIFTS:
             self.peak = self.peak._replace(moves=s, motion=end.drift)
-        elif find_rest(self.grid.assembly, self.grid.wrench + s * self.column).verdict.status is Status.UNSTABLE:
-            self.peak, self.passed = self.peak._replace(moves=s), 0  # no equilibrium at all
         else:
             self.undecided += 1
 

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, checked_number
-from holdfast.base.errors import HoldfastError, message
+from holdfast.base.arrays import Float, checked_number, checked_whole
+from holdfast.base.ranges import STIFFNESS
 from holdfast.base.values import Value
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.engines.compliant.grid import Grid
@@ -20,8 +18,9 @@ from holdfast.engines.compliant.state import CLAIM, NAME, CompliantState, Standi
 from holdfast.engines.compliant.stiffness import Stiffness, check_stiffness, checked_stiffness
 from holdfast.engines.compliant.verdict import at_rest, not_at_rest
 from holdfast.engines.rest import find_rest
+from holdfast.engines.verdict import Status
 
-FEWEST = 2  # smallest number of nodes along each side of a patch
+FEWEST, MOST = 2, 100  # smallest and largest number of nodes along each side of a patch
 
 
 @archived
@@ -31,8 +30,8 @@ class Compliant(Value):
 
     The engine finds whether the assembly comes to rest, and the peak load up to which it stays at rest.
 
-    - ``nodes``: the number of contact nodes along each side of a square patch, at least 2. Patches of other shapes have
-      about as many nodes in all.
+    - ``nodes``: the number of contact nodes along each side of a square patch, from 2 to 100. Patches of other shapes
+      have about as many nodes in all.
     - ``stiffness_ratio``: tangential over normal stiffness, greater than 0.
     - ``stiffness`` [N/m³]: the normal stiffness per area. None or one number gives all contacts the same stiffness,
       which then does not change any answer. A mapping gives pairs of bodies their own; pairs that are not named have
@@ -52,10 +51,8 @@ class Compliant(Value):
     claim = CLAIM
 
     def __post_init__(self) -> None:
-        if not isinstance(self.nodes, int | np.integer) or self.nodes < FEWEST:
-            problem = f"nodes = {self.nodes!r}"
-            raise HoldfastError(message("Compliant", problem, f"needs a whole number of at least {FEWEST}"))
-        checked_number(self.stiffness_ratio, "Compliant: stiffness_ratio", above=0)
+        checked_whole(self.nodes, "Compliant: nodes", FEWEST, MOST)
+        checked_number(self.stiffness_ratio, "Compliant: stiffness_ratio", above=0, within=STIFFNESS)
         object.__setattr__(self, "stiffness", checked_stiffness(self.stiffness))
 
     def prepare(
@@ -84,8 +81,15 @@ class Compliant(Value):
         rest = at_rest(grid)
         if rest is not None and not rest.loose:
             return Standing(rest.verdict, Refined(grid, refinements))
-        if rest is not None or grid.settled.outcome is RestOutcome.LOST:
-            held = at_rest(grid.with_hold)  # without it some motions have no stiffness, and no path begins
-            if held is not None:
-                return Standing(held.verdict, Refined(grid.with_hold, refinements), held.loose)
-        return Unpushable(not_at_rest(grid) if rest is None else rest.verdict)
+        if rest is None and grid.settled.outcome is not RestOutcome.LOST:
+            return Unpushable(not_at_rest(grid))
+        held = at_rest(grid.with_hold)  # without it some motions have no stiffness, and no path begins
+        if held is None and rest is None:
+            return Unpushable(not_at_rest(grid))
+        certain = find_rest(assembly, wrench).verdict
+        if certain.status is Status.UNSTABLE:  # the balance holds to within a tolerance only, and the proof is exact
+            return Unpushable(certain)
+        if held is None:
+            assert rest is not None
+            return Unpushable(rest.verdict)
+        return Standing(held.verdict, Refined(grid.with_hold, refinements), held.loose)

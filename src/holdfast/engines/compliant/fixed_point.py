@@ -82,7 +82,7 @@ def fixed_point(
             continue
         slip = np.zeros(len(nodes))
         duals = solution.z[len(solution.z) - 3 * int(rough.sum()) :].reshape(-1, 3)
-        slip[rough] = np.linalg.norm(duals[:, 1:], axis=1)
+        slip[rough] = np.linalg.norm(duals[:, 1:], axis=1) / np.maximum(nodes.mu[rough], 1.0)
         wanted = nodes.mu * slip
         forces = solution.x.reshape(-1, 3)
         scale = max(float(np.abs(forces / stiffness).max()), float(wanted.max(initial=0)))

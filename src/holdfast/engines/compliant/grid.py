@@ -15,7 +15,8 @@ from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.elastic.sparse import held
 from holdfast.elastic.system import Settled, System
-from holdfast.engines.compliant.model import Springs, elastic_model, force_unit, levers
+from holdfast.engines.compliant.model import Springs, elastic_model, force_unit, own_rows, world_rows
+from holdfast.engines.limit.engine import Limit, LimitState
 from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of
 
 FINER = 2  # number of nodes along a side on the next finer grid, as a multiple of this grid's
@@ -68,6 +69,11 @@ class Grid:
         """The grid on the same nodes with a faint hold of every body."""
         return Grid.of(self.assembly, self.wrench, self.springs, self.nodes, hold=True)
 
+    @cached_property
+    def certain(self) -> LimitState:
+        """Limit analysis of the same assembly under the same wrench, which proves above which load bodies move."""
+        return Limit().on(self.assembly, self.wrench)
+
     @property
     def unit(self) -> float:
         """The model's unit of force [N]."""
@@ -75,7 +81,7 @@ class Grid:
 
     def loads(self, W: Float) -> Float:
         """Convert load columns W (6J, k) [N, N m] to rows (k, 6J) in the units of the model."""
-        return np.ascontiguousarray((W.T * levers(self.assembly)) / self.unit)
+        return own_rows(self.assembly, np.ascontiguousarray(W.T) / self.unit)
 
     def paths(self, W: Float, *, cuts: bool = False) -> PathResult:
         """Follow the load paths of columns W (6J, k) [N, N m], none of which may be zero.
@@ -87,7 +93,7 @@ class Grid:
         if self.settled.outcome is not RestOutcome.RESTS:
             return PathResult.lost(*loads.shape, cuts=cuts).sealed()
         found = self.system.paths(self.settled.q, loads, cuts=cuts)
-        return found._replace(cut=found.cut * (levers(self.assembly) / self.unit)).sealed() if cuts else found
+        return found._replace(cut=world_rows(self.assembly, found.cut) / self.unit).sealed() if cuts else found
 
     def loads_at_peaks(self, W: Float, peaks: PathResult) -> Float:
         """Return the factors (k,) of columns W (6J, k) at the displacements of ``peaks`` found on a coarser grid.
@@ -101,7 +107,7 @@ class Grid:
         found: list[Mechanism] = []
         relative = self._relative
         for first in range(0, len(motions), CHUNK):
-            twists = motions[first : first + CHUNK] * levers(self.assembly)
+            twists = world_rows(self.assembly, motions[first : first + CHUNK])
             velocities = (relative @ twists.T).T.reshape(len(twists), len(self.nodes), 3)
             modes = modes_of(velocities, np.zeros(len(self.nodes)))
             found += [

@@ -1,4 +1,9 @@
-"""The elastic model of an assembly: its contact nodes grouped into flat sheets, in the units of ``elastic/law.py``."""
+"""The elastic model of an assembly: its contact nodes grouped into flat sheets, in the units of ``elastic/law.py``.
+
+Bodies' displacements and loads are along the assembly's own axes, and all numbers are rounded to BITS digits: where a
+load path branches, as under a symmetric push, the last digits decide which way it goes, and they would depend on the
+world's axes and on the units of length.
+"""
 
 from __future__ import annotations
 
@@ -9,9 +14,11 @@ import numpy as np
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.nodes import ContactNodes
 from holdfast.base.arrays import Float, Int
+from holdfast.base.rigid import snapped
 from holdfast.elastic.law import Elastic, bond
 from holdfast.engines.compliant.stiffness import Stiffness, stiffness_of
 
+BITS = 30  # binary digits of the model's numbers, each relative to those of the same sheet or body
 FLAT = 1e-9  # largest distance of a sheet's nodes from its plane, relative to the assembly's size
 
 
@@ -42,6 +49,22 @@ def levers(assembly: Assembly) -> Float:
     return np.tile(np.repeat([1.0, 1 / assembly.size], 3), len(assembly.movable))
 
 
+def own_rows(assembly: Assembly, rows: Float) -> Float:
+    """Convert rows (k, 6J) of forces and torques [N, N m] to the model's axes and units of length, rounded."""
+    own = ((rows * levers(assembly)).reshape(-1, 3) @ assembly.axes.T).reshape(-1, len(assembly.movable), 6)
+    return snapped(own, np.abs(own).max(2, keepdims=True), BITS).reshape(rows.shape)
+
+
+def world_rows(assembly: Assembly, rows: Float) -> Float:
+    """Convert rows (k, 6J) of displacements or motions in the model's axes and units of length to the world's."""
+    return (rows.reshape(-1, 3) @ assembly.axes).reshape(rows.shape) * levers(assembly)
+
+
+def motion_row(assembly: Assembly, twists: Float) -> Float:
+    """Convert the twists (J, 6) of a motion to a row (6J,) in the model's axes and units of length."""
+    return (twists.reshape(-1, 3) @ assembly.axes.T).ravel() / levers(assembly)
+
+
 def elastic_model(
     assembly: Assembly, nodes: ContactNodes, wrench: Float, ratio: float = 1.0, stiffness: Stiffness = None
 ) -> Elastic:
@@ -57,22 +80,25 @@ def elastic_model(
     origin = share / np.diff(first)[:, None]
     axes = nodes.axes[start]
     local = np.einsum("ikx,ix->ik", axes[sheet], nodes.points - origin[sheet]) / assembly.size
+    extent = np.maximum.reduceat(np.abs(local).max(1), start) if count else np.empty(0)
+    local = snapped(local, extent[sheet, None], BITS)
     k = nodes.weights * stiffness_of(assembly, stiffness)[nodes.interface]
     k = k / max(float(k.sum()), 1e-300)
     a, b = nodes.a[start], nodes.b[start]
+    scale = assembly.equation_scale / levers(assembly)
     model = Elastic(
         first,
         np.ascontiguousarray(local[:, 1]),
         np.ascontiguousarray(local[:, 2]),
-        k,
+        snapped(k, k, BITS),
         np.ascontiguousarray(nodes.mu[start]),
         float(ratio),
         np.ascontiguousarray(a),
         np.ascontiguousarray(b),
         _sheet_from_body(assembly, axes, origin, a),
         _sheet_from_body(assembly, axes, origin, b),
-        levers(assembly) * wrench / force_unit(assembly, wrench),
-        assembly.equation_scale / levers(assembly),
+        own_rows(assembly, wrench[None] / force_unit(assembly, wrench))[0],
+        snapped(scale, scale, BITS),
         np.zeros((count, 6, 6)),
         np.zeros(6 * len(assembly.movable)),
     )
@@ -96,13 +122,14 @@ def _sheets(nodes: ContactNodes, flat: float) -> Int:
 def _sheet_from_body(assembly: Assembly, axes: Float, origin: Float, body: Int) -> Float:
     """Return the matrices (P, 6, 6) that map the twist of a body to its twist in the frame of each sheet.
 
-    The body's twist is about its centre of mass along the world axes, with rotations multiplied by the assembly's size.
-    The sheet's twist is about ``origin`` along ``axes``. Matrices of fixed bodies are zero.
+    The body's twist is about its centre of mass along the assembly's own axes, with rotations multiplied by the
+    assembly's size. The sheet's twist is about ``origin`` along ``axes``. Matrices of fixed bodies are zero.
     """
     T = np.zeros((len(body), 6, 6))
     free = np.flatnonzero(body != FIXED)
-    arm = (origin[free] - assembly.com[body[free]]) / assembly.size
-    R = axes[free]
+    arm = (origin[free] - assembly.com[body[free]]) @ assembly.axes.T / assembly.size
+    arm = snapped(arm, np.abs(arm).max(1, initial=0.0)[:, None], BITS)
+    R = snapped(axes[free] @ assembly.axes.T, 1.0, BITS)
     T[free, :3, :3] = T[free, 3:, 3:] = R
     T[free, :3, 3:] = np.cross(arm[:, None], R)  # R (ω x arm) = (arm x R) ω, row by row
     return T

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Float, Int
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.engines.compliant.bisection import with_bisected_peaks
@@ -35,6 +35,12 @@ class Bounded(NamedTuple):
         """The lower bounds (k,): ``below``, or inf where the path is endless."""
         return np.where(self.paths.outcome == PathOutcome.ENDLESS, np.inf, self.below)
 
+    def replaced(self, at: Int, others: Bounded) -> Bounded:
+        """Return the same with ``others`` in the places ``at``."""
+        below = self.below.copy()
+        below[at] = others.below
+        return Bounded(self.paths.replaced(at, others.paths), below)
+
 
 @dataclass(frozen=True, eq=False)
 class Refined:
@@ -51,17 +57,41 @@ class Refined:
     def _may_refine(self) -> bool:
         return self.refinements > 0 and FINER**2 * len(self.grid.nodes) <= MOST_NODES
 
-    def found(self, W: Float, *, cuts: bool = False) -> PathResult:
-        """Follow the paths of columns W (6J, k) on this grid, and find the peaks of lost paths by bisection."""
-        return with_bisected_peaks(self.grid, W, self.grid.paths(W, cuts=cuts))
-
     def answers(self, W: Float, *, cuts: bool = False, bounds: bool = True) -> Bounded:
         """Follow the paths of columns W (6J, k).
 
         With ``bounds`` each path is followed on a grid that is fine enough for it, and has a lower bound. Without, all
-        paths are followed on this grid and the lower bounds are 0. ``cuts`` is as in ``Grid.paths``.
+        paths are followed on this grid and the lower bounds are 0. Paths that are lost on this grid are recovered as
+        ``_recovered`` says. ``cuts`` is as in ``Grid.paths``.
         """
-        paths = self.found(W, cuts=cuts)
+        found = self._given(W, self.grid.paths(W, cuts=cuts), cuts=cuts, bounds=bounds)
+        lost = np.flatnonzero(found.paths.outcome == PathOutcome.LOST)
+        if not len(lost):
+            return found
+        return found.replaced(lost, self._recovered(W[:, lost], found.paths.chosen(lost), cuts=cuts, bounds=bounds))
+
+    def _recovered(self, W: Float, lost: PathResult, *, cuts: bool, bounds: bool) -> Bounded:
+        """Recover paths of columns W (6J, k) that are ``lost`` on this grid.
+
+        A path is taken from the next finer grid if it is not lost there and leads at least as far as on this grid.
+        Otherwise the peak is found by bisection on this grid. Its lower bound is what the path itself reached on both
+        grids: bodies that come to rest under a larger load need not have stayed where they were while it rose.
+        """
+        peaks, reached = Bounded(lost, np.zeros(W.shape[1])), lost.peak
+        if self._may_refine:
+            there = self._finer.grid.paths(W, cuts=cuts)
+            agree = (there.outcome != PathOutcome.LOST) & (there.peak >= (1 - COARSE) * reached)
+            kept = np.flatnonzero(agree)
+            better = self._finer._given(W[:, kept], there.chosen(kept), cuts=cuts, bounds=bounds)
+            peaks, reached = peaks.replaced(kept, better), np.minimum(reached, there.peak)
+        rest = np.flatnonzero(peaks.paths.outcome == PathOutcome.LOST)
+        found = with_bisected_peaks(self.grid, W[:, rest], lost.chosen(rest))
+        known = (found.outcome == PathOutcome.PEAK) & bounds
+        below = np.where(known, (1 - LEAST_ERROR) * np.minimum(reached[rest], found.peak), 0.0)
+        return peaks.replaced(rest, Bounded(found, below))
+
+    def _given(self, W: Float, paths: PathResult, *, cuts: bool, bounds: bool) -> Bounded:
+        """Return the paths of this grid with bounds if they are wanted, else as they are."""
         return self._bounded(W, paths, cuts=cuts) if bounds else Bounded(paths, np.zeros(W.shape[1]))
 
     def _bounded(self, W: Float, paths: PathResult, *, cuts: bool) -> Bounded:
@@ -81,7 +111,7 @@ class Refined:
         unsure = np.flatnonzero((finer < 0) | (np.abs(finer - peak) > LARGE * peak))
         if len(unsure):
             asked = W[:, peaked[unsure]]
-            there = self._finer.found(asked, cuts=cuts)
+            there = self._finer.grid.paths(asked, cuts=cuts)
             finer[unsure] = there.factor
             if self._may_refine:
                 changed = np.abs(there.peak - peak[unsure]) > COARSE * peak[unsure]

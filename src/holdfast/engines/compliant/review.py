@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -13,12 +12,12 @@ from holdfast.elastic.stepper import CARRIED
 from holdfast.engines.answers import Answers, only_balanced
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.contract import EXACT, Accuracy, ForcesOnly, Within
-from holdfast.engines.limit.engine import Limit, LimitState
 from holdfast.engines.verdict import Status
 
 SLIGHT = 1e-4  # push, relative to the pushed body's weight, below which a body that is only balanced gives way to any
-HUGE = 100.0  # push, relative to the group's weight, above which a finite peak has to be confirmed
+HUGE = 10.0  # push, relative to the group's weight, above which a finite peak has to be confirmed
 CONTRADICTION = 0.05  # share by which a peak may lie above the proved bound before it counts as wrong
+BEYOND = 30.0  # times a peak: bodies that rest under such a load do not move at the peak
 ALONE = 1e-6  # what the faint hold may carry of a load that contacts are to balance alone
 
 
@@ -26,8 +25,9 @@ ALONE = 1e-6  # what the faint hold may carry of a load that contacts are to bal
 class Review:
     """Compares answers on one grid with limit analysis where they deserve doubt.
 
-    ``loose`` names the bodies that are only balanced. In an assembly with such bodies all answers are compared; in
-    others those that are undecided, that have no lower bound, or that exceed HUGE times the weight.
+    ``loose`` names the bodies that are only balanced. All answers are compared on a grid with a faint hold, which an
+    assembly with such bodies needs; on others those that are undecided, that have no lower bound, or that exceed HUGE
+    times the weight.
     """
 
     grid: Grid
@@ -36,36 +36,41 @@ class Review:
     def of(self, found: Answers, W: Float, accuracy: Accuracy) -> Answers:
         """Return the answers ``found`` for columns W (6J, n), mended where limit analysis proves more.
 
-        - A push that moves a body which is only balanced, and that is too small to be told from none, becomes 0.
+        - A push that moves a body which is only balanced, and that is too small to be told from none, becomes 0: on a
+          grid with a faint hold that of either method, on others that of limit analysis.
         - An undecided answer becomes 0 where limit analysis proves that the least push moves something.
         - An answer above the proved bound by more than CONTRADICTION is undecided; one that is less far above it is
           lowered to it.
         - A peak above HUGE times the weight is infinite if contact forces balance the load alone, with friction, by
-          both methods.
+          both methods, or if elastic contacts come to rest under BEYOND times the peak: the path has left its branch.
+          If neither is found, such a peak without a lower bound is undecided where limit analysis finds no end.
         """
         size, own = self._sizes(W), self._own(W)
+        bounded = not isinstance(accuracy, ForcesOnly)
         doubtful = np.flatnonzero(self._doubtful(found, size, accuracy))
-        if not len(doubtful) or not self._certain.verdict().equilibrium_exists:
+        if not len(doubtful) or not self.grid.certain.verdict().equilibrium_exists:
             return found
         wanted = accuracy if isinstance(accuracy, Within) else EXACT
-        certain = self._certain.load_factor(W[:, doubtful], wanted)
+        certain = self.grid.certain.load_factor(W[:, doubtful], wanted)
         force, lower, upper = (np.array(column) for column in (found.force, found.lower, found.upper))
         status, mechanism = np.array(found.status), np.array(found.mechanism)
         upper[doubtful] = top = np.minimum(upper[doubtful], certain.upper)
         for k, row in enumerate(doubtful.tolist()):
-            unknown = status[row] is Status.UNDECIDED
-            if min(top[k], np.inf if unknown or not self.loose else force[row]) * own[row] <= SLIGHT:
+            unknown, infinite = status[row] is Status.UNDECIDED, certain.status[k] is Status.INFINITE
+            if min(top[k], np.inf if unknown or not self.grid.held else force[row]) * own[row] <= SLIGHT:
                 status[row], force[row], lower[row] = Status.FINITE, 0.0, 0.0
                 mechanism[row] = certain.mechanism[k] if mechanism[row] is None else mechanism[row]
             elif unknown:
                 continue
             elif force[row] > (1 + CONTRADICTION) * top[k]:
                 status[row], force[row], lower[row], mechanism[row] = Status.UNDECIDED, 0.0, 0.0, None
-            elif certain.status[k] is Status.INFINITE and np.isfinite(force[row]) and self._balance(W[:, row]):
+            elif infinite and self._endless(W[:, row], float(force[row])):
                 status[row], force[row], lower[row], mechanism[row] = Status.INFINITE, np.inf, np.inf, None
+            elif infinite and bounded and lower[row] <= 0 and force[row] * size[row] > HUGE:
+                status[row], force[row], lower[row], mechanism[row] = Status.UNDECIDED, 0.0, 0.0, None
             else:
                 force[row] = min(force[row], top[k])
-                if self.loose:  # the faint hold may have carried some
+                if self.grid.held:  # the hold may have carried some
                     lower[row] = max(lower[row] - CARRIED / size[row], 0.0)
                 lower[row] = min(lower[row], force[row])
         return replace(
@@ -89,7 +94,7 @@ class Review:
 
     def _doubtful(self, found: Answers, size: Float, accuracy: Accuracy) -> Bool:
         loaded = size > 0
-        if self.loose:
+        if self.grid.held:
             return np.asarray(loaded)
         finite = found.status == Status.FINITE
         doubt = (found.status == Status.UNDECIDED) | (finite & (np.where(finite, found.force, 0.0) * size > HUGE))
@@ -97,18 +102,21 @@ class Review:
             doubt |= finite & (found.lower <= 0)
         return np.asarray(loaded & doubt)
 
-    def _balance(self, column: Float) -> bool:
-        """Tell whether elastic contacts with friction balance one load (6J,) without any weight."""
+    def _endless(self, column: Float, peak: float) -> bool:
+        """Tell whether elastic contacts balance one load (6J,) without any weight, or BEYOND times its ``peak``."""
+        if not np.isfinite(peak):
+            return True
         grid = self.grid if self.grid.held else self.grid.with_hold
         load = grid.loads(column[:, None])[0]
         system = grid.system.under(load / np.abs(load).max())
         end = system.come_to_rest()
         held = np.abs(system.model.hold * end.q).max(initial=0.0)
-        return bool(end.outcome is RestOutcome.RESTS and held <= ALONE)
-
-    @cached_property
-    def _certain(self) -> LimitState:
-        return Limit().on(self.grid.assembly, self.grid.wrench)
+        if end.outcome is RestOutcome.RESTS and held <= ALONE:
+            return True
+        if self.grid.held:  # the faint hold would carry too much
+            return False
+        far = self.grid.system.under(self.grid.system.model.wrench + BEYOND * peak * load)
+        return far.come_to_rest(near=self.grid.settled.q).outcome is RestOutcome.RESTS
 
     @property
     def _notes(self) -> tuple[str, ...]:

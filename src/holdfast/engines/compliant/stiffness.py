@@ -9,6 +9,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, checked_number
+from holdfast.base.ranges import STIFFNESS
 from holdfast.scene.pairs import check_known, checked_pairs, number_between
 
 Stiffness: TypeAlias = float | Mapping[tuple[str, str], float] | None
@@ -19,8 +20,8 @@ WHAT = "Compliant: stiffness"  # in error messages
 def checked_stiffness(stiffness: Stiffness) -> Stiffness:
     """Return ``stiffness``, a mapping as a read-only table; raise SceneError if it makes no sense in any scene."""
     if isinstance(stiffness, Mapping):
-        return checked_pairs(stiffness, WHAT, WHAT, above=0)
-    return None if stiffness is None else checked_number(stiffness, WHAT, above=0)
+        return checked_pairs(stiffness, WHAT, WHAT, above=0, within=STIFFNESS)
+    return None if stiffness is None else checked_number(stiffness, WHAT, above=0, within=STIFFNESS)
 
 
 def check_stiffness(assembly: Assembly, stiffness: Stiffness) -> None:

@@ -9,14 +9,15 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, equilibrium_operator
 from holdfast.base.arrays import Float
+from holdfast.base.text import listed
 from holdfast.elastic.law import Elastic, evaluate, node_forces
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.sparse import unresisted_motion
 from holdfast.elastic.stepper import CARRIED
 from holdfast.engines.compliant.fixed_point import Fixed, fixed_point
 from holdfast.engines.compliant.grid import Grid
-from holdfast.engines.compliant.model import levers
-from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of, relative_velocity
+from holdfast.engines.compliant.model import levers, world_rows
+from holdfast.engines.mechanism import NAMED, Kinematics, Mechanism, describe, modes_of, relative_velocity
 from holdfast.engines.rest import contact_forces, doubt_of, find_rest, undecided
 from holdfast.engines.verdict import Status, Verdict
 
@@ -60,7 +61,7 @@ def not_at_rest(grid: Grid) -> Verdict:
     if certain.status is Status.UNSTABLE:
         return certain
     if end.outcome is RestOutcome.DRIFTS:
-        twists = (levers(assembly) * end.drift).reshape(-1, 6)
+        twists = world_rows(assembly, end.drift[None]).reshape(-1, 6)
         return _drifts(assembly, nodes, twists, certain.equilibrium_exists)
     if certain.equilibrium_exists:
         other = fixed_point(assembly, nodes, wrench, m.k, m.rho)
@@ -107,7 +108,7 @@ def _stands(
     contact = contact_forces(assembly, nodes, forces)
     reason = "elastic contacts with friction come to rest: their forces balance every body"
     if only_balanced:
-        names = ", ".join(only_balanced)
+        names = listed(only_balanced, NAMED)
         reason += f"; only balanced, as on an edge, a corner or a round side: {names} (some smallest push moves it)"
     return Verdict(
         status=Status.STABLE,

@@ -11,10 +11,12 @@ import numpy as np
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.nodes import ContactNodes, contact_nodes
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Bool, Float, Int, checked_number
+from holdfast.base.arrays import Bool, Float, Int, checked_number, checked_whole
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.progress import report
+from holdfast.base.ranges import MANY, MOST_SEED
 from holdfast.base.rigid import rotation_about, shift_twist
+from holdfast.base.text import listed
 from holdfast.base.values import Value
 from holdfast.contacts.nodes import Sampling
 from holdfast.engines.answers import Answers, Claim
@@ -22,7 +24,7 @@ from holdfast.engines.contract import EXACT, Accuracy
 from holdfast.engines.graph import topple
 from holdfast.engines.graph.cuts import feasible_cuts
 from holdfast.engines.graph.slip import arc_capacities, slip_many
-from holdfast.engines.mechanism import Kinematics, Mechanism, Mode, describe
+from holdfast.engines.mechanism import NAMED, Kinematics, Mechanism, Mode, describe
 from holdfast.engines.rest import Rest, find_rest
 from holdfast.engines.verdict import Status, Verdict
 
@@ -68,6 +70,9 @@ class Graph(Value):
             raise HoldfastError(message("Graph", f"mass_margin = {margin:g}", "needs 0 <= mass_margin < 1"))
         if self.immobile_above is not None:
             checked_number(self.immobile_above, "Graph: immobile_above", above=0)
+        checked_whole(self.nodes, "Graph: nodes", 1, 10_000)
+        checked_whole(self.max_cuts, "Graph: max_cuts", 1, MANY)
+        checked_whole(self.seed, "Graph: seed", 0, MOST_SEED)
 
     def prepare(
         self, assembly: Assembly, standing: Float | None = None, acceleration: Float | None = None
@@ -118,7 +123,9 @@ class GraphState:
             notes.append("every body judged alone, its neighbours taken as fixed: optimistic")
         if self._immobile.any():
             names = [body.name for body, still in zip(self.assembly.movable, self._immobile, strict=True) if still]
-            notes.append(f"taken as immobile (above {self.engine.immobile_above:g} kg): {', '.join(names)}: optimistic")
+            notes.append(
+                f"taken as immobile (above {self.engine.immobile_above:g} kg): {listed(names, NAMED)}: optimistic"
+            )
         if self.engine.mass_margin:
             notes.append(f"all masses taken {self.engine.mass_margin:.0%} smaller")
         return tuple(notes)

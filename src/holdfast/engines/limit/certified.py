@@ -13,23 +13,28 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial import ConvexHull, cKDTree
 
-from holdfast.base.arrays import Float, Int
+from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.progress import report
 from holdfast.engines.directions import flat_groups, moment_frame
 from holdfast.engines.limit.combination import combined
 from holdfast.engines.limit.gauge import Cuts, Field
 from holdfast.engines.limit.load_limit import LoadLimit
+from holdfast.engines.limit.rounding import DOWN, UP
 from holdfast.engines.verdict import Status
 
 NEIGHBOURS = 10  # solved loads, the nearest, that are combined for a bound at another one
 
-Solve = Callable[[Float], LoadLimit]
+ROUNDING = 1e-14  # of the terms of a sum: more than the rounding of every step of it
+SLIGHT = 1e-13  # smaller shares in a combination count as none
+
+Solve = Callable[[Float], list[LoadLimit]]  # of load columns (6J, k)
 
 
-def certify(columns: Float, first: int, solve: Solve, cuts: Cuts, gap: float, lever: float) -> Field:
+def certify(columns: Float, first: int, solve: Solve, cuts: Cuts, gap: float, lever: float, slope: Float) -> Field:
     """Bounds for load columns (6J, n) that load one body, at rows ``first`` to ``first + 6``, within ``gap``.
 
-    ``lever`` [m] makes torques comparable with forces.
+    ``lever`` [m] makes torques comparable with forces. ``slope`` (6,) bounds γ of any wrench r on the body by the sum
+    of slope |r|: it pays for what rounding hides.
     """
     count = columns.shape[1]
     loads = np.ascontiguousarray(columns[first : first + 6].T)
@@ -40,23 +45,26 @@ def certify(columns: Float, first: int, solve: Solve, cuts: Cuts, gap: float, le
         np.zeros(count),
         np.full(count, np.inf),
         np.full(count, -1),
-        np.zeros(count, dtype=bool),
-        np.zeros(count, dtype=bool),
+        np.full((count, 6), np.inf),
+        *np.zeros((3, count), dtype=bool),
     )
 
-    def at(k: int) -> None:
-        _enter(bounds, k, solve(columns[:, k]))
+    def at(chosen: Int) -> None:
+        for k, limit in zip(chosen.tolist(), solve(columns[:, chosen]), strict=True):
+            _enter(bounds, k, limit)
 
-    def elsewhere(load: Float) -> float:
-        full = np.zeros(len(columns))
-        full[first : first + 6] = load
-        limit = solve(full)
-        cuts.learn(limit)
-        return _high(limit)
+    def elsewhere(wanted: Float) -> tuple[Float, Float]:
+        full = np.zeros((len(columns), len(wanted)))
+        full[first : first + 6] = wanted.T
+        limits = solve(full)
+        for limit in limits:
+            cuts.learn(limit)
+        spare = [_spare(limit, first) for limit in limits]
+        return np.array([_high(limit) for limit in limits]), np.array(spare).reshape(-1, 6)
 
     groups, rest = flat_groups(loads)
     for members in groups:
-        _flat(bounds, members, at, elsewhere, gap)
+        _flat(bounds, members, at, elsewhere, gap, slope)
         report("certified bounds", count - int(bounds.doubtful(np.arange(count), gap).sum()), count)
     if len(rest):
         _curved(bounds, rest, at, elsewhere, gap, lever)
@@ -65,9 +73,14 @@ def certify(columns: Float, first: int, solve: Solve, cuts: Cuts, gap: float, le
 
 def _high(limit: LoadLimit) -> float:
     """The upper bound of γ that one solved load proves."""
-    if limit.status is Status.INFINITE:
+    if limit.status is Status.INFINITE and limit.lower == np.inf:
         return 0.0
-    return 1 / limit.lower if limit.lower > 0 else np.inf
+    return 1 / limit.lower * UP if limit.lower > 0 else np.inf
+
+
+def _spare(limit: LoadLimit, first: int) -> Float:
+    """The slope (6,) of what an endless load takes besides on the rows from ``first``; infinite where it takes none."""
+    return np.full(6, np.inf) if limit.slope is None else limit.slope[first : first + 6]
 
 
 def _enter(bounds: Field, k: int, limit: LoadLimit) -> None:
@@ -75,14 +88,21 @@ def _enter(bounds: Field, k: int, limit: LoadLimit) -> None:
     number = bounds.cuts.learn(limit)
     bounds.solved[k] = True
     bounds.undecided[k] = limit.status is Status.UNDECIDED
+    bounds.endless[k] = limit.status is Status.INFINITE
     bounds.high[k] = _high(limit)
-    bounds.low[k] = 0.0 if limit.status is not Status.FINITE else 1 / limit.upper if limit.upper > 0 else np.inf
+    bounds.spare[k] = _spare(limit, bounds.first)
+    bounds.low[k] = 0.0 if limit.status is not Status.FINITE else 1 / limit.upper * DOWN if limit.upper > 0 else np.inf
     if number is not None:
         bounds.cut[k] = number
 
 
 def _flat(
-    bounds: Field, members: Int, at: Callable[[int], None], elsewhere: Callable[[Float], float], gap: float
+    bounds: Field,
+    members: Int,
+    at: Callable[[Int], None],
+    elsewhere: Callable[[Float], tuple[Float, Float]],
+    gap: float,
+    slope: Float,
 ) -> None:
     """Pushes of one direction: γ is convex over the plane of their moments; refine a triangulation of it."""
     force = bounds.loads[members[0], :3]
@@ -92,48 +112,69 @@ def _flat(
     pad = 1e-6 * max(float((high - low).max()), 1e-12)
     low, high = low - pad, high + pad
     unit = (chart - low) / (high - low)
-    places = [np.array([x, y], dtype=float) for x in (0, 1) for y in (0, 1)]
-    values = [elsewhere(np.concatenate([force, (low + place * (high - low)) @ frame])) for place in places]
+    places = np.array([(x, y) for x in (0.0, 1.0) for y in (0.0, 1.0)])
+    loads = np.column_stack([np.tile(force, (4, 1)), (low + places * (high - low)) @ frame])
+    values, spare = elsewhere(loads)
     while True:
         bounds.rise()
-        undone = np.flatnonzero(bounds.doubtful(members, gap))
+        undone = members[bounds.doubtful(members, gap)]
         if not len(undone):
             return
-        facet = np.arange(len(undone))
+        facet, place = np.arange(len(undone)), unit[bounds.doubtful(members, gap)]
         if np.isfinite(values).all():
-            above, facet = _envelope(np.array(places), np.array(values), unit[undone])
-            bounds.high[members[undone]] = np.minimum(bounds.high[members[undone]], above)
-        still = bounds.doubtful(members[undone], gap)
-        undone, facet = undone[still], facet[still]
-        for index in undone[_worst_of_each(facet, _doubt(bounds, members[undone]))]:
-            at(int(members[index]))
-            places.append(unit[index])
-            values.append(float(bounds.high[members[index]]))
+            above, endless, facet = _envelope(places, loads, values, spare, place, bounds.loads[undone], slope)
+            bounds.high[undone] = np.minimum(bounds.high[undone], above)
+            bounds.endless[undone] |= endless
+        still = bounds.doubtful(undone, gap)
+        undone, facet, place = undone[still], facet[still], place[still]
+        worst = _worst_of_each(facet, _doubt(bounds, undone))
+        at(undone[worst])
+        places, loads = np.vstack([places, place[worst]]), np.vstack([loads, bounds.loads[undone[worst]]])
+        values = np.concatenate([values, bounds.high[undone[worst]]])
+        spare = np.vstack([spare, bounds.spare[undone[worst]]])
 
 
-def _envelope(places: Float, values: Float, points: Float) -> tuple[Float, Int]:
-    """Upper bounds (n,) of a convex function known at ``places`` (m, 2) of a square, and the facet that gives each.
+def _envelope(
+    places: Float, loads: Float, values: Float, spare: Float, points: Float, wanted: Float, slope: Float
+) -> tuple[Float, Bool, Int]:
+    """Upper bounds (n,) of γ at the loads ``wanted`` (n, 6), which lie at ``points`` (n, 2) of a square.
 
-    The planes through the facets of the lower hull; over each facet its own plane interpolates, so the largest of all
-    planes is never below the function, however the hull was joggled.
+    γ is at most ``values`` (m,) at the ``loads`` (m, 6), which lie at ``places`` (m, 2). Each wanted load is a
+    combination of those at the corners of the facet of the lower hull below it, with no negative shares, and a
+    difference that ``slope`` (6,) pays for; so a hull that was joggled gives valid bounds, too. Loads of which any
+    multiple is carried leave γ = 0 if the difference is less than what one of them takes besides (``spare`` (m, 6)).
+    Also returns where (n,) this is so, and the facets (n,).
     """
     height = max(float(np.ptp(values)), 1e-300)
     lifted = np.column_stack([places, (values - values.min()) / height])
     hull = ConvexHull(np.vstack([lifted, [[0.5, 0.5, 1e3]]]), qhull_options="QJ Pp")
     facets = hull.simplices[(hull.simplices < len(places)).all(1) & (hull.equations[:, 2] < 0)]
-    a, b, c = (places[facets[:, k]] for k in range(3))
-    u, v = b - a, c - a
+    a, u, v = places[facets[:, 0]], *(places[facets[:, k]] - places[facets[:, 0]] for k in (1, 2))
     area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
     kept = np.abs(area) > 1e-10
     facets, a, u, v, area = facets[kept], a[kept], u[kept], v[kept], area[kept]
-    rise_u, rise_v = values[facets[:, 1]] - values[facets[:, 0]], values[facets[:, 2]] - values[facets[:, 0]]
-    slope_x = (rise_u * v[:, 1] - rise_v * u[:, 1]) / area
-    slope_y = (rise_v * u[:, 0] - rise_u * v[:, 0]) / area
-    level = values[facets[:, 0]] - slope_x * a[:, 0] - slope_y * a[:, 1]
-    heights = np.outer(points[:, 0], slope_x) + np.outer(points[:, 1], slope_y) + level
-    best = np.argmax(heights, axis=1)
-    top = heights[np.arange(len(points)), best]
-    return np.maximum(np.where(top > 1e-12 * values.max(), top, 0.0), 0.0), best
+    x, y = (points[:, None] - a).transpose(2, 0, 1)  # (n, facets)
+    second, third = (x * v[:, 1] - y * v[:, 0]) / area, (y * u[:, 0] - x * u[:, 1]) / area
+    best = np.argmax(np.minimum(np.minimum(second, third), 1 - second - third), axis=1)
+    row = np.arange(len(points))
+    second, third = second[row, best], third[row, best]
+    shares = np.column_stack([1 - second - third, second, third])
+    shares = np.where(shares > SLIGHT, shares, 0.0)
+    corners = loads[facets[best]]  # (n, 3, 6)
+    summed = np.einsum("nk,nk->n", shares, values[facets[best]])
+    size = np.abs(wanted) + np.einsum("nk,nkc->nc", shares, np.abs(corners))
+    missing = np.abs(wanted - np.einsum("nk,nkc->nc", shares, corners)) + ROUNDING * size
+    paid = _paid(slope, missing)
+    most = shares.argmax(1)
+    held = _paid(spare[facets[best]][row, most], missing) <= shares[row, most] * (1 - ROUNDING)
+    endless = held & (np.where(shares > 0, values[facets[best]], 0.0) == 0).all(1)
+    return np.where(endless, 0.0, (summed + paid) * (1 + ROUNDING)), endless, best
+
+
+def _paid(slope: Float, missing: Float) -> Float:
+    """The sums (n,) of slopes (6,) or (n, 6) times what is missing (n, 6); nothing is paid for nothing."""
+    paid = np.where(missing > 0, missing * np.where(missing > 0, slope, 0.0), 0.0)
+    return np.asarray(paid.sum(1) * (1 + ROUNDING))
 
 
 def _doubt(bounds: Field, members: Int) -> Float:
@@ -151,8 +192,8 @@ def _worst_of_each(group: Int, doubt: Float) -> Int:
 def _curved(
     bounds: Field,
     members: Int,
-    at: Callable[[int], None],
-    elsewhere: Callable[[Float], float],
+    at: Callable[[Int], None],
+    elsewhere: Callable[[Float], tuple[Float, Float]],
     gap: float,
     lever: float,
 ) -> None:
@@ -160,10 +201,9 @@ def _curved(
     loads = bounds.loads[members]
     scale = np.repeat([1.0, lever], 3)
     unit = loads / scale
-    axes = np.array([[elsewhere(sign * e * scale) for e in np.eye(6)] for sign in (1.0, -1.0)])
+    axes = elsewhere(np.vstack([np.diag(scale), -np.diag(scale)]))[0].reshape(2, 6)
     batch = max(12, len(members) // 100)
-    for k in _spread(unit, np.empty((0, 6)), batch):
-        at(int(members[k]))
+    at(members[_spread(unit, np.empty((0, 6)), batch)])
     while True:
         bounds.rise()
         undone = np.flatnonzero(bounds.doubtful(members, gap))
@@ -176,8 +216,7 @@ def _curved(
         report("certified bounds", len(members) - len(undone), len(members))
         if not len(undone):
             return
-        for k in undone[_spread(unit[undone], unit[known], batch)]:
-            at(int(members[k]))
+        at(members[undone[_spread(unit[undone], unit[known], batch)]])
 
 
 def _spread(candidates: Float, chosen: Float, count: int) -> Int:

@@ -7,6 +7,8 @@ import numpy as np
 from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compiled
 
+ROUNDING = 1e-14  # of the terms of a sum: more than the rounding of every step of it
+
 
 @compiled
 def combined(points: Float, known: Float, near: Int, values: Float, axes: Float) -> Float:
@@ -15,7 +17,7 @@ def combined(points: Float, known: Float, near: Int, values: Float, axes: Float)
     Each point is written as a non-negative combination of the ``known`` loads (m, 6), whose upper bounds are ``values``
     (m,). ``near`` (n, k) are the numbers of the known loads to combine for each point. The difference between a point
     and its combination is bounded component by component, with the upper bounds ``axes`` (2, 6) of γ along the positive
-    and the negative direction of each axis.
+    and the negative direction of each axis. What rounding may hide in a difference is paid for along both.
     """
     result = np.empty(len(points))
     for i in range(len(points)):
@@ -29,13 +31,17 @@ def combined(points: Float, known: Float, near: Int, values: Float, axes: Float)
             total += share[a] * values[near[i, a]]
         for c in range(6):
             missing = points[i, c]
+            size = abs(missing)
             for a in range(len(share)):
                 missing -= columns[c, a] * share[a]
+                size += abs(columns[c, a]) * share[a]
             if missing > 0.0:
                 total += missing * axes[0, c]
             elif missing < 0.0:
                 total -= missing * axes[1, c]
-        result[i] = total
+            if size > 0.0:
+                total += ROUNDING * size * (axes[0, c] + axes[1, c])
+        result[i] = total * (1.0 + ROUNDING)
     return result
 
 

@@ -17,7 +17,6 @@ from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.values import Value
-from holdfast.conic.solve import ConeSolution, Outcome
 from holdfast.engines.answers import Answers, Bound, Claim
 from holdfast.engines.capabilities import Gradient, LoadSet, Weakest
 from holdfast.engines.cones import ConeChoice, FrictionCone
@@ -27,18 +26,20 @@ from holdfast.engines.limit.certified import certify
 from holdfast.engines.limit.gauge import Cuts
 from holdfast.engines.limit.load_limit import LoadLimit
 from holdfast.engines.limit.loose import comes_loose
-from holdfast.engines.limit.program import LoadProgram
-from holdfast.engines.limit.repair import Repair
+from holdfast.engines.limit.proof import Proofs
+from holdfast.engines.limit.rounding import DOWN, UP
 from holdfast.engines.limit.sensitivity import gradient
 from holdfast.engines.limit.sets import find_set
+from holdfast.engines.limit.standing import proved_rest
 from holdfast.engines.limit.worst_case import corners_of, weakest
 from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of
 from holdfast.engines.rest import Rest, find_rest
 from holdfast.engines.self_stress import needs_self_stress
 from holdfast.engines.verdict import Status, Verdict
 
-MARGIN = 1e-7  # share of an answer by which its bounds are moved outwards, for the error of the solver
-ACCEPTED = 1e-6  # largest residual of a solution that counts as an answer, in units of the total weight
+UNPROVED = (
+    "lower is an estimate: no contact forces inside all friction cones were found, or there are too many to prove it"
+)
 
 
 @archived
@@ -70,7 +71,7 @@ class Limit(Value):
     def on(self, assembly: Assembly, wrench: Float, nodes: ContactNodes | None = None) -> LimitState:
         """The state under ``wrench`` (6J,), on ``nodes`` if given (cautious: corners carry most)."""
         cone = FrictionCone(self.cone, self.sides)
-        rest = find_rest(assembly, wrench, nodes, cone)
+        rest = proved_rest(assembly, find_rest(assembly, wrench, nodes, cone), wrench, cone)
         return LimitState(self, assembly, wrench, _judged(assembly, rest, wrench, cone))
 
     def weakest(
@@ -149,37 +150,54 @@ class LimitState:
         """
         count = W.shape[1]
         if not self.rest.verdict.equilibrium_exists:
-            return Answers.not_standing(count, **self._known)
+            return self._not_standing(count)
         loaded = np.flatnonzero((W != 0).reshape(-1, 6, count).any((1, 2))) if count else np.empty(0)
         if isinstance(accuracy, Within) and count >= FLAT_GROUP and len(loaded) == 1:
             return self._certified(W, int(6 * loaded[0]), accuracy.gap)
-        return self._answers([self.solve(W[:, k]) for k in range(count)])
+        return self._answers(self.proofs.limits(W))
 
-    @property
-    def _known(self) -> dict[str, Any]:
-        """What all answers of this state have in common."""
+    def _known(self, *, lower: bool, upper: bool = True) -> dict[str, Any]:
+        """What all answers of this state have in common; ``lower`` and ``upper`` say whether those are proved."""
+        known = {True: Bound.PROVED, False: Bound.ESTIMATED}
         return {
             "engine": self.engine.name,
             "claim": self.engine.claim,
             "verdict": self.rest.verdict,
-            "lower_bound": Bound.NONE if self.engine.cone == "circumscribed" else Bound.ESTIMATED,
-            "upper_bound": Bound.NONE if self.engine.cone == "inscribed" else Bound.PROVED,
-            "notes": self.notes,
+            "lower_bound": Bound.NONE if self.engine.cone == "circumscribed" else known[lower],
+            "upper_bound": Bound.NONE if self.engine.cone == "inscribed" else known[upper],
+            "notes": self.notes if lower else (*self.notes, UNPROVED),
         }
+
+    def _not_standing(self, count: int) -> Answers:
+        """Answers without a force; that nothing balances the weights is proved by the motion with which they fall."""
+        mechanism = self.rest.verdict.mechanism
+        falls = self.rest.verdict.status is Status.UNSTABLE and mechanism is not None
+        proved = mechanism is None or not falls or self.proofs.falls(mechanism.twists.ravel())
+        return Answers.not_standing(count, **self._known(lower=True, upper=proved))
 
     def _certified(self, W: Float, first: int, gap: float) -> Answers:
         with self._certifying:
-            bounds = certify(W, first, self.solve, self.cuts, gap, self.assembly.size / 4)
+            slope = self.proofs.slope[first : first + 6]
+            bounds = certify(W, first, self.proofs.limits, self.cuts, gap, self.assembly.size / 4, slope)
         with np.errstate(divide="ignore"):
-            lower, upper = 1 / bounds.high, 1 / bounds.low
-        finite = (bounds.high > 0) & ~bounds.undecided
+            lower, upper = 1 / bounds.high * DOWN, 1 / bounds.low * UP
+        endless = (bounds.endless | (bounds.high == 0)) & ~bounds.undecided  # what endless loads make up has no end
+        finite = ~endless & ~bounds.undecided
         kinds = np.array([Status.INFINITE, Status.FINITE, Status.UNDECIDED], dtype=object)
         status = kinds[np.where(bounds.undecided, 2, finite.astype(int))]
+        force = np.where(endless, np.inf, lower)
         used = np.unique(bounds.cut[finite & (bounds.cut >= 0)])
         rows = np.array([self.cuts.motions[k] for k in used]).reshape(len(used), len(W))
         known = dict(zip((int(k) for k in used), self.mechanisms(rows), strict=True))
         told = [known.get(int(k)) if f else None for k, f in zip(bounds.cut, finite, strict=True)]
-        return Answers.of(force=lower, lower=lower, upper=upper, status=status.tolist(), mechanism=told, **self._known)
+        return Answers.of(
+            force=force,
+            lower=lower,
+            upper=upper,
+            status=status.tolist(),
+            mechanism=told,
+            **self._known(lower=self.cuts.certain),
+        )
 
     def _answers(self, answers: list[LoadLimit]) -> Answers:
         told: list[Mechanism | None] = [None] * len(answers)
@@ -189,7 +207,8 @@ class LimitState:
             told[k] = mechanism
         factor, lower, upper = np.array([(a.factor, a.lower, a.upper) for a in answers]).reshape(-1, 3).T
         status = [a.status for a in answers]
-        return Answers.of(force=factor, lower=lower, upper=upper, status=status, mechanism=told, **self._known)
+        known = self._known(lower=all(a.certain for a in answers))
+        return Answers.of(force=factor, lower=lower, upper=upper, status=status, mechanism=told, **known)
 
     def mechanisms(self, twists: Float) -> list[Mechanism]:
         """The collapse mechanisms of dual twists (k, 6J)."""
@@ -201,78 +220,27 @@ class LimitState:
 
     def solve(self, load: Float) -> LoadLimit:
         """The largest factor of one load (6J,)."""
-        return self._maximised(load)[0]
+        return self.proofs.limits(load[:, None])[0]
 
     def gradient(self, load: Float, where: str) -> Gradient:
         """Derivatives of the largest factor of one load (6J,), all from one solve."""
-        limit, solution = self._maximised(load)
-        forces = np.empty((0, 3)) if solution is None else solution.x[:-1].reshape(-1, 3)
-        if limit.twists is None:
+        found = self.proofs.program.maximise(load) if load.any() else None
+        limit = self.solve(load) if found is None else self.proofs.judged([found], load[:, None])[0]
+        if found is None or limit.twists is None:
             remedy = "there are derivatives only where a finite push moves something"
             raise HoldfastError(message(where, f"the push is {limit.status}", remedy))
-        pressing = forces[:, 0] * self.assembly.weight
+        pressing = found.forces[::3]
         return gradient(self.assembly, self.rest.nodes, limit.twists, pressing, self._answers([limit]))
 
     def load_set(self, columns: Float, gap: float, where: str) -> LoadSet:
         """The x (d,) in the box |x_k| <= 1 for which ``columns`` @ x is carried, between two polyhedra."""
-        return find_set(self.assembly, self.solve, columns, gap, where)
-
-    def _maximised(self, load: Float) -> tuple[LoadLimit, ConeSolution | None]:
-        """The largest factor of one load (6J,), and the solution of its program (None: there is no load)."""
-        scaled = self.assembly.equation_scale / self.assembly.weight * load
-        size = float(np.abs(scaled).max(initial=0))
-        if size == 0:
-            return LoadLimit(np.inf, np.inf, np.inf, Status.INFINITE, None), None
-        solution = self._program.maximise(scaled / size)
-        if solution.outcome is Outcome.UNBOUNDED and self._supports_itself(solution, scaled / size):
-            ray = solution.x[:-1].reshape(-1, 3) / solution.x[-1] * self.assembly.weight * size
-            return LoadLimit(np.inf, np.inf, np.inf, Status.INFINITE, None, ray=self.rest.nodes.world(ray)), solution
-        if solution.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED) or solution.residual > ACCEPTED:
-            return LoadLimit(0.0, 0.0, np.inf, Status.UNDECIDED, None), solution
-        return self._bounded(solution, load, size), solution
-
-    def _bounded(self, solution: ConeSolution, load: Float, size: float) -> LoadLimit:
-        """Bounds from both sides: s of the primal point, and gravity over load power of the dual mechanism.
-
-        The second holds for a motion in the dual cone: the mechanism as the solver gives it is mended first.
-        """
-        primal = max(float(solution.x[-1]), 0.0) / size
-        twists = self.assembly.equation_scale * solution.z[: len(load)]
-        power = float(twists @ load)
-        if not power > 0:
-            return LoadLimit(0.0, 0.0, np.inf, Status.UNDECIDED, None)
-        dual = max(-float(twists @ self.wrench) / power, 0.0)
-        spill = float(np.abs(solution.z).sum()) * solution.residual * self.assembly.weight / power
-        slack = MARGIN * max(primal, dual) + spill
-        proof = self._proof(twists / power, load)
-        proved = np.inf if proof is None else -float(proof @ self.wrench)
-        lower, upper = max(min(primal, dual) - slack, 0.0), max(primal, dual, proved) + slack
-        return LoadLimit(primal, lower, upper, Status.FINITE, twists / power, proof)
-
-    def _proof(self, twists: Float, load: Float) -> Float | None:
-        """The motion mended so that no contact force gains on it, at unit load power; None where it cannot be."""
-        mended = self._repair.mended(twists)
-        power = 0.0 if mended is None else float(mended @ load)
-        return mended / power if mended is not None and power > 0 else None
+        return find_set(self.proofs.limits, self.proofs.slope, columns, gap, where)
 
     @cached_property
-    def _repair(self) -> Repair:
+    def proofs(self) -> Proofs:
+        """The program, and the proofs of bounds."""
         cone = FrictionCone(self.engine.cone, self.engine.sides)
-        return Repair(self.assembly, self.rest.nodes, cone, self._gather)
-
-    def _supports_itself(self, solution: ConeSolution, column: Float) -> bool:
-        """Whether the ray of an unbounded program holds: contact forces in the cones that balance the load alone."""
-        ray = solution.x / max(float(solution.x[-1]), 1e-300)
-        if not solution.x[-1] > 0:
-            return False
-        A = self._program.cone_program.A
-        balance = A[: len(column), :-1] @ ray[:-1] + column
-        forces = ray[:-1].reshape(-1, 3)
-        largest = max(float(np.abs(forces).max(initial=0)), 1.0)
-        excess = np.linalg.norm(forces[:, 1:], axis=1) - self.rest.nodes.mu * forces[:, 0]
-        if self.engine.cone == "circumscribed":
-            excess = excess - self.rest.nodes.mu * np.abs(forces[:, 0])  # corners stick out of the circle
-        return float(np.abs(balance).max()) <= 1e-5 * largest and float(excess.max(initial=0)) <= 1e-5 * largest
+        return Proofs(self.assembly, self.rest, self.wrench, cone)
 
     @cached_property
     def kinematics(self) -> Kinematics:
@@ -283,8 +251,3 @@ class LimitState:
     def _gather(self) -> sparse.csr_matrix:
         """Gᵀ (3I, 6J): twists to relative velocities at the nodes."""
         return sparse.csr_matrix(equilibrium_operator(self.assembly, self.rest.nodes).T)
-
-    @cached_property
-    def _program(self) -> LoadProgram:
-        cone = FrictionCone(self.engine.cone, self.engine.sides)
-        return LoadProgram(self.assembly, self.rest.nodes, self.wrench, cone)

@@ -8,20 +8,24 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.engines.limit.load_limit import LoadLimit
+from holdfast.engines.limit.rounding import gamma
 
 
 @dataclass
 class Cuts:
     """Lower bounds for the loads of all bodies: γ(w) >= row @ w for each of ``rows`` (6J,) and any w (6J,).
 
-    ``motions`` (6J,) are the collapse mechanisms of the solved loads that the rows come from.
+    ``motions`` (6J,) are the collapse mechanisms of the solved loads that the rows come from. ``certain`` says whether
+    the lower bounds of all loads that were learned are proved.
     """
 
     rows: list[Float] = field(default_factory=list)
     motions: list[Float] = field(default_factory=list)
+    certain: bool = True
 
     def learn(self, limit: LoadLimit) -> int | None:
         """Add the cut that one solved load proves, and return its number; return None if the load proves no cut."""
+        self.certain &= limit.certain
         if limit.twists is None or not limit.upper > 0:
             return None
         self.rows.append(np.zeros_like(limit.twists) if limit.proof is None else limit.proof / limit.upper)
@@ -35,7 +39,9 @@ class Field:
 
     The body's rows of a load column (6J,) start at ``first``. ``cut`` (n,) is the number of the cut that gives ``low``,
     or -1 if none does. ``solved`` (n,) is True for loads that were solved themselves, and ``undecided`` (n,) for those
-    of them for which the solver found no answer. The first ``seen`` cuts have already been applied.
+    of them for which the solver found no answer. ``endless`` (n,) is True where any multiple of the load is carried;
+    for those that were solved, ``spare`` (n, 6) is the slope of LoadLimit. The first ``seen`` cuts have already been
+    applied.
     """
 
     loads: Float
@@ -44,15 +50,19 @@ class Field:
     low: Float
     high: Float
     cut: Int
+    spare: Float
     solved: Bool
     undecided: Bool
+    endless: Bool
     seen: int = 0
 
     def rise(self) -> None:
         """Raise ``low`` to the values that the cuts added since the last call prove."""
         fresh = self.cuts.rows[self.seen :]
         if fresh:
-            values = self.loads @ np.array(fresh)[:, self.first : self.first + 6].T
+            rows = np.array(fresh)[:, self.first : self.first + 6].T
+            values = self.loads @ rows
+            values -= gamma(6) * (np.abs(self.loads) @ np.abs(rows))
             best = np.argmax(values, axis=1)
             top = values[np.arange(len(values)), best]
             better = top > self.low
@@ -66,4 +76,4 @@ class Field:
         The distance is (upper - lower) / upper of the factor.
         """
         low, high = self.low[members], self.high[members]
-        return np.asarray(~self.solved[members] & (high > 0) & ~(low >= (1 - gap) * high))
+        return np.asarray(~self.solved[members] & ~self.endless[members] & ~(low >= (1 - gap) * high))

@@ -9,53 +9,89 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes
 from holdfast.base.arrays import Float
 from holdfast.conic.program import ConeProgram
-from holdfast.conic.solve import ConeSolution, Prepared
+from holdfast.conic.solve import Outcome, Prepared
 from holdfast.engines.cones import FrictionCone
-from holdfast.engines.forces import force_program
+from holdfast.engines.limit.rounding import Equilibrium
+from holdfast.engines.limit.scales import Scales
 
-TOLERANCE = 1e-9  # tolerance of the duality gap and of feasibility, in units of the total weight
+TOLERANCE = 1e-9  # tolerance of the duality gap and of feasibility, in the units of ``Scales``
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """What the solver found for one load: ``forces`` (3I,) [N], the ``factor`` of the load, and the ``motion`` (6J,).
+
+    ``residual`` is the largest error of equations and cones, in the units of ``Scales``. If the outcome is UNBOUNDED,
+    forces and factor are a ray: contact forces that balance the load alone, ``factor`` times.
+    """
+
+    outcome: Outcome
+    forces: Float
+    factor: float
+    motion: Float
+    residual: float
 
 
 @dataclass(frozen=True, eq=False)
 class LoadProgram:
     """The program max s  s.t.  G f + ``wrench`` + s w = 0, f in the friction cones of ``nodes``, for any load w.
 
-    ``wrench`` (6J,) is in [N, N m]. In the program, forces are in units of the total weight, and the equilibrium of
-    each body in units of its own weight and size. The object is safe for several threads: each call uses a solver of
-    its own, an idle one or a new one. A solution depends on its load alone, to the last digit, and not on the loads
-    that the solver had before.
+    ``wrench`` (6J,) is in [N, N m]. The object is safe for several threads: each call uses a solver of its own, an idle
+    one or a new one. A solution depends on its load alone, to the last digit, and not on the loads that the solver had
+    before.
     """
 
-    assembly: Assembly
+    equilibrium: Equilibrium
     nodes: ContactNodes
     wrench: Float
     cone: FrictionCone
+    tau: Float
     _idle: deque[Prepared] = field(default_factory=deque, init=False, repr=False)
+
+    @cached_property
+    def scales(self) -> Scales:
+        """The units of the program; no force and no equation is without one."""
+        found = Scales.of(self.equilibrium, self.nodes.mu, self.tau)
+        force = np.where(found.force > 0, found.force, np.repeat(self.tau, 3))
+        return Scales(force, np.where(found.motion > 0, found.motion, 1 / self.tau.max(initial=1e-300)))
 
     @cached_property
     def cone_program(self) -> ConeProgram:
         """The cone program in the variables (f, s). The last column of A holds the load in all equilibrium rows."""
-        base, G = force_program(self.assembly, self.nodes, self.wrench, self.cone)
-        rows = G.shape[0]
-        column = sparse.csc_matrix((np.ones(rows), (np.arange(rows), np.zeros(rows, int))), (base.A.shape[0], 1))
-        A = sparse.csc_matrix(sparse.hstack([base.A, column]))
-        count = A.shape[1]
-        return ConeProgram(
-            sparse.csc_matrix((count, count)), np.append(np.zeros(count - 1), -1.0), A, base.b, base.cones
-        )
+        force, motion = self.scales.force, self.scales.motion
+        G = sparse.diags(motion) @ sparse.csr_matrix(self.equilibrium.G) @ sparse.diags(force)
+        C, cones = self.cone.rows(self.nodes)
+        owner = C.indices[C.indptr[:-1]] // 3  # all entries of a row belong to one node
+        mu = self.nodes.mu
+        unit = (np.where(mu > 0, np.minimum(mu, 1.0), 1.0) * self.tau)[owner]
+        friction = sparse.diags(1 / unit) @ C @ sparse.diags(force)
+        rows, count = len(motion), len(force) + 1
+        column = sparse.csc_matrix((np.ones(rows), (np.arange(rows), np.zeros(rows, int))), (rows + C.shape[0], 1))
+        A = sparse.csc_matrix(sparse.hstack([sparse.vstack([G, friction]), column]))
+        b = np.concatenate([-motion * self.wrench, np.zeros(C.shape[0])])
+        q = np.append(np.zeros(count - 1), -1.0)
+        return ConeProgram(sparse.csc_matrix((count, count)), q, A, b, (("zero", rows), *cones))
 
-    def maximise(self, load: Float) -> ConeSolution:
-        """Solve the program for one ``load`` (6J,) in the program's units; ``x`` of the solution is (f, s)."""
+    def usual_factor(self, load: Float) -> float:
+        """Return the factor at which a load (6J,) is as large as usual forces."""
+        return 1 / float(np.abs(self.scales.motion * load).max())
+
+    def maximise(self, load: Float, around: float | None = None) -> Solved:
+        """Solve the program for one ``load`` (6J,) [N, N m], which must not be zero.
+
+        The factor is found to a share of that at which the load is as large as usual forces, or of ``around``.
+        """
         entries = self.cone_program.A.nnz
+        size = 1 / (self.usual_factor(load) if around is None else around)
         try:
             prepared = self._idle.pop()
         except IndexError:
             prepared = Prepared(self.cone_program, tolerance=TOLERANCE)
-        prepared.change(np.arange(entries - len(load), entries), load)
+        prepared.change(np.arange(entries - len(load), entries), self.scales.motion * load / size)
         solution = prepared.solve()
         self._idle.append(prepared)
-        return solution
+        forces, motion = self.scales.force * solution.x[:-1], self.scales.motion * solution.z[: len(load)]
+        return Solved(solution.outcome, forces, float(solution.x[-1]) / size, motion, solution.residual)

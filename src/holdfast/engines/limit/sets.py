@@ -12,28 +12,29 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, SolverError, message
 from holdfast.base.progress import report
 from holdfast.engines.capabilities import LoadSet
 from holdfast.engines.limit.load_limit import LoadLimit
+from holdfast.engines.limit.rounding import DOWN, gamma
 from holdfast.engines.verdict import Status
 from holdfast.geometry.half_spaces import largest_row
 
 BUDGET = {3: 240, 6: 240}  # solves by dimension; in six dimensions the facets of a hull cost more than the solves
 BATCH = {3: 6, 6: 40}  # solves by dimension before both polyhedra are computed again
 SMALLEST = 1e-6  # share of the box: a set that reaches less far along an axis counts as flat
-CUT_MARGIN = 1e-7  # share of the box by which cuts are moved outwards, for the solver's error in the load's work
-WEIGHT_MARGIN = 1e-8  # share of the total weight by which they are moved besides, for its error in the weights' work
 ALIKE = 0.995  # two rays with a larger cosine are too close for one batch
 
 
 def find_set(
-    assembly: Assembly, solve: Callable[[Float], LoadLimit], columns: Float, gap: float, where: str
+    solve: Callable[[Float], list[LoadLimit]], slope: Float, columns: Float, gap: float, where: str
 ) -> LoadSet:
-    """The x (d,) in the box |x_k| <= 1 for which ``columns`` @ x (6J,) is carried, to within ``gap`` if it can."""
-    search = _Search(where, assembly, solve, columns)
+    """The x (d,) in the box |x_k| <= 1 for which ``columns`` @ x (6J,) is carried, to within ``gap`` if it can.
+
+    ``solve`` takes load columns (6J, k). 1/R of any wrench w is at most the sum of ``slope`` (6J,) times |w|.
+    """
+    search = _Search(where, solve, slope, columns)
     reached = search.run(gap)
     cuts = np.array(search.cuts).reshape(-1, columns.shape[1])
     return LoadSet(search.inner, np.unique(cuts, axis=0), search.vertices, reached, search.solves)
@@ -48,8 +49,8 @@ class _Search:
     """
 
     where: str
-    assembly: Assembly
-    solve: Callable[[Float], LoadLimit]
+    solve: Callable[[Float], list[LoadLimit]]
+    slope: Float
     columns: Float
     points: list[Float] = field(default_factory=list)
     cuts: list[Float] = field(default_factory=list)
@@ -62,9 +63,7 @@ class _Search:
         """Ask until the gap is at most ``wanted`` or the budget is used up; returns the gap reached."""
         dimension = self.columns.shape[1]
         budget = BUDGET[dimension]
-        for direction in (*np.eye(dimension), *-np.eye(dimension)):
-            self._ask(direction)
-            self._check_inside(direction)
+        self._ask([*np.eye(dimension), *-np.eye(dimension)], self._check_inside)
         while True:
             vertices, gauge = self._corners()
             gap = max(1 - 1 / float(gauge.max()), 0.0)
@@ -76,25 +75,36 @@ class _Search:
             if gap <= wanted or not chosen:
                 report(self.where, budget, budget)
                 return gap
-            for direction in chosen:
-                self._ask(direction)
+            self._ask(chosen)
 
-    def _ask(self, direction: Float) -> None:
-        self.solves += 1
-        limit = self.solve(self.columns @ direction)
+    def _ask(self, directions: list[Float], check: Callable[[Float], None] | None = None) -> None:
+        """Solve along these directions; ``check`` is called with each of them in turn."""
+        self.solves += len(directions)
+        limits = self.solve(np.column_stack([self.columns @ direction for direction in directions]))
+        for direction, limit in zip(directions, limits, strict=True):
+            self._learn(direction, limit)
+            if check is not None:
+                check(direction)
+
+    def _learn(self, direction: Float, limit: LoadLimit) -> None:
         if limit.status is Status.UNDECIDED:
             self.failed.append(direction / np.linalg.norm(direction))
             return
         reach = 1 / float(np.abs(direction).max())
-        self.points.append(min(limit.lower, reach) * direction)
+        self.points.append(min(self._certain(limit.lower, direction), reach) * direction)
         if limit.proof is not None:
             normal = self.columns.T @ limit.proof
-            self.cuts.append(normal / (limit.upper + self._slack(normal, limit.proof)))
+            unknown = gamma(len(limit.proof)) * float((np.abs(self.columns.T) @ np.abs(limit.proof)).sum())
+            self.cuts.append(normal / (limit.upper + unknown))
 
-    def _slack(self, normal: Float, twists: Float) -> float:
-        """How far a cut may be wrong where the solver's twists leave the dual cone: by loads and by weights."""
-        speeds = float(np.abs(twists / self.assembly.equation_scale).sum())
-        return CUT_MARGIN * float(np.abs(normal).sum()) + WEIGHT_MARGIN * self.assembly.weight * speeds
+    def _certain(self, lower: float, direction: Float) -> float:
+        """The reach along a direction, less what rounding of the load and of the point may take from ``lower``."""
+        if not lower > 0:
+            return 0.0
+        unknown = gamma(len(direction)) * (np.abs(self.columns) @ np.abs(direction))
+        paid = np.where(unknown > 0, unknown, 0.0) @ np.where(unknown > 0, self.slope, 0.0)
+        total = 1 / lower + float(paid)
+        return 1 / total * DOWN if total > 0 else np.inf
 
     def _check_inside(self, direction: Float) -> None:
         if self.failed:
@@ -142,10 +152,15 @@ class _Search:
 
 
 def _drawn_in(hull: ConvexHull) -> Float:
-    """Rows of a hull, drawn in by as much as its facets miss the points that they go through."""
+    """Rows of a hull, drawn in by as much as its facets miss the points that they go through.
+
+    No facet is then outside any of its corners, so that a ray leaves the rows before it leaves the facets.
+    """
     rows = hull.equations[:, :-1] / -hull.equations[:, -1:]
-    missed = float(np.abs(np.einsum("fkd,fd->fk", hull.points[hull.simplices], rows) - 1).max())
-    return _rows(hull) * (1 + missed)
+    corners = hull.points[hull.simplices]
+    missed = float(np.abs(np.einsum("fkd,fd->fk", corners, rows) - 1).max())
+    rounding = gamma(rows.shape[1]) * float(np.einsum("fkd,fd->fk", np.abs(corners), np.abs(rows)).max())
+    return _rows(hull) * (1 + 2 * (missed + rounding))
 
 
 def _rows(hull: ConvexHull) -> Float:

@@ -4,6 +4,7 @@ To add a format, write a module in this package and import it here. If several f
 this list reads it.
 """
 
-from holdfast.scene.formats import native, published, settled
+from holdfast.scene.formats import native, published, settled  # isort: skip
+from holdfast.scene.formats import mjcf, urdf, sdf, gltf, compas, usd  # isort: skip
 
-__all__ = ["native", "published", "settled"]
+__all__ = ["compas", "gltf", "mjcf", "native", "published", "sdf", "settled", "urdf", "usd"]

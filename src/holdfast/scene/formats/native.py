@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import difflib
+import math
 import os
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -22,20 +22,41 @@ from pydantic import (
 from holdfast.base.arrays import Float
 from holdfast.base.errors import SceneError, located, message
 from holdfast.base.rigid import pose_from
+from holdfast.base.text import quoted
 from holdfast.scene.body import Body
+from holdfast.scene.compound import Compound, Part, Shape, Solid
 from holdfast.scene.formats import text
+from holdfast.scene.formats.faults import first_fault
 from holdfast.scene.formats.registry import register
 from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import Combine, Friction
+from holdfast.scene.halfspace import HalfSpace
+from holdfast.scene.round import Capsule, Ellipsoid
 from holdfast.scene.scene import Scene
-from holdfast.scene.shapes import Box, Cylinder, Mesh, Shape, Sphere
+from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
 
 FORMAT: Literal["holdfast-scene/1"] = "holdfast-scene/1"
 
 
-def _no_truth_value(value: Any) -> Any:  # noqa: ANN401
-    if isinstance(value, bool):
+def _no_other_type(value: Any) -> Any:  # noqa: ANN401
+    """Refuse what pydantic would turn into a number: texts and truth values."""
+    if isinstance(value, bool | str | bytes):
         raise ValueError("needs a number")
+    return value
+
+
+def _truth_value(value: Any) -> Any:  # noqa: ANN401
+    """Refuse what pydantic would turn into a truth value: 0 and 1, "yes" and "no"."""
+    if not isinstance(value, bool):
+        raise ValueError("needs true or false")
+    return value
+
+
+def _numbers(value: Any) -> Any:  # noqa: ANN401
+    """Refuse a map of numbers by the first that is none."""
+    wrong = [key for key, item in value.items() if isinstance(item, bool | str)] if isinstance(value, dict) else []
+    if wrong:
+        raise ValueError(f"needs a number for {quoted(wrong[0])}, got {quoted(value[wrong[0]])}")
     return value
 
 
@@ -43,15 +64,28 @@ def _friction_kind(value: Any) -> str:  # noqa: ANN401
     return "table" if isinstance(value, dict | BaseModel) else "number"
 
 
-Number = Annotated[float, BeforeValidator(_no_truth_value)]
+Number = Annotated[float, BeforeValidator(_no_other_type)]
+Whole = Annotated[int, BeforeValidator(_no_other_type)]
+Truth = Annotated[bool, BeforeValidator(_truth_value)]
 Triple = tuple[Number, Number, Number]
 Quadruple = tuple[Number, Number, Number, Number]
 Matrix3 = tuple[Triple, Triple, Triple]
 Matrix4 = tuple[Quadruple, Quadruple, Quadruple, Quadruple]
 
 
+MOST_KEYS = 100  # of one map; the errors of a file are all collected before the first is told
+
+
 class _Model(BaseModel):
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _few_keys(cls, data: Any) -> Any:  # noqa: ANN401
+        if isinstance(data, dict) and len(data) > MOST_KEYS:
+            unknown = next(key for key in data if key not in cls.model_fields)
+            raise ValueError(f"has {len(data):,} keys; {quoted(unknown)} and others are unknown")
+        return data
 
 
 class BoxModel(_Model):
@@ -67,7 +101,7 @@ class CylinderModel(_Model):
     type: Literal["cylinder"]
     radius: Number = Field(description="[m]")
     height: Number = Field(description="[m]")
-    segments: int = Field(64, description="sides of the prism that contacts see")
+    segments: Whole = Field(64, description="sides of the prism that contacts see")
 
 
 class SphereModel(_Model):
@@ -75,7 +109,7 @@ class SphereModel(_Model):
 
     type: Literal["sphere"]
     radius: Number = Field(description="[m]")
-    subdivisions: int = Field(3, ge=0, le=6, description="of the icosahedron that contacts see")
+    subdivisions: Whole = Field(3, ge=0, le=6, description="of the icosahedron that contacts see")
 
 
 class MeshModel(_Model):
@@ -85,8 +119,8 @@ class MeshModel(_Model):
     file: str | None = Field(None, description="OBJ, STL, PLY, GLB or OFF; relative to this scene file")
     scale: Number | Triple = Field(1.0, description="applied to the file's coordinates")
     noise: Number = Field(0.0, ge=0, description="standard deviation of a scan's vertices [m]; flat regions are fitted")
-    vertices: list[Triple] | None = Field(None, description="[m]")
-    faces: list[tuple[int, int, int]] | None = Field(None, description="outward winding")
+    vertices: list[Triple] | None = Field(None, fail_fast=True, description="[m]")
+    faces: list[tuple[Whole, Whole, Whole]] | None = Field(None, fail_fast=True, description="outward winding")
 
     @model_validator(mode="after")
     def _one_source(self) -> MeshModel:
@@ -95,11 +129,59 @@ class MeshModel(_Model):
         return self
 
 
+class CapsuleModel(_Model):
+    """A cylinder about the z axis with half a ball on either end, centred on the origin of its frame."""
+
+    type: Literal["capsule"]
+    radius: Number = Field(description="[m]")
+    length: Number = Field(description="of the cylinder alone [m]")
+    segments: Whole = Field(48, description="sides of the surface that contacts see")
+
+
+class EllipsoidModel(_Model):
+    """An ellipsoid along the axes of its frame."""
+
+    type: Literal["ellipsoid"]
+    radii: Triple = Field(description="half axes [m]")
+    subdivisions: Whole = Field(3, ge=0, le=6, description="of the icosahedron that contacts see")
+
+
+class HalfSpaceModel(_Model):
+    """Everything below the plane z = 0 of the body's frame; only for fixed bodies."""
+
+    type: Literal["halfspace"]
+
+
+SolidModel = Annotated[
+    BoxModel | CylinderModel | SphereModel | CapsuleModel | EllipsoidModel | MeshModel, Field(discriminator="type")
+]
+
+
+class PartModel(_Model):
+    """One shape of a compound."""
+
+    shape: SolidModel
+    pose: Matrix4 | None = Field(None, description="4x4 part to body, rows")
+    material: str | None = Field(None, description="of this part, instead of the body's")
+
+
+class CompoundModel(_Model):
+    """Several shapes that move as one body."""
+
+    type: Literal["compound"]
+    parts: list[PartModel] = Field(fail_fast=True)
+
+
+AnyModel = (
+    BoxModel | CylinderModel | SphereModel | CapsuleModel | EllipsoidModel | MeshModel | HalfSpaceModel | CompoundModel
+)
+
+
 class BodyModel(_Model):
     """A rigid body. Its pose is given as ``pose``, or as ``position`` and ``orientation``."""
 
     name: str
-    shape: Annotated[BoxModel | CylinderModel | SphereModel | MeshModel, Field(discriminator="type")]
+    shape: Annotated[AnyModel, Field(discriminator="type")]
     mass: Number | None = Field(None, description="[kg]")
     density: Number | None = Field(None, description="[kg/m³], instead of mass")
     pose: Matrix4 | None = Field(None, description="4x4 body to world, rows")
@@ -108,14 +190,14 @@ class BodyModel(_Model):
     com: Triple | None = Field(None, description="centre of mass in the body frame [m]")
     inertia: Matrix3 | None = Field(None, description="about the centre of mass, body axes [kg m²]")
     material: str | None = None
-    fixed: bool = False
+    fixed: Truth = False
 
     @model_validator(mode="after")
     def _one_pose(self) -> BodyModel:
         if self.pose is not None and (self.position is not None or self.orientation is not None):
             raise ValueError("needs either pose, or position and orientation")
-        if self.orientation is not None and abs(np.linalg.norm(self.orientation) - 1) > 1e-3:
-            raise ValueError(f"orientation has length {np.linalg.norm(self.orientation):.4g}, needs a unit quaternion")
+        if self.orientation is not None and abs(math.hypot(*self.orientation) - 1) > 1e-3:
+            raise ValueError(f"orientation has length {math.hypot(*self.orientation):.4g}, needs a unit quaternion")
         return self
 
 
@@ -130,8 +212,10 @@ class FrictionModel(_Model):
     """Static Coulomb friction."""
 
     default: Number | None = None
-    pairs: list[PairModel] = []
-    values: dict[str, Number] = Field({}, description="one coefficient a body, for imported scenes; needs combine")
+    pairs: list[PairModel] = Field([], fail_fast=True)
+    values: Annotated[dict[str, Number], BeforeValidator(_numbers)] = Field(
+        {}, description="one coefficient a body, for imported scenes; needs combine"
+    )
     combine: Combine | None = Field(None, description="how two values make a pair's")
 
 
@@ -144,7 +228,8 @@ class SceneModel(_Model):
     friction: Annotated[
         Annotated[Number, Tag("number")] | Annotated[FrictionModel, Tag("table")], Discriminator(_friction_kind)
     ]
-    bodies: list[BodyModel]
+    bodies: list[BodyModel] = Field(fail_fast=True)
+    excluded: list[tuple[str, str]] = Field([], fail_fast=True, description="pairs of bodies that never touch")
 
 
 def schema() -> dict[str, Any]:
@@ -167,9 +252,9 @@ def read(source: Source) -> Scene:
     try:
         model = SceneModel.model_validate(data)
     except ValidationError as cause:
-        raise SceneError(_first_problem(cause, data, path)) from None
+        raise SceneError(first_fault(cause, SceneModel, data, path)) from None
     bodies = [_body(body, path) for body in model.bodies]
-    return Scene(bodies, _friction(model.friction), model.gravity, model.name)
+    return Scene(bodies, friction_of(model.friction), model.gravity, model.name, model.excluded)
 
 
 def write(scene: Scene, path: Path) -> bytes:
@@ -181,23 +266,29 @@ def write(scene: Scene, path: Path) -> bytes:
     return (text.as_json(data) if path.suffix.lower() == ".json" else text.as_yaml(data)).encode()
 
 
+def scene_text(scene: Scene, folder: Path = Path()) -> str:
+    """Return the YAML text of a scene file in ``folder``, by default the current one."""
+    return text.as_yaml(_scene_data(scene, folder / "scene.yaml"))
+
+
 def _scene_data(scene: Scene, path: Path) -> dict[str, Any]:
     friction = scene.friction
     table: dict[str, Any] = {"default": friction.default}
     table["pairs"] = [{"between": list(pair), "mu": mu} for pair, mu in friction.pairs.items()]
     table["values"] = dict(friction.values)
     table["combine"] = friction.combine
-    return {
+    data = {
         "format": FORMAT,
         "name": scene.name,
         "gravity": scene.gravity.tolist(),
         "friction": {key: value for key, value in table.items() if value not in (None, [], {})},
         "bodies": [_body_data(body, path) for body in scene.bodies],
     }
+    return data | ({"excluded": [list(pair) for pair in scene.excluded]} if scene.excluded else {})
 
 
 def _body(model: BodyModel, path: Path) -> Body:
-    with located(f"body {model.name!r}"):
+    with located(f"body {quoted(model.name)}"):
         return _built(model, path)
 
 
@@ -222,7 +313,17 @@ def _array(value: tuple[Any, ...] | None) -> Float | None:
     return None if value is None else np.array(value, dtype=np.float64)
 
 
-def _shape(model: BoxModel | CylinderModel | SphereModel | MeshModel, path: Path, name: str) -> Shape:
+def _shape(model: AnyModel, path: Path, name: str) -> Shape:
+    match model:
+        case HalfSpaceModel():
+            return HalfSpace()
+        case CompoundModel():
+            parts = [(_solid(part.shape, path, name), part) for part in model.parts]
+            return Compound([Part(solid, _array(part.pose), part.material) for solid, part in parts])
+    return _solid(model, path, name)
+
+
+def _solid(model: SolidModel, path: Path, name: str) -> Solid:
     match model:
         case BoxModel():
             return Box(np.array(model.size))
@@ -230,18 +331,23 @@ def _shape(model: BoxModel | CylinderModel | SphereModel | MeshModel, path: Path
             return Cylinder(model.radius, model.height, model.segments)
         case SphereModel():
             return Sphere(model.radius, model.subdivisions)
+        case CapsuleModel():
+            return Capsule(model.radius, model.length, model.segments)
+        case EllipsoidModel():
+            return Ellipsoid(np.array(model.radii), model.subdivisions)
         case MeshModel(file=str(file)):
             return Mesh.from_file(path.parent / file, scale=model.scale, noise=model.noise)
-    return Mesh(np.array(model.vertices), np.array(model.faces), noise=model.noise, where=f"body {name!r}: mesh")
+    return Mesh(np.array(model.vertices), np.array(model.faces), noise=model.noise, where=f"body {quoted(name)}: mesh")
 
 
-def _friction(model: float | FrictionModel) -> Friction:
+def friction_of(model: float | FrictionModel) -> Friction:
+    """Return the friction table that a scene file gives."""
     if not isinstance(model, FrictionModel):
         return Friction(default=model)
     pairs: dict[tuple[str, str], float] = {}
     for pair in model.pairs:
         if pair.between in pairs or pair.between[::-1] in pairs:
-            raise SceneError(message("friction", f"pair {pair.between!r} stands twice", "give each pair once"))
+            raise SceneError(message("friction", f"pair {quoted(pair.between)} stands twice", "give each pair once"))
         pairs[pair.between] = pair.mu
     return Friction(model.default, pairs, model.values, model.combine)
 
@@ -264,6 +370,11 @@ def _body_data(body: Body, path: Path) -> dict[str, Any]:
     return data
 
 
+def _part_data(part: Part, path: Path) -> dict[str, Any]:
+    data: dict[str, Any] = {"shape": _shape_data(part.shape, path), "pose": part.pose.tolist()}
+    return data if part.material is None else data | {"material": part.material}
+
+
 def _shape_data(shape: Shape, path: Path) -> dict[str, Any]:
     match shape:
         case Box():
@@ -277,42 +388,20 @@ def _shape_data(shape: Shape, path: Path) -> dict[str, Any]:
             }
         case Sphere():
             return {"type": "sphere", "radius": shape.radius, "subdivisions": shape.subdivisions}
+        case Capsule():
+            return {"type": "capsule", "radius": shape.radius, "length": shape.length, "segments": shape.segments}
+        case Ellipsoid():
+            return {"type": "ellipsoid", "radii": shape.radii.tolist(), "subdivisions": shape.subdivisions}
+        case HalfSpace():
+            return {"type": "halfspace"}
+        case Compound():
+            return {"type": "compound", "parts": [_part_data(part, path) for part in shape.parts]}
         case Mesh(file=Path() as file):
             relative = Path(os.path.relpath(file, path.parent)).as_posix()
             source: dict[str, Any] = {"file": relative, "scale": list(shape.scale)}
         case Mesh():
             source = {"vertices": shape.vertices.tolist(), "faces": shape.faces.tolist()}
     return {"type": "mesh"} | source | ({"noise": shape.noise} if shape.noise else {})
-
-
-_MODELS = (BoxModel, CylinderModel, SphereModel, MeshModel, BodyModel, PairModel, FrictionModel, SceneModel)
-_KEYS = {"quaternion": "orientation"} | {key: key for model in _MODELS for key in model.model_fields}
-
-
-def _first_problem(error: ValidationError, data: Any, path: Path) -> str:  # noqa: ANN401
-    """Describe the first error that pydantic found in one line, with the name of the body as well as its number."""
-    first = error.errors()[0]
-    parts: list[str] = []
-    for key in first["loc"]:
-        if isinstance(key, int):
-            parts[-1] += f"[{key}]"
-        elif key not in ("box", "cylinder", "sphere", "mesh", "table", "number"):
-            parts.append(str(key))
-    where = f"{path}: {'.'.join(parts) or 'scene'}"
-    match first["loc"]:
-        case ("bodies", int(index), *_) if isinstance(data, dict):
-            body = data["bodies"][index]
-            if isinstance(body, dict) and "name" in body:
-                where += f" (body {body['name']!r})"
-    value = first.get("input")
-    shown = f", got {value!r:.60}" if not isinstance(value, dict | list) else ""
-    more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
-    if first["type"] == "extra_forbidden":
-        near = difflib.get_close_matches(str(first["loc"][-1]), _KEYS, n=1)
-        hint = f"did you mean {_KEYS[near[0]]!r}? " if near else ""
-        return message(where, f"unknown key{more}", f"{hint}`holdfast schema` prints the keys there are")
-    problem = first["msg"].removeprefix("Value error, ")
-    return message(where, f"{problem}{shown}{more}", "`holdfast schema` prints the format")
 
 
 register("holdfast scene", text.SUFFIXES, sniff, read, write, mark=f"`format: {FORMAT}`")

@@ -11,9 +11,11 @@ from typing import Any
 import manifold3d
 import numpy as np
 
-from holdfast.base.arrays import Float, Int, checked
+from holdfast.base.arrays import Float, Int, checked, checked_number
 from holdfast.base.errors import GeometryError, SceneError, message
+from holdfast.base.ranges import FRICTION, PLACE
 from holdfast.base.rigid import tangents
+from holdfast.base.text import quoted
 from holdfast.geometry.area import outline_vector
 from holdfast.geometry.triangulation import fan
 from holdfast.scene.body import Body
@@ -37,7 +39,8 @@ def read(source: Source) -> Scene:
     data, path = source.data, source.path
     try:
         bodies = [_body(block, path) for block in data["blocks"]]
-        return Scene(bodies, float(data["friction"]), data["gravity"], str(data.get("name", path.stem)))
+        friction = checked_number(data["friction"], f"{path}: friction", minimum=0, within=FRICTION)
+        return Scene(bodies, friction, data["gravity"], data.get("name", path.stem))
     except (KeyError, TypeError, ValueError, IndexError, OverflowError) as cause:
         problem = f"is not a block assembly: {type(cause).__name__}: {cause}"
         raise SceneError(
@@ -46,11 +49,11 @@ def read(source: Source) -> Scene:
 
 
 def _body(block: dict[str, Any], path: Path) -> Body:
-    where = f"{path}: block {block['name']!r}"
-    vertices = checked(block["vertices"], (None, 3), f"{where}: vertices", error=GeometryError)
+    where = f"{path}: block {quoted(block['name'])}"
+    vertices = checked(block["vertices"], (None, 3), f"{where}: vertices", within=PLACE, error=GeometryError)
     triangles = [triangulated(vertices, np.array(face)) for face in block["faces"]]
     mesh = Mesh(vertices, np.vstack(triangles), where=where)
-    return Body(str(block["name"]), mesh, mass=block["mass"], fixed=block["fixed"])
+    return Body(block["name"], mesh, mass=block["mass"], fixed=block["fixed"])
 
 
 def triangulated(vertices: Float, face: Int) -> Int:

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from holdfast.base.errors import HoldfastError, SceneError, located, message
-from holdfast.base.files import write_atomically
+from holdfast.base.files import checked_path, write_atomically
 from holdfast.scene.formats.source import Source
 from holdfast.scene.scene import Scene
 
@@ -106,12 +106,25 @@ def load_scene(path: str | Path, **options: Any) -> Scene:  # noqa: ANN401 - eac
     Raises SceneError if no format recognises the file, if the file is invalid, or if the format does not have an
     option.
     """
-    path = Path(path)
+    path = checked_path(path, "scene file")
     with located(str(path)):
-        source = Source(path)
-        chosen = _format_of(source)
-        assert chosen.read is not None
-        return _called(chosen, chosen.read, source, options=options)
+        return _read(Source(path), options)
+
+
+def read_scene(content: bytes, name: str | Path, **options: Any) -> Scene:  # noqa: ANN401 - each format has its own
+    """Read a scene, in any known format, from the content of a file that is not at hand, such as a stream.
+
+    ``name`` stands for its path: in messages, for its suffix, and for the folder to which the paths in it are relative.
+    For the rest, see ``load_scene``.
+    """
+    with located(str(name)):
+        return _read(Source(Path(name), content), options)
+
+
+def _read(source: Source, options: dict[str, Any]) -> Scene:
+    chosen = _format_of(source)
+    assert chosen.read is not None
+    return _called(chosen, chosen.read, source, options=options)
 
 
 def save_scene(scene: Scene, path: str | Path, **options: Any) -> None:  # noqa: ANN401 - each format has its own
@@ -121,7 +134,9 @@ def save_scene(scene: Scene, path: str | Path, **options: Any) -> None:  # noqa:
     an equal scene, bit for bit. ``options`` are passed on to the writer of the format. Raises SceneError if no format
     with this suffix can be written, or if the format does not have an option.
     """
-    path = Path(path)
+    path = checked_path(path, "scene file")
+    if not isinstance(scene, Scene):
+        raise SceneError(message(str(path), f"got a {type(scene).__name__}", "needs a Scene to save"))
     with located(str(path)):
         chosen = next((each for each in writable() if path.suffix.lower() in each.suffixes), None)
         if chosen is None:

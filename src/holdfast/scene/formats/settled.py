@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from holdfast.base.arrays import Float, checked
 from holdfast.base.errors import SceneError, message
+from holdfast.base.text import quoted
 from holdfast.scene.body import Body
 from holdfast.scene.formats.registry import register
 from holdfast.scene.formats.source import Source
@@ -33,9 +35,9 @@ def read(source: Source) -> Scene:
     try:
         objects = data["objects"]
         bodies = [_body(item, path) for item in objects]
-        values = {str(item["name"]): float(item["friction"]) for item in objects}
+        values = {item["name"]: item["friction"] for item in objects}
         gravity = data["units"]["gravity"]
-        return Scene(bodies, Friction(values=values, combine="max"), gravity, str(data.get("name", path.stem)))
+        return Scene(bodies, Friction(values=values, combine="max"), gravity, data.get("name", path.stem))
     except (KeyError, TypeError, ValueError, OverflowError) as cause:
         problem = f"is not a settled scene: {type(cause).__name__}: {cause}"
         remedy = "needs units and objects (name, mesh, scale, pose, mass, friction, fixed)"
@@ -43,26 +45,24 @@ def read(source: Source) -> Scene:
 
 
 def _body(item: dict[str, Any], path: Path) -> Body:
-    sx, sy, sz = (float(s) for s in item["scale"])
-    mesh = Mesh.from_file(path.parent / item["mesh"], scale=(sx, sy, sz))
+    mesh = Mesh.from_file(path.parent / item["mesh"], scale=item["scale"])
     fixed = item["fixed"]
+    where = f"{path}: object {quoted(item['name'])}"
     return Body(
-        str(item["name"]),
+        item["name"],
         mesh,
         mass=None if fixed else item["mass"],
-        pose=_orthonormal(np.array(item["pose"], dtype=np.float64)),
-        com=None if item.get("com") is None else np.array(item["com"], dtype=np.float64),
+        pose=_orthonormal(checked(item["pose"], (4, 4), f"{where}: pose")),
+        com=item.get("com"),
         fixed=fixed,
     )
 
 
-def _orthonormal(pose: np.ndarray[Any, np.dtype[np.float64]]) -> np.ndarray[Any, np.dtype[np.float64]]:
+def _orthonormal(pose: Float) -> Float:
     """Return the nearest rigid pose.
 
     The files give rotations with nine digits, and without this correction faces would be tilted by the rounding error.
     """
-    if pose.shape != (4, 4) or not np.isfinite(pose).all():
-        return pose  # Body reports what is wrong with it
     u, _, vt = np.linalg.svd(pose[:3, :3])
     rotation = u @ vt
     if np.abs(rotation - pose[:3, :3]).max() > 1e-5:

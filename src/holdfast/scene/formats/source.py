@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from codecs import BOM_UTF8
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from holdfast.base.errors import SceneError, message
+from holdfast.base.files import check_ordinary, read_ordinary
+from holdfast.base.text import listed, quoted
 from holdfast.scene.formats import text
 
 MAX_BYTES = 200_000_000  # the largest file that is read
-MAX_YAML_BYTES = 8_000_000  # the largest YAML file; parsing takes about 1 s for 1 MB
+MAX_JSON_BYTES = 32_000_000  # the largest JSON file; parsed data may take twenty times the memory
+MAX_YAML_BYTES = 2_000_000  # the largest YAML file; parsing takes up to 3 s for 1 MB
 HEAD_BYTES = 4096  # length of the part that is read first, to recognise the format
 
 
@@ -20,15 +24,16 @@ class Source:
     """The file at ``path`` as the formats see it: its first bytes and, on demand, its content, text and data.
 
     A part that does not exist raises SceneError: a binary file has no text, and a text that is neither JSON nor YAML
-    has no data.
+    has no data. If ``given`` holds the content, no file is read, and ``path`` is its name: paths in it are relative to
+    the folder of that name.
     """
 
     path: Path
+    given: bytes | None = None
 
     def __post_init__(self) -> None:
-        if not self.path.is_file():
-            problem = "is a folder, not a scene file" if self.path.is_dir() else "no such scene file"
-            raise SceneError(message(str(self.path), problem, "check the path"))
+        if self.given is None:
+            check_ordinary(self.path, "scene file")
 
     @cached_property
     def suffix(self) -> str:
@@ -38,13 +43,19 @@ class Source:
     @cached_property
     def head(self) -> bytes:
         """The first 4,096 bytes of the file, or all bytes of a shorter one."""
-        return self._read(HEAD_BYTES)
+        if self.given is not None:
+            return self.given[:HEAD_BYTES]
+        try:
+            with self.path.open("rb") as stream:
+                return stream.read(HEAD_BYTES)
+        except OSError as cause:
+            problem = f"cannot be read: {cause.strerror or cause}"
+            raise SceneError(message(str(self.path), problem, "needs a file that may be read")) from cause
 
     @cached_property
     def content(self) -> bytes:
         """All bytes of the file."""
-        self._check_size(MAX_BYTES)
-        return self._read(-1)
+        return read_ordinary(self.path, "scene file", most=MAX_BYTES) if self.given is None else self.given
 
     @cached_property
     def text(self) -> str:
@@ -72,9 +83,9 @@ class Source:
     def _parsed(self) -> tuple[Any, SceneError | None]:
         """The data, or the error if there is none; a failure is kept too, so that parsing is tried only once."""
         try:
+            self._check_size(MAX_JSON_BYTES if self._is_json else MAX_YAML_BYTES)
             if self._is_json:
                 return text.from_json(self.text, str(self.path)), None
-            self._check_size(MAX_YAML_BYTES)
             return text.from_yaml(self.text, str(self.path)), None
         except SceneError as error:
             return None, error
@@ -84,21 +95,13 @@ class Source:
         """Whether the file is parsed as JSON, by its suffix or, if that is inconclusive, its first character."""
         if self.suffix in text.SUFFIXES:
             return self.suffix == ".json"
-        return self.head.lstrip()[:1] in (b"{", b"[")
+        return self.head.removeprefix(BOM_UTF8).lstrip()[:1] in (b"{", b"[")
 
     def _check_size(self, limit: int) -> None:
-        size = self.path.stat().st_size
+        size = check_ordinary(self.path, "scene file") if self.given is None else len(self.given)
         if size > limit:
             remedy = f"the limit is {limit:,}: keep meshes in files of their own"
             raise SceneError(message(str(self.path), f"is {size:,} bytes", remedy))
-
-    def _read(self, count: int) -> bytes:
-        try:
-            with self.path.open("rb") as stream:
-                return stream.read(count)
-        except OSError as cause:
-            problem = f"cannot be read: {cause.strerror or cause}"
-            raise SceneError(message(str(self.path), problem, "needs a file that may be read")) from cause
 
     def described(self) -> str:
         """Describe the content in a few words, for the message that no format recognises it."""
@@ -108,11 +111,7 @@ class Source:
         if error is not None or isinstance(data, str):
             return f"first bytes {self.head[:16]!r}"
         if not isinstance(data, dict) or not data:
-            return f"only {_short(data)}"
+            return f"only {quoted(data, 40)}"
         if "format" in data:
-            return f"`format` is {_short(data['format'])}"
-        return f"no `format` among its keys {', '.join(_short(key) for key in [*data][:3])}{', ...' * (len(data) > 3)}"
-
-
-def _short(value: Any) -> str:  # noqa: ANN401 - plain data
-    return f"{value!r:.40}"
+            return f"`format` is {quoted(data['format'], 40)}"
+        return f"no `format` among its keys {listed([quoted(key, 40) for key in data], 3)}"

@@ -3,31 +3,56 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Hashable
 from typing import Any
 
 import yaml
 
 from holdfast.base.errors import SceneError, message
+from holdfast.base.text import quoted
 
 SUFFIXES = (".yaml", ".yml", ".json")  # suffixes of files that hold JSON or YAML
 MAX_DEPTH = 40  # the deepest nesting that is accepted
 
+_INT, _FLOAT = "tag:yaml.org,2002:int", "tag:yaml.org,2002:float"
+_WHOLE = re.compile(r"[-+]?(?:0|[1-9][0-9]*)$")
+_DECIMAL = re.compile(
+    r"[-+]?(?:(?:[0-9]+\.[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?|[0-9]+[eE][-+]?[0-9]+|\.inf|\.Inf|\.INF)$|\.(?:nan|NaN|NAN)$"
+)
+
 
 class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
-    """A safe YAML loader that rejects a key that occurs twice, instead of silently replacing its value."""
+    """A safe YAML loader that takes texts as keys, and none of them twice, instead of silently replacing its value."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
-        seen: set[Any] = set()
+        seen: set[str] = set()
         for key_node, _ in node.value:
             key = self.construct_object(key_node, deep=True)
-            if not isinstance(key, Hashable):
-                raise yaml.constructor.ConstructorError(None, None, f"key {key!r} is no text", key_node.start_mark)
+            if not isinstance(key, str):  # whose hashes nobody can make collide, as those of numbers
+                raise _wrong_key(key, "is no text: put it in quotes", key_node)
             if key in seen:
-                raise yaml.constructor.ConstructorError(None, None, f"key {key!r} twice", key_node.start_mark)
+                raise _wrong_key(key, "twice", key_node)
             seen.add(key)
         result: dict[Hashable, Any] = super().construct_mapping(node, deep)
         return result
+
+
+def _read_numbers_as_json_does(loader: Any) -> None:  # noqa: ANN401 - a class of loaders
+    """Have a YAML loader read 1e-3 as a number, and 1:30 and 010, once sixty and eight based, as the texts they are."""
+    tags = {_INT: _WHOLE, _FLOAT: _DECIMAL}
+    known = loader.yaml_implicit_resolvers.items()
+    kept = {first: [pair for pair in pairs if pair[0] not in tags] for first, pairs in known}
+    loader.yaml_implicit_resolvers = kept
+    for tag, pattern in tags.items():
+        loader.add_implicit_resolver(tag, pattern, list("-+.0123456789"))
+
+
+_read_numbers_as_json_does(_Loader)
+
+
+def _wrong_key(key: object, problem: str, node: yaml.Node) -> yaml.constructor.ConstructorError:
+    return yaml.constructor.ConstructorError(None, None, f"key {quoted(key)} {problem}", node.start_mark)
 
 
 def from_json(text: str, where: str) -> Any:  # noqa: ANN401 - plain data
@@ -37,12 +62,15 @@ def from_json(text: str, where: str) -> Any:  # noqa: ANN401 - plain data
         result: dict[str, Any] = {}
         for name, value in pairs:
             if name in result:
-                raise SceneError(message(where, f"key {name!r} stands twice", "keep one"))
+                raise SceneError(message(where, f"key {quoted(name)} stands twice", "keep one"))
             result[name] = value
         return result
 
     try:
-        return json.loads(text, object_pairs_hook=no_repeats)
+        data = json.loads(text, object_pairs_hook=no_repeats)
+        if _is_deep(data):
+            raise RecursionError
+        return data
     except json.JSONDecodeError as cause:
         raise SceneError(message(f"{where}:{cause.lineno}", f"is not JSON: {cause.msg}", "check the file")) from cause
     except RecursionError as cause:
@@ -61,8 +89,19 @@ def from_yaml(text: str, where: str) -> Any:  # noqa: ANN401 - plain data
         line = f"{where}:{mark.line + 1}" if mark is not None else where
         problem = getattr(cause, "problem", None) or str(cause).splitlines()[0]
         raise SceneError(message(line, f"is not a YAML scene: {problem}", "check the file")) from cause
-    except (ValueError, RecursionError) as cause:
+    except RecursionError as cause:
+        raise SceneError(message(where, "is nested too deeply", f"the limit is {MAX_DEPTH} levels")) from cause
+    except ValueError as cause:
         raise SceneError(message(where, f"is not a YAML scene: {cause}", "check the file")) from cause
+
+
+def _is_deep(data: Any) -> bool:  # noqa: ANN401 - plain data
+    """Tell whether lists and dicts are nested more than MAX_DEPTH deep, level by level."""
+    level: list[Any] = [data] if isinstance(data, dict | list) else []
+    for _ in range(MAX_DEPTH):
+        parts = (part for item in level for part in (item.values() if isinstance(item, dict) else item))
+        level = [part for part in parts if isinstance(part, dict | list)]
+    return bool(level)
 
 
 def _refuse_aliases_and_depth(text: str, where: str) -> None:
@@ -103,3 +142,4 @@ class _Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[mi
 
 
 _Dumper.add_representer(list, _Dumper.represent_list)
+_Dumper.add_implicit_resolver(_FLOAT, _DECIMAL, list("-+.0123456789"))  # so that a name such as 1e3 gets quotes

@@ -7,6 +7,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from holdfast.base.errors import SceneError, message, nearest_of
+from holdfast.base.text import quoted
 from holdfast.scene.formats.registry import load_scene
 from holdfast.scene.scene import Scene
 from holdfast.scene.shipped import blocks
@@ -50,6 +51,6 @@ def shipped_scenes() -> tuple[str, ...]:
 
 def shipped_scene(name: str) -> Scene:
     """Return the shipped scene with this name; raises SceneError, with the most similar name, if there is none."""
-    if name not in _BUILDERS:
-        raise SceneError(message("shipped scene", f"{name!r} is unknown", nearest_of(name, _BUILDERS)))
+    if not isinstance(name, str) or name not in _BUILDERS:
+        raise SceneError(message("shipped scene", f"{quoted(name)} is unknown", nearest_of(name, _BUILDERS)))
     return _BUILDERS[name]()

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 
 from holdfast.base.errors import HoldfastError, message
@@ -14,6 +17,26 @@ def checkout(package: Path = PACKAGE) -> Path | None:
     root = package.parents[1]
     found = package.parent.name == "src" and (root / "pyproject.toml").is_file()
     return root if found and (root / "benchmarks" / "results").is_dir() else None
+
+
+older: ContextVar[Path | None] = ContextVar("holdfast_older_checkout", default=None)
+
+
+@contextmanager
+def beside(root: Path | None) -> Iterator[None]:
+    """Let benchmarks that can measure an older checkout in the same run do so within this block.
+
+    Raises HoldfastError if there is no package in it.
+    """
+    if root is not None and not (root / "src" / "holdfast").is_dir():
+        raise HoldfastError(
+            message(f"--beside {root}", "is no checkout of holdfast", "name the folder that holds src/")
+        )
+    token = older.set(root)
+    try:
+        yield
+    finally:
+        older.reset(token)
 
 
 def results_folder(given: Path | None, package: Path = PACKAGE) -> Path:

@@ -13,7 +13,7 @@ import trimesh
 import holdfast as hf
 from holdfast.base.arrays import Float
 from holdfast.contacts.detect import Tolerances, default_gap, find_contacts
-from holdfast.scene.shapes import Shape
+from holdfast.scene.compound import Shape
 from holdfast.scene.shipped.blocks import wall
 from holdfast.validation.benchmarks.suite import Case, Row, Suite
 

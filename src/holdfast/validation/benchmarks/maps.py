@@ -11,7 +11,8 @@ import trimesh
 
 import holdfast as hf
 from holdfast.base.arrays import Float
-from holdfast.engines.limit.engine import Limit, LimitState
+from holdfast.engines.limit.engine import Limit
+from holdfast.engines.limit.program import LoadProgram, Solved
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
 from holdfast.validation.benchmarks.suite import Case, Row, Suite
@@ -42,20 +43,20 @@ def _round(name: str) -> list[Row]:
 
 def _row(name: str, assembly: hf.Assembly, body: str, spacing: float) -> Row:
     hf.robustness_map(assembly, [body], spacing=4 * spacing, engine="limit")
-    original, solves = LimitState.solve, [0]
+    original, solves = LoadProgram.maximise, [0]
 
-    def counted(state: LimitState, load: Float) -> object:
+    def counted(program: LoadProgram, load: Float, around: float | None = None) -> Solved:
         solves[0] += 1
-        return original(state, load)
+        return original(program, load, around)
 
-    LimitState.solve = counted  # type: ignore[method-assign,assignment]
+    LoadProgram.maximise = counted  # type: ignore[method-assign,assignment]
     seconds = []
     for _ in range(RUNS):
         solves[0] = 0
         start = time.perf_counter()
         result = hf.robustness_map(assembly, [body], spacing=spacing, engine="limit", gap=GAP)
         seconds.append(time.perf_counter() - start)
-    LimitState.solve = original  # type: ignore[method-assign]
+    LoadProgram.maximise = original  # type: ignore[method-assign]
     count = len(result.force)
     state = Limit().prepare(assembly)
     picked = np.random.default_rng(0).choice(count, min(SAMPLE, count), replace=False)

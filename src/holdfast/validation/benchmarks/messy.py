@@ -92,7 +92,8 @@ def cases() -> Mapping[str, Case]:
 
 def written(rows: list[Row]) -> str:
     asked_, undecided = (sum(row[key] for row in rows) for key in ("answered by limit", "undecided"))
-    return f"{table(rows)}\n\n{undecided} of {asked_} pushes that `limit` answers are undecided."
+    shown = [{key: "" if value is None else value for key, value in row.items()} for row in rows]
+    return f"{table(shown)}\n\n{undecided} of {asked_} pushes that `limit` answers are undecided."
 
 
 SUITE = Suite("messy", __doc__, cases, written=written)

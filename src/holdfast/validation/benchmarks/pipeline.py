@@ -16,7 +16,7 @@ import numpy as np
 import trimesh
 
 import holdfast as hf
-from holdfast.base.compiled import FOLDER_VARIABLE
+from holdfast.base.code_store import FOLDER_VARIABLE
 from holdfast.scene.shipped import shipped_scene
 from holdfast.validation.benchmarks.suite import Case, Row, Suite
 

@@ -10,6 +10,7 @@ from holdfast.validation.benchmarks.suite import Suite
 # modules of this package, each with a SUITE of the same name
 SUITES = (
     "baselines",
+    "bounds",
     "compliant_maps",
     "contacts",
     "disassembly",
@@ -20,6 +21,7 @@ SUITES = (
     "placement",
     "reliability",
     "scaling",
+    "startup",
     "table1",
     "table2",
     "table3",

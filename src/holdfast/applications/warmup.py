@@ -1,0 +1,89 @@
+"""Compile everything once: by small questions that between them call every compiled function.
+
+Numba compiles a function for the types that it is called with, and a question calls it with those that users' do.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from holdfast.applications.disassembly.order import disassembly_order
+from holdfast.assembly.assembly import assemble
+from holdfast.base.arrays import Float
+from holdfast.base.errors import HoldfastWarning
+from holdfast.base.linking import ready
+from holdfast.base.progress import report
+from holdfast.engines.limit.combination import combined
+from holdfast.geometry.distance import distance_to_surface, nearest_of, winding_number
+from holdfast.queries.map import robustness_map
+from holdfast.queries.stability import stability
+from holdfast.scene.body import Body
+from holdfast.scene.scene import Scene
+from holdfast.scene.shapes import Box
+from holdfast.scene.shipped import shipped_scene
+
+STAGE = "compiling everything, about a minute"
+
+
+def compile_all() -> int:
+    """Compile what every question needs, and keep it; returns how many functions there are.
+
+    Validation and benchmarks are not included, unless they have been imported.
+    """
+    for number, ask in enumerate(QUESTIONS):
+        report(STAGE, number, len(QUESTIONS))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", HoldfastWarning)
+            ask()
+    report(STAGE, len(QUESTIONS), len(QUESTIONS))
+    return ready()[1]
+
+
+def _map(name: str, engine: str) -> None:
+    with TemporaryDirectory() as folder:
+        robustness_map(assemble(shipped_scene(name)), spacing=0.03, engine=engine).save_png(Path(folder) / "map.png")
+
+
+def _distances() -> None:
+    """What is measured where bodies overlap or come near each other."""
+    surface = Box((1.0, 1.0, 1.0)).surface
+    points = np.zeros((1, 3))
+    distance_to_surface(points, surface)
+    winding_number(points, surface)
+    nearest_of(points, surface.vertices[surface.faces], np.zeros((1, 2), dtype=np.int64))
+
+
+def _combination() -> None:
+    """What bounds a certified map between the points where it is solved."""
+    combined(np.eye(6), np.eye(6), np.zeros((6, 2), dtype=np.int64), np.ones(6), np.ones((2, 6)))
+
+
+def _fall() -> None:
+    """A tower that overhangs: its blocks are followed as they fall."""
+    floor = Body("floor", Box((1.0, 1.0, 0.1)), fixed=True)
+    sizes = {"lower": (0.0, 0.1), "upper": (0.06, 0.2)}
+    blocks = [Body(name, Box((0.1, 0.1, 0.1)), mass=1.0, pose=_at(x, z)) for name, (x, z) in sizes.items()]
+    stability(assemble(Scene([floor, *blocks], 0.5)))
+
+
+def _at(x: float, z: float) -> Float:
+    pose = np.eye(4)
+    pose[:3, 3] = x, 0.0, z
+    return pose
+
+
+QUESTIONS: tuple[Callable[[], object], ...] = (
+    lambda: stability(assemble(shipped_scene("table"))),
+    lambda: _map("table", "compliant"),
+    lambda: _map("table", "graph"),
+    lambda: _map("cube", "limit"),
+    lambda: disassembly_order(assemble(shipped_scene("stack"))),
+    _fall,
+    _distances,
+    _combination,
+)

@@ -1,0 +1,43 @@
+"""The own frame of a group of bodies and their order in it, so that answers do not depend on the world's axes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from holdfast.base.arrays import Float, Int, frozen
+from holdfast.base.rigid import WORLD, Frame
+from holdfast.scene.body import Body
+
+DIGITS = 9  # decimal digits of relative lengths and masses that decide an order
+
+
+def own_frame(bodies: Sequence[Body], up: Float) -> Frame:
+    """Return the frame of the heaviest of the bodies, at its centre of mass; that of the world if there are none.
+
+    Of several that are as heavy it is the lowest, then the nearest to their common centre, then the first along the
+    axes of the world: a group that moves as a whole takes its frame along unless equal bodies lie turned.
+    """
+    if not bodies:
+        return WORLD
+    com = np.array([body.com_world for body in bodies])
+    mass = np.array([body.mass for body in bodies], dtype=np.float64)
+    first = bodies[int(by_place(com, mass, up, heaviest=True)[0])]
+    u, _, vt = np.linalg.svd(first.pose[:3, :3].T)  # poses are rotations to six digits
+    return Frame(frozen(np.array(first.com_world)), frozen(u @ vt))
+
+
+def by_place(com: Float, mass: Float, up: Float, axes: Float = WORLD.axes, *, heaviest: bool = False) -> Int:
+    """Return the numbers (n,) of bodies with centres of mass ``com`` (n, 3) [m] and ``mass`` (n,) [kg] in an order.
+
+    The order is by height above the common centre, then by mass, by distance from the centre and last by place along
+    the rows of ``axes`` (3, 3), all rounded. With ``heaviest``, mass comes first, the largest of all.
+    """
+    arm = com - com.mean(0)
+    arm = (arm / max(float(np.linalg.norm(arm, axis=1).max()), 1e-300)) @ np.vstack([axes, up]).T
+    place, height = np.round(arm[:, :3], DIGITS) + 0.0, np.round(arm[:, 3], DIGITS) + 0.0
+    far = np.round(np.linalg.norm(arm[:, :3], axis=1), DIGITS)
+    weight = np.round(mass / mass.max(), DIGITS)
+    keys = (far, height, -weight) if heaviest else (far, weight, height)  # the last one counts most
+    return np.asarray(np.lexsort((*place.T[::-1], *keys)))

@@ -1,0 +1,256 @@
+"""Machine code on disk: it is kept, and is never used after its source has changed.
+
+Numba's own disk cache only looks at the file of the compiled function. If a function that it calls, or a constant that
+it reads, changes in another file, Numba keeps running the old machine code. Here, all machine code lies in a folder
+whose name is a hash of everything that it may depend on: the sources of all modules that take part in compiled code,
+and the versions of Python, Numba, llvmlite and NumPy. The processor is part of the key of every entry.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import pickle
+import re
+import shutil
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import Any
+from uuid import uuid4
+
+import llvmlite
+import numba
+import numpy as np
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
+
+from holdfast.base.errors import HoldfastWarning, message
+from holdfast.base.linking import Types, callees, linkable, ready, size_of
+from holdfast.base.progress import report
+
+FOLDER_VARIABLE = "HOLDFAST_CACHE_DIR"  # environment variable that names another folder for machine code
+KEPT = 16  # number of folders of machine code that are kept, so that several checkouts can be used at a time
+DIGEST = 32  # length in bytes of the SHA-256 checksum in front of every file of machine code
+COMPILING = "compiling once for this machine, about 20 s"
+
+_PACKAGE = Path(__file__).parents[1]
+_IMPORT = re.compile(r"^\s*from (holdfast[\w.]*) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
+_CONSTANT = re.compile(r"\b[A-Z][A-Z0-9_]+\b")
+_OWN = ("compiled.py", "linking.py", "code_store.py")
+
+
+def machine_code_folder() -> Path:
+    """Return the folder for the machine code of all versions.
+
+    It is $HOLDFAST_CACHE_DIR if that is set, else ``holdfast`` in the user's cache folder.
+    """
+    named = os.environ.get(FOLDER_VARIABLE)
+    if named:
+        return Path(named).expanduser()
+    base = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
+    return (Path(base) if base else Path.home() / ".cache") / "holdfast"
+
+
+@cache
+def fingerprint() -> str:
+    """Return a hash of everything that machine code may depend on, except the processor."""
+    digest = hashlib.sha256()
+    versions = (sys.version, numba.__version__, llvmlite.__version__, np.__version__)
+    digest.update("\n".join(versions).encode())
+    for path in compiled_sources(_PACKAGE):
+        digest.update(f"\n{path.relative_to(_PACKAGE).as_posix()}\n".encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:20]
+
+
+def compiled_sources(package: Path) -> list[Path]:
+    """Find the modules of ``package`` with compiled functions, and those from which such a module imports a constant.
+
+    Numba writes the value of a global constant into the machine code.
+    """
+    texts = {path: path.read_text(encoding="utf-8") for path in sorted(package.rglob("*.py"))}
+    found = {path for path, text in texts.items() if "base.compiled import" in text or path.name in _OWN}
+    for path in sorted(found):
+        for module, names in _IMPORT.findall(texts[path]):
+            if _CONSTANT.search(names):
+                found.add(package.joinpath(*module.split(".")[1:]).with_suffix(".py"))
+    return sorted(found & set(texts))
+
+
+class _Locator:
+    """Tells Numba where the machine code of a function lies, and when it is out of date."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._line = function.__code__.co_firstlineno
+        self._folder = machine_code_folder() / f"compiled-{fingerprint()}" / function.__module__
+
+    @classmethod
+    def from_function(cls, function: Callable[..., Any], _: str) -> _Locator:
+        return cls(function)
+
+    def ensure_cache_path(self) -> None:
+        if not self._folder.parent.exists():
+            _drop_oldest(self._folder.parents[1])
+        self._folder.mkdir(parents=True, exist_ok=True)
+
+    def get_cache_path(self) -> str:
+        return str(self._folder)
+
+    def get_source_stamp(self) -> str:
+        return fingerprint()
+
+    def get_disambiguator(self) -> str:
+        return str(self._line)
+
+
+class _Results(CompileResultCacheImpl):  # type: ignore[misc]
+    _locator_classes = (_Locator,)
+
+    def reduce(self, cres: Any) -> Any:  # noqa: ANN401 - Numba's own types
+        return callees(cres.library), size_of(cres.library), super().reduce(cres)
+
+    def rebuild(self, target_context: Any, payload: Any) -> Any:  # noqa: ANN401
+        needed, size, reduced = payload
+        if not linkable(needed):  # what it refers to was compiled for other types since
+            return None
+        cres = super().rebuild(target_context, reduced)
+        cres.library.size = size
+        return cres
+
+
+class _CheckedFile(IndexDataCacheFile):  # type: ignore[misc]
+    """Every file of machine code begins with its checksum: a damaged one must never be run.
+
+    Numba numbers the files of a function's types in the order of their compilation, so that two processes that compile
+    it for two types at once write both to one file, and the code for one is run on the other. No name is given twice.
+    """
+
+    def _data_name(self, number: int) -> str:
+        return str(self._data_name_pattern).format(number=uuid4().int)
+
+    def _load_data(self, name: str) -> Any:  # noqa: ANN401 - what Numba pickled
+        content = Path(self._data_path(name)).read_bytes()
+        if hashlib.sha256(content[DIGEST:]).digest() != content[:DIGEST]:
+            raise ValueError("the checksum does not fit")
+        return pickle.loads(content[DIGEST:])
+
+    def _save_data(self, name: str, data: Any) -> None:  # noqa: ANN401
+        content = self._dump(data)
+        with self._open_for_write(self._data_path(name)) as stream:
+            stream.write(hashlib.sha256(content).digest() + content)
+
+
+class _Overloads(FunctionCache):  # type: ignore[misc]
+    _impl_class = _Results
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        self._cache_file = _CheckedFile(self._cache_path, self._impl.filename_base, fingerprint())
+
+    def load_entry(self, types: Types, context: Any) -> Any:  # noqa: ANN401
+        """Return the library of the entry and its constants, or None if there is none."""
+        codegen = context.codegen()
+        kept = self._cache_file.load(("entry", self._index_key(types, codegen)))
+        return None if kept is None else (codegen.unserialize_library(kept[0]), kept[1])
+
+    def save_entry(self, types: Types, context: Any, library: Any, constants: list[Any]) -> None:  # noqa: ANN401
+        self._impl.locator.ensure_cache_path()
+        key = ("entry", self._index_key(types, context.codegen()))
+        self._cache_file.save(key, (library.serialize_using_object_code(), constants))
+
+
+class CodeStore:
+    """The cache of one compiled function, as Numba's dispatcher asks it; set up at its first call."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._function = function
+        self._kept: FunctionCache | None = None
+
+    @property
+    def cache_path(self) -> str:
+        """The folder of this function's files."""
+        return str(self._inner.cache_path)
+
+    def load_overload(self, signature: Any, context: Any) -> Any:  # noqa: ANN401 - Numba's own types
+        """Return the machine code for these types, or None if it was never compiled or its file is damaged.
+
+        Then it is compiled next, and that is reported.
+        """
+        try:
+            found = self._inner.load_overload(signature, context)
+        except Exception as cause:  # a damaged file may raise anything
+            self._tell(cause)
+            stem = f"{self._function.__module__.rsplit('.', 1)[-1]}.{self._function.__qualname__}-"
+            for path in Path(self.cache_path).glob(f"{stem}*"):
+                path.unlink(missing_ok=True)
+            found = None
+        if found is None:
+            report(COMPILING, *ready())
+        return found
+
+    def save_overload(self, signature: Any, result: Any) -> None:  # noqa: ANN401
+        """Save the machine code, or warn once if that is not possible."""
+        with _told():
+            self._inner.save_overload(signature, result)
+
+    def load_entry(self, types: Types, context: Any) -> Any:  # noqa: ANN401
+        """Return the library of the entry for these types and its constants, or None as above."""
+        try:
+            return self._inner.load_entry(types, context)
+        except Exception as cause:  # a damaged file may raise anything
+            self._tell(cause)
+            return None
+
+    def save_entry(self, types: Types, context: Any, library: Any, constants: list[Any]) -> None:  # noqa: ANN401
+        """Save the library of the entry, or warn once if that is not possible."""
+        with _told():
+            self._inner.save_entry(types, context, library, constants)
+
+    def enable(self) -> None:
+        """Asked by Numba; machine code is always kept."""
+
+    def disable(self) -> None:
+        """Asked by Numba; machine code is always kept."""
+
+    def flush(self) -> None:
+        """Delete the saved machine code of this function."""
+        self._inner.flush()
+
+    @property
+    def _inner(self) -> FunctionCache:
+        if self._kept is None:
+            self._kept = _Overloads(self._function)
+        return self._kept
+
+    def _tell(self, cause: Exception) -> None:
+        name = f"{self._function.__module__}.{self._function.__qualname__}"
+        problem = f"cannot be used ({type(cause).__name__}: {cause})"
+        text = message(f"machine code of {name}", problem, "it is dropped and compiled again")
+        warnings.warn(text, HoldfastWarning, stacklevel=4)
+
+
+@contextmanager
+def _told() -> Iterator[None]:
+    """Warn if machine code cannot be saved."""
+    try:
+        yield
+    except OSError as cause:
+        _warn_unkept(str(machine_code_folder()), cause.strerror or str(cause))
+
+
+@cache
+def _warn_unkept(folder: str, reason: str) -> None:
+    """Said once: every process compiles anew where machine code cannot be kept."""
+    problem = f"cannot be written ({reason}), so every process compiles anew"
+    remedy = f"name a writable folder by the environment variable {FOLDER_VARIABLE}"
+    warnings.warn(message(f"machine code folder {folder}", problem, remedy), HoldfastWarning, stacklevel=7)
+
+
+def _drop_oldest(root: Path) -> None:
+    """Before a new folder is made: keep the ``KEPT`` - 1 that were made last."""
+    folders = sorted(root.glob("compiled-*"), key=lambda path: path.stat().st_mtime, reverse=True)
+    for path in folders[KEPT - 1 :]:
+        shutil.rmtree(path, ignore_errors=True)

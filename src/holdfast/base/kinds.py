@@ -1,0 +1,120 @@
+"""What the fields of a value may hold, checked when a value is read from a file: kinds by annotations, shapes by name.
+
+A file may hold anything. What is built from it is trusted afterwards, like every value, so it is checked once here.
+"""
+
+from __future__ import annotations
+
+import types
+import typing
+from collections.abc import Callable, Iterable, Mapping
+from functools import cache
+from typing import Any, TypeVar
+
+import numpy as np
+
+from holdfast.base.errors import HoldfastError, message
+
+C = TypeVar("C", bound=type)
+
+LARGEST = 1e100  # of the finite numbers that a value holds: no force, length or mass is larger
+
+_SHAPES: dict[type, dict[str, tuple[str, ...]]] = {}
+
+
+def shaped(**shapes: str) -> Callable[[C], C]:
+    """Declare the shapes of the fields of a class (class decorator): ``points="n 3"`` is (n, 3) for any n.
+
+    A letter stands for the same number in all fields of one value. For a field that is no array, the only number is its
+    length.
+    """
+
+    def declare(cls: C) -> C:
+        _SHAPES[cls] = {name: tuple(shape.split()) for name, shape in shapes.items()}
+        return cls
+
+    return declare
+
+
+def misfit(cls: type, state: Mapping[str, Any]) -> str:
+    """Say in a few words which field of ``state`` cannot be that of a ``cls``; "" if there is none."""
+    for name, wanted in _annotations(cls).items():
+        if name in state and not fits(state[name], wanted):
+            return f"{cls.__name__}.{name} is a {type(state[name]).__name__}, which it cannot be"
+    numbers: dict[str, int] = {}
+    for base in cls.__mro__:
+        for name, shape in _SHAPES.get(base, {}).items():
+            found = _shape(state[name])
+            if len(found) != len(shape) or any(
+                numbers.setdefault(mark, size) != size if mark.isalpha() else int(mark) != size
+                for mark, size in zip(shape, found, strict=True)
+            ):
+                return f"{cls.__name__}.{name} has shape {found}, not ({', '.join(shape)})"
+    return ""
+
+
+def check_kinds(items: Iterable[Any], kind: Any, where: str) -> None:  # noqa: ANN401 - a class or several
+    """Raise HoldfastError if one of ``items``, which were read from a file, is not of ``kind``."""
+    for item in items:
+        if not isinstance(item, kind):
+            raise HoldfastError(message(where, f"holds a {type(item).__name__}", "needs what an answer's save wrote"))
+
+
+def fits(item: Any, wanted: Any) -> bool:  # noqa: ANN401 - anything that a file may hold, and any annotation
+    """Tell whether ``item`` can be what the annotation ``wanted`` says. NaN never can, nor a number beyond LARGEST."""
+    origin, inner = typing.get_origin(wanted), typing.get_args(wanted)
+    if wanted is Any or isinstance(wanted, TypeVar):
+        return True
+    if origin in (typing.Union, types.UnionType):
+        return any(fits(item, each) for each in inner)
+    if origin is typing.Literal:
+        return isinstance(item, str | int) and item in inner
+    if origin is np.ndarray:
+        return isinstance(item, np.ndarray) and _holds(item, typing.get_args(inner[1])[0])
+    if origin is tuple:
+        return isinstance(item, tuple) and _each(item, inner)
+    if origin is not None:  # a mapping of ours or any
+        return isinstance(item, origin) and _pairs(item, inner)
+    if wanted is float:
+        return (
+            isinstance(item, float | int)
+            and not isinstance(item, bool)
+            and (abs(item) <= LARGEST or abs(item) == np.inf)
+        )
+    if wanted is int:
+        return isinstance(item, int) and not isinstance(item, bool)
+    if typing.Protocol in getattr(wanted, "__bases__", ()):
+        return all(hasattr(item, name) for name in vars(wanted) if not name.startswith("_"))
+    return item is None if wanted in (None, type(None)) else isinstance(item, wanted)
+
+
+def _holds(array: np.ndarray[Any, Any], kind: type[np.generic]) -> bool:
+    return array.dtype == np.dtype(kind) and (array.dtype.kind != "f" or _sane(array))
+
+
+def _sane(numbers: np.ndarray[Any, Any]) -> bool:
+    """Tell whether all numbers are at most LARGEST or infinite; NaN is neither."""
+    size = np.abs(numbers)
+    return bool(((size <= LARGEST) | (size == np.inf)).all())
+
+
+def _each(items: tuple[Any, ...], wanted: tuple[Any, ...]) -> bool:
+    if len(wanted) == 2 and wanted[1] is Ellipsis:
+        return all(fits(item, wanted[0]) for item in items)
+    return len(items) == len(wanted) and all(map(fits, items, wanted))
+
+
+def _pairs(items: Any, wanted: tuple[Any, ...]) -> bool:  # noqa: ANN401
+    if not isinstance(items, Mapping):
+        return True
+    pairs: Iterable[tuple[Any, Any]] = items.items()
+    return all(fits(key, wanted[0]) and fits(part, wanted[1]) for key, part in pairs)
+
+
+def _shape(item: Any) -> tuple[int, ...]:  # noqa: ANN401
+    return item.shape if isinstance(item, np.ndarray) else (len(item),)
+
+
+@cache
+def _annotations(cls: type) -> dict[str, Any]:
+    return typing.get_type_hints(cls)

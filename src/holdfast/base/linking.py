@@ -1,0 +1,167 @@
+"""Compiled functions that stand on their own: each is compiled once, however many others call it.
+
+Numba copies into a compiled function all that it calls, and what that calls and so on, and optimises every copy anew;
+it compiles a function once more for every constant that it is called with; and it makes each ready to be called from
+Python, whether it ever is or not. That is most of the time it takes. Here
+
+- only short functions are copied into their callers; callers of a longer one refer to it by a name, which is the same
+  in every process;
+- a constant is a number like any other;
+- what turns Python's values into arguments, the entry, is made when Python calls a function.
+
+So a question's cost on a new machine falls to about a third, and the same arithmetic is done as before.
+"""
+
+from __future__ import annotations
+
+import gc
+import hashlib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, NamedTuple
+
+from numba.core.bytecode import FunctionIdentity
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import CPUDispatcher
+from numba.core.types.misc import unliteral
+from numba.core.typing import make_concrete_template
+from numba.core.untyped_passes import ExtractByteCode
+
+SHORT = 6000  # bytes of machine code up to which a function is copied into its callers
+
+Types = tuple[Any, ...]  # of the arguments of a compiled function, as Numba describes them
+
+_KERNELS: dict[str, Kernel] = {}  # by module and name
+_LONG: dict[str, Callee] = {}  # by the name of their machine code
+
+
+class Callee(NamedTuple):
+    """A function that machine code refers to: its module and name, its ``types``, and the name of its machine code."""
+
+    name: str
+    types: Types
+    symbol: str
+
+
+def size_of(library: Any) -> int:  # noqa: ANN401 - Numba's own types
+    """Bytes of the machine code of one function."""
+    if not hasattr(library, "size"):
+        library.size = len(library._get_compiled_object())
+    return int(library.size)
+
+
+def callees(library: Any) -> tuple[Callee, ...]:  # noqa: ANN401
+    """The long functions that machine code refers to."""
+    return tuple(
+        _LONG[each.name] for each in library._final_module.functions if each.is_declaration and each.name in _LONG
+    )
+
+
+def linkable(needed: tuple[Callee, ...]) -> bool:
+    """Load or compile functions, so that machine code that refers to them can be loaded; whether it can."""
+    for each in needed:
+        _KERNELS[each.name].get_call_template(each.types, {})
+    return all(_LONG.get(each.symbol) == each for each in needed)
+
+
+def ready() -> tuple[int, int]:
+    """How many of all compiled functions have machine code in this process, and how many there are."""
+    return sum(bool(each.overloads) for each in _KERNELS.values()), len(_KERNELS)
+
+
+class _EntryLibrary(JITCodeLibrary):  # type: ignore[misc]
+    """Machine code that runs once a call: not worth much optimisation."""
+
+    def _optimize_functions(self, ll_module: Any) -> None:  # noqa: ANN401 - Numba's own types
+        ll_module.data_layout = self._codegen._data_layout
+
+    def _optimize_final_module(self) -> None:
+        passes, builder = self._codegen._module_pass_manager(opt=1, loop_vectorize=False, slp_vectorize=False)
+        passes.run(self._final_module, builder)
+
+
+class _Pipeline(Compiler):  # type: ignore[misc]
+    """Numba's, but the name of the machine code is the same in every process: a hash, not a running number."""
+
+    def compile_extra(self, func: Callable[..., Any]) -> Any:  # noqa: ANN401 - Numba's own types
+        identity = FunctionIdentity.from_function(func)
+        text = f"{func.__code__.co_filename} {func.__code__.co_firstlineno} {self.state.args}"
+        identity.unique_id = hashlib.sha256(text.encode()).hexdigest()[:12]
+        identity.unique_name = f"{identity.func_qualname}${identity.unique_id}"
+        self.state.func_id = identity
+        ExtractByteCode().run_pass(self.state)
+        self.state.lifted = ()
+        self.state.lifted_from = None
+        return self._compile_bytecode()
+
+
+class Kernel(CPUDispatcher):  # type: ignore[misc]
+    """A compiled function; ``store`` keeps its machine code and entries (compiled.py)."""
+
+    def __init__(self, function: Callable[..., Any], store: Any) -> None:  # noqa: ANN401
+        options = {"nopython": True, "nogil": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+        super().__init__(function, targetoptions=options, pipeline_class=_Pipeline)
+        self._cache = store
+        self._entries: dict[Types, Any] = {}
+        _KERNELS[_name(function)] = self
+
+    def get_call_template(self, args: Types, kws: Any) -> Any:  # noqa: ANN401
+        """Asked by Numba where a compiled function calls this one."""
+        signature, args = self._compiler.fold_argument_types(args, kws)
+        args = tuple(unliteral(each) for each in args)
+        super().compile(args)
+        name = self.py_func.__name__
+        template = make_concrete_template(f"CallTemplate({name})", key=name, signatures=self.nopython_signatures)
+        return template, signature, args, {}
+
+    def add_overload(self, cres: Any) -> None:  # noqa: ANN401
+        """Asked by Numba when machine code has been made or loaded: let long functions be referred to."""
+        args = tuple(cres.signature.args)
+        self.overloads[args] = cres
+        if size_of(cres.library) > SHORT:
+            self.targetctx.remove_user_function(cres.entry_point)
+            self.targetctx.insert_user_function(cres.entry_point, cres.fndesc)
+            symbol = cres.fndesc.llvm_func_name
+            _LONG[symbol] = Callee(_name(self.py_func), args, symbol)
+
+    def compile(self, sig: Any) -> Any:  # noqa: ANN401
+        """Return what Python calls for arguments of these types; asked by Numba's dispatcher."""
+        with global_compiler_lock, _rarely_collecting():
+            args = tuple(unliteral(each) for each in sig)
+            if args not in self._entries:
+                super().compile(args)
+                self._entries[args] = self._entry(args)
+                self._insert([each._code for each in args], self._entries[args], False)
+            return self._entries[args]
+
+    def _entry(self, args: Types) -> Any:  # noqa: ANN401
+        cres = self.overloads[args]
+        context = self.targetctx.subtarget(enable_nrt=True)
+        kept = self._cache.load_entry(args, context)
+        if kept is not None:
+            library, cres.environment.consts[:] = kept
+            return context.get_executable(library, cres.fndesc, cres.environment)
+        library = _EntryLibrary(context.codegen(), f"{cres.fndesc.qualname} entry")
+        library.enable_object_caching()
+        with context.push_code_library(library):
+            context.create_cpython_wrapper(library, cres.fndesc, cres.environment, None, release_gil=True)
+        entry = context.get_executable(library, cres.fndesc, cres.environment)
+        self._cache.save_entry(args, context, library, cres.environment.consts)
+        return entry
+
+
+@contextmanager
+def _rarely_collecting() -> Iterator[None]:
+    """Look for garbage more rarely: Numba makes so many small objects that Python spends a fifth of the time on it."""
+    before = gc.get_threshold()
+    gc.set_threshold(max(before[0], 50_000) if before[0] else 0, *before[1:])
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)
+
+
+def _name(function: Callable[..., Any]) -> str:
+    return f"{function.__module__}.{function.__qualname__}"

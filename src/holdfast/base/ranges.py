@@ -1,0 +1,42 @@
+"""The ranges of all numbers from outside: what lies beyond them is a mistake, or more than double precision can carry.
+
+They are wide: from a thousandth of a millimetre to a thousand kilometres, from a microgram to a million tonnes. Squares
+and products of such numbers, as they stand in inertias and torques, neither overflow nor vanish.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Range(NamedTuple):
+    """The range of one kind of number: the least and the largest size of what is not zero, and the unit."""
+
+    least: float
+    largest: float
+    unit: str = ""
+
+    def __str__(self) -> str:
+        return f"from {self.least:g} to {self.largest:g}{f' {self.unit}' if self.unit else ''}"
+
+    def most(self) -> str:
+        """The upper end in words, for numbers that may be zero or negative."""
+        return f"of at most {self.largest:g}{f' {self.unit}' if self.unit else ''}"
+
+
+LENGTH = Range(1e-6, 1e6, "m")  # sizes of bodies, distances between points
+PLACE = Range(0.0, 1e6, "m")  # coordinates of points and positions
+TOLERANCE = Range(1e-12, 1e6, "m")  # gaps, standard deviations of positions
+MASS = Range(1e-9, 1e9, "kg")
+DENSITY = Range(1e-6, 1e9, "kg/m³")
+INERTIA = Range(0.0, 1e21, "kg m²")
+FRICTION = Range(0.0, 1e9)
+ACCELERATION = Range(1e-6, 1e6, "m/s²")  # gravity, and how fast a support accelerates
+TURNING = Range(0.0, 1e6, "rad/s or rad/s²")
+FORCE = Range(0.0, 1e15, "N or N m")
+STIFFNESS = Range(1e-9, 1e15)
+SCALE = Range(1e-9, 1e9)
+EXPONENT = Range(0.0, 1e3)
+ANGLE = Range(0.0, 1e4, "degrees")
+MOST_SEED = 2**63 - 1  # seeds are whole numbers from 0
+MANY = 1_000_000_000  # counts beyond this mean a mistake, too

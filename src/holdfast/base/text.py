@@ -1,0 +1,77 @@
+"""Names and other texts from outside, made fit to be shown.
+
+Every name that leaves holdfast, for a terminal, a page, a picture or an error message, goes through ``one_line``: it
+cannot move the cursor, turn the direction of reading, break a line or fill a screen. What a medium reads as markup is
+left to that medium: pages take ``escaped``, terminals ``rich.text.Text``, pictures text without formulas.
+"""
+
+from __future__ import annotations
+
+import html
+import unicodedata
+from collections.abc import Collection
+from itertools import islice
+from typing import Any
+
+LONGEST_NAME = 60  # largest number of characters of a name among others, as in a table or a list
+LONGEST_ITEM = 160  # largest number of characters of an item of a list, such as a pair of names with a place
+LONGEST_LINE = 400  # largest number of characters of a sentence
+DOTS = "..."  # stands for what was left out
+
+
+def one_line(text: object, most: int = LONGEST_LINE) -> str:
+    r"""Return ``text`` on one line of at most ``most`` characters, all of them printable.
+
+    Spaces of any kind become plain spaces. Line breaks, control characters, characters that turn the direction of
+    reading, lone surrogates and whatever else has no glyph are written as in Python, ``\n`` or ``\u202e``. Of a longer
+    text the middle is left out, as file names and numbers stand at its ends.
+    """
+    given = text if isinstance(text, str) else str(text)
+    if len(given) > most:
+        given = _ends(given, most)
+    if not given.isprintable():
+        given = "".join(c if c.isprintable() else _written(c) for c in given)
+    return _ends(given, most)
+
+
+def quoted(value: object, most: int = LONGEST_NAME) -> str:
+    """Return the ``repr`` of a value from outside on one line: names in quotes, so that their ends can be seen.
+
+    A value that cannot be written that way is named by its class.
+    """
+    try:
+        return one_line(repr(value), most)
+    except Exception:  # a foreign class may do anything here, and an integer may have too many digits
+        return f"<{type(value).__name__}>"
+
+
+def escaped(text: object, most: int = LONGEST_LINE) -> str:
+    """Return ``one_line`` of a text for HTML, without anything that a page reads as markup.
+
+    It is for texts, not for attributes: quotes stay, as plotly shows the names of their entities.
+    """
+    return html.escape(one_line(text, most), quote=False)
+
+
+def listed(names: Collection[str], most: int = 6) -> str:
+    """Return the first of some names, at most ``most``, each fit to be shown, and how many more there are."""
+    more = f" and {len(names) - most:,} more" if len(names) > most else ""
+    return ", ".join(one_line(name, LONGEST_ITEM) for name in islice(names, most)) + more
+
+
+def _ends(text: str, most: int) -> str:
+    if len(text) <= most:
+        return text
+    last = (most - len(DOTS)) // 3
+    return text[: most - len(DOTS) - last] + DOTS + text[len(text) - last :]
+
+
+def _written(character: str) -> str:
+    if unicodedata.category(character) == "Zs":
+        return " "
+    return character.encode("unicode_escape").decode("ascii")
+
+
+def is_text(value: Any) -> bool:  # noqa: ANN401 - anything a caller may pass
+    """Say whether ``value`` is a text that files can hold: one without lone surrogates."""
+    return isinstance(value, str) and not any("\ud800" <= c <= "\udfff" for c in value)

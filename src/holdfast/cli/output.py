@@ -1,0 +1,99 @@
+"""What the commands write, to terminals, files and pipes, with whatever encoding these have."""
+
+from __future__ import annotations
+
+import codecs
+import errno
+import json
+import os
+import sys
+from typing import Any
+
+from rich.console import Console
+
+from holdfast.base.text import one_line
+
+LONGEST = 4000  # largest number of characters of a message, such as the path of a file that was written
+# Letters in place of those that the encoding of a terminal does not have; all others are written as in Python
+LETTERS = {"μ": "u", "²": "2", "³": "3", "°": "deg", "∞": "inf", "·": "-", "−": "-", "…": "...", "┄": "-", "σ": "sigma"}
+
+
+class OutputLost(Exception):  # noqa: N818 - what happened, to whom nobody is to blame
+    """What a command wrote went nowhere, as the pipe is closed or the disk full; ``reason`` is an errno."""
+
+    def __init__(self, cause: OSError | None) -> None:
+        self.reason = errno.EBADF if cause is None else cause.errno
+        super().__init__("it is closed" if cause is None else cause.strerror or str(cause))
+
+
+class Output(Console):
+    """A console that takes text as it is, without markup, emoji codes or colours of its own, and tells what fails."""
+
+    def __init__(self, *, stderr: bool = False) -> None:
+        super().__init__(stderr=stderr, markup=False, emoji=False, highlight=False)
+
+    def print(self, *objects: Any, **options: Any) -> None:  # noqa: ANN401 - those of rich
+        """Print as rich does; raise OutputLost where that is not possible."""
+        if (sys.stderr if self.stderr else sys.stdout) is None:
+            raise OutputLost(None)
+        try:
+            super().print(*objects, **options)
+        except OSError as cause:
+            self._buffer.clear()  # or it comes with what is printed next
+            raise OutputLost(cause) from cause
+
+    def on_broken_pipe(self) -> None:
+        """Asked by rich, which would exit with the code of something that does not stand."""
+        self._buffer.clear()
+        raise OutputLost(BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE)))
+
+    def say(self, text: str, *, style: str = "", label: str = "") -> None:
+        """Print one line that is never broken, after a ``label`` in this style."""
+        if label:
+            self.print(label, style=style, end=" ")
+        self.print(one_line(text, LONGEST), soft_wrap=True)
+
+
+out, err = Output(), Output(stderr=True)
+
+
+def print_json(data: Any, *, indent: int | None = None) -> None:  # noqa: ANN401 - any JSON value
+    """Print strict JSON: it has no NaN, and infinity is a text."""
+    write(json.dumps(data, allow_nan=False, indent=indent) + "\n")
+
+
+def write(text: str) -> None:
+    """Write a text to stdout as it is; raise OutputLost where that is not possible."""
+    if sys.stdout is None:
+        raise OutputLost(None)
+    try:
+        sys.stdout.write(text)
+        sys.stdout.flush()
+    except OSError as cause:
+        raise OutputLost(cause) from cause
+
+
+def make_writable() -> None:
+    """Have stdout and stderr take every character, whatever their encoding."""
+    codecs.register_error("holdfast", _spelled)
+    for stream in (sys.stdout, sys.stderr):
+        reconfigure = getattr(stream, "reconfigure", None)
+        if reconfigure is not None:
+            reconfigure(errors="holdfast")
+
+
+def abandon() -> None:
+    """Let what is left of the output go nowhere, or Python complains of it once more at its end."""
+    try:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
+    except (OSError, ValueError, AttributeError):  # no file of the system stands behind it
+        return
+
+
+def _spelled(error: UnicodeError) -> tuple[str, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    wrong = error.object[error.start : error.end]
+    return "".join(LETTERS.get(c) or c.encode("ascii", "backslashreplace").decode() for c in wrong), error.end

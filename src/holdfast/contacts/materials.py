@@ -1,0 +1,80 @@
+"""Which parts of two bodies touch: contacts of compounds, shared out among the materials of their parts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import shapely
+
+from holdfast.base.arrays import Float, Int
+from holdfast.contacts.interface import Patch
+from holdfast.geometry import polygon as flat
+from holdfast.geometry.distance import distance_to_surface
+from holdfast.geometry.surface import Surface
+from holdfast.scene.body import Body
+from holdfast.scene.compound import Compound
+
+ALIKE = 0.9  # cosine of the angle between a patch and the triangles that it may lie on
+NEGLIGIBLE = 1e-9  # share of a patch's area: smaller pieces are rounding
+
+Materials = tuple[str | None, str | None]
+
+
+def by_material(a: Body, b: Body, patches: Sequence[Patch], gap: float) -> dict[Materials, list[Patch]]:
+    """Share the patches between two bodies out among pairs of materials, in the order in which they are found.
+
+    A patch that reaches over parts of several materials is cut along their borders; a line or a point belongs to the
+    part that is nearest to its middle. ``gap`` [m] is how far from a patch the surfaces may lie.
+    """
+    found: dict[Materials, list[Patch]] = {}
+    for patch in patches:
+        for of_a, piece in _cut(patch, a, gap):
+            for of_b, rest in _cut(piece, b, gap):
+                found.setdefault((of_a, of_b), []).append(rest)
+    return found
+
+
+def _cut(patch: Patch, body: Body, gap: float) -> list[tuple[str | None, Patch]]:
+    known = body.materials
+    if len(set(known)) == 1 or not isinstance(body.shape, Compound):
+        return [(known[0], patch)]
+    names = list(dict.fromkeys(known))
+    number = np.array([names.index(name) for name in known])[body.shape.part_of]
+    surface = body.surface_world
+    if patch.kind != "face":
+        return [(names[_nearest(surface, number, patch.centroid)], patch)]
+    near = np.flatnonzero(_beside(surface, patch, gap))
+    whole, cut = flat.shapely_polygon(patch.rings), []
+    for k in np.unique(number[near]).tolist():
+        triangles = (surface.vertices[surface.faces[near[number[near] == k]]] - patch.polygon[0]) @ patch.frame.T
+        cut.append((k, shapely.union_all(shapely.polygons(triangles)).intersection(whole)))
+    cut = [(k, piece) for k, piece in cut if piece.area > NEGLIGIBLE * whole.area]
+    if len(cut) < 2:
+        only = cut[0][0] if cut else _nearest(surface, number, patch.centroid)
+        return [(names[only], patch)]
+    return [(names[k], part) for k, piece in cut for part in _patches(patch, piece, NEGLIGIBLE * whole.area)]
+
+
+def _beside(surface: Surface, patch: Patch, gap: float) -> Float:
+    """Tell which triangles (F,) face the way of a patch, or against it, and lie within the gap of its plane."""
+    heights = (surface.vertices[surface.faces] - patch.polygon[0]) @ patch.normal
+    depth = max(map(abs, patch.separation)) if patch.separation else 0.0
+    level = np.abs(heights).min(1) <= 2 * gap + depth
+    return np.asarray(level & (np.abs(surface.normals @ patch.normal) > ALIKE))
+
+
+def _nearest(surface: Surface, number: Int, point: Float) -> int:
+    """Return the number of the material whose triangles are nearest to a point (3,)."""
+    distance = [
+        float(distance_to_surface(point[None], replace(surface, faces=surface.faces[number == k]))[0])
+        for k in range(int(number.max()) + 1)
+    ]
+    return int(np.argmin(distance))
+
+
+def _patches(patch: Patch, piece: shapely.Geometry, least: float) -> list[Patch]:
+    """Return the polygons of a piece that are larger than ``least`` [m²] as patches."""
+    found = [rings for rings in flat.rings_of(piece, 0.0, 0.0) if flat.shapely_polygon(rings).area > least]
+    return [replace(patch, polygon=patch.lifted(r[0]), holes=tuple(map(patch.lifted, r[1:]))) for r in found]

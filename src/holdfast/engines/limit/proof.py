@@ -1,0 +1,170 @@
+"""Answers for solved loads, each with bounds that are proved from what the solver found, and not by what it claims."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Float
+from holdfast.base.progress import reported
+from holdfast.conic.solve import Outcome
+from holdfast.engines.cones import FrictionCone
+from holdfast.engines.limit.carried import Carried
+from holdfast.engines.limit.load_limit import LoadLimit
+from holdfast.engines.limit.program import LoadProgram, Solved
+from holdfast.engines.limit.repair import Repair
+from holdfast.engines.limit.rounding import Equilibrium
+from holdfast.engines.limit.scales import usual_forces
+from holdfast.engines.rest import Rest
+from holdfast.engines.verdict import Status
+
+MARGIN = 1e-7  # share of an estimated bound by which it is moved outwards, for the error of the solver
+ACCEPTED = 1e-6  # largest residual of a solution that counts as an answer, in the units of the program
+WIDE = 1e-6  # relative distance of two bounds above which a load is solved again, if that may help
+SMALL = 0.1  # factors that are smaller than usual ones by this are found less accurately
+CLOSE = 1e-3  # relative distance of two proved bounds that are an answer whatever the residual
+SUPPORTED = 1e-5  # largest relative error of a ray that counts as contact forces that balance the load alone
+
+SOLVED = (Outcome.SOLVED, Outcome.ALMOST_SOLVED)
+
+
+@dataclass(frozen=True, eq=False)
+class Proofs:
+    """Bounds for loads on one assembly under ``wrench`` (6J,), whose contact nodes and forces at rest are ``rest``."""
+
+    assembly: Assembly
+    rest: Rest
+    wrench: Float
+    cone: FrictionCone
+
+    def limits(self, loads: Float) -> list[LoadLimit]:
+        """Return the answers for the loads (6J, k), each by a solve of its own; all are proved together."""
+        loaded = np.flatnonzero((loads != 0).any(0))
+        solved = [self.program.maximise(loads[:, k]) for k in reported("loads", loaded.tolist())]
+        found = self.judged(solved, loads[:, loaded])
+        answers = [LoadLimit(np.inf, np.inf, np.inf, Status.INFINITE, None, certain=True)] * loads.shape[1]
+        for k, answer in zip(loaded, found, strict=True):
+            wide = answer.upper - answer.lower > WIDE * answer.upper
+            answers[k] = self._again(answer, loads[:, k]) if wide else answer
+        return answers
+
+    def _again(self, answer: LoadLimit, load: Float) -> LoadLimit:
+        """The answer with the better of its bounds and those of another solve, in units of its factor."""
+        usual = self.program.usual_factor(load)
+        if answer.status is not Status.FINITE or not 0 < answer.factor < SMALL * usual:
+            return answer
+        other = self.judged([self.program.maximise(load, answer.factor)], load[:, None])[0]
+        if other.status is not Status.FINITE or not other.upper - other.lower < answer.upper - answer.lower:
+            return answer
+        return other
+
+    def judged(self, solved: Sequence[Solved], loads: Float) -> list[LoadLimit]:
+        """Return the answers for the loads (6J, k) from what the solver found for each of them."""
+        answers = [UNKNOWN] * len(solved)
+        finite = []
+        for k, found in enumerate(solved):
+            if found.outcome is Outcome.UNBOUNDED:
+                answers[k] = self._endless(found, loads[:, k])
+            elif found.outcome in (*SOLVED, Outcome.LIMIT, Outcome.TROUBLE):
+                finite.append(k)
+        if finite:
+            bounded = self._bounded([solved[k] for k in finite], loads[:, finite])
+            for k, answer in zip(finite, bounded, strict=True):
+                answers[k] = answer
+        return answers
+
+    @cached_property
+    def slope(self) -> Float:
+        """For any wrench w, 1/R(w) is at most the sum of ``slope`` (6J,) times |w|; 0 where that is not known.
+
+        The interior forces at rest change by less than their room if the wrench is small.
+        """
+        reference = self._carried.reference
+        return np.zeros(len(self.wrench)) if reference is None else reference.slope
+
+    def falls(self, motion: Float) -> bool:
+        """Say whether a motion (6J,) proves that nothing balances the wrench, with what rounding may have done."""
+        return self._repair.gains(motion)
+
+    def _bounded(self, solved: Sequence[Solved], loads: Float) -> list[LoadLimit]:
+        """Bounds from both sides: forces that are brought into balance, and motions brought into the dual cone."""
+        forces, motions = np.column_stack([s.forces for s in solved]), np.column_stack([s.motion for s in solved])
+        with np.errstate(all="ignore"):
+            power = (motions * loads).sum(0)
+            twists = motions / power
+            primal = np.maximum([s.factor for s in solved], 0.0)
+            dual = np.maximum(-(self.wrench @ twists), 0.0)
+            estimate = np.maximum(np.minimum(primal, dual) - MARGIN * np.maximum(primal, dual), 0.0)
+        lower = self._carried.lower(forces, primal, loads)
+        upper, proofs = self._repair.upper(twists, loads)
+        certain = self._carried.reference is not None
+        lower = lower if certain else np.where(np.isfinite(estimate), np.minimum(estimate, upper), 0.0)
+        known = np.isfinite(primal) & (power > 0) & np.isfinite(twists).all(0)
+        accepted = [s.outcome in SOLVED and s.residual <= ACCEPTED for s in solved]
+        known &= (upper - lower <= CLOSE * upper) | np.array(accepted)
+        factor = np.clip(primal, lower, upper)
+        return [
+            LoadLimit(
+                float(factor[k]),
+                float(lower[k]),
+                float(upper[k]),
+                Status.FINITE,
+                twists[:, k],
+                proofs[:, k] if np.isfinite(upper[k]) else None,
+                certain=certain,
+            )
+            if known[k]
+            else UNKNOWN
+            for k in range(len(solved))
+        ]
+
+    def _endless(self, found: Solved, load: Float) -> LoadLimit:
+        """The answer of a ray, that is of contact forces that balance the load alone, if they do."""
+        if not found.factor > 0 or not np.isfinite(found.forces).all():
+            return UNKNOWN
+        ray = found.forces / found.factor
+        certain = self._carried.reference is not None
+        lower, slope = self._carried.endless(ray, load) if certain else (np.inf, None)
+        if not (certain and lower == np.inf) and not self._supports(ray, load):
+            return UNKNOWN
+        world = self.rest.nodes.world(ray.reshape(-1, 3))
+        return LoadLimit(np.inf, lower, np.inf, Status.INFINITE, None, ray=world, certain=certain, slope=slope)
+
+    def _supports(self, ray: Float, load: Float) -> bool:
+        """Whether forces (3I,) about balance the load and about lie in the cones."""
+        scales = self.program.scales
+        left = float(np.abs(scales.motion * (self._equilibrium.G @ ray + load)).max())
+        room = self.cone.room(self.rest.nodes.mu, ray.reshape(-1, 1, 3))[:, 0] / scales.force[::3]
+        sliding = np.where(self.rest.nodes.mu[:, None] == 0, ray.reshape(-1, 3)[:, 1:] / scales.force[::3, None], 0.0)
+        largest = max(float(np.abs(ray / scales.force).max(initial=0)), float(np.abs(scales.motion * load).max()))
+        return max(left, float(-room.min(initial=0)), float(np.abs(sliding).max(initial=0))) <= SUPPORTED * largest
+
+    @cached_property
+    def program(self) -> LoadProgram:
+        """The program, set up once for all loads."""
+        return LoadProgram(self._equilibrium, self.rest.nodes, self.wrench, self.cone, self._usual)
+
+    @cached_property
+    def _equilibrium(self) -> Equilibrium:
+        return Equilibrium.of(self.assembly, self.rest.nodes)
+
+    @cached_property
+    def _usual(self) -> Float:
+        return usual_forces(self.assembly, self.rest)
+
+    @cached_property
+    def _carried(self) -> Carried:
+        resting = self.rest.forces.ravel()
+        return Carried(self._equilibrium, self.cone, self.rest.nodes.mu, self.wrench, resting, self._usual)
+
+    @cached_property
+    def _repair(self) -> Repair:
+        motion = self.program.scales.motion
+        return Repair(self._equilibrium, self.rest.nodes, self.cone, self.wrench, self._usual, motion)
+
+
+UNKNOWN = LoadLimit(0.0, 0.0, np.inf, Status.UNDECIDED, None, certain=True)

@@ -1,0 +1,132 @@
+"""The equilibrium operator with bounds of what rounding may have done to its products.
+
+The exact operator G is that of the points and axes of the nodes and of the centres of mass as the double-precision
+numbers that they are. Its stored entries, and all sums of products, differ from it by rounding. For a sum of n products
+computed in any order, |computed - exact| <= γ Σ |a||b| with γ = n u / (1 - n u) and u = 2⁻⁵³ (Higham, Accuracy and
+Stability of Numerical Algorithms, chapter 3). The entries themselves are off by at most 4 u times the sums of absolute
+products that they are computed from, which ``magnitude`` holds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.nodes import ContactNodes, equilibrium_operator
+from holdfast.base.arrays import Float
+
+UNIT = 2.0**-53  # the unit roundoff u of double precision
+SPARE = 6  # roundings of entries, of absolute values and of the bounds themselves, in u
+LEAST = 1e-290  # covers underflow: products smaller than the normal range lose more than u of themselves
+EXTENDED = np.finfo(np.longdouble).nmant in (63, 112)  # whether numpy has a precision beyond double, of IEEE kind
+DENSE = 16_384  # entries up to which a dense matrix multiplies faster than a sparse one
+UP, DOWN = 1 + 8 * UNIT, 1 - 8 * UNIT  # factors that outweigh the rounding of the last few operations
+
+Matrix = Float | sparse.csr_matrix
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibrium:
+    """The operator G (6J, 3I) of an assembly, its transpose ``gather``, and bounds of their rounding.
+
+    ``magnitude`` (6J, 3I) is zero only where G is zero exactly. ``unknown`` (6J, 3I) bounds the errors of the entries
+    of G and of products with them; ``spread`` (3I, 6J) does so for the transpose.
+    """
+
+    nodes: ContactNodes
+    com: Float
+    G: Matrix
+    gather: Matrix
+    magnitude: Matrix
+    unknown: Matrix
+    spread: Matrix
+
+    @classmethod
+    def of(cls, assembly: Assembly, nodes: ContactNodes) -> Equilibrium:
+        """Return the operator of these nodes."""
+        G, H = sparse.csr_matrix(equilibrium_operator(assembly, nodes)), _magnitude(assembly, nodes)
+        terms = max(int(np.diff(H.indptr).max(initial=0)), 12) + 2
+        gather, spread = sparse.csr_matrix(G.T), sparse.csr_matrix(gamma(12) * H.T)
+        unknown = sparse.csr_matrix(gamma(terms) * H)
+        matrices = (_quick(m) for m in (G, gather, H, unknown, spread))
+        return cls(nodes, assembly.com, *matrices)
+
+    def velocities(self, motions: Float) -> tuple[Float, Float]:
+        """Return Gᵀ y (3I, k) for motions y (6J, k), and bounds (3I, k) of their errors.
+
+        Motions in extended precision (EXTENDED) are multiplied in it.
+        """
+        if motions.dtype == np.longdouble:
+            gather, spread = self._extended
+            return np.asarray(gather @ motions), np.asarray(spread @ np.abs(motions)) + LEAST
+        return np.asarray(self.gather @ motions), np.asarray(self.spread @ np.abs(motions)) + LEAST
+
+    @cached_property
+    def _extended(self) -> tuple[Any, Any]:
+        """The transpose of G (3I, 6J) and the bounds of its products in extended precision."""
+        count, bodies = len(self.nodes), len(self.com)
+        axes = self.nodes.axes.astype(np.longdouble)
+        G, H = np.zeros((2, count, 3, bodies + 1, 6), dtype=np.longdouble)  # FIXED is -1, the last one
+        for body, sign in ((self.nodes.b, 1), (self.nodes.a, -1)):
+            com = np.vstack([self.com, np.zeros((1, 3))])[body].astype(np.longdouble)
+            arm = (self.nodes.points.astype(np.longdouble) - com)[:, None]
+            size = np.abs(arm)
+            around = [
+                size[..., k - 2] * np.abs(axes[..., k - 1]) + size[..., k - 1] * np.abs(axes[..., k - 2])
+                for k in range(3)
+            ]
+            node = np.arange(count)
+            G[node, :, body] += sign * np.concatenate([axes, np.cross(arm, axes)], axis=2)
+            H[node, :, body] += np.concatenate([np.abs(axes), np.stack(around, axis=2)], axis=2)
+        unit = np.finfo(np.longdouble).eps
+        gather, spread = (m[:, :, :bodies].reshape(3 * count, 6 * bodies) for m in (G, H))
+        return gather, gamma(12) / UNIT * unit * spread
+
+    def imbalance(self, forces: Float, wrench: Float, loads: Float, factors: Float) -> tuple[Float, Float]:
+        """Return G f + w + s w_e (6J, k), and bounds of the errors.
+
+        The forces f are (3I, k), the wrench w (6J,), the loads w_e (6J, k) and the factors s (k,).
+        """
+        pushed, found = factors * loads, np.asarray(self.G @ forces)
+        size = np.abs(wrench)[:, None] + np.abs(pushed) + np.abs(found)
+        return found + (wrench[:, None] + pushed), np.asarray(self.unknown @ np.abs(forces)) + gamma(4) * size + LEAST
+
+
+def inner(a: Float, b: Float) -> tuple[Float, Float]:
+    """Return the inner products (k,) of the columns of a and b (n, k) or (n, 1), and bounds of their errors."""
+    products = a * b
+    unit = float(np.finfo(products.dtype).eps)
+    return products.sum(0), gamma(len(a)) / UNIT * unit * np.abs(products).sum(0) + LEAST
+
+
+def gamma(terms: int) -> float:
+    """Return a bound of γ for sums of this many products, with some roundings to spare."""
+    return (terms + SPARE) * UNIT * 1.01
+
+
+def _quick(matrix: sparse.csr_matrix) -> Matrix:
+    return matrix.toarray() if matrix.shape[0] * matrix.shape[1] <= DENSE else matrix
+
+
+def _magnitude(assembly: Assembly, nodes: ContactNodes) -> sparse.csr_matrix:
+    """Return H (6J, 3I): G with absolute values of all factors, and zero only where G is zero exactly."""
+    rows, columns, values = [], [], []
+    columns_of = 3 * np.arange(len(nodes))
+    for body in (nodes.b, nodes.a):
+        free = np.flatnonzero(body >= 0)
+        force = np.abs(nodes.axes[free])
+        x, y, z = np.abs(nodes.points[free] - assembly.com[body[free]]).T[:, :, None]
+        fx, fy, fz = np.moveaxis(force, 2, 0)
+        block = np.concatenate([force, np.stack([y * fz + z * fy, z * fx + x * fz, x * fy + y * fx], axis=2)], axis=2)
+        rows.append(np.broadcast_to((6 * body[free])[:, None, None] + np.arange(6), block.shape).ravel())
+        columns.append(np.broadcast_to(columns_of[free][:, None, None] + np.arange(3)[:, None], block.shape).ravel())
+        values.append(block.ravel())
+    shape = (6 * len(assembly.movable), 3 * len(nodes))
+    found = sparse.csr_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=shape)
+    found.eliminate_zeros()
+    return found

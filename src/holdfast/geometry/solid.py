@@ -1,0 +1,21 @@
+"""Closed surfaces as solids that can be united, cut and simplified."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from holdfast.base.arrays import Float, Int
+
+if TYPE_CHECKING:
+    import manifold3d
+
+
+def closed_solid(vertices: Float, faces: Int) -> manifold3d.Manifold | None:
+    """Return the solid that vertices (V, 3) [m] and faces (F, 3), wound outward, bound; None if they bound none."""
+    import manifold3d
+
+    mesh = manifold3d.Mesh64(np.array(vertices, order="C"), np.array(faces, dtype=np.uint64, order="C"))
+    solid = manifold3d.Manifold(mesh)
+    return None if solid.status() != manifold3d.Error.NoError or solid.is_empty() else solid

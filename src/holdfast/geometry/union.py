@@ -1,0 +1,62 @@
+"""The union of closed surfaces, with the surface that each of its triangles comes from."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from holdfast.base.arrays import Float, Int
+from holdfast.base.values import Value, seal
+from holdfast.geometry.solid import closed_solid
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class United(Value):
+    """The union of several solids: ``vertices`` (V, 3) [m] and ``faces`` (F, 3) bound it.
+
+    ``part`` (F,) is the number of the solid on whose surface each triangle lies, and ``shared`` [m³] how much less
+    volume the union has than all solids together.
+    """
+
+    vertices: Float
+    faces: Int
+    part: Int
+    shared: float
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+
+def united(solids: Sequence[tuple[Float, Int]]) -> United | None:
+    """Return the union of closed surfaces, each given by its vertices (V, 3) [m] and faces (F, 3) wound outward.
+
+    They may overlap, abut or lie apart; of equal ones the first stands for all, because coincident surfaces cost most.
+    None if one of them does not bound a solid.
+    """
+    import manifold3d
+
+    keys = [(vertices.tobytes(), faces.tobytes()) for vertices, faces in solids]
+    first = {key: k for k, key in reversed([*enumerate(keys)])}
+    kept = sorted(first.values())
+    closed = [closed_solid(*solids[k]) for k in kept]
+    made = [solid.as_original() for solid in closed if solid is not None]
+    if len(made) < len(kept):
+        return None
+    whole = manifold3d.Manifold.batch_boolean(made, manifold3d.OpType.Add)
+    if whole.status() != manifold3d.Error.NoError or whole.is_empty():
+        return None
+    mesh = whole.to_mesh64()
+    number = {solid.original_id(): k for k, solid in zip(kept, made, strict=True)}
+    often = Counter(keys)
+    ends = np.asarray(mesh.run_index, dtype=np.int64) // 3
+    part = np.repeat([number[int(key)] for key in mesh.run_original_id], np.diff(ends))
+    shared = sum(often[keys[k]] * solid.volume() for k, solid in zip(kept, made, strict=True)) - whole.volume()
+    return United(
+        np.array(mesh.vert_properties[:, :3]),
+        np.array(mesh.tri_verts, dtype=np.int64),
+        np.asarray(part, dtype=np.int64),
+        max(float(shared), 0.0),
+    )

@@ -1,0 +1,44 @@
+"""Show a single push in the terminal."""
+
+from __future__ import annotations
+
+from rich.console import Group, RenderableType
+
+from holdfast.base.public import number
+from holdfast.engines.verdict import Status
+from holdfast.queries.push import Robustness
+from holdfast.queries.result import gives_way
+from holdfast.report.texts import headline, sentence
+
+_STYLE = {
+    Status.FINITE: "bold",
+    Status.INFINITE: "bold green",
+    Status.UNSTABLE: "bold red",
+    Status.UNDECIDED: "bold yellow",
+}
+
+
+def push_report(result: Robustness) -> RenderableType:
+    """Return the force of the first push of an answer, its bounds, and what moves."""
+    status, force = result.status[0], float(result.force[0])
+    words = {
+        Status.FINITE: f"{number(force, 'N')} before something moves",
+        Status.INFINITE: "however hard: nothing moves",
+        Status.UNSTABLE: "nothing: it does not stand even without a push",
+        Status.UNDECIDED: "undecided",
+    }
+    lines: list[RenderableType] = [
+        headline(result.body, (words[status], _STYLE[status]), f"  (engine {result.engine}: {result.claim})")
+    ]
+    if status is Status.FINITE:
+        low, high = number(float(result.lower[0]), "N"), number(float(result.upper[0]), "N")
+        lines.append(
+            sentence(f"holds {low} ({result.lower_bound}); above {high} something moves ({result.upper_bound})")
+        )
+        mechanism = result.mechanism[0]
+        lines.append(sentence(mechanism.text if mechanism else gives_way(result.mode[0], result.moving[0]), "dim"))
+    if status is Status.UNDECIDED:
+        lines.append(sentence(result.undecided.text, "yellow"))
+    if status is Status.UNSTABLE:
+        lines.append(sentence(result.verdict.reason, "dim"))
+    return Group(*lines, *(sentence(f"note: {note}", "yellow") for note in result.notes))

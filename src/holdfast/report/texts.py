@@ -1,0 +1,25 @@
+"""Texts of answers for the terminal: names and reasons from outside, never read as markup."""
+
+from __future__ import annotations
+
+from rich.text import Text
+
+from holdfast.base.text import one_line
+
+LONGEST_CELL = 120  # largest number of characters in a cell of a table
+LONGEST_REASON = 2000  # largest number of characters of a reason or a note
+
+
+def cell(text: object) -> Text:
+    """Return the text of one cell of a table, or of one name in a sentence."""
+    return Text(one_line(text, LONGEST_CELL))
+
+
+def sentence(text: str, style: str = "") -> Text:
+    """Return a sentence of an answer, which may name bodies."""
+    return Text(one_line(text, LONGEST_REASON), style=style)
+
+
+def headline(name: str, verdict: tuple[str, str], rest: str) -> Text:
+    """Return the first line of a report: the name of the scene, the verdict with its style, and the rest."""
+    return Text.assemble((one_line(name, LONGEST_CELL), "bold"), ": ", verdict, one_line(rest))

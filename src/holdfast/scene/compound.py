@@ -1,0 +1,127 @@
+"""Compounds: several shapes that move as one body; and all shapes that a body may have."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from holdfast.base.archive import archived
+from holdfast.base.arrays import Float, Int, checked_items, checked_name
+from holdfast.base.errors import GeometryError, located, message
+from holdfast.base.rigid import checked_pose, transform
+from holdfast.base.values import Value
+from holdfast.geometry.surface import Surface
+from holdfast.geometry.union import united
+from holdfast.scene.halfspace import HalfSpace
+from holdfast.scene.inertial import Inertial, together
+from holdfast.scene.round import Capsule, Ellipsoid
+from holdfast.scene.shapes import Box, Cylinder, MassProperties, Mesh, Sphere
+
+APART = 1e-9  # share of the volume of all parts up to which common volume is rounding
+
+Solid: TypeAlias = Box | Cylinder | Sphere | Capsule | Ellipsoid | Mesh
+
+
+@archived
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Part(Value):
+    """One shape of a compound, with its own ``pose`` (4, 4), part frame to body frame, and its own ``material``.
+
+    ``shape`` is any shape that has a volume, a trimesh.Trimesh too. Without a ``material`` the part has that of the
+    body. Raises GeometryError for another shape or a pose that is not rigid.
+    """
+
+    shape: Solid
+    pose: Float
+    material: str | None
+
+    def __init__(self, shape: Any, pose: ArrayLike | None = None, material: str | None = None) -> None:  # noqa: ANN401
+        solid = as_shape(shape, "Part")
+        if isinstance(solid, HalfSpace | Compound):
+            problem = f"shape is a {type(solid).__name__}"
+            raise GeometryError(message("Part", problem, "needs a shape with an end; give the parts of a compound"))
+        object.__setattr__(self, "shape", solid)
+        object.__setattr__(self, "pose", checked_pose(np.eye(4) if pose is None else pose, "Part: pose"))
+        named = None if material is None else checked_name(material, "Part: material")
+        object.__setattr__(self, "material", named)
+
+    def placed(self, points: Float) -> Float:
+        """Map points (n, 3) [m] from the part frame to the body frame."""
+        return transform(self.pose, points)
+
+
+@archived
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Compound(Value):
+    """Several parts that move as one: they may overlap, abut or lie apart.
+
+    Contacts, maps and pictures see the surface of their union, so nothing touches inside. Common volume counts once in
+    the mass properties, which are those of the shapes themselves where parts have no common volume, and of the union of
+    their surfaces otherwise. ``parts`` are ``Part`` objects, or shapes that need no pose. Raises GeometryError for no
+    parts, or for a part that does not enclose a volume.
+    """
+
+    parts: tuple[Part, ...]
+
+    def __init__(self, parts: Iterable[Part | Solid]) -> None:
+        given = checked_items(parts, "Compound: parts", "parts", GeometryError)
+        found = tuple(part if isinstance(part, Part) else Part(part) for part in given)
+        if not found:
+            raise GeometryError(message("Compound", "has no parts", "needs at least one"))
+        object.__setattr__(self, "parts", found)
+
+    @cached_property
+    def _united(self) -> tuple[Surface, Int, float]:
+        """The surface of the union, the part of each of its triangles, and the volume that parts have in common."""
+        surfaces = []
+        for k, part in enumerate(self.parts):
+            with located(f"part {k}"):
+                _ = part.shape.mass_properties.volume  # raises now if it encloses none
+            surfaces.append((part.placed(part.shape.surface.vertices), part.shape.surface.faces))
+        found = united(surfaces)
+        if found is None:
+            problem = "the union of its parts cannot be made"
+            raise GeometryError(message("Compound", problem, "check its meshes, or give one mesh"))
+        sagitta = max(part.shape.surface.sagitta for part in self.parts)
+        return Surface(found.vertices, found.faces, sagitta), found.part, found.shared
+
+    @property
+    def surface(self) -> Surface:
+        """The surface of the union."""
+        return self._united[0]
+
+    @property
+    def part_of(self) -> Int:
+        """The number of the part (F,) on which each triangle of the surface lies."""
+        return self._united[1]
+
+    @cached_property
+    def mass_properties(self) -> MassProperties:
+        """The mass properties of all parts together, with common volume counted once."""
+        surface, _, shared = self._united
+        volume = sum(part.shape.mass_properties.volume for part in self.parts)
+        if shared > APART * volume:
+            return Mesh(surface.vertices, surface.faces, where="Compound").mass_properties
+        own = ((part.pose, part.shape.mass_properties) for part in self.parts)
+        return MassProperties(*together(Inertial(p.volume, p.com, p.inertia).seen(pose) for pose, p in own))
+
+
+Shape: TypeAlias = Solid | HalfSpace | Compound
+
+
+def as_shape(value: Any, where: str) -> Shape:  # noqa: ANN401 - a shape or a trimesh.Trimesh
+    """Return ``value`` if it is a shape, or a Mesh if it has ``vertices`` and ``faces``, as a trimesh.Trimesh has.
+
+    Raises GeometryError for anything else.
+    """
+    if isinstance(value, Solid | HalfSpace | Compound):
+        return value
+    if hasattr(value, "vertices") and hasattr(value, "faces"):
+        return Mesh(value.vertices, value.faces, where=where)
+    remedy = "needs Box, Cylinder, Sphere, Capsule, Ellipsoid, HalfSpace, Mesh, Compound or a trimesh.Trimesh"
+    raise GeometryError(message(where, f"shape is a {type(value).__name__}", remedy))

@@ -1,0 +1,152 @@
+"""Read assemblies of COMPAS: compas_assembly under COMPAS 1 and 2, and block models of compas_dem and compas_model."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from holdfast.base.arrays import Float, checked
+from holdfast.base.errors import GeometryError, SceneError, message
+from holdfast.base.ranges import PLACE, SCALE
+from holdfast.base.text import listed, quoted
+from holdfast.scene.formats.nodes import Numbers, check_names, common, first_of, own, scene_of_nodes
+from holdfast.scene.formats.published import triangulated
+from holdfast.scene.formats.registry import register
+from holdfast.scene.formats.source import Source
+from holdfast.scene.friction import Friction
+from holdfast.scene.meshes.foreign import Node
+from holdfast.scene.scene import Scene
+
+Data = Mapping[str, Any]
+
+
+def sniff(source: Source) -> bool:
+    """Tell whether the file is JSON of an assembly or a model of COMPAS."""
+    data = source.data
+    kind = data.get("dtype") if isinstance(data, dict) else None
+    return isinstance(kind, str) and kind.startswith("compas_") and kind.endswith(("/Assembly", "Model"))
+
+
+def read(
+    source: Source,
+    *,
+    friction: Friction | float | None = None,
+    density: Numbers | None = None,
+    mass: Numbers | None = None,
+    fixed: Collection[str] = (),
+    floor: bool = False,
+    gravity: ArrayLike = (0.0, 0.0, -9.81),
+) -> Scene:
+    """Return the scene of an assembly: one body for each block, named by the number of its node in the graph.
+
+    Supports are fixed, and so are the blocks named in ``fixed``. COMPAS keeps neither friction nor masses nor units:
+    ``friction`` and ``density`` [kg/m³] or ``mass`` [kg] are needed, each one number or one for each name, and lengths
+    are taken as metres. Interfaces in the file are ignored; contacts are found anew. ``floor`` adds the half space
+    below z = 0.
+
+    Raises SceneError or GeometryError if the file is malformed, or if friction or masses are missing.
+    """
+    where = str(source.path)
+    try:
+        blocks, supports, edges = _blocks(source.data)
+        nodes = [_node(name, mesh, matrix, where) for name, (mesh, matrix) in blocks.items()]
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError) as cause:
+        problem = f"is no assembly of COMPAS: {type(cause).__name__}: {cause}"
+        raise SceneError(
+            message(where, problem, "needs blocks with meshes: save it again with compas.json_dump")
+        ) from cause
+    if friction is None:
+        raise SceneError(message(where, "says nothing of friction", "give friction="))
+    names = list(blocks)
+    check_names("mass", mass, names)
+    check_names("density", density, names)
+    notes = ["lengths are taken as metres: COMPAS keeps no units"]
+    if edges:
+        notes.append(f"interfaces in the file are ignored, {edges} of them: contacts are found anew")
+    if supports:
+        notes.append(f"fixed, as supports: {listed(supports)}")
+    return scene_of_nodes(
+        nodes,
+        {name: first_of(own(mass, density, name), common(mass, density)) for name in names},
+        friction,
+        fixed if isinstance(fixed, str | bool) else [*supports, *fixed],
+        {},
+        up="z",
+        floor=floor,
+        gravity=gravity,
+        name=source.path.stem,
+        notes=notes,
+    )
+
+
+def _inside(wrapped: Any) -> Data:  # noqa: ANN401
+    """Return what an object of COMPAS holds: under ``data`` since 2.0, before under ``value``."""
+    inner = wrapped["data"] if "data" in wrapped else wrapped["value"]
+    if not isinstance(inner, Mapping):
+        raise TypeError(f"{quoted(wrapped.get('dtype'))} holds no map")
+    return inner
+
+
+def _blocks(data: Data) -> tuple[dict[str, tuple[Data, Float]], list[str], int]:
+    """Return the mesh and the matrix (4, 4) of each block by name, the names of supports, and the number of edges."""
+    inner = _inside(data)
+    graph = inner["graph"]
+    graph = _inside(graph) if "dtype" in graph else graph
+    edges = sum(len(ends) for ends in graph.get("edge", {}).values())
+    if "elements" not in inner:
+        found = {str(key): (_inside(node["block"]), np.eye(4)) for key, node in graph["node"].items()}
+        return found, [str(key) for key, node in graph["node"].items() if node.get("is_support")], edges
+    elements = {guid: _inside(element) for guid, element in inner["elements"].items()}
+    places = _places(inner)
+    found, supports = {}, []
+    for key, node in graph["node"].items():
+        element = elements[node["element"]]
+        if element.get("geometry") is None:  # a group of others
+            continue
+        kind = str(element["geometry"]["dtype"])
+        if not kind.endswith("/Mesh"):
+            raise ValueError(f"the geometry of element {key} is a {quoted(kind)}, not a mesh")
+        matrix = places.get(node["element"], np.eye(4)) @ _matrix(element.get("transformation"))
+        found[str(key)] = (_inside(element["geometry"]), matrix)
+        if element.get("is_support"):
+            supports.append(str(key))
+    return found, supports, edges
+
+
+def _places(model: Data) -> dict[str, Float]:
+    """Return the matrix (4, 4), to the world, of the frame in which each element lies, by the tree of the model."""
+    elements, found = model["elements"], {}
+    waiting = [(model.get("tree", {}).get("root", {}), _matrix(model.get("transformation")))]
+    while waiting:
+        node, matrix = waiting.pop()
+        guid = node.get("element")
+        if guid is not None:
+            found[guid] = matrix
+            matrix = matrix @ _matrix(_inside(elements[guid]).get("transformation"))
+        waiting += [(child, matrix) for child in node.get("children", [])]
+    return found
+
+
+def _matrix(transformation: Any) -> Float:  # noqa: ANN401
+    if transformation is None:
+        return np.eye(4)
+    return checked(_inside(transformation)["matrix"], (4, 4), "transformation", within=SCALE, error=GeometryError)
+
+
+def _node(name: str, mesh: Data, matrix: Float, where: str) -> Node:
+    place = f"{where}: block {quoted(name)}"
+    number = {key: k for k, key in enumerate(mesh["vertex"])}
+    usual = mesh.get("default_vertex_attributes", mesh.get("dva", {}))
+    rows = [[{**usual, **vertex}[axis] for axis in "xyz"] for vertex in mesh["vertex"].values()]
+    vertices = checked(rows, (None, 3), f"{place}: vertices", within=PLACE, error=GeometryError)
+    faces = [np.array([number[str(key)] for key in face], dtype=np.int64) for face in mesh["face"].values()]
+    triangles = [triangulated(vertices, face) for face in faces if len(face) > 2]
+    if not triangles:
+        raise GeometryError(message(place, "has no faces", "needs a closed mesh"))
+    return Node(name, vertices, np.vstack(triangles), matrix)
+
+
+register("COMPAS assembly", (".json",), sniff, read, mark="`dtype: compas_.../Assembly`")

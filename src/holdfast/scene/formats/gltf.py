@@ -1,0 +1,181 @@
+"""Read glTF scenes: one body for each node with a mesh; masses from densities or from a file beside it."""
+
+from __future__ import annotations
+
+import base64
+import json
+import struct
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import ArrayLike
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from holdfast.base.errors import SceneError, message
+from holdfast.base.files import read_ordinary
+from holdfast.base.text import quoted
+from holdfast.scene.formats.faults import first_fault
+from holdfast.scene.formats.native import FrictionModel, Number, Triple, Truth, friction_of
+from holdfast.scene.formats.nodes import Numbers, check_names, common, first_of, own, scene_of_nodes
+from holdfast.scene.formats.references import References
+from holdfast.scene.formats.registry import register
+from holdfast.scene.formats.source import MAX_BYTES, Source
+from holdfast.scene.friction import Friction
+from holdfast.scene.meshes import glb
+from holdfast.scene.scene import Scene
+
+MAGIC = b"glTF"
+USUAL_GRAVITY = (0.0, 0.0, -9.81)  # [m/s²]
+PICTURES = ("images", "textures", "samplers", "materials")  # nothing of a scene at rest
+
+
+class NodeModel(BaseModel):
+    """What a sidecar file says of one node."""
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+    mass: Number | None = None
+    density: Number | None = None
+    fixed: Truth = False
+    material: str | None = None
+
+
+class SidecarModel(BaseModel):
+    """A sidecar file: what a glTF file does not say."""
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+    friction: Number | FrictionModel | None = None
+    density: Number | None = None
+    gravity: Triple | None = None
+    floor: Truth = False
+    nodes: dict[str, NodeModel] = {}
+
+
+def sniff(source: Source) -> bool:
+    """Tell whether the file is binary glTF, or JSON with an ``asset`` of a version."""
+    if source.head.startswith(MAGIC):
+        return True
+    if source.suffix != ".gltf":
+        return False
+    data = source.data
+    return isinstance(data, dict) and isinstance(data.get("asset"), dict) and "version" in data["asset"]
+
+
+def read(
+    source: Source,
+    *,
+    friction: Friction | float | None = None,
+    mass: Numbers | None = None,
+    density: Numbers | None = None,
+    fixed: Collection[str] = (),
+    material: Mapping[str, str] | None = None,
+    floor: bool = False,
+    gravity: ArrayLike | None = None,
+) -> Scene:
+    """Return the scene of a glTF file, turned so that its y axis, which is up in glTF, becomes z.
+
+    The options are those of ``hf.from_trimesh``; a file ``NAME.glb.yaml`` beside ``NAME.glb`` may give them too, with
+    ``nodes: {mug: {mass: 0.3, material: glass}, table: {fixed: true}}``. Options come before what it says.
+
+    Raises SceneError or GeometryError if the file is malformed, or if masses or friction are given nowhere.
+    """
+    beside, path = _sidecar(source), str(source.path)
+    try:
+        content = source.content if source.head.startswith(MAGIC) else packed(source)
+        nodes = glb.read_nodes(content)
+    except (ValueError, TypeError, LookupError, OverflowError, RecursionError, MemoryError) as cause:
+        problem = f"cannot be read: {cause or type(cause).__name__}"
+        raise SceneError(message(path, problem, "check the file, or export it again")) from cause
+    if friction is None and beside.friction is not None:
+        friction = friction_of(beside.friction)
+    if friction is None:
+        raise SceneError(message(path, "says nothing of friction", f"give friction=, or write it to {_beside(source)}"))
+    names = [node.name for node in nodes]
+    for what, given in (("mass", mass), ("density", density), (str(_beside(source)), beside.nodes)):
+        check_names(what, given, names)
+    said = {name: beside.nodes.get(name, NodeModel()) for name in names}
+    weights = {
+        name: first_of(
+            own(mass, density, name),
+            (said[name].mass, said[name].density),
+            common(mass, density),
+            (None, beside.density),
+        )
+        for name in names
+    }
+    held = [name for name in names if said[name].fixed]
+    materials = {name: each.material for name, each in said.items() if each.material is not None}
+    return scene_of_nodes(
+        nodes,
+        weights,
+        friction,
+        fixed if isinstance(fixed, str | bool) else [*held, *fixed],
+        {**materials, **(material or {})},
+        up="y",
+        floor=floor or beside.floor,
+        gravity=next(each for each in (gravity, beside.gravity, USUAL_GRAVITY) if each is not None),
+        name=source.path.stem,
+        notes=[],
+    )
+
+
+def _beside(source: Source) -> Path:
+    return source.path.with_name(source.path.name + ".yaml")
+
+
+def _sidecar(source: Source) -> SidecarModel:
+    """Return what the file beside the scene says; without one, or for a scene that is no file, nothing."""
+    path = _beside(source)
+    if source.given is not None or not path.exists():
+        return SidecarModel()
+    data = Source(path).data
+    try:
+        return SidecarModel.model_validate({} if data is None else data)
+    except ValidationError as cause:
+        raise SceneError(first_fault(cause, SidecarModel, data, path)) from None
+
+
+def packed(source: Source) -> bytes:
+    """Return a .gltf file and what it needs as one binary file, without pictures.
+
+    Raises ValueError if it is malformed, SceneError if a file that it names is missing or lies elsewhere.
+    """
+    data: dict[str, Any] = {key: value for key, value in source.data.items() if key not in PICTURES}
+    buffers, views = data.get("buffers", []), data.get("bufferViews", [])
+    parts, starts, end = [], [], 0
+    for buffer in buffers:
+        content = _buffer(str(buffer["uri"]), source) if "uri" in buffer else b""
+        if len(content) < int(buffer["byteLength"]) or end > MAX_BYTES:
+            raise ValueError(f"says a buffer of {buffer['byteLength']} bytes, and has {len(content):,}")
+        content += b"\0" * (-len(content) % 4)
+        parts.append(content)
+        starts.append(end)
+        end += len(content)
+    data["bufferViews"] = [
+        view | {"buffer": 0, "byteOffset": int(view.get("byteOffset", 0)) + starts[view["buffer"]]} for view in views
+    ]
+    data["buffers"] = [{"byteLength": end}] if parts else []
+    data["meshes"] = [
+        mesh | {"primitives": [{k: v for k, v in each.items() if k != "material"} for each in mesh["primitives"]]}
+        for mesh in data.get("meshes", [])
+    ]
+    header = json.dumps(data).encode()
+    header += b" " * (-len(header) % 4)
+    binary = b"".join(parts)
+    chunks = struct.pack("<II", len(header), glb.JSON) + header + struct.pack("<II", len(binary), glb.BINARY) + binary
+    return struct.pack("<4sII", MAGIC, 2, 12 + len(chunks)) + chunks
+
+
+def _buffer(uri: str, source: Source) -> bytes:
+    if uri.startswith("data:"):
+        kind, comma, text = uri.partition(",")
+        if not comma or not kind.endswith(";base64"):
+            raise ValueError(f"has a buffer {quoted(uri)}, which is not base64")
+        return base64.b64decode(text, validate=True)
+    path = References(source.path, None, "a file of its folder, not package").file(uri, f"{source.path}: buffer")
+    return read_ordinary(path, "buffer", most=MAX_BYTES)
+
+
+register("glTF", (".glb", ".gltf"), sniff, read, mark="one body a node")

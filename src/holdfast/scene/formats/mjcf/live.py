@@ -1,0 +1,195 @@
+"""A scene of a compiled MuJoCo model and its state."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from holdfast.base.arrays import Float
+from holdfast.base.errors import SceneError, located, message
+from holdfast.base.text import listed, quoted
+from holdfast.scene.body import Body
+from holdfast.scene.compound import Part, Shape
+from holdfast.scene.formats.mjcf import shapes
+from holdfast.scene.formats.mjcf.groups import STILL, Groups, find_groups, frame_of, inertia_of, relative
+from holdfast.scene.formats.mjcf.names import unique
+from holdfast.scene.formats.mjcf.rules import Rules
+from holdfast.scene.friction import Friction
+from holdfast.scene.halfspace import HalfSpace
+from holdfast.scene.scene import Scene
+
+NO_GRAVITY = 1 << 7  # mjDSBL_GRAVITY
+SEEN = 1e-3  # of the size of the smaller body that moves: contacts that are soft overlap by less, and that is not told
+MOST_CONDIM = 3  # contacts of more dimensions resist turning and rolling at points
+
+
+class Group(NamedTuple):
+    """What becomes one body of the scene: ``bodies`` of the model and the colliding ``geoms`` of all of them."""
+
+    name: str
+    bodies: list[int]
+    geoms: list[int]
+    fixed: bool
+
+
+@np.errstate(over="ignore", invalid="ignore")  # numbers beyond all are told with the name of their body
+def from_mujoco(model: Any, data: Any, *, rigid: bool = False, name: str = "") -> Scene:  # noqa: ANN401
+    """Return the scene of a MuJoCo model ``mujoco.MjModel`` in the state ``data``, ``mujoco.MjData``.
+
+    Poses are those of ``data.xpos`` and ``data.xmat``, which ``mujoco.mj_forward`` (or ``mj_kinematics``) brings up to
+    date with ``data.qpos``; ``mj_step`` alone leaves them one step behind. Frames of bodies are MuJoCo's, and so are
+    masses, centres of mass and inertias. Bodies with a free joint move, with all that is welded to them; all others are
+    fixed where they are. docs/mjcf.md says what is taken and what is ignored, and the scene's ``notes`` what that
+    was here. Shapes are kept between calls, so a scene of every state of a simulation costs little.
+
+    With ``rigid=True`` bodies that move and are joined by joints or welds are one rigid body. Raises SceneError if
+    there are such joints otherwise, for soft bodies, and for what Scene and Body refuse.
+    """
+    if not hasattr(model, "body_weldid") or not hasattr(data, "xpos"):
+        problem = f"got a {type(model).__name__} and a {type(data).__name__}"
+        raise SceneError(message("from_mujoco", problem, "needs mujoco.MjModel and mujoco.MjData"))
+    rules = Rules(model)
+    owners = find_groups(model, data, rigid=rigid)
+    groups, empty = _groups(model, owners, rules)
+    bodies = []
+    for group in groups:
+        with located(f"body {quoted(group.name)}"):
+            bodies.append(_body(model, data, group, rules))
+    table = rules.table([g for group in groups for g in group.geoms]) if groups else {}
+    gravity = np.zeros(3) if model.opt.disableflags & NO_GRAVITY else np.array(model.opt.gravity)
+    notes = [*owners.notes, *_left_out(model, rules, empty), *_overlaps(data, groups, bodies)]
+    return Scene(bodies, Friction(pairs=table), gravity, name, _excluded(rules, groups), notes)
+
+
+def _groups(model: Any, owners: Groups, rules: Rules) -> tuple[list[Group], list[str]]:  # noqa: ANN401
+    """Return what becomes a body, in the order of the model, and the names of moving bodies that touch nothing."""
+    labels = [name or f"{shapes.kind_of(model, g)} {g}" for g, name in enumerate(rules.names)]
+    of_body: dict[int, list[int]] = {}
+    for g in np.flatnonzero(rules.colliding).tolist():
+        of_body.setdefault(int(model.geom_bodyid[g]), []).append(g)
+    moving = [g for b, geoms in of_body.items() for g in geoms if owners.owner[b] != STILL]
+    found, empty = [], []
+    for b in range(int(model.nbody)):
+        if owners.owner[b] == b and b != STILL:
+            bodies = owners.of(b)
+            geoms = [g for each in bodies for g in of_body.get(each, [])]
+            if geoms:
+                found.append(Group(_called(owners, rules, b, geoms), bodies, geoms, False))
+            else:
+                empty.append(owners.names[b])
+        elif owners.owner[b] == STILL:
+            for geoms in _apart(model, rules, b, of_body.get(b, []), moving):
+                single = b == 0 or len(geoms) != len(of_body[b])
+                found.append(Group(labels[geoms[0]] if single else _called(owners, rules, b, geoms), [b], geoms, True))
+    names = unique(group.name for group in found)
+    return [group._replace(name=name) for group, name in zip(found, names, strict=True)], empty
+
+
+def _apart(model: Any, rules: Rules, b: int, geoms: list[int], moving: list[int]) -> list[list[int]]:  # noqa: ANN401
+    """Share the geoms of a fixed body out among bodies of the scene.
+
+    Planes and geoms of the world are alone; others are together if they may touch the same geoms that move.
+    """
+    alone = [[g] for g in geoms if b == 0 or model.geom_type[g] == shapes.PLANE]
+    others = [g for g in geoms if [g] not in alone]
+    alike: dict[bytes, list[int]] = {}
+    for g, row in zip(others, rules.touching(others, moving), strict=True):
+        alike.setdefault(row.tobytes(), []).append(g)
+    return sorted(alone + list(alike.values()))
+
+
+def _called(owners: Groups, rules: Rules, b: int, geoms: list[int]) -> str:
+    """Return the name of a body: its own, that of its only geom if it has none, or else its number."""
+    only = rules.names[geoms[0]] if len(geoms) == 1 else ""
+    return only if only and b not in owners.named else owners.names[b]
+
+
+def _body(model: Any, data: Any, group: Group, rules: Rules) -> Body:  # noqa: ANN401
+    home = frame_of(data, group.bodies[0])
+    first = group.geoms[0]
+    materials = [rules.materials[rules.of[g]] for g in group.geoms]
+    usual = max(dict.fromkeys(materials), key=materials.count)
+    if group.fixed and (len(group.geoms) == 1 and (model.geom_type[first] == shapes.PLANE or group.bodies[0] == 0)):
+        shape: Shape = HalfSpace() if model.geom_type[first] == shapes.PLANE else shapes.solid_of(model, first)
+        pose = home @ shapes.pose_of(model, first)
+        return Body(group.name, shape, pose=pose, material=usual, fixed=True)
+    parts = [
+        _part(model, data, g, home, None if m == usual else m) for g, m in zip(group.geoms, materials, strict=True)
+    ]
+    plain = len(parts) == 1 and np.array_equal(parts[0].pose, np.eye(4))
+    whole = parts[0].shape if plain else shapes.compound(tuple(parts))
+    if group.fixed:
+        return Body(group.name, whole, pose=home, material=usual, fixed=True)
+    mass, com, inertia = inertia_of(model, data, group.bodies)
+    return Body(group.name, whole, mass, pose=home, com=com, inertia=inertia, material=usual)
+
+
+def _part(model: Any, data: Any, g: int, home: Float, material: str | None) -> Part:  # noqa: ANN401
+    """Return a geom as a part of the body with the frame ``home``."""
+    pose = shapes.pose_of(model, g)
+    frame = frame_of(data, int(model.geom_bodyid[g]))
+    if not np.array_equal(frame, home):
+        pose = relative(frame @ pose, home)
+    return Part(shapes.solid_of(model, g), pose, material)
+
+
+def _excluded(rules: Rules, groups: Sequence[Group]) -> list[tuple[str, str]]:
+    """Return the pairs of bodies that may not touch; raise SceneError where only some of their geoms may."""
+    if rules.all_may:
+        return []
+    found = []
+    for a, b in itertools.combinations(groups, 2):
+        if a.fixed and b.fixed:
+            continue
+        may = rules.touching(a.geoms, b.geoms)
+        if not may.any():
+            found.append((a.name, b.name))
+        elif not may.all():
+            i, j = np.argwhere(~may)[0]
+            g, h = (quoted(rules.names[k] or int(k)) for k in (a.geoms[i], b.geoms[j]))
+            problem = f"geoms {g} and {h} may not touch, though others of the same bodies may"
+            remedy = "holdfast keeps whole bodies apart: give the geoms of a body one contype and one conaffinity"
+            raise SceneError(message(f"bodies {quoted(a.name)} and {quoted(b.name)}", problem, remedy))
+    return found
+
+
+def _left_out(model: Any, rules: Rules, empty: list[str]) -> list[str]:  # noqa: ANN401
+    """Return notes of what the model has and the scene does not."""
+    notes = []
+    seen = int((~rules.colliding).sum())
+    if seen:
+        notes.append(f"left out: {seen} geoms that collide with nothing")
+    if empty:
+        notes.append(f"left out, as no geom of theirs collides: {listed(empty)}")
+    used = rules.colliding
+    if (np.asarray(model.geom_type)[used] == shapes.MESH).any():
+        notes.append("meshes are their convex hulls, as MuJoCo collides them")
+    if (np.asarray(model.geom_margin)[used] > 0).any():
+        notes.append("ignored: margins, at which MuJoCo's contacts begin before surfaces touch")
+    if max([0, *np.asarray(model.geom_condim)[used].tolist(), *np.asarray(model.pair_dim).tolist()]) > MOST_CONDIM:
+        notes.append("ignored: torsional and rolling friction (condim 4 and 6), so bodies hold less than in MuJoCo")
+    if rules.sliding:
+        notes.append("pairs with two coefficients of sliding friction: the smaller one is taken")
+    return notes
+
+
+def _overlaps(data: Any, groups: Sequence[Group], bodies: Sequence[Body]) -> list[str]:  # noqa: ANN401
+    """Return a note of the contacts in which bodies overlap by much in MuJoCo's own eyes, if there are any."""
+    of = {g: body for group, body in zip(groups, bodies, strict=True) for g in group.geoms}
+    deepest: dict[tuple[str, str], float] = {}
+    geoms, depths = np.asarray(data.contact.geom).reshape(-1, 2), -np.asarray(data.contact.dist).ravel()
+    for (g, h), depth in zip(geoms[depths > 0].tolist(), depths[depths > 0].tolist(), strict=True):
+        size = min((of[k].size for k in (g, h) if k in of and not of[k].fixed), default=np.inf)
+        if g in of and h in of and depth > SEEN * size:
+            pair = (of[g].name, of[h].name)
+            deepest[pair] = max(depth, deepest.get(pair, 0.0))
+    if not deepest:
+        return []
+    pairs = sorted(deepest, key=lambda pair: -deepest[pair])
+    told = listed([f"{quoted(a)} and {quoted(b)} by {deepest[a, b] * 1e3:.3g} mm" for a, b in pairs], 4)
+    gap = f"{1.1 * deepest[pairs[0]]:.2g}"
+    remedy = f"step the model to rest and take hf.from_mujoco(model, data), or assemble with gap={gap}"
+    return [f"bodies overlap: {told}; {remedy}"]

@@ -1,0 +1,118 @@
+"""Read MJCF files, ``<mujoco>``, through MuJoCo's own compiler."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from holdfast.base.arrays import checked
+from holdfast.base.errors import SceneError, located, message, nearest_of
+from holdfast.base.files import read_ordinary
+from holdfast.base.text import one_line, quoted
+from holdfast.scene.formats.mjcf.guard import MOST_BYTES, files_of, parsed, root_of
+from holdfast.scene.formats.mjcf.live import from_mujoco
+from holdfast.scene.formats.mjcf.names import entries
+from holdfast.scene.formats.mjcf.writer import write
+from holdfast.scene.formats.registry import register
+from holdfast.scene.formats.source import Source
+from holdfast.scene.scene import Scene
+
+ROOT = "mujoco"
+
+
+def sniff(source: Source) -> bool:
+    """Tell whether the first element of the file is ``<mujoco>``."""
+    return source.head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<") and root_of(source.text) == ROOT
+
+
+def read(
+    source: Source,
+    *,
+    key: str | int | None = None,
+    qpos: ArrayLike | None = None,
+    rigid: bool = False,
+    within: str | os.PathLike[str] | None = None,
+) -> Scene:
+    """Return the scene at the model's initial positions, at those of the keyframe ``key``, or at ``qpos`` (nq,).
+
+    ``rigid`` as in ``from_mujoco``. The files that the model names must lie in its own folder, or in the folder
+    ``within``. Raises SceneError with MuJoCo's own words for a model that it refuses.
+    """
+    path = source.path
+    folder = path.parent if within is None else Path(within)
+    if parsed(source.text, str(path)).tag != ROOT:
+        raise SceneError(message(str(path), "its root is not <mujoco>", "needs an MJCF model"))
+    files = files_of(source.text, path, folder)
+    mujoco = import_module("mujoco")
+    with _warnings(mujoco) as told:
+        try:
+            model = _compiled(mujoco, source, files)
+            data = mujoco.MjData(model)
+        except (ValueError, mujoco.FatalError, MemoryError) as cause:
+            problem = f"MuJoCo refuses it: {' '.join(str(cause).split())}"
+            raise SceneError(message(str(path), problem, "correct the model")) from None
+        with located(str(path)):
+            _pose(mujoco, model, data, key, qpos)
+            mujoco.mj_forward(model, data)
+            scene = from_mujoco(model, data, rigid=rigid, name=_name(model, path))
+    return replace(scene, notes=(*scene.notes, *(f"MuJoCo warns: {text}" for text in told)))
+
+
+@contextmanager
+def _warnings(mujoco: Any) -> Iterator[list[str]]:  # noqa: ANN401 - MuJoCo has no types
+    """Collect the warnings that MuJoCo would write to a file in the current folder."""
+    told: list[str] = []
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda text: told.append(one_line(text)))
+    try:
+        yield told
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+def _compiled(mujoco: Any, source: Source, files: list[Path]) -> Any:  # noqa: ANN401 - MuJoCo has no types
+    """Return the compiled model; of one that is no file, MuJoCo is given what it names."""
+    if source.given is None:
+        return mujoco.MjModel.from_xml_path(str(source.path))
+    named = {place.name: read_ordinary(place, "file of a model", most=MOST_BYTES) for place in files}
+    return mujoco.MjModel.from_xml_string(source.text, named)
+
+
+def _pose(mujoco: Any, model: Any, data: Any, key: str | int | None, qpos: ArrayLike | None) -> None:  # noqa: ANN401
+    """Set the positions that were asked for."""
+    if key is not None and qpos is not None:
+        raise SceneError(message("key and qpos", "are both given", "give one of them"))
+    if key is not None:
+        mujoco.mj_resetDataKeyframe(model, data, _number(model, key))
+    if qpos is not None:
+        data.qpos[:] = checked(np.asarray(qpos, dtype=object).tolist(), (int(model.nq),), "qpos")
+
+
+def _number(model: Any, key: str | int) -> int:  # noqa: ANN401
+    """Return the number of a keyframe that is given by its name or its number."""
+    known: Sequence[str] = entries(model, "key", int(model.nkey))
+    if isinstance(key, str):
+        if key not in known:
+            remedy = nearest_of(key, filter(None, known)) if any(known) else "the model has no keyframe with a name"
+            raise SceneError(message(f"keyframe {quoted(key)}", "is unknown", remedy))
+        return known.index(key)
+    if isinstance(key, bool) or not isinstance(key, int) or not 0 <= key < len(known):
+        problem = f"the model has {len(known)} keyframes"
+        raise SceneError(message(f"keyframe {quoted(key)}", problem, "needs a name, or a number from 0"))
+    return key
+
+
+def _name(model: Any, path: Path) -> str:  # noqa: ANN401
+    name = bytes(model.names).split(b"\0", 1)[0].decode(errors="replace")
+    return path.stem if name in ("", "MuJoCo Model") else name
+
+
+register("MJCF", (".xml",), sniff, read, write, mark="`<mujoco>`", extra="mujoco")

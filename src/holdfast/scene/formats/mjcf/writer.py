@@ -1,0 +1,175 @@
+"""Write MJCF files that MuJoCo loads with the same masses, inertias, poses, shapes and friction of every pair.
+
+MuJoCo collides the convex hull of a mesh and keeps its vertices in single precision; numbers of sides and subdivisions
+of round shapes have no place in the format.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+from xml.etree import ElementTree as Xml
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from holdfast.base.arrays import Bool, Float
+from holdfast.base.errors import SceneError, message
+from holdfast.base.text import quoted
+from holdfast.scene.body import Body
+from holdfast.scene.compound import Compound, Solid
+from holdfast.scene.halfspace import HalfSpace
+from holdfast.scene.round import Capsule, Ellipsoid
+from holdfast.scene.scene import Scene
+from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
+
+WORLD = "world"  # the name that MuJoCo keeps for itself
+FRICTIONLESS, SLIDING = "1", "3"  # condim
+
+
+class Unit(NamedTuple):
+    """The geoms of a body that have one material."""
+
+    body: Body
+    material: str | None
+    geoms: list[str]
+
+
+def write(scene: Scene, path: Path) -> bytes:
+    """Return the content of an MJCF file with the scene.
+
+    Raises SceneError for a name that XML or MuJoCo cannot hold, for a pair of bodies without friction, and for inertias
+    that no mass distribution has.
+    """
+    del path
+    for name in (scene.name, *(body.name for body in scene.bodies)):
+        _check_name(name)
+    root = Xml.Element("mujoco", {"model": scene.name} if scene.name else {})
+    Xml.SubElement(root, "compiler", angle="radian", balanceinertia="false", boundmass="0", boundinertia="0")
+    Xml.SubElement(root, "option", gravity=_text(scene.gravity))
+    assets, world = Xml.SubElement(root, "asset"), Xml.SubElement(root, "worldbody")
+    units = [unit for body in scene.bodies for unit in _units(body)]
+    mu, touch = _table(scene, units)
+    own, others = _values(mu, touch)
+    friction = {geom: float(own[k]) for k, unit in enumerate(units) for geom in unit.geoms}
+    for body in scene.bodies:
+        _write_body(world, assets, body, friction)
+    if not len(assets):
+        root.remove(assets)
+    contact = Xml.SubElement(root, "contact")
+    for a, b in scene.excluded:
+        Xml.SubElement(contact, "exclude", body1=a, body2=b)
+    for i, j in np.argwhere(np.triu(others)).tolist():
+        for one in units[i].geoms:
+            for two in units[j].geoms:
+                Xml.SubElement(contact, "pair", {"geom1": one, "geom2": two} | _sliding(float(mu[i, j]), 5))
+    Xml.indent(root)
+    return (Xml.tostring(root, encoding="unicode") + "\n").encode()
+
+
+def _check_name(name: str) -> None:
+    if name == WORLD:
+        raise SceneError(message(f"body {quoted(name)}", "has the name of MuJoCo's world", "give it another name"))
+    if any(not (c.isprintable() or c in "\t\n") for c in name):
+        raise SceneError(message(f"name {quoted(name)}", "holds what XML cannot", "give it another name"))
+
+
+def _units(body: Body) -> list[Unit]:
+    names: dict[str | None, list[str]] = {}
+    for k, material in enumerate(body.materials):
+        names.setdefault(material, []).append(_geom(body, k))
+    return [Unit(body, material, geoms) for material, geoms in names.items()]
+
+
+def _geom(body: Body, part: int) -> str:
+    return f"{body.name}/{part}"
+
+
+def _table(scene: Scene, units: list[Unit]) -> tuple[Float, Bool]:
+    """Return the friction (U, U) between units, and whether they may touch."""
+    mu, touch = np.zeros((len(units), len(units))), np.zeros((len(units), len(units)), dtype=bool)
+    excluded = set(scene.excluded)
+    for i, (a, like_a, _) in enumerate(units):
+        for j, (b, like_b, _) in enumerate(units[:i]):
+            if a is b or (a.fixed and b.fixed) or (min(a.name, b.name), max(a.name, b.name)) in excluded:
+                continue
+            touch[i, j] = touch[j, i] = True
+            mu[i, j] = mu[j, i] = scene.friction.between(a.name, b.name, {a.name: like_a, b.name: like_b})
+    return mu, touch
+
+
+def _values(mu: Float, touch: Bool) -> tuple[Float, Bool]:
+    """Return a coefficient for each unit, and the pairs whose coefficient is not the larger one of the two."""
+    own = np.where(touch, mu, np.inf).min(1, initial=np.inf)
+    own[~np.isfinite(own)] = 0.0
+    return own, touch & (np.maximum(own[:, None], own[None]) != mu)
+
+
+def _sliding(mu: float, count: int) -> dict[str, str]:
+    """Return the attributes of a geom (count 3) or pair (count 5) with a coefficient; none at all is condim 1."""
+    rest = (0.005, 0.0001) if count == 3 else (mu, 0.005, 0.0001, 0.0001)
+    return {"friction": _text(np.array([mu, *rest])), "condim": SLIDING if mu else FRICTIONLESS}
+
+
+def _write_body(world: Xml.Element, assets: Xml.Element, body: Body, friction: dict[str, float]) -> None:
+    element = Xml.SubElement(world, "body", {"name": body.name} | _placed(body.pose))
+    if not body.fixed:
+        Xml.SubElement(element, "freejoint")
+        Xml.SubElement(element, "inertial", _inertial(body))
+    parts = [(p.shape, p.pose) for p in body.shape.parts] if isinstance(body.shape, Compound) else None
+    if isinstance(body.shape, HalfSpace):
+        name = _geom(body, 0)
+        plane = {"name": name, "type": "plane", "size": "0 0 1"}
+        Xml.SubElement(element, "geom", plane | _sliding(friction[name], 3))
+        return
+    whole = body.shape
+    for k, (shape, pose) in enumerate(parts or ([] if isinstance(whole, Compound) else [(whole, np.eye(4))])):
+        name = _geom(body, k)
+        _write_geom(element, assets, shape, {"name": name} | _placed(pose) | _sliding(friction[name], 3))
+
+
+def _write_geom(element: Xml.Element, assets: Xml.Element, shape: Solid, attributes: dict[str, str]) -> None:
+    match shape:
+        case Box():
+            kind, size = "box", shape.size / 2
+        case Sphere():
+            kind, size = "sphere", np.array([shape.radius])
+        case Capsule():
+            kind, size = "capsule", np.array([shape.radius, shape.length / 2])
+        case Cylinder():
+            kind, size = "cylinder", np.array([shape.radius, shape.height / 2])
+        case Ellipsoid():
+            kind, size = "ellipsoid", shape.radii
+        case Mesh():
+            surface, name = shape.surface, attributes["name"]
+            data = {"vertex": _text(surface.vertices.ravel()), "face": " ".join(map(str, surface.faces.ravel()))}
+            Xml.SubElement(assets, "mesh", {"name": name, "inertia": "convex"} | data)
+            Xml.SubElement(element, "geom", attributes | {"type": "mesh", "mesh": name})
+            return
+    Xml.SubElement(element, "geom", attributes | {"type": kind, "size": _text(size)})
+
+
+def _inertial(body: Body) -> dict[str, str]:
+    """Return the mass, centre of mass and inertia of a body; MuJoCo takes principal moments and their axes."""
+    moments, axes = np.linalg.eigh(body.inertia_com)
+    if moments[0] <= 0 or moments[0] + moments[1] < moments[2] * (1 - 1e-12):
+        problem = f"has the principal moments {', '.join(f'{m:.4g}' for m in moments)} kg m²"
+        remedy = "MuJoCo needs positive ones, the largest at most the sum of the others"
+        raise SceneError(message(f"body {quoted(body.name)}", problem, remedy))
+    moments[2] = min(moments[2], moments[0] + moments[1])
+    turn = axes * [1.0, 1.0, float(np.linalg.det(axes))]
+    place = {"pos": _text(body.com_body), "quat": _quaternion(turn)}
+    return place | {"mass": repr(float(body.mass or 0.0)), "diaginertia": _text(moments)}
+
+
+def _placed(pose: Float) -> dict[str, str]:
+    return {"pos": _text(pose[:3, 3]), "quat": _quaternion(pose[:3, :3])}
+
+
+def _quaternion(turn: Float) -> str:
+    return _text(Rotation.from_matrix(turn).as_quat(scalar_first=True))
+
+
+def _text(values: Float) -> str:
+    """Return numbers as an attribute, every digit kept."""
+    return " ".join(repr(float(value)) for value in np.ravel(values))

@@ -1,0 +1,170 @@
+"""Scenes of named meshes without masses, friction or gravity, as trimesh and glTF have them: ``hf.from_trimesh``."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from holdfast.base.arrays import Float, checked
+from holdfast.base.errors import GeometryError, SceneError, message, nearest_of
+from holdfast.base.ranges import SCALE
+from holdfast.base.text import listed, quoted
+from holdfast.scene.body import Body
+from holdfast.scene.formats.rigid_parts import scene_of
+from holdfast.scene.friction import Friction
+from holdfast.scene.halfspace import HalfSpace
+from holdfast.scene.meshes.foreign import Node, nodes_of
+from holdfast.scene.scene import Scene
+from holdfast.scene.shapes import Mesh
+
+Numbers = float | Mapping[str, float]
+Weight = tuple[float | None, float | None]  # a mass [kg] and a density [kg/m³]
+
+FLOOR = "floor"
+LEAST_STRETCH = 1e-9  # [-] of a matrix: less is flat
+Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
+
+
+def from_trimesh(
+    scene: Any,  # noqa: ANN401 - a trimesh.Scene or trimesh.Trimesh, whose types are not followed
+    *,
+    friction: Friction | float,
+    mass: Numbers | None = None,
+    density: Numbers | None = None,
+    fixed: Collection[str] = (),
+    material: Mapping[str, str] | None = None,
+    up: Literal["y", "z"] = "z",
+    floor: bool = False,
+    gravity: ArrayLike = (0.0, 0.0, -9.81),
+    name: str = "",
+) -> Scene:
+    """Return the scene of a ``trimesh.Scene``, or of one ``trimesh.Trimesh``, which is named ``mesh``.
+
+    Every node with triangles is a body with its name; scale in its matrix goes to the vertices, the rest is its pose.
+    ``mass`` [kg] and ``density`` [kg/m³] are one number for all that move, or one for each name; a name's own number
+    comes first, and masses before densities. ``fixed`` are names of bodies, ``material`` gives bodies one for the
+    friction table. With ``up="y"`` everything is turned so that y becomes z. ``floor`` adds the half space below z = 0.
+    Lengths are in metres.
+
+    Raises SceneError for unknown names and missing masses, GeometryError for meshes and matrices that are no use.
+    """
+    if not hasattr(scene, "graph"):
+        if not hasattr(scene, "faces"):
+            problem = f"got a {type(scene).__name__}"
+            raise SceneError(message("from_trimesh", problem, "needs a trimesh.Scene or a trimesh.Trimesh"))
+        nodes = [Node("mesh", np.array(scene.vertices, dtype=np.float64), np.array(scene.faces), np.eye(4))]
+    else:
+        nodes = nodes_of(scene)
+    names = [node.name for node in nodes]
+    check_names("mass", mass, names)
+    check_names("density", density, names)
+    weights = {name: first_of(own(mass, density, name), common(mass, density)) for name in names}
+    return scene_of_nodes(
+        nodes, weights, friction, fixed, material or {}, up=up, floor=floor, gravity=gravity, name=name, notes=[]
+    )
+
+
+def scene_of_nodes(
+    nodes: Sequence[Node],
+    weights: Mapping[str, Weight],
+    friction: Friction | float,
+    fixed: Collection[str],
+    material: Mapping[str, str],
+    *,
+    up: str,
+    floor: bool,
+    gravity: ArrayLike,
+    name: str,
+    notes: list[str],
+) -> Scene:
+    """Return the scene of these nodes, with a mass or a density for each name; for the rest, see ``from_trimesh``."""
+    names = [node.name for node in nodes]
+    if not names:
+        raise SceneError(message("scene", "holds no triangles", "needs a node with a mesh"))
+    if up not in ("y", "z"):
+        raise SceneError(message("up", f"is {quoted(up)}", "needs 'y' or 'z'"))
+    if isinstance(fixed, str | bool) or not hasattr(fixed, "__iter__"):
+        raise SceneError(message("fixed", f"is {quoted(fixed)}", 'needs a list of names, as ["table"]'))
+    check_names("fixed", list(fixed), names)
+    check_names("material", material, names)
+    if up == "y":
+        notes.append("y is up in the file: turned about x so that z is up")
+    held = set(fixed)
+    bodies = [
+        _body(node, weights[node.name], node.name in held, material.get(node.name), Y_UP if up == "y" else None)
+        for node in nodes
+    ]
+    if floor:
+        bodies.append(Body(FLOOR, HalfSpace(), fixed=True))
+    if not any(body.fixed for body in bodies):
+        remedy = f"give fixed=[name] ({listed(names)}), or floor=True for a floor at z = 0"
+        raise SceneError(message("scene", "nothing in it is fixed", remedy))
+    table = friction if isinstance(friction, Friction) else Friction(default=friction)
+    return scene_of(bodies, table, gravity, name, notes)
+
+
+def check_names(what: str, names: Any, known: Sequence[str]) -> None:  # noqa: ANN401
+    """Raise SceneError if a key of a mapping, or an item of a list, is not among the known names."""
+    if isinstance(names, Mapping | list):
+        there = frozenset(known)
+        for name in names:
+            if name not in there:
+                raise SceneError(message(what, f"no node is named {quoted(name)}", nearest_of(name, known)))
+
+
+def own(mass: Numbers | None, density: Numbers | None, name: str) -> Weight:
+    """Return the mass and density that stand under a name."""
+    mass_of, density_of = (each.get(name) if isinstance(each, Mapping) else None for each in (mass, density))
+    return mass_of, density_of
+
+
+def common(mass: Numbers | None, density: Numbers | None) -> Weight:
+    """Return the mass and density that are given for all names."""
+    for_all, dense = (None if isinstance(each, Mapping) else each for each in (mass, density))
+    return for_all, dense
+
+
+def first_of(*weights: Weight) -> Weight:
+    """Return the first of these that says anything; a mass comes before a density."""
+    mass, density = next((each for each in weights if each != (None, None)), (None, None))
+    return mass, None if mass is not None else density
+
+
+def _body(node: Node, weight: Weight, fixed: bool, material: str | None, turn: Float | None) -> Body:
+    where = f"node {quoted(node.name)}"
+    mass, density = (weight[0], None) if fixed else weight
+    if (mass, density) == (None, None) and not fixed:
+        raise SceneError(message(where, "has no mass", "give mass= or density=, for it or for all, or fixed=[name]"))
+    pose, stretch = split(node.matrix if turn is None else turn @ node.matrix, where)
+    vertices = node.vertices if np.array_equal(stretch, np.eye(3)) else node.vertices @ stretch.T
+    faces = node.faces if np.linalg.det(stretch) > 0 else node.faces[:, ::-1]
+    mesh = Mesh(vertices, faces, where=where)
+    return Body(node.name, mesh, mass=mass, density=density, pose=pose, material=material, fixed=fixed)
+
+
+def split(matrix: Float, where: str) -> tuple[Float, Float]:
+    """Split an affine matrix (4, 4) into a pose (4, 4) and what is applied before it: scale, shear, mirror (3, 3).
+
+    Raises GeometryError if the matrix is not finite, is huge or flat, or has another last row than (0, 0, 0, 1).
+    """
+    matrix = checked(matrix, (4, 4), f"{where}: matrix", within=SCALE, error=GeometryError)
+    linear = matrix[:3, :3]
+    if not np.allclose(matrix[3], (0, 0, 0, 1), atol=1e-9):
+        raise GeometryError(message(where, f"has the last row {matrix[3].tolist()}", "needs (0, 0, 0, 1)"))
+    pose = np.eye(4)
+    pose[:3, 3] = matrix[:3, 3]
+    if np.abs(linear.T @ linear - np.eye(3)).max() < LEAST_STRETCH and np.linalg.det(linear) > 0:
+        pose[:3, :3] = linear
+        return pose, np.eye(3)
+    u, sizes, vt = np.linalg.svd(linear)
+    if not sizes[2] > LEAST_STRETCH * sizes[0]:
+        raise GeometryError(
+            message(where, f"is scaled to nothing: {linear.tolist()}", "needs a matrix that is not flat")
+        )
+    turn = u @ vt
+    turn = turn if np.linalg.det(turn) > 0 else -turn
+    pose[:3, :3] = turn
+    return pose, np.asarray(turn.T @ linear)

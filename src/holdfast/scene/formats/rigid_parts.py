@@ -1,0 +1,143 @@
+"""What formats of robots have in common: rigid bodies put together from placed shapes and placed masses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from holdfast.base.arrays import Float
+from holdfast.base.rigid import transform
+from holdfast.base.text import listed
+from holdfast.scene.body import Body
+from holdfast.scene.compound import Compound, Part, Shape, Solid
+from holdfast.scene.friction import Friction
+from holdfast.scene.inertial import Inertial
+from holdfast.scene.round import round_of
+from holdfast.scene.scene import Scene
+from holdfast.scene.shapes import Mesh
+
+
+class Piece(NamedTuple):
+    """A shape with its ``pose`` (4, 4) in the frame of the body, and the material of its surface."""
+
+    shape: Solid
+    pose: Float
+    material: str | None = None
+
+
+M = TypeVar("M")
+K = TypeVar("K")
+
+
+@dataclass(eq=False)
+class Welded(Generic[M]):
+    """Things of a file that move as one, the first one of the file first; fixed if one of them is."""
+
+    members: list[M]
+    fixed: bool
+
+
+G = TypeVar("G", bound=Welded[Any])
+
+
+def weld(group: dict[K, G], ends: Sequence[G | None], key: Callable[[Any], K]) -> None:
+    """Make one group of those at the two ends of a joint; None is the world, and what is joined to it is fixed.
+
+    ``group`` holds the group of each thing by its ``key``, and is kept up to date.
+    """
+    found = [end for end in ends if end is not None]
+    if len(found) < len(ends):
+        for each in found:
+            each.fixed = True
+        return
+    kept, gone = found
+    if kept is not gone:
+        kept.members += gone.members
+        kept.fixed = kept.fixed or gone.fixed
+        for member in gone.members:
+            group[key(member)] = kept
+
+
+def filled(pieces: Sequence[Piece], density: float) -> Inertial:
+    """Return the inertial of pieces of one ``density`` [kg/m³]; volume that they share counts once.
+
+    Raises GeometryError if one of them encloses no volume.
+    """
+    shape = Compound([Part(piece.shape, piece.pose) for piece in pieces]) if len(pieces) > 1 else pieces[0].shape
+    own = shape.mass_properties
+    found = Inertial(density * own.volume, np.asarray(own.com), density * np.asarray(own.inertia))
+    return found if len(pieces) > 1 else found.seen(pieces[0].pose)
+
+
+def rigid_body(
+    name: str, pieces: Sequence[Piece], *, pose: Float, inertial: Inertial | None = None, fixed: bool = False
+) -> Body:
+    """Return a body of these pieces at ``pose`` (4, 4), its frame to the world.
+
+    A single ball, capsule or ellipsoid that is not at the origin gives its own frame to the body, because contacts of
+    whole round bodies are exact, and those of parts are not. A single mesh is moved in the body.
+    """
+    shape, shift = _shape(pieces)
+    if not np.array_equal(shift, np.eye(4)) and inertial is not None:
+        inertial = inertial.seen(np.asarray(np.linalg.inv(shift), dtype=np.float64))
+    materials = {piece.material for piece in pieces}
+    return Body(
+        name,
+        shape,
+        mass=None if inertial is None else inertial.mass,
+        pose=pose @ shift,
+        com=None if inertial is None else inertial.com,
+        inertia=None if inertial is None else (inertial.inertia + inertial.inertia.T) / 2,
+        material=materials.pop() if len(materials) == 1 else None,
+        fixed=fixed,
+    )
+
+
+def scene_of(
+    bodies: Sequence[Body],
+    friction: Friction,
+    gravity: ArrayLike,
+    name: str,
+    notes: Sequence[str],
+    excluded: Sequence[tuple[str, str]] = (),
+) -> Scene:
+    """Return the scene of a file, with what its reader guessed and left out, each note once."""
+    faceted = [body.name for body in bodies if isinstance(body.shape, Compound) and _has_round_part(body.shape)]
+    about = [f"round parts touch as the inscribed surfaces that stand for them: {listed(faceted)}"] if faceted else []
+    return Scene(bodies, friction, gravity, name, excluded, dict.fromkeys([*notes, *about]))
+
+
+def _has_round_part(shape: Compound) -> bool:
+    return any(round_of(part.shape) is not None for part in shape.parts)
+
+
+def _shape(pieces: Sequence[Piece]) -> tuple[Shape, Float]:
+    """Return the shape of a body, and the pose (4, 4) of the body's frame in that of the pieces."""
+    first = pieces[0]
+    if len(pieces) == 1:
+        if np.array_equal(first.pose, np.eye(4)):
+            return first.shape, np.eye(4)
+        if round_of(first.shape) is not None:
+            return first.shape, first.pose
+        if isinstance(first.shape, Mesh):
+            mesh = first.shape
+            return Mesh(transform(first.pose, mesh.vertices), mesh.faces, where=mesh.where), np.eye(4)
+    own = len({piece.material for piece in pieces}) > 1
+    return Compound([Part(piece.shape, piece.pose, piece.material if own else None) for piece in pieces]), np.eye(4)
+
+
+def pose_of(xyz: Sequence[float], rpy: Sequence[float]) -> Float:
+    """Return the pose (4, 4) at ``xyz`` [m], turned by roll, pitch and yaw [rad] about the fixed x, y and z axes."""
+    (sr, sp, sy), (cr, cp, cy) = np.sin(rpy), np.cos(rpy)
+    pose = np.eye(4)
+    pose[:3, :3] = [
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ]
+    pose[:3, 3] = xyz
+    return pose

@@ -1,0 +1,110 @@
+"""The joints of an SDF file: which links they hold together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from holdfast.base.text import listed, quoted
+from holdfast.scene.formats.rigid_parts import Welded, weld
+from holdfast.scene.formats.sdf.scopes import Scope
+from holdfast.scene.formats.xml import Element
+
+Key = tuple[Scope, Element]  # the element alone may stand in several models, all of one file
+
+MOST_STEPS = 200  # frames that are attached to each other, in a row
+
+
+@dataclass(eq=False)
+class Place:
+    """A link, and the model in which it lies; ``held`` says that it is fixed by itself."""
+
+    scope: Scope
+    element: Element
+    held: bool
+
+    @property
+    def path(self) -> str:
+        """Its name with those of the models in which it lies."""
+        return f"{self.scope.path}::{self.element.attribute('name')}"
+
+
+Group = Welded[Place]  # links
+
+
+def groups_of(world: Scope, held: Iterable[str], rigid: bool, notes: list[str]) -> list[Group]:
+    """Return the groups of links that fixed joints hold together; the models ``held`` are fixed beside static ones.
+
+    Joints that can move are refused by name, unless all that they join is fixed, or ``rigid`` says that they hold.
+    """
+    names = set(held)
+    places = {
+        (scope, element): Place(scope, element, scope.static or _is_held(scope, names))
+        for scope in world.within()
+        for element in scope.named.values()
+        if element.tag == "link"
+    }
+    group = {key: Welded([place], place.held) for key, place in places.items()}
+    movable = []
+    for scope in world.within():
+        for joint in scope.named.values():
+            if joint.tag != "joint":
+                continue
+            ends = [_end(scope, joint, tag) for tag in ("parent", "child")]
+            if joint.attribute("type") == "fixed" or rigid:
+                weld(
+                    group,
+                    [None if end is None else group[end] for end in ends],
+                    lambda place: (place.scope, place.element),
+                )
+            if joint.attribute("type") != "fixed":
+                movable.append((scope, joint, ends))
+    loose = [(s, j) for s, j, ends in movable if not all(end is None or group[end].fixed for end in ends)]
+    paths = [f"{scope.path}::{joint.attribute('name')}" for scope, joint in loose]
+    named = listed(
+        [f"{quoted(path)} ({joint.attribute('type')})" for path, (_, joint) in zip(paths, loose, strict=True)]
+    )
+    if loose and not rigid:
+        remedy = "give rigid=True to weld them as they are, or fixed=[model]"
+        loose[0][1].fail(f"can move; joints that can: {named}; a joint between bodies is no contact", remedy)
+    if loose:
+        notes.append(f"joints that hold as if welded: {named}")
+    return list(dict.fromkeys(group.values()))
+
+
+def _is_held(scope: Scope, names: set[str]) -> bool:
+    inside: Scope | None = scope
+    while inside is not None and inside.outer is not None:
+        if inside.path in names:
+            return True
+        inside = inside.outer
+    return False
+
+
+def _end(scope: Scope, joint: Element, tag: str) -> Key | None:
+    """Return the link at an end of a joint, and None for the world."""
+    asking = joint.needed(tag)
+    name = asking.text.strip()
+    for _ in range(MOST_STEPS):
+        if name == "world":
+            return None
+        scope, found = scope.found(name, asking)
+        if isinstance(found, Scope):
+            scope, name = found, _canonical(found, asking)
+        elif found.tag == "link":
+            return scope, found
+        elif found.tag == "joint":
+            name = found.needed("child").text.strip()
+        else:
+            name = found.attributes.get("attached_to", "").strip() or "__model__"
+            if scope.is_world and name == "__model__":
+                return None
+    return asking.fail(f"names {quoted(name)}, which is attached to itself", "break the circle")
+
+
+def _canonical(model: Scope, asking: Element) -> str:
+    """Return the name of the link that stands for a model: the one that it names, or its first."""
+    given = model.element.attributes.get("canonical_link", "").strip()
+    links = [name for name, element in model.named.items() if element.tag == "link"]
+    first = links[0] if links else next((f"{name}::__model__" for name in model.models), "")
+    return given or first or asking.fail(f"names the model {quoted(model.name)}, which has no link", "name a link")

@@ -1,0 +1,180 @@
+"""Read SDF: a world, or a lone model, as Gazebo would load it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from holdfast.base.arrays import Float, checked_name, checked_number
+from holdfast.base.errors import SceneError, message, nearest_of
+from holdfast.base.ranges import DENSITY, FRICTION
+from holdfast.base.text import quoted
+from holdfast.scene.body import Body
+from holdfast.scene.formats.references import Packages, References
+from holdfast.scene.formats.registry import register
+from holdfast.scene.formats.rigid_parts import rigid_body, scene_of
+from holdfast.scene.formats.sdf.frames import Frames
+from holdfast.scene.formats.sdf.groups import Group, groups_of
+from holdfast.scene.formats.sdf.links import LinkReader, coefficients
+from holdfast.scene.formats.sdf.scopes import Scope, ScopeReader
+from holdfast.scene.formats.sdf.touching import Toucher, excluded_pairs, toucher
+from holdfast.scene.formats.source import Source
+from holdfast.scene.formats.surfaces import Surfaces
+from holdfast.scene.formats.xml import Element, parsed, root_name
+from holdfast.scene.halfspace import HalfSpace
+from holdfast.scene.inertial import together
+from holdfast.scene.scene import Scene
+
+USUAL_GRAVITY = (0.0, 0.0, -9.8)  # [m/s²] of SDF
+FLOOR = "floor"
+
+
+def sniff(source: Source) -> bool:
+    """Tell whether the outermost element is <sdf>."""
+    return root_name(source.text) == "sdf"
+
+
+def read(
+    source: Source,
+    *,
+    world: str | None = None,
+    rigid: bool = False,
+    fixed: Iterable[str] = (),
+    floor: bool = False,
+    friction: float | None = None,
+    density: float | None = None,
+    simulator: str | None = None,
+    package: Packages | None = None,
+) -> Scene:
+    """Return the scene of an SDF file.
+
+    ``world`` names one of several worlds. ``fixed`` are names of models (``outer::inner``) that are fixed beside those
+    that are static, and ``floor`` adds the half space below z = 0, with the friction of whatever lies on it. Joints
+    that can move are refused by name, unless ``rigid`` is True: then they hold. ``friction`` is the coefficient of
+    surfaces, and ``density`` [kg/m³] that of links, of which the file says nothing; without them SDF's own values are
+    taken, and noted: a coefficient of 1 and a mass of 1 kg. ``simulator``, "ode" or "bullet", chooses the friction
+    tags. ``package`` maps the names of packages and models to folders, or is a function that does.
+
+    Raises SceneError or GeometryError if the file is malformed, or leaves out what is needed.
+    """
+    root = _world(parsed(source.text, source.path), world)
+    top = ScopeReader().world(root, References(source.path, package))
+    if density is not None:
+        density = checked_number(density, "density", above=0, within=DENSITY)
+    if friction is not None:
+        friction = checked_number(friction, "friction", minimum=0, within=FRICTION)
+    notes: list[str] = []
+    bullet = _is_bullet(root, top, simulator, notes)
+    reader = LinkReader(bullet, Surfaces("product" if bullet else "least"), friction, density, notes)
+    held = _held(top, fixed)
+    groups = groups_of(top, held, rigid, notes)
+    frames = Frames()
+    found: list[tuple[Body, frozenset[Toucher]]] = []
+    for group, name in zip(groups, _names(groups), strict=True):
+        found += _bodies(group, name, reader, frames)
+    bodies, excluded = [body for body, _ in found], excluded_pairs(found, notes)
+    pairs = {}
+    if floor:
+        bodies.append(Body(FLOOR, HalfSpace(), fixed=True))
+        pairs = {(FLOOR, material): mu for material, mu in reader.surfaces.coefficients.items()}
+    if not bodies:
+        root.fail("has no link with a shape", "needs a <collision>")
+    if not any(body.fixed for body in bodies):
+        root.fail("has nothing that is static", "give floor=True for a floor at z = 0, or fixed=[model]")
+    gravity = root.child("gravity")
+    name = root.attributes.get("name") or source.path.stem
+    return scene_of(
+        bodies,
+        reader.surfaces.table(pairs),
+        USUAL_GRAVITY if gravity is None else gravity.values(3),
+        checked_name(name, f"{root.place}: name"),
+        notes,
+        excluded,
+    )
+
+
+def _world(root: Element, name: str | None) -> Element:
+    """Return the world with this name, or the only world or model."""
+    worlds = root.all("world")
+    if name is not None:
+        named = {each.attributes.get("name", ""): each for each in worlds}
+        return named[name] if name in named else root.fail(f"has no world {quoted(name)}", nearest_of(name, named))
+    found = worlds or root.all("model")
+    if len(found) != 1:
+        remedy = "name one with world=" if worlds else "needs one <world>, or one <model>"
+        root.fail(f"has {len(worlds)} worlds and {len(root.all('model'))} models", remedy)
+    return found[0]
+
+
+def _held(top: Scope, fixed: Iterable[str]) -> tuple[str, ...]:
+    if isinstance(fixed, str | bool) or not hasattr(fixed, "__iter__"):
+        raise SceneError(message("fixed", f"is {quoted(fixed)}", 'needs a list of names of models, as ["table"]'))
+    known, held = [scope.path for scope in top.within() if not scope.is_world], tuple(fixed)
+    for name in held:
+        if name not in known:
+            raise SceneError(message("fixed", f"no model is named {quoted(name)}", nearest_of(name, known)))
+    return held
+
+
+def _is_bullet(root: Element, top: Scope, simulator: str | None, notes: list[str]) -> bool:
+    """Say whether the friction is what the file says to Bullet: as chosen, as its physics says, or if nothing else."""
+    if simulator not in (None, "ode", "bullet"):
+        raise SceneError(message("simulator", f"is {quoted(simulator)}", "needs 'ode' or 'bullet'"))
+    links = (link for scope in top.within() for link in scope.element.all("link"))
+    collisions = [collision for link in links for collision in link.all("collision")]
+    by_bullet, by_ode = (any(coefficients(each, bullet=which) for each in collisions) for which in (True, False))
+    named = {physics.attributes.get("type") for physics in root.all("physics")}
+    bullet = simulator == "bullet" or (simulator is None and ("bullet" in named if by_ode and by_bullet else by_bullet))
+    if by_bullet or by_ode:
+        rule = "product" if bullet else "least"
+        notes.append(f"friction: tags of {'bullet' if bullet else 'ode'}; of two surfaces it is their {rule}")
+    return bullet
+
+
+def _names(groups: list[Group]) -> list[str]:
+    """Return the name of each group: that of its model if it is the only one there, else with the one of its link."""
+    count: dict[str, int] = {}
+    for group in groups:
+        path = group.members[0].scope.path
+        count[path] = count.get(path, 0) + 1
+    first = [group.members[0] for group in groups]
+    return [place.scope.path if count[place.scope.path] == 1 else place.path for place in first]
+
+
+def _bodies(group: Group, name: str, reader: LinkReader, frames: Frames) -> Iterator[tuple[Body, frozenset[Toucher]]]:
+    """Yield the body of a group, and one more for each plane, with what may touch others."""
+    links = [(place, reader.link(place.scope, place.element, group.fixed)) for place in group.members]
+    first = group.members[0]
+    base = frames.of(first.scope, first.element)
+    poses = [_relative(base, frames.of(place.scope, place.element)) for place, _ in links]
+    pieces = [
+        each.piece._replace(pose=pose @ each.piece.pose)
+        for pose, (_, link) in zip(poses, links, strict=True)
+        for each in link.contents
+    ]
+    planes = [
+        (pose @ plane.pose, plane, toucher(place, plane.mask))
+        for pose, (place, link) in zip(poses, links, strict=True)
+        for plane in link.planes
+    ]
+    if planes and not group.fixed:
+        first.element.fail("has a <plane> and can move", "make its model static")
+    for number, (pose, plane, touching) in enumerate(planes):
+        own = name if not pieces and len(planes) == 1 else f"{name}::plane{number if number else ''}"
+        body = Body(own, HalfSpace(), pose=base @ pose, material=plane.material, fixed=True)
+        yield body, frozenset([touching])
+    if pieces:
+        each = [link.inertial.seen(pose) for pose, (_, link) in zip(poses, links, strict=True) if link.inertial]
+        inertial = None if group.fixed else together(each)
+        touchers = frozenset(toucher(place, content.mask) for place, link in links for content in link.contents)
+        yield rigid_body(name, pieces, pose=base, inertial=inertial, fixed=group.fixed), touchers
+    elif not planes and not group.fixed:
+        reader.notes.append(f"link {first.path}: has no shape, so it is left out")
+
+
+def _relative(base: Float, pose: Float) -> Float:
+    return np.eye(4) if pose is base else np.asarray(np.linalg.inv(base) @ pose)
+
+
+register("SDF", (".sdf", ".world"), sniff, read, mark="<sdf>")

@@ -1,0 +1,175 @@
+"""The models of an SDF file, included ones among them, as scopes of names that lie in each other."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+from holdfast.base.errors import nearest_of
+from holdfast.base.files import read_ordinary
+from holdfast.base.text import quoted
+from holdfast.scene.formats.references import References
+from holdfast.scene.formats.xml import MAX_BYTES, Element, parsed
+
+MOST_INCLUDES = 2_000  # models that a scene may include, one by one
+MOST_NAMES = 200_000  # links, frames, joints and models of a scene, those of included files each time
+MOST_LEVELS = 30  # models in each other
+NAMED = ("link", "frame", "joint")
+
+
+@dataclass(eq=False, repr=False)
+class Scope:
+    """A world or a model: its name, what has names in it, and the models in it.
+
+    ``outer`` is the scope in which it lies. ``given`` is the element in which its pose stands: its own, or that of the
+    include. ``references`` finds the files that it names.
+    """
+
+    name: str
+    element: Element
+    given: Element
+    references: References
+    outer: Scope | None
+    static: bool
+    named: dict[str, Element] = field(default_factory=dict)
+    models: dict[str, Scope] = field(default_factory=dict)
+
+    @cached_property
+    def touches_itself(self) -> bool:
+        """Whether links of this model touch each other (<self_collide>)."""
+        return truth(self.element, "self_collide")
+
+    @property
+    def is_world(self) -> bool:
+        """Whether this is the world, not a model."""
+        return self.outer is None
+
+    @property
+    def path(self) -> str:
+        """The names of the models in which it lies, and its own, joined by two colons."""
+        if self.outer is None:
+            return ""
+        return f"{self.outer.path}::{self.name}" if self.outer.path else self.name
+
+    def within(self) -> Iterator[Scope]:
+        """Yield this scope and all below it."""
+        yield self
+        for model in self.models.values():
+            yield from model.within()
+
+    def found(self, name: str, asking: Element) -> tuple[Scope, Element | Scope]:
+        """Return the scope in which a name such as ``arm::hand`` ends, and what bears it there."""
+        scope, names = self, name.split("::")
+        for outer in names[:-1]:
+            if outer not in scope.models:
+                asking.fail(f"names {quoted(name)}: no model {quoted(outer)}", nearest_of(outer, scope.models))
+            scope = scope.models[outer]
+        last = names[-1]
+        if last == "__model__" and not scope.is_world:
+            return scope, scope
+        if last in scope.named:
+            return scope, scope.named[last]
+        if last in scope.models:
+            return scope, scope.models[last]
+        return asking.fail(f"names {quoted(name)}, which is not there", nearest_of(last, [*scope.named, *scope.models]))
+
+
+def truth(element: Element, tag: str, default: bool = False) -> bool:
+    """Return the truth value in a child, by default ``default``."""
+    child = element.child(tag)
+    if child is None:
+        return default
+    words = {"true": True, "1": True, "false": False, "0": False}
+    word = child.text.strip().lower()
+    return words[word] if word in words else child.fail(f"is {quoted(word)}", "needs true or false")
+
+
+class ScopeReader:
+    """Builds scopes, and counts and remembers the files that they include."""
+
+    def __init__(self) -> None:
+        self._files: dict[Path, Element] = {}
+        self._included = self._named = 0
+
+    def world(self, element: Element, references: References) -> Scope:
+        """Return the scope of a world, or of a lone model in a world of its own."""
+        if element.tag == "model":
+            around = Element("world", {}, element.file, element.line, [element])
+            return self.world(around, references)
+        scope = Scope(element.attributes.get("name", ""), element, element, references, None, False)
+        self._fill(scope, (references.path.resolve(),), 0)
+        return scope
+
+    def _fill(self, scope: Scope, files: tuple[Path, ...], level: int) -> None:
+        """Find what has a name in a scope; ``files`` are those that include each other down to here."""
+        if level > MOST_LEVELS:
+            scope.element.fail("lies in too many models", f"the limit is {MOST_LEVELS}")
+        for child in scope.element.children:
+            if child.tag in NAMED:
+                self._add(scope, child.attribute("name"), child, child)
+            elif child.tag == "model":
+                static = scope.static or truth(child, "static")
+                model = Scope(child.attribute("name"), child, child, scope.references, scope, static)
+                self._add(scope, model.name, model, child)
+                self._fill(model, files, level + 1)
+            elif child.tag == "include":
+                self._include(scope, child, files, level)
+
+    def _add(self, scope: Scope, name: str, what: Element | Scope, element: Element) -> None:
+        if name in scope.named or name in scope.models:
+            element.fail("is the second of this name in its model or world", "names are unique there")
+        self._named += 1
+        if self._named > MOST_NAMES:
+            element.fail("is one too many", f"the limit is {MOST_NAMES:,} links, frames, joints and models")
+        if "::" in name or name in ("world", "__model__", "__root__"):
+            element.fail("has a name that SDF keeps for itself", "needs another")
+        if isinstance(what, Scope):
+            scope.models[name] = what
+        else:
+            scope.named[name] = what
+
+    def _include(self, scope: Scope, include: Element, files: tuple[Path, ...], level: int) -> None:
+        """Add the model of another file; name, pose and static of the include come first."""
+        self._included += 1
+        if self._included > MOST_INCLUDES:
+            include.fail("is one too many", f"the limit is {MOST_INCLUDES:,} included models")
+        if include.attributes.get("merge", "").strip().lower() in ("true", "1"):
+            include.fail("merges a model into another one", "write its links out, or include it without merge")
+        path = _model_file(scope.references, include)
+        real = path.resolve()
+        if real in files:
+            include.fail(f"includes {quoted(str(path))}, in which it lies", "break the circle")
+        if real not in self._files:
+            content = read_ordinary(path, "model file", most=MAX_BYTES).decode("utf-8", "replace")
+            self._files[real] = parsed(content, path)
+        root = self._files[real]
+        models = root.all("model")
+        if root.tag != "sdf" or len(models) != 1:
+            root.fail(f"is included and has {len(models)} models", "needs <sdf> with one <model>")
+        element = models[0]
+        renamed = include.child("name")
+        name = element.attribute("name") if renamed is None else renamed.text.strip()
+        overrides = include.child("pose") is not None or include.child("placement_frame") is not None
+        static = scope.static or truth(include, "static", truth(element, "static"))
+        references = References(path, scope.references.packages, scope.references.option)
+        model = Scope(name, element, include if overrides else element, references, scope, static)
+        self._add(scope, name, model, include)
+        self._fill(model, (*files, real), level + 1)
+
+
+def _model_file(references: References, include: Element) -> Path:
+    """Return the file of an included model: itself, or the one of its folder."""
+    uri = include.needed("uri")
+    path = references.file(uri.text.strip(), uri.place)
+    if not os.path.isdir(path):  # nor is a name that is too long
+        return path
+    config, name = path / "model.config", "model.sdf"
+    if os.path.isfile(config):
+        listing = parsed(read_ordinary(config, "model.config", most=MAX_BYTES).decode("utf-8", "replace"), config)
+        files = listing.all("sdf")
+        name = files[-1].text.strip() if files else name  # the newest version comes last
+        return References(config, None).file(name, listing.place)
+    return path / name

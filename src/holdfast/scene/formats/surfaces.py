@@ -1,0 +1,42 @@
+"""Friction of formats with a coefficient for every surface: each coefficient is a material, each pair has a number."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from itertools import combinations_with_replacement
+
+from holdfast.scene.friction import Friction
+
+RULES: Mapping[str, Callable[[float, float], float]] = {
+    "product": lambda a, b: a * b,
+    "least": min,
+    "largest": max,
+    "mean": lambda a, b: (a + b) / 2,
+    "geometric mean": lambda a, b: (a * b) ** 0.5,
+    "harmonic mean": lambda a, b: 2 * a * b / (a + b) if a + b else 0.0,
+}
+
+
+@dataclass
+class Surfaces:
+    """The materials of a scene that is being read; ``rule`` says how two coefficients make that of a pair."""
+
+    rule: str
+    coefficients: dict[str, float] = field(default_factory=dict)
+
+    def material(self, mu: float) -> str:
+        """Return the name of the material with this coefficient."""
+        name = f"friction {mu!r}"
+        self.coefficients[name] = mu
+        return name
+
+    def pairs(self) -> dict[tuple[str, str], float]:
+        """Return the coefficient of every pair of materials."""
+        combine = RULES[self.rule]
+        named = sorted(self.coefficients.items())
+        return {(a, b): combine(x, y) for (a, x), (b, y) in combinations_with_replacement(named, 2)}
+
+    def table(self, more: Mapping[tuple[str, str], float] | None = None) -> Friction:
+        """Return the friction table, with ``more`` pairs beside those of the materials."""
+        return Friction(pairs={**self.pairs(), **(more or {})})

@@ -1,0 +1,149 @@
+"""Read URDF: a robot, or a thing, as one rigid body for each group of links that joints hold together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from holdfast.base.arrays import Float, checked_name, checked_number
+from holdfast.base.errors import SceneError, message
+from holdfast.base.ranges import DENSITY
+from holdfast.base.rigid import checked_pose
+from holdfast.base.text import quoted
+from holdfast.scene.body import Body
+from holdfast.scene.formats.references import Packages, References
+from holdfast.scene.formats.registry import register
+from holdfast.scene.formats.rigid_parts import rigid_body, scene_of
+from holdfast.scene.formats.source import Source
+from holdfast.scene.formats.urdf.links import LinkReader
+from holdfast.scene.formats.urdf.tree import Group, groups_of
+from holdfast.scene.formats.xml import Element, parsed, root_name
+from holdfast.scene.halfspace import HalfSpace
+from holdfast.scene.inertial import together
+from holdfast.scene.scene import Scene
+
+FLOOR, WORLD = "floor", "world"
+
+
+def sniff(source: Source) -> bool:
+    """Tell whether the outermost element is <robot>."""
+    return root_name(source.text) == "robot"
+
+
+def read(
+    source: Source,
+    *,
+    pose: ArrayLike | None = None,
+    poses: Mapping[str, ArrayLike] | None = None,
+    joints: Mapping[str, float] | None = None,
+    rigid: bool = False,
+    fixed: bool = False,
+    floor: bool = False,
+    friction: float | None = None,
+    density: float | None = None,
+    simulator: str | None = None,
+    package: Packages | None = None,
+    gravity: ArrayLike = (0.0, 0.0, -9.81),
+) -> Scene:
+    """Return the scene of one URDF file.
+
+    ``pose`` (4, 4) is that of the root link in the world; ``poses`` gives several copies of the file instead, each with
+    a name and a pose. Links that fixed joints hold together are one body, named as the robot, or as its copy; others
+    bear the name of their first link behind it. Movable joints are refused by name, unless ``rigid`` or ``fixed`` is
+    True: then they hold at the positions ``joints`` [rad or m], by default zero. ``fixed`` makes all bodies fixed, and
+    ``floor`` adds the half space below z = 0, with the friction of whatever lies on it. ``friction`` is the coefficient
+    of surfaces, and ``density`` [kg/m³] that of links, of which the file says nothing. ``simulator``, one of "bullet",
+    "drake", "gazebo", chooses the friction tags of a file that has several kinds. ``package`` maps the names of
+    packages to folders, or is a function that does.
+
+    Raises SceneError or GeometryError if the file is malformed, or leaves out what is needed.
+    """
+    root = parsed(source.text, source.path)
+    _check_expanded(root)
+    if density is not None:
+        density = checked_number(density, "density", above=0, within=DENSITY)
+    name = checked_name(root.attributes.get("name") or source.path.stem, f"{root.place}: name")
+    copies = _copies(name, pose, poses)
+    notes: list[str] = []
+    reader = LinkReader(root, References(source.path, package), simulator, friction, notes)
+    links = _links(root)
+    groups = groups_of(root, links, joints or {}, rigid or fixed, notes)
+    bodies = [body for group in groups if (body := _body(group, links, reader, density, fixed)) is not None]
+    if not bodies:
+        root.fail("has no link with a shape", "needs a <collision> or <visual>")
+    placed = [body for copy, place in copies for body in _placed(bodies, copy, place)]
+    pairs = {}
+    if floor:
+        placed.append(Body(FLOOR, HalfSpace(), fixed=True))
+        pairs = {(FLOOR, material): mu for material, mu in reader.surfaces.coefficients.items()}
+    elif not any(body.fixed for body in placed):
+        remedy = "give floor=True for a floor at z = 0, or fixed=True for what carries others"
+        root.fail("is a thing that nothing carries", remedy)
+    return scene_of(placed, reader.surfaces.table(pairs), gravity, name, notes)
+
+
+def _check_expanded(root: Element) -> None:
+    """Refuse macros, whose expansion is another program's."""
+    pending = [root]
+    while pending:
+        element = pending.pop()
+        if element.tag.startswith("xacro:"):
+            element.fail("is a macro", "expand the file first: xacro robot.urdf.xacro > robot.urdf")
+        pending += element.children
+
+
+def _links(root: Element) -> dict[str, Element]:
+    links: dict[str, Element] = {}
+    for link in root.all("link"):
+        if link.attribute("name") in links:
+            link.fail("stands twice", "names of links are unique")
+        links[link.attribute("name")] = link
+    if not links:
+        root.fail("has no links", "needs at least one <link>")
+    return links
+
+
+def _body(
+    group: Group, links: Mapping[str, Element], reader: LinkReader, density: float | None, fixed: bool
+) -> tuple[str, Body] | None:
+    """Return the body of a group with the name of its first link, at its pose in the root; None if it has no shape."""
+    pieces, inertials, unknown = [], [], []
+    for name, at in group.links.items():
+        own = reader.pieces(links[name])
+        inertial = reader.inertial(links[name], own, density)
+        pieces += [piece._replace(pose=at @ piece.pose) for piece in own]
+        inertials += [] if inertial is None else [inertial.seen(at)]
+        unknown += [links[name]] if own and inertial is None else []
+    if not pieces:
+        if any(inertial.mass for inertial in inertials):
+            links[group.top].fail("has a mass and no shape", "needs a <collision> or <visual>")
+        return None
+    fixed = fixed or (group.top == WORLD and not links[WORLD].children)
+    if unknown and not fixed:
+        unknown[0].fail("has no <inertial>", "give density=, or fixed=True")
+    massive = [inertial for inertial in inertials if inertial.mass]
+    if not massive and not fixed:
+        reader.notes.append(f"link {quoted(group.top)}: mass 0, so it is fixed, as in Bullet")
+        fixed = True
+    mass = together(massive) if massive and not unknown else None
+    return group.top, rigid_body(group.top, pieces, pose=group.pose, inertial=mass, fixed=fixed)
+
+
+def _copies(name: str, pose: ArrayLike | None, poses: Mapping[str, ArrayLike] | None) -> list[tuple[str, Float]]:
+    if poses is None:
+        return [(name, checked_pose(np.eye(4) if pose is None else pose, "pose"))]
+    if pose is not None or not hasattr(poses, "items") or not len(poses):
+        raise SceneError(message("poses", f"is {quoted(poses)}", 'needs a dict such as {"left": T}, and no pose='))
+    return [(copy, checked_pose(at, f"poses: {quoted(copy)}")) for copy, at in poses.items()]
+
+
+def _placed(bodies: list[tuple[str, Body]], copy: str, at: Float) -> list[Body]:
+    """Return a copy of the bodies, with names and poses of its own."""
+    several = len(bodies) > 1
+    return [replace(body, name=f"{copy}/{top}" if several else copy, pose=at @ body.pose) for top, body in bodies]
+
+
+register("URDF", (".urdf",), sniff, read, mark="<robot>")

@@ -1,0 +1,5 @@
+"""USD: stages with UsdPhysics, through usd-core (the extra ``usd``)."""
+
+from holdfast.scene.formats.usd import reader
+
+__all__ = ["reader"]

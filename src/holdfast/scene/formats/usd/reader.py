@@ -1,0 +1,213 @@
+"""Read USD stages: rigid bodies, colliders, masses, materials and joints of UsdPhysics."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection
+from itertools import combinations, product
+from typing import Any
+
+import numpy as np
+
+from holdfast.base.arrays import Float, checked_number, unit
+from holdfast.base.errors import SceneError, located, message, nearest_of
+from holdfast.base.ranges import DENSITY, FRICTION, SCALE
+from holdfast.base.text import listed, quoted
+from holdfast.scene.body import Body
+from holdfast.scene.formats.nodes import split
+from holdfast.scene.formats.references import Packages
+from holdfast.scene.formats.registry import register
+from holdfast.scene.formats.rigid_parts import rigid_body, scene_of
+from holdfast.scene.formats.source import MAX_BYTES, Source
+from holdfast.scene.formats.surfaces import RULES, Surfaces
+from holdfast.scene.formats.usd.links import Group, groups_of, has, touching
+from holdfast.scene.formats.usd.masses import Collider, inertial_of
+from holdfast.scene.formats.usd.shapes import along, fail, number_of, numbers_of, piece_of
+from holdfast.scene.formats.usd.stage import Stage, opened, told
+from holdfast.scene.halfspace import HalfSpace
+from holdfast.scene.inertial import together
+from holdfast.scene.scene import Scene
+
+MAGIC = (b"#usda", b"PXR-USDC")
+ZIP = b"PK\x03\x04"
+USUAL_GRAVITY = 9.81  # [m/s²] of UsdPhysics
+
+
+def sniff(source: Source) -> bool:
+    """Tell whether the file is USD: text, binary, or a package with the suffix .usdz."""
+    return source.head.startswith(MAGIC) or (source.suffix == ".usdz" and source.head.startswith(ZIP))
+
+
+def read(
+    source: Source,
+    *,
+    friction: float | None = None,
+    combine: str | None = None,
+    density: float | None = None,
+    fixed: Collection[str] = (),
+    rigid: bool = False,
+    floor: bool = False,
+    package: Packages | None = None,
+) -> Scene:
+    """Return the scene of a USD stage; needs usd-core (``holdfast[usd]``).
+
+    Lengths and masses are brought to metres and kilograms, and z is made up. Rigid bodies are named by their prims, if
+    need be with their paths; colliders outside of them are fixed bodies. ``friction`` is the coefficient of colliders
+    without a physics material. UsdPhysics does not say how two coefficients make that of a pair: ``combine`` does, one
+    of "least", which it is unless given, "product", "mean", "largest" and other means. ``density`` [kg/m³] is for
+    shapes of which the file says nothing; without it 1,000 is taken, as UsdPhysics says, and noted. ``fixed`` are names
+    of bodies, ``rigid`` welds joints that can move, ``floor`` adds the half space below z = 0, and ``package`` maps
+    names to folders in which layers may lie.
+
+    Raises SceneError or GeometryError if the file is malformed, or leaves out what is needed.
+    """
+    path, notes = source.path, list[str]()
+    if source.given is not None or len(source.content) > MAX_BYTES:
+        raise SceneError(message(str(path), "is not a file by itself", "USD is read from files: save it first"))
+    if density is not None:
+        density = checked_number(density, "density", above=0, within=DENSITY)
+    if friction is not None:
+        friction = checked_number(friction, "friction", minimum=0, within=FRICTION)
+    if combine is not None and combine not in RULES:
+        raise SceneError(message("combine", f"is {quoted(combine)}", f"needs one of {', '.join(RULES)}"))
+    surfaces = Surfaces(combine or "least")
+    notes.append(f"friction of a pair: the {surfaces.rule} of both" + ("" if combine else ", as USD does not say"))
+    with told(path), located(str(path)):
+        return _scene(opened(path, package, notes), path.stem, surfaces, friction, density, fixed, rigid, floor, notes)
+
+
+def _scene(
+    stage: Stage,
+    name: str,
+    surfaces: Surfaces,
+    friction: float | None,
+    density: float | None,
+    fixed: Collection[str],
+    rigid: bool,
+    floor: bool,
+    notes: list[str],
+) -> Scene:
+    """Return the scene of an open stage; the arguments are those of ``read``."""
+    groups = groups_of(stage, rigid, notes)
+    names = _names(groups)
+    _check_held(names, fixed)
+    found = []
+    for group, own in zip(groups, names, strict=True):
+        body = _body(stage, group, own, surfaces, friction, density, own in set(fixed), notes)
+        if body is not None:
+            found.append((body, group))
+    excluded = _excluded(stage, found)
+    bodies, pairs = [body for body, _ in found], {}
+    if floor:
+        bodies.append(Body("floor", HalfSpace(), fixed=True))
+        pairs = {("floor", material): mu for material, mu in surfaces.coefficients.items()}
+    if not any(body.fixed for body in bodies):
+        remedy = f"give fixed=[name] ({listed([body.name for body in bodies])}), or floor=True"
+        raise SceneError(message("stage", "nothing in it is fixed", remedy))
+    return scene_of(bodies, surfaces.table(pairs), _gravity(stage, notes), name, notes, excluded)
+
+
+def _gravity(stage: Stage, notes: list[str]) -> Float:
+    """Return gravity (3,) [m/s²]; down, and 9.81, where the stage does not say it."""
+    scenes = [prim for prim in stage.prims if str(prim.GetTypeName()) == "PhysicsScene"]
+    if len(scenes) != 1:
+        notes.append(f"{len(scenes)} physics scenes: " + ("gravity of the first" if scenes else "gravity is 9.81 m/s²"))
+    direction, magnitude = np.array([0.0, 0.0, -1.0]), USUAL_GRAVITY
+    if scenes:
+        given = numbers_of(scenes[0], "physics:gravityDirection", (3,), SCALE)
+        strength = number_of(scenes[0], "physics:gravityMagnitude", -np.inf)
+        if strength >= 0 or np.isnan(strength):
+            magnitude = checked_number(strength * stage.metres, f"{scenes[0].GetPath()}: gravityMagnitude", minimum=0)
+        if given is not None and given.any():
+            direction = stage.turn[:3, :3] @ unit(given)
+    return np.asarray(magnitude * direction)
+
+
+def _names(groups: list[Group]) -> list[str]:
+    """Return the names of the prims, with their paths where several have the same one."""
+    count = Counter(group.prim.GetName() for group in groups)
+    return [
+        group.prim.GetName() if count[group.prim.GetName()] == 1 else str(group.prim.GetPath())[1:] for group in groups
+    ]
+
+
+def _check_held(names: list[str], fixed: Collection[str]) -> None:
+    if isinstance(fixed, str | bool) or not hasattr(fixed, "__iter__"):
+        raise SceneError(message("fixed", f"is {quoted(fixed)}", 'needs a list of names, as ["table"]'))
+    for name in fixed:
+        if name not in names:
+            raise SceneError(message("fixed", f"no body is named {quoted(name)}", nearest_of(name, names)))
+
+
+def _body(
+    stage: Stage,
+    group: Group,
+    name: str,
+    surfaces: Surfaces,
+    friction: float | None,
+    density: float | None,
+    held: bool,
+    notes: list[str],
+) -> Body | None:
+    """Return the body of a group; None if it has no collider."""
+    if not group.colliders:
+        notes.append(f"{group.prim.GetPath()}: has no collider, so it is left out")
+        return None
+    fixed = group.fixed or held
+    frames = [split(stage.placed(prim), str(prim.GetPath())) for prim, _ in group.members]
+    pose, pieces, inertials = frames[0][0], [], []
+    for (prim, colliders), (own, stretch) in zip(group.members, frames, strict=True):
+        shapes = []
+        for each in colliders:
+            material = _material(each)
+            surface = surfaces.material(_mu(each, material, friction, notes))
+            matrix = np.linalg.inv(own) @ stage.placed(each)
+            if str(each.GetTypeName()) == "Plane":
+                return _plane(each, group, name, own @ matrix, surface, fixed)
+            shapes.append(Collider(each, piece_of(each, matrix, surface, notes), material))
+        away = np.asarray(np.linalg.inv(pose) @ own) if prim != group.prim else np.eye(4)
+        pieces += [each.piece._replace(pose=away @ each.piece.pose) for each in shapes]
+        if not fixed and shapes:
+            inertials.append(inertial_of(stage, prim, shapes, stretch, density, notes).seen(away))
+    return rigid_body(name, pieces, pose=pose, inertial=None if fixed else together(inertials), fixed=fixed)
+
+
+def _plane(prim: Any, group: Group, name: str, matrix: Float, surface: str, fixed: bool) -> Body:  # noqa: ANN401
+    if not fixed or len(group.colliders) > 1:
+        fail(prim, "is a plane in a body that moves or has other colliders", "needs a static plane of its own")
+    pose, _ = split(matrix @ along(prim), str(prim.GetPath()))
+    return Body(name, HalfSpace(), pose=pose, material=surface, fixed=True)
+
+
+def _material(prim: Any) -> Any:  # noqa: ANN401
+    """Return the physics material to which a prim is bound, its own or of what it lies in, or None."""
+    from pxr import UsdShade
+
+    found = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial("physics")[0]
+    material = found.GetPrim() if found else None
+    return material if material is not None and has(material, "PhysicsMaterialAPI") else None
+
+
+def _mu(prim: Any, material: Any, friction: float | None, notes: list[str]) -> float:  # noqa: ANN401
+    if material is not None:
+        mu = number_of(material, "physics:staticFriction", 0.0)
+        return checked_number(mu, f"{material.GetPath()}: staticFriction", minimum=0, within=FRICTION)
+    if friction is None:
+        fail(prim, "has no physics material, so no friction", "give friction=, for all colliders without one")
+    notes.append(f"{prim.GetPath()}: friction {friction:g}, as given by friction=")
+    return friction
+
+
+def _excluded(stage: Stage, found: list[tuple[Body, Group]]) -> list[tuple[str, str]]:
+    """Return the pairs of bodies of which no collider may touch one of the other."""
+    touch = touching(stage)
+    if touch is None:
+        return []
+    return [
+        (a.name, b.name)
+        for (a, of_a), (b, of_b) in combinations(found, 2)
+        if not (a.fixed and b.fixed) and not any(touch(x, y) for x, y in product(of_a.colliders, of_b.colliders))
+    ]
+
+
+register("USD", (".usd", ".usda", ".usdc", ".usdz"), sniff, read, mark="UsdPhysics", extra="usd")

@@ -1,0 +1,114 @@
+"""Opening of USD stages: every layer that a stage is composed of lies in its folder, and no stage is endless."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from holdfast.base.arrays import Float, checked_number
+from holdfast.base.errors import SceneError, message
+from holdfast.base.ranges import SCALE
+from holdfast.scene.formats.nodes import Y_UP
+from holdfast.scene.formats.references import Packages, References
+
+MOST_LAYERS = 1_000
+MOST_PRIMS = 200_000  # of a stage, instances counted one by one
+
+
+class Stage(NamedTuple):
+    """An open stage: its prims, the metres and kilograms of its units, and the turn (4, 4) that makes z up.
+
+    Without the ``whole`` its prims expire. Prims and other objects of USD are of the library's own types, which are not
+    followed.
+    """
+
+    whole: Any
+    prims: list[Any]
+    metres: float
+    kilograms: float
+    turn: Float
+
+    def placed(self, prim: Any) -> Float:  # noqa: ANN401
+        """Return the matrix (4, 4) from the frame of a prim, in units of the stage, to the world [m]."""
+        from pxr import Usd, UsdGeom
+
+        rows = UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(Usd.TimeCode.Default())
+        matrix = np.array(rows, dtype=np.float64).T
+        matrix[:3] *= self.metres
+        return np.asarray(self.turn @ matrix)
+
+
+def opened(path: Path, packages: Packages | None, notes: list[str]) -> Stage:
+    """Open a stage after checking all of its layers.
+
+    Raises SceneError if it cannot be read, names a layer elsewhere, or has too many layers or prims.
+    """
+    from pxr import Usd, UsdGeom, UsdPhysics
+
+    _check_layers(path, packages)
+    stage: Any = _opened(path, Usd.Stage.Open)
+    metres = checked_number(UsdGeom.GetStageMetersPerUnit(stage), f"{path}: metersPerUnit", above=0, within=SCALE)
+    kilograms = UsdPhysics.GetStageKilogramsPerUnit(stage)
+    kilograms = checked_number(kilograms, f"{path}: kilogramsPerUnit", above=0, within=SCALE)
+    if not UsdGeom.StageHasAuthoredMetersPerUnit(stage):
+        notes.append(f"metersPerUnit is not given: {metres:g}, which USD says then")
+    turn = np.eye(4)
+    if str(UsdGeom.GetStageUpAxis(stage)) == "Y":
+        turn = Y_UP
+        notes.append("y is up in the file: turned about x so that z is up")
+    prims = []
+    for prim in stage.Traverse(Usd.TraverseInstanceProxies()):
+        prims.append(prim)
+        if len(prims) > MOST_PRIMS:
+            remedy = f"the limit is {MOST_PRIMS:,}, instances counted"
+            raise SceneError(message(str(path), "has too many prims", remedy))
+    return Stage(stage, prims, metres, kilograms, turn)
+
+
+def _check_layers(path: Path, packages: Packages | None) -> None:
+    """Open all layers one by one, and refuse those outside of the folder, before any of them is composed."""
+    from pxr import Sdf
+
+    waiting, seen = [path], {path.resolve()}
+    while waiting:
+        here = waiting.pop()
+        layer: Any = _opened(here, Sdf.Layer.FindOrOpen)
+        if here.suffix.lower() == ".usdz":  # a package: what it names lies in it, or USD does not find it
+            continue
+        for name in layer.GetCompositionAssetDependencies():
+            if not name:
+                continue
+            found = References(path, packages).file(str(here.parent / name) if "://" not in name else name, str(here))
+            if found.resolve() not in seen:
+                seen.add(found.resolve())
+                waiting.append(found)
+            if len(seen) > MOST_LAYERS:
+                raise SceneError(message(str(path), "has too many layers", f"the limit is {MOST_LAYERS:,}"))
+
+
+@contextmanager
+def told(path: Path) -> Iterator[None]:
+    """Raise SceneError instead of any error of USD in this block."""
+    from pxr import Tf
+
+    try:
+        yield
+    except Tf.ErrorException as cause:
+        said = " ".join(str(cause).split()).rpartition(" : ")[2].strip(" '") or type(cause).__name__
+        raise SceneError(message(str(path), f"is no USD: {said}", "check the file")) from cause
+
+
+def _opened(path: Path, open_: Callable[[str], Any]) -> Any:  # noqa: ANN401
+    """Return what ``open_`` makes of a file; raise SceneError if there is none, or if it is no USD."""
+    if not os.path.isfile(path):
+        raise SceneError(message(str(path), "no such layer", "check the paths in the file"))
+    with told(path):
+        found = open_(str(path))
+    if not found:
+        raise SceneError(message(str(path), "is no USD", "check the file"))
+    return found

@@ -1,0 +1,55 @@
+"""The half space below a plane, of which a scene shows and searches as much as its bodies may touch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NoReturn
+
+import numpy as np
+
+from holdfast.base.archive import archived
+from holdfast.base.arrays import Float, checked_number
+from holdfast.base.errors import GeometryError, message
+from holdfast.base.ranges import LENGTH
+from holdfast.base.values import Value
+from holdfast.geometry.surface import Surface
+from holdfast.scene.shapes import Box
+
+UNKNOWN = 1.0  # [m] how far a half space is shown that is in no scene yet
+
+
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class HalfSpace(Value):
+    """Everything below the plane z = 0 of its frame, without end; only for fixed bodies.
+
+    Contacts, maps and pictures see a block of it. ``reach`` [m] is how far the block extends from the origin to every
+    side and down. A scene chooses it so that all of its bodies lie over the block, whatever was given; it takes no part
+    in comparisons. Raises GeometryError if ``reach`` is not positive.
+    """
+
+    reach: float = field(default=UNKNOWN, compare=False)
+
+    def __post_init__(self) -> None:
+        reach = checked_number(self.reach, "HalfSpace: reach", within=LENGTH, above=0, error=GeometryError)
+        object.__setattr__(self, "reach", reach)
+
+    @cached_property
+    def surface(self) -> Surface:
+        """The surface of the block."""
+        block = Box((2 * self.reach, 2 * self.reach, self.reach)).surface
+        return Surface(block.vertices - [0, 0, self.reach / 2], block.faces)
+
+    @property
+    def mass_properties(self) -> NoReturn:
+        """Raises GeometryError: a half space has neither volume nor centre of mass."""
+        raise GeometryError(message("HalfSpace", "has no end, so no mass", "needs fixed=True"))
+
+    def over(self, points: Float) -> HalfSpace:
+        """Return the same half space, shown so far that points (n, 3) [m] of its frame lie well over it.
+
+        How far is a power of two, so that it seldom changes as bodies move.
+        """
+        farthest = float(np.abs(points).max(initial=UNKNOWN / 4))
+        return HalfSpace(float(2.0 ** (np.ceil(np.log2(farthest)) + 1)))

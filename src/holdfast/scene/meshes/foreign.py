@@ -1,0 +1,87 @@
+"""The call of trimesh's readers. No other module reads meshes with that library."""
+
+from __future__ import annotations
+
+import io
+import logging
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+
+from holdfast.base.arrays import Float, Int
+
+T = TypeVar("T")
+
+_QUIET = logging.NullHandler()  # of trimesh: without any handler Python prints its tracebacks
+
+
+class _Nothing:
+    """Resolves no name: a mesh is one file, and what it names beside itself is neither opened nor looked for."""
+
+    file_name = None
+
+    def get(self, name: str) -> bytes:
+        raise ValueError(f"names another file, {name!r:.80}: put everything into one")
+
+    __getitem__ = get
+
+
+class Node(NamedTuple):
+    """A named mesh of a scene: its vertices (V, 3) and triangles (F, 3), and the matrix (4, 4) that puts it there."""
+
+    name: str
+    vertices: Float
+    faces: Int
+    matrix: Float
+
+
+def load(content: bytes, kind: str) -> tuple[Float, Int]:
+    """Return the vertices and triangles that trimesh reads from the content of a file of this kind, as one mesh.
+
+    Raises ValueError whatever goes wrong in there.
+    """
+    return _guarded(content, kind, _as_one)
+
+
+def load_nodes(content: bytes, kind: str) -> list[Node]:
+    """Return the meshes that trimesh reads from the content of a file of this kind, one for each node.
+
+    Raises ValueError whatever goes wrong in there.
+    """
+    return _guarded(content, kind, nodes_of, merge_primitives=True)
+
+
+def nodes_of(scene: Any) -> list[Node]:  # noqa: ANN401 - a trimesh.Scene, whose types are not followed
+    """Return the nodes of a trimesh.Scene that hold triangles; lines and points are left out."""
+    found = []
+    for name in scene.graph.nodes_geometry:
+        matrix, geometry = scene.graph[name]
+        mesh = scene.geometry[geometry]
+        if len(getattr(mesh, "faces", ())):
+            vertices, faces = np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)
+            found.append(Node(str(name), vertices, faces, np.array(matrix, dtype=np.float64)))
+    return found
+
+
+def _as_one(scene: Any) -> tuple[Float, Int]:  # noqa: ANN401
+    mesh = scene.to_mesh()
+    return np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)
+
+
+def _guarded(content: bytes, kind: str, taken: Callable[[Any], T], **options: bool) -> T:
+    import trimesh
+
+    logging.getLogger("trimesh").addHandler(_QUIET)
+    resolver: Any = _Nothing()
+    try:
+        stream = io.BytesIO(content)
+        return taken(
+            trimesh.load_scene(stream, file_type=kind, resolver=resolver, process=False, skip_materials=True, **options)
+        )
+    except ImportError as cause:  # for text that is not UTF-8, trimesh imports a guesser of encodings
+        raise ValueError("neither text nor a complete binary file") from cause
+    except MemoryError as cause:
+        raise ValueError("needs more memory than there is") from cause
+    except Exception as cause:  # readers pass on any error of the format's parser
+        raise ValueError(f"{type(cause).__name__}: {cause}") from cause

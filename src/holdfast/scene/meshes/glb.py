@@ -1,0 +1,173 @@
+"""Binary glTF. Trimesh reads it, after all counts and lengths of its header were compared with what the file holds."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+from holdfast.base.arrays import Float, Int
+from holdfast.base.text import quoted
+from holdfast.scene.meshes.foreign import Node, load, load_nodes
+
+JSON, BINARY = 0x4E4F534A, 0x004E4942  # kinds of chunks
+BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}  # of each kind of number
+PARTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}  # numbers in an item
+MOST_JSON = 64_000_000  # bytes
+MOST_SHARED = 20  # how many times over the parts of a file may use the same bytes
+MOST_CORNERS = 20_000_000  # vertices and indices of all instances of all meshes
+MOST_STEPS = 1_000_000  # transforms from the root to every node, summed
+COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")
+
+
+def read(content: bytes) -> tuple[Float, Int]:
+    """Return the vertices and triangles of all instances of all meshes of a GLB file.
+
+    Raises ValueError if the file holds less than its header says, needs another file, or is compressed.
+    """
+    _check(content)
+    return load(content, "glb")
+
+
+def read_nodes(content: bytes) -> list[Node]:
+    """Return the meshes of the nodes of a GLB file, in its order; raises ValueError as ``read``."""
+    _check(content)
+    header, _ = _chunks(content)
+    place: dict[str, int] = {}
+    for number, node in enumerate(_maps(header, "nodes")):
+        place.setdefault(str(node.get("name", number)), number)
+    return sorted(load_nodes(content, "glb"), key=lambda node: place.get(node.name, len(place)))
+
+
+def _check(content: bytes) -> None:
+    header, binary = _chunks(content)
+    for name in ("extensionsRequired", "extensionsUsed"):
+        for extension in _list(header, name):
+            if extension in COMPRESSED:
+                raise ValueError(f"is compressed with {extension}: export it without")
+    views = _views(header, binary)
+    counts = _counts(header, views, len(content))
+    _check_instances(header, counts)
+
+
+def _chunks(content: bytes) -> tuple[dict[str, Any], int]:
+    """Return the header, and the number of bytes of the binary chunk."""
+    words = [int.from_bytes(content[k : k + 4], "little") for k in range(0, 20, 4)]
+    if content[:4] != b"glTF" or len(content) < 20 or words[4] != JSON:
+        raise ValueError("has no header of a GLB file")
+    if words[1] != 2:
+        raise ValueError(f"is of version {words[1]}, not 2")
+    end = 20 + words[3]
+    if end > len(content) or words[3] > MOST_JSON:
+        raise ValueError(f"says a header of {words[3]:,} bytes, and has {len(content):,} in all")
+    header = json.loads(content[20:end].decode("utf-8"))
+    if not isinstance(header, dict):
+        raise ValueError("has a header that is no map")
+    binary = 0
+    while end + 8 <= len(content):
+        length, kind = (int.from_bytes(content[end + k : end + k + 4], "little") for k in (0, 4))
+        if end + 8 + length > len(content):
+            raise ValueError(f"says a part of {length:,} bytes, and has {len(content) - end - 8:,} left")
+        if kind == BINARY:
+            binary = length
+        end += 8 + length
+    return header, binary
+
+
+def _views(header: dict[str, Any], binary: int) -> list[int]:
+    """Return the lengths [bytes] of the views, which together use the file at most MOST_SHARED times."""
+    for number, buffer in enumerate(_maps(header, "buffers")):
+        if "uri" in buffer or number:
+            raise ValueError("keeps its numbers in another file: export it as one")
+    lengths = []
+    for number, view in enumerate(_maps(header, "bufferViews")):
+        start, length = _whole(view, "byteOffset", 0), _whole(view, "byteLength")
+        if _whole(view, "buffer") != 0 or start + length > binary:
+            raise ValueError(f"view {number} ends at byte {start + length:,} of {binary:,}")
+        lengths.append(length)
+    if sum(lengths) > MOST_SHARED * binary:
+        raise ValueError(f"has views of {sum(lengths):,} bytes, and holds {binary:,}")
+    return lengths
+
+
+def _counts(header: dict[str, Any], views: list[int], size: int) -> list[int]:
+    """Return the number of items of every accessor; all their bytes are in the views."""
+    counts, total = [], 0
+    strides = [_whole(view, "byteStride", 0) for view in _maps(header, "bufferViews")]
+    for number, accessor in enumerate(_maps(header, "accessors")):
+        count = _whole(accessor, "count")
+        item = BYTES[_whole(accessor, "componentType")] * PARTS[str(accessor.get("type"))]
+        if "sparse" in accessor or "bufferView" not in accessor:
+            raise ValueError(f"accessor {number} says {count:,} items, and no bytes for them: export them in full")
+        view = _whole(accessor, "bufferView")
+        stride = strides[view] or item
+        needed = _whole(accessor, "byteOffset", 0) + (stride * (count - 1) + item if count else 0)
+        if stride < item or needed > views[view]:
+            raise ValueError(f"accessor {number} says {count:,} items, {needed:,} bytes, of {views[view]:,}")
+        total += count * item
+        counts.append(count)
+    if total > MOST_SHARED * size:
+        raise ValueError(f"has items of {total:,} bytes, and holds {size:,}")
+    return counts
+
+
+def _check_instances(header: dict[str, Any], counts: list[int]) -> None:
+    """Raise ValueError if a small file would become a huge mesh, by parts that are used many times over."""
+    corners = []
+    for mesh in _maps(header, "meshes"):
+        parts = _maps(mesh, "primitives")
+        of_parts = [
+            counts[_whole(part["attributes"], "POSITION")] for part in parts if "POSITION" in part["attributes"]
+        ]
+        corners.append(sum(of_parts) + sum(counts[_whole(part, "indices")] for part in parts if "indices" in part))
+    nodes = _maps(header, "nodes")
+    total = sum(corners) + sum(corners[_whole(node, "mesh")] for node in nodes if "mesh" in node)
+    if total > MOST_CORNERS:
+        raise ValueError(f"has {total:,} corners with all instances, of {MOST_CORNERS:,} that are read")
+    for node in nodes:
+        for name in ("matrix", "translation", "rotation", "scale"):
+            if not all(isinstance(v, int | float) and math.isfinite(v) for v in _list(node, name)):
+                raise ValueError(f"a node has the {name} {quoted(node[name])}")
+    _check_depth(nodes)
+
+
+def _check_depth(nodes: list[dict[str, Any]]) -> None:
+    """Raise ValueError if a node has two parents or is its own ancestor, or if the tree is very deep."""
+    parent: dict[int, int] = {}
+    for number, node in enumerate(nodes):
+        for child in _list(node, "children"):
+            if not isinstance(child, int) or not 0 <= child < len(nodes) or child in parent:
+                raise ValueError(f"node {quoted(child)} is not there, or has two parents")
+            parent[child] = number
+    depth = dict.fromkeys(set(range(len(nodes))) - set(parent), 1)
+    level = list(depth)
+    while level:
+        level = [child for number in level for child in _list(nodes[number], "children")]
+        depth |= dict.fromkeys(level, 0)
+        for child in level:
+            depth[child] = depth[parent[child]] + 1
+    if len(depth) < len(nodes):
+        raise ValueError("has nodes that are their own ancestors")
+    if sum(depth.values()) > MOST_STEPS:
+        raise ValueError(f"has {len(nodes):,} nodes, up to {max(depth.values()):,} below each other")
+
+
+def _list(data: dict[str, Any], name: str) -> list[Any]:
+    value = data.get(name, [])
+    if not isinstance(value, list):
+        raise ValueError(f"{name} is no list")
+    return value
+
+
+def _maps(data: dict[str, Any], name: str) -> list[dict[str, Any]]:
+    value = _list(data, name)
+    if not all(isinstance(item, dict) for item in value):
+        raise ValueError(f"{name} holds what is no map")
+    return value
+
+
+def _whole(data: dict[str, Any], name: str, default: int | None = None) -> int:
+    value = data.get(name, default)
+    if not isinstance(value, int) or isinstance(value, bool) or value < 0:
+        raise ValueError(f"{name} is {quoted(value)}, not a whole number from 0")
+    return value

@@ -1,0 +1,42 @@
+"""Read the triangles of a mesh file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from holdfast.base.arrays import Float, Int
+from holdfast.base.errors import GeometryError, message
+from holdfast.base.files import check_ordinary, read_ordinary
+from holdfast.scene.meshes import glb, obj, off, ply, stl
+
+MAX_BYTES = 1_000_000_000  # the largest mesh file that is read
+
+Reader = Callable[[bytes], tuple[Float, Int]]
+
+READERS: dict[str, Reader] = {".obj": obj.read, ".stl": stl.read, ".ply": ply.read, ".glb": glb.read, ".off": off.read}
+SUFFIXES = tuple(READERS)  # suffixes of the mesh files that can be read
+
+
+def triangles_of(path: Path) -> tuple[Float, Int]:
+    """Return the vertices (V, 3), in the units of the file, and the triangles (F, 3) of a mesh file.
+
+    All pieces of the file become one mesh; materials and textures are not looked for. Raises GeometryError if the file
+    cannot be read to its end, as half a mesh would be another one.
+    """
+    where, reader = str(path), READERS.get(path.suffix.lower())
+    check_ordinary(path, "mesh file", error=GeometryError, remedy="paths are relative to the scene file")
+    if reader is None:
+        raise GeometryError(message(where, f"suffix {path.suffix!r}", f"reads {', '.join(SUFFIXES)}"))
+    content = read_ordinary(path, "mesh file", most=MAX_BYTES, error=GeometryError, too_large="simplify the mesh")
+    try:
+        with np.errstate(invalid="ignore"):  # of NaN that is converted; it is told when a mesh is made of it
+            vertices, faces = reader(content)
+    except (ValueError, TypeError, LookupError, OverflowError, RecursionError, MemoryError) as cause:
+        problem = f"cannot be read: {cause or type(cause).__name__}"
+        raise GeometryError(message(where, problem, "check the file, or export it again")) from cause
+    if not len(faces):
+        raise GeometryError(message(where, "holds no triangles", "needs a surface mesh, not points or lines"))
+    return np.asarray(vertices, dtype=np.float64), np.asarray(faces, dtype=np.int64)

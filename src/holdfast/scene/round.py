@@ -1,0 +1,125 @@
+"""Capsules and ellipsoids, and what they have in common with balls: an ellipsoid swept along a piece of the z axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from holdfast.base.archive import archived
+from holdfast.base.arrays import Float, checked_number, checked_sizes, checked_whole
+from holdfast.base.errors import GeometryError
+from holdfast.base.ranges import LENGTH
+from holdfast.base.values import Value
+from holdfast.geometry.surface import Surface
+from holdfast.scene.shapes import MassProperties, Sphere
+
+
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Capsule(Value):
+    """A cylinder about the z axis with a half ball of the same ``radius`` [m] on either end, centred on its frame.
+
+    ``length`` [m] is the distance of the centres of the half balls, that is the height of the cylinder alone. Contacts
+    with flat faces are exact; others are those of an inscribed surface with ``segments`` sides. The mass properties are
+    exact. Raises GeometryError if a length is not positive, or if ``segments`` is not a multiple of four up to 1,000.
+    """
+
+    radius: float
+    length: float
+    segments: int = 48
+
+    def __post_init__(self) -> None:
+        for name in ("radius", "length"):
+            value = checked_number(getattr(self, name), f"Capsule: {name}", within=LENGTH, above=0, error=GeometryError)
+            object.__setattr__(self, name, value)
+        quarter = checked_whole(self.segments, "Capsule: segments", 8, 1_000, error=GeometryError) // 4
+        object.__setattr__(self, "segments", 4 * quarter)
+
+    @cached_property
+    def surface(self) -> Surface:
+        """The inscribed surface: rings of vertices along the meridians, and a pole on either end."""
+        n, quarter = self.segments, self.segments // 4
+        turn = 2 * np.pi * np.arange(n) / n
+        circle = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(n)])
+        rise = np.linspace(0, np.pi / 2, quarter + 1)[:-1]
+        up = [self.radius * (np.cos(a) * circle + [0, 0, np.sin(a)]) + [0, 0, self.length / 2] for a in rise]
+        rings = [ring * [1, 1, -1] for ring in up[::-1]] + up
+        poles = np.array([[0, 0, -1.0], [0, 0, 1.0]]) * (self.length / 2 + self.radius)
+        i = np.arange(n)
+        j = (i + 1) % n
+        low = n * np.arange(len(rings) - 1)[:, None]
+        sides = [np.stack([low + i, low + j, low + n + j], -1), np.stack([low + i, low + n + j, low + n + i], -1)]
+        last, south = n * (len(rings) - 1), n * len(rings)
+        caps = [
+            np.column_stack([j, i, np.full(n, south)]),
+            np.column_stack([last + i, last + j, np.full(n, south + 1)]),
+        ]
+        faces = np.vstack([*(side.reshape(-1, 3) for side in sides), *caps]).astype(np.int64)
+        sagitta = self.radius * (1 - float(np.cos(np.pi / n)) ** 2)
+        return Surface(np.vstack([*rings, poles]), faces, sagitta)
+
+    @cached_property
+    def mass_properties(self) -> MassProperties:
+        """The exact mass properties of the capsule."""
+        r, h = self.radius, self.length
+        tube, ball = np.pi * r**2 * h, 4 / 3 * np.pi * r**3
+        across = tube * (r**2 / 4 + h**2 / 12) + ball * (0.4 * r**2 + h**2 / 4 + 3 / 8 * h * r)
+        return MassProperties(tube + ball, np.zeros(3), np.diag([across, across, tube * r**2 / 2 + ball * 0.4 * r**2]))
+
+
+@archived
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Ellipsoid(Value):
+    """An ellipsoid along the axes of its frame and centred on it; ``radii`` (3,) [m] are its half axes.
+
+    Contacts with flat faces are exact; others are those of an inscribed surface, an icosahedron that is subdivided
+    ``subdivisions`` times. The mass properties are exact. Raises GeometryError if a radius is not positive, or if
+    ``subdivisions`` is not between 0 and 6.
+    """
+
+    radii: Float
+    subdivisions: int
+
+    def __init__(self, radii: ArrayLike, subdivisions: int = 3) -> None:
+        object.__setattr__(self, "radii", checked_sizes(radii, (3,), "Ellipsoid: radii", LENGTH, GeometryError))
+        number = checked_whole(subdivisions, "Ellipsoid: subdivisions", 0, 6, error=GeometryError)
+        object.__setattr__(self, "subdivisions", number)
+
+    @cached_property
+    def surface(self) -> Surface:
+        """The surface of a subdivided icosahedron, stretched."""
+        ball = Sphere(1.0, self.subdivisions).surface
+        return Surface(ball.vertices * self.radii, ball.faces, ball.sagitta * float(self.radii.max()))
+
+    @cached_property
+    def mass_properties(self) -> MassProperties:
+        """The exact mass properties of the ellipsoid."""
+        volume = 4 / 3 * np.pi * float(self.radii.prod())
+        squares = self.radii**2
+        return MassProperties(volume, np.zeros(3), np.diag(squares.sum() - squares) * volume / 5)
+
+
+class Round(NamedTuple):
+    """A smooth convex shape: an ellipsoid with ``radii`` (3,) [m], swept from -``half`` to ``half`` [m] along z."""
+
+    radii: Float
+    half: float
+
+    def spread(self, gap: float) -> float:
+        """Return twice how far from where it touches a plane the surface rises by ``gap`` [m], where it is flattest."""
+        return 2 * float(np.sqrt(2 * float(self.radii.max()) ** 2 / float(self.radii.min()) * gap))
+
+
+def round_of(shape: object) -> Round | None:
+    """Return a ball, capsule or ellipsoid as a swept ellipsoid, and None for other shapes."""
+    if isinstance(shape, Sphere):
+        return Round(np.full(3, shape.radius), 0.0)
+    if isinstance(shape, Capsule):
+        return Round(np.full(3, shape.radius), shape.length / 2)
+    if isinstance(shape, Ellipsoid):
+        return Round(shape.radii, 0.0)
+    return None

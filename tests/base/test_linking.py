@@ -1,0 +1,123 @@
+"""Compiled functions that stand on their own: compiled once, found by all that call them, in every process."""
+
+from __future__ import annotations
+
+import gc
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import holdfast
+from holdfast.base.compiled import compilable, compiled, machine_code
+from holdfast.base.linking import SHORT, _rarely_collecting
+
+PACKAGE = Path(holdfast.__file__).parent
+
+TOY = """
+import numpy as np
+from holdfast.base.compiled import compiled
+@compiled
+def inner(x, k):
+    return x + k
+@compiled
+def one(x):
+    return inner(x, 1) + inner(x, 2)
+@compiled
+def rows(x):
+    out = np.zeros(2)
+    out[0] = one(x)
+    return out
+"""
+CALL = """
+from holdfast.toy import inner, one, rows
+print(rows(3.0)[0], [sum(each.stats.cache_misses.values()) for each in (inner, one, rows)], len(inner.overloads))
+"""
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    """A copy of ``base``, in which no function is short, with functions that call each other."""
+    copy = tmp_path / "src" / "holdfast"
+    shutil.copytree(PACKAGE / "base", copy / "base", ignore=shutil.ignore_patterns("__pycache__"))
+    (copy / "__init__.py").write_text("")
+    linking = copy / "base" / "linking.py"
+    linking.write_text(linking.read_text().replace(f"SHORT = {SHORT}", "SHORT = 0"))
+    (copy / "toy.py").write_text(TOY)
+    return copy
+
+
+def call(package: Path) -> str:
+    known = dict(os.environ, PYTHONPATH=str(package.parent), HOLDFAST_CACHE_DIR=str(package.parent / "cache"))
+    done = subprocess.run([sys.executable, "-c", CALL], env=known, capture_output=True, text=True, check=True)
+    return done.stdout.strip()
+
+
+def test_a_function_is_compiled_once_for_all_constants_and_found_by_the_next_process(package: Path) -> None:
+    assert call(package) == "9.0 [1, 1, 1] 1"
+    assert call(package) == "9.0 [0, 0, 0] 1"
+
+
+@pytest.mark.parametrize("lost", ["inner", "one", "rows"])
+def test_of_what_was_lost_only_that_is_compiled_again(package: Path, lost: str) -> None:
+    call(package)
+    for path in (package.parent / "cache").rglob(f"toy.{lost}-*"):
+        path.unlink()
+    again = [int(name == lost) for name in ("inner", "one", "rows")]
+    assert call(package) == f"9.0 {again} 1"
+
+
+def test_a_function_runs_in_python_and_compiled() -> None:
+    @compilable
+    def twice(x: float) -> float:
+        return 2 * x
+
+    @compiled
+    def four_times(x: float) -> float:
+        return twice(twice(x))
+
+    assert (twice(1.5), machine_code(twice)(1.5), four_times(1.5)) == (3.0, 3.0, 6.0)
+
+
+def test_an_error_passes_through_compiled_callers() -> None:
+    @compiled
+    def checked(x: float) -> float:
+        if x < 0:
+            raise ValueError("negative")
+        return x
+
+    @compiled
+    def caller(x: float) -> float:
+        return checked(x) + 1
+
+    assert caller(1.0) == 2.0
+    with pytest.raises(ValueError, match="negative"):
+        caller(-1.0)
+
+
+def test_arrays_that_compiled_code_makes_outlive_it() -> None:
+    @compiled
+    def ones(n: int) -> np.ndarray:
+        out = np.empty(n)
+        for k in range(n):
+            out[k] = 1.0
+        return out
+
+    made = [ones(1000) for _ in range(50)]
+    gc.collect()
+    assert sum(each.sum() for each in made) == 50_000
+
+
+def test_garbage_is_collected_as_before_afterwards() -> None:
+    before = gc.get_threshold()
+    for threshold in (700, 0, 10**6):
+        gc.set_threshold(threshold, *before[1:])
+        with _rarely_collecting():
+            during = gc.get_threshold()[0]
+        after = gc.get_threshold()[0]
+        gc.set_threshold(*before)
+        assert (during, after) == ({700: 50_000}.get(threshold, threshold), threshold)

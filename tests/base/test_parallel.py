@@ -1,0 +1,62 @@
+"""Work in threads: all of it is done, its progress is told, and it can be stopped."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from threading import Event, current_thread
+
+import pytest
+
+from holdfast.base.parallel import in_parallel, left_if_stopped
+from holdfast.base.progress import listening
+
+
+class Stopped(KeyboardInterrupt):
+    """The user has had enough."""
+
+
+def test_every_row_is_done_once_and_the_last_report_says_so() -> None:
+    done: list[int] = []
+    told: list[tuple[int, int]] = []
+    with listening(lambda _, now, total: told.append((now, total))):
+        in_parallel("work", lambda rows, memory: done.extend(rows), [(range(3), None), (range(3, 7), None)], 7)
+    assert sorted(done) == list(range(7))
+    assert told[-1] == (7, 7)
+
+
+def test_what_a_thread_raises_is_raised_here() -> None:
+    def run(rows: Iterable[int], memory: None) -> None:
+        for row in rows:
+            raise ValueError(f"row {row}")
+
+    with pytest.raises(ValueError, match="row"):
+        in_parallel("work", run, [(range(2), None), (range(2, 4), None)], 4)
+
+
+def test_a_listener_that_raises_stops_every_thread_after_its_row() -> None:
+    """The rows wait for the stop, so that there is always one under way when it comes."""
+    stopped, ended = Event(), Event()
+    begun: list[int] = []
+
+    def run(rows: Iterable[int], memory: None) -> None:
+        for row in rows:
+            begun.append(row)
+            stopped.wait()
+        ended.set()
+
+    def listener(stage: str, done: int, total: int) -> None:
+        if begun:
+            raise Stopped
+
+    with pytest.raises(Stopped), listening(listener):
+        in_parallel("work", run, [(range(1000), None)], 1000)
+    stopped.set()
+    assert ended.wait(60)
+    assert begun == [0]
+
+
+def test_a_call_that_may_be_left_returns_and_raises_as_any_other() -> None:
+    assert left_if_stopped(divmod, 7, 3) == (2, 1)
+    with pytest.raises(ZeroDivisionError):
+        left_if_stopped(divmod, 7, 0)
+    assert left_if_stopped(current_thread).daemon

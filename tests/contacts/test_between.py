@@ -1,0 +1,64 @@
+"""Where a patch lies: midway between both surfaces, and never taken away by a surface that is not nearer."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+
+import holdfast as hf
+from holdfast.base.rigid import pose_from
+from holdfast.scene.shipped.blocks import about_y, at, box, floor
+
+APART = 1e-3  # [m] between the faces
+
+
+# Faces of few triangles meet as triangles, those of many as polygons: two ways to a patch
+SHAPES = {"triangles": hf.Box((0.1, 0.1, 0.1)), "polygons": hf.Cylinder(0.05, 0.1)}
+
+
+def hovering(shape: hf.Box | hf.Cylinder, order: int, angle: float) -> hf.Scene:
+    """A body 1 mm above the floor at its centre, turned about y; ``order`` says which body is named first."""
+    pose = pose_from(np.array([0, 0, 0.05 + APART]), about_y(angle))
+    bodies = [floor(), hf.Body("cube", shape, mass=1, pose=pose)]
+    return hf.Scene(bodies[::order], 0.5)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize("angle", [0.0, 0.01])
+def test_a_patch_of_flat_faces_lies_midway_between_them(shape: str, order: int, angle: float) -> None:
+    """Every corner is as far from the floor (z = 0) as from the cube's underside, on the one side and the other."""
+    scene = hovering(SHAPES[shape], order, angle)
+    found = hf.assemble(scene, gap=3e-3, angle=5)
+    (patch,) = [patch for i in found.interfaces for patch in i.patches]
+    turn = scene.body("cube").pose[:3, :3]
+    beneath = scene.body("cube").pose[:3, 3] - 0.05 * turn[:, 2]
+    above_floor = patch.polygon[:, 2]
+    below_cube = (beneath - patch.polygon) @ turn[:, 2]
+    assert above_floor == pytest.approx(below_cube, abs=1e-9)
+    assert above_floor.mean() == pytest.approx(APART / 2, rel=5e-3)
+
+
+def test_surfaces_at_one_height_do_not_hide_each_other() -> None:
+    """Two boxes that stand in each other share a part of the floor: neither is nearer to it, both keep their face."""
+    bodies = [floor(), box("a", (0.1, 0.1, 0.1), 1, (0, 0, 0.05)), box("b", (0.1, 0.1, 0.1), 1, (0.06, 0, 0.05))]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", hf.HoldfastWarning)  # that they overlap is said, and not the question
+        found = hf.assemble(hf.Scene(bodies, 0.5))
+    on_floor = [i for i in found.interfaces if "floor" in i.bodies]
+    assert [i.area for i in on_floor] == pytest.approx([0.01, 0.01], rel=1e-9)
+    assert not any("occluded" in i.flags for i in on_floor)
+
+
+def test_a_nearer_surface_hides_what_is_behind_it() -> None:
+    """The same two boxes, one of them lifted by less than the gap: the other is in front where they overlap."""
+    low = hf.Body("low", hf.Box((0.1, 0.1, 0.1)), mass=1, pose=at(0.06, 0, 0.05))
+    high = hf.Body("high", hf.Box((0.1, 0.1, 0.1)), mass=1, pose=at(0, 0, 0.05 + APART))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", hf.HoldfastWarning)
+        found = hf.assemble(hf.Scene([floor(), low, high], 0.5), gap=2e-3)
+    area = {frozenset(i.bodies): i.area for i in found.interfaces}
+    assert area[frozenset({"floor", "low"})] == pytest.approx(0.01, rel=1e-9)
+    assert area[frozenset({"floor", "high"})] == pytest.approx(0.01 * 0.6, rel=1e-6)

@@ -1,0 +1,115 @@
+"""Friction of the parts of a compound: each contact has the coefficient of the part that touches."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import holdfast as hf
+from holdfast.base.arrays import Float
+
+G = 9.81
+
+
+def at(x: float, y: float, z: float) -> Float:
+    pose = np.eye(4)
+    pose[:3, 3] = x, y, z
+    return pose
+
+
+FLOOR = hf.Body("floor", hf.HalfSpace(), fixed=True, material="wood")
+TABLE = {("rubber", "wood"): 0.9, ("steel", "wood"): 0.2}
+
+
+def sled(left: str | None, right: str | None, material: str | None = None) -> hf.Body:
+    """Two runners under a slab, each carrying half of 2 kg."""
+    parts = [
+        hf.Part(hf.Box((0.4, 0.2, 0.05)), at(0, 0, 0.075), "steel"),
+        hf.Part(hf.Box((0.4, 0.02, 0.05)), at(0, -0.09, 0.025), left),
+        hf.Part(hf.Box((0.4, 0.02, 0.05)), at(0, 0.09, 0.025), right),
+    ]
+    return hf.Body("sled", hf.Compound(parts), mass=2.0, material=material)
+
+
+def force(body: hf.Body, friction: hf.Friction, engine: str) -> tuple[hf.Assembly, float]:
+    names = {"floor", "wood", "sled", *body.materials}
+    assembly = hf.assemble(hf.Scene([FLOOR, body], friction.among(names)))
+    found = hf.robustness(assembly, "sled", (-0.2, 0, 0.0501), (1, 0, 0), engine=engine)
+    return assembly, float(found.force[0])
+
+
+@pytest.mark.parametrize("engine", ["limit", "compliant"])
+def test_two_runners_of_different_materials_share_the_friction(engine: str) -> None:
+    """Pushed along the middle, a sled of a rubber and a steel runner turns until the rubber one alone stands fast."""
+    assembly, found = force(sled("rubber", "steel"), hf.Friction(pairs=TABLE), engine)
+    assert sorted(assembly.mu) == [0.2, 0.9]
+    assert [i.bodies for i in assembly.interfaces] == [("floor", "sled")] * 2
+    _, both_steel = force(sled("steel", "steel"), hf.Friction(pairs=TABLE), engine)
+    _, both_rubber = force(sled("rubber", "rubber"), hf.Friction(pairs=TABLE), engine)
+    assert both_steel == pytest.approx(0.2 * 2 * G, rel=2e-3)
+    assert both_rubber == pytest.approx(0.9 * 2 * G, rel=2e-3)
+    assert both_steel < found < both_rubber
+
+
+def test_parts_without_a_material_have_that_of_the_body() -> None:
+    assembly, found = force(sled(None, None, "rubber"), hf.Friction(pairs=TABLE), "limit")
+    assert assembly.mu == (0.9,)
+    assert found == pytest.approx(0.9 * 2 * G, rel=1e-5)
+
+
+def test_one_material_in_all_parts_needs_no_coefficient_of_the_body() -> None:
+    assembly, found = force(sled("steel", "steel"), hf.Friction(pairs=TABLE), "limit")
+    assert assembly.mu == (0.2,)
+    assert found == pytest.approx(0.2 * 2 * G, rel=1e-5)
+
+
+def test_a_pair_of_bodies_goes_before_the_materials_of_their_parts() -> None:
+    friction = hf.Friction(pairs={**TABLE, ("floor", "sled"): 0.5})
+    assembly, found = force(sled("rubber", "steel"), friction, "limit")
+    assert assembly.mu == (0.5,)
+    assert found == pytest.approx(0.5 * 2 * G, rel=1e-5)
+
+
+def test_a_patch_over_two_parts_is_cut_at_their_border() -> None:
+    """A plate of two halves on a board; the border runs at x = 0.03."""
+    parts = [
+        hf.Part(hf.Box((0.26, 0.2, 0.05)), at(0.16, 0, 0.025), "rubber"),
+        hf.Part(hf.Box((0.24, 0.2, 0.05)), at(-0.09, 0, 0.025), "steel"),
+    ]
+    plate = hf.Body("plate", hf.Compound(parts), mass=1.0)
+    found = hf.assemble(hf.Scene([FLOOR, plate], hf.Friction(pairs=TABLE))).interfaces
+    areas = {i.mu: i.area for i in found}
+    assert areas == pytest.approx({0.9: 0.26 * 0.2, 0.2: 0.24 * 0.2}, rel=1e-9)
+    for interface in found:
+        x = np.vstack([patch.polygon for patch in interface.patches])[:, 0]
+        assert (x >= 0.03 - 1e-9).all() if interface.mu == 0.9 else (x <= 0.03 + 1e-9).all()
+
+
+def test_a_coefficient_by_bodies_replaces_those_of_the_parts() -> None:
+    assembly, _ = force(sled("rubber", "steel"), hf.Friction(pairs=TABLE), "limit")
+    assert assembly.with_friction({("sled", "floor"): 0.4}).mu == (0.4, 0.4)
+    assert assembly.with_mu((0.1, 0.3)).mu == (0.1, 0.3)
+
+
+def test_uncertain_poses_narrow_every_cone_by_itself() -> None:
+    """Rubber and steel under one body, poses uncertain: lower is below what it is with certain poses."""
+    scene = hf.Scene([FLOOR, sled("rubber", "steel")], hf.Friction(pairs=TABLE))
+    push = ("sled", (-0.2, 0, 0.0501), (1, 0, 0))
+    sure = hf.robustness(hf.assemble(scene), *push, engine="limit")
+    unsure = hf.robustness(hf.assemble(scene, pose_sigma=(0.0005, 0.2)), *push, engine="limit")
+    assert 0.3 * sure.lower[0] < unsure.lower[0] < sure.lower[0]
+
+
+def test_a_material_that_the_table_does_not_know_is_told() -> None:
+    scene = hf.Scene([FLOOR, sled("rubber", "ice")], hf.Friction(pairs=TABLE))
+    with pytest.raises(hf.SceneError, match="friction"):
+        hf.assemble(scene)
+
+
+def test_a_body_and_the_material_of_a_part_make_a_pair() -> None:
+    """The body is named on one side and the material on the other: they must not be taken for each other's."""
+    table = hf.Friction(pairs={("floor", "rubber"): 0.9, ("floor", "steel"): 0.2})
+    for bodies in ((FLOOR, sled("rubber", "steel")), (sled("rubber", "steel"), FLOOR)):
+        assembly = hf.assemble(hf.Scene(bodies, table))
+        middles = {i.mu: np.mean([patch.centroid[1] for patch in i.patches]) for i in assembly.interfaces}
+        assert middles == pytest.approx({0.9: -0.09, 0.2: 0.09})

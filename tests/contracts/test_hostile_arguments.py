@@ -1,0 +1,203 @@
+"""Arguments of every kind where another one belongs: a HoldfastError on one line, or an answer, never anything else."""
+
+from __future__ import annotations
+
+import contextlib
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import holdfast as hf
+from holdfast.scene.shipped.blocks import box, floor
+
+SCENE = hf.Scene([floor(), box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.05))], 0.5)
+BODY = SCENE.body("cube")
+NEW = hf.Body("new", hf.Box((0.05, 0.05, 0.05)), mass=0.1)
+ON, DOWN = (0.05, 0, 0.05), (-1.0, 0, 0)
+ITSELF: list[Any] = []
+ITSELF.append(ITSELF)
+
+ODD: tuple[Any, ...] = (
+    *(None, "x", "3", b"x", True, 1j, np.nan, np.inf, 1e300, -1e300, 5e-324, 10**400, 2**70, -1, 0),
+    *([], [[]], {}, {1: 2}, (1, 2), [1, 2, 3], ["1", "2", "3"], [np.nan] * 3, [1e300] * 3, [5e-324] * 3, ("a", "b")),
+    *(ITSELF, object(), range(3), np.zeros((0, 3)), np.zeros((2, 3, 3)), np.array("x"), np.ma.masked, len),
+)
+
+
+@pytest.fixture(scope="module")
+def assembly() -> hf.Assembly:
+    return hf.assemble(SCENE)
+
+
+def made(**changes: Any) -> hf.Body:
+    return hf.Body(**{"name": "b", "shape": NEW.shape, "mass": 1} | changes)
+
+
+def pushed(assembly: hf.Assembly, **changes: Any) -> hf.Robustness:
+    return hf.robustness(assembly, **{"body": "cube", "points": ON, "directions": DOWN, "engine": "limit"} | changes)
+
+
+def under(assembly: hf.Assembly, **changes: Any) -> hf.RobustnessUnder:
+    usual = {"friction": 0.1, "samples": 2, "engine": "limit"}
+    return hf.robustness_under(assembly, "cube", ON, DOWN, **usual | changes)
+
+
+def placed(assembly: hf.Assembly, **changes: Any) -> hf.Placement:
+    usual: dict[str, Any] = {"attempts": 1, "engine": "graph", "confirm": None}
+    return hf.plan_placement(assembly, NEW, **usual | changes)
+
+
+MAKING: dict[str, Callable[[Any], object]] = {
+    "Box": hf.Box,
+    "Cylinder": lambda v: hf.Cylinder(v, 1),
+    "Cylinder: segments": lambda v: hf.Cylinder(1, 1, v),
+    "Sphere": hf.Sphere,
+    "Sphere: subdivisions": lambda v: hf.Sphere(1, v),
+    "Capsule": lambda v: hf.Capsule(v, 1),
+    "Capsule: length": lambda v: hf.Capsule(1, v),
+    "Capsule: segments": lambda v: hf.Capsule(1, 1, v),
+    "Ellipsoid": hf.Ellipsoid,
+    "HalfSpace": hf.HalfSpace,
+    "Compound": hf.Compound,
+    "Part: shape": hf.Part,
+    "Part: pose": lambda v: hf.Part(NEW.shape, v),
+    "Part: material": lambda v: hf.Part(NEW.shape, material=v),
+    "Mesh: vertices": lambda v: hf.Mesh(v, [[0, 1, 2]]),
+    "Mesh: faces": lambda v: hf.Mesh(np.eye(3), v),
+    "Mesh: noise": lambda v: hf.Mesh(np.eye(3), [[0, 1, 2]], noise=v),
+    "Mesh.from_file": hf.Mesh.from_file,
+    "Body: name": lambda v: made(name=v),
+    "Body: shape": lambda v: made(shape=v),
+    "Body: mass": lambda v: made(mass=v),
+    "Body: density": lambda v: made(mass=None, density=v),
+    "Body: pose": lambda v: made(pose=v),
+    "Body: com": lambda v: made(com=v),
+    "Body: inertia": lambda v: made(inertia=v),
+    "Body: material": lambda v: made(material=v),
+    "Body: fixed": lambda v: made(fixed=v),
+    "Body.moved": BODY.moved,
+    "Scene: bodies": lambda v: hf.Scene(v, 0.5),
+    "Scene: friction": lambda v: hf.Scene(SCENE.bodies, v),
+    "Scene: gravity": lambda v: hf.Scene(SCENE.bodies, 0.5, v),
+    "Scene: name": lambda v: hf.Scene(SCENE.bodies, 0.5, name=v),
+    "Scene.body": SCENE.body,
+    "Scene.without": SCENE.without,
+    "Scene.moved": SCENE.moved,
+    "Scene.with_body": SCENE.with_body,
+    "Friction": hf.Friction,
+    "Friction: pairs": lambda v: hf.Friction(0.5, v),
+    "Friction: pair": lambda v: hf.Friction(0.5, {("a", "b"): v}),
+    "Friction: values": lambda v: hf.Friction(0.5, {}, v, "max"),
+    "Friction: combine": lambda v: hf.Friction(0.5, {}, {}, v),
+    "Interface: bodies": lambda v: hf.Interface(v, [[0, 0, 0], [1, 0, 0], [0, 1, 0]], (0, 0, 1)),
+    "Interface: polygon": lambda v: hf.Interface(("a", "b"), v, (0, 0, 1)),
+    "Interface: normal": lambda v: hf.Interface(("a", "b"), [[0, 0, 0], [1, 0, 0], [0, 1, 0]], v),
+    "Load: point": lambda v: hf.Load("cube", v, (1, 0, 0)),
+    "Load: force": lambda v: hf.Load("cube", ON, v),
+    "Load: moment": lambda v: hf.Load("cube", moment=v),
+    "Compliant: nodes": lambda v: hf.Compliant(nodes=v),
+    "Compliant: stiffness_ratio": lambda v: hf.Compliant(stiffness_ratio=v),
+    "Compliant: stiffness": lambda v: hf.Compliant(stiffness=v),
+    "Graph: nodes": lambda v: hf.Graph(nodes=v),
+    "Graph: mass_margin": lambda v: hf.Graph(mass_margin=v),
+    "Graph: immobile_above": lambda v: hf.Graph(immobile_above=v),
+    "Graph: max_cuts": lambda v: hf.Graph(max_cuts=v),
+    "Limit: cone": hf.Limit,
+    "Limit: sides": lambda v: hf.Limit("inscribed", v),
+    "load_scene": hf.load_scene,
+    "load_answer": hf.load_answer,
+    "shipped_scene": hf.shipped_scene,
+    "save_scene": lambda v: hf.save_scene(v, "never.yaml"),
+}
+ASKING: dict[str, Callable[[hf.Assembly, Any], object]] = {
+    "assemble": lambda _, v: hf.assemble(v),
+    "assemble: gap": lambda _, v: hf.assemble(SCENE, gap=v),
+    "assemble: angle": lambda _, v: hf.assemble(SCENE, angle=v),
+    "assemble: pose_sigma": lambda _, v: hf.assemble(SCENE, pose_sigma=v),
+    "assemble: interfaces": lambda _, v: hf.assemble(SCENE, interfaces=v),
+    "with_body": lambda a, v: a.with_body(v),
+    "without": lambda a, v: a.without(v),
+    "moved": lambda a, v: a.moved(v),
+    "with_friction": lambda a, v: a.with_friction(v),
+    "stability": lambda _, v: hf.stability(v, engine="limit"),
+    "stability: loads": lambda a, v: hf.stability(a, loads=v, engine="limit"),
+    "stability: engine": lambda a, v: hf.stability(a, engine=v),
+    "robustness: body": lambda a, v: pushed(a, body=v),
+    "robustness: points": lambda a, v: pushed(a, points=v),
+    "robustness: directions": lambda a, v: pushed(a, directions=v),
+    "robustness: standing": lambda a, v: pushed(a, standing=v),
+    "load_factor": lambda a, v: hf.load_factor(a, v, engine="limit"),
+    "map: bodies": lambda a, v: hf.robustness_map(a, v, engine="graph", spacing=0.1),
+    "map: spacing": lambda a, v: hf.robustness_map(a, engine="graph", spacing=v),
+    "map: gap": lambda a, v: hf.robustness_map(a, engine="graph", spacing=0.1, gap=v),
+    "transport": lambda a, v: hf.transport_limits(a, v, engine="limit"),
+    "tilted": hf.tilted,
+    "horizontal_directions": hf.horizontal_directions,
+    "inertial_loads": lambda a, v: hf.inertial_loads(a, angular_velocity=v),
+    "disassembly: lift": lambda a, v: hf.disassembly_order(a, lift=v, engine="limit"),
+    "disassembly: goal": lambda a, v: hf.disassembly_order(a, goal=v, engine="limit"),
+    "disassembly: budget": lambda a, v: hf.disassembly_order(a, budget=v, engine="limit"),
+    "under: friction": lambda a, v: under(a, friction=v),
+    "under: pose_sigma": lambda a, v: under(a, pose_sigma=v),
+    "under: samples": lambda a, v: under(a, samples=v),
+    "under: seed": lambda a, v: under(a, seed=v),
+    "worst_case: friction": lambda a, v: hf.worst_case(a, "cube", ON, DOWN, friction=v),
+    "worst_case: mass": lambda a, v: hf.worst_case(a, "cube", ON, DOWN, mass=v),
+    "worst_case: com": lambda a, v: hf.worst_case(a, "cube", ON, DOWN, com=v),
+    "sensitivity: point": lambda a, v: hf.sensitivity(a, "cube", v, DOWN),
+    "sensitivity: direction": lambda a, v: hf.sensitivity(a, "cube", ON, v),
+    "accelerations: bound": lambda a, v: hf.sustainable_accelerations(a, bound=v),
+    "accelerations: gap": lambda a, v: hf.sustainable_accelerations(a, gap=v),
+    "wrenches: bound": lambda a, v: hf.admissible_wrenches(a, "cube", bound=v),
+    "placement: body": hf.plan_placement,
+    "placement: region": lambda a, v: placed(a, region=v),
+    "placement: orientations": lambda a, v: placed(a, orientations=v),
+    "placement: tilt": lambda a, v: placed(a, tilt=v),
+    "placement: approach": lambda a, v: placed(a, approach=v),
+    "placement: weights": lambda a, v: placed(a, weights=v),
+    "placement: seed": lambda a, v: placed(a, seed=v),
+    "placement: budget": lambda a, v: placed(a, budget=v),
+    "placement: supports": lambda a, v: placed(a, supports=v),
+    "placement: avoid": lambda a, v: placed(a, avoid=v),
+}
+
+
+@contextlib.contextmanager
+def told() -> Any:
+    """Errors of holdfast pass, if they keep to one line and name a remedy; all others do not."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            yield
+        except hf.HoldfastError as error:
+            text = str(error)
+            if not text.isprintable() or "; " not in text or len(text) > 1100:
+                raise AssertionError(text) from error
+
+
+@pytest.mark.parametrize("name", MAKING)
+def test_u6_making_things_of_what_they_are_not_made_of(
+    name: str, tmp_path: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for value in ODD:
+        with told():
+            MAKING[name](value)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ASKING)
+def test_u6_asking_with_what_makes_no_sense(name: str, assembly: hf.Assembly) -> None:
+    for value in ODD:
+        with told():
+            ASKING[name](assembly, value)
+
+
+def test_the_check_itself_notices() -> None:
+    with pytest.raises(KeyError), told():
+        raise KeyError
+    with pytest.raises(AssertionError), told():
+        raise hf.HoldfastError("a line\nand another; remedy")

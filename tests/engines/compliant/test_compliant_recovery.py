@@ -1,0 +1,81 @@
+"""Load paths that are lost half way, on purpose: what takes their place, and what may still be relied upon."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import holdfast as hf
+from holdfast.base.arrays import Float
+from holdfast.elastic.outcome import PathOutcome
+from holdfast.elastic.path import PathResult
+from holdfast.engines.compliant.grid import Grid
+from holdfast.engines.compliant.refinement import LEAST_ERROR
+from holdfast.scene.shipped import shipped_scene
+
+PUSH = ("cube1", (-0.05, 0.01, 0.05), (1.0, 0.2, -0.1))
+Paths = Callable[[Grid, Float], PathResult]
+
+
+def asked(engine: hf.Engine | None = None) -> tuple[float, float]:
+    found = hf.robustness(hf.assemble(shipped_scene("stack")), *PUSH, engine=engine or hf.Compliant())
+    assert found.status[0] is hf.Status.FINITE
+    return float(found.force[0]), float(found.lower[0])
+
+
+def lose(monkeypatch: pytest.MonkeyPatch, share: Callable[[Grid], float | None]) -> None:
+    """Let paths be lost at a share of their peak, which depends on the grid; None leaves them as they are."""
+    followed: Paths = Grid.paths
+
+    def paths(grid: Grid, W: Float, *, cuts: bool = False) -> PathResult:
+        found, left = followed(grid, W, cuts=cuts), share(grid)
+        if left is None:
+            return found
+        lost = np.full(len(found.peak), PathOutcome.LOST)
+        return found._replace(outcome=lost, peak=left * found.peak, q=np.tile(grid.settled.q, (len(lost), 1)))
+
+    monkeypatch.setattr(Grid, "paths", paths)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
+def test_bisection_finds_the_peak_and_the_lower_bound_is_what_the_path_reached(
+    monkeypatch: pytest.MonkeyPatch, share: float
+) -> None:
+    force, _ = asked()
+    lose(monkeypatch, lambda grid: share)
+    found, lower = asked()
+    assert found == pytest.approx(force, rel=5e-3)
+    assert lower == pytest.approx((1 - LEAST_ERROR) * share * force, rel=5e-3)
+
+
+def test_a_path_that_is_lost_on_few_nodes_is_followed_on_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    finer = asked(hf.Compliant(nodes=14))
+    lose(monkeypatch, lambda grid: 0.5 if grid.springs.nodes == 7 else None)
+    assert asked() == finer
+
+
+def test_a_finer_path_that_ends_sooner_only_lowers_the_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It may have left its branch, and so may the other: the answer leans on neither, the bound on the lower one."""
+    force, _ = asked()
+    followed: Paths = Grid.paths
+
+    def paths(grid: Grid, W: Float, *, cuts: bool = False) -> PathResult:
+        found = followed(grid, W, cuts=cuts)
+        few = grid.springs.nodes == 7
+        outcome = np.full(len(found.peak), PathOutcome.LOST if few else PathOutcome.PEAK)
+        return found._replace(outcome=outcome, peak=(0.6 if few else 0.2) * found.peak)
+
+    monkeypatch.setattr(Grid, "paths", paths)
+    found, lower = asked()
+    assert found == pytest.approx(force, rel=5e-3)
+    assert lower == pytest.approx(0.2 * force, rel=0.02)
+
+
+def test_without_a_load_that_holds_near_the_proved_bound_nothing_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The path holds a tenth of what limit analysis excludes, and no verdict is found in between."""
+    lose(monkeypatch, lambda grid: 0.1)
+    monkeypatch.setattr("holdfast.engines.compliant.bisection.MOST_TRIALS", 0)
+    found = hf.robustness(hf.assemble(shipped_scene("stack")), *PUSH)
+    assert (found.status[0], found.force[0], found.lower[0]) == (hf.Status.UNDECIDED, 0.0, 0.0)

@@ -1,0 +1,43 @@
+"""Bodies that are only balanced: bounds hold to the last digit, not to a share of the weight (finding D9)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import holdfast as hf
+from holdfast.scene.shipped.blocks import about_y, at, box, floor
+
+SIDE = 0.1
+DIAGONAL = 0.05 * np.sqrt(2)
+
+
+def on_an_edge() -> hf.Body:
+    return hf.Body("thing", hf.Box((SIDE, SIDE, SIDE)), mass=3, pose=at(0, 0, DIAGONAL, about_y(np.pi / 4)))
+
+
+def ball() -> hf.Body:
+    return hf.Body("thing", hf.Sphere(0.05), mass=3, pose=at(0, 0, 0.05))
+
+
+def over_the_end() -> hf.Body:
+    """Its centre of mass stands exactly over the edge of what carries it."""
+    return box("thing", (0.4, 0.1, 0.02), 3, (0.5, 0, 0.01))
+
+
+@pytest.mark.parametrize("engine", ["limit", "compliant", "graph"])
+@pytest.mark.parametrize("make", [on_an_edge, ball, over_the_end])
+def test_d9_force_lies_within_its_bounds_to_the_last_digit(make: object, engine: str) -> None:
+    body = make()  # type: ignore[operator]
+    assembly = hf.assemble(hf.Scene([floor(), body], 0.5))
+    rng = np.random.default_rng(4)
+    surface = body.surface_world
+    corners = surface.vertices[surface.faces[rng.integers(len(surface.faces), size=12)]]
+    points = np.einsum("nkx,nk->nx", corners, rng.dirichlet(np.ones(3), size=12))
+    ways, bound = rng.normal(size=(12, 3)), engine == "compliant"
+    found = hf.robustness(assembly, "thing", points, ways, engine=engine, bound=bound)
+    assert (found.lower <= found.force).all()
+    assert (found.force <= found.upper).all()
+    assert not np.isnan(found.force).any()
+    factor = hf.load_factor(assembly, [hf.Load("thing", points[0], (3, 1, 2))], engine=engine)
+    assert factor.lower <= factor.factor <= factor.upper

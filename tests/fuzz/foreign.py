@@ -1,0 +1,81 @@
+"""Small valid scenes in the formats of other programs, to be mutated: MJCF, URDF, SDF, glTF and COMPAS.
+
+USD is left out: its files are read by a library that does not come with the tests.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+
+import holdfast as hf
+from holdfast.scene.shipped.blocks import box, floor
+
+MJCF = """<mujoco model="scene">
+<compiler angle="degree" meshdir="."/><option gravity="0 0 -9.81"/>
+<default><geom friction="0.6 0.005 0.0001"/><default class="hard"><geom density="500"/></default></default>
+<asset><mesh name="m" file="m.stl" scale="1 1 1"/></asset>
+<worldbody><geom name="ground" type="plane" size="1 1 0.1"/>
+<body name="a" pos="0 0 0.1" euler="0 0 30"><freejoint/><geom type="box" size="0.1 0.1 0.1" mass="1"/></body>
+<body name="b" pos="0 0 0.4"><joint type="free"/><geom class="hard" type="capsule" fromto="0 0 0 0 0 0.1" size="0.02"/>
+<body name="c" pos="0 0 0.1"><geom type="mesh" mesh="m" mass="0.5"/></body></body></worldbody></mujoco>
+"""
+URDF = """<?xml version="1.0"?>
+<robot name="thing">
+<link name="base"><contact><lateral_friction value="0.5"/></contact>
+<inertial><origin xyz="0 0 0.1" rpy="0 0.1 0"/><mass value="2"/>
+<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.2" iyz="0" izz="0.15"/></inertial>
+<collision><geometry><box size="0.2 0.4 0.6"/></geometry></collision>
+<collision><origin xyz="0 0 0.5"/><geometry><mesh filename="m.stl" scale="1 1 1"/></geometry></collision></link>
+<link name="arm"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+<collision><geometry><cylinder radius="0.1" length="0.3"/></geometry></collision></link>
+<joint name="j" type="fixed"><parent link="base"/><child link="arm"/><origin xyz="0 0 0.6" rpy="0 0 0"/></joint>
+</robot>
+"""
+SDF = """<?xml version="1.0"?>
+<sdf version="1.9"><world name="w"><gravity>0 0 -9.81</gravity>
+<model name="ground"><static>true</static><link name="link"><collision name="c"><geometry><plane>
+<normal>0 0 1</normal><size>9 9</size></plane></geometry></collision></link></model>
+<model name="m"><pose>0 0 0.3 0 0 0.1</pose><link name="link">
+<inertial><mass>2</mass><inertia><ixx>0.1</ixx><iyy>0.2</iyy><izz>0.15</izz></inertia></inertial>
+<collision name="c"><geometry><box><size>0.2 0.4 0.6</size></box></geometry>
+<surface><friction><ode><mu>0.5</mu><mu2>0.5</mu2></ode></friction></surface></collision>
+<collision name="d"><pose>0 0 0.5 0 0 0</pose><geometry><sphere><radius>0.1</radius></sphere></geometry></collision>
+</link></model></world></sdf>
+"""
+FILLED = {"friction": 0.5, "density": 500.0, "floor": True}  # what formats without contacts do not say
+Foreign = tuple[str, bytes, dict[str, Any]]  # suffix, content and options
+
+
+def scenes(folder: Path) -> list[Foreign]:
+    """All of them; they may refer to ``m.stl`` beside them."""
+    hf.save_scene(hf.Scene([floor(), box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.05))], 0.5), folder / "s.xml")
+    parts = trimesh.Scene([trimesh.creation.box((1, 1, 0.1)), trimesh.creation.icosphere(1, 0.05)])
+    return [
+        (".xml", (folder / "s.xml").read_bytes(), {}),
+        (".xml", MJCF.encode(), {}),
+        (".urdf", URDF.encode(), FILLED),
+        (".sdf", SDF.encode(), {}),
+        (".json", json.dumps(compas()).encode(), FILLED),
+        (".glb", parts.export(file_type="glb"), FILLED),
+    ]
+
+
+def compas() -> dict[str, Any]:
+    """Two cubes, the lower one a support, as compas_assembly writes them."""
+    corners = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+    quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+
+    def block(height: float) -> dict[str, Any]:
+        vertex = {str(k): {"x": x, "y": y, "z": z + height} for k, (x, y, z) in enumerate(corners.tolist())}
+        face = {str(k): quad for k, quad in enumerate(quads)}
+        inner = {"attributes": {}, "vertex": vertex, "face": face, "facedata": {}, "max_vertex": 7, "max_face": 5}
+        return {"dtype": "compas_assembly.datastructures/Block", "data": inner, "name": "Box", "guid": "g"}
+
+    nodes = {"0": {"block": block(0.0), "is_support": True}, "1": {"block": block(1.0)}}
+    graph = {"dtype": "compas.datastructures/Graph", "data": {"node": nodes, "edge": {"0": {"1": {}}}}}
+    return {"dtype": "compas_assembly.datastructures/Assembly", "data": {"attributes": {}, "graph": graph}}

@@ -1,0 +1,212 @@
+"""MJCF files that are broken, or ask for more than a scene: one clear error each, and nothing outside is read."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import holdfast as hf
+from holdfast.scene.formats.mjcf.guard import root_of
+from holdfast.scene.formats.mjcf.reader import sniff
+from holdfast.scene.formats.registry import read_scene
+from holdfast.scene.formats.source import Source
+
+pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast[mujoco]'")
+
+BODY = '<body name="a" pos="0 0 .1"><freejoint/><geom {}/></body>'
+BOX = 'type="box" size=".1 .1 .1"'
+TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+WORLD = f'<worldbody><geom name="floor" type="plane" size="1 1 1"/>{BODY.format(BOX)}</worldbody>'
+MESH = BODY.format('type="mesh" mesh="m"')
+MESHED = f'<worldbody><geom type="plane" size="1 1 1"/>{MESH}</worldbody>'
+MANY = f'<replicate count="1000"><replicate count="1000">{MESH}</replicate></replicate>'
+
+
+def whole(content: str) -> str:
+    return f"<mujoco>{content}</mujoco>"
+
+
+def load(content: str, folder: Path, **options: Any) -> hf.Scene:
+    (folder / "scene.xml").write_text(content, encoding="utf-8")
+    return hf.load_scene(folder / "scene.xml", **options)
+
+
+@pytest.mark.parametrize(
+    ("content", "yes"),
+    [
+        ("<mujoco/>", True),
+        ("\ufeff<?xml version='1.0'?>\n<!-- <robot/> --><!-- two -->\n <mujoco model='x'>", True),
+        ("<!DOCTYPE mujoco [<!ENTITY a 'b'>]><mujoco/>", True),
+        ("<robot><mujoco/></robot>", False),
+        ("<!-- <mujoco/> --><sdf version='1.6'/>", False),
+        ("<mujocoinclude/>", False),
+        ("<!-- <mujoco/>", False),
+        ("mujoco", False),
+        ("", False),
+    ],
+)
+def test_a_model_is_told_by_its_root(content: str, yes: bool) -> None:
+    source = Source(Path("scene.xml"), content.encode())
+    assert sniff(source) is yes
+    assert (root_of(content.lstrip("\ufeff")) == "mujoco") is yes
+
+
+LAUGHS = '<!DOCTYPE mujoco [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;&a;">]>' + whole("<!-- &b; -->" + WORLD)
+OUTSIDE = '<!DOCTYPE mujoco SYSTEM "/etc/passwd">' + whole(WORLD)
+
+
+@pytest.mark.parametrize(
+    ("content", "match"),
+    [
+        (LAUGHS, r"scene\.xml: line 1 declares a DOCTYPE; document types and entities are not read"),
+        (OUTSIDE, r"declares a DOCTYPE"),
+        (whole(WORLD) + "<mujoco/>", r"is not well-formed XML: junk after document element: line 1"),
+        ("<mujoco><worldbody>", r"is not well-formed XML: no element found"),
+        (whole("<worldbody><geom/></worldbody>"), r"MuJoCo refuses it: .*size 0 must be positive in geom"),
+        (whole("<worldbod/>"), r"MuJoCo refuses it: .*worldbod"),
+        (whole(WORLD.replace("0 0 .1", "0 nan .1")), r"scene\.xml: body 'a': .*nan"),
+        (whole(WORLD.replace(".1 .1 .1", "1e9 1e9 1e9")), r"scene\.xml: body 'a'"),
+        (whole("<worldbody/>"), r"scene: has no bodies"),
+        (whole(f"<worldbody>{BODY.format(BOX)}</worldbody>"), r"none of its 1 bodies is fixed"),
+        (whole("<body>" * 2000 + "</body>" * 2000), r"MuJoCo refuses it"),
+        (whole('<size memory="999999T"/>' + WORLD), r"MuJoCo refuses it"),
+        (whole('<size nuserdata="999999999"/>' + WORLD), r"size nuserdata: is '999999999'; the limit is"),
+        (
+            whole('<asset><texture name="t" type="2d" builtin="flat" width="99999" height="99999"/></asset>' + WORLD),
+            r"texture width: is '99999'; the limit is 16,384",
+        ),
+        (
+            whole(f"<worldbody>{MANY}</worldbody>"),
+            r"has more than 100,000 elements with all copies of its <replicate>",
+        ),
+        (whole('<custom><numeric name="n" size="999999999"/></custom>' + WORLD), r"numeric size: is '999999999'"),
+        (whole('<extension><plugin plugin="no.such.plugin"/></extension>' + WORLD), r"MuJoCo refuses it"),
+    ],
+)  # fmt: skip
+def test_a_hostile_or_broken_model_is_one_clear_error(content: str, match: str, tmp_path: Path) -> None:
+    with pytest.raises(hf.HoldfastError, match=match) as caught:
+        load(content, tmp_path)
+    assert "\n" not in str(caught.value)
+
+
+def mesh(file: str, compiler: str = "") -> str:
+    return whole(f'{compiler}<asset><mesh name="m" file="{file}"/></asset>{MESHED}')
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder of a model, with files in it, below it and beside it."""
+    for place in ("model/parts", "model/..meshes", "beside"):
+        (tmp_path / place).mkdir(parents=True)
+        (tmp_path / place / "t.obj").write_text(TETRAHEDRON)
+    (tmp_path / "model" / "t.obj").write_text(TETRAHEDRON)
+    (tmp_path / "model" / "link.obj").symlink_to(tmp_path / "beside" / "t.obj")
+    return tmp_path / "model"
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        mesh("t.obj"),
+        mesh("./t.obj"),
+        mesh("parts/t.obj"),
+        mesh("parts/../t.obj"),
+        mesh("..meshes/t.obj"),
+        mesh("t.obj", '<compiler meshdir="parts"/>'),
+        mesh("t.obj", '<compiler assetdir="parts" meshdir="parts"/>'),
+        mesh("elsewhere/t.obj", '<compiler strippath="true"/>'),
+    ],
+)
+def test_files_below_the_folder_are_read(content: str, folder: Path) -> None:
+    scene = load(content, folder)
+    assert scene.body("a").shape.mass_properties.volume == pytest.approx(1 / 6, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        mesh("../beside/t.obj"),
+        mesh("link.obj"),
+        mesh("parts/../../beside/t.obj"),
+        mesh("t.obj", '<compiler meshdir="../beside"/>'),
+        mesh("t.obj", '<compiler assetdir="/etc"/>'),
+        mesh("/etc/passwd"),
+        whole(f'<include file="../beside/t.obj"/>{WORLD}'),
+        whole(f'<asset><texture type="2d" name="t" file="/etc/passwd"/></asset>{WORLD}'),
+        whole(f'<asset><texture type="cube" name="t" fileright="../x.png"/></asset>{WORLD}'),
+        whole(f'<asset><hfield name="h" file="../../h.png"/></asset>{WORLD}'),
+    ],
+)
+def test_files_outside_the_folder_are_not_read(content: str, folder: Path) -> None:
+    with pytest.raises(hf.SceneError, match=r"file .*: leads to .*, outside .*; say within= a folder"):
+        load(content, folder)
+
+
+def test_a_wider_folder_may_be_allowed(folder: Path) -> None:
+    scene = load(mesh("t.obj", '<compiler meshdir="../beside"/>'), folder, within=folder.parent)
+    assert scene.body("a").shape.mass_properties.volume == pytest.approx(1 / 6, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("content", "match"),
+    [
+        (mesh("no.obj"), r"mesh file 'no\.obj': is not in .*model'; give it beside the model"),
+        (mesh("http://x.org/t.obj"), r"mesh file 'http://x\.org/t\.obj': is no path; name a file beside the model"),
+        (mesh("parts"), r"is a folder, not a mesh file"),
+        (mesh("broken.obj"), r"MuJoCo refuses it"),
+        (mesh("broken.stl"), r"MuJoCo refuses it"),
+        (whole('<include file="a.xml"/>'), r"include file 'a\.xml': is not in"),
+        (whole('<include file="bomb.xml"/>' + WORLD), r"bomb\.xml: line 1 declares a DOCTYPE"),
+        (whole('<include file="self.xml"/>' + WORLD), r"MuJoCo refuses it"),
+    ],
+)
+def test_files_that_are_missing_or_broken_are_one_clear_error(content: str, match: str, folder: Path) -> None:
+    (folder / "broken.obj").write_text("v 0 0\nf 1 2 99\n")
+    (folder / "broken.stl").write_bytes(b"\xff" * 200)
+    (folder / "bomb.xml").write_text(LAUGHS)
+    (folder / "self.xml").write_text('<mujocoinclude><include file="self.xml"/></mujocoinclude>')
+    with pytest.raises(hf.SceneError, match=match) as caught:
+        load(content, folder)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_named_pipe_is_not_opened(folder: Path) -> None:
+    os.mkfifo(folder / "pipe.obj")
+    with pytest.raises(hf.SceneError, match="is a named pipe"):
+        load(mesh("pipe.obj"), folder)
+
+
+def test_included_files_may_name_files(folder: Path) -> None:
+    (folder / "more.xml").write_text(
+        '<mujocoinclude><asset><mesh name="m" file="parts/t.obj"/></asset></mujocoinclude>'
+    )
+    assert load(whole(f'<include file="more.xml"/>{MESHED}'), folder).body("a").mass is not None
+
+
+def test_what_stands_in_the_current_folder_is_not_taken(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Files are relative to the model, though MuJoCo would look where it was started."""
+    (folder.parent / "only.obj").write_text(TETRAHEDRON)
+    monkeypatch.chdir(folder.parent)
+    with pytest.raises(hf.SceneError, match=r"'only\.obj': is not in"):
+        load(mesh("only.obj"), folder)
+
+
+def test_a_model_from_a_stream_needs_no_file() -> None:
+    assert read_scene(whole(WORLD).encode(), "-").body("a").mass == pytest.approx(8)
+
+
+def test_a_model_from_a_stream_may_name_files(folder: Path) -> None:
+    content = mesh("t.obj", '<compiler meshdir="parts"/>').encode()
+    assert read_scene(content, folder / "scene.xml").body("a").mass is not None
+
+
+def test_warnings_of_mujoco_are_notes_and_leave_no_file(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A light at no place has no bearing on the scene, but MuJoCo would write a log where it was started."""
+    (folder / "here").mkdir()
+    monkeypatch.chdir(folder / "here")
+    scene = load(whole(WORLD.replace("<worldbody>", '<worldbody><light pos="0 0 nan"/>')), folder)
+    assert scene.notes == ("MuJoCo warns: XML contains a 'NaN'. Please check it carefully.",)
+    assert not any((folder / "here").iterdir())

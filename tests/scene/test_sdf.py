@@ -1,0 +1,422 @@
+"""SDF: frames, included and nested models, joints, masses, friction and files, against closed forms and PyBullet."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+import holdfast as hf
+
+GROUND = (
+    '<model name="ground"><static>true</static><link name="link"><collision name="c"><geometry><plane>'
+    "<normal>0 0 1</normal><size>9 9</size></plane></geometry></collision></link></model>"
+)
+BOX = "<box><size>0.2 0.4 0.6</size></box>"
+INERTIAL = "<inertial><mass>2</mass><inertia><ixx>0.1</ixx><iyy>0.2</iyy><izz>0.15</izz></inertia></inertial>"
+
+
+def world(content: str, version: str = "1.9") -> str:
+    return f'<?xml version="1.0"?>\n<sdf version="{version}">\n<world name="w">{GROUND}\n{content}</world></sdf>'
+
+
+def pose(xyz: str = "0 0 0", rpy: str = "0 0 0", rest: str = "") -> str:
+    return f"<pose{rest}>{xyz} {rpy}</pose>"
+
+
+def collision(shape: str = BOX, rest: str = "", name: str = "c") -> str:
+    return f'<collision name="{name}">{rest}<geometry>{shape}</geometry></collision>'
+
+
+def link(name: str = "link", rest: str = "", shapes: str | None = None, inertial: str = INERTIAL) -> str:
+    return f'<link name="{name}">{rest}{inertial}{collision() if shapes is None else shapes}</link>'
+
+
+def model(content: str, name: str = "m", rest: str = "") -> str:
+    return f'<model name="{name}"{rest}>{content}</model>'
+
+
+def joint(parent: str, child: str, kind: str = "fixed", name: str = "j", rest: str = "") -> str:
+    return f'<joint name="{name}" type="{kind}"><parent>{parent}</parent><child>{child}</child>{rest}</joint>'
+
+
+def ode(mu: str, more: str = "") -> str:
+    return f"<surface><friction><ode><mu>{mu}</mu>{more}</ode></friction></surface>"
+
+
+@pytest.fixture
+def load(tmp_path: Path) -> Callable[..., hf.Scene]:
+    def loaded(content: str, **options: object) -> hf.Scene:
+        (tmp_path / "scene.sdf").write_text(content)
+        return hf.load_scene(tmp_path / "scene.sdf", **options)
+
+    return loaded
+
+
+def at(*xyz: float) -> np.ndarray:
+    return trimesh.transformations.translation_matrix(xyz)
+
+
+def turned(angle: float, *axis: float) -> np.ndarray:
+    return trimesh.transformations.rotation_matrix(angle, axis)
+
+
+def test_a_pose_is_relative_to_a_frame_that_is_relative_to_another(load: Callable[..., hf.Scene]) -> None:
+    frames = (
+        f'<frame name="a" attached_to="other">{pose("0 0 1", "0 0 0.5")}</frame>'
+        '<frame name="b"><pose relative_to="a">1 0 0 0.3 0 0</pose></frame>'
+    )
+    content = frames + link("other", pose("0 2 0", "0 0.7 0")) + link("link", pose("0 0 3", rest=' relative_to="b"'))
+    scene = load(world(model(content + pose("5 0 0", "0 0 1"))))
+    expected = at(5, 0, 0) @ turned(1, 0, 0, 1) @ at(0, 2, 0) @ turned(0.7, 0, 1, 0)
+    np.testing.assert_allclose(scene.body("m::other").pose, expected, atol=1e-14)
+    expected = expected @ at(0, 0, 1) @ turned(0.5, 0, 0, 1) @ at(1, 0, 0) @ turned(0.3, 1, 0, 0) @ at(0, 0, 3)
+    np.testing.assert_allclose(scene.body("m::link").pose, expected, atol=1e-14)
+
+
+def test_degrees_quaternions_and_joints_as_frames(load: Callable[..., hf.Scene]) -> None:
+    content = link("a", pose("0 0 1", "90 0 0", ' degrees="true"'))
+    content += link("b", '<pose rotation_format="quat_xyzw" relative_to="j">0 0 2  0 0 0.6 0.8</pose>')
+    content += link("c") + joint("world", "a", rest=pose("0 0 5"))
+    scene = load(world(model(content)))
+    a = at(0, 0, 1) @ turned(np.pi / 2, 1, 0, 0)
+    np.testing.assert_allclose(scene.body("m::a").pose, a, atol=1e-15)
+    expected = a @ at(0, 0, 7) @ turned(2 * np.arctan2(0.6, 0.8), 0, 0, 1)
+    np.testing.assert_allclose(scene.body("m::b").pose, expected, atol=1e-14)
+    assert scene.body("m::a").fixed
+
+
+def test_a_model_may_be_placed_by_a_frame_of_its_own(load: Callable[..., hf.Scene]) -> None:
+    content = pose("5 0 0") + f'<frame name="grip">{pose("0 0 2", "0 0 1")}</frame>' + link("link", pose("0 1 0"))
+    scene = load(world(model(content, rest=' placement_frame="grip"')))
+    expected = at(5, 0, 0) @ np.linalg.inv(at(0, 0, 2) @ turned(1, 0, 0, 1)) @ at(0, 1, 0)
+    np.testing.assert_allclose(scene.body("m").pose, expected, atol=1e-14)
+
+
+def test_nested_models_are_found_by_their_names(load: Callable[..., hf.Scene]) -> None:
+    inner = model(link(rest=pose("0 0 1")), "inner", "").replace("<link", pose("1 0 0") + "<link", 1)
+    content = model(inner + link("top", pose("0 0 4", rest=' relative_to="inner::link"')) + pose("0 1 0"), "outer")
+    scene = load(world(content))
+    assert scene.body("outer").pose[:3, 3].tolist() == [1, 1, 5]
+    assert scene.body("outer::inner").pose[:3, 3].tolist() == [1, 1, 1]
+
+
+def test_fixed_joints_make_one_body(load: Callable[..., hf.Scene]) -> None:
+    content = link("a") + link("b", pose("0 0 1", "0 0.5 0")) + joint("a", "b")
+    body = load(world(model(content))).body("m")
+    own, arm, T = np.diag([0.1, 0.2, 0.15]), np.array([0, 0, 0.5]), at(0, 0, 1) @ turned(0.5, 0, 1, 0)
+    expected = own + T[:3, :3] @ own @ T[:3, :3].T + 4 * (np.eye(3) * (arm @ arm) - np.outer(arm, arm))
+    assert isinstance(body.shape, hf.Compound)
+    assert body.mass == 4.0
+    np.testing.assert_allclose(body.com_body, arm, atol=1e-15)
+    np.testing.assert_allclose(body.inertia_com, expected, atol=1e-12)
+    np.testing.assert_allclose(body.shape.parts[1].pose, T, atol=1e-15)
+
+
+def test_models_joined_across_each_other_are_one_body(load: Callable[..., hf.Scene]) -> None:
+    scene = load(
+        world(
+            model(link(), "a")
+            + model(link(), "b", "").replace("<link", pose("0 0 1") + "<link", 1)
+            + joint("a", "b::link")
+        )
+    )
+    assert [body.name for body in scene.movable] == ["a"]
+    assert scene.body("a").mass == 4.0
+
+
+def test_joints_that_move_are_named_or_welded(load: Callable[..., hf.Scene]) -> None:
+    content = world(model(link("a") + link("b", pose("0 0 1")) + joint("a", "b", "revolute", "hinge")))
+    with pytest.raises(
+        hf.SceneError, match=r"sdf:4: <joint> 'hinge': can move; .* 'm::hinge' \(revolute\).*rigid=True"
+    ):
+        load(content)
+    scene = load(content, rigid=True)
+    assert scene.body("m").mass == 4.0
+    assert "joints that hold as if welded: 'm::hinge' (revolute)" in scene.notes
+    assert all(body.fixed for body in load(content, fixed=["m"]).bodies)
+
+
+def test_friction_of_a_pair_is_the_least_of_both(load: Callable[..., hf.Scene]) -> None:
+    a = model(link(shapes=collision(rest=ode("0.6", "<mu2>0.4</mu2>"))), "a")
+    b = model(link(shapes=collision(rest=ode("0.5"))) + pose("0 0 3"), "b")
+    scene = load(world(a + b))
+    assert (scene.mu("a", "b"), scene.mu("a", "ground"), scene.mu("b", "ground")) == (0.4, 0.4, 0.5)
+    assert load(world(a + b), friction=0.1).mu("a", "ground") == 0.1
+
+
+def test_friction_of_bullet_is_multiplied(load: Callable[..., hf.Scene]) -> None:
+    bullet = "<surface><friction><bullet><friction>0.5</friction></bullet></friction></surface>"
+    both = ode("0.3").replace("</friction>", "<bullet><friction>0.5</friction></bullet></friction>")
+    of_bullet, of_both = (
+        "".join(model(link(shapes=collision(rest=rest)) + pose(f"0 0 {k}"), f"m{k}") for k in (1, 2))
+        for rest in (bullet, both)
+    )
+    assert load(world(of_bullet)).mu("m1", "m2") == 0.25
+    assert load(world(of_both)).mu("m1", "m2") == 0.3
+    assert load(world(of_both), simulator="bullet").mu("m1", "m2") == 0.25
+    assert load(world('<physics type="bullet"/>' + of_both)).mu("m1", "m2") == 0.25
+
+
+def test_parts_have_friction_of_their_own(load: Callable[..., hf.Scene]) -> None:
+    shapes = collision(rest=ode("0.3")) + collision(rest=pose("0 0 0.6") + ode("0.7"), name="d")
+    scene = load(world(model(link(shapes=shapes))))
+    assert [part.material for part in scene.body("m").shape.parts] == ["friction 0.3", "friction 0.7"]
+    assert scene.friction.pairs["friction 0.3", "friction 0.7"] == 0.3
+    assert scene.friction.pairs["friction 0.7", "friction 0.7"] == 0.7
+
+
+def test_masses_are_worked_out_from_densities(load: Callable[..., hf.Scene]) -> None:
+    shapes = collision("<sphere><radius>0.5</radius></sphere>", "<density>10</density>")
+    shapes += collision("<cone><radius>0.5</radius><length>2</length></cone>", pose("0 0 1.5"), "d")
+    inertial = '<inertial auto="true"><density>30</density></inertial>'
+    body = load(world(model(link(shapes=shapes, inertial=inertial)))).body("m")
+    ball, cone = 10 * 4 / 3 * np.pi / 8, 30 * np.pi / 4 * 2 / 3
+    assert body.mass == pytest.approx(ball + cone, rel=1e-12)
+    assert body.com_body[2] == pytest.approx(cone * 1.0 / (ball + cone), rel=1e-12)  # a quarter of its height up
+    across = ball * 0.4 / 4 + cone * (3 / 20 / 4 + 3 / 80 * 4) + ball * cone / (ball + cone)
+    np.testing.assert_allclose(np.diag(body.inertia_com), [across, across, ball * 0.1 + cone * 0.3 / 4], rtol=1e-12)
+    given = inertial.replace("<density>", "<mass>5</mass><density>")
+    assert load(world(model(link(shapes=shapes, inertial=given)))).body("m").mass == pytest.approx(5, rel=1e-12)
+
+
+def test_an_inertial_frame_turns_and_shifts_the_inertia(load: Callable[..., hf.Scene]) -> None:
+    inertial = INERTIAL.replace("<mass>", pose("0.1 0.2 0.3", "0.4 0 0") + "<mass>")
+    body = load(world(model(link(inertial=inertial)))).body("m")
+    R = turned(0.4, 1, 0, 0)[:3, :3]
+    assert body.com_body.tolist() == [0.1, 0.2, 0.3]
+    np.testing.assert_allclose(body.inertia_com, R @ np.diag([0.1, 0.2, 0.15]) @ R.T, atol=1e-15)
+
+
+def test_links_of_one_model_do_not_touch_unless_it_says_so(load: Callable[..., hf.Scene]) -> None:
+    content = link("a") + link("b", pose("0 0 0.5"))
+    assert load(world(model(content))).excluded == (("m::a", "m::b"),)
+    assert load(world(model(content + "<self_collide>true</self_collide>"))).excluded == ()
+
+
+def test_collisions_without_a_common_bit_do_not_touch(load: Callable[..., hf.Scene]) -> None:
+    def masked(name: str, mask: str) -> str:
+        rest = f"<surface><contact><collide_bitmask>{mask}</collide_bitmask></contact></surface>"
+        return model(link(shapes=collision(rest=rest)), name)
+
+    scene = load(world(masked("a", "0x01") + masked("b", "6") + masked("c", "4")))
+    assert scene.excluded == (("a", "b"), ("a", "c"))
+
+
+def test_a_plane_is_a_half_space_along_its_normal(load: Callable[..., hf.Scene]) -> None:
+    plane = collision("<plane><normal>0 -1 0</normal></plane>", pose("0 2 0"))
+    wall = model("<static>1</static>" + link(shapes=plane + collision(name="d")) + pose("0 0 1"), "wall")
+    scene = load(world(wall))
+    body = scene.body("wall::plane")
+    assert isinstance(body.shape, hf.HalfSpace)
+    np.testing.assert_allclose(body.pose[:3, 2], [0, -1, 0], atol=1e-15)
+    np.testing.assert_allclose(body.pose[:3, 3], [0, 2, 1], atol=1e-15)
+    assert scene.body("wall").fixed
+
+
+def test_name_pose_and_static_of_an_include_come_first(load: Callable[..., hf.Scene], tmp_path: Path) -> None:
+    folder = tmp_path / "models" / "crate"
+    folder.mkdir(parents=True)
+    trimesh.creation.box((1, 1, 1)).export(folder / "crate.stl")
+    shape = collision("<mesh><uri>model://crate/crate.stl</uri><scale>0.1 0.2 0.3</scale></mesh>")
+    (folder / "v2.sdf").write_text(f'<sdf version="1.9">{model(link(rest=pose("0 0 1"), shapes=shape), "crate")}</sdf>')
+    (folder / "model.config").write_text('<model><sdf version="1.9">v2.sdf</sdf></model>')
+    include = "<include><uri>model://crate</uri>{}</include>"
+    content = (
+        include.format("")
+        + include.format(f"<name>b</name>{pose('0 0 2')}")
+        + include.format("<name>c</name><static>1</static>")
+    )
+    scene = load(world(content), package={"crate": folder})
+    assert {body.name: body.pose[2, 3] for body in scene.bodies} == {"ground": 0, "crate": 1, "b": 3, "c": 1}
+    assert [body.name for body in scene.movable] == ["crate", "b"]
+    np.testing.assert_allclose(scene.body("b").box[1], [0.05, 0.1, 3.15], atol=1e-12)
+    with pytest.raises(hf.SceneError, match=r"<uri>: names the package 'crate'.*give package="):
+        load(world(content))
+
+
+def test_a_lone_model_needs_a_floor(load: Callable[..., hf.Scene]) -> None:
+    content = f'<sdf version="1.9">{model(link(shapes=collision(rest=ode("0.3"))))}</sdf>'
+    with pytest.raises(hf.SceneError, match=r"has nothing that is static; give floor=True"):
+        load(content)
+    assert load(content, floor=True).mu("m", "floor") == 0.3
+
+
+def test_gravity_and_one_of_several_worlds(load: Callable[..., hf.Scene]) -> None:
+    worlds = "".join(f'<world name="w{k}"><gravity>0 {k} -1</gravity>{GROUND}</world>' for k in (1, 2))
+    content = f'<sdf version="1.9">{worlds}</sdf>'
+    assert load(content, world="w2").gravity.tolist() == [0, 2, -1]
+    with pytest.raises(hf.SceneError, match=r"<sdf>: has 2 worlds and 0 models; name one with world="):
+        load(content)
+
+
+def test_pybullet_reads_the_same(load: Callable[..., hf.Scene], tmp_path: Path) -> None:
+    bullet = pytest.importorskip("pybullet", reason="needs pybullet, of the extra simulators")
+    inertial = INERTIAL.replace("<mass>", pose("0.1 0.2 0.3", "0.4 0.1 0") + "<mass>").replace(
+        "<iyy>", "<ixy>0</ixy><ixz>0</ixz><iyz>0</iyz><iyy>"
+    )
+    content = "".join(model(pose(f"0 {k} {k}", "0.1 0.2 0.3") + link(inertial=inertial), f"m{k}") for k in (1, 2))
+    scene = load(world(content, "1.6"))
+    client = bullet.connect(bullet.DIRECT)
+    try:
+        found = bullet.loadSDF(str(tmp_path / "scene.sdf"))
+        named = {bullet.getBodyInfo(body)[1].decode(): body for body in found}
+        for name in ("m1", "m2"):
+            position, _ = bullet.getBasePositionAndOrientation(named[name])
+            np.testing.assert_allclose(scene.body(name).com_world, position, atol=1e-9)
+            assert scene.body(name).mass == bullet.getDynamicsInfo(named[name], -1)[0]
+    finally:
+        bullet.disconnect(client)
+
+
+def meshed(uri: str) -> str:
+    return world(model(link(shapes=collision(f"<mesh><uri>{uri}</uri></mesh>"))))
+
+
+def relative(name: str) -> str:
+    return pose(rest=f' relative_to="{name}"')
+
+
+def attached(names: Sequence[str]) -> str:
+    """Frames, each of which is attached to the next."""
+    return "".join(f'<frame name="{a}" attached_to="{b}"/>' for a, b in pairwise(names))
+
+
+WRONG: dict[str, tuple[str, str]] = {
+    "no world": ('<sdf version="1.9"/>', "<sdf>: has 0 worlds and 0 models; needs one"),
+    "nothing": ('<sdf><world name="w"/></sdf>', "<world> 'w': has no link with a shape"),
+    "second name": (world(model(link() + link())), "<link> 'link': is the second of this name"),
+    "second model": (world(model(link()) * 2), "<model> 'm': is the second of this name"),
+    "kept name": (world(model(link(), "a::b")), "<model> 'a::b': has a name that SDF keeps for itself"),
+    "unknown frame": (world(model(link(rest=relative("lnk")))), "names 'lnk', which is not there; did you mean 'link'"),
+    "unknown model": (world(model(link(rest=relative("n::a")))), "names 'n::a': no model 'n'"),
+    "frame circle": (
+        world(model(attached("aba") + link(rest=relative("a")))),
+        "<frame> 'a': has a pose that is relative to itself",
+    ),
+    "own frame": (world(model(link(rest=relative("link")))), "<link> 'link': has a pose that is relative to itself"),
+    "long chain": (
+        world(model(attached([f"f{k}" for k in range(400)]) + '<frame name="f399"/>' + link(rest=relative("f0")))),
+        "has a pose behind too many frames; the limit is 200",
+    ),
+    "placed by itself": (
+        world(model(link() + f'<frame name="a">{relative("a")}</frame>', rest=' placement_frame="a"')),
+        "<frame> 'a': has a pose that is relative to itself",
+    ),
+    "attached in a circle": (
+        world(model(link() + attached("aba") + joint("a", "link"))),
+        "attached to itself",
+    ),
+    "joint to nothing": (world(model(link() + joint("lnk", "link"))), "<parent>: names 'lnk'"),
+    "no child": (
+        world(model(link() + '<joint name="j" type="fixed"><parent>link</parent></joint>')),
+        "<joint> 'j': has no <child>",
+    ),
+    "pose of five": (world(model(link(rest="<pose>0 0 0 0 0</pose>"))), "<pose>: holds '0 0 0 0 0'; needs 6 finite"),
+    "pose of nan": (world(model(link(rest="<pose>0 0 0 0 0 nan</pose>"))), "needs 6 finite numbers"),
+    "no unit quaternion": (
+        world(model(link(rest='<pose rotation_format="quat_xyzw">0 0 0 0 0 0 2</pose>'))),
+        "quaternion of length 2",
+    ),
+    "negative size": (
+        world(model(link(shapes=collision("<sphere><radius>-1</radius></sphere>")))),
+        "<sphere>: Sphere: radius: is -1",
+    ),
+    "negative cone": (
+        world(model(link(shapes=collision("<cone><radius>1</radius><length>-1</length></cone>")))),
+        "<cone>: length: is -1",
+    ),
+    "negative mass": (world(model(link(inertial=INERTIAL.replace("2</mass>", "-2</mass>")))), "<mass>: is -2"),
+    "impossible inertia": (world(model(link(inertial=INERTIAL.replace("0.1<", "-0.1<")))), "negative principal moment"),
+    "negative friction": (world(model(link(shapes=collision(rest=ode("-1"))))), "friction: is -1"),
+    "heightmap": (world(model(link(shapes=collision("<heightmap/>")))), "<heightmap>: is not read; reads box"),
+    "submesh": (
+        world(model(link(shapes=collision("<mesh><uri>a.stl</uri><submesh><name>x</name></submesh></mesh>")))),
+        "takes one of several meshes",
+    ),
+    "mirrored": (
+        world(model(link(shapes=collision("<mesh><uri>a.stl</uri><scale>1 1 -1</scale></mesh>")))),
+        "scale = 1 1 -1 mirrors the mesh",
+    ),
+    "two shapes": (world(model(link(shapes=collision(BOX * 2)))), "<geometry>: has 2 shapes"),
+    "zero normal": (
+        world(model("<static>1</static>" + link(shapes=collision("<plane><normal>0 0 0</normal></plane>")))),
+        "zero normal",
+    ),
+    "plane that moves": (world(model(link(shapes=collision("<plane/>")))), "<link> 'link': has a <plane> and can move"),
+    "weightless": (world(model(link(rest="<gravity>0</gravity>"))), "<link> 'link': has no weight"),
+    "no truth": (world(model("<static>yes</static>" + link())), "<static>: is 'yes'; needs true or false"),
+    "mask": (
+        world(
+            model(
+                link(
+                    shapes=collision(rest="<surface><contact><collide_bitmask>x</collide_bitmask></contact></surface>")
+                )
+            )
+        ),
+        "<collide_bitmask>: is 'x'",
+    ),
+    "escape": (meshed("../../a.stl"), "<uri>: names '../../a.stl', outside of the folder"),
+    "file scheme": (meshed("file:///etc/passwd"), "outside of the folder"),
+    "web": (meshed("https://fuel.gazebosim.org/1.0/a.stl"), "needs a path, file://"),
+    "include of the web": (
+        world("<include><uri>https://fuel.gazebosim.org/a</uri></include>"),
+        "needs a path, file://",
+    ),
+    "include out of it": (world("<include><uri>../../etc</uri></include>"), "outside of the folder"),
+    "include of nothing": (world("<include><uri>none.sdf</uri></include>"), "none.sdf: no such model file"),
+    "include of itself": (
+        world("<include><uri>scene.sdf</uri></include>"),
+        "<include>: includes '.*scene.sdf', in which it lies",
+    ),
+    "merge": (world('<include merge="true"><uri>a.sdf</uri></include>'), "merges a model"),
+    "no uri": (world("<include/>"), "<include>: has no <uri>"),
+    "entity bomb": ('<!DOCTYPE sdf [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><sdf>&b;</sdf>', ":1: has a document type"),
+    "half": ("<sdf><world>", ":1: is not XML: no element found"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_is_wrong_is_one_clear_error(name: str, load: Callable[..., hf.Scene]) -> None:
+    content, match = WRONG[name]
+    with pytest.raises(hf.HoldfastError, match=match) as caught:
+        load(content)
+    assert "scene.sdf" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_includes_in_a_circle_are_refused(load: Callable[..., hf.Scene], tmp_path: Path) -> None:
+    for name, other in (("a", "b"), ("b", "a")):
+        text = model(f"<include><uri>{other}.sdf</uri></include>", name)
+        (tmp_path / f"{name}.sdf").write_text(f"<sdf>{text}</sdf>")
+    with pytest.raises(hf.SceneError, match=r"b.sdf:1: <include>: includes '.*a.sdf', in which it lies"):
+        load(world("<include><uri>a.sdf</uri></include>"))
+
+
+def test_includes_that_multiply_are_refused(load: Callable[..., hf.Scene], tmp_path: Path) -> None:
+    for level in range(12):
+        inner = "".join(f"<include><uri>m{level + 1}.sdf</uri><name>n{k}</name></include>" for k in range(3))
+        (tmp_path / f"m{level}.sdf").write_text(f"<sdf>{model(inner, f'm{level}')}</sdf>")
+    (tmp_path / "m12.sdf").write_text(f"<sdf>{model(link(), 'm12')}</sdf>")
+    with pytest.raises(hf.SceneError, match=r"<include>: is one too many; the limit is 2,000"):
+        load(world("<include><uri>m0.sdf</uri></include>"))
+
+
+@pytest.mark.parametrize(
+    ("options", "match"),
+    [
+        ({"fixed": ["n"]}, "fixed: no model is named 'n'"),
+        ({"fixed": True}, "fixed: is True; needs a list"),
+        ({"world": "x"}, "has no world 'x'"),
+        ({"simulator": "dart"}, "simulator: is 'dart'"),
+        ({"density": 0}, "density: is 0"),
+        ({"friction": -1}, "friction: is -1"),
+    ],
+)
+def test_options_are_checked(options: dict[str, object], match: str, load: Callable[..., hf.Scene]) -> None:
+    with pytest.raises(hf.SceneError, match=match):
+        load(world(model(link())), **options)
