@@ -19,6 +19,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import holdfast as hf
+from holdfast.geometry.gltf import BINARY_CHUNK, JSON_CHUNK
 from holdfast.scene.meshes import glb, read
 from holdfast.scene.meshes.read import READERS, triangles_of
 
@@ -48,9 +49,9 @@ def solid() -> trimesh.Trimesh:
 def glb_of(header: dict[str, Any], binary: bytes = b"") -> bytes:
     text = json.dumps(header).encode()
     text += b" " * (-len(text) % 4)
-    chunks = struct.pack("<II", len(text), glb.JSON) + text
+    chunks = struct.pack("<II", len(text), JSON_CHUNK) + text
     if binary:
-        chunks += struct.pack("<II", len(binary), glb.BINARY) + binary
+        chunks += struct.pack("<II", len(binary), BINARY_CHUNK) + binary
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
@@ -265,12 +266,12 @@ COUNTS: dict[str, tuple[str, bytes, str]] = {
     ),
     "glb header": (
         "a.glb",
-        struct.pack("<4sIIII", b"glTF", 2, 20, 3_000_000_000, glb.JSON),
+        struct.pack("<4sIIII", b"glTF", 2, 20, 3_000_000_000, JSON_CHUNK),
         r"says a header of 3,000,",
     ),
     "glb chunk": (
         "a.glb",
-        glb_of({}) + struct.pack("<II", 3_000_000_000, glb.BINARY),
+        glb_of({}) + struct.pack("<II", 3_000_000_000, BINARY_CHUNK),
         r"says a part of 3,000,000,000 bytes, and has 0 left",
     ),
 }
@@ -357,7 +358,7 @@ def test_d3_instances_do_not_make_a_small_file_huge(tmp_path: Path, monkeypatch:
 
 def test_a_deep_header_is_told(tmp_path: Path) -> None:
     text = b'{"a":' * 20_000 + b"1" + b"}" * 20_000
-    chunk = struct.pack("<II", len(text), glb.JSON) + text
+    chunk = struct.pack("<II", len(text), JSON_CHUNK) + text
     (tmp_path / "a.glb").write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(chunk)) + chunk)
     with pytest.raises(hf.GeometryError, match="cannot be read"):
         triangles_of(tmp_path / "a.glb")

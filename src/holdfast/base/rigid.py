@@ -35,6 +35,8 @@ class Frame(NamedTuple):
         return np.asarray(self.origin + points @ self.axes)
 
 
+# (4, 4): turns y, which is up in files of graphics, to z
+Y_TO_Z = frozen(np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]]))
 WORLD = Frame(frozen(np.zeros(3)), frozen(np.eye(3)))
 
 

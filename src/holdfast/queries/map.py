@@ -102,6 +102,21 @@ class RobustnessMap(Forces):
         """Write the map as one HTML page that opens offline and shows the largest push under the pointer."""
         paint(self, path, ".html")
 
+    def save_glb(self, path: str | os.PathLike[str]) -> None:
+        """Write the map as a glTF file: a node for each body, with the colours of the picture at its vertices.
+
+        ``_FORCE`` of a vertex is the largest push [N], 3.4028235e38 where no push moves anything, -1 where it is
+        undecided and -2 where nobody can push. ``_KIND`` tells zeros apart: 2 is only balanced, 3 falls without a push.
+        """
+        paint(self, path, ".glb")
+
+    def save_ply(self, path: str | os.PathLike[str]) -> None:
+        """Write the map as a PLY file with the colours of the picture at its vertices.
+
+        Their properties ``force`` and ``kind`` are as in ``save_glb``, but infinity is ``inf``; ``body`` is a number.
+        """
+        paint(self, path, ".ply")
+
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON: the columns and the weakest points, without meshes and mechanisms."""
         names = ("points", "normals", "body", "force", "status", "lower", "upper", "moving", "mode", "solved", "error")

@@ -1,6 +1,6 @@
 """Register the function that draws each class of answers.
 
-The methods ``save_png`` and ``save_html`` of an answer find it in ``base.painters``.
+The methods ``save_png``, ``save_html``, ``save_glb`` and ``save_ply`` of an answer find it in ``base.painters``.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from holdfast.applications.transport import TransportLimits
 from holdfast.base.painters import register_painter
 from holdfast.queries.map import RobustnessMap
 from holdfast.report.disassembly import save_strip
-from holdfast.report.picture import save_html, save_png
+from holdfast.report.picture import save_glb, save_html, save_ply, save_png
 from holdfast.report.placement import save_placement_png
 from holdfast.report.transport import save_polar
 
@@ -23,6 +23,8 @@ def register() -> None:
     """Register the painters of all answers that can be drawn."""
     register_painter(RobustnessMap, ".png", save_png)
     register_painter(RobustnessMap, ".html", save_html)
+    register_painter(RobustnessMap, ".glb", save_glb)
+    register_painter(RobustnessMap, ".ply", save_ply)
     register_painter(TransportLimits, ".png", _polar)
     register_painter(Disassembly, ".png", save_strip)
     register_painter(Placement, ".png", save_placement_png)

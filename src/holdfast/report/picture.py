@@ -14,8 +14,10 @@ from holdfast.engines.verdict import ContactForces, Status
 from holdfast.geometry.cells import Cells
 from holdfast.queries.map import RobustnessMap
 from holdfast.view.colours import Kind
+from holdfast.view.glb import write_glb
 from holdfast.view.html import write_html
 from holdfast.view.picture import Arrow, HeatSurface, Picture, Solid
+from holdfast.view.ply import write_ply
 from holdfast.view.png import write_png
 
 LONGEST_FORCE = 0.18  # of the assembly's size: the length of the arrow of the largest contact force
@@ -32,6 +34,16 @@ def save_png(result: RobustnessMap, path: str | os.PathLike[str]) -> None:
 def save_html(result: RobustnessMap, path: str | os.PathLike[str]) -> None:
     """Write the map as one HTML page that opens offline and shows the largest push under the pointer."""
     write_html(picture_of(result), path)
+
+
+def save_glb(result: RobustnessMap, path: str | os.PathLike[str]) -> None:
+    """Write the map as a glTF file with colours and forces at its vertices."""
+    write_glb(picture_of(result), path)
+
+
+def save_ply(result: RobustnessMap, path: str | os.PathLike[str]) -> None:
+    """Write the map as a PLY file with colours and forces at its vertices."""
+    write_ply(picture_of(result), path)
 
 
 def picture_of(result: RobustnessMap) -> Picture:

@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Rgb = tuple[float, float, float]
+from holdfast.base.colour import Rgb, light_of, rgb_of, srgb_of
 
 _LOG_RATIO: Final = 12.0  # ratio of the largest to the smallest force above which the scale is logarithmic
 # Weak points are what the picture is for: they are clamped only where they would squeeze all the rest, while a few
@@ -82,12 +82,6 @@ class Scale:
         return np.asarray(np.clip(place, 0.0, 1.0), dtype=float)
 
 
-def rgb_of(hexadecimal: str) -> Rgb:
-    """Return the red, green and blue components, in 0..1, of a colour "#rrggbb"."""
-    red, green, blue = (int(hexadecimal[k : k + 2], 16) / 255.0 for k in (1, 3, 5))
-    return red, green, blue
-
-
 def hex_of(rgb: ArrayLike) -> str:
     """Return the colour "#rrggbb" with these red, green and blue components, in 0..1."""
     return "#" + "".join(f"{round(float(c) * 255):02x}" for c in np.asarray(rgb, dtype=float))
@@ -98,14 +92,11 @@ def oklab(rgb: ArrayLike) -> NDArray[np.float64]:
 
     Equal distances in these coordinates look about equally different.
     """
-    srgb = np.asarray(rgb, dtype=float)
-    linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
-    return np.asarray(np.cbrt(linear @ _TO_LMS.T) @ _TO_LAB.T, dtype=float)
+    return np.asarray(np.cbrt(light_of(rgb) @ _TO_LMS.T) @ _TO_LAB.T, dtype=float)
 
 
 def _srgb(lab: NDArray[np.float64]) -> NDArray[np.float64]:
-    linear = np.clip((lab @ np.linalg.inv(_TO_LAB).T) ** 3 @ np.linalg.inv(_TO_LMS).T, 0.0, 1.0)
-    return np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
+    return srgb_of((lab @ np.linalg.inv(_TO_LAB).T) ** 3 @ np.linalg.inv(_TO_LMS).T)
 
 
 def _perceptual_table() -> NDArray[np.float64]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from holdfast.base.colour import rgb_of
 from holdfast.base.text import one_line
 from holdfast.view import colours
 from holdfast.view.layout import Box, Layout, has_contacts
@@ -165,7 +166,7 @@ def _swatches(picture: Picture) -> list[tuple[str | tuple[float, ...], str]]:
     shown: list[tuple[bool, str | tuple[float, ...], str]] = [
         (any(solid.fixed for solid in picture.solids), colours.FIXED, "fixed body"),
         (any(not solid.fixed for solid in picture.solids), colours.COVERED, "covered, cannot be pushed"),
-        (has_contacts(picture), (*colours.rgb_of(CONTACT), 0.3), "contact patch"),
+        (has_contacts(picture), (*rgb_of(CONTACT), 0.3), "contact patch"),
     ]
     special = [(colours.SPECIAL[kind], name) for kind, name in legend(picture).items()]
     return [*special, *((colour, text) for present, colour, text in shown if present)]

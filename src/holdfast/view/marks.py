@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from holdfast.view.colours import rgb_of
+from holdfast.base.colour import rgb_of
 from holdfast.view.layout import Shot
 from holdfast.view.picture import Arrow, Picture
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from holdfast.base.colour import rgb_of
 from holdfast.view import colours
 from holdfast.view.camera import Camera, fit, front_view
 from holdfast.view.canvas import blank, paint, pixel_axes, png_of
@@ -19,7 +20,7 @@ from holdfast.view.soup import fixed, forces, movable
 
 _HEAD, _CAPTION, _FOOT, _PAD = 92, 34, 96, 26
 _PALE = (0.90, 0.905, 0.915)  # colour of bodies without a map
-_ACCENT = colours.rgb_of("#5b8fd6")  # colour of the body named ``accent``
+_ACCENT = rgb_of("#5b8fd6")  # colour of the body named ``accent``
 _SHIFT = 0.004  # of the scene's size: points are drawn this far in front of their surface
 
 

@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from holdfast.base.colour import Rgb, rgb_of
 from holdfast.base.files import write_atomically
 from holdfast.view import colours
 from holdfast.view.camera import Camera, fit, front_view
@@ -23,8 +24,8 @@ from holdfast.view.picture import Picture, Solid
 from holdfast.view.shade import render
 from holdfast.view.soup import soup_of
 
-NEXT: Final = colours.rgb_of("#ea7a3c")  # colour of the body that leaves next
-STAYS: Final = colours.rgb_of("#b9c4d2")  # colour of the bodies that stay
+NEXT: Final = rgb_of("#ea7a3c")  # colour of the body that leaves next
+STAYS: Final = rgb_of("#b9c4d2")  # colour of the bodies that stay
 ARROW: Final = "#b5173f"  # colour of the arrows
 _ROW, _LEAST = 6, 3  # the most panels in a row, and the number of panels for which a row always has room
 _PANEL: Final = (300, 300)  # width and height of a panel of aspect 1 [px]
@@ -123,5 +124,5 @@ def _camera(sequence: Sequence) -> tuple[Camera, tuple[int, int], float]:
     return fit(view, around, wide, high, 16.0), (wide, high), length
 
 
-def _colour(solid: Solid, coloured: str) -> colours.Rgb:
+def _colour(solid: Solid, coloured: str) -> Rgb:
     return colours.FIXED if solid.fixed else NEXT if solid.name == coloured else STAYS

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -63,6 +63,25 @@ def soup_of(parts: Iterable[Part], paint: Callable[[Part], ArrayLike]) -> Soup:
     points, faces = np.concatenate(vertices), np.concatenate(triangles)
     numbers = np.concatenate([np.asarray(b, dtype=np.int64) for b in body])
     return Soup(points, faces, np.concatenate(rgb), normals_of(points, faces), numbers)
+
+
+class Corners(NamedTuple):
+    """Corners (N,) of triangles (T, 3), each of one cell: the vertex of the surface and the cell of each corner."""
+
+    vertex: NDArray[np.int64]
+    cell: NDArray[np.int64]
+    triangles: NDArray[np.int64]
+
+
+def corners_of(surface: HeatSurface, shown: NDArray[np.bool_] | None = None) -> Corners:
+    """Return the corners of the cells of a surface, or of its ``shown`` (C,) cells; cells share none.
+
+    A corner can therefore bear the colour or the value of its cell.
+    """
+    kept = np.ones(len(surface.cell), dtype=bool) if shown is None else shown[surface.cell]
+    keys = surface.cell[kept][:, None] * len(surface.vertices) + surface.triangles[kept]
+    unique, inverse = np.unique(keys.ravel(), return_inverse=True)
+    return Corners(unique % len(surface.vertices), unique // len(surface.vertices), inverse.reshape(-1, 3))
 
 
 def _rgb(part: HeatSurface | Solid, scale: colours.Scale | None) -> ArrayLike:

@@ -15,13 +15,14 @@ from holdfast.view.camera import heat_points
 from holdfast.view.edges import feature_edges
 from holdfast.view.marks import CONTACT, INK
 from holdfast.view.picture import Arrow, HeatSurface, Picture, legend
-from holdfast.view.soup import Soup, fixed, forces, movable
+from holdfast.view.soup import Soup, corners_of, fixed, forces, movable
 
 Trace = dict[str, Any]
 
 _FORCE_COLOUR: Final = "#1d8fd6"  # colour of contact forces
 # lighting under which a surface shows exactly its colour
 _UNLIT: Final = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0, "fresnel": 0.0, "roughness": 1.0}
+PUSH_RADIUS: Final = 0.0035  # radius of the arrows of pushes, as a share of the size of the picture
 _SIDES: Final = 12  # number of sides of the rods and cones of an arrow
 
 
@@ -47,7 +48,9 @@ def groups(picture: Picture) -> list[Group]:
     scale = colours.scale_of(forces(picture))
     found = [*_heat_groups(picture, scale), *_neutral_groups(picture), *_contact_groups(picture)]
     if picture.weakest:
-        found.append(Group("weakest pushes", INK, _arrows(picture.weakest, INK, 0.0035 * _size(picture)), "pushes"))
+        found.append(
+            Group("weakest pushes", INK, _arrows(picture.weakest, INK, PUSH_RADIUS * size_of(picture)), "pushes")
+        )
     return [group for group in found if group.traces]
 
 
@@ -111,19 +114,14 @@ def _cells(surfaces: tuple[HeatSurface, ...], kind: colours.Kind) -> _Cells:
     texts: list[str] = []
     total = 0
     for surface in surfaces:
-        chosen = surface.kind == kind
-        faces = surface.triangles[chosen[surface.cell]]
-        cell = surface.cell[chosen[surface.cell]]
-        keys = cell[:, None] * len(surface.vertices) + faces
-        unique, inverse = np.unique(keys.ravel(), return_inverse=True)
-        owner = unique // len(surface.vertices)
-        owners, number = np.unique(owner, return_counts=True)
-        vertices.append(surface.vertices[unique % len(surface.vertices)])
-        triangles.append(inverse.reshape(-1, 3) + total)
-        force.append(surface.force[owner])
+        corners = corners_of(surface, surface.kind == kind)
+        owners, number = np.unique(corners.cell, return_counts=True)
+        vertices.append(surface.vertices[corners.vertex])
+        triangles.append(corners.triangles + total)
+        force.append(surface.force[corners.cell])
         counts += number.tolist()
         texts += [surface.hover[k] for k in owners]
-        total += len(unique)
+        total += len(corners.vertex)
     return _Cells(np.concatenate(vertices), np.concatenate(triangles), np.concatenate(force), counts, texts)
 
 
@@ -187,7 +185,7 @@ def _contact_groups(picture: Picture) -> list[Group]:
         places = {axis: np.round(picture.contact_points[:, k], 6).tolist() for k, axis in enumerate("xyz")}
         marker = {"size": 3.0, "color": CONTACT}
         nodes = ({"type": "scatter3d", "mode": "markers", **places, "marker": marker, "hoverinfo": "skip"},)
-    arrows = _arrows(picture.contact_forces, _FORCE_COLOUR, 0.0022 * _size(picture))
+    arrows = _arrows(picture.contact_forces, _FORCE_COLOUR, 0.0022 * size_of(picture))
     return [
         Group("contact patches", CONTACT, (*patches, *nodes)),
         Group("contact forces at rest", _FORCE_COLOUR, arrows),
@@ -205,5 +203,6 @@ def _arrows(arrows: tuple[Arrow, ...], colour: str, radius: float) -> tuple[Trac
     return (_mesh(vertices, triangles, {"color": colour, "cell_counts": counts, **hover}),)
 
 
-def _size(picture: Picture) -> float:
+def size_of(picture: Picture) -> float:
+    """Return the diagonal [m] of the box around what the picture shows."""
     return float(np.linalg.norm(np.ptp(heat_points(picture), axis=0))) or 1.0

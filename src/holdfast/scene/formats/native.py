@@ -76,7 +76,9 @@ Matrix4 = tuple[Quadruple, Quadruple, Quadruple, Quadruple]
 MOST_KEYS = 100  # of one map; the errors of a file are all collected before the first is told
 
 
-class _Model(BaseModel):
+class Model(BaseModel):
+    """Plain data from outside: no unknown keys, no infinite numbers."""
+
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
     @model_validator(mode="before")
@@ -88,14 +90,14 @@ class _Model(BaseModel):
         return data
 
 
-class BoxModel(_Model):
+class BoxModel(Model):
     """A cuboid centred on the origin of its frame."""
 
     type: Literal["box"]
     size: Triple = Field(description="edge lengths [m]")
 
 
-class CylinderModel(_Model):
+class CylinderModel(Model):
     """A cylinder about the z axis, centred on the origin of its frame."""
 
     type: Literal["cylinder"]
@@ -104,7 +106,7 @@ class CylinderModel(_Model):
     segments: Whole = Field(64, description="sides of the prism that contacts see")
 
 
-class SphereModel(_Model):
+class SphereModel(Model):
     """A ball centred on the origin of its frame."""
 
     type: Literal["sphere"]
@@ -112,7 +114,7 @@ class SphereModel(_Model):
     subdivisions: Whole = Field(3, ge=0, le=6, description="of the icosahedron that contacts see")
 
 
-class MeshModel(_Model):
+class MeshModel(Model):
     """A triangle mesh, either from a file or given by its vertices and faces."""
 
     type: Literal["mesh"]
@@ -129,7 +131,7 @@ class MeshModel(_Model):
         return self
 
 
-class CapsuleModel(_Model):
+class CapsuleModel(Model):
     """A cylinder about the z axis with half a ball on either end, centred on the origin of its frame."""
 
     type: Literal["capsule"]
@@ -138,7 +140,7 @@ class CapsuleModel(_Model):
     segments: Whole = Field(48, description="sides of the surface that contacts see")
 
 
-class EllipsoidModel(_Model):
+class EllipsoidModel(Model):
     """An ellipsoid along the axes of its frame."""
 
     type: Literal["ellipsoid"]
@@ -146,7 +148,7 @@ class EllipsoidModel(_Model):
     subdivisions: Whole = Field(3, ge=0, le=6, description="of the icosahedron that contacts see")
 
 
-class HalfSpaceModel(_Model):
+class HalfSpaceModel(Model):
     """Everything below the plane z = 0 of the body's frame; only for fixed bodies."""
 
     type: Literal["halfspace"]
@@ -157,7 +159,7 @@ SolidModel = Annotated[
 ]
 
 
-class PartModel(_Model):
+class PartModel(Model):
     """One shape of a compound."""
 
     shape: SolidModel
@@ -165,7 +167,7 @@ class PartModel(_Model):
     material: str | None = Field(None, description="of this part, instead of the body's")
 
 
-class CompoundModel(_Model):
+class CompoundModel(Model):
     """Several shapes that move as one body."""
 
     type: Literal["compound"]
@@ -177,7 +179,7 @@ AnyModel = (
 )
 
 
-class BodyModel(_Model):
+class BodyModel(Model):
     """A rigid body. Its pose is given as ``pose``, or as ``position`` and ``orientation``."""
 
     name: str
@@ -201,14 +203,14 @@ class BodyModel(_Model):
         return self
 
 
-class PairModel(_Model):
+class PairModel(Model):
     """Friction between two bodies or materials."""
 
     between: tuple[str, str]
     mu: Number
 
 
-class FrictionModel(_Model):
+class FrictionModel(Model):
     """Static Coulomb friction."""
 
     default: Number | None = None
@@ -219,7 +221,7 @@ class FrictionModel(_Model):
     combine: Combine | None = Field(None, description="how two values make a pair's")
 
 
-class SceneModel(_Model):
+class SceneModel(Model):
     """A holdfast scene: rigid bodies in frictional contact. SI units, z up unless gravity says otherwise."""
 
     format: Literal["holdfast-scene/1"]
@@ -272,16 +274,11 @@ def scene_text(scene: Scene, folder: Path = Path()) -> str:
 
 
 def _scene_data(scene: Scene, path: Path) -> dict[str, Any]:
-    friction = scene.friction
-    table: dict[str, Any] = {"default": friction.default}
-    table["pairs"] = [{"between": list(pair), "mu": mu} for pair, mu in friction.pairs.items()]
-    table["values"] = dict(friction.values)
-    table["combine"] = friction.combine
     data = {
         "format": FORMAT,
         "name": scene.name,
         "gravity": scene.gravity.tolist(),
-        "friction": {key: value for key, value in table.items() if value not in (None, [], {})},
+        "friction": friction_data(scene.friction),
         "bodies": [_body_data(body, path) for body in scene.bodies],
     }
     return data | ({"excluded": [list(pair) for pair in scene.excluded]} if scene.excluded else {})
@@ -298,7 +295,7 @@ def _built(model: BodyModel, path: Path) -> Body:
         pose = pose_from(np.array(model.position or (0, 0, 0.0)), np.array(model.orientation or (1.0, 0, 0, 0)))
     return Body(
         model.name,
-        _shape(model.shape, path, model.name),
+        shape_of(model.shape, path, model.name),
         mass=model.mass,
         density=model.density,
         pose=pose,
@@ -313,7 +310,8 @@ def _array(value: tuple[Any, ...] | None) -> Float | None:
     return None if value is None else np.array(value, dtype=np.float64)
 
 
-def _shape(model: AnyModel, path: Path, name: str) -> Shape:
+def shape_of(model: AnyModel, path: Path | None, name: str) -> Shape:
+    """Return the shape that a scene file at ``path`` gives to a body; without a path it may name no mesh file."""
     match model:
         case HalfSpaceModel():
             return HalfSpace()
@@ -323,7 +321,7 @@ def _shape(model: AnyModel, path: Path, name: str) -> Shape:
     return _solid(model, path, name)
 
 
-def _solid(model: SolidModel, path: Path, name: str) -> Solid:
+def _solid(model: SolidModel, path: Path | None, name: str) -> Solid:
     match model:
         case BoxModel():
             return Box(np.array(model.size))
@@ -336,6 +334,9 @@ def _solid(model: SolidModel, path: Path, name: str) -> Solid:
         case EllipsoidModel():
             return Ellipsoid(np.array(model.radii), model.subdivisions)
         case MeshModel(file=str(file)):
+            if path is None:
+                problem = f"names the mesh file {quoted(file)}"
+                raise SceneError(message(f"body {quoted(name)}", problem, "needs vertices and faces"))
             return Mesh.from_file(path.parent / file, scale=model.scale, noise=model.noise)
     return Mesh(np.array(model.vertices), np.array(model.faces), noise=model.noise, where=f"body {quoted(name)}: mesh")
 
@@ -352,8 +353,17 @@ def friction_of(model: float | FrictionModel) -> Friction:
     return Friction(model.default, pairs, model.values, model.combine)
 
 
+def friction_data(friction: Friction) -> dict[str, Any]:
+    """Return a friction table as a scene file holds it."""
+    table: dict[str, Any] = {"default": friction.default}
+    table["pairs"] = [{"between": list(pair), "mu": mu} for pair, mu in friction.pairs.items()]
+    table["values"] = dict(friction.values)
+    table["combine"] = friction.combine
+    return {key: value for key, value in table.items() if value not in (None, [], {})}
+
+
 def _body_data(body: Body, path: Path) -> dict[str, Any]:
-    data: dict[str, Any] = {"name": body.name, "shape": _shape_data(body.shape, path)}
+    data: dict[str, Any] = {"name": body.name, "shape": shape_data(body.shape, path)}
     if body.density is not None:
         data["density"] = body.density
     elif body.mass is not None:
@@ -370,12 +380,13 @@ def _body_data(body: Body, path: Path) -> dict[str, Any]:
     return data
 
 
-def _part_data(part: Part, path: Path) -> dict[str, Any]:
-    data: dict[str, Any] = {"shape": _shape_data(part.shape, path), "pose": part.pose.tolist()}
+def _part_data(part: Part, path: Path | None) -> dict[str, Any]:
+    data: dict[str, Any] = {"shape": shape_data(part.shape, path), "pose": part.pose.tolist()}
     return data if part.material is None else data | {"material": part.material}
 
 
-def _shape_data(shape: Shape, path: Path) -> dict[str, Any]:
+def shape_data(shape: Shape, path: Path | None) -> dict[str, Any]:
+    """Return a shape as a scene file at ``path`` holds it; without a path, meshes are written out."""
     match shape:
         case Box():
             return {"type": "box", "size": shape.size.tolist()}
@@ -396,7 +407,7 @@ def _shape_data(shape: Shape, path: Path) -> dict[str, Any]:
             return {"type": "halfspace"}
         case Compound():
             return {"type": "compound", "parts": [_part_data(part, path) for part in shape.parts]}
-        case Mesh(file=Path() as file):
+        case Mesh(file=Path() as file) if path is not None:
             relative = Path(os.path.relpath(file, path.parent)).as_posix()
             source: dict[str, Any] = {"file": relative, "scale": list(shape.scale)}
         case Mesh():

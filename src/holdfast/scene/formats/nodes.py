@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any, Literal
+from functools import partial
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,8 +12,10 @@ from numpy.typing import ArrayLike
 from holdfast.base.arrays import Float, checked
 from holdfast.base.errors import GeometryError, SceneError, message, nearest_of
 from holdfast.base.ranges import SCALE
+from holdfast.base.rigid import Y_TO_Z
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
+from holdfast.scene.compound import Shape
 from holdfast.scene.formats.rigid_parts import scene_of
 from holdfast.scene.friction import Friction
 from holdfast.scene.halfspace import HalfSpace
@@ -25,7 +28,20 @@ Weight = tuple[float | None, float | None]  # a mass [kg] and a density [kg/m³]
 
 FLOOR = "floor"
 LEAST_STRETCH = 1e-9  # [-] of a matrix: less is flat
-Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
+
+
+class Known(NamedTuple):
+    """What is known of a body beside the mesh of its node: ``shape``, if it is more than the mesh, and ``noise`` [m].
+
+    ``com`` (3,) [m] and ``inertia`` (3, 3) [kg m²] are as in ``Body``; the origin of the mesh is at ``origin`` (3,) [m]
+    in the frame of the body.
+    """
+
+    shape: Shape | None
+    noise: float
+    com: Float | None
+    inertia: Float | None
+    origin: Float
 
 
 def from_trimesh(
@@ -79,8 +95,13 @@ def scene_of_nodes(
     gravity: ArrayLike,
     name: str,
     notes: list[str],
+    known: Mapping[str, Known] | None = None,
+    excluded: Sequence[tuple[str, str]] = (),
 ) -> Scene:
-    """Return the scene of these nodes, with a mass or a density for each name; for the rest, see ``from_trimesh``."""
+    """Return the scene of these nodes, with a mass or a density for each name; for the rest, see ``from_trimesh``.
+
+    ``known`` is what is known of some bodies, by their names, and ``excluded`` are pairs that do not touch.
+    """
     names = [node.name for node in nodes]
     if not names:
         raise SceneError(message("scene", "holds no triangles", "needs a node with a mesh"))
@@ -93,17 +114,19 @@ def scene_of_nodes(
     if up == "y":
         notes.append("y is up in the file: turned about x so that z is up")
     held = set(fixed)
-    bodies = [
-        _body(node, weights[node.name], node.name in held, material.get(node.name), Y_UP if up == "y" else None)
-        for node in nodes
-    ]
+    more = known or {}
+    bodies = []
+    for node in nodes:
+        body = _body if node.name not in more else partial(_known_body, known=more[node.name])
+        turn = Y_TO_Z if up == "y" else None
+        bodies.append(body(node, weights[node.name], node.name in held, material.get(node.name), turn))
     if floor:
         bodies.append(Body(FLOOR, HalfSpace(), fixed=True))
     if not any(body.fixed for body in bodies):
         remedy = f"give fixed=[name] ({listed(names)}), or floor=True for a floor at z = 0"
         raise SceneError(message("scene", "nothing in it is fixed", remedy))
     table = friction if isinstance(friction, Friction) else Friction(default=friction)
-    return scene_of(bodies, table, gravity, name, notes)
+    return scene_of(bodies, table, gravity, name, notes, excluded)
 
 
 def check_names(what: str, names: Any, known: Sequence[str]) -> None:  # noqa: ANN401
@@ -143,6 +166,20 @@ def _body(node: Node, weight: Weight, fixed: bool, material: str | None, turn: F
     faces = node.faces if np.linalg.det(stretch) > 0 else node.faces[:, ::-1]
     mesh = Mesh(vertices, faces, where=where)
     return Body(node.name, mesh, mass=mass, density=density, pose=pose, material=material, fixed=fixed)
+
+
+def _known_body(
+    node: Node, weight: Weight, fixed: bool, material: str | None, turn: Float | None, *, known: Known
+) -> Body:
+    where = f"node {quoted(node.name)}"
+    pose, _ = split(node.matrix if turn is None else turn @ node.matrix, where)
+    shape = known.shape
+    if shape is None:
+        shape = Mesh(node.vertices + known.origin, node.faces, noise=known.noise, where=where)
+        if known.origin.any():
+            pose[:3, 3] -= pose[:3, :3] @ known.origin
+    mass, density = weight
+    return Body(node.name, shape, mass, density, pose, known.com, known.inertia, material, fixed)
 
 
 def split(matrix: Float, where: str) -> tuple[Float, Float]:

@@ -28,12 +28,16 @@ class _Nothing:
 
 
 class Node(NamedTuple):
-    """A named mesh of a scene: its vertices (V, 3) and triangles (F, 3), and the matrix (4, 4) that puts it there."""
+    """A named mesh of a scene: its vertices (V, 3) and triangles (F, 3), and the matrix (4, 4) that puts it there.
+
+    ``extras`` is what the file says of it beside that, as plain data.
+    """
 
     name: str
     vertices: Float
     faces: Int
     matrix: Float
+    extras: Any = None
 
 
 def load(content: bytes, kind: str) -> tuple[Float, Int]:

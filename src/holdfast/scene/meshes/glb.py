@@ -8,9 +8,9 @@ from typing import Any
 
 from holdfast.base.arrays import Float, Int
 from holdfast.base.text import quoted
+from holdfast.geometry.gltf import BINARY_CHUNK, JSON_CHUNK, MAGIC, container
 from holdfast.scene.meshes.foreign import Node, load, load_nodes
 
-JSON, BINARY = 0x4E4F534A, 0x004E4942  # kinds of chunks
 BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}  # of each kind of number
 PARTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}  # numbers in an item
 MOST_JSON = 64_000_000  # bytes
@@ -29,14 +29,36 @@ def read(content: bytes) -> tuple[Float, Int]:
     return load(content, "glb")
 
 
-def read_nodes(content: bytes) -> list[Node]:
-    """Return the meshes of the nodes of a GLB file, in its order; raises ValueError as ``read``."""
+def read_nodes(content: bytes) -> tuple[list[Node], Any]:
+    """Return the meshes of the nodes of a GLB file, in its order, and the extras of its scene.
+
+    A name that several nodes have gets a number from the second on. Raises ValueError as ``read``.
+    """
     _check(content)
-    header, _ = _chunks(content)
-    place: dict[str, int] = {}
-    for number, node in enumerate(_maps(header, "nodes")):
-        place.setdefault(str(node.get("name", number)), number)
-    return sorted(load_nodes(content, "glb"), key=lambda node: place.get(node.name, len(place)))
+    header, binary = _chunks(content)
+    nodes = _maps(header, "nodes")
+    names = _distinct([str(node.get("name", number)) for number, node in enumerate(nodes)])
+    said = [node.get("extras") for node in nodes]
+    # trimesh keeps a name for itself and changes others: it is given numbers
+    header["nodes"] = [{key: item for key, item in node.items() if key not in ("name", "extras")} for node in nodes]
+    found = sorted(load_nodes(container(header, binary), "glb"), key=lambda node: int(node.name))
+    scenes, chosen = _maps(header, "scenes"), header.get("scene", 0)
+    about = scenes[chosen].get("extras") if isinstance(chosen, int) and 0 <= chosen < len(scenes) else None
+    return [node._replace(name=names[int(node.name)], extras=said[int(node.name)]) for node in found], about
+
+
+def _distinct(names: list[str]) -> list[str]:
+    """Return the names, those that stand twice with a number."""
+    taken, again, found = set(names), dict.fromkeys(names, 0), []
+    for name in names:
+        again[name] += 1
+        own = name
+        while again[name] > 1 and own in taken:
+            own = f"{name}_{again[name] - 1}"
+            again[name] += own in taken
+        taken.add(own)
+        found.append(own)
+    return found
 
 
 def _check(content: bytes) -> None:
@@ -45,15 +67,15 @@ def _check(content: bytes) -> None:
         for extension in _list(header, name):
             if extension in COMPRESSED:
                 raise ValueError(f"is compressed with {extension}: export it without")
-    views = _views(header, binary)
+    views = _views(header, len(binary))
     counts = _counts(header, views, len(content))
     _check_instances(header, counts)
 
 
-def _chunks(content: bytes) -> tuple[dict[str, Any], int]:
-    """Return the header, and the number of bytes of the binary chunk."""
+def _chunks(content: bytes) -> tuple[dict[str, Any], bytes]:
+    """Return the header and the binary chunk."""
     words = [int.from_bytes(content[k : k + 4], "little") for k in range(0, 20, 4)]
-    if content[:4] != b"glTF" or len(content) < 20 or words[4] != JSON:
+    if content[:4] != MAGIC or len(content) < 20 or words[4] != JSON_CHUNK:
         raise ValueError("has no header of a GLB file")
     if words[1] != 2:
         raise ValueError(f"is of version {words[1]}, not 2")
@@ -63,13 +85,13 @@ def _chunks(content: bytes) -> tuple[dict[str, Any], int]:
     header = json.loads(content[20:end].decode("utf-8"))
     if not isinstance(header, dict):
         raise ValueError("has a header that is no map")
-    binary = 0
+    binary = b""
     while end + 8 <= len(content):
         length, kind = (int.from_bytes(content[end + k : end + k + 4], "little") for k in (0, 4))
         if end + 8 + length > len(content):
             raise ValueError(f"says a part of {length:,} bytes, and has {len(content) - end - 8:,} left")
-        if kind == BINARY:
-            binary = length
+        if kind == BINARY_CHUNK:
+            binary = content[end + 8 : end + 8 + length]
         end += 8 + length
     return header, binary
 

@@ -13,7 +13,7 @@ import numpy as np
 from holdfast.base.arrays import Float, checked_number
 from holdfast.base.errors import SceneError, message
 from holdfast.base.ranges import SCALE
-from holdfast.scene.formats.nodes import Y_UP
+from holdfast.base.rigid import Y_TO_Z
 from holdfast.scene.formats.references import Packages, References
 
 MOST_LAYERS = 1_000
@@ -59,7 +59,7 @@ def opened(path: Path, packages: Packages | None, notes: list[str]) -> Stage:
         notes.append(f"metersPerUnit is not given: {metres:g}, which USD says then")
     turn = np.eye(4)
     if str(UsdGeom.GetStageUpAxis(stage)) == "Y":
-        turn = Y_UP
+        turn = Y_TO_Z
         notes.append("y is up in the file: turned about x so that z is up")
     prims = []
     for prim in stage.Traverse(Usd.TraverseInstanceProxies()):

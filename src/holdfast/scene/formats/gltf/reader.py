@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import base64
-import json
-import struct
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
@@ -15,9 +13,12 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from holdfast.base.errors import SceneError, message
 from holdfast.base.files import read_ordinary
 from holdfast.base.text import quoted
+from holdfast.geometry.gltf import MAGIC, container
 from holdfast.scene.formats.faults import first_fault
+from holdfast.scene.formats.gltf.inside import Inside, materials_of_parts
+from holdfast.scene.formats.gltf.writer import write
 from holdfast.scene.formats.native import FrictionModel, Number, Triple, Truth, friction_of
-from holdfast.scene.formats.nodes import Numbers, check_names, common, first_of, own, scene_of_nodes
+from holdfast.scene.formats.nodes import FLOOR, Numbers, check_names, common, first_of, own, scene_of_nodes
 from holdfast.scene.formats.references import References
 from holdfast.scene.formats.registry import register
 from holdfast.scene.formats.source import MAX_BYTES, Source
@@ -25,7 +26,6 @@ from holdfast.scene.friction import Friction
 from holdfast.scene.meshes import glb
 from holdfast.scene.scene import Scene
 
-MAGIC = b"glTF"
 USUAL_GRAVITY = (0.0, 0.0, -9.81)  # [m/s²]
 PICTURES = ("images", "textures", "samplers", "materials")  # nothing of a scene at rest
 
@@ -77,47 +77,53 @@ def read(
     """Return the scene of a glTF file, turned so that its y axis, which is up in glTF, becomes z.
 
     The options are those of ``hf.from_trimesh``; a file ``NAME.glb.yaml`` beside ``NAME.glb`` may give them too, with
-    ``nodes: {mug: {mass: 0.3, material: glass}, table: {fixed: true}}``. Options come before what it says.
+    ``nodes: {mug: {mass: 0.3, material: glass}, table: {fixed: true}}``. Options come before what it says, and both
+    before what holdfast wrote in the file itself.
 
     Raises SceneError or GeometryError if the file is malformed, or if masses or friction are given nowhere.
     """
     beside, path = _sidecar(source), str(source.path)
     try:
         content = source.content if source.head.startswith(MAGIC) else packed(source)
-        nodes = glb.read_nodes(content)
+        nodes, about = glb.read_nodes(content)
     except (ValueError, TypeError, LookupError, OverflowError, RecursionError, MemoryError) as cause:
         problem = f"cannot be read: {cause or type(cause).__name__}"
         raise SceneError(message(path, problem, "check the file, or export it again")) from cause
-    if friction is None and beside.friction is not None:
-        friction = friction_of(beside.friction)
-    if friction is None:
-        raise SceneError(message(path, "says nothing of friction", f"give friction=, or write it to {_beside(source)}"))
     names = [node.name for node in nodes]
     for what, given in (("mass", mass), ("density", density), (str(_beside(source)), beside.nodes)):
         check_names(what, given, names)
+    inside = Inside.of(nodes, about, source.path)
     said = {name: beside.nodes.get(name, NodeModel()) for name in names}
-    weights = {
-        name: first_of(
-            own(mass, density, name),
-            (said[name].mass, said[name].density),
-            common(mass, density),
-            (None, beside.density),
-        )
-        for name in names
-    }
-    held = [name for name in names if said[name].fixed]
-    materials = {name: each.material for name, each in said.items() if each.material is not None}
+    weights = {}
+    for name in names:
+        of_its_own = own(mass, density, name), (said[name].mass, said[name].density), inside.weight(name)
+        for_all = () if name in inside.fixed else (common(mass, density), (None, beside.density))
+        weights[name] = first_of(*of_its_own, *for_all)
+    notes: list[str] = []
+    known = inside.known(nodes, weights, notes)
+    beside_materials = {name: each.material for name, each in said.items() if each.material is not None}
+    materials = {**inside.materials, **beside_materials, **(material or {})}
+    there = {*names, *materials.values(), *materials_of_parts(known), *([FLOOR] if floor or beside.floor else [])}
+    if friction is None:
+        friction = inside.friction(there, notes) if beside.friction is None else friction_of(beside.friction)
+    if friction is None:
+        raise SceneError(message(path, "says nothing of friction", f"give friction=, or write it to {_beside(source)}"))
+    held = [*inside.fixed, *(name for name in names if said[name].fixed)]
+    whole = inside.scene
+    standard = USUAL_GRAVITY if whole is None else whole.gravity
     return scene_of_nodes(
         nodes,
         weights,
         friction,
         fixed if isinstance(fixed, str | bool) else [*held, *fixed],
-        {**materials, **(material or {})},
+        materials,
         up="y",
         floor=floor or beside.floor,
-        gravity=next(each for each in (gravity, beside.gravity, USUAL_GRAVITY) if each is not None),
-        name=source.path.stem,
-        notes=[],
+        gravity=next(each for each in (gravity, beside.gravity, standard) if each is not None),
+        name=source.path.stem if whole is None else whole.name,
+        notes=notes,
+        known=known,
+        excluded=inside.excluded(set(names), notes),
     )
 
 
@@ -161,11 +167,7 @@ def packed(source: Source) -> bytes:
         mesh | {"primitives": [{k: v for k, v in each.items() if k != "material"} for each in mesh["primitives"]]}
         for mesh in data.get("meshes", [])
     ]
-    header = json.dumps(data).encode()
-    header += b" " * (-len(header) % 4)
-    binary = b"".join(parts)
-    chunks = struct.pack("<II", len(header), glb.JSON) + header + struct.pack("<II", len(binary), glb.BINARY) + binary
-    return struct.pack("<4sII", MAGIC, 2, 12 + len(chunks)) + chunks
+    return container(data, b"".join(parts))
 
 
 def _buffer(uri: str, source: Source) -> bytes:
@@ -178,4 +180,4 @@ def _buffer(uri: str, source: Source) -> bytes:
     return read_ordinary(path, "buffer", most=MAX_BYTES)
 
 
-register("glTF", (".glb", ".gltf"), sniff, read, mark="one body a node")
+register("glTF", (".glb", ".gltf"), sniff, read, write, mark="one body a node")

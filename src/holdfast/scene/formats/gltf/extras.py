@@ -1,0 +1,149 @@
+"""What holdfast itself says in a glTF file, in the ``extras`` of its scene and of its nodes under ``holdfast``.
+
+The scene says friction, gravity, excluded pairs and its name; a node the mass of its body, whether it is fixed, its
+material, and its shape where that is more than a mesh. The mesh of a node may have been edited since: ``surface`` is a
+checksum of the one that was written, and without it the mesh itself counts.
+"""
+
+from __future__ import annotations
+
+import zlib
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple, TypeVar
+
+import numpy as np
+from pydantic import BaseModel, Field, ValidationError
+
+from holdfast.base.arrays import Float, Int
+from holdfast.base.errors import SceneError
+from holdfast.scene.body import Body
+from holdfast.scene.compound import Shape
+from holdfast.scene.formats.faults import first_fault
+from holdfast.scene.formats.native import (
+    FORMAT,
+    AnyModel,
+    FrictionModel,
+    Matrix3,
+    Model,
+    Number,
+    Triple,
+    Truth,
+    friction_data,
+    shape_data,
+    shape_of,
+)
+from holdfast.scene.formats.nodes import Known
+from holdfast.scene.meshes.foreign import Node
+from holdfast.scene.scene import Scene
+from holdfast.scene.shapes import Mesh
+
+KEY = "holdfast"
+FAR = 16.0  # [sizes] of a mesh from its frame: further away, where single precision would show, its node has its own
+
+M = TypeVar("M", bound=BaseModel)
+
+
+class SceneWords(Model):
+    """What the scene says."""
+
+    format: Literal["holdfast-scene/1"]
+    name: str = ""
+    gravity: Triple
+    friction: FrictionModel
+    excluded: list[tuple[str, str]] = Field([], fail_fast=True)
+
+
+class BodyWords(Model):
+    """What a node says of its body; numbers as in a scene file."""
+
+    surface: str
+    shape: Annotated[AnyModel, Field(discriminator="type")] | None = None
+    noise: Number = 0.0
+    origin: Triple | None = None
+    mass: Number | None = None
+    density: Number | None = None
+    com: Triple | None = None
+    inertia: Matrix3 | None = None
+    material: str | None = None
+    fixed: Truth = False
+
+
+class Drawn(NamedTuple):
+    """What a node shows: vertices (V, 3) and triangles (T, 3), and where they lie in the frame of the body (3,)."""
+
+    vertices: Float
+    faces: Int
+    origin: Float
+
+
+def drawn(shape: Shape) -> Drawn:
+    """Return the mesh of a shape as a glTF file shows it."""
+    if not isinstance(shape, Mesh):
+        return Drawn(shape.surface.vertices, shape.surface.faces, np.zeros(3))
+    low, high = shape.vertices.min(0), shape.vertices.max(0)
+    far = np.abs((low + high) / 2).max() > FAR * np.ptp(shape.vertices, axis=0).max()
+    origin = np.asarray((low + high) / 2 if far else np.zeros(3))
+    return Drawn(shape.vertices - origin, shape.faces, origin)
+
+
+def scene_data(scene: Scene) -> dict[str, Any]:
+    """Return the extras of the scene."""
+    data: dict[str, Any] = {"format": FORMAT, "name": scene.name, "gravity": scene.gravity.tolist()}
+    data["friction"] = friction_data(scene.friction)
+    return {KEY: data | ({"excluded": [list(pair) for pair in scene.excluded]} if scene.excluded else {})}
+
+
+def body_data(body: Body, shown: Drawn) -> dict[str, Any]:
+    """Return the extras of the node of a body.
+
+    A mesh is in the file in single precision, so that what follows from its shape is written out, too.
+    """
+    data: dict[str, Any] = {"surface": checksum(shown.vertices, shown.faces)}
+    com, inertia, density = body.com, body.inertia, body.density
+    if isinstance(body.shape, Mesh):
+        density = None
+        data |= {"noise": body.shape.noise} if body.shape.noise else {}
+        data |= {"origin": shown.origin.tolist()} if shown.origin.any() else {}
+        if not body.fixed:
+            com = body.com_body
+            inertia = body.inertia_com if inertia is not None or body.shape.is_closed else None
+    else:
+        data["shape"] = shape_data(body.shape, None)
+    data |= {"mass": body.mass} if density is None else {"density": density}
+    data |= {"com": None if com is None else com.tolist(), "inertia": None if inertia is None else inertia.tolist()}
+    data |= {"material": body.material, "fixed": body.fixed or None}
+    return {KEY: {key: value for key, value in data.items() if value is not None}}
+
+
+def checksum(vertices: Float, faces: Int) -> str:
+    """Return a checksum of a mesh as it is in a file, in single precision."""
+    return f"{zlib.crc32(vertices.astype('<f4').tobytes() + faces.astype('<u4').tobytes()):08x}"
+
+
+def scene_words(extras: Any, path: Path) -> SceneWords | None:  # noqa: ANN401
+    """Return what a scene says, or None if it says nothing; raises SceneError if that is malformed."""
+    return _checked(SceneWords, extras, path)
+
+
+def body_words(node: Node, path: Path) -> BodyWords | None:
+    """Return what a node says, or None if it says nothing; raises SceneError if that is malformed."""
+    return _checked(BodyWords, node.extras, path)
+
+
+def _checked(model: type[M], extras: Any, path: Path) -> M | None:  # noqa: ANN401
+    data = extras.get(KEY) if isinstance(extras, dict) else None
+    if data is None:
+        return None
+    try:
+        return model.model_validate(data)
+    except ValidationError as cause:
+        raise SceneError(first_fault(cause, model, data, path)) from None
+
+
+def known_of(words: BodyWords, name: str) -> Known:
+    """Return what a node whose mesh is the one that was written says of its body's shape, centre and inertia."""
+    shape = None if words.shape is None else shape_of(words.shape, None, name)
+    com, inertia, origin = (
+        None if each is None else np.array(each) for each in (words.com, words.inertia, words.origin)
+    )
+    return Known(shape, words.noise, com, inertia, np.zeros(3) if origin is None else origin)

@@ -1,0 +1,102 @@
+"""What a glTF file that holdfast wrote says of its bodies, as far as it still holds of what is in the file now."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from holdfast.base.text import listed
+from holdfast.scene.compound import Compound
+from holdfast.scene.formats.gltf.extras import BodyWords, SceneWords, body_words, checksum, known_of, scene_words
+from holdfast.scene.formats.native import friction_of
+from holdfast.scene.formats.nodes import Known, Weight, split
+from holdfast.scene.friction import Friction
+from holdfast.scene.meshes.foreign import Node
+from holdfast.scene.pairs import Pair
+
+
+@dataclass(frozen=True)
+class Inside:
+    """What the scene says, and what each node says of its body; nothing, if another program wrote the file."""
+
+    scene: SceneWords | None
+    bodies: Mapping[str, BodyWords]
+
+    @classmethod
+    def of(cls, nodes: Sequence[Node], extras: Any, path: Path) -> Inside:  # noqa: ANN401 - plain data
+        """Return what is said in the file at ``path``; raises SceneError if that is malformed."""
+        found = {node.name: body_words(node, path) for node in nodes}
+        return cls(scene_words(extras, path), {name: words for name, words in found.items() if words is not None})
+
+    def weight(self, name: str) -> Weight:
+        """Return the mass [kg] and the density [kg/m³] of a body, as far as they are said."""
+        words = self.bodies.get(name)
+        return (None, None) if words is None else (words.mass, words.density)
+
+    @cached_property
+    def fixed(self) -> frozenset[str]:
+        """The names of the bodies that are fixed."""
+        return frozenset(name for name, words in self.bodies.items() if words.fixed)
+
+    @property
+    def materials(self) -> dict[str, str]:
+        """The materials of bodies that have one."""
+        return {name: words.material for name, words in self.bodies.items() if words.material is not None}
+
+    def known(self, nodes: Sequence[Node], weights: Mapping[str, Weight], notes: list[str]) -> dict[str, Known]:
+        """Return the shapes, centres of mass and inertias of bodies whose meshes are those that were written.
+
+        An inertia is that of the mass that was written: it is left out for a body that has another one of ``weights``.
+        """
+        found, edited = {}, []
+        for node in nodes:
+            words = self.bodies.get(node.name)
+            if words is None:
+                continue
+            if not _as_written(node, words):
+                edited.append(node.name)
+                continue
+            known = known_of(words, node.name)
+            same = weights[node.name] == self.weight(node.name)
+            found[node.name] = known if same else known._replace(inertia=None)
+        if edited:
+            about = "their shapes, centres of mass and inertias are those of their meshes"
+            notes.append(f"meshes are not those that holdfast wrote, so {about}: {listed(edited)}")
+        return found
+
+    def friction(self, names: Collection[str], notes: list[str]) -> Friction | None:
+        """Return the friction table, without pairs of bodies and materials that are no longer there."""
+        if self.scene is None:
+            return None
+        whole = friction_of(self.scene.friction)
+        table = whole.among(names)
+        lost = len(whole.pairs) + len(whole.values) - len(table.pairs) - len(table.values)
+        if lost:
+            notes.append(f"{lost} coefficients of friction are left out: they name what is not in the file")
+        return table
+
+    def excluded(self, names: Collection[str], notes: list[str]) -> list[Pair]:
+        """Return the pairs that do not touch, as far as both bodies are there."""
+        pairs = [] if self.scene is None else self.scene.excluded
+        kept = [pair for pair in pairs if pair[0] in names and pair[1] in names]
+        if len(kept) < len(pairs):
+            notes.append(f"{len(pairs) - len(kept)} excluded pairs are left out: they name what is not in the file")
+        return kept
+
+
+def materials_of_parts(known: Mapping[str, Known]) -> set[str]:
+    """Return the materials of parts of compounds."""
+    shapes = [each.shape for each in known.values()]
+    parts = [part for shape in shapes if isinstance(shape, Compound) for part in shape.parts]
+    return {part.material for part in parts if part.material is not None}
+
+
+def _as_written(node: Node, words: BodyWords) -> bool:
+    """Tell whether a node has the mesh that was written, and no scale."""
+    _, stretch = split(node.matrix, f"node {node.name}")
+    return np.array_equal(stretch, np.eye(3)) and checksum(node.vertices, node.faces) == words.surface
