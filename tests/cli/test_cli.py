@@ -254,7 +254,7 @@ def test_a_defect_is_called_one(holdfast: Any, monkeypatch: pytest.MonkeyPatch) 
     def fail(*_: object, **__: object) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr("holdfast.cli.assess.assemble", fail)
+    monkeypatch.setattr("holdfast.cli.scenes.assemble", fail)
     answer = holdfast("assess", "cube")
     assert answer.code == 4
     assert "defect in holdfast" in answer.err

@@ -177,7 +177,7 @@ def test_d19_other_errors_stay_what_they_are() -> None:
 
 @pytest.mark.usefixtures("heard")
 def test_d19_within_a_command(call: Call, monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
-    monkeypatch.setattr("holdfast.cli.assess.assemble", lambda *_, **__: signal.raise_signal(signal.SIGINT))
+    monkeypatch.setattr("holdfast.cli.scenes.assemble", lambda *_, **__: signal.raise_signal(signal.SIGINT))
     assert call("assess", "s.yaml") == (130, "", "stopped: by the user\n")
 
 

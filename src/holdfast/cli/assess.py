@@ -7,25 +7,20 @@ from typing import Annotated
 
 import typer
 
-from holdfast.assembly.assembly import assemble
 from holdfast.cli.common import (
     EXIT,
-    AllowLarge,
-    Angle,
     AsJson,
     EngineName,
-    Gap,
     Immobile,
     Margin,
     MaxCuts,
     Nodes,
-    SceneArgument,
     check_suffix,
     engine_with,
     exit_code,
-    scene_of,
 )
 from holdfast.cli.output import out, print_json
+from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
 from holdfast.queries.map import robustness_map
 from holdfast.queries.request import DEFAULT_ENGINE
@@ -34,20 +29,18 @@ from holdfast.report.data import stability_data
 from holdfast.report.tables import map_report, stability_report
 
 
+@takes_scene
 def assess(
-    scene: SceneArgument,
+    scene: AssemblyGiven,
     engine: EngineName = DEFAULT_ENGINE,
-    gap: Gap = None,
-    angle: Angle = None,
     nodes: Nodes = None,
     mass_margin: Margin = 0.0,
-    allow_large: AllowLarge = False,
     as_json: AsJson = False,
 ) -> None:
     """Decide whether a scene stands, explain why, and give the forces at its contacts."""
     method = engine_with(engine, nodes=nodes, mass_margin=mass_margin)
     with progress():
-        assembly = assemble(scene_of(scene), gap=gap, angle=angle, allow_large=allow_large)
+        assembly = scene.assembled()
         result = stability(assembly, engine=method)
     if as_json:
         print_json(stability_data(assembly, result))
@@ -56,38 +49,39 @@ def assess(
     raise typer.Exit(EXIT[result.status])
 
 
+@takes_scene
 def map_surfaces(
-    scene: SceneArgument,
+    scene: AssemblyGiven,
     engine: EngineName = DEFAULT_ENGINE,
     spacing: Annotated[float, typer.Option(help="distance between neighbouring points in m")] = 0.01,
     body: Annotated[list[str] | None, typer.Option(help="map this body only (may be repeated)")] = None,
     png: Annotated[Path | None, typer.Option(help="write a PNG picture to this file")] = None,
     html: Annotated[Path | None, typer.Option(help="write an interactive page to this file; it opens offline")] = None,
-    gap: Gap = None,
-    angle: Angle = None,
+    glb: Annotated[Path | None, typer.Option(help="write glTF with colours and forces at its vertices")] = None,
+    ply: Annotated[Path | None, typer.Option(help="write PLY with colours and forces at its vertices")] = None,
     nodes: Nodes = None,
     immobile_above: Immobile = None,
     mass_margin: Margin = 0.0,
     max_cuts: MaxCuts = 20_000,
-    allow_large: AllowLarge = False,
     as_json: AsJson = False,
 ) -> None:
     """Compute the largest inward push at points of all exposed surfaces and name the weakest points."""
-    check_suffix(png, ".png")
-    check_suffix(html, ".html")
+    files = {".png": png, ".html": html, ".glb": glb, ".ply": ply}
+    for suffix, path in files.items():
+        check_suffix(path, suffix)
     method = engine_with(engine, nodes=nodes, immobile_above=immobile_above, mass_margin=mass_margin, max_cuts=max_cuts)
     with progress():
-        assembly = assemble(scene_of(scene), gap=gap, angle=angle, allow_large=allow_large)
+        assembly = scene.assembled()
         result = robustness_map(assembly, body, spacing=spacing, engine=method)
-        if png is not None:
-            result.save_png(png)
-        if html is not None:
-            result.save_html(html)
+        savers = (result.save_png, result.save_html, result.save_glb, result.save_ply)
+        for save, path in zip(savers, files.values(), strict=True):
+            if path is not None:
+                save(path)
     if as_json:
         print_json(result.to_dict())
     else:
         out.print(map_report(result))
-        for path in (png, html):
+        for path in files.values():
             if path is not None:
                 out.say(f"wrote {path}")
     raise typer.Exit(exit_code(result.verdict.status, result.answers))

@@ -8,29 +8,25 @@ from typing import Annotated
 import typer
 
 from holdfast.applications.disassembly.order import BUDGET, disassembly_order
-from holdfast.assembly.assembly import assemble
 from holdfast.cli.common import (
     EXIT,
-    AllowLarge,
-    Angle,
     AsJson,
     EngineName,
-    Gap,
     Nodes,
-    SceneArgument,
     check_suffix,
     engine_with,
-    scene_of,
 )
 from holdfast.cli.output import out, print_json
+from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.report.disassembly import disassembly_report
 
 
+@takes_scene
 def disassemble(
-    scene: SceneArgument,
+    scene: AssemblyGiven,
     goal: Annotated[list[str] | None, typer.Option(help="take out this body (may be repeated); default: all")] = None,
     lift: Annotated[tuple[float, float, float], typer.Option(help="direction in which bodies leave: X Y Z")] = (
         0,
@@ -40,17 +36,14 @@ def disassemble(
     engine: EngineName = DEFAULT_ENGINE,
     png: Annotated[Path | None, typer.Option(help="write a PNG of the sequence to this file")] = None,
     budget: Annotated[int, typer.Option(help="stop after this many answers by contact forces")] = BUDGET,
-    gap: Gap = None,
-    angle: Angle = None,
     nodes: Nodes = None,
-    allow_large: AllowLarge = False,
     as_json: AsJson = False,
 ) -> None:
     """Find an order in which the bodies of a scene can be taken out, one by one, while the others stand."""
     check_suffix(png, ".png")
     method = engine_with(engine, nodes=nodes)
     with progress():
-        assembly = assemble(scene_of(scene), gap=gap, angle=angle, allow_large=allow_large)
+        assembly = scene.assembled()
         result = disassembly_order(assembly, engine=method, lift=lift, goal=goal or None, budget=budget)
     if png is not None:
         result.save_png(png)

@@ -8,14 +8,16 @@ from typing import Annotated, Any
 import typer
 
 from holdfast.base.errors import HoldfastError, message
-from holdfast.cli.common import STREAM, WRITTEN_SUFFIXES, AsJson, SceneArgument, scene_of
+from holdfast.cli.common import WRITTEN_SUFFIXES, AsJson
 from holdfast.cli.output import out, print_json, write
+from holdfast.cli.scenes import STREAM, SceneGiven, takes_scene
 from holdfast.scene.formats.native import scene_text, schema
 from holdfast.scene.formats.registry import save_scene
 
 
+@takes_scene
 def convert(
-    source: SceneArgument,
+    source: SceneGiven,
     target: Annotated[
         Path,
         typer.Argument(metavar="TARGET", help=f"scene file to write: {WRITTEN_SUFFIXES}; - for standard output (YAML)"),
@@ -26,13 +28,13 @@ def convert(
     as_json: AsJson = False,
 ) -> None:
     """Read a scene in any known format and write it in the format that the suffix of TARGET selects."""
-    scene = scene_of(source)
+    scene = source.read()
     if str(target) == STREAM:
         if as_json:
             raise HoldfastError(message("--json", "the scene itself goes to standard output", "name a TARGET file"))
         write(scene_text(scene))
         return
-    if source != STREAM and _same(Path(source), target):
+    if source.scene != STREAM and _same(Path(source.scene), target):
         raise HoldfastError(message(str(target), "is the file that is read", "name another TARGET"))
     save_scene(scene, target)
     counts: dict[str, Any] = {"written": str(target), "bodies": len(scene.bodies), "movable": len(scene.movable)}

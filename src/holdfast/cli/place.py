@@ -9,22 +9,17 @@ import typer
 
 from holdfast.applications.placement.plan import plan_placement
 from holdfast.applications.placement.result import Placement
-from holdfast.assembly.assembly import assemble
 from holdfast.base.errors import HoldfastError, message
 from holdfast.cli.common import (
     WRITTEN_SUFFIXES,
-    AllowLarge,
-    Angle,
     AsJson,
     EngineName,
-    Gap,
-    SceneArgument,
     check_suffix,
     engine_with,
     exit_code,
-    scene_of,
 )
 from holdfast.cli.output import out, print_json
+from holdfast.cli.scenes import AssemblyGiven, scene_named, takes_scene
 from holdfast.cli.terminal import progress
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.report.data import placement_data
@@ -40,8 +35,9 @@ Region = Annotated[str | None, typer.Option(help=f"low and high corner of a box 
 Saved = Annotated[Path | None, typer.Option(help=f"write the scene with the object to this file: {WRITTEN_SUFFIXES}")]
 
 
+@takes_scene
 def place(
-    scene: SceneArgument,
+    scene: AssemblyGiven,
     thing: Annotated[
         str,
         typer.Argument(
@@ -63,19 +59,16 @@ def place(
     spacing: Annotated[float, typer.Option(help="distance between points of the maps in m")] = 0.01,
     save: Saved = None,
     png: Annotated[Path | None, typer.Option(help="write a PNG picture to this file")] = None,
-    gap: Gap = None,
-    angle: Angle = None,
-    allow_large: AllowLarge = False,
     as_json: AsJson = False,
 ) -> None:
     """Find a pose for an object in which everything stands and resists pushes as well as possible."""
     check_suffix(png, ".png")
-    whole = scene_of(scene)
+    whole = scene.read()
     rest, body = _taken(whole, thing, mass, material)
     method = engine_with(engine)
     with progress():
         result = plan_placement(
-            assemble(rest, gap=gap, angle=angle, allow_large=allow_large),
+            scene.assembled(rest),
             body,
             engine=method,
             region=_corners(region),
@@ -94,7 +87,7 @@ def place(
     if as_json:
         print_json(placement_data(result))
     else:
-        out.print(placement_report(result, rest.name or scene, body.name), highlight=False)
+        out.print(placement_report(result, rest.name or scene.scene, body.name), highlight=False)
         for path in written:
             out.say(f"wrote {path}")
     raise typer.Exit(exit_code(result.status, result.answers))
@@ -128,7 +121,7 @@ def _taken(scene: Scene, thing: str, mass: float | None, material: str | None) -
         raise HoldfastError(message("--mass and --material", f"given for {thing}", "they are for mesh files"))
     if ":" in thing:
         file, _, name = thing.rpartition(":")
-        return scene, scene_of(file).body(name)
+        return scene, scene_named(file).body(name)
     return scene.without(thing), scene.body(thing)
 
 

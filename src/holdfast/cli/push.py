@@ -7,21 +7,16 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from holdfast.assembly.assembly import assemble
 from holdfast.base.arrays import Float
 from holdfast.cli.common import (
-    AllowLarge,
-    Angle,
     AsJson,
     EngineName,
-    Gap,
     Nodes,
-    SceneArgument,
     engine_with,
     exit_code,
-    scene_of,
 )
 from holdfast.cli.output import out, print_json
+from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
 from holdfast.queries.push import robustness
 from holdfast.queries.request import DEFAULT_ENGINE
@@ -29,32 +24,25 @@ from holdfast.report.push import push_report
 from holdfast.scene.scene import Scene
 
 Vector = tuple[float, float, float]
-Sigma = tuple[float, float]
 
 
+@takes_scene
 def push(
-    scene: SceneArgument,
+    scene: AssemblyGiven,
     body: Annotated[str, typer.Argument(metavar="BODY", help="the name of the body that is pushed")],
     at: Annotated[Vector, typer.Option(metavar="X Y Z", help="point on the body in m")],
     along: Annotated[Vector, typer.Option(metavar="X Y Z", help="direction of the push; its length does not matter")],
     local: Annotated[bool, typer.Option("--local", help="point and direction are in the body's own frame")] = False,
     engine: EngineName = DEFAULT_ENGINE,
-    gap: Gap = None,
-    angle: Angle = None,
-    pose_sigma: Annotated[
-        Sigma | None,
-        typer.Option(metavar="M DEG", help="standard deviations of the poses: m and degrees; instead of gap and angle"),
-    ] = None,
     nodes: Nodes = None,
-    allow_large: AllowLarge = False,
     as_json: AsJson = False,
 ) -> None:
     """Compute how hard a body can be pushed at a point in a direction before anything moves, and what moves then."""
     method = engine_with(engine, nodes=nodes)
-    given = scene_of(scene)
+    given = scene.read()
     point, direction = in_world(given, body, at, along) if local else (np.array(at), np.array(along))
     with progress():
-        assembly = assemble(given, gap=gap, angle=angle, pose_sigma=pose_sigma, allow_large=allow_large)
+        assembly = scene.assembled(given)
         result = robustness(assembly, body, point, direction, engine=method, bound=True)
     if as_json:
         print_json(result.to_dict())

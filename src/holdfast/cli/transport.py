@@ -8,21 +8,16 @@ from typing import Annotated
 import typer
 
 from holdfast.applications.transport import horizontal_directions, inertial_loads, tilted, transport_limits
-from holdfast.assembly.assembly import assemble
 from holdfast.cli.common import (
-    AllowLarge,
-    Angle,
     AsJson,
     EngineName,
-    Gap,
     Nodes,
-    SceneArgument,
     check_suffix,
     engine_with,
     exit_code,
-    scene_of,
 )
 from holdfast.cli.output import err, out, print_json
+from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE
@@ -32,8 +27,9 @@ from holdfast.report.tables import transport_report
 Vector = tuple[float, float, float]
 
 
+@takes_scene
 def transport(
-    scene: SceneArgument,
+    scene: AssemblyGiven,
     directions: Annotated[int, typer.Option(help="number of horizontal directions, beginning at +x")] = 100,
     engine: EngineName = DEFAULT_ENGINE,
     compare: Annotated[list[str] | None, typer.Option(help="draw this engine too (may be repeated)")] = None,
@@ -46,17 +42,14 @@ def transport(
     set_file: Annotated[
         Path | None, typer.Option("--set", help="write the set of sustainable accelerations here (.json or .npz)")
     ] = None,
-    gap: Gap = None,
-    angle: Angle = None,
     nodes: Nodes = None,
-    allow_large: AllowLarge = False,
     as_json: AsJson = False,
 ) -> None:
     """Compute how fast the carrier of a scene may accelerate before something moves on it."""
     check_suffix(png, ".png")
     methods = [engine_with(engine, nodes=nodes), *(engine_with(name) for name in compare or ())]
     with progress():
-        assembly = assemble(scene_of(scene), gap=gap, angle=angle, allow_large=allow_large)
+        assembly = scene.assembled()
     if tilt is not None:
         assembly = tilted(assembly, tilt)
     loads = inertial_loads(

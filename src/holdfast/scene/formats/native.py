@@ -415,4 +415,4 @@ def shape_data(shape: Shape, path: Path | None) -> dict[str, Any]:
     return {"type": "mesh"} | source | ({"noise": shape.noise} if shape.noise else {})
 
 
-register("holdfast scene", text.SUFFIXES, sniff, read, write, mark=f"`format: {FORMAT}`")
+NATIVE = register("holdfast scene", text.SUFFIXES, sniff, read, write, mark=f"`format: {FORMAT}`")

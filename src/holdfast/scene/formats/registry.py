@@ -14,8 +14,9 @@ from __future__ import annotations
 
 import difflib
 import inspect
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -54,6 +55,15 @@ class Format:
             raise HoldfastError(message(where, "neither reads nor writes", "give read=, write= or both"))
         if self.sniff is None and not self.suffixes:
             raise HoldfastError(message(where, "no file would be in it", "give suffixes, sniff= or both"))
+
+    @cached_property
+    def options(self) -> tuple[str, ...]:
+        """The names of the options of its reader."""
+        return () if self.read is None else _keywords(self.read)
+
+    def check_options(self, options: Iterable[str]) -> None:
+        """Raise SceneError if its reader has not all of these options."""
+        _check_options(self, self.options, options, readable())
 
     def __str__(self) -> str:
         return f"{self.name} ({', '.join(self.suffixes)}{': ' if self.mark and self.suffixes else ''}{self.mark})"
@@ -108,7 +118,8 @@ def load_scene(path: str | Path, **options: Any) -> Scene:  # noqa: ANN401 - eac
     """
     path = checked_path(path, "scene file")
     with located(str(path)):
-        return _read(Source(path), options)
+        source = Source(path)
+        return read_as(format_of(source), source, options)
 
 
 def read_scene(content: bytes, name: str | Path, **options: Any) -> Scene:  # noqa: ANN401 - each format has its own
@@ -118,13 +129,15 @@ def read_scene(content: bytes, name: str | Path, **options: Any) -> Scene:  # no
     For the rest, see ``load_scene``.
     """
     with located(str(name)):
-        return _read(Source(Path(name), content), options)
+        source = Source(Path(name), content)
+        return read_as(format_of(source), source, options)
 
 
-def _read(source: Source, options: dict[str, Any]) -> Scene:
-    chosen = _format_of(source)
+def read_as(chosen: Format, source: Source, options: Mapping[str, Any]) -> Scene:
+    """Read a file as the format that ``format_of`` found, with the options of its reader."""
     assert chosen.read is not None
-    return _called(chosen, chosen.read, source, options=options)
+    chosen.check_options(options)
+    return _called(chosen, partial(chosen.read, source, **options))
 
 
 def save_scene(scene: Scene, path: str | Path, **options: Any) -> None:  # noqa: ANN401 - each format has its own
@@ -142,12 +155,16 @@ def save_scene(scene: Scene, path: str | Path, **options: Any) -> None:  # noqa:
         if chosen is None:
             raise SceneError(_not_written(path))
         assert chosen.write is not None
-        content = _called(chosen, chosen.write, scene, path, options=options)
+        _check_options(chosen, _keywords(chosen.write), options, ())
+        content = _called(chosen, partial(chosen.write, scene, path, **options))
     write_atomically(path, content)
 
 
-def _format_of(source: Source) -> Format:
-    """Return the format that recognises the content; formats with the file's suffix are tried first."""
+def format_of(source: Source) -> Format:
+    """Return the format that recognises the content; formats with the file's suffix are tried first.
+
+    Raises SceneError if there is none.
+    """
     own = [each for each in readable() if source.suffix in each.suffixes]
     others = [each for each in readable() if source.suffix not in each.suffixes]
     troubles = []
@@ -183,21 +200,28 @@ def _not_written(path: Path) -> str:
     return message(str(path), problem, f"can be written: {known}")
 
 
-def _called(chosen: Format, function: Callable[..., T], *arguments: Any, options: dict[str, Any]) -> T:  # noqa: ANN401
-    """Call a function of a format, after checking that it has all ``options``.
-
-    If an optional package is missing, raise HoldfastError with the command that installs it.
-    """
+def _keywords(function: Callable[..., Any]) -> tuple[str, ...]:
     parameters = inspect.signature(function).parameters.values()
-    known = [each.name for each in parameters if each.kind is inspect.Parameter.KEYWORD_ONLY]
+    return tuple(each.name for each in parameters if each.kind is inspect.Parameter.KEYWORD_ONLY)
+
+
+def _check_options(chosen: Format, known: Sequence[str], options: Iterable[str], others: Iterable[Format]) -> None:
+    """Raise SceneError for an option that a format has not, with the names of ``others`` that have it."""
     for option in options:
         if option not in known:
             near = difflib.get_close_matches(option, known, n=1)
             hint = f"did you mean {near[0]!r}? " if near else ""
             having = f"its options: {', '.join(known)}" if known else "it has none"
-            raise SceneError(message(f"option {option!r}", f"is unknown to the format {chosen.name!r}", hint + having))
+            with_it = ", ".join(each.name for each in others if option in each.options)
+            formats = f"; formats with {option!r}: {with_it}" if with_it else ""
+            problem = f"is unknown to the format {chosen.name!r}"
+            raise SceneError(message(f"option {option!r}", problem, f"{hint}{having}{formats}"))
+
+
+def _called(chosen: Format, function: Callable[[], T]) -> T:
+    """Call a function of a format; if an optional package is missing, say how to install it, as HoldfastError."""
     try:
-        return function(*arguments, **options)
+        return function()
     except ModuleNotFoundError as cause:
         if not chosen.extra:
             raise

@@ -104,6 +104,8 @@ def read(
     beside_materials = {name: each.material for name, each in said.items() if each.material is not None}
     materials = {**inside.materials, **beside_materials, **(material or {})}
     there = {*names, *materials.values(), *materials_of_parts(known), *([FLOOR] if floor or beside.floor else [])}
+    if friction is not None and inside.scene is not None:
+        notes.append("friction: as given, in place of the table in the file")
     if friction is None:
         friction = inside.friction(there, notes) if beside.friction is None else friction_of(beside.friction)
     if friction is None:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.base.arrays import Float, checked_name, checked_number
-from holdfast.base.errors import SceneError, message
+from holdfast.base.errors import SceneError, message, nearest_of
 from holdfast.base.ranges import DENSITY
 from holdfast.base.rigid import checked_pose
 from holdfast.base.text import quoted
@@ -40,7 +40,7 @@ def read(
     poses: Mapping[str, ArrayLike] | None = None,
     joints: Mapping[str, float] | None = None,
     rigid: bool = False,
-    fixed: bool = False,
+    fixed: bool | Collection[str] = False,
     floor: bool = False,
     friction: float | None = None,
     density: float | None = None,
@@ -53,11 +53,11 @@ def read(
     ``pose`` (4, 4) is that of the root link in the world; ``poses`` gives several copies of the file instead, each with
     a name and a pose. Links that fixed joints hold together are one body, named as the robot, or as its copy; others
     bear the name of their first link behind it. Movable joints are refused by name, unless ``rigid`` or ``fixed`` is
-    True: then they hold at the positions ``joints`` [rad or m], by default zero. ``fixed`` makes all bodies fixed, and
-    ``floor`` adds the half space below z = 0, with the friction of whatever lies on it. ``friction`` is the coefficient
-    of surfaces, and ``density`` [kg/m³] that of links, of which the file says nothing. ``simulator``, one of "bullet",
-    "drake", "gazebo", chooses the friction tags of a file that has several kinds. ``package`` maps the names of
-    packages to folders, or is a function that does.
+    True: then they hold at the positions ``joints`` [rad or m], by default zero. ``fixed`` makes all bodies fixed;
+    as names, it makes these copies and bodies fixed. ``floor`` adds the half space below z = 0, with the friction of
+    whatever lies on it. ``friction`` is the coefficient of surfaces, and ``density`` [kg/m³] that of links, of which
+    the file says nothing. ``simulator``, one of "bullet", "drake", "gazebo", chooses the friction tags of a file that
+    has several kinds. ``package`` maps the names of packages to folders, or is a function that does.
 
     Raises SceneError or GeometryError if the file is malformed, or leaves out what is needed.
     """
@@ -70,11 +70,13 @@ def read(
     notes: list[str] = []
     reader = LinkReader(root, References(source.path, package), simulator, friction, notes)
     links = _links(root)
-    groups = groups_of(root, links, joints or {}, rigid or fixed, notes)
-    bodies = [body for group in groups if (body := _body(group, links, reader, density, fixed)) is not None]
+    _check_fixed(fixed)
+    all_fixed = fixed if isinstance(fixed, bool) else {copy for copy, _ in copies} <= set(fixed)
+    groups = groups_of(root, links, joints or {}, rigid or all_fixed, notes)
+    bodies = [body for group in groups if (body := _body(group, links, reader, density, all_fixed)) is not None]
     if not bodies:
         root.fail("has no link with a shape", "needs a <collision> or <visual>")
-    placed = [body for copy, place in copies for body in _placed(bodies, copy, place)]
+    placed = _held([(copy, body) for copy, place in copies for body in _placed(bodies, copy, place)], fixed)
     pairs = {}
     if floor:
         placed.append(Body(FLOOR, HalfSpace(), fixed=True))
@@ -83,6 +85,25 @@ def read(
         remedy = "give floor=True for a floor at z = 0, or fixed=True for what carries others"
         root.fail("is a thing that nothing carries", remedy)
     return scene_of(placed, reader.surfaces.table(pairs), gravity, name, notes)
+
+
+def _check_fixed(fixed: object) -> None:
+    if isinstance(fixed, str) or not (isinstance(fixed, bool) or hasattr(fixed, "__iter__")):
+        raise SceneError(message("fixed", f"is {quoted(fixed)}", 'needs True, False, or a list of names, as ["table"]'))
+
+
+def _held(placed: list[tuple[str, Body]], fixed: bool | Collection[str]) -> list[Body]:
+    """Return bodies, each given with the name of its copy, those fixed that ``fixed`` names by either name."""
+    bodies = [body for _, body in placed]
+    if isinstance(fixed, bool):
+        return bodies
+    known = [name for copy, body in placed for name in (copy, body.name)]
+    for name in fixed:
+        if name not in known:
+            raise SceneError(
+                message("fixed", f"no body is named {quoted(name)}", nearest_of(name, dict.fromkeys(known)))
+            )
+    return [replace(body, fixed=body.fixed or body.name in fixed or copy in fixed) for copy, body in placed]
 
 
 def _check_expanded(root: Element) -> None:

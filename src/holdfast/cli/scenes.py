@@ -1,0 +1,229 @@
+"""The scene that a command is given, and how it is read: one set of options for all commands."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import os
+import sys
+from collections.abc import Callable
+from dataclasses import MISSING, dataclass, fields, replace
+from pathlib import Path
+from typing import Annotated, Any, get_type_hints
+
+import typer
+
+from holdfast.assembly.assembly import Assembly, assemble
+from holdfast.base.errors import HoldfastError, SceneError, located, message, nearest_of
+from holdfast.base.text import quoted
+from holdfast.cli.assignments import POSE, assigned, number, numbers, of_all_and_each, poses
+from holdfast.scene.formats.native import NATIVE
+from holdfast.scene.formats.registry import Format, format_of, read_as
+from holdfast.scene.formats.source import MAX_BYTES, Source
+from holdfast.scene.friction import Friction
+from holdfast.scene.scene import Scene
+from holdfast.scene.shipped import shipped_scene, shipped_scenes
+
+STREAM = "-"  # in place of a file: standard input or output
+READING, TOUCHING = "How the scene is read", "Where bodies touch"  # headings in the help of a command
+PAIR = "MU, or A:B=MU for a pair of bodies or materials"
+
+
+def _reading(flags: str, text: str, metavar: str | None = None) -> Any:  # noqa: ANN401 - typer's own type
+    return typer.Option(flags, help=text, metavar=metavar, rich_help_panel=READING)
+
+
+def _touching(flags: str, text: str, metavar: str | None = None) -> Any:  # noqa: ANN401 - typer's own type
+    return typer.Option(flags, help=text, metavar=metavar, rich_help_panel=TOUCHING)
+
+
+Several = list[str] | None
+Sigma = tuple[float, float] | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class SceneGiven:
+    """A scene by its name, and the options with which it is read. Those of a field are what the command line shows."""
+
+    scene: Annotated[
+        str,
+        typer.Argument(metavar="SCENE", help="a scene file, - for standard input, or the name of a shipped scene"),
+    ]
+    pose: Annotated[
+        Several, _reading("--pose", "put a body there: m, and degrees; of URDF, a copy of the thing", POSE)
+    ] = None
+    fixed: Annotated[Several, _reading("--fixed", "this body never moves; of SDF, this model", "BODY")] = None
+    friction: Annotated[Several, _reading("--friction", "coefficient where the file has none; or of a pair", PAIR)] = (
+        None
+    )
+    density: Annotated[
+        Several, _reading("--density", "kg/m³ where the file has no mass; or of a body", "RHO or BODY=RHO")
+    ] = None
+    floor: Annotated[bool, _reading("--floor", "add a floor: all that is below z = 0")] = False
+    rigid: Annotated[bool, _reading("--rigid", "joints between bodies that move hold")] = False
+    joints: Annotated[Several, _reading("--joints", "position of a joint that holds: rad or m", "NAME=VALUE")] = None
+    key: Annotated[str | None, _reading("--key", "name or number of a keyframe", "KEY")] = None
+    qpos: Annotated[str | None, _reading("--qpos", "positions of a model, nq numbers", "Q,Q,...")] = None
+    world: Annotated[str | None, _reading("--world", "one of several worlds of a file", "NAME")] = None
+    simulator: Annotated[
+        str | None, _reading("--simulator", "whose friction counts: bullet, drake, gazebo or ode", "NAME")
+    ] = None
+    combine: Annotated[
+        str | None, _reading("--combine", "how two coefficients make that of a pair: least, mean, product ...", "RULE")
+    ] = None
+    package: Annotated[Several, _reading("--package", "folder of package://NAME", "NAME=FOLDER")] = None
+    within: Annotated[
+        str | None, _reading("--within", "folder in which the files lie that a model names", "FOLDER")
+    ] = None
+
+    def read(self) -> Scene:
+        """Return the scene from the file with this name or, if there is no such file, the shipped scene.
+
+        The name ``-`` stands for standard input. Raises HoldfastError if there is neither, or if the format of the file
+        has no such option.
+        """
+        there = os.path.lexists(self.scene)  # False, too, for what is no path at all
+        if not there and self.scene in shipped_scenes():
+            options, after = self._options(NATIVE)
+            NATIVE.check_options(options)
+            return after(shipped_scene(self.scene))
+        if self.scene != STREAM and not there and not Path(self.scene).suffix:
+            remedy = f"shipped: {', '.join(shipped_scenes())}"
+            raise HoldfastError(message(self.scene, "is neither a file nor a shipped scene", remedy))
+        with located(self.scene):
+            source = Source(Path(self.scene), _standard_input() if self.scene == STREAM else None)
+            chosen = format_of(source)
+            options, after = self._options(chosen)
+            return after(read_as(chosen, source, options))
+
+    def _options(self, chosen: Format) -> tuple[dict[str, Any], Callable[[Scene], Scene]]:
+        """Return the options for the reader of a format, and what is done to the scene that it gives."""
+        friction, pairs = of_all_and_each("--friction", self.friction or (), PAIR)
+        dense, each = of_all_and_each("--density", self.density or (), "RHO, or BODY=RHO")
+        if dense is not None and each:
+            raise HoldfastError(message("--density", "is given for all and for some", "give one or the other"))
+        joints = assigned("--joints", self.joints or (), "NAME=VALUE").items()
+        key = int(self.key) if self.key is not None and self.key.isdecimal() else self.key
+        given: dict[str, Any] = {
+            "friction": friction,
+            "density": each or dense,
+            "floor": self.floor or None,
+            "rigid": self.rigid or None,
+            "joints": {name: number("--joints", value, "NAME=VALUE") for name, value in joints} or None,
+            "key": key,
+            "qpos": None if self.qpos is None else numbers("--qpos", self.qpos, "numbers with commas between them"),
+            "world": self.world,
+            "simulator": self.simulator,
+            "combine": self.combine,
+            "package": assigned("--package", self.package or (), "NAME=FOLDER", last=False) or None,
+            "within": self.within,
+        }
+        options = {name: value for name, value in given.items() if value is not None}
+        moved, held = poses(self.pose or ()), self.fixed or []
+        if "poses" in chosen.options and moved:
+            options["poses"], moved = moved, {}
+        if "fixed" in chosen.options and held:
+            options["fixed"], held = held, []
+        return options, lambda scene: _paired(_fixed(scene, held).moved(moved), pairs)
+
+
+@dataclass(frozen=True, kw_only=True)
+class AssemblyGiven(SceneGiven):
+    """A scene as SceneGiven, and the tolerances with which its contacts are found."""
+
+    gap: Annotated[
+        float | None, _touching("--gap", "contact tolerance in m; default: 1/1000 of the usual body size")
+    ] = None
+    angle: Annotated[
+        float | None, _touching("--angle", "largest angle between touching faces in degrees; default: 1")
+    ] = None
+    pose_sigma: Annotated[
+        Sigma,
+        _touching("--pose-sigma", "standard deviations of the poses: m and degrees; instead of gap and angle", "M DEG"),
+    ] = None
+    allow_large: Annotated[
+        bool, _touching("--allow-large", "sizes are in metres, though every movable body is larger than a house")
+    ] = False
+
+    def assembled(self, scene: Scene | None = None) -> Assembly:
+        """Return the scene, or another one in its place, with its contacts."""
+        given = self.read() if scene is None else scene
+        return assemble(given, gap=self.gap, angle=self.angle, pose_sigma=self.pose_sigma, allow_large=self.allow_large)
+
+
+def takes_scene(command: Callable[..., None]) -> Callable[..., None]:
+    """Let a command, whose first parameter is a SceneGiven or AssemblyGiven, take the fields of that one by one.
+
+    They are its first argument and, after options of its own, those of every command that reads a scene.
+    """
+    hints = get_type_hints(command, include_extras=True)
+    first, *others = inspect.signature(command).parameters.values()
+    kind = hints[first.name]
+    shown = get_type_hints(kind, include_extras=True)
+    whole = [
+        inspect.Parameter(
+            each.name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=inspect.Parameter.empty if each.default is MISSING else each.default,
+            annotation=shown[each.name],
+        )
+        for each in fields(kind)
+    ]
+    own = [each.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=hints[each.name]) for each in others]
+
+    @functools.wraps(command)
+    def called(**given: Any) -> None:  # noqa: ANN401
+        parts = {each.name: given.pop(each.name) for each in whole}
+        command(kind(**parts), **given)
+
+    parameters = [whole[0], *own, *whole[1:]]
+    called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    called.__annotations__ = {each.name: each.annotation for each in parameters}
+    return called
+
+
+def scene_named(name: str) -> Scene:
+    """Return the scene with this name, read without options."""
+    return SceneGiven(scene=name).read()
+
+
+def _fixed(scene: Scene, names: list[str]) -> Scene:
+    held = scene.checked_names(*names)
+    bodies = tuple(replace(body, fixed=body.fixed or body.name in held) for body in scene.bodies)
+    return replace(scene, bodies=bodies)
+
+
+def _paired(scene: Scene, given: dict[str, float]) -> Scene:
+    """Return the scene with other coefficients for pairs ``A:B`` of bodies or materials."""
+    if not given:
+        return scene
+    old = scene.friction
+    pairs = dict(old.pairs)
+    for text, mu in given.items():
+        pairs[_pair(text, scene)] = mu
+    return replace(scene, friction=Friction(old.default, pairs, old.values, old.combine))
+
+
+def _pair(text: str, scene: Scene) -> tuple[str, str]:
+    """Return the two names of ``A:B``, in alphabetical order; they may hold colons themselves."""
+    ends = [k for k, character in enumerate(text) if character == ":"]
+    found = {(text[:k], text[k + 1 :]) for k in ends if {text[:k], text[k + 1 :]} <= scene.names}
+    if len(found) == 1:
+        a, b = sorted(found.pop())
+        return a, b
+    if found:
+        raise SceneError(message("--friction", f"{quoted(text)} may be several pairs", "write it in the scene file"))
+    unknown = next((name for name in (text.partition(":")[::2]) if name not in scene.names), text)
+    remedy = nearest_of(unknown, sorted(scene.names)) if ends else f"needs {PAIR}"
+    raise SceneError(message("--friction", f"{quoted(text)} names no pair of bodies or materials", remedy))
+
+
+def _standard_input() -> bytes:
+    """Return what stands in standard input, up to the largest file that is read."""
+    if sys.stdin is None:
+        raise HoldfastError(message(STREAM, "standard input is closed", "name a scene file"))
+    content = sys.stdin.buffer.read(MAX_BYTES + 1)
+    if not content:
+        problem = "standard input is empty, or was read before"
+        raise HoldfastError(message(STREAM, problem, "give one scene, as in `holdfast assess - < scene.yaml`"))
+    return content
