@@ -12,4 +12,5 @@ for weak in m.weakest_of_each_body():
     print(f"{weak.body:12s} {weak.force:7.3g} N  {weak.mode:6s} moves {', '.join(weak.moving)}")
 m.save_png(folder / "tabletop.png")
 m.save_html(folder / "tabletop.html")
+m.save_glb(folder / "tabletop.glb")  # for three.js, Blender, a game engine; save_ply for MeshLab or CloudCompare
 print("pictures in", folder)

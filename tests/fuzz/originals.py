@@ -75,7 +75,7 @@ def _scenes(folder: Path) -> list[Original]:
     ]
     friction = hf.Friction(0.5, {("cube", "floor"): 0.3, ("steel", "cube"): 0.1})
     found = []
-    for suffix in (".yaml", ".json"):
+    for suffix in (".yaml", ".json", ".glb", ".gltf"):
         hf.save_scene(hf.Scene(bodies, friction, name="all"), folder / f"s{suffix}")
         found.append(_file("scene", suffix, (folder / f"s{suffix}").read_bytes(), {"m.stl": stl}))
     found.append(_file("scene", ".json", json.dumps(_settled()).encode(), {"m.stl": stl}))

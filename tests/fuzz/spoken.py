@@ -47,7 +47,7 @@ def outputs(name: str, folder: Path, output: str) -> Iterator[tuple[str, str]]:
     elif output == "repr":
         yield "repr", repr(scene) + repr(hf.assemble(scene)) + repr(hf.stability(scene, engine="limit"))
     elif output == "file":
-        for suffix in (".yaml", ".json"):
+        for suffix in (".yaml", ".json", ".glb", ".gltf"):
             hf.save_scene(scene, folder / f"s{suffix}")
             again = hf.load_scene(folder / f"s{suffix}")
             assert again == scene, "a saved scene is another one"
