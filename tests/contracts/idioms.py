@@ -123,6 +123,8 @@ def maps(folder: Path) -> str:
     print(f"{weak.body}: {weak.force:.2f} N, {weak.mode}, at {weak.point}; {len(finite)} points")
     m.save_png(folder / "map.png")
     m.save_html(folder / "map.html")
+    m.save_glb(folder / "map.glb")
+    m.save_ply(folder / "map.ply")
     return weak.body
 
 

@@ -167,7 +167,7 @@ def test_a_ply_file_says_the_same(picture: Picture, tmp_path: Path) -> None:
     assert lines[:2] == ["ply", "format binary_little_endian 1.0"]
     count, faces = (int(line.split()[2]) for line in lines if line.startswith("element"))
     kind = np.dtype(
-        [*((a, "<f8") for a in "xyz"), *((c, "u1") for c in "rgb"), ("f", "<f4"), ("k", "u1"), ("n", "<i4")]
+        [*((a, "<f4") for a in "xyz"), *((c, "u1") for c in "rgb"), ("f", "<f4"), ("k", "u1"), ("n", "<i4")]
     )
     found = np.frombuffer(rest, kind, count)
     assert len(rest) == count * kind.itemsize + faces * 13
@@ -182,6 +182,17 @@ def test_a_ply_file_says_the_same(picture: Picture, tmp_path: Path) -> None:
     assert len(mesh.faces) == faces == 12 + 12 + 1 + 12
     assert mesh.metadata["_ply_raw"]["vertex"]["data"]["force"].max() == INF
     assert len(hf.Mesh.from_file(tmp_path / "m.ply").faces) == faces
+
+
+def test_a_scene_far_from_the_origin_keeps_its_corners(tmp_path: Path) -> None:
+    there = (3e5, -2e5, 7.0)
+    heat = (box_of("a", there, range(12), [Kind.FORCE] * 12),)
+    write_ply(Picture("", "", heat, ()), tmp_path / "m.ply")
+    assert b"property double x" in (tmp_path / "m.ply").read_bytes()
+    low = hf.Mesh.from_file(tmp_path / "m.ply").vertices.min(0)
+    assert low.tolist() == list(there)
+    write_glb(Picture("", "", heat, ()), tmp_path / "m.glb")
+    np.testing.assert_allclose(bodies_of(tmp_path / "m.glb")["a"]["vertices"].min(0), there, rtol=0, atol=1e-6)
 
 
 def test_names_of_many_bodies_leave_a_header_that_can_be_read(tmp_path: Path) -> None:

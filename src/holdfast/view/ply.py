@@ -13,11 +13,8 @@ from holdfast.view.painted import NO_VALUE, UNDECIDED, joined, legend_of, painte
 from holdfast.view.picture import Picture
 
 MOST_NAMES: Final = 100  # of bodies that comments tell: readers limit the length of a header
-VERTEX: Final = np.dtype(
-    [(axis, "<f8") for axis in "xyz"]
-    + [(channel, "u1") for channel in ("red", "green", "blue")]
-    + [("force", "<f4"), ("kind", "u1"), ("body", "<i4")]
-)
+FAR: Final = 100.0  # [sizes] from the origin: further away, single precision would show
+BESIDE: Final = [("red", "u1"), ("green", "u1"), ("blue", "u1"), ("force", "<f4"), ("kind", "u1"), ("body", "<i4")]
 FACE: Final = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
 TYPES: Final = {"<f8": "double", "<f4": "float", "|u1": "uchar", "<i4": "int"}
 
@@ -29,7 +26,11 @@ def write_ply(picture: Picture, path: str | os.PathLike[str]) -> None:
     """
     bodies = painted(picture)
     whole = joined("", bodies)
-    vertices = np.zeros(len(whole.vertices), VERTEX)
+    near = np.abs(whole.vertices).max() <= FAR * np.ptp(whole.vertices, axis=0).max()
+    kind = np.dtype(
+        [*((axis, "<f4" if near else "<f8") for axis in "xyz"), *BESIDE]
+    )  # WebGL knows single precision only
+    vertices = np.zeros(len(whole.vertices), kind)
     for k, axis in enumerate("xyz"):
         vertices[axis] = whole.vertices[:, k]
     for k, channel in enumerate(("red", "green", "blue")):
@@ -38,7 +39,7 @@ def write_ply(picture: Picture, path: str | os.PathLike[str]) -> None:
     vertices["body"] = np.repeat(np.arange(len(bodies)), [len(body.vertices) for body in bodies])
     faces = np.zeros(len(whole.triangles), FACE)
     faces["count"], faces["corners"] = 3, whole.triangles
-    properties = [f"property {TYPES[VERTEX[name].str]} {name}" for name in VERTEX.names or ()]
+    properties = [f"property {TYPES[kind[name].str]} {name}" for name in kind.names or ()]
     rows = [
         "ply",
         "format binary_little_endian 1.0",
