@@ -26,9 +26,14 @@ def by_body(found: Mapping[Pair, Sequence[Patch]]) -> dict[str, list[Pair]]:
 
 
 def visible(
-    pair: Pair, found: Mapping[Pair, Sequence[Patch]], of_body: Mapping[str, Sequence[Pair]], gap: float, width: float
+    patches: Sequence[Patch],
+    pair: Pair,
+    found: Mapping[Pair, Sequence[Patch]],
+    of_body: Mapping[str, Sequence[Pair]],
+    gap: float,
+    width: float,
 ) -> list[Patch]:
-    """The patches of a pair less what others of ``found`` hide; untouched ones are the same objects.
+    """Some patches of a pair less what those of other pairs in ``found`` hide; untouched ones are the same objects.
 
     A patch between a and b is hidden where a third body's patch with b, or with a, covers it from nearer: within a gap
     wider than a plate, what is above and what is below the plate would otherwise touch through it. What is left and
@@ -43,7 +48,7 @@ def visible(
         if patch.kind == "face"
     ]
     left: list[Patch] = []
-    for patch in found[pair]:
+    for patch in patches:
         before = [front for front in fronts if _before(front, patch, gap)]
         left += _less(patch, before, gap, width) if before else [patch]
     return left
