@@ -87,6 +87,16 @@ def test_friction_is_that_of_the_parts_that_may_touch() -> None:
     }
 
 
+def test_a_body_with_fewer_parts_keeps_its_mass_and_centre() -> None:
+    whole = table([(("table", 1), "floor")]).body("table")
+    dense = replace(whole, mass=None, density=700.0)
+    for body in (whole, dense):
+        less = body.only([0, 2])
+        assert less.mass == body.mass
+        assert less.com_world == pytest.approx(body.com_world, abs=1e-15)
+        assert less.materials == body.materials[:2]
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_every_pair_of_parts_is_searched_or_not_as_it_may_touch(seed: int) -> None:
     """Combs whose teeth meet one to one: each pair of teeth touches unless it is excluded."""

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import holdfast as hf
 from holdfast.base.arrays import Float
+from holdfast.contacts.round import feet
 
 FLOOR = hf.Body("floor", hf.HalfSpace(), fixed=True)
 G = 9.81
@@ -121,6 +122,25 @@ def test_what_lies_inside_another_part_does_not_touch(depth: float) -> None:
     else:  # on the bottom of the block is not inside it
         assert np.allclose(lines, [(-0.25, 0.25)], atol=1e-9)
     assert len(found) == len(faces) + len(lines)
+
+
+def test_a_rod_that_begins_inside_a_block_touches_from_its_face_on() -> None:
+    rod = hf.Part(hf.Capsule(0.02, 0.5), at(0.2, 0, 0.02005, LYING))
+    block = hf.Part(hf.Box((0.2, 0.1, 0.1)), at(z=0.05))
+    lines = [patch for patch in patches(hf.Body("both", hf.Compound([rod, block]), mass=1)) if patch.kind == "line"]
+    (line,) = lines
+    assert np.allclose(np.sort(line.polygon[:, 0]), (0.1, 0.45), atol=1e-9)
+
+
+def test_a_facet_of_a_round_part_is_no_flat_face() -> None:
+    """A ball divided so coarsely that its facets meet at 42 degrees: no sharp edges for all that."""
+    coarse = hf.Body("coarse", hf.Compound([hf.Sphere(0.1, 0), hf.Part(hf.Box((0.05,) * 3), at(0.3))]), fixed=True)
+    surface = hf.Sphere(0.1, 0).surface
+    normal, middle = surface.normals[0], surface.vertices[surface.faces[0]].mean(0)
+    ball = hf.Body("ball", hf.Compound([hf.Sphere(0.01)]), mass=1, pose=at(*(middle + 0.01 * normal)))
+    assert feet(coarse, ball, gap=1e-4, depth=1e-4, breadth=1e-5) == []
+    flat = hf.Body("flat", hf.Mesh(surface.vertices, surface.faces), fixed=True)
+    assert len(feet(flat, ball, gap=1e-4, depth=1e-4, breadth=1e-5)) == 1
 
 
 def test_a_ball_inside_a_block_makes_no_contact_of_its_own() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 import holdfast as hf
 from holdfast.base.arrays import Float
+from holdfast.scene.meshes.read import triangles_of
 
 CORNERS = "0 0 0 1 0 0 1 2 0 0 2 0 0 0 3 1 0 3 1 2 3 0 2 3"  # of a box of 1 by 2 by 3
 QUADS = [
@@ -89,6 +91,19 @@ def test_faces_of_every_kind_are_the_same_box(faces: str, tmp_path: Path) -> Non
     assert mesh.is_closed
     assert mesh.mass_properties.volume == pytest.approx(6.0, rel=1e-12)
     assert mesh.mass_properties.com == pytest.approx((0.5, 1, 1.5), abs=1e-12)
+
+
+def test_each_list_of_faces_has_its_own_vertices(tmp_path: Path) -> None:
+    """A second box of the same corners, three times as large along x, in the same geometry."""
+    content = dae(faces="{0}" + POLYLIST + POLYLIST.replace("#v", "#w"))
+    shifted = " ".join(str(float(word) * (3 if k % 3 == 0 else 1)) for k, word in enumerate(CORNERS.split()))
+    source = re.search(r'<source id="s">.*?</source>', content, re.DOTALL).group()  # type: ignore[union-attr]
+    second = source.replace('"s"', '"t"').replace(CORNERS, shifted)
+    second += '<vertices id="w"><input semantic="POSITION" source="#t"/></vertices>'
+    (tmp_path / "part.dae").write_text(content.replace("{0}", second))
+    vertices, faces = triangles_of(tmp_path / "part.dae")
+    assert np.ptp(vertices[faces[:12].ravel()], axis=0) == pytest.approx((1, 2, 3))
+    assert np.ptp(vertices[faces[12:].ravel()], axis=0) == pytest.approx((3, 2, 3))
 
 
 def test_units_become_metres_and_a_scale_comes_on_top(tmp_path: Path) -> None:
