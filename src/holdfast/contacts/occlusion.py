@@ -40,7 +40,7 @@ def visible(
     narrower than ``width`` [m] is dropped.
     """
     fronts = [
-        patch if (end == other[1]) == (end == pair[1]) else patch.flipped()
+        (patch, 1.0 if (end == other[1]) == (end == pair[1]) else -1.0)
         for end in pair
         for other in of_body[end]
         if other != pair
@@ -49,14 +49,17 @@ def visible(
     ]
     left: list[Patch] = []
     for patch in patches:
-        before = [front for front in fronts if _before(front, patch, gap)]
+        before = [front for front, sense in fronts if _before(front, sense, patch, gap)]
         left += _less(patch, before, gap, width) if before else [patch]
     return left
 
 
-def _before(front: Patch, patch: Patch, gap: float) -> bool:
-    """Whether a patch of a third body faces the same way from nearer, at about the same height."""
-    if front.normal @ patch.normal < SAME_WAY or front.separation is None or patch.separation is None:
+def _before(front: Patch, sense: float, patch: Patch, gap: float) -> bool:
+    """Whether a patch of a third body faces the same way from nearer, at about the same height.
+
+    ``sense`` is 1, or -1 where the normal of the front is to be reversed.
+    """
+    if sense * float(front.normal @ patch.normal) < SAME_WAY or front.separation is None or patch.separation is None:
         return False
     nearer = sum(front.separation) / 2 < sum(patch.separation) / 2 - IN_FRONT * gap
     return bool(nearer and abs((front.centroid - patch.centroid) @ patch.normal) <= 2 * gap)

@@ -34,7 +34,8 @@ def read(content: bytes) -> tuple[Float, Int]:
     """
     try:
         root = parsed(content.decode("utf-8-sig"), Path("line"))
-        return _Document(root).triangles()
+        with np.errstate(over="ignore", invalid="ignore"):  # numbers beyond all are told when a mesh is made of them
+            return _Document(root).triangles()
     except SceneError as cause:
         raise ValueError(str(cause)) from cause
 
