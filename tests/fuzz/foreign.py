@@ -15,6 +15,19 @@ import trimesh
 import holdfast as hf
 from holdfast.scene.shipped.blocks import box, floor
 
+DAE = """<?xml version="1.0" encoding="utf-8"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit name="decimetre" meter="0.1"/><up_axis>Z_UP</up_axis></asset>
+<library_geometries><geometry id="g"><mesh>
+<source id="s"><float_array id="a" count="12">0 0 0 1 0 0 0 1 0 0 0 1</float_array>
+<technique_common><accessor source="#a" count="4" stride="3"/></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#s"/></vertices>
+<polylist count="4"><input semantic="VERTEX" source="#v" offset="0"/><vcount>3 3 3 3</vcount>
+<p>0 2 1 0 1 3 1 2 3 0 3 2</p></polylist></mesh></geometry></library_geometries>
+<library_nodes><node id="n"><rotate>0 0 1 30</rotate><instance_geometry url="#g"/></node></library_nodes>
+<library_visual_scenes><visual_scene id="e"><node><matrix>1 0 0 1 0 1 0 0 0 0 1 0 0 0 0 1</matrix>
+<scale>1 2 1</scale><instance_node url="#n"/></node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#e"/></scene></COLLADA>"""
 MJCF = """<mujoco model="scene">
 <compiler angle="degree" meshdir="."/><option gravity="0 0 -9.81"/>
 <default><geom friction="0.6 0.005 0.0001"/><default class="hard"><geom density="500"/></default></default>

@@ -51,6 +51,7 @@ def _meshes() -> list[Original]:
     found.append(
         _file("mesh", ".obj", materials + solid.export(file_type="obj").encode(), {"some.mtl": b"newmtl a\nKd 1 0 0\n"})
     )
+    found.append(_file("mesh", ".dae", foreign.DAE.encode()))
     return found
 
 

@@ -88,12 +88,12 @@ def test_native_files_hold_the_pairs(tmp_path: Path, suffix: str) -> None:
 @pytest.mark.parametrize(
     ("given", "match"),
     [
-        ([("cube0", "cub1")], r"excluded of \('cub1', 'cube0'\): unknown name 'cub1'; did you mean 'cube1'\?"),
-        ([("cube0",)], r"excluded: pair \('cube0',\): is no pair; needs the names of two bodies"),
-        ([("cube0", "cube0")], r"excluded: pair .*: is no pair"),
+        ([("cube0", "cub1")], r"excluded: pair \('cube0', 'cub1'\): unknown name 'cub1'; did you mean 'cube1'\?"),
+        ([("cube0",)], r"excluded: pair \('cube0',\): is no pair; needs two bodies"),
+        ([("cube0", "cube0")], r"excluded: pair .*: is of one body"),
         ([("cube0", 1)], r"excluded: pair .*: is no pair"),
-        ("cube0", r"excluded: is 'cube0'; needs a list of pairs of names"),
-        (7, r"excluded: is 7; needs a list of pairs of names"),
+        ("cube0", r"excluded: is 'cube0'; needs a list of pairs of bodies"),
+        (7, r"excluded: is 7; needs a list of pairs of bodies"),
     ],
 )
 def test_what_is_no_pair_of_bodies_is_refused(given: Any, match: str) -> None:

@@ -249,18 +249,13 @@ def test_what_pulls_at_bodies_or_lifts_them_is_refused() -> None:
         scene(FLOOR + cube("a").replace('name="a"', 'name="a" gravcomp="1"'))
 
 
-def test_geoms_of_one_body_that_touch_different_ones_are_refused() -> None:
+def test_geoms_of_one_body_may_touch_different_ones() -> None:
     body = '<body name="a" pos="0 0 .1"><freejoint/><geom name="in" size=".1"/>'
     body += '<geom name="out" size=".1" pos="1 0 0" {}/></body>'
-    match = r"bodies 'floor' and 'a': geoms 'floor' and 'out' may not touch, though others of the same bodies may"
-    with pytest.raises(hf.SceneError, match=match):
-        scene(
-            FLOOR + body.format('contype="2" conaffinity="2"'),
-            '<worldbody><geom name="o" size="1" contype="2"/></worldbody>',
-        )
-    read = scene(FLOOR + body.format('contype="0" conaffinity="0"'))
-    assert isinstance(read.body("a").shape, hf.Sphere)
-    assert "left out: 1 geoms that collide with nothing" in read.notes
+    other = '<worldbody><geom name="o" size="1" contype="2"/></worldbody>'
+    read = scene(FLOOR + body.format('contype="2" conaffinity="2"'), other)
+    assert read.excluded == ((("a", 1), "floor"),)
+    assert isinstance(scene(FLOOR + body.format('contype="0" conaffinity="0"')).body("a").shape, hf.Sphere)
 
 
 def test_what_is_left_out_is_told() -> None:

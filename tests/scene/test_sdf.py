@@ -207,6 +207,16 @@ def test_collisions_without_a_common_bit_do_not_touch(load: Callable[..., hf.Sce
     assert scene.excluded == (("a", "b"), ("a", "c"))
 
 
+def test_single_collisions_without_a_common_bit_do_not_touch(load: Callable[..., hf.Scene]) -> None:
+    def masked(name: str, mask: str) -> str:
+        rest = f"<surface><contact><collide_bitmask>{mask}</collide_bitmask></contact></surface>"
+        return collision(rest=pose("0 0 1") + rest, name=name)
+
+    both = model(link(shapes=masked("c", "1") + masked("d", "2")), "a")
+    scene = load(world(both + model(link(shapes=masked("c", "2")), "b") + model(link(shapes=masked("c", "3")), "c")))
+    assert scene.excluded == ((("a", 0), "b"),)
+
+
 def test_a_plane_is_a_half_space_along_its_normal(load: Callable[..., hf.Scene]) -> None:
     plane = collision("<plane><normal>0 -1 0</normal></plane>", pose("0 2 0"))
     wall = model("<static>1</static>" + link(shapes=plane + collision(name="d")) + pose("0 0 1"), "wall")

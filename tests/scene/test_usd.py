@@ -222,6 +222,16 @@ def test_what_is_kinematic_off_or_filtered(load: Callable[..., hf.Scene]) -> Non
     assert "/g: has no collider, so it is left out" in scene.notes
 
 
+def test_single_colliders_may_be_filtered(load: Callable[..., hf.Scene]) -> None:
+    cube = 'def Cube "{}" (prepend apiSchemas = [{}])\n{{ rel material:binding:physics = </rough>\n {} }}\n'
+    own = '"PhysicsCollisionAPI", "MaterialBindingAPI"'
+    left = cube.format("left", own, "")
+    right = cube.format("right", own + ', "PhysicsFilteredPairsAPI"', "rel physics:filteredPairs = </b>")
+    both = f'def Xform "a" (prepend apiSchemas = ["PhysicsRigidBodyAPI"])\n{{\n{left}{right} }}\n'
+    scene = load(stage(both + prim(name="b", at="0, 0, 9")))
+    assert scene.excluded == ((("a", 1), "b"),)
+
+
 @pytest.mark.parametrize(
     ("rest", "excluded"),
     [

@@ -182,11 +182,17 @@ class Assembly(Value):
         known = {frozenset(interface.bodies) for interface in self.interfaces} | {frozenset(p) for p in self.occluded}
         near = neighbours(self.scene, self.tolerances.widest(self.scene))
         return tuple(
-            (a.name, b.name)
-            for a, b in near
-            if frozenset((a.name, b.name)) not in known
-            and distance(a, b, 1.001 * self.tolerances.between(a, b).gap) is not None
+            dict.fromkeys(
+                (a.name, b.name)
+                for a, b in near
+                if frozenset((a.name, b.name)) not in known
+                and distance(a, b, 1.001 * self._gap(a.name, b.name)) is not None
+            )
         )
+
+    def _gap(self, a: str, b: str) -> float:
+        """Return the gap [m] up to which two bodies touch."""
+        return self.tolerances.between(self.scene.body(a), self.scene.body(b)).gap
 
     @cached_property
     def known_names(self) -> tuple[str, ...]:

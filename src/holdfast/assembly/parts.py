@@ -13,6 +13,7 @@ from holdfast.base.arrays import Bool, Int, frozen
 from holdfast.base.rigid import Frame
 from holdfast.contacts.interface import Interface
 from holdfast.scene.body import materials_of
+from holdfast.scene.excluded import excluded_among
 from holdfast.scene.scene import Scene
 
 
@@ -65,7 +66,7 @@ def part_of(whole: Assembly, group: tuple[str, ...]) -> Part:
     bodies += [whole.movable[k] for k in members.tolist()]
     named = {body.name for body in bodies}
     table = whole.scene.friction.among(named | materials_of(bodies))
-    excluded = [pair for pair in whole.scene.excluded if named.issuperset(pair)]
+    excluded = excluded_among(whole.scene.excluded, named)
     scene = Scene(bodies, table, whole.scene.gravity, whole.scene.name, excluded)
     interfaces = tuple(entry[-1] for entry in found)
     return Part(

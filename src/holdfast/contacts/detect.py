@@ -18,7 +18,7 @@ from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.materials import by_material
 from holdfast.contacts.occlusion import by_body, visible
 from holdfast.contacts.patches import face_patches, line_patches, point_patches
-from holdfast.contacts.round import feet, not_at, reach_of
+from holdfast.contacts.round import feet, not_at
 from holdfast.contacts.skin import Skin, near_faces
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
@@ -105,38 +105,44 @@ def find_contacts(scene: Scene, tolerances: Tolerances) -> Contacts:
 
     Where poses are uncertain, no interface is certain.
     """
-    skins: dict[str, Skin] = {}
-    found: dict[tuple[str, str], tuple[Patch, ...]] = {}
+    skins: dict[int, Skin] = {}
+    touching: dict[tuple[str, str], list[tuple[Body, Body, tuple[Patch, ...]]]] = {}
     for a, b in reported("contacts", list(neighbours(scene, tolerances.widest(scene)))):
         for body in (a, b):
-            if body.name not in skins:
-                skins[body.name] = Skin.of(body)
-        patches = find_patches(a, b, skins[a.name], skins[b.name], tolerances.between(a, b))
+            if id(body) not in skins:
+                skins[id(body)] = Skin.of(body)
+        between = tolerances.between(scene.body(a.name), scene.body(b.name))
+        patches = find_patches(a, b, skins[id(a)], skins[id(b)], between)
         if patches:
-            found[a.name, b.name] = patches
+            touching.setdefault((a.name, b.name), []).append((a, b, patches))
+    found = {pair: [patch for *_, patches in each for patch in patches] for pair, each in touching.items()}
     interfaces, occluded = [], []
     of_body = by_body(found)
-    for pair, patches in found.items():
+    for pair, each in touching.items():
         a, b = (scene.body(name) for name in pair)
-        gap = tolerances.between(a, b).gap
-        left = visible(pair, found, of_body, gap, NEGLIGIBLE_WIDTH * min(a.size, b.size))
-        if left:
-            flags = flags_of(a, b, left, gap, hidden=left != list(patches))
-            sagitta = a.shape.surface.sagitta + b.shape.surface.sagitta
-            certain = not tolerances.capped and is_certain(
-                left, flags, gap=tolerances.gap, usual=tolerances.usual, sagitta=sagitta
-            )
-            for mu, share in _by_friction(scene, a, b, left, gap).items():
-                interfaces.append(Interface(pair, patches=share, flags=flags, certain=certain, mu=mu))
-        else:
+        gap, width = tolerances.between(a, b).gap, NEGLIGIBLE_WIDTH * min(a.size, b.size)
+        seen = [(one, two, visible(patches, pair, found, of_body, gap, width)) for one, two, patches in each]
+        left = [patch for *_, patches in seen for patch in patches]
+        if not left:
             occluded.append(pair)
+            continue
+        flags = flags_of(a, b, left, gap, hidden=left != found[pair])
+        sagitta = a.shape.surface.sagitta + b.shape.surface.sagitta
+        certain = not tolerances.capped and is_certain(
+            left, flags, gap=tolerances.gap, usual=tolerances.usual, sagitta=sagitta
+        )
+        shares: dict[float | None, list[Patch]] = {}
+        for one, two, rest in seen:
+            for mu, share in _by_friction(scene, one, two, rest, gap).items():
+                shares.setdefault(mu, []).extend(share)
+        interfaces += [Interface(pair, patches=s, flags=flags, certain=certain, mu=mu) for mu, s in shares.items()]
     return Contacts(tuple(interfaces), tuple(occluded))
 
 
 def _by_friction(scene: Scene, a: Body, b: Body, patches: list[Patch], gap: float) -> dict[float | None, list[Patch]]:
     """Share patches out by friction coefficient: None where it is that of the two bodies, whatever their parts."""
-    if all({*body.materials} == {body.material} for body in (a, b)):
-        return {None: patches}
+    if not patches or all({*body.materials} == {body.material} for body in (a, b)):
+        return {None: patches} if patches else {}
     found: dict[float | None, list[Patch]] = {}
     for (of_a, of_b), piece in by_material(a, b, patches, gap).items():
         mu = scene.friction.between(a.name, b.name, {a.name: of_a, b.name: of_b})
@@ -145,17 +151,19 @@ def _by_friction(scene: Scene, a: Body, b: Body, patches: list[Patch], gap: floa
 
 
 def neighbours(scene: Scene, gap: float) -> Iterator[tuple[Body, Body]]:
-    """Yield the pairs of bodies, neither both fixed nor excluded, whose bounding boxes come within ``gap`` [m]."""
-    bodies, excluded = scene.bodies, frozenset(scene.excluded)
+    """Yield the pairs of bodies, neither both fixed nor excluded, whose bounding boxes come within ``gap`` [m].
+
+    Of two bodies of which some parts alone may touch, only these are yielded, as bodies with fewer parts; where several
+    sets of parts may touch each other, a pair for each (``Scene.touching``).
+    """
+    bodies = scene.bodies
     low = np.array([body.box[0] for body in bodies]).reshape(-1, 3) - gap / 2
     high = np.array([body.box[1] for body in bodies]).reshape(-1, 3) + gap / 2
     fixed = np.array([body.fixed for body in bodies], dtype=bool)
     for i, body in enumerate(bodies):
         near = ((low[i] <= high[i + 1 :]) & (low[i + 1 :] <= high[i])).all(1) & ~(fixed[i + 1 :] & body.fixed)
         for j in np.flatnonzero(near):
-            other = bodies[i + 1 + int(j)]
-            if (min(body.name, other.name), max(body.name, other.name)) not in excluded:
-                yield body, other
+            yield from scene.touching(body, bodies[i + 1 + int(j)])
 
 
 def find_patches(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Tolerances) -> tuple[Patch, ...]:
@@ -178,9 +186,9 @@ def find_patches(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Toler
     )
     along = line_patches(lines, faces, gap, negligible, breadth)
     found = [*faces, *along, *point_patches(points, [*faces, *along], gap, breadth)]
-    exact = feet(a, b, gap=gap, depth=depth)
+    exact = feet(a, b, gap=gap, depth=depth, breadth=breadth)
     if not exact:
         return tuple(found)
     true_gap = gap - a.shape.surface.sagitta - b.shape.surface.sagitta
     touching = [foot.patch(breadth) for foot in exact if foot.heights.min() <= max(true_gap, 0.0)]
-    return (*touching, *not_at(exact, found, reach_of(a, b, gap)))
+    return (*touching, *not_at(exact, found))

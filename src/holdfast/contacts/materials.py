@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from holdfast.base.arrays import Float, Int
+from holdfast.base.arrays import Float
 from holdfast.contacts.interface import Patch
+from holdfast.contacts.parts import nearest_part
 from holdfast.geometry import polygon as flat
-from holdfast.geometry.distance import distance_to_surface
 from holdfast.geometry.surface import Surface
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound
@@ -44,7 +44,7 @@ def _cut(patch: Patch, body: Body, gap: float) -> list[tuple[str | None, Patch]]
     number = np.array([names.index(name) for name in known])[body.shape.part_of]
     surface = body.surface_world
     if patch.kind != "face":
-        return [(names[_nearest(surface, number, patch.centroid)], patch)]
+        return [(_nearest(body, patch), patch)]
     near = np.flatnonzero(_beside(surface, patch, gap))
     whole, cut = flat.shapely_polygon(patch.rings), []
     for k in np.unique(number[near]).tolist():
@@ -52,8 +52,7 @@ def _cut(patch: Patch, body: Body, gap: float) -> list[tuple[str | None, Patch]]
         cut.append((k, shapely.union_all(shapely.polygons(triangles)).intersection(whole)))
     cut = [(k, piece) for k, piece in cut if piece.area > NEGLIGIBLE * whole.area]
     if len(cut) < 2:
-        only = cut[0][0] if cut else _nearest(surface, number, patch.centroid)
-        return [(names[only], patch)]
+        return [(names[cut[0][0]] if cut else _nearest(body, patch), patch)]
     return [(names[k], part) for k, piece in cut for part in _patches(patch, piece, NEGLIGIBLE * whole.area)]
 
 
@@ -65,13 +64,9 @@ def _beside(surface: Surface, patch: Patch, gap: float) -> Float:
     return np.asarray(level & (np.abs(surface.normals @ patch.normal) > ALIKE))
 
 
-def _nearest(surface: Surface, number: Int, point: Float) -> int:
-    """Return the number of the material whose triangles are nearest to a point (3,)."""
-    distance = [
-        float(distance_to_surface(point[None], replace(surface, faces=surface.faces[number == k]))[0])
-        for k in range(int(number.max()) + 1)
-    ]
-    return int(np.argmin(distance))
+def _nearest(body: Body, patch: Patch) -> str | None:
+    """Return the material of the part that is nearest to the middle of a patch."""
+    return body.materials[int(nearest_part(body, patch.centroid[None])[0])]
 
 
 def _patches(patch: Patch, piece: shapely.Geometry, least: float) -> list[Patch]:

@@ -26,16 +26,21 @@ def by_body(found: Mapping[Pair, Sequence[Patch]]) -> dict[str, list[Pair]]:
 
 
 def visible(
-    pair: Pair, found: Mapping[Pair, Sequence[Patch]], of_body: Mapping[str, Sequence[Pair]], gap: float, width: float
+    patches: Sequence[Patch],
+    pair: Pair,
+    found: Mapping[Pair, Sequence[Patch]],
+    of_body: Mapping[str, Sequence[Pair]],
+    gap: float,
+    width: float,
 ) -> list[Patch]:
-    """The patches of a pair less what others of ``found`` hide; untouched ones are the same objects.
+    """Some patches of a pair less what those of other pairs in ``found`` hide; untouched ones are the same objects.
 
     A patch between a and b is hidden where a third body's patch with b, or with a, covers it from nearer: within a gap
     wider than a plate, what is above and what is below the plate would otherwise touch through it. What is left and
     narrower than ``width`` [m] is dropped.
     """
     fronts = [
-        patch if (end == other[1]) == (end == pair[1]) else patch.flipped()
+        (patch, 1.0 if (end == other[1]) == (end == pair[1]) else -1.0)
         for end in pair
         for other in of_body[end]
         if other != pair
@@ -43,15 +48,18 @@ def visible(
         if patch.kind == "face"
     ]
     left: list[Patch] = []
-    for patch in found[pair]:
-        before = [front for front in fronts if _before(front, patch, gap)]
+    for patch in patches:
+        before = [front for front, sense in fronts if _before(front, sense, patch, gap)]
         left += _less(patch, before, gap, width) if before else [patch]
     return left
 
 
-def _before(front: Patch, patch: Patch, gap: float) -> bool:
-    """Whether a patch of a third body faces the same way from nearer, at about the same height."""
-    if front.normal @ patch.normal < SAME_WAY or front.separation is None or patch.separation is None:
+def _before(front: Patch, sense: float, patch: Patch, gap: float) -> bool:
+    """Whether a patch of a third body faces the same way from nearer, at about the same height.
+
+    ``sense`` is 1, or -1 where the normal of the front is to be reversed.
+    """
+    if sense * float(front.normal @ patch.normal) < SAME_WAY or front.separation is None or patch.separation is None:
         return False
     nearer = sum(front.separation) / 2 < sum(patch.separation) / 2 - IN_FRONT * gap
     return bool(nearer and abs((front.centroid - patch.centroid) @ patch.normal) <= 2 * gap)

@@ -54,25 +54,26 @@ def solid_of(body: Body) -> manifold3d.Manifold | None:
 
 def find_overlaps(scene: Scene, tolerances: Tolerances) -> tuple[Overlap, ...]:
     """Find the pairs of bodies, not both fixed, that overlap by more than their gap, with or without contacts."""
-    solids: dict[str, manifold3d.Manifold | None] = {}
-    found = []
+    solids: dict[int, manifold3d.Manifold | None] = {}
+    found: dict[tuple[str, str], Overlap] = {}
     for a, b in reported("overlaps", list(neighbours(scene, 0.0))):
-        tolerance = tolerances.between(a, b).gap
+        tolerance = tolerances.between(scene.body(a.name), scene.body(b.name)).gap
         if min(np.minimum(a.box[1], b.box[1]) - np.maximum(a.box[0], b.box[0])) < tolerance:
             continue
         for body in (a, b):
-            if body.name not in solids:
-                solids[body.name] = solid_of(body)
-        solid_a, solid_b = solids[a.name], solids[b.name]
+            if id(body) not in solids:
+                solids[id(body)] = solid_of(body)
+        solid_a, solid_b = solids[id(a)], solids[id(b)]
         estimated = solid_a is None or solid_b is None
         if solid_a is None or solid_b is None:
             depth = max(_deepest(a, b), _deepest(b, a))
         else:
             parts = (solid_a ^ solid_b).decompose()
             depth = max((_depth(part, a.reduced_world, b.reduced_world, tolerance) for part in parts), default=0.0)
-        if depth > tolerance:
-            found.append(Overlap((a.name, b.name), depth, tolerance, estimated))
-    return tuple(found)
+        pair = (a.name, b.name)
+        if depth > tolerance and (pair not in found or depth > found[pair].depth):
+            found[pair] = Overlap(pair, depth, tolerance, estimated)
+    return tuple(found.values())
 
 
 def _deepest(a: Body, b: Body) -> float:

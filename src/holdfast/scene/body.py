@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -115,6 +115,12 @@ class Body(Value):
         if not isinstance(self.shape, Compound):
             return (self.material,)
         return tuple(self.material if part.material is None else part.material for part in self.shape.parts)
+
+    def only(self, parts: Sequence[int]) -> Body:
+        """Return the body with only these parts of its compound, and with the same mass, centre of mass and pose."""
+        if not isinstance(self.shape, Compound):
+            return self
+        return replace(self, shape=self.shape.only(tuple(parts)), density=None, com=self.com_body)
 
     def moved(self, pose: ArrayLike) -> Body:
         """Return the same body at another ``pose`` (4, 4), body frame to world."""

@@ -100,6 +100,16 @@ class Compound(Value):
         """The number of the part (F,) on which each triangle of the surface lies."""
         return self._united[1]
 
+    def only(self, parts: tuple[int, ...]) -> Compound:
+        """Return the compound of the parts with these numbers; the same one each time."""
+        if parts not in self._subsets:
+            self._subsets[parts] = Compound(self.parts[k] for k in parts)
+        return self._subsets[parts]
+
+    @cached_property
+    def _subsets(self) -> dict[tuple[int, ...], Compound]:
+        return {}
+
     @cached_property
     def mass_properties(self) -> MassProperties:
         """The mass properties of all parts together, with common volume counted once."""

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
-from holdfast.base.arrays import checked_items, checked_number
+from holdfast.base.arrays import checked_number
 from holdfast.base.errors import SceneError, message, nearest_of
 from holdfast.base.ranges import Range
 from holdfast.base.text import quoted
@@ -68,19 +68,3 @@ def check_known(pairs: Collection[Pair], known: Collection[str], what: str) -> N
             if name not in known:
                 remedy = nearest_of(name, sorted(known))
                 raise SceneError(message(f"{what} of {quoted(key)}", f"unknown name {quoted(name)}", remedy))
-
-
-def checked_names_of_pairs(given: Iterable[Any], known: Collection[str], what: str) -> tuple[Pair, ...]:
-    """Return pairs of names, each in alphabetical order and once, in alphabetical order.
-
-    ``what`` names the pairs in error messages. Raises SceneError if they are not pairs of two ``known`` names.
-    """
-    pairs = set()
-    for pair in checked_items(given, what, "pairs of names"):
-        both = tuple(pair) if isinstance(pair, tuple | list) else ()
-        if len(both) != 2 or not all(isinstance(name, str) for name in both) or both[0] == both[1]:
-            raise SceneError(message(f"{what}: pair {quoted(pair)}", "is no pair", "needs the names of two bodies"))
-        a, b = sorted(both)
-        pairs.add((a, b))
-    check_known(pairs, known, what)
-    return tuple(sorted(pairs))

@@ -20,9 +20,16 @@ from holdfast.base.ranges import ACCELERATION
 from holdfast.base.text import quoted
 from holdfast.base.values import Value
 from holdfast.scene.body import Body, materials_of
+from holdfast.scene.excluded import (
+    Excluded,
+    by_bodies,
+    checked_excluded,
+    excluded_among,
+    may_touch,
+    touching_parts,
+)
 from holdfast.scene.friction import Friction
 from holdfast.scene.halfspace import HalfSpace
-from holdfast.scene.pairs import checked_names_of_pairs
 
 
 @archived
@@ -33,17 +40,18 @@ class Scene(Value):
 
     ``bodies`` have unique names, and at least one of them is fixed. ``friction`` is a Friction table, or one
     coefficient for all pairs. ``gravity`` (3,) [m/s²] is in the world frame and not zero. ``excluded`` are pairs of
-    names of bodies that do not touch, wherever they are: contacts and overlaps between them are not searched. Each pair
-    is in alphabetical order, and so are the pairs. ``notes`` say what a reader of files guessed and left out; they take
-    no part in comparisons. Raises SceneError if one of these conditions is violated, or if the friction table or
-    ``excluded`` uses an unknown name.
+    bodies that do not touch, wherever they are: contacts and overlaps between them are not searched. Each of the two is
+    a name, or a name and the number of one part of a compound, from 0: ``[("hand", "cup"), (("hand", 2), "table")]``.
+    For what it may not touch, a part is not there. Each pair is in alphabetical order, and so are the pairs. ``notes``
+    say what a reader of files guessed and left out; they take no part in comparisons. Raises SceneError if one of these
+    conditions is violated, or if the friction table or ``excluded`` uses an unknown name.
     """
 
     bodies: tuple[Body, ...]
     friction: Friction
     gravity: Float
     name: str
-    excluded: tuple[tuple[str, str], ...]
+    excluded: tuple[Excluded, ...]
     notes: tuple[str, ...] = field(compare=False)
 
     def __init__(
@@ -52,7 +60,7 @@ class Scene(Value):
         friction: Friction | float,
         gravity: ArrayLike = (0.0, 0.0, -9.81),
         name: str = "",
-        excluded: Iterable[tuple[str, str]] = (),
+        excluded: Iterable[Excluded] = (),
         notes: Iterable[str] = (),
     ) -> None:
         set_ = object.__setattr__
@@ -62,7 +70,7 @@ class Scene(Value):
         set_(self, "name", "" if isinstance(name, str) and not name else checked_name(name, "scene: name"))
         set_(self, "notes", tuple(str(note) for note in checked_items(notes, "scene: notes", "texts")))
         self._check()
-        set_(self, "excluded", checked_names_of_pairs(excluded, {body.name for body in self.bodies}, "excluded"))
+        set_(self, "excluded", checked_excluded(excluded, self.bodies))
         if any(isinstance(body.shape, HalfSpace) for body in self.bodies):
             set_(self, "bodies", _under(self.bodies))
 
@@ -118,6 +126,35 @@ class Scene(Value):
     def _by_name(self) -> dict[str, Body]:
         return {body.name: body for body in self.bodies}
 
+    @cached_property
+    def _apart(self) -> dict[tuple[str, str], list[Excluded]]:
+        return by_bodies(self.excluded)
+
+    @cached_property
+    def _views(self) -> dict[tuple[str, tuple[int, ...]], Body]:
+        return {}
+
+    def touching(self, a: Body, b: Body) -> list[tuple[Body, Body]]:
+        """Return two bodies of the scene as they may touch: none if they are excluded, and once if they are not.
+
+        If some of their parts alone may touch, each pair consists of bodies with fewer parts.
+        """
+        apart = self._apart.get((min(a.name, b.name), max(a.name, b.name)))
+        if apart is None:
+            return [(a, b)]
+        return [
+            (self._with_parts(a, tuple(first)), self._with_parts(b, tuple(second)))
+            for first, second in touching_parts(may_touch(a, b, apart))
+        ]
+
+    def _with_parts(self, body: Body, parts: tuple[int, ...]) -> Body:
+        if len(parts) == len(body.materials):
+            return body
+        key = body.name, parts
+        if key not in self._views:
+            self._views[key] = body.only(parts)
+        return self._views[key]
+
     def moved(self, poses: Mapping[str, ArrayLike]) -> Scene:
         """Return the scene with some bodies at other poses.
 
@@ -145,7 +182,7 @@ class Scene(Value):
         gone = self.checked_names(*names)
         left = tuple(body for body in self.bodies if body.name not in gone)
         known = {body.name for body in left} | materials_of(left)
-        excluded = tuple(pair for pair in self.excluded if gone.isdisjoint(pair))
+        excluded = excluded_among(self.excluded, {body.name for body in left})
         return replace(self, bodies=left, friction=self.friction.among(known), excluded=excluded)
 
     def checked_names(self, *names: str | Iterable[str]) -> frozenset[str]:

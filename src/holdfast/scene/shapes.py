@@ -218,10 +218,10 @@ class Mesh(Value):
     def from_file(
         cls, path: str | Path, *, scale: float | tuple[float, float, float] = 1.0, noise: float = 0.0
     ) -> Mesh:
-        """Read a mesh from an OBJ, STL, PLY, GLB or OFF file; all pieces of the file become one mesh.
+        """Read a mesh from an OBJ, STL, PLY, GLB, OFF or DAE file; all pieces of the file become one mesh.
 
-        ``scale`` is one factor or three, applied to the coordinates in the file. Raises GeometryError if the file
-        cannot be read.
+        ``scale`` is one factor or three, applied to the coordinates in the file; those of a DAE file are in metres
+        already, by its own unit. Raises GeometryError if the file cannot be read.
         """
         path = checked_path(path, "mesh file")
         given = [scale] * 3 if isinstance(scale, int | float) else scale

@@ -118,7 +118,7 @@ class MeshModel(Model):
     """A triangle mesh, either from a file or given by its vertices and faces."""
 
     type: Literal["mesh"]
-    file: str | None = Field(None, description="OBJ, STL, PLY, GLB or OFF; relative to this scene file")
+    file: str | None = Field(None, description="OBJ, STL, PLY, GLB, OFF or DAE; relative to this scene file")
     scale: Number | Triple = Field(1.0, description="applied to the file's coordinates")
     noise: Number = Field(0.0, ge=0, description="standard deviation of a scan's vertices [m]; flat regions are fitted")
     vertices: list[Triple] | None = Field(None, fail_fast=True, description="[m]")
@@ -221,6 +221,9 @@ class FrictionModel(Model):
     combine: Combine | None = Field(None, description="how two values make a pair's")
 
 
+EndModel = str | tuple[str, Whole]
+
+
 class SceneModel(Model):
     """A holdfast scene: rigid bodies in frictional contact. SI units, z up unless gravity says otherwise."""
 
@@ -231,7 +234,9 @@ class SceneModel(Model):
         Annotated[Number, Tag("number")] | Annotated[FrictionModel, Tag("table")], Discriminator(_friction_kind)
     ]
     bodies: list[BodyModel] = Field(fail_fast=True)
-    excluded: list[tuple[str, str]] = Field([], fail_fast=True, description="pairs of bodies that never touch")
+    excluded: list[tuple[EndModel, EndModel]] = Field(
+        [], fail_fast=True, description="pairs of bodies, or of [body, number of a part from 0], that never touch"
+    )
 
 
 def schema() -> dict[str, Any]:
@@ -281,7 +286,13 @@ def _scene_data(scene: Scene, path: Path) -> dict[str, Any]:
         "friction": friction_data(scene.friction),
         "bodies": [_body_data(body, path) for body in scene.bodies],
     }
-    return data | ({"excluded": [list(pair) for pair in scene.excluded]} if scene.excluded else {})
+    return data | excluded_data(scene)
+
+
+def excluded_data(scene: Scene) -> dict[str, Any]:
+    """Return the pairs that do not touch as plain data, if there are any."""
+    excluded = [[end if isinstance(end, str) else list(end) for end in pair] for pair in scene.excluded]
+    return {"excluded": excluded} if excluded else {}
 
 
 def _body(model: BodyModel, path: Path) -> Body:

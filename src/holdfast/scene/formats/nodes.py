@@ -16,6 +16,7 @@ from holdfast.base.rigid import Y_TO_Z
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Shape
+from holdfast.scene.excluded import Excluded
 from holdfast.scene.formats.rigid_parts import scene_of
 from holdfast.scene.friction import Friction
 from holdfast.scene.halfspace import HalfSpace
@@ -96,7 +97,7 @@ def scene_of_nodes(
     name: str,
     notes: list[str],
     known: Mapping[str, Known] | None = None,
-    excluded: Sequence[tuple[str, str]] = (),
+    excluded: Sequence[Excluded] = (),
 ) -> Scene:
     """Return the scene of these nodes, with a mass or a density for each name; for the rest, see ``from_trimesh``.
 

@@ -11,12 +11,11 @@ from numpy.typing import ArrayLike
 
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import transform
-from holdfast.base.text import listed
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Part, Shape, Solid
+from holdfast.scene.excluded import Excluded
 from holdfast.scene.friction import Friction
 from holdfast.scene.inertial import Inertial
-from holdfast.scene.round import round_of
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Mesh
 
@@ -76,20 +75,13 @@ def filled(pieces: Sequence[Piece], density: float) -> Inertial:
 def rigid_body(
     name: str, pieces: Sequence[Piece], *, pose: Float, inertial: Inertial | None = None, fixed: bool = False
 ) -> Body:
-    """Return a body of these pieces at ``pose`` (4, 4), its frame to the world.
-
-    A single ball, capsule or ellipsoid that is not at the origin gives its own frame to the body, because contacts of
-    whole round bodies are exact, and those of parts are not. A single mesh is moved in the body.
-    """
-    shape, shift = _shape(pieces)
-    if not np.array_equal(shift, np.eye(4)) and inertial is not None:
-        inertial = inertial.seen(np.asarray(np.linalg.inv(shift), dtype=np.float64))
+    """Return a body of these pieces at ``pose`` (4, 4), its frame to the world. A single mesh is moved in the body."""
     materials = {piece.material for piece in pieces}
     return Body(
         name,
-        shape,
+        _shape(pieces),
         mass=None if inertial is None else inertial.mass,
-        pose=pose @ shift,
+        pose=pose,
         com=None if inertial is None else inertial.com,
         inertia=None if inertial is None else (inertial.inertia + inertial.inertia.T) / 2,
         material=materials.pop() if len(materials) == 1 else None,
@@ -103,31 +95,23 @@ def scene_of(
     gravity: ArrayLike,
     name: str,
     notes: Sequence[str],
-    excluded: Sequence[tuple[str, str]] = (),
+    excluded: Sequence[Excluded] = (),
 ) -> Scene:
     """Return the scene of a file, with what its reader guessed and left out, each note once."""
-    faceted = [body.name for body in bodies if isinstance(body.shape, Compound) and _has_round_part(body.shape)]
-    about = [f"round parts touch as the inscribed surfaces that stand for them: {listed(faceted)}"] if faceted else []
-    return Scene(bodies, friction, gravity, name, excluded, dict.fromkeys([*notes, *about]))
+    return Scene(bodies, friction, gravity, name, excluded, dict.fromkeys(notes))
 
 
-def _has_round_part(shape: Compound) -> bool:
-    return any(round_of(part.shape) is not None for part in shape.parts)
-
-
-def _shape(pieces: Sequence[Piece]) -> tuple[Shape, Float]:
-    """Return the shape of a body, and the pose (4, 4) of the body's frame in that of the pieces."""
+def _shape(pieces: Sequence[Piece]) -> Shape:
+    """Return the shape of a body, in the frame of the pieces."""
     first = pieces[0]
     if len(pieces) == 1:
         if np.array_equal(first.pose, np.eye(4)):
-            return first.shape, np.eye(4)
-        if round_of(first.shape) is not None:
-            return first.shape, first.pose
+            return first.shape
         if isinstance(first.shape, Mesh):
             mesh = first.shape
-            return Mesh(transform(first.pose, mesh.vertices), mesh.faces, where=mesh.where), np.eye(4)
+            return Mesh(transform(first.pose, mesh.vertices), mesh.faces, where=mesh.where)
     own = len({piece.material for piece in pieces}) > 1
-    return Compound([Part(piece.shape, piece.pose, piece.material if own else None) for piece in pieces]), np.eye(4)
+    return Compound([Part(piece.shape, piece.pose, piece.material if own else None) for piece in pieces])
 
 
 def pose_of(xyz: Sequence[float], rpy: Sequence[float]) -> Float:

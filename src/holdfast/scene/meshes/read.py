@@ -10,21 +10,29 @@ import numpy as np
 from holdfast.base.arrays import Float, Int
 from holdfast.base.errors import GeometryError, message
 from holdfast.base.files import check_ordinary, read_ordinary
-from holdfast.scene.meshes import glb, obj, off, ply, stl
+from holdfast.scene.meshes import dae, glb, obj, off, ply, stl
 
 MAX_BYTES = 1_000_000_000  # the largest mesh file that is read
 
 Reader = Callable[[bytes], tuple[Float, Int]]
 
-READERS: dict[str, Reader] = {".obj": obj.read, ".stl": stl.read, ".ply": ply.read, ".glb": glb.read, ".off": off.read}
+READERS: dict[str, Reader] = {
+    ".obj": obj.read,
+    ".stl": stl.read,
+    ".ply": ply.read,
+    ".glb": glb.read,
+    ".off": off.read,
+    ".dae": dae.read,
+}
 SUFFIXES = tuple(READERS)  # suffixes of the mesh files that can be read
 
 
 def triangles_of(path: Path) -> tuple[Float, Int]:
     """Return the vertices (V, 3), in the units of the file, and the triangles (F, 3) of a mesh file.
 
-    All pieces of the file become one mesh; materials and textures are not looked for. Raises GeometryError if the file
-    cannot be read to its end, as half a mesh would be another one.
+    DAE files say their unit, so their vertices are in metres. All pieces of the file become one mesh; materials and
+    textures are not looked for. Raises GeometryError if the file cannot be read to its end, as half a mesh would be
+    another one.
     """
     where, reader = str(path), READERS.get(path.suffix.lower())
     check_ordinary(path, "mesh file", error=GeometryError, remedy="paths are relative to the scene file")

@@ -22,12 +22,14 @@ from holdfast.scene.formats.faults import first_fault
 from holdfast.scene.formats.native import (
     FORMAT,
     AnyModel,
+    EndModel,
     FrictionModel,
     Matrix3,
     Model,
     Number,
     Triple,
     Truth,
+    excluded_data,
     friction_data,
     shape_data,
     shape_of,
@@ -50,7 +52,7 @@ class SceneWords(Model):
     name: str = ""
     gravity: Triple
     friction: FrictionModel
-    excluded: list[tuple[str, str]] = Field([], fail_fast=True)
+    excluded: list[tuple[EndModel, EndModel]] = Field([], fail_fast=True)
 
 
 class BodyWords(Model):
@@ -90,7 +92,7 @@ def scene_data(scene: Scene) -> dict[str, Any]:
     """Return the extras of the scene."""
     data: dict[str, Any] = {"format": FORMAT, "name": scene.name, "gravity": scene.gravity.tolist()}
     data["friction"] = friction_data(scene.friction)
-    return {KEY: data | ({"excluded": [list(pair) for pair in scene.excluded]} if scene.excluded else {})}
+    return {KEY: data | excluded_data(scene)}
 
 
 def body_data(body: Body, shown: Drawn) -> dict[str, Any]:

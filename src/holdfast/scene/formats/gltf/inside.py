@@ -12,12 +12,12 @@ import numpy as np
 
 from holdfast.base.text import listed
 from holdfast.scene.compound import Compound
+from holdfast.scene.excluded import Excluded, excluded_among
 from holdfast.scene.formats.gltf.extras import BodyWords, SceneWords, body_words, checksum, known_of, scene_words
 from holdfast.scene.formats.native import friction_of
 from holdfast.scene.formats.nodes import Known, Weight, split
 from holdfast.scene.friction import Friction
 from holdfast.scene.meshes.foreign import Node
-from holdfast.scene.pairs import Pair
 
 
 @dataclass(frozen=True)
@@ -80,10 +80,15 @@ class Inside:
             notes.append(f"{lost} coefficients of friction are left out: they name what is not in the file")
         return table
 
-    def excluded(self, names: Collection[str], notes: list[str]) -> list[Pair]:
-        """Return the pairs that do not touch, as far as both bodies are there."""
+    def excluded(self, names: Collection[str], known: Mapping[str, Known], notes: list[str]) -> list[Excluded]:
+        """Return the pairs that do not touch, as far as both bodies, or parts of compounds, are there."""
         pairs = [] if self.scene is None else self.scene.excluded
-        kept = [pair for pair in pairs if pair[0] in names and pair[1] in names]
+        compounds = {name for name, each in known.items() if isinstance(each.shape, Compound)}
+        kept = [
+            pair
+            for pair in excluded_among(pairs, names)
+            if all(isinstance(end, str) or end[0] in compounds for end in pair)
+        ]
         if len(kept) < len(pairs):
             notes.append(f"{len(pairs) - len(kept)} excluded pairs are left out: they name what is not in the file")
         return kept

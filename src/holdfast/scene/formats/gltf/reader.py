@@ -125,7 +125,7 @@ def read(
         name=source.path.stem if whole is None else whole.name,
         notes=notes,
         known=known,
-        excluded=inside.excluded(set(names), notes),
+        excluded=inside.excluded(set(names), known, notes),
     )
 
 

@@ -13,6 +13,7 @@ from holdfast.base.errors import SceneError, located, message
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Part, Shape
+from holdfast.scene.excluded import Excluded, excluded_by
 from holdfast.scene.formats.mjcf import shapes
 from holdfast.scene.formats.mjcf.groups import STILL, Groups, find_groups, frame_of, inertia_of, relative
 from holdfast.scene.formats.mjcf.names import unique
@@ -136,23 +137,16 @@ def _part(model: Any, data: Any, g: int, home: Float, material: str | None) -> P
     return Part(shapes.solid_of(model, g), pose, material)
 
 
-def _excluded(rules: Rules, groups: Sequence[Group]) -> list[tuple[str, str]]:
-    """Return the pairs of bodies that may not touch; raise SceneError where only some of their geoms may."""
+def _excluded(rules: Rules, groups: Sequence[Group]) -> list[Excluded]:
+    """Return the bodies that may not touch, or the geoms of theirs where others may."""
     if rules.all_may:
         return []
-    found = []
+    found: list[Excluded] = []
     for a, b in itertools.combinations(groups, 2):
-        if a.fixed and b.fixed:
-            continue
-        may = rules.touching(a.geoms, b.geoms)
-        if not may.any():
-            found.append((a.name, b.name))
-        elif not may.all():
-            i, j = np.argwhere(~may)[0]
-            g, h = (quoted(rules.names[k] or int(k)) for k in (a.geoms[i], b.geoms[j]))
-            problem = f"geoms {g} and {h} may not touch, though others of the same bodies may"
-            remedy = "holdfast keeps whole bodies apart: give the geoms of a body one contype and one conaffinity"
-            raise SceneError(message(f"bodies {quoted(a.name)} and {quoted(b.name)}", problem, remedy))
+        if not (a.fixed and b.fixed):
+            may = rules.touching(a.geoms, b.geoms)
+            if not may.all():
+                found += excluded_by(a.name, b.name, may)
     return found
 
 

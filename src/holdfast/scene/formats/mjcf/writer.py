@@ -18,6 +18,7 @@ from holdfast.base.errors import SceneError, message
 from holdfast.base.text import quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Solid
+from holdfast.scene.excluded import Excluded, by_bodies, may_touch
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.round import Capsule, Ellipsoid
 from holdfast.scene.scene import Scene
@@ -57,8 +58,9 @@ def write(scene: Scene, path: Path) -> bytes:
     if not len(assets):
         root.remove(assets)
     contact = Xml.SubElement(root, "contact")
-    for a, b in scene.excluded:
+    for (a, b), apart in by_bodies(scene.excluded).items():
         Xml.SubElement(contact, "exclude", body1=a, body2=b)
+        _write_parts(contact, scene, scene.body(a), scene.body(b), apart)
     for i, j in np.argwhere(np.triu(others)).tolist():
         for one in units[i].geoms:
             for two in units[j].geoms:
@@ -86,9 +88,9 @@ def _geom(body: Body, part: int) -> str:
 
 
 def _table(scene: Scene, units: list[Unit]) -> tuple[Float, Bool]:
-    """Return the friction (U, U) between units, and whether they may touch."""
+    """Return the friction (U, U) between units, and whether they may touch as units of no excluded bodies."""
     mu, touch = np.zeros((len(units), len(units))), np.zeros((len(units), len(units)), dtype=bool)
-    excluded = set(scene.excluded)
+    excluded = by_bodies(scene.excluded)
     for i, (a, like_a, _) in enumerate(units):
         for j, (b, like_b, _) in enumerate(units[:i]):
             if a is b or (a.fixed and b.fixed) or (min(a.name, b.name), max(a.name, b.name)) in excluded:
@@ -96,6 +98,15 @@ def _table(scene: Scene, units: list[Unit]) -> tuple[Float, Bool]:
             touch[i, j] = touch[j, i] = True
             mu[i, j] = mu[j, i] = scene.friction.between(a.name, b.name, {a.name: like_a, b.name: like_b})
     return mu, touch
+
+
+def _write_parts(contact: Xml.Element, scene: Scene, a: Body, b: Body, apart: list[Excluded]) -> None:
+    """Write the pairs of geoms that may touch though their bodies are excluded, which MuJoCo lets them."""
+    if a.fixed and b.fixed:
+        return
+    for i, j in np.argwhere(may_touch(a, b, apart)).tolist():
+        mu = scene.friction.between(a.name, b.name, {a.name: a.materials[i], b.name: b.materials[j]})
+        Xml.SubElement(contact, "pair", {"geom1": _geom(a, i), "geom2": _geom(b, j)} | _sliding(mu, 5))
 
 
 def _values(mu: Float, touch: Bool) -> tuple[Float, Bool]:

@@ -11,7 +11,7 @@ from holdfast.base.rigid import pose_from
 from holdfast.base.text import quoted
 from holdfast.scene.formats.rigid_parts import pose_of
 from holdfast.scene.formats.sdf.scopes import Scope
-from holdfast.scene.formats.xml import Element
+from holdfast.scene.xml import Element
 
 Key = tuple[Scope, Element | Scope]
 

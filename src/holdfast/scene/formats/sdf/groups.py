@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from holdfast.base.text import listed, quoted
 from holdfast.scene.formats.rigid_parts import Welded, weld
 from holdfast.scene.formats.sdf.scopes import Scope
-from holdfast.scene.formats.xml import Element
+from holdfast.scene.xml import Element
 
 Key = tuple[Scope, Element]  # the element alone may stand in several models, all of one file
 

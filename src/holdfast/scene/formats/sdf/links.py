@@ -16,9 +16,9 @@ from holdfast.scene.formats.sdf.frames import posed
 from holdfast.scene.formats.sdf.scopes import Scope, truth
 from holdfast.scene.formats.sdf.shapes import plane_pose, solid_of
 from holdfast.scene.formats.surfaces import Surfaces
-from holdfast.scene.formats.xml import Element
 from holdfast.scene.inertial import Inertial, together
 from holdfast.scene.shapes import MassProperties
+from holdfast.scene.xml import Element
 
 USUAL_FRICTION = 1.0  # of SDF, where a collision says nothing
 USUAL_DENSITY = 1000.0  # [kg/m³] of SDF, for masses that are to be worked out

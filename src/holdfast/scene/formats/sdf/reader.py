@@ -18,13 +18,13 @@ from holdfast.scene.formats.sdf.frames import Frames
 from holdfast.scene.formats.sdf.groups import Group, groups_of
 from holdfast.scene.formats.sdf.links import LinkReader, coefficients
 from holdfast.scene.formats.sdf.scopes import Scope, ScopeReader
-from holdfast.scene.formats.sdf.touching import Toucher, excluded_pairs, toucher
+from holdfast.scene.formats.sdf.touching import Touching, excluded_pairs, toucher
 from holdfast.scene.formats.source import Source
 from holdfast.scene.formats.surfaces import Surfaces
-from holdfast.scene.formats.xml import Element, parsed, root_name
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.inertial import together
 from holdfast.scene.scene import Scene
+from holdfast.scene.xml import Element, parsed, root_name
 
 USUAL_GRAVITY = (0.0, 0.0, -9.8)  # [m/s²] of SDF
 FLOOR = "floor"
@@ -70,7 +70,7 @@ def read(
     held = _held(top, fixed)
     groups = groups_of(top, held, rigid, notes)
     frames = Frames()
-    found: list[tuple[Body, frozenset[Toucher]]] = []
+    found: list[Touching] = []
     for group, name in zip(groups, _names(groups), strict=True):
         found += _bodies(group, name, reader, frames)
     bodies, excluded = [body for body, _ in found], excluded_pairs(found, notes)
@@ -142,7 +142,7 @@ def _names(groups: list[Group]) -> list[str]:
     return [place.scope.path if count[place.scope.path] == 1 else place.path for place in first]
 
 
-def _bodies(group: Group, name: str, reader: LinkReader, frames: Frames) -> Iterator[tuple[Body, frozenset[Toucher]]]:
+def _bodies(group: Group, name: str, reader: LinkReader, frames: Frames) -> Iterator[Touching]:
     """Yield the body of a group, and one more for each plane, with what may touch others."""
     links = [(place, reader.link(place.scope, place.element, group.fixed)) for place in group.members]
     first = group.members[0]
@@ -163,11 +163,11 @@ def _bodies(group: Group, name: str, reader: LinkReader, frames: Frames) -> Iter
     for number, (pose, plane, touching) in enumerate(planes):
         own = name if not pieces and len(planes) == 1 else f"{name}::plane{number if number else ''}"
         body = Body(own, HalfSpace(), pose=base @ pose, material=plane.material, fixed=True)
-        yield body, frozenset([touching])
+        yield body, (touching,)
     if pieces:
         each = [link.inertial.seen(pose) for pose, (_, link) in zip(poses, links, strict=True) if link.inertial]
         inertial = None if group.fixed else together(each)
-        touchers = frozenset(toucher(place, content.mask) for place, link in links for content in link.contents)
+        touchers = tuple(toucher(place, content.mask) for place, link in links for content in link.contents)
         yield rigid_body(name, pieces, pose=base, inertial=inertial, fixed=group.fixed), touchers
     elif not planes and not group.fixed:
         reader.notes.append(f"link {first.path}: has no shape, so it is left out")

@@ -12,7 +12,7 @@ from holdfast.base.errors import nearest_of
 from holdfast.base.files import read_ordinary
 from holdfast.base.text import quoted
 from holdfast.scene.formats.references import References
-from holdfast.scene.formats.xml import MAX_BYTES, Element, parsed
+from holdfast.scene.xml import MAX_BYTES, Element, parsed
 
 MOST_INCLUDES = 2_000  # models that a scene may include, one by one
 MOST_NAMES = 200_000  # links, frames, joints and models of a scene, those of included files each time

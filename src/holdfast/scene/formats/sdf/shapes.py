@@ -10,9 +10,9 @@ from holdfast.base.ranges import LENGTH
 from holdfast.base.rigid import tangents
 from holdfast.scene.compound import Solid
 from holdfast.scene.formats.sdf.scopes import Scope
-from holdfast.scene.formats.xml import Element
 from holdfast.scene.round import Capsule, Ellipsoid
 from holdfast.scene.shapes import Box, Cylinder, MassProperties, Mesh, Sphere
+from holdfast.scene.xml import Element
 
 CONE_SIDES = 64
 

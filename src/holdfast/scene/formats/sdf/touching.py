@@ -6,7 +6,11 @@ from collections.abc import Iterable, Sequence
 from itertools import combinations, product
 from typing import NamedTuple
 
+import numpy as np
+
+from holdfast.base.arrays import Bool
 from holdfast.scene.body import Body
+from holdfast.scene.excluded import Excluded, excluded_by
 from holdfast.scene.formats.sdf.groups import Place
 from holdfast.scene.formats.sdf.links import USUAL_MASK
 from holdfast.scene.formats.sdf.scopes import Scope, truth
@@ -20,7 +24,7 @@ class Toucher(NamedTuple):
     mask: int
 
 
-Touching = tuple[Body, frozenset[Toucher]]
+Touching = tuple[Body, tuple[Toucher, ...]]  # a body, and what decides for each of its parts
 
 
 def toucher(place: Place, mask: int) -> Toucher:
@@ -29,24 +33,29 @@ def toucher(place: Place, mask: int) -> Toucher:
     return Toucher(place.scope, own, mask)
 
 
-def excluded_pairs(bodies: Sequence[Touching], notes: list[str]) -> list[tuple[str, str]]:
-    """Return the pairs of bodies that never touch.
+def excluded_pairs(bodies: Sequence[Touching], notes: list[str]) -> list[Excluded]:
+    """Return the bodies that never touch, or their parts where others of the same bodies may.
 
-    Links of one model touch only with <self_collide>, and collisions only if they have a bit in common. A pair of which
-    this holds for some collisions alone is not excluded, and noted.
+    These are links of one model without <self_collide>, and collisions that have no bit in common.
     """
-    found = []
+    found: list[Excluded] = []
     for (a, of_a), (b, of_b) in _candidates(bodies):
-        if a.fixed and b.fixed:
-            continue
-        touch = [_touch(x, y) for x, y in product(of_a, of_b)]
-        if not any(touch):
-            found.append((a.name, b.name))
-        elif not all(touch):
-            notes.append(f"bodies {a.name} and {b.name}: some of their parts do not touch in the file, here all do")
+        if not (a.fixed and b.fixed):
+            may = _may(of_a, of_b)
+            if not may.all():
+                found += excluded_by(a.name, b.name, may)
     if found:
-        notes.append(f"{len(found)} pairs of bodies never touch (links of one model, collide_bitmask)")
+        notes.append(f"{len(found)} pairs of bodies or parts never touch (links of one model, collide_bitmask)")
     return found
+
+
+def _may(of_a: Sequence[Toucher], of_b: Sequence[Toucher]) -> Bool:
+    """Tell which parts of two bodies may touch; long lists of parts that are alike are looked at once."""
+    first, second = dict.fromkeys(of_a), dict.fromkeys(of_b)
+    known = {(x, y): _touch(x, y) for x, y in product(first, second)}
+    if len(set(known.values())) == 1:
+        return np.full((1, 1), next(iter(known.values())))
+    return np.array([[known[x, y] for y in of_b] for x in of_a], dtype=bool)
 
 
 def _candidates(bodies: Sequence[Touching]) -> Iterable[tuple[Touching, Touching]]:

@@ -15,10 +15,10 @@ from holdfast.scene.formats.references import References
 from holdfast.scene.formats.rigid_parts import Piece, filled
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.formats.urdf.tree import origin_of
-from holdfast.scene.formats.xml import Element
 from holdfast.scene.inertial import Inertial
 from holdfast.scene.round import Capsule
 from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
+from holdfast.scene.xml import Element
 
 # How the simulators whose tags a file may have combine the coefficients of two surfaces
 RULES = {"bullet": "product", "drake": "harmonic mean", "gazebo": "least"}

@@ -20,10 +20,10 @@ from holdfast.scene.formats.rigid_parts import rigid_body, scene_of
 from holdfast.scene.formats.source import Source
 from holdfast.scene.formats.urdf.links import LinkReader
 from holdfast.scene.formats.urdf.tree import Group, groups_of
-from holdfast.scene.formats.xml import Element, parsed, root_name
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.inertial import together
 from holdfast.scene.scene import Scene
+from holdfast.scene.xml import Element, parsed, root_name
 
 FLOOR, WORLD = "floor", "world"
 

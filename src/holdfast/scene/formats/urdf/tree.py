@@ -13,7 +13,7 @@ from holdfast.base.errors import SceneError, located, message, nearest_of
 from holdfast.base.ranges import PLACE
 from holdfast.base.text import listed, quoted
 from holdfast.scene.formats.rigid_parts import pose_of
-from holdfast.scene.formats.xml import Element
+from holdfast.scene.xml import Element
 
 TURNING, SLIDING = ("revolute", "continuous"), ("prismatic",)
 KINDS = ("fixed", "floating", "planar", *TURNING, *SLIDING)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection
-from itertools import combinations, product
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from holdfast.base.errors import SceneError, located, message, nearest_of
 from holdfast.base.ranges import DENSITY, FRICTION, SCALE
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
+from holdfast.scene.excluded import Excluded, excluded_by
 from holdfast.scene.formats.nodes import split
 from holdfast.scene.formats.references import Packages
 from holdfast.scene.formats.registry import register
@@ -198,16 +199,18 @@ def _mu(prim: Any, material: Any, friction: float | None, notes: list[str]) -> f
     return friction
 
 
-def _excluded(stage: Stage, found: list[tuple[Body, Group]]) -> list[tuple[str, str]]:
-    """Return the pairs of bodies of which no collider may touch one of the other."""
+def _excluded(stage: Stage, found: list[tuple[Body, Group]]) -> list[Excluded]:
+    """Return the bodies that may not touch, or the colliders of theirs where others may."""
     touch = touching(stage)
+    excluded: list[Excluded] = []
     if touch is None:
-        return []
-    return [
-        (a.name, b.name)
-        for (a, of_a), (b, of_b) in combinations(found, 2)
-        if not (a.fixed and b.fixed) and not any(touch(x, y) for x, y in product(of_a.colliders, of_b.colliders))
-    ]
+        return excluded
+    for (a, of_a), (b, of_b) in combinations(found, 2):
+        if not (a.fixed and b.fixed):
+            may = np.array([[touch(x, y) for y in of_b.colliders] for x in of_a.colliders], dtype=bool)
+            if not may.all():
+                excluded += excluded_by(a.name, b.name, may)
+    return excluded
 
 
 register("USD", (".usd", ".usda", ".usdc", ".usdz"), sniff, read, mark="UsdPhysics", extra="usd")

@@ -1,0 +1,80 @@
+"""On which part of a compound something lies, and what of it lies inside other parts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from holdfast.base.arrays import Bool, Float, Int
+from holdfast.geometry.distance import distance_to_surface, winding_number
+from holdfast.geometry.surface import Surface
+from holdfast.scene.body import Body
+from holdfast.scene.compound import Compound
+
+ROUNDING = 1e-9  # of the size of a body and its distance from the origin: what is less deep is not inside
+
+
+def nearest_part(body: Body, points: Float) -> Int:
+    """Return the number (n,) of the part to whose share of the body's surface each of ``points`` (n, 3) is nearest.
+
+    Of two parts at the same distance it is the first one. A body that is no compound has one part, number 0.
+    """
+    if not isinstance(body.shape, Compound):
+        return np.zeros(len(points), dtype=np.int64)
+    surface, part_of = body.surface_world, body.shape.part_of
+    known = np.unique(part_of)
+    if len(known) == 1:
+        return np.full(len(points), known[0], dtype=np.int64)
+    apart = [distance_to_surface(points, replace(surface, faces=surface.faces[part_of == k])) for k in known]
+    return np.asarray(known[np.argmin(apart, axis=0)], dtype=np.int64)
+
+
+def exposed(body: Body, part: int, ends: Float) -> list[tuple[float, float]]:
+    """Return which pieces of a point or a line (1 or 2, 3) lie inside no other part of a body than ``part``.
+
+    Each is given by the shares of the line's length at which it begins and ends; that of a point is (0, 0). What lies
+    on the surface of another part is not inside it.
+    """
+    whole = [(0.0, float(len(ends) - 1))]
+    if not isinstance(body.shape, Compound):
+        return whole
+    low, high = ends.min(0), ends.max(0)
+    others = []
+    for number, other in enumerate(body.shape.parts):
+        if number == part:
+            continue
+        own = other.shape.surface
+        surface = Surface(body.placed(other.placed(own.vertices)), own.faces)
+        if (surface.vertices.min(0) <= high).all() and (surface.vertices.max(0) >= low).all():
+            others.append(surface)
+    if not others:
+        return whole
+    cuts = np.unique(np.concatenate([[0.0], *(_crossings(ends, surface) for surface in others), [whole[0][1]]]))
+    spans = np.column_stack([cuts[:-1], cuts[1:]]) if len(ends) > 1 else np.zeros((1, 2))
+    middles = ends[0] + np.multiply.outer(spans.mean(1), ends[-1] - ends[0])
+    least = ROUNDING * max(body.size, float(np.abs(ends).max()))
+    free = ~np.any([_inside(middles, surface, least) for surface in others], axis=0)
+    found: list[tuple[float, float]] = []
+    for (start, stop), is_free in zip(spans.tolist(), free, strict=True):
+        if is_free and found and found[-1][1] == start:
+            found[-1] = (found[-1][0], stop)
+        elif is_free:
+            found.append((start, stop))
+    return found
+
+
+def _inside(points: Float, surface: Surface, least: float) -> Bool:
+    """Tell which points (n, 3) lie deeper than ``least`` [m] inside a closed surface."""
+    return np.asarray((winding_number(points, surface) > 0.5) & (distance_to_surface(points, surface) > least))
+
+
+def _crossings(ends: Float, surface: Surface) -> Float:
+    """Return shares (n,) of a line (2, 3) at which it crosses the planes of near triangles, so maybe a surface."""
+    corners = surface.vertices[surface.faces]
+    near = ((corners.min(1) <= ends.max(0)) & (corners.max(1) >= ends.min(0))).all(1)
+    normals = surface.normals[near]
+    slope = normals @ (ends[-1] - ends[0])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares = ((corners[near, 0] - ends[0]) * normals).sum(1) / slope
+    return np.asarray(shares[(shares > 0) & (shares < 1)])  # not where it runs along a plane, which is no number
