@@ -49,6 +49,10 @@ class Covering:
         table = self._lower(range(self.imperfect.samples), W)
         return self._told(found, self._quantile(table.lower), table.fallen, table.undecided, "")
 
+    def sample(self, number: int) -> Rough:
+        """Return the engine on one of the samples."""
+        return Rough(self.engine, Faces(self.imperfect, number))
+
     def over_surface(self, found: Answers, W: Float, accuracy: Accuracy) -> Answers:
         """Do the same for many points on one body.
 
@@ -76,8 +80,9 @@ class Covering:
     def _lower(self, samples: Iterable[int], W: Float, accuracy: Accuracy = EXACT) -> _Table:
         rows, fallen, undecided = [], 0, 0
         for sample in reported(STAGE, list(samples)):
-            rough = Rough(self.engine, Faces(self.imperfect, sample))
-            found = prepared(rough, self.assembly, self.standing, self.acceleration).load_factor(W, accuracy)
+            found = prepared(self.sample(sample), self.assembly, self.standing, self.acceleration).load_factor(
+                W, accuracy
+            )
             rows.append(found.lower)
             fallen += bool((found.status == Status.UNSTABLE).any())
             undecided += int((~found.decided).sum())
