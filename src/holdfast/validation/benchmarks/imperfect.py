@@ -10,6 +10,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.arrays import Float
+from holdfast.elastic.outcome import PathOutcome
 from holdfast.engines.answers import Answers
 from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.compliant.faces import Faces
@@ -40,7 +41,10 @@ SEED = 18
 
 
 def surfaces(ratio: float) -> list[Row]:
-    """Compare the engine's peaks with those of discrete elements on the same random surfaces under a cube."""
+    """Compare the engine's peaks with those of discrete elements on the same random surfaces under a cube.
+
+    Both on the same nodes, so paths that are lost there are left out, though the engine would recover them on others.
+    """
     assembly = assemble(shipped_scene("cube"))
     compression = 1e-6
     imperfect = Imperfect(DEVIATIONS * ratio * compression, WEIGHT / SIDE**2 / compression, seed=SEED)
@@ -53,18 +57,22 @@ def surfaces(ratio: float) -> list[Row]:
         assert isinstance(group.state, Standing)  # a cube on a floor stands on any surface
         assert group.part is not None
         grid = group.state.grid
-        own[sample] = grid.paths(W[group.part.rows]).factor
+        paths = grid.paths(W[group.part.rows])
+        own[sample] = np.where(paths.outcome == PathOutcome.PEAK, paths.peak, np.nan)
         for k, name in enumerate(POINTS):
             where = (group.part.assembly, "cube", np.array(POINTS[name]), unit[name], grid.nodes)
             seen = penalty.peak(*where, apart=grid.system.model.apart)
-            other[sample, k] = (seen.held + seen.moves) / 2
+            other[sample, k] = (seen.held + seen.moves) / 2 if seen.held > 0 else np.nan
     rows: list[Row] = []
     for k, name in enumerate(POINTS):
-        row: Row = {"case": f"cube, {name}, heights / compression {ratio:g}", "surfaces": SURFACES}
+        both = np.isfinite(own[:, k]) & np.isfinite(other[:, k])
+        row: Row = {"case": f"cube, {name}, heights / compression {ratio:g}", "surfaces": int(both.sum())}
+        row |= {"lost": int(np.isnan(own[:, k]).sum()), "lost by elements": int(np.isnan(other[:, k]).sum())}
         for word, share in (("median", 0.5), ("5 %", 0.05), ("least", 0.0)):
-            row[word] = float(np.quantile(own[:, k], share) / ideal[k])
-            row[f"{word} elements"] = float(np.quantile(other[:, k], share) / ideal[k])
-        rows.append(row | {"worst difference": float(np.abs(own[:, k] / other[:, k] - 1).max())})
+            row[word] = float(np.quantile(own[both, k], share) / ideal[k])
+            row[f"{word} elements"] = float(np.quantile(other[both, k], share) / ideal[k])
+        apart = np.abs(own[both, k] / other[both, k] - 1)
+        rows.append(row | {"worst difference": float(apart.max()), "apart by 2 %": int((apart > 0.02).sum())})
     return rows
 
 
