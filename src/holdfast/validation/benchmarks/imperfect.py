@@ -132,7 +132,8 @@ def coverage(name: str) -> list[Row]:
     for count in (SAMPLES, MORE):
         bound = lower[:count].min(0)[which]
         row[f"below, {count}"] = int((drawn < bound).sum())
-        row[f"least share, {count}"] = float(np.divide(drawn, bound, out=np.ones(DRAWS), where=bound > 0).min())
+        finite = np.isfinite(bound) & (bound > 0)
+        row[f"least share, {count}"] = float((drawn[finite] / bound[finite]).min(initial=np.inf))
     return [row | {"undecided": undecided + lost}]
 
 
