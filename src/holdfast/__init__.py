@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from holdfast.engines.answers import Bound, Claim
     from holdfast.engines.compliant.engine import Compliant
     from holdfast.engines.graph.engine import Graph
+    from holdfast.engines.imperfect import Imperfect
     from holdfast.engines.limit.engine import Limit
     from holdfast.engines.verdict import Status
     from holdfast.queries.map import RobustnessMap, robustness_map
@@ -88,6 +89,7 @@ _NAMES = {
     "holdfast.engines.answers": ("Bound", "Claim"),
     "holdfast.engines.compliant.engine": ("Compliant",),
     "holdfast.engines.graph.engine": ("Graph",),
+    "holdfast.engines.imperfect": ("Imperfect",),
     "holdfast.engines.limit.engine": ("Limit",),
     "holdfast.engines.verdict": ("Status",),
     "holdfast.queries.map": ("RobustnessMap", "robustness_map"),
@@ -131,6 +133,7 @@ __all__ = [
     "HalfSpace",
     "HoldfastError",
     "HoldfastWarning",
+    "Imperfect",
     "Interface",
     "Limit",
     "Load",

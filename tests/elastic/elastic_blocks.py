@@ -26,6 +26,7 @@ def block(mu: float) -> Elastic:
         x=x,
         y=y,
         k=np.full(4, 0.25),
+        apart=np.zeros(4),
         mu=np.array([mu]),
         rho=1.0,
         a=np.array([FLOOR]),

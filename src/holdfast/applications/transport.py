@@ -39,6 +39,7 @@ from holdfast.base.public import Summary
 from holdfast.base.ranges import ACCELERATION, ANGLE, PLACE, TURNING
 from holdfast.base.rigid import checked_pose, tangents
 from holdfast.engines.answers import Claim
+from holdfast.engines.imperfect import Imperfect
 from holdfast.queries.push import asked
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load, checked_assembly, engine_of, total_wrench
 from holdfast.queries.result import ROW_HEADS, Columns, least, told
@@ -113,14 +114,15 @@ def transport_limits(
     standing: Iterable[Load] = (),
     engine: EngineChoice = DEFAULT_ENGINE,
     bound: bool = False,
+    imperfect: Imperfect | None = None,
 ) -> TransportLimits:
     """Compute the largest acceleration of the carrier along each direction before anything moves on it.
 
     ``directions`` (n, 3) or (3,), in the axes of the scene, need not have unit length; by default they are 100
     horizontal directions. The carrier is tilted throughout by ``tilt`` [deg], see ``tilted``. It also rotates
     throughout about ``pivot`` (3,) [m], with ``angular_acceleration`` (3,) [rad/s²] and ``angular_velocity`` (3,)
-    [rad/s], see ``inertial_loads``. The ``standing`` loads act throughout. ``bound`` has the same meaning as in
-    ``robustness``.
+    [rad/s], see ``inertial_loads``. The ``standing`` loads act throughout. ``bound`` and ``imperfect`` have
+    the same meaning as in ``robustness``.
 
     Raises SceneError if there is no direction or if one is zero.
     """
@@ -132,7 +134,7 @@ def transport_limits(
     )
     held = total_wrench(carried, standing) + total_wrench(carried, turning)
     W = np.column_stack([body_forces(-carried.mass[:, None] * way) for way in ways])
-    found = asked(method, carried, W, held, bound=bound)
+    found = asked(method, carried, W, held, bound=bound, imperfect=imperfect)
     return TransportLimits(answers=found, assembly=carried, directions=ways)
 
 

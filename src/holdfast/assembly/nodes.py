@@ -120,20 +120,27 @@ def contact_nodes(assembly: Assembly, count: int, sampling: Sampling, seed: int 
             owner.append(np.full(len(nodes), number))
     if not points:
         return NO_NODES
-    normal = np.vstack(normals)
-    _, own = tangents(snapped(normal @ assembly.axes.T, 1.0, BITS))
-    t1 = unit(np.cross(own @ assembly.axes, normal))
     interface_of = np.concatenate(owner)
     ends = np.array(assembly.ends, dtype=np.int64)[interface_of]
     return ContactNodes(
         np.vstack(points),
-        np.stack([normal, t1, np.cross(normal, t1)], axis=1),
+        node_axes(assembly, np.vstack(normals)),
         np.array(assembly.mu)[interface_of],
         np.concatenate(weights),
         interface_of,
         ends[:, 0],
         ends[:, 1],
     )
+
+
+def node_axes(assembly: Assembly, normals: Float) -> Float:
+    """Return the axes (n, 3, 3) of nodes with these unit ``normals`` (n, 3): rows normal, t1 and t2, world frame.
+
+    The tangents follow from the assembly's own axes, so that they turn with it.
+    """
+    _, own = tangents(snapped(normals @ assembly.axes.T, 1.0, BITS))
+    t1 = unit(np.cross(own @ assembly.axes, normals))
+    return np.stack([normals, t1, np.cross(normals, t1)], axis=1)
 
 
 def equilibrium_operator(assembly: Assembly, nodes: ContactNodes) -> sparse.csc_matrix:

@@ -3,11 +3,15 @@
 At a node with displacement u = (u_n, u_t) of body b against body a (Nadeau & Kelly, Sec. IV, where a contact is a bed
 of equal springs):
 
-    f_n = k max(0, -u_n)                               (no adhesion)
+    f_n = k max(0, -u_n - g)                           (no adhesion)
     f_t = -ρ k u_t, shortened to length μ f_n          (stick, or slip against the displacement)
 
-Units inside: forces in total weights, lengths in assembly sizes, displacements in weight per mean stiffness. The law
-is positively homogeneous, so the absolute stiffness drops out.
+where g is the clearance of the node: how far its two faces are apart before anything is loaded, negative where they
+would overlap; zero on ideal faces.
+
+Units inside: forces in total weights, lengths in assembly sizes, displacements and clearances in weight per mean
+stiffness. On ideal faces the law is positively homogeneous, so the absolute stiffness drops out; else stiffness and
+clearance count by their product over the weight only.
 
 Nodes that lie in one plane with one normal form a sheet: their displacements are those of a single twist (6,) of b
 against a, in the sheet's own axes (normal, t1, t2) and about its own origin, and so are their forces a single wrench.
@@ -28,17 +32,18 @@ class Elastic(NamedTuple):
     """P sheets of I nodes between J bodies, in the units of this module.
 
     ``first`` (P + 1,) where each sheet's nodes begin; ``x``, ``y`` (I,) along its tangents; ``k`` (I,) stiffness;
-    ``mu`` (P,); ``rho`` tangential over normal stiffness; ``a``, ``b`` (P,) bodies (FIXED: -1); ``Ta``, ``Tb``
-    (P, 6, 6) from a body's twist to the sheet's; ``wrench`` (6J,) what acts besides the contacts; ``scale`` (6J,)
-    brings every body's equilibrium to order one; ``bonded`` (P, 6, 6) the stiffness with all nodes stuck; ``hold``
-    (6J,) the stiffness of a faint hold of every body in its place, zero unless there are motions that no contact
-    resists (sparse.py).
+    ``apart`` (I,) clearance; ``mu`` (P,); ``rho`` tangential over normal stiffness; ``a``, ``b`` (P,) bodies (FIXED:
+    -1); ``Ta``, ``Tb`` (P, 6, 6) from a body's twist to the sheet's; ``wrench`` (6J,) what acts besides the contacts;
+    ``scale`` (6J,) brings every body's equilibrium to order one; ``bonded`` (P, 6, 6) the stiffness with all nodes
+    stuck; ``hold`` (6J,) the stiffness of a faint hold of every body in its place, zero unless there are motions that
+    no contact resists (sparse.py).
     """
 
     first: Int
     x: Float
     y: Float
     k: Float
+    apart: Float
     mu: Float
     rho: float
     a: Int
@@ -110,6 +115,7 @@ def add_wrench(m: Elastic, p: int, F: Float, factor: float, r: Float) -> None:
 def evaluate(m: Elastic, weight: float, q: Float, r: Float, K: Float, v: Float, F: Float) -> int:
     """R (6J,) = weight · wrench + G f(Gᵀ q) - hold q, and K (P, 6, 6): minus the derivative of every sheet's wrench.
 
+    Clearances are multiplied by ``weight``, too: loads beside which no weight counts make all clearances small.
     ``v``, ``F`` (6,) are scratch. Returns a number that tells which nodes are open, stuck or sliding.
     """
     scale(r, weight, m.wrench)
@@ -125,7 +131,7 @@ def evaluate(m: Elastic, weight: float, q: Float, r: Float, K: Float, v: Float, 
         c1 = c1y = c1x = c2 = c2y = c2x = cw = cwy = cwx = 0.0  # tangential by normal
         for i in range(m.first[p], m.first[p + 1]):
             x, y, k = m.x[i], m.y[i], m.k[i]
-            pressed = x * v[5] - y * v[4] - v[0]
+            pressed = x * v[5] - y * v[4] - v[0] - weight * m.apart[i]
             if pressed <= 0.0:
                 continue
             kx, ky = k * x, k * y
@@ -198,7 +204,7 @@ def node_forces(m: Elastic, q: Float, f: Float) -> None:
         sheet_twist(m, p, q, v)
         for i in range(m.first[p], m.first[p + 1]):
             x, y, k = m.x[i], m.y[i], m.k[i]
-            normal = k * max(0.0, x * v[5] - y * v[4] - v[0])
+            normal = k * max(0.0, x * v[5] - y * v[4] - v[0] - m.apart[i])
             u1, u2 = v[1] - y * v[3], v[2] + x * v[3]
             wanted = m.rho * k * np.sqrt(u1 * u1 + u2 * u2)
             share = m.rho * k
@@ -218,7 +224,7 @@ def next_change(m: Elastic, q: Float, t: Float) -> float:
         mu, rho = m.mu[p], m.rho
         for i in range(m.first[p], m.first[p + 1]):
             x, y = m.x[i], m.y[i]
-            n, dn = x * v[5] - y * v[4] - v[0], x * d[5] - y * d[4] - d[0]
+            n, dn = x * v[5] - y * v[4] - v[0] - m.apart[i], x * d[5] - y * d[4] - d[0]
             if n * dn < 0:
                 first = min(first, -n / dn)
             if n <= 0 or mu <= 0:

@@ -24,10 +24,12 @@ from holdfast.base.values import Table, Value
 from holdfast.engines.answers import joined
 from holdfast.engines.contract import EXACT, FORCES_ONLY, Within
 from holdfast.engines.groups import prepared
+from holdfast.engines.imperfect import Imperfect
 from holdfast.engines.mechanism import Mode
 from holdfast.engines.verdict import Status
 from holdfast.geometry.cells import Cells
 from holdfast.queries.exposed import exposed_cells
+from holdfast.queries.imperfect import covering
 from holdfast.queries.request import (
     DEFAULT_ENGINE,
     EngineChoice,
@@ -200,6 +202,7 @@ def robustness_map(
     spacing: float = 0.01,
     engine: EngineChoice = DEFAULT_ENGINE,
     gap: float = 0.01,
+    imperfect: Imperfect | None = None,
 ) -> RobustnessMap:
     """Compute the robustness R to inward normal pushes over all exposed surfaces of ``bodies``.
 
@@ -211,6 +214,9 @@ def robustness_map(
     <= ``gap``. Engine ``compliant`` solves some points and interpolates between them with an expected relative error of
     at most ``gap``; the ``error`` that it states is at most three times that. With ``gap`` = 0 every point is solved on
     its own. Engine ``graph`` ignores ``gap``.
+
+    ``imperfect`` has the same meaning as in ``robustness``. The weakest tenth of each body's points is asked on all
+    samples, and the rest only on those samples that are worst for these points.
 
     Raises SceneError if ``bodies`` is empty or a text, if a body is unknown, or if ``spacing`` would give more than
     2,000,000 points.
@@ -231,7 +237,7 @@ def robustness_map(
     numbers = {name: body_number(assembly, name) for name in names}
     _check_count(assembly, names, step)
     method = engine_of(engine)
-    state = prepared(method, assembly)
+    state, covers = prepared(method, assembly), covering(imperfect, method, assembly)
     shown: dict[str, Cells] = {}
     hidden: dict[str, Cells] = {}
     accuracy = EXACT if wanted == 0 else Within(wanted) if wanted < 1 else FORCES_ONLY
@@ -239,7 +245,8 @@ def robustness_map(
     for name, index in reported("robustness of all surfaces", list(numbers.items())):
         shown[name], hidden[name] = exposed_cells(assembly, name, step)
         columns = push_columns(assembly, index, shown[name].points, -shown[name].normals)
-        answers.append(state.load_factor(columns, accuracy))
+        found = state.load_factor(columns, accuracy)
+        answers.append(found if covers is None else covers.over_surface(found, columns, accuracy))
     movable = [number for number in numbers.values() if number != FIXED]
     return RobustnessMap(
         answers=replace(joined(answers), verdict=state.verdict_on(movable)),

@@ -19,6 +19,8 @@ from holdfast.base.text import quoted
 from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
+from holdfast.engines.imperfect import Imperfect
+from holdfast.queries.imperfect import covering
 from holdfast.queries.request import (
     CERTAIN_ENGINE,
     DEFAULT_ENGINE,
@@ -103,6 +105,7 @@ def robustness(
     standing: Iterable[Load] = (),
     engine: EngineChoice = DEFAULT_ENGINE,
     bound: bool = False,
+    imperfect: Imperfect | None = None,
 ) -> Robustness:
     """Compute R(p, e), the largest force [N] at points of ``body`` along directions before anything moves (eq. 12).
 
@@ -113,14 +116,18 @@ def robustness(
     ``bound`` asks engine ``compliant`` for ``upper`` as well: engine ``limit`` proves that no equilibrium exists above
     it.
 
+    ``imperfect`` asks that engine for a ``lower`` that also holds on faces that are not flat and not equally stiff; all
+    other columns remain those of ideal faces.
+
     Raises SceneError if there is no point, if the body is unknown, or if a point is further from the body's surface
-    than the contact tolerance. Raises HoldfastError if ``bound`` is asked of engine ``graph``.
+    than the contact tolerance. Raises HoldfastError if ``bound`` is asked of engine ``graph``, or ``imperfect`` of
+    another engine than ``compliant``.
     """
     assembly = checked_assembly(assembly)
     p, e, W = pushes(assembly, body, points, directions, f"robustness of {quoted(body)}")
     method = engine_of(engine)
     held = total_wrench(assembly, standing)
-    found = asked(method, assembly, W, held, bound=bound)
+    found = asked(method, assembly, W, held, bound=bound, imperfect=imperfect)
     return Robustness(answers=found, body=body, points=p, directions=e)
 
 
@@ -132,11 +139,13 @@ def load_factor(
     acceleration: ArrayLike | None = None,
     engine: EngineChoice = DEFAULT_ENGINE,
     bound: bool = False,
+    imperfect: Imperfect | None = None,
 ) -> LoadFactor:
     """Compute the largest factor by which all ``loads`` can be multiplied together before anything moves.
 
     The ``standing`` loads act throughout and are not multiplied. The same holds for the inertial forces of a support
-    that accelerates by ``acceleration`` (3,) [m/s²], world frame. ``bound`` has the same meaning as in ``robustness``.
+    that accelerates by ``acceleration`` (3,) [m/s²], world frame. ``bound`` and ``imperfect`` have the same meaning as
+    in ``robustness``.
     """
     assembly = checked_assembly(assembly)
     method = engine_of(engine)
@@ -145,7 +154,7 @@ def load_factor(
         None if acceleration is None else checked(acceleration, (3,), "load_factor: acceleration", within=ACCELERATION)
     )
     held = total_wrench(assembly, standing)
-    return LoadFactor(answers=asked(method, assembly, W, held, moved, bound=bound))
+    return LoadFactor(answers=asked(method, assembly, W, held, moved, bound=bound, imperfect=imperfect))
 
 
 def asked(
@@ -156,14 +165,17 @@ def asked(
     acceleration: Float | None = None,
     *,
     bound: bool,
+    imperfect: Imperfect | None = None,
 ) -> Answers:
     """Return the answers of the engine for the load columns W (6J, n).
 
     ``standing`` (6J,) is the wrench of the standing loads. With ``bound``, the upper bounds come from limit analysis
     with forces at the corners of the patches. This includes all forces that nodes inside the patches can carry. Raises
-    HoldfastError if ``bound`` is asked of an engine that only estimates.
+    HoldfastError if ``bound`` is asked of an engine that only estimates. ``imperfect`` is as in ``robustness``.
     """
+    covers = covering(imperfect, method, assembly, standing, acceleration)
     found = prepared(method, assembly, standing, acceleration).load_factor(W)
+    found = found if covers is None else covers.over(found, W)
     if not bound or method.claim is Claim.EXISTS:
         return found
     if method.claim is Claim.ESTIMATED:

@@ -1,4 +1,4 @@
-"""Sample the robustness under uncertain poses and friction: quantiles, and how many samples do not stand."""
+"""Sample the robustness under uncertain poses, friction and faces: quantiles, and how many samples do not stand."""
 
 from __future__ import annotations
 
@@ -24,7 +24,9 @@ from holdfast.engines.absence import Absences
 from holdfast.engines.answers import Answers, Undecided, joined
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
+from holdfast.engines.imperfect import Imperfect
 from holdfast.engines.verdict import Status
+from holdfast.queries.imperfect import covering
 from holdfast.queries.intervals import MuRange, friction_intervals
 from holdfast.queries.push import Robustness, robustness
 from holdfast.queries.request import (
@@ -259,10 +261,14 @@ def robustness_under(
     seed: int = 0,
     pose_sigma: float | tuple[float, float] | None = None,
     friction: MuRange | None = None,
+    stiffness: tuple[float, float] | None = None,
+    flatness: float | None = None,
+    bed: float | None = None,
+    material: str | None = None,
     standing: Iterable[Load] = (),
     engine: EngineChoice = DEFAULT_ENGINE,
 ) -> RobustnessUnder:
-    """Compute R(p, e) in ``samples`` samples of uncertain poses and friction.
+    """Compute R(p, e) in ``samples`` samples of uncertain poses, friction and faces.
 
     ``body``, ``points``, ``directions``, ``standing`` and ``engine`` have the same meaning as in ``robustness``.
 
@@ -276,6 +282,9 @@ def robustness_under(
     ``friction`` is a relative width (0.2 means ± 20 %) or an interval (low, high) for all touching pairs, or a dict of
     intervals by the names of the two bodies. Each sample has one level, uniform in 0..1, that places all coefficients
     between their low and high ends.
+
+    ``stiffness`` is a range of factors for each pair of bodies, and ``flatness`` [m], with ``bed`` [N/m³] or
+    ``material``, how far faces are from flat; all four as in ``Imperfect``. They need engine ``compliant``.
 
     Contacts that may not exist (``Interface.certain``) are present in some samples only, unless something would fall
     without them: with ``pose_sigma`` where the sampled poses close them to within the default gap, else each in half of
@@ -296,12 +305,19 @@ def robustness_under(
         None if friction is None else friction_intervals(assembly, friction, where),
         Absences(method, assembly, total_wrench(assembly, loads)),
     )
+    faces = None
+    if stiffness is not None or flatness is not None:
+        faces = Imperfect(flatness or 0.0, bed, material, stiffness or (1.0, 1.0), samples=count, seed=whole_seed)
+    elif bed is not None or material is not None:
+        raise HoldfastError(message(where, "has a bed or material but no flatness", "give flatness= [m], too"))
+    covers = covering(faces, method, assembly)
     nominal = robustness(assembly, body, points, directions, standing=loads, engine=method)
     rng = np.random.default_rng(whole_seed)
     found = []
     for k in range(count):
         report("samples", k, count)
-        found.append(_answered(spread(rng), assembly, body, nominal, loads, method))
+        sampled = method if covers is None else covers.sample(k)
+        found.append(_answered(spread(rng), assembly, body, nominal, loads, sampled))
     report("samples", count, count)
     answers = [answer for answer, _ in found]
     verdicts = [answer.verdict.status for answer in answers]

@@ -75,21 +75,33 @@ class Compliant(Value):
 
         Answers for which the nodes are too coarse are re-solved on finer grids, at most ``refinements`` times.
         """
-        if not assembly.movable or assembly.hanging:
-            return Unpushable(find_rest(assembly, wrench).verdict)
-        grid = Grid.of(assembly, wrench, Springs(self.nodes, self.stiffness_ratio, self.stiffness), nodes)
-        rest = at_rest(grid)
-        if rest is not None and not rest.loose:
-            return Standing(rest.verdict, Refined(grid, refinements))
-        if rest is None and grid.settled.outcome is not RestOutcome.LOST:
-            return Unpushable(not_at_rest(grid))
-        held = at_rest(grid.with_hold)  # without it some motions have no stiffness, and no path begins
-        if held is None and rest is None:
-            return Unpushable(not_at_rest(grid))
-        certain = find_rest(assembly, wrench).verdict
-        if certain.status is Status.UNSTABLE:  # the balance holds to within a tolerance only, and the proof is exact
-            return Unpushable(certain)
-        if held is None:
-            assert rest is not None
-            return Unpushable(rest.verdict)
-        return Standing(held.verdict, Refined(grid.with_hold, refinements), held.loose)
+        return state_on(assembly, wrench, self.springs, nodes, refinements=refinements)
+
+    @property
+    def springs(self) -> Springs:
+        """The springs of ideal faces."""
+        return Springs(self.nodes, self.stiffness_ratio, self.stiffness)
+
+
+def state_on(
+    assembly: Assembly, wrench: Float, springs: Springs, nodes: ContactNodes | None = None, *, refinements: int = 0
+) -> CompliantState:
+    """Find the state of rest on ``springs``; the other arguments are those of ``Compliant.on``."""
+    if not assembly.movable or assembly.hanging:
+        return Unpushable(find_rest(assembly, wrench).verdict)
+    grid = Grid.of(assembly, wrench, springs, nodes)
+    rest = at_rest(grid)
+    if rest is not None and not rest.loose:
+        return Standing(rest.verdict, Refined(grid, refinements))
+    if rest is None and grid.settled.outcome is not RestOutcome.LOST:
+        return Unpushable(not_at_rest(grid))
+    held = at_rest(grid.with_hold)  # without it some motions have no stiffness, and no path begins
+    if held is None and rest is None:
+        return Unpushable(not_at_rest(grid))
+    certain = find_rest(assembly, wrench).verdict
+    if certain.status is Status.UNSTABLE:  # the balance holds to within a tolerance only, and the proof is exact
+        return Unpushable(certain)
+    if held is None:
+        assert rest is not None
+        return Unpushable(rest.verdict)
+    return Standing(held.verdict, Refined(grid.with_hold, refinements), held.loose)

@@ -15,7 +15,7 @@ from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.elastic.sparse import held
 from holdfast.elastic.system import Settled, System
-from holdfast.engines.compliant.model import Springs, elastic_model, force_unit, own_rows, world_rows
+from holdfast.engines.compliant.model import Springs, force_unit, own_rows, world_rows
 from holdfast.engines.limit.engine import Limit, LimitState
 from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of
 
@@ -51,11 +51,11 @@ class Grid:
     ) -> Grid:
         """Find the state of rest on ``nodes`` or, if None, on a grid with ``springs.nodes`` along a side.
 
-        With ``hold``, a faint hold keeps every body in its place.
+        With ``hold``, a faint hold keeps every body in its place. Springs of imperfect faces choose the nodes.
         """
         if nodes is None:
             nodes = contact_nodes(assembly, springs.nodes**2, "quadrature")
-        model = elastic_model(assembly, nodes, wrench, springs.ratio, springs.stiffness)
+        model = springs.model(assembly, nodes, wrench)
         system = System.of(held(model) if hold else model)
         return cls(assembly, wrench, springs, nodes, system, system.come_to_rest(), hold)
 

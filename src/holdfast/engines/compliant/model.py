@@ -16,9 +16,11 @@ from holdfast.assembly.nodes import ContactNodes
 from holdfast.base.arrays import Float, Int
 from holdfast.base.rigid import snapped
 from holdfast.elastic.law import Elastic, bond
+from holdfast.engines.compliant.faces import Faces
 from holdfast.engines.compliant.stiffness import Stiffness, stiffness_of
 
 BITS = 30  # binary digits of the model's numbers, each relative to those of the same sheet or body
+ROUGHEST = 1e3  # flatness, in compressions under the weight, beyond which bodies rest on three nodes of a patch anyway
 FLAT = 1e-9  # largest distance of a sheet's nodes from its plane, relative to the assembly's size
 
 
@@ -27,16 +29,33 @@ class Springs:
     """The springs of the contacts and the number of their nodes.
 
     ``nodes`` is the number of nodes along each side of a square patch, ``ratio`` the tangential over the normal
-    stiffness, and ``stiffness`` [N/m³] the normal stiffness per area, given as to engine ``Compliant``.
+    stiffness, and ``stiffness`` [N/m³] the normal stiffness per area, given as to engine ``Compliant``. ``faces`` are
+    the faces where they are not ideal.
     """
 
     nodes: int
     ratio: float = 1.0
     stiffness: Stiffness = None
+    faces: Faces | None = None
 
     def finer(self, times: int) -> Springs:
         """Return the same springs with ``times`` as many nodes along each side."""
         return replace(self, nodes=times * self.nodes)
+
+    def model(self, assembly: Assembly, nodes: ContactNodes, wrench: Float) -> Elastic:
+        """Return the elastic model of an assembly on ``nodes`` under ``wrench`` (6J,) [N, N m].
+
+        If there are ``faces``, the nodes are those of this many a side (``contact_nodes``, sampling "quadrature"), and
+        clearances are at most ROUGHEST times the compression that the weight would cause on all contacts together.
+        """
+        stiffness = stiffness_of(assembly, self.stiffness)
+        if self.faces is None:
+            return elastic_model(assembly, nodes, wrench, self.ratio, stiffness)
+        stiffness = stiffness * self.faces.stiffness(assembly)
+        most = ROUGHEST * force_unit(assembly, wrench) / max(float(stiffness[nodes.interface] @ nodes.weights), 1e-300)
+        softened = min(1.0, most / max(self.faces.imperfect.flatness, 1e-300))
+        apart = softened * self.faces.clearances(assembly, self.nodes**2)
+        return elastic_model(assembly, nodes, wrench, self.ratio, stiffness, apart)
 
 
 def force_unit(assembly: Assembly, wrench: Float) -> float:
@@ -66,11 +85,17 @@ def motion_row(assembly: Assembly, twists: Float) -> Float:
 
 
 def elastic_model(
-    assembly: Assembly, nodes: ContactNodes, wrench: Float, ratio: float = 1.0, stiffness: Stiffness = None
+    assembly: Assembly,
+    nodes: ContactNodes,
+    wrench: Float,
+    ratio: float = 1.0,
+    stiffness: Float | None = None,
+    apart: Float | None = None,
 ) -> Elastic:
     """Return the elastic model of an assembly under ``wrench`` (6J,) [N, N m].
 
-    The stiffness of a node is the stiffness per area of its interface times the node's tributary area.
+    The stiffness of a node is the ``stiffness`` per area (interfaces,) [N/m³] of its interface, 1 unless given, times
+    the node's tributary area. ``apart`` (I,) [m] is the clearance of each node, 0 unless given.
     """
     first = _sheets(nodes, FLAT * assembly.size)
     start = first[:-1]
@@ -82,8 +107,10 @@ def elastic_model(
     local = np.einsum("ikx,ix->ik", axes[sheet], nodes.points - origin[sheet]) / assembly.size
     extent = np.maximum.reduceat(np.abs(local).max(1), start) if count else np.empty(0)
     local = snapped(local, extent[sheet, None], BITS)
-    k = nodes.weights * stiffness_of(assembly, stiffness)[nodes.interface]
-    k = k / max(float(k.sum()), 1e-300)
+    k = nodes.weights if stiffness is None else nodes.weights * stiffness[nodes.interface]
+    total = max(float(k.sum()), 1e-300)
+    k = k / total
+    clear = np.zeros(len(k)) if apart is None else apart * (total / force_unit(assembly, wrench))
     a, b = nodes.a[start], nodes.b[start]
     scale = assembly.equation_scale / levers(assembly)
     model = Elastic(
@@ -91,6 +118,7 @@ def elastic_model(
         np.ascontiguousarray(local[:, 1]),
         np.ascontiguousarray(local[:, 2]),
         snapped(k, k, BITS),
+        snapped(clear, np.abs(clear).max(initial=0.0), BITS),
         np.ascontiguousarray(nodes.mu[start]),
         float(ratio),
         np.ascontiguousarray(a),

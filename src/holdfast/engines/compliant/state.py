@@ -15,6 +15,7 @@ from holdfast.engines.compliant.columns import Columns, followed, surveyed
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.refinement import Refined
 from holdfast.engines.compliant.review import Review
+from holdfast.engines.compliant.wedged import Wedged
 from holdfast.engines.contract import EXACT, Accuracy, ForcesOnly, Within
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.verdict import Status, Verdict
@@ -86,7 +87,7 @@ class Standing:
         ``lower`` is the peak minus the estimated discretisation error. With ``Within(gap)``, MANY or more columns on
         one body are interpolated between paths (interpolated.py), with expected relative errors of at most ``gap``;
         ``lower`` then also allows for the stated interpolation error. With ``ForcesOnly``, ``lower`` is 0 and no finer
-        grid is needed.
+        grid is needed. ``lower`` of wedged bodies covers other springs, too (wedged.py).
         """
         loaded = _loaded(W)
         asked = W[:, loaded]
@@ -97,7 +98,12 @@ class Standing:
             columns = surveyed(self.refined, asked, 6 * int(bodies[0]), accuracy.gap)
         else:
             columns = followed(self.refined, asked, bounds=not isinstance(accuracy, ForcesOnly))
-        return self._review.of(_answers(W.shape[1], loaded, columns, self.decided, accuracy), W, accuracy)
+        found = self._review.of(_answers(W.shape[1], loaded, columns, self.decided, accuracy), W, accuracy)
+        return found if isinstance(accuracy, ForcesOnly) else self._wedged.covered(found, W)
+
+    @cached_property
+    def _wedged(self) -> Wedged:
+        return Wedged(self.grid)
 
     @cached_property
     def _review(self) -> Review:

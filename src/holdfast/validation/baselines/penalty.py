@@ -29,7 +29,9 @@ DASHPOT = 0.2  # of the critical damping of the fastest vibration
 STEP = 0.4  # time step times the fastest angular frequency; 2 is the limit of stability
 BALANCED = 1e-6  # of the total weight: what may be unbalanced at rest (torques over the assembly's size)
 FAR = 20.0  # times the displacement before a load step: a node displaced farther counts as moving
-UNWEIGHED = 10.0  # times SINK: taken for the displacement before the first load step, where it is zero
+UNWEIGHED = (
+    10.0  # times SINK, and the clearances: taken for the displacement before the first load step, where it is zero
+)
 CHECK = 200  # time steps between two checks for motion, and at balance before the assembly counts as resting
 MOST = 400_000  # time steps after which neither rest nor motion was seen
 FIRST = 0.02  # total weights: the first step of load
@@ -42,8 +44,9 @@ REST, MOVES, NEITHER = 0, 1, 2
 
 class Blocks(NamedTuple):
     """J bodies and I nodes: ``a``, ``b`` (I,) bodies (FIXED: -1); ``on_a``, ``on_b`` (I, 3, 6) a unit force along each
-    axis of a node as a wrench on the body; ``k`` (I,) [N/m], ``c`` (I,) [N s/m], ``mu`` (I,); ``inverse`` (J, 6, 6)
-    of the masses; ``lever`` (6,) that makes torques forces; ``ratio`` tangential over normal stiffness; ``dt`` [s].
+    axis of a node as a wrench on the body; ``k`` (I,) [N/m], ``c`` (I,) [N s/m], ``mu`` (I,); ``apart`` (I,) [m] the
+    distance of the faces before anything moves; ``inverse`` (J, 6, 6) of the masses; ``lever`` (6,) that makes torques
+    forces; ``ratio`` tangential over normal stiffness; ``dt`` [s].
     """  # noqa: D205
 
     a: Int
@@ -53,6 +56,7 @@ class Blocks(NamedTuple):
     k: Float
     c: Float
     mu: Float
+    apart: Float
     inverse: Float
     lever: Float
     ratio: float
@@ -108,15 +112,17 @@ def peak(
     *,
     ratio: float = 1.0,
     accuracy: float = 1e-3,
+    apart: Float | None = None,
 ) -> Peak:
     """The largest push [N] at ``point`` [m] of ``body`` along ``direction`` that comes to rest, found by raising it.
 
     Every step of load starts from rest under the one before; where the assembly moves, it goes back there and takes a
-    smaller step, down to ``accuracy`` times the load. ``nodes`` and ``ratio`` as in ``holds``.
+    smaller step, down to ``accuracy`` times the load. ``nodes`` and ``ratio`` as in ``holds``. ``apart`` (I,) is the
+    clearance of each node, in units of the compression of all contacts under the weight; 0 unless given.
     """
     nodes = grid_nodes(assembly, SIDE) if nodes is None else nodes
     column = push(assembly, body, point, direction)
-    model = blocks(assembly, nodes, ratio)
+    model = blocks(assembly, nodes, ratio, apart)
     weight = assembly.weight_wrench()
     state, trial = settled(assembly, model, weight, still(assembly, nodes))
     if not trial.holds:
@@ -136,8 +142,11 @@ def peak(
     return Peak(held, moves, drift, drift_beyond, undecided, steps)
 
 
-def blocks(assembly: Assembly, nodes: ContactNodes, ratio: float = 1.0) -> Blocks:
-    """The bodies and springs of an assembly; springs are as stiff as their tributary area is large."""
+def blocks(assembly: Assembly, nodes: ContactNodes, ratio: float = 1.0, apart: Float | None = None) -> Blocks:
+    """The bodies and springs of an assembly; springs are as stiff as their tributary area is large.
+
+    ``apart`` as in ``peak``.
+    """
     centre = np.vstack([assembly.com, np.zeros((1, 3))])  # the last one is FIXED
     on = []
     for sign, end in ((-1.0, nodes.a), (1.0, nodes.b)):
@@ -165,7 +174,8 @@ def blocks(assembly: Assembly, nodes: ContactNodes, ratio: float = 1.0) -> Block
     c = 2 * DASHPOT / fastest * k
     on_a, on_b = (np.ascontiguousarray(w) for w in on)
     mu = np.ascontiguousarray(nodes.mu)
-    return Blocks(nodes.a, nodes.b, on_a, on_b, k, c, mu, inverse, lever, ratio, STEP / fastest)
+    clear = np.zeros(len(nodes)) if apart is None else SINK * assembly.size * apart
+    return Blocks(nodes.a, nodes.b, on_a, on_b, k, c, mu, clear, inverse, lever, ratio, STEP / fastest)
 
 
 def still(assembly: Assembly, nodes: ContactNodes) -> State:
@@ -177,7 +187,8 @@ def still(assembly: Assembly, nodes: ContactNodes) -> State:
 def settled(assembly: Assembly, model: Blocks, wrench: Float, state: State) -> tuple[State, Trial]:
     """Integrate from ``state`` under ``wrench`` (6J,) until rest or motion is seen; the last state and the verdict."""
     end = state.copy()
-    far = FAR * (extent(model, state) or UNWEIGHED * SINK * assembly.size)
+    first = UNWEIGHED * SINK * assembly.size + float(np.abs(model.apart).max(initial=0.0))
+    far = FAR * (extent(model, state) or first)
     outcome = np.zeros(3)
     kind = run(model, wrench.reshape(-1, 6), end.q, end.v, end.z, BALANCED * assembly.weight, far, MOST, outcome)
     return end, Trial({REST: True, MOVES: False}.get(kind), float(outcome[0]), float(outcome[1]), int(outcome[2]))
@@ -237,6 +248,7 @@ def run(
                     for r in range(6):
                         u[x] += m.on_b[i, x, r] * q[b, r]
                         w[x] += m.on_b[i, x, r] * v[b, r]
+            u[0] += m.apart[i]
             normal = -m.k[i] * u[0] - m.c[i] * w[0]
             if u[0] >= 0 or normal <= 0:
                 z[i, 0] = z[i, 1] = 0.0

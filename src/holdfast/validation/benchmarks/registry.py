@@ -15,6 +15,7 @@ SUITES = (
     "contacts",
     "disassembly",
     "graph_slanted",
+    "imperfect",
     "maps",
     "messy",
     "pipeline",

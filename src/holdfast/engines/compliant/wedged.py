@@ -1,0 +1,79 @@
+"""Answers that depend on stiffness: lower bounds of wedged bodies cover other springs and other nodes.
+
+Where contact forces can balance each other without any load, as on a wedge in a groove, what presses the contacts is
+decided by how stiff they are and not by the weight alone. Then the ratio of tangential to normal stiffness, which is
+seldom known, and the places of the nodes move the answer by far more than the discretisation error elsewhere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from holdfast.assembly.nodes import contact_nodes
+from holdfast.base.arrays import Float
+from holdfast.elastic.outcome import PathOutcome
+from holdfast.engines.answers import Answers
+from holdfast.engines.compliant.grid import FINER, Grid
+from holdfast.engines.compliant.model import Springs
+from holdfast.engines.cones import EXACT
+from holdfast.engines.self_stress import self_stressed_nodes
+from holdfast.engines.verdict import Status
+
+RATIOS = (0.3, 3.0)  # times the engine's ratio of tangential to normal stiffness
+COARSER = 5  # nodes a side of the coarsest grid that a careful user would take
+MARGIN = 0.01  # of the least answer over these: grids and springs between and beyond them are a little different
+BEYOND = 0.05  # of the range of the answers over these, by which others may lie beyond it
+MATTERS = 0.05  # relative change of an answer above which it is said to depend on stiffness
+CORNERS = 4  # nodes of a patch, at least
+
+
+@dataclass(frozen=True, eq=False)
+class Wedged:
+    """The lower bounds of answers on ``grid``, where its bodies are wedged."""
+
+    grid: Grid
+
+    @cached_property
+    def possible(self) -> bool:
+        """Whether contact forces can balance each other without any load; True where that is not settled."""
+        assembly = self.grid.assembly
+        pressed = self_stressed_nodes(assembly, contact_nodes(assembly, CORNERS, "corners"), EXACT)
+        return pressed is None or bool(pressed.any())
+
+    def covered(self, found: Answers, W: Float) -> Answers:
+        """Return ``found`` for columns W (6J, n), with lower bounds that also hold on other springs and nodes.
+
+        A path that is lost on one of them counts as far as it was followed. Springs of imperfect faces are a sample
+        already, and are left alone.
+        """
+        rows = np.flatnonzero((found.status == Status.FINITE) & (found.force > 0))
+        if not len(rows) or self.grid.springs.faces is not None or not self.possible:
+            return found
+        least = most = found.force[rows]
+        for other in self._others:
+            paths = other.paths(W[:, rows])
+            reached = np.where(paths.outcome == PathOutcome.ENDLESS, 2 * most, paths.peak)
+            least, most = np.minimum(least, reached), np.maximum(most, reached)
+        sure = np.maximum(least - np.maximum(MARGIN * least, BEYOND * (most - least)), 0.0)
+        lower = np.array(found.lower)
+        kept = np.divide(found.lower[rows], found.force[rows])  # what the discretisation error leaves
+        lower[rows] = np.minimum(lower[rows], kept * sure)
+        telling = int((least < (1 - MATTERS) * found.force[rows]).sum())
+        if not telling:
+            return replace(found, lower=lower)
+        between = f"{RATIOS[0]:g} and {RATIOS[1]:g} times as stiff along the contacts, {COARSER} or more nodes a side"
+        words = f"{telling} of {len(found)} answers depend on stiffness: bodies are wedged, and lower covers contacts"
+        return replace(found, lower=lower, notes=(*found.notes, f"{words} between {between}"))
+
+    @cached_property
+    def _others(self) -> tuple[Grid, ...]:
+        springs = self.grid.springs
+        each = [replace(springs, ratio=factor * springs.ratio) for factor in RATIOS]
+        each += [replace(springs, nodes=min(COARSER, springs.nodes)), springs.finer(FINER)]
+        return tuple(self._on(one) for one in each)
+
+    def _on(self, springs: Springs) -> Grid:
+        return Grid.of(self.grid.assembly, self.grid.wrench, springs, hold=self.grid.held)

@@ -1,0 +1,86 @@
+"""N3: what wedged bodies withstand depends on stiffness and nodes, and ``lower`` says so."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from compliant_scenes import shipped
+from scipy.spatial import ConvexHull
+
+import holdfast as hf
+from holdfast import Assembly, Body, Compliant, Load, Mesh, Scene, Status, assemble
+from holdfast.engines.groups import prepared
+
+
+def prism(outline: list[tuple[float, float]], half: float) -> Mesh:
+    points = np.array([[x, y, z] for y in (-half, half) for x, z in outline])
+    faces = ConvexHull(points).simplices
+    middle = points.mean(0)
+    for face in faces:
+        a, b, c = points[face]
+        if np.cross(b - a, c - a) @ (a - middle) < 0:
+            face[1:] = face[:0:-1]
+    return Mesh(points, faces)
+
+
+def groove(rng: np.random.Generator) -> tuple[Assembly, Load, np.ndarray, np.ndarray]:
+    """A wedge in a groove whose friction holds it by itself, a load on it, and three pushes on its top."""
+    angle = rng.uniform(8, 25)
+    slope, height, width, half = np.tan(np.radians(angle)), *(rng.uniform(0.05, 0.12, 3))
+    top = width / 2 + slope * height
+    outline = [(-width / 2, 0.0), (width / 2, 0.0), (top, height), (-top, height)]
+    bodies = [Body("wedge", prism(outline, half / 2), mass=rng.uniform(0.5, 3))]
+    for name, side in (("left", -1), ("right", 1)):
+        wall = [(side * x, z) for x, z in ((width / 2, 0), (top, height), (top + 0.05, height), (top + 0.05, 0))]
+        bodies.append(Body(name, prism(wall, half), fixed=True))
+    mu = min(slope + rng.uniform(0.05, 0.4), 0.9)
+    load = Load("wedge", (0.3 * rng.uniform(-1, 1) * top, 0.2 * rng.uniform(-1, 1) * half, height), (0, 0, -80))
+    points = np.column_stack([rng.uniform(-0.9, 0.9, 3) * top, rng.uniform(-0.4, 0.4, 3) * half, np.full(3, height)])
+    return (
+        assemble(Scene(bodies, mu)),
+        load,
+        points,
+        np.column_stack([rng.normal(size=(3, 2)), rng.uniform(-0.3, 1, 3)]),
+    )
+
+
+def missed(seed: int) -> int:
+    """How many of three answers on a random wedge lie above what other nodes and springs give."""
+    assembly, load, points, ways = groove(np.random.default_rng(seed))
+    found = hf.robustness(assembly, "wedge", points, ways, standing=[load])
+    if found.verdict.status is not Status.STABLE:
+        return 0
+    others = [Compliant(nodes=n) for n in (5, 7, 14, 28)] + [Compliant(stiffness_ratio=r) for r in (0.3, 3.0)]
+    each = [hf.robustness(assembly, "wedge", points, ways, standing=[load], engine=engine) for engine in others]
+    least = np.min([np.where(one.status == Status.UNDECIDED, np.inf, one.force) for one in each], axis=0)
+    return int((found.lower > least * (1 + 1e-9)).sum())
+
+
+@pytest.mark.parametrize("seed", [6, 18])
+def test_lower_of_a_wedge_is_below_what_other_nodes_and_springs_give(seed: int) -> None:
+    assert missed(seed) == 0
+
+
+@pytest.mark.slow
+def test_lower_of_random_wedges() -> None:
+    assert sum(missed(seed) for seed in range(20)) == 0
+
+
+def test_what_depends_on_stiffness_is_said() -> None:
+    told = []
+    for seed in range(8):
+        assembly, load, points, ways = groove(np.random.default_rng(seed))
+        found = hf.robustness(assembly, "wedge", points, ways, standing=[load])
+        told += [note for note in found.notes if "depend on stiffness" in note]
+    assert told
+    assert "0.3 and 3 times as stiff" in told[0]
+
+
+@pytest.mark.parametrize("name", ["cube", "stack", "table", "slope_two", "tabletop", "v_groove"])
+def test_what_rests_by_its_weight_is_not_wedged(name: str) -> None:
+    state = prepared(Compliant(), shipped(name))
+    assert not any(state.group(k).state._wedged.possible for k in range(len(shipped(name).groups)))
+
+
+def test_a_cube_between_two_walls_is_wedged() -> None:
+    assert prepared(Compliant(), shipped("wedged_floor")).group(0).state._wedged.possible
