@@ -19,17 +19,10 @@ from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.ranges import ANGLE, FRICTION, TOLERANCE
 from holdfast.base.text import quoted
 from holdfast.base.values import Value, cut
-from holdfast.contacts.detect import (
-    DEFAULT_ANGLE,
-    SIGMAS,
-    Tolerances,
-    box_distance,
-    default_gap,
-    find_contacts,
-    neighbours,
-)
+from holdfast.contacts.detect import box_distance, find_contacts, neighbours
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import Overlap, distance, find_overlaps
+from holdfast.contacts.tolerances import DEFAULT_ANGLE, SIGMAS, Tolerances
 from holdfast.scene.body import Body
 from holdfast.scene.pairs import checked_pairs
 from holdfast.scene.scene import Scene
@@ -219,7 +212,8 @@ class Assembly(Value):
         """
         scene = self.scene.with_body(body)
         warn_of_huge([body], stacklevel=3)
-        warn_of_gap([body], self.tolerances.gap, stacklevel=3)
+        if not self.tolerances.by_pair:
+            warn_of_gap([body], self.tolerances.gap, stacklevel=3)
         return self._sought(scene, "with_body")
 
     def _sought(self, scene: Scene, what: str) -> Assembly:
@@ -227,7 +221,7 @@ class Assembly(Value):
             problem = "its interfaces were given, and where bodies touch now cannot be told from them"
             remedy = "assemble the changed scene with interfaces= of its own"
             raise HoldfastError(message(f"Assembly.{what}", problem, remedy))
-        return replace(_search(scene, self.tolerances, self.overlaps, stacklevel=4), absent=self.absent)
+        return replace(_search(scene, self.tolerances.on(scene), self.overlaps, stacklevel=4), absent=self.absent)
 
     def without(self, *names: str | Iterable[str]) -> Assembly:
         """Return the assembly without the bodies of these names.
@@ -241,11 +235,11 @@ class Assembly(Value):
         scene = self.scene.without(gone)
         absent = tuple(sorted({*self.absent, *self.scene.names} - scene.names))
         if self.detected and self._uncovers(gone):
-            return replace(_search(scene, self.tolerances, self.overlaps, stacklevel=3), absent=absent)
+            return replace(_search(scene, self.tolerances.on(scene), self.overlaps, stacklevel=3), absent=absent)
         overlaps = tuple(o for o in self.overlaps if gone.isdisjoint(o.bodies))
         kept = tuple(i for i in self.interfaces if gone.isdisjoint(i.bodies))
         occluded = tuple(pair for pair in self.occluded if gone.isdisjoint(pair))
-        return Assembly(scene, kept, self.tolerances, overlaps, occluded, self.detected, absent)
+        return Assembly(scene, kept, self.tolerances.on(scene), overlaps, occluded, self.detected, absent)
 
     def _uncovers(self, gone: Collection[str]) -> bool:
         """Tell whether a removed body may have hidden a contact between two bodies that remain.
@@ -296,8 +290,10 @@ def assemble(
 ) -> Assembly:
     """Detect the contact interfaces of a scene, or take the given ones, and return the assembly.
 
-    ``gap`` [m] is the largest distance or overlap at which two surfaces still touch. By default it is a thousandth of
-    the usual body size. ``angle`` [deg] is the largest angle between two touching faces, 1 by default.
+    ``gap`` [m] is the largest distance or overlap at which two surfaces still touch, and ``angle`` [deg] the largest
+    angle between two touching faces. By default both follow from the two bodies of each pair alone: a thousandth of
+    their size, or what the scatter of scanned surfaces explains, and 1 degree, or more between scanned surfaces
+    (``Tolerances.between``). What is given holds for all pairs. With a gap, the angle is 1 by default.
 
     ``pose_sigma`` is the standard deviation of the poses' positions [m], or a pair of those of positions [m] and
     rotations [deg]. The gap of each pair of bodies is then 4σ, including the displacement that a rotation causes at the
@@ -322,27 +318,32 @@ def assemble(
         raise HoldfastError(
             message("assemble", f"gap = {quoted(gap)} and pose_sigma = {quoted(pose_sigma)}", "give one of them")
         )
-    tilt = 0.0
-    if pose_sigma is not None:
-        metres, tilt = checked_pose_sigma(pose_sigma, "assemble")
-        gap = SIGMAS * metres
-    usual = default_gap(scene)
-    tolerances = Tolerances(
-        usual if gap is None else checked_number(gap, "assemble: gap", above=0, within=TOLERANCE),
-        DEFAULT_ANGLE if angle is None else checked_number(angle, "assemble: angle", above=0),
-        tilt,
-        capped=pose_sigma is not None,
-        usual=usual,
-    )
-    if tolerances.angle >= 90:
-        raise HoldfastError(message("assemble", f"angle = {tolerances.angle:g} deg", "needs less than 90"))
+    tolerances = _tolerances(scene, gap, angle, pose_sigma)
     if not allow_large:
         check_units(scene.movable)
         warn_of_huge(scene.movable, stacklevel=3)
-    warn_of_gap(scene.movable, tolerances.gap, stacklevel=3)
+    if not tolerances.by_pair:
+        warn_of_gap(scene.movable, tolerances.gap, stacklevel=3)
     if interfaces is not None:
         return Assembly(scene, _given(scene, interfaces), tolerances, detected=False)
     return _search(scene, tolerances, (), stacklevel=3)
+
+
+def _tolerances(
+    scene: Scene, gap: float | None, angle: float | None, pose_sigma: float | tuple[float, float] | None
+) -> Tolerances:
+    """Check the tolerances given to ``assemble``, and complete them."""
+    if angle is not None:
+        angle = checked_number(angle, "assemble: angle", above=0)
+        if angle >= 90:
+            raise HoldfastError(message("assemble", f"angle = {angle:g} deg", "needs less than 90"))
+    plain = DEFAULT_ANGLE if angle is None else angle
+    if pose_sigma is not None:
+        metres, tilt = checked_pose_sigma(pose_sigma, "assemble")
+        return Tolerances(SIGMAS * metres, plain, tilt, capped=True)
+    if gap is not None:
+        return Tolerances(checked_number(gap, "assemble: gap", above=0, within=TOLERANCE), plain)
+    return Tolerances.measured(scene, angle)
 
 
 def _search(scene: Scene, tolerances: Tolerances, known: Collection[Overlap], stacklevel: int) -> Assembly:

@@ -13,8 +13,9 @@ from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
 from holdfast.base.progress import reported
 from holdfast.base.values import Value
-from holdfast.contacts.detect import Tolerances, neighbours
+from holdfast.contacts.detect import neighbours
 from holdfast.contacts.skin import near_boxes
+from holdfast.contacts.tolerances import Tolerances
 from holdfast.geometry.distance import distance_to_surface, nearest_of, winding_number
 from holdfast.geometry.solid import closed_solid
 from holdfast.geometry.surface import Surface
