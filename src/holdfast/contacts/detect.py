@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,17 +69,19 @@ def find_contacts(scene: Scene, tolerances: Tolerances) -> Contacts:
             certain = not tolerances.capped and is_certain(
                 left, flags, gap=tolerances.base(a, b), usual=plain_gap(a, b), sagitta=sagitta
             )
-            for mu, share in _by_friction(scene, a, b, left, gap).items():
+            for mu, share in by_friction(scene, a, b, left, gap).items():
                 interfaces.append(Interface(pair, patches=share, flags=flags, certain=certain, mu=mu))
         else:
             occluded.append(pair)
     return Contacts(tuple(interfaces), tuple(occluded))
 
 
-def _by_friction(scene: Scene, a: Body, b: Body, patches: list[Patch], gap: float) -> dict[float | None, list[Patch]]:
+def by_friction(
+    scene: Scene, a: Body, b: Body, patches: Sequence[Patch], gap: float
+) -> dict[float | None, list[Patch]]:
     """Share patches out by friction coefficient: None where it is that of the two bodies, whatever their parts."""
     if all({*body.materials} == {body.material} for body in (a, b)):
-        return {None: patches}
+        return {None: list(patches)}
     found: dict[float | None, list[Patch]] = {}
     for (of_a, of_b), piece in by_material(a, b, patches, gap).items():
         mu = scene.friction.between(a.name, b.name, {a.name: of_a, b.name: of_b})

@@ -42,6 +42,16 @@ class Overlap(Value):
     estimated: bool = False
 
     @property
+    def text(self) -> str:
+        """The overlap in words, with what to do about it."""
+        about = "about " if self.estimated else ""
+        return (
+            f"{self.bodies[0]} and {self.bodies[1]} overlap by {about}{self.depth * 1e3:.3g} mm, more than their "
+            f"tolerance of {self.tolerance * 1e3:.2g} mm, so what they carry there is not known: settle, or correct "
+            "the poses"
+        )
+
+    @property
     def severity(self) -> Literal["warning", "error"]:
         """The severity of the overlap, by its depth relative to the tolerance."""
         return "warning" if self.depth <= 2 * self.tolerance else "error"

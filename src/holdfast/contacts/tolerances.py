@@ -18,6 +18,7 @@ SIGMAS = 4  # number of standard deviations of a pose, or of rough surfaces, tha
 SLOPES = 2  # number of standard deviations of the facets of rough surfaces that the angle allows for
 ROUGHEST_GAP = 0.01  # largest gap that follows from rough surfaces, relative to the size of the smaller body
 ROUGHEST_ANGLE = 5.0  # [deg] largest angle that follows from rough surfaces
+REACH, RELATIVE_REACH = 0.01, 0.1  # [m] and relative to the size of the smaller body: see ``reach``
 THINNEST = 0.5  # limit of a capped gap and of the depth of contacts, relative to the thickness of the thinner body
 STEEPEST = 45.0  # [deg] largest angle tolerance that follows from uncertain poses
 
@@ -133,6 +134,15 @@ def rough_angle(a: Body, b: Body) -> float:
     one, two = a.shape.surface.roughness, b.shape.surface.roughness
     angle = DEFAULT_ANGLE + SLOPES * float(np.degrees(np.hypot(one.slope, two.slope)))
     return min(angle, ROUGHEST_ANGLE)
+
+
+def reach(a: Body, b: Body) -> float:
+    """Return how far apart two bodies may be seen though they touch in truth [m]: 10 mm, or a tenth of the smaller one.
+
+    Within it no fall is proved, because poses from cameras and simulations are off by millimetres. Nothing touches
+    because of it.
+    """
+    return min(REACH, RELATIVE_REACH * min(a.shape.surface.diagonal, b.shape.surface.diagonal))
 
 
 def _thin(a: Body, b: Body) -> float:
