@@ -17,7 +17,7 @@ from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked_items, checked_number, frozen
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.ranges import ANGLE, FRICTION, TOLERANCE
-from holdfast.base.text import quoted
+from holdfast.base.text import listed, quoted
 from holdfast.base.values import Value, cut
 from holdfast.contacts.detect import box_distance, find_contacts, neighbours
 from holdfast.contacts.interface import Interface
@@ -53,7 +53,7 @@ class Assembly(Value):
     def __repr__(self) -> str:
         parts = {"movable bodies": self.movable, "interfaces": self.interfaces, "overlaps": self.overlaps}
         counts = ", ".join(f"{len(part)} {name}" for name, part in parts.items())
-        found = f"gap {self.tolerances.gap * 1e3:.3g} mm" if self.detected else "interfaces given"
+        found = self.tolerances.text if self.detected else "interfaces given"
         return f"Assembly(<Scene {cut(repr(self.scene.name), 60)}>, {counts}, {found})"
 
     @property
@@ -180,6 +180,25 @@ class Assembly(Value):
             if frozenset((a.name, b.name)) not in known
             and distance(a, b, 1.001 * self.tolerances.between(a, b).gap) is not None
         )
+
+    @cached_property
+    def gaps(self) -> tuple[float, ...]:
+        """The gap [m] within which the two bodies of every interface touch, sagittas included."""
+        return tuple(self._between(interface.bodies).gap for interface in self.interfaces)
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """The pairs that touch within wider tolerances than exact surfaces would, because their surfaces are rough."""
+        plain = replace(self.tolerances, rough=False)
+        wider = []
+        for pair in dict.fromkeys(interface.bodies for interface in self.interfaces):
+            own, exact = self._between(pair), plain.between(*(self.scene.body(name) for name in pair))
+            if own.gap > exact.gap or own.angle > exact.angle:
+                wider.append(f"{'-'.join(sorted(pair))} {own.gap * 1e3:.2g} mm and {own.angle:.2g} degrees")
+        return (f"rough surfaces widen what counts as touching: {listed(wider)}",) if wider else ()
+
+    def _between(self, pair: tuple[str, str]) -> Tolerances:
+        return self.tolerances.between(*(self.scene.body(name) for name in pair))
 
     @cached_property
     def known_names(self) -> tuple[str, ...]:

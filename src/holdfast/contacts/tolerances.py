@@ -39,6 +39,7 @@ class Tolerances(Value):
     - ``by_pair``: if True, no gap was given. The gap of a pair then follows from its two bodies alone (``plain_gap``,
       and the roughness of both), and ``gap`` is only the plain gap of a body of usual size. ``angle_by_pair`` says
       the same of the angle.
+    - ``rough``: if False, the roughness of surfaces counts for nothing.
     - ``spread`` [m]: deviations of poses that are added to the gap, as independent of it.
     """
 
@@ -50,12 +51,18 @@ class Tolerances(Value):
     by_pair: bool = False
     angle_by_pair: bool = False
     spread: float = 0.0
+    rough: bool = True
 
     @classmethod
     def measured(cls, scene: Scene, angle: float | None = None) -> Tolerances:
         """Return tolerances by pair for a scene; an ``angle`` [deg] that is given holds for all pairs."""
         plain = DEFAULT_ANGLE if angle is None else angle
         return cls(default_gap(scene), plain, by_pair=True, angle_by_pair=angle is None)
+
+    @property
+    def text(self) -> str:
+        """The gap in words, for headings."""
+        return f"gap {'about ' if self.by_pair else ''}{self.gap * 1e3:.3g} mm{' by pair' if self.by_pair else ''}"
 
     def on(self, scene: Scene) -> Tolerances:
         """Return the same tolerances for another scene."""
@@ -65,7 +72,7 @@ class Tolerances(Value):
         """Return the final gap, angle and depth of one pair of bodies. Nothing has to be added to them."""
         lever = max((body.size / 2 for body in (a, b) if not body.fixed), default=0.0)
         gap, angle = self.base(a, b) + self._swing(lever), SIGMAS * self.tilt
-        angle += rough_angle(a, b) if self.angle_by_pair else self.angle
+        angle += rough_angle(a, b) if self.angle_by_pair and self.rough else self.angle
         gap += a.shape.surface.sagitta + b.shape.surface.sagitta
         thin = _thin(a, b)
         if self.capped:
@@ -74,7 +81,10 @@ class Tolerances(Value):
 
     def base(self, a: Body, b: Body) -> float:
         """Return the gap of a pair [m] without what sagittas and rotations add to it."""
-        return float(np.hypot(max(plain_gap(a, b), rough_gap(a, b)) if self.by_pair else self.gap, self.spread))
+        gap = plain_gap(a, b) if self.by_pair else self.gap
+        if self.by_pair and self.rough:
+            gap = max(gap, rough_gap(a, b))
+        return float(np.hypot(gap, self.spread))
 
     def of(self, body: Body) -> float:
         """Return how far a point may be from the surface of a body and still count as on it [m], without sagitta."""
