@@ -21,7 +21,7 @@ STRANGERS = {
 
 def scanned(name: str, noise: float, place: tuple[float, float, float], seed: int = 1) -> hf.Body:
     mesh = trimesh.creation.box(SIDE)
-    for _ in range(4):
+    for _ in range(3):
         mesh = mesh.subdivide()
     rng = np.random.default_rng(seed)
     vertices = mesh.vertices + noise * rng.standard_normal(mesh.vertices.shape)

@@ -152,7 +152,9 @@ class Reach:
         bodies = [*others, *members]
         table = whole.friction.among({body.name for body in bodies} | materials_of(bodies))
         scene = Scene(bodies, table, whole.gravity)
-        return Assembly(scene, tuple(kept), self.assembly.tolerances, detected=False, absent=self.assembly.known_names)
+        overlaps = tuple(o for o in self.assembly.overlaps if scene.names.issuperset(o.bodies))
+        known = self.assembly.known_names
+        return Assembly(scene, tuple(kept), self.assembly.tolerances, overlaps, detected=False, absent=known)
 
     def _by_forces(self, part: Assembly) -> Verdict:
         return find_rest(part, part.weight_wrench()).verdict
