@@ -100,6 +100,15 @@ def test_what_is_given_holds_for_all_pairs() -> None:
     assert assembly.notes == ()
 
 
+def test_a_scan_that_touches_at_its_highest_vertex_is_not_certain() -> None:
+    """What else touches within the tolerance of its roughness is a guess."""
+    scan = scanned("scan", 4e-4, (0, 0, 0))
+    lowest = scan.surface_world.vertices[:, 2].min()
+    (interface,) = pairs(scan.moved(at(0, 0, -lowest))).values()
+    assert abs(interface.separation or 0.0) < 1e-9
+    assert not interface.certain
+
+
 @pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")
 def test_a_scan_touches_within_four_deviations_and_says_so() -> None:
     scan, exact = scanned("scan", 4e-4, (0, 0, 0.0515)), box("exact", SIDE, 1, (0.3, 0, 0.0515))

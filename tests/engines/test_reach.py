@@ -146,14 +146,31 @@ def test_a_leaning_plank_below_its_friction_angle_slides(seed: int) -> None:
     assert found.moving == ("plank",)
 
 
-def test_a_cylinder_that_rolls_down_a_slope_falls() -> None:
+def test_steep_walls_are_met_too_late() -> None:
+    """Walls 4 degrees from the vertical close in on a falling cube: 2 mm away from them it has 28 mm to go.
+
+    Where they are 0.5 mm away, it has 7 mm, and is then held, as friction is steeper than they are.
+    """
+    for apart, status in ((2e-3, hf.Status.UNSTABLE), (0.5e-3, hf.Status.UNDECIDED)):
+        walls = []
+        for name, side in (("left", -1), ("right", 1)):
+            turn = turned("y", side * np.radians(4))
+            edge = np.array([side * 0.05, 0, 0.25])  # the lower one of the cube
+            centre = edge + turn @ [side * (apart + 0.02), 0, 0]
+            walls.append(fixed(hf.Body(name, hf.Box((0.04, 0.3, 0.4)), mass=1.0, pose=posed(centre, turn))))
+        found = stability(*walls, cube("it", 0, 0.25))
+        assert found.status is status, found.reason
+
+
+@pytest.mark.parametrize("slope", [3.5, 8])
+def test_a_cylinder_that_rolls_down_a_slope_falls(slope: float) -> None:
     """Its flank is always within reach of the slope, and never holds it."""
-    turn = turned("y", np.radians(8))
-    slope = hf.Body("slope", hf.Box((1, 1, 0.1)), pose=posed(turn @ [0, 0, -0.05], turn), fixed=True)
+    turn = turned("y", np.radians(slope))
+    ramp = hf.Body("ramp", hf.Box((1, 1, 0.1)), pose=posed(turn @ [0, 0, -0.05], turn), fixed=True)
     can = hf.Body(
         "can", hf.Cylinder(0.05, 0.2), mass=1.0, pose=posed(turn @ [0, 0, 0.05], turn @ turned("x", np.pi / 2))
     )
-    found = stability(slope, can)
+    found = stability(ramp, can)
     assert found.status is hf.Status.UNSTABLE
 
 

@@ -113,8 +113,7 @@ class Groups:
 
     @cached_property
     def _reach(self) -> Reach:
-        loads = (self.standing, self.acceleration)
-        return Reach(self.engine, self.assembly, any(load is not None and bool(load.any()) for load in loads))
+        return Reach(self.engine, self.assembly)
 
     def group_with(self, body: int) -> Group:
         """Return the group, prepared, that holds the movable body with this number."""

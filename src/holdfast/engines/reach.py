@@ -39,7 +39,6 @@ class Reach:
 
     engine: Engine
     assembly: Assembly
-    loaded: bool
 
     @cached_property
     def _nearby(self) -> Nearby:
@@ -91,9 +90,7 @@ class Reach:
             return ""
         verdict = rests(part)
         if verdict.status is not Status.UNSTABLE:
-            if self.loaded:
-                return ""  # what the loads move was at rest before
-            rests = self._by_engine
+            rests = self._by_engine  # which may know of a fall where limit analysis does not, but not under loads
             verdict = rests(part)
         for wide in (False, True):
             found = [c for a, b in pairs for c in self._nearby.contacts(a, b, gap, wide=wide)]
