@@ -54,7 +54,7 @@ def test_scenes_of_the_tables(name: str) -> None:
     asked = {**TABLE_II, **TABLE_III}[name]().asked
     p = placed(name)
     assert p.status is hf.Status.STABLE, p.reason
-    again = hf.assemble(p.assembly.scene, gap=p.assembly.tolerances.gap)
+    again = hf.assemble(p.assembly.scene)
     assert not again.overlaps
     assert hf.stability(again).status is hf.Status.STABLE
     touched = {other for i in again.interfaces if "object" in i.bodies for other in i.bodies} - {"object"}

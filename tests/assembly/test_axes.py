@@ -55,7 +55,7 @@ def moved_pose() -> np.ndarray:
 @pytest.mark.parametrize("family", ["table", "row", "hull"])
 def test_a_part_is_written_alike_wherever_its_scene_lies(family: str) -> None:
     assembly = standing(FAMILIES[family], np.random.default_rng(6))
-    other = hf.assemble(moved(assembly.scene, 7), gap=assembly.tolerances.gap)
+    other = hf.assemble(moved(assembly.scene, 7))
     for group in assembly.groups:
         one, two = (part_of(a, group).assembly for a in (assembly, other))
         assert one.size == pytest.approx(two.size, rel=1e-9)

@@ -46,6 +46,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     hf.save_scene(hf.Scene([below, above], 0.5), "ridges.yaml")
     sunk = box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.04))
     hf.save_scene(hf.Scene([floor(), sunk], 0.5), "sunk.yaml")
+    low, high = (box(n, (0.1, 0.1, 0.1), 1, (0, 0, z)) for n, z in (("low", 0.05), ("high", 0.15043)))
+    hf.save_scene(hf.Scene([floor(), low, high], 0.5), "hovers.yaml")
     (tmp_path / "bad.yaml").write_text("a: 1\n")
     return tmp_path
 
@@ -76,6 +78,19 @@ def test_exit_codes(scene: str, code: int, command: list[str], as_json: list[str
         assert answer.out
     if as_json and code != 2:
         read(answer.out)
+
+
+def test_a_hovering_body_exits_with_3_and_is_told_what_to_do(holdfast: Any, folder: Path) -> None:
+    line = "high is 0.43 mm above 'low' (gap tolerance 0.17 mm) and would rest there: settle, or gap=0.001"
+    answer = holdfast("assess", "hovers.yaml")
+    assert answer.code == 3
+    assert line in " ".join(answer.out.split())
+    data = read(holdfast("assess", "hovers.yaml", "--json").out)
+    assert {tuple(g["bodies"]): g["status"] for g in data["groups"]} == {("low",): "stable", ("high",): "undecided"}
+    assert line in data["groups"][1]["reason"]
+    assert holdfast("assess", "hovers.yaml", "--gap", "0.001").code == 0
+    mapped = read(holdfast("map", "hovers.yaml", "--spacing", "0.05", "--engine", "limit", "--json").out)
+    assert any(line in note for note in mapped["notes"])
 
 
 def test_the_json_of_assess_has_the_attributes(holdfast: Any) -> None:

@@ -18,7 +18,7 @@ from holdfast.engines.groups import _Smallest, prepared
 from holdfast.engines.verdict import Verdict
 from holdfast.queries.request import ENGINES
 
-GAP = 1e-4  # given, for the default depends on the sizes of all bodies
+GAP = 1e-4
 ENGINES_TESTED = ("graph", "limit", "compliant")
 
 

@@ -17,19 +17,12 @@ from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked_items, checked_number, frozen
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.ranges import ANGLE, FRICTION, TOLERANCE
-from holdfast.base.text import quoted
+from holdfast.base.text import listed, quoted
 from holdfast.base.values import Value, cut
-from holdfast.contacts.detect import (
-    DEFAULT_ANGLE,
-    SIGMAS,
-    Tolerances,
-    box_distance,
-    default_gap,
-    find_contacts,
-    neighbours,
-)
+from holdfast.contacts.detect import box_distance, find_contacts, neighbours
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import Overlap, distance, find_overlaps
+from holdfast.contacts.tolerances import DEFAULT_ANGLE, SIGMAS, Tolerances
 from holdfast.scene.body import Body
 from holdfast.scene.pairs import checked_pairs
 from holdfast.scene.scene import Scene
@@ -60,7 +53,7 @@ class Assembly(Value):
     def __repr__(self) -> str:
         parts = {"movable bodies": self.movable, "interfaces": self.interfaces, "overlaps": self.overlaps}
         counts = ", ".join(f"{len(part)} {name}" for name, part in parts.items())
-        found = f"gap {self.tolerances.gap * 1e3:.3g} mm" if self.detected else "interfaces given"
+        found = self.tolerances.text if self.detected else "interfaces given"
         return f"Assembly(<Scene {cut(repr(self.scene.name), 60)}>, {counts}, {found})"
 
     @property
@@ -195,6 +188,25 @@ class Assembly(Value):
         return self.tolerances.between(self.scene.body(a), self.scene.body(b)).gap
 
     @cached_property
+    def gaps(self) -> tuple[float, ...]:
+        """The gap [m] within which the two bodies of every interface touch, sagittas included."""
+        return tuple(self._between(interface.bodies).gap for interface in self.interfaces)
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """The pairs that touch within wider tolerances than exact surfaces would, because their surfaces are rough."""
+        plain = replace(self.tolerances, rough=False)
+        wider = []
+        for pair in dict.fromkeys(interface.bodies for interface in self.interfaces):
+            own, exact = self._between(pair), plain.between(*(self.scene.body(name) for name in pair))
+            if own.gap > exact.gap or own.angle > exact.angle:
+                wider.append(f"{'-'.join(sorted(pair))} {own.gap * 1e3:.2g} mm and {own.angle:.2g} degrees")
+        return (f"rough surfaces widen what counts as touching: {listed(wider)}",) if wider else ()
+
+    def _between(self, pair: tuple[str, str]) -> Tolerances:
+        return self.tolerances.between(*(self.scene.body(name) for name in pair))
+
+    @cached_property
     def known_names(self) -> tuple[str, ...]:
         """The names of all bodies and materials here and in the larger assembly that this one is a part of."""
         return (*self.absent, *self.scene.names)
@@ -225,7 +237,8 @@ class Assembly(Value):
         """
         scene = self.scene.with_body(body)
         warn_of_huge([body], stacklevel=3)
-        warn_of_gap([body], self.tolerances.gap, stacklevel=3)
+        if not self.tolerances.by_pair:
+            warn_of_gap([body], self.tolerances.gap, stacklevel=3)
         return self._sought(scene, "with_body")
 
     def _sought(self, scene: Scene, what: str) -> Assembly:
@@ -233,7 +246,7 @@ class Assembly(Value):
             problem = "its interfaces were given, and where bodies touch now cannot be told from them"
             remedy = "assemble the changed scene with interfaces= of its own"
             raise HoldfastError(message(f"Assembly.{what}", problem, remedy))
-        return replace(_search(scene, self.tolerances, self.overlaps, stacklevel=4), absent=self.absent)
+        return replace(_search(scene, self.tolerances.on(scene), self.overlaps, stacklevel=4), absent=self.absent)
 
     def without(self, *names: str | Iterable[str]) -> Assembly:
         """Return the assembly without the bodies of these names.
@@ -247,11 +260,11 @@ class Assembly(Value):
         scene = self.scene.without(gone)
         absent = tuple(sorted({*self.absent, *self.scene.names} - scene.names))
         if self.detected and self._uncovers(gone):
-            return replace(_search(scene, self.tolerances, self.overlaps, stacklevel=3), absent=absent)
+            return replace(_search(scene, self.tolerances.on(scene), self.overlaps, stacklevel=3), absent=absent)
         overlaps = tuple(o for o in self.overlaps if gone.isdisjoint(o.bodies))
         kept = tuple(i for i in self.interfaces if gone.isdisjoint(i.bodies))
         occluded = tuple(pair for pair in self.occluded if gone.isdisjoint(pair))
-        return Assembly(scene, kept, self.tolerances, overlaps, occluded, self.detected, absent)
+        return Assembly(scene, kept, self.tolerances.on(scene), overlaps, occluded, self.detected, absent)
 
     def _uncovers(self, gone: Collection[str]) -> bool:
         """Tell whether a removed body may have hidden a contact between two bodies that remain.
@@ -302,8 +315,10 @@ def assemble(
 ) -> Assembly:
     """Detect the contact interfaces of a scene, or take the given ones, and return the assembly.
 
-    ``gap`` [m] is the largest distance or overlap at which two surfaces still touch. By default it is a thousandth of
-    the usual body size. ``angle`` [deg] is the largest angle between two touching faces, 1 by default.
+    ``gap`` [m] is the largest distance or overlap at which two surfaces still touch, and ``angle`` [deg] the largest
+    angle between two touching faces. By default both follow from the two bodies of each pair alone: a thousandth of
+    their size, or what the scatter of scanned surfaces explains, and 1 degree, or more between scanned surfaces
+    (``Tolerances.between``). What is given holds for all pairs. With a gap, the angle is 1 by default.
 
     ``pose_sigma`` is the standard deviation of the poses' positions [m], or a pair of those of positions [m] and
     rotations [deg]. The gap of each pair of bodies is then 4σ, including the displacement that a rotation causes at the
@@ -328,27 +343,32 @@ def assemble(
         raise HoldfastError(
             message("assemble", f"gap = {quoted(gap)} and pose_sigma = {quoted(pose_sigma)}", "give one of them")
         )
-    tilt = 0.0
-    if pose_sigma is not None:
-        metres, tilt = checked_pose_sigma(pose_sigma, "assemble")
-        gap = SIGMAS * metres
-    usual = default_gap(scene)
-    tolerances = Tolerances(
-        usual if gap is None else checked_number(gap, "assemble: gap", above=0, within=TOLERANCE),
-        DEFAULT_ANGLE if angle is None else checked_number(angle, "assemble: angle", above=0),
-        tilt,
-        capped=pose_sigma is not None,
-        usual=usual,
-    )
-    if tolerances.angle >= 90:
-        raise HoldfastError(message("assemble", f"angle = {tolerances.angle:g} deg", "needs less than 90"))
+    tolerances = _tolerances(scene, gap, angle, pose_sigma)
     if not allow_large:
         check_units(scene.movable)
         warn_of_huge(scene.movable, stacklevel=3)
-    warn_of_gap(scene.movable, tolerances.gap, stacklevel=3)
+    if not tolerances.by_pair:
+        warn_of_gap(scene.movable, tolerances.gap, stacklevel=3)
     if interfaces is not None:
         return Assembly(scene, _given(scene, interfaces), tolerances, detected=False)
     return _search(scene, tolerances, (), stacklevel=3)
+
+
+def _tolerances(
+    scene: Scene, gap: float | None, angle: float | None, pose_sigma: float | tuple[float, float] | None
+) -> Tolerances:
+    """Check the tolerances given to ``assemble``, and complete them."""
+    if angle is not None:
+        angle = checked_number(angle, "assemble: angle", above=0)
+        if angle >= 90:
+            raise HoldfastError(message("assemble", f"angle = {angle:g} deg", "needs less than 90"))
+    plain = DEFAULT_ANGLE if angle is None else angle
+    if pose_sigma is not None:
+        metres, tilt = checked_pose_sigma(pose_sigma, "assemble")
+        return Tolerances(SIGMAS * metres, plain, tilt, capped=True)
+    if gap is not None:
+        return Tolerances(checked_number(gap, "assemble: gap", above=0, within=TOLERANCE), plain)
+    return Tolerances.measured(scene, angle)
 
 
 def _search(scene: Scene, tolerances: Tolerances, known: Collection[Overlap], stacklevel: int) -> Assembly:

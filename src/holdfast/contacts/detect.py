@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,69 +20,12 @@ from holdfast.contacts.occlusion import by_body, visible
 from holdfast.contacts.patches import face_patches, line_patches, point_patches
 from holdfast.contacts.round import feet, not_at
 from holdfast.contacts.skin import Skin, near_faces
+from holdfast.contacts.tolerances import Tolerances, plain_gap
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
-RELATIVE_GAP = 1e-3  # default gap over the usual size of the movable bodies
-USUAL_OVER_SMALLEST = 5  # largest ratio of the usual size to the smallest size; up to it the usual size is the median
-DEFAULT_ANGLE = 1.0  # [deg] default angle tolerance
-SIGMAS = 4  # number of standard deviations of a pose that the tolerances allow for
-THINNEST = 0.5  # limit of a capped gap and of the depth of contacts, relative to the thickness of the thinner body
-STEEPEST = 45.0  # [deg] largest angle tolerance that follows from uncertain poses
 NEGLIGIBLE_WIDTH = 1e-6  # width, relative to the size of the smaller body, below which a patch is a rounding error
 NOMINAL_BREADTH = 1e-3  # width of a line or a point in the weights of nodes, relative to the size of the smaller body
-
-
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Tolerances(Value):
-    """The tolerances of contact detection: which surfaces count as touching.
-
-    - ``gap`` [m]: how far apart two surfaces may be, or how much they may overlap. For each pair of bodies, the
-      sagittas of their surfaces are added, because the mesh of a round shape lies inside its true surface by that much.
-    - ``angle`` [deg]: how far two faces may be from parallel.
-    - ``tilt`` [deg]: the standard deviation of the rotations of the poses. It increases the angle, and the gap by the
-      distance that the rotation moves the end of a body.
-    - ``capped``: if True, the gap of a pair is at most half the thickness of the thinner body.
-    - ``depth`` [m]: how much two surfaces may overlap. For a pair it is never more than half the thickness of the
-      thinner body, so that the far side of a plate is not taken for its near side.
-    - ``usual`` [m]: the default gap of the scene. Surfaces further apart than this are not certain to touch.
-    """
-
-    gap: float
-    angle: float
-    tilt: float = 0.0
-    capped: bool = False
-    depth: float = np.inf
-    usual: float = field(default=np.inf, compare=False)  # follows from the scene that was assembled first
-
-    def between(self, a: Body, b: Body) -> Tolerances:
-        """Return the final gap, angle and depth of one pair of bodies. Nothing has to be added to them."""
-        lever = max((body.size / 2 for body in (a, b) if not body.fixed), default=0.0)
-        gap, angle = self.gap + self._swing(lever), self.angle + SIGMAS * self.tilt
-        gap += a.shape.surface.sagitta + b.shape.surface.sagitta
-        thin = THINNEST * min(a.shape.surface.thickness, b.shape.surface.thickness)
-        if self.capped:
-            gap = min(gap, thin)
-        return Tolerances(gap, min(angle, STEEPEST) if self.tilt else angle, depth=min(gap, thin))
-
-    def _swing(self, lever: float) -> float:
-        """Return how far SIGMAS times ``tilt`` moves the end of a lever of this length, both [m]."""
-        return SIGMAS * float(np.radians(self.tilt)) * lever
-
-    def widest(self, scene: Scene) -> float:
-        """Return an upper bound of the gaps of all pairs of bodies [m]."""
-        lever = max((body.size / 2 for body in scene.movable), default=0.0)
-        return self.gap + self._swing(lever) + 2 * max(body.shape.surface.sagitta for body in scene.bodies)
-
-
-def default_gap(scene: Scene) -> float:
-    """Return a thousandth of the usual bounding-box diagonal of the movable bodies [m].
-
-    The usual diagonal is the median, limited by USUAL_OVER_SMALLEST, so a huge body does not raise it.
-    """
-    sizes = [body.size for body in scene.movable or scene.bodies]
-    return RELATIVE_GAP * min(float(np.median(sizes)), USUAL_OVER_SMALLEST * min(sizes))
 
 
 def box_distance(a: Body, b: Body) -> float:
@@ -129,20 +72,22 @@ def find_contacts(scene: Scene, tolerances: Tolerances) -> Contacts:
         flags = flags_of(a, b, left, gap, hidden=left != found[pair])
         sagitta = a.shape.surface.sagitta + b.shape.surface.sagitta
         certain = not tolerances.capped and is_certain(
-            left, flags, gap=tolerances.gap, usual=tolerances.usual, sagitta=sagitta
+            left, flags, gap=tolerances.base(a, b), usual=plain_gap(a, b), sagitta=sagitta
         )
         shares: dict[float | None, list[Patch]] = {}
         for one, two, rest in seen:
-            for mu, share in _by_friction(scene, one, two, rest, gap).items():
+            for mu, share in by_friction(scene, one, two, rest, gap).items():
                 shares.setdefault(mu, []).extend(share)
         interfaces += [Interface(pair, patches=s, flags=flags, certain=certain, mu=mu) for mu, s in shares.items()]
     return Contacts(tuple(interfaces), tuple(occluded))
 
 
-def _by_friction(scene: Scene, a: Body, b: Body, patches: list[Patch], gap: float) -> dict[float | None, list[Patch]]:
+def by_friction(
+    scene: Scene, a: Body, b: Body, patches: Sequence[Patch], gap: float
+) -> dict[float | None, list[Patch]]:
     """Share patches out by friction coefficient: None where it is that of the two bodies, whatever their parts."""
     if not patches or all({*body.materials} == {body.material} for body in (a, b)):
-        return {None: patches} if patches else {}
+        return {None: list(patches)} if patches else {}
     found: dict[float | None, list[Patch]] = {}
     for (of_a, of_b), piece in by_material(a, b, patches, gap).items():
         mu = scene.friction.between(a.name, b.name, {a.name: of_a, b.name: of_b})

@@ -13,8 +13,9 @@ from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
 from holdfast.base.progress import reported
 from holdfast.base.values import Value
-from holdfast.contacts.detect import Tolerances, neighbours
+from holdfast.contacts.detect import neighbours
 from holdfast.contacts.skin import near_boxes
+from holdfast.contacts.tolerances import Tolerances
 from holdfast.geometry.distance import distance_to_surface, nearest_of, winding_number
 from holdfast.geometry.solid import closed_solid
 from holdfast.geometry.surface import Surface
@@ -39,6 +40,16 @@ class Overlap(Value):
     depth: float
     tolerance: float
     estimated: bool = False
+
+    @property
+    def text(self) -> str:
+        """The overlap in words, with what to do about it."""
+        about = "about " if self.estimated else ""
+        return (
+            f"{self.bodies[0]} and {self.bodies[1]} overlap by {about}{self.depth * 1e3:.3g} mm, more than their "
+            f"tolerance of {self.tolerance * 1e3:.2g} mm, so what they carry there is not known: settle, or correct "
+            "the poses"
+        )
 
     @property
     def severity(self) -> Literal["warning", "error"]:

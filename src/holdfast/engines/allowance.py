@@ -9,7 +9,7 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import tangents
-from holdfast.contacts.detect import SIGMAS
+from holdfast.contacts.tolerances import SIGMAS
 from holdfast.engines.answers import Answers
 from holdfast.engines.contract import Accuracy
 from holdfast.engines.limit.engine import Limit, LimitState

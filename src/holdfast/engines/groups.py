@@ -24,10 +24,12 @@ from holdfast.engines import presence
 from holdfast.engines.answers import ONLY_BALANCED, Answers, joined_notes, only_balanced, weakest_bound
 from holdfast.engines.contract import EXACT, Accuracy, Engine, State
 from holdfast.engines.mechanism import Kinematics, Mechanism
+from holdfast.engines.reach import Reach
 from holdfast.engines.rest import doubt_of, hanging, undecided
 from holdfast.engines.verdict import Certificate, ContactForces, GroupVerdict, Status, Verdict
 
 WORST_FIRST = (Status.UNSTABLE, Status.UNDECIDED, Status.STABLE)
+MOST_TOLD = 3  # the most overlaps that one reason names
 ROUNDING = 1e-8  # share of the weight of the pushed body below which a force is a rounding error of none
 
 
@@ -63,6 +65,7 @@ class Groups:
     assembly: Assembly
     standing: Float | None
     acceleration: Float | None
+    _by_contacts: dict[int, Group] = field(default_factory=dict, init=False, repr=False)
     _known: dict[int, Group] = field(default_factory=dict, init=False, repr=False)
     _moved: dict[int, tuple[Kinematics, Kinematics]] = field(default_factory=dict, init=False, repr=False)
     _preparing: RLock = field(default_factory=RLock, init=False, repr=False)
@@ -79,8 +82,38 @@ class Groups:
         """Return one group, prepared."""
         with self._preparing:
             if number not in self._known:
-                self._known[number] = self._prepare(self.assembly.groups[number])
+                self._known.update(self._with_doubts(number))
             return self._known[number]
+
+    def _with_doubts(self, number: int) -> dict[int, Group]:
+        """Return a group, and all that its verdict depends on, with verdicts that allow for poses a little off.
+
+        What overlaps more deeply than its tolerance is not known to stand, and what falls by less than its reach is not
+        known to fall.
+        """
+        group = self._as_found(number)
+        if group.verdict.status is Status.STABLE:
+            deep = [o.text for o in self.assembly.overlaps if not set(group.names).isdisjoint(o.bodies)]
+            return {number: replace(group, verdict=undecided(listed(deep, MOST_TOLD))) if deep else group}
+        if group.verdict.status is Status.UNDECIDED or not self.assembly.detected:
+            return {number: group}
+        found = {}
+        for k, text in self._reach.remarks(number, lambda k: self._as_found(k).verdict).items():
+            falls = self._as_found(k)
+            reason = f"no contact within tolerance holds {listed(falls.names)}, but {text}"
+            verdict = undecided(reason, mechanism=falls.verdict.mechanism)
+            found[k] = replace(falls, verdict=verdict) if text else falls
+        return found
+
+    def _as_found(self, number: int) -> Group:
+        """Return one group, prepared, with the verdict that follows from its contacts as they were found."""
+        if number not in self._by_contacts:
+            self._by_contacts[number] = self._prepare(self.assembly.groups[number])
+        return self._by_contacts[number]
+
+    @cached_property
+    def _reach(self) -> Reach:
+        return Reach(self.engine, self.assembly)
 
     def group_with(self, body: int) -> Group:
         """Return the group, prepared, that holds the movable body with this number."""

@@ -196,8 +196,7 @@ def doubt_of(assembly: Assembly, twists: Float) -> str:
 
     Such a contact may stop the motion ``twists`` (J, 6), so the motion proves no collapse.
     """
-    joined = {frozenset(interface.bodies) for interface in assembly.interfaces}
-    overlapping = [o.bodies for o in assembly.overlaps if frozenset(o.bodies) not in joined]
+    overlapping = {overlap.bodies: overlap for overlap in assembly.overlaps}
     still = np.zeros(6)
     for a, b in (*overlapping, *assembly.unmodelled):
         at_origin = [
@@ -206,6 +205,6 @@ def doubt_of(assembly: Assembly, twists: Float) -> str:
         ]
         if not np.allclose(at_origin[0], at_origin[1], atol=1e-9 * np.abs(twists).max()):
             if (a, b) in overlapping:
-                return f"{a} and {b} overlap, and what they carry there is not modelled"
+                return overlapping[a, b].text
             return f"{a} and {b} touch with a sharp corner or edge on another, where no direction of contact is defined"
     return ""

@@ -13,6 +13,7 @@ from holdfast.base.kinds import shaped
 from holdfast.base.values import Value, seal
 from holdfast.geometry.area import areas_of, normals_of
 from holdfast.geometry.facets import Facets, balanced
+from holdfast.geometry.roughness import NONE, Roughness, roughness_of
 from holdfast.geometry.solid import closed_solid
 from holdfast.geometry.topology import Topology
 
@@ -54,6 +55,11 @@ class Surface(Value):
         return float(self.areas.sum())
 
     @cached_property
+    def diagonal(self) -> float:
+        """Diagonal of the bounding box in the body frame [m], which no pose changes."""
+        return float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
+
+    @cached_property
     def thickness(self) -> float:
         """Smallest side of the bounding box in the body frame [m]."""
         return float(np.ptp(self.vertices, axis=0).min())
@@ -62,6 +68,13 @@ class Surface(Value):
     def topology(self) -> Topology:
         """Its edges and neighbours."""
         return Topology.of(self.vertices, self.faces, self.normals)
+
+    @cached_property
+    def roughness(self) -> Roughness:
+        """How much its vertices scatter; nothing where ``sagitta`` says how the triangles lie in a smooth surface."""
+        if self.sagitta > 0:
+            return NONE
+        return roughness_of(self.vertices, self.faces, self.areas, self.normals, self.topology)
 
     @cached_property
     def reduced(self) -> Surface:

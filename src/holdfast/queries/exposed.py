@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
@@ -18,15 +20,18 @@ def exposed_cells(assembly: Assembly, name: str, spacing: float) -> tuple[Cells,
     body is less than half a spacing away in front of the surface.
     """
     cells = surface_cells(assembly.scene.body(name).surface_world, spacing)
-    patches = [patch for i in assembly.interfaces if name in i.bodies for patch in i.patches]
-    under = covered(cells, patches, assembly.tolerances.gap)
+    under = np.zeros(len(cells.points), dtype=bool)
+    for interface in assembly.interfaces:
+        if name in interface.bodies:
+            gap = assembly.tolerances.base(*(assembly.scene.body(other) for other in interface.bodies))
+            under |= covered(cells, interface.patches, gap)
     for other in assembly.bodies:
         if other.name != name:
             under |= blocked(cells, other.surface_world, spacing / 2)
     return cells.chosen(~under), cells.chosen(under)
 
 
-def covered(cells: Cells, patches: list[Patch], gap: float) -> Bool:
+def covered(cells: Cells, patches: Sequence[Patch], gap: float) -> Bool:
     """Tell for each of the C cells whether its point lies on a contact face: a boolean array (C,).
 
     A point lies on a face patch if it is within ``gap`` [m] of the patch's plane and inside its outline, and if the

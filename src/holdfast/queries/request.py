@@ -170,7 +170,7 @@ def pushes(
 
 def _check_on_surface(assembly: Assembly, name: str, points: Float, where: str) -> None:
     body = assembly.scene.body(name)
-    tolerance = assembly.tolerances.gap + body.shape.surface.sagitta
+    tolerance = assembly.tolerances.of(body) + body.shape.surface.sagitta
     distance = distance_to_surface(points, body.surface_world)
     worst = int(np.argmax(distance))
     if distance[worst] > tolerance:

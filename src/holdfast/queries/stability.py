@@ -119,4 +119,5 @@ def stability(
     method = engine_of(engine)
     state = prepared(method, assembly, total_wrench(assembly, loads))
     verdict, groups = state.verdict(), state.verdicts
-    return Stability(engine=method.name, claim=method.claim, verdict=verdict, groups=groups, notes=state.notes)
+    notes = (*assembly.notes, *state.notes)
+    return Stability(engine=method.name, claim=method.claim, verdict=verdict, groups=groups, notes=notes)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from holdfast.assembly.assembly import FIXED, Assembly, assemble, checked_pose_sigma
+from holdfast.assembly.assembly import FIXED, Assembly, checked_pose_sigma
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Bool, Float, Objects, checked_number, checked_whole, frozen, objects
 from holdfast.base.errors import HoldfastError, HoldfastWarning, message
@@ -19,7 +19,7 @@ from holdfast.base.kinds import check_kinds, shaped
 from holdfast.base.progress import report
 from holdfast.base.public import Summary, number
 from holdfast.base.ranges import MOST_SEED
-from holdfast.contacts.detect import SIGMAS
+from holdfast.contacts.tolerances import plain_gap
 from holdfast.engines.absence import Absences
 from holdfast.engines.answers import Answers, Undecided, joined
 from holdfast.engines.contract import Engine
@@ -208,13 +208,14 @@ class _Spread:
             pose[:3, :3] = turns[k] @ pose[:3, :3]
             pose[:3, 3] = given.com[k] + shifts[k] + turns[k] @ (pose[:3, 3] - given.com[k])
             poses[body.name] = pose
-        scene = given.scene.moved(poses)
+        metres, degrees = self.deviation or (0.0, 0.0)  # the deviation between two bodies is √2 times that of one
+        wider = replace(given, tolerances=given.tolerances.widened(np.sqrt(2) * metres, np.sqrt(2) * degrees))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", HoldfastWarning)  # the notes count the overlaps
-            found = assemble(scene, angle=given.tolerances.angle, pose_sigma=self._tolerance, allow_large=True)
+            found = wider.moved(poses)
         known = {frozenset(interface.bodies) for interface in given.interfaces}
         interfaces = tuple(i for i in found.interfaces if frozenset(i.bodies) in known)
-        return replace(found, interfaces=interfaces, absent=given.absent)
+        return replace(found, interfaces=interfaces)
 
     def _present(self, sample: Assembly) -> Assembly:
         """Take away the uncertain contacts that are open in a sample, except those that the given assembly needs.
@@ -224,31 +225,17 @@ class _Spread:
         """
         if not self.absences.uncertain:
             return sample
-        usual = replace(self.assembly.tolerances, gap=self.assembly.tolerances.usual, tilt=0.0, capped=False)
         there = {frozenset(interface.bodies): interface.separation for interface in sample.interfaces}
         open_ = []
         for k in self.absences.uncertain:
             pair = self.assembly.interfaces[k].bodies
             apart = there.get(frozenset(pair), np.inf)
-            if apart is not None and apart > usual.between(*(sample.scene.body(name) for name in pair)).gap:
+            a, b = (sample.scene.body(name) for name in pair)
+            if apart is not None and apart > plain_gap(a, b) + a.shape.surface.sagitta + b.shape.surface.sagitta:
                 open_.append(k)
         absent = {frozenset(self.assembly.interfaces[k].bodies) for k in self.absences.largest(open_)}
         gone = [k for k, interface in enumerate(sample.interfaces) if frozenset(interface.bodies) in absent]
         return sample.without_interfaces(gone) if gone else sample
-
-    @property
-    def _tolerance(self) -> tuple[float, float]:
-        """The standard deviations [m] and [deg] of a pair of bodies, with which contacts are detected again.
-
-        The deviation between two bodies is √2 times that of one. It is added, as independent, to what the given
-        assembly allows for.
-        """
-        metres, degrees = self.deviation or (0.0, 0.0)
-        own = self.assembly.tolerances
-        return (
-            float(np.hypot(own.gap / SIGMAS, np.sqrt(2) * metres)),
-            float(np.hypot(own.tilt, np.sqrt(2) * degrees)),
-        )
 
 
 def robustness_under(

@@ -19,10 +19,11 @@ def interfaces_data(assembly: Assembly) -> list[dict[str, Any]]:
             "status": interface.status,
             "flags": list(interface.flags),
             "certain": interface.certain,
+            "gap": gap,
             "mu": mu,
             "patches": [{"polygon": p.polygon.tolist(), "normal": p.normal.tolist()} for p in interface.patches],
         }
-        for interface, mu in zip(assembly.interfaces, assembly.mu, strict=True)
+        for interface, mu, gap in zip(assembly.interfaces, assembly.mu, assembly.gaps, strict=True)
     ]
 
 
@@ -32,6 +33,7 @@ def stability_data(assembly: Assembly, result: Stability) -> dict[str, Any]:
         "scene": assembly.scene.name,
         **result.to_dict(),
         "gap": assembly.tolerances.gap,
+        "gap_by_pair": assembly.tolerances.by_pair,
         "angle": assembly.tolerances.angle,
         "overlaps": to_dict(assembly.overlaps),
         "interfaces": interfaces_data(assembly),

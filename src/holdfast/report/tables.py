@@ -42,7 +42,7 @@ def stability_report(assembly: Assembly, result: Stability) -> RenderableType:
 def _contacts(assembly: Assembly, result: Stability) -> Table:
     movable, interfaces = len(assembly.movable), len(assembly.interfaces)
     table = Table(
-        title=f"{movable} movable bodies, {interfaces} interfaces (gap {assembly.tolerances.gap * 1e3:.3g} mm)",
+        title=f"{movable} movable bodies, {interfaces} interfaces ({assembly.tolerances.text})",
         title_justify="left",
         box=SIMPLE_HEAD,
     )

@@ -12,7 +12,8 @@ import trimesh
 
 import holdfast as hf
 from holdfast.base.arrays import Float
-from holdfast.contacts.detect import Tolerances, default_gap, find_contacts
+from holdfast.contacts.detect import find_contacts
+from holdfast.contacts.tolerances import Tolerances
 from holdfast.scene.compound import Shape
 from holdfast.scene.shipped.blocks import wall
 from holdfast.validation.benchmarks.suite import Case, Row, Suite
@@ -87,7 +88,7 @@ def timed(build: Callable[[], hf.Scene]) -> Row:
     for _ in range(REPEATS):
         scene = build()
         start = time.perf_counter()
-        contacts = find_contacts(scene, Tolerances(default_gap(scene), 1.0))
+        contacts = find_contacts(scene, Tolerances.measured(scene))
         alone.append(time.perf_counter() - start)
         scene = build()
         start = time.perf_counter()

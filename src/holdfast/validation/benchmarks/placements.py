@@ -59,7 +59,7 @@ def cell(name: str, make: Callable[[], PlacementScene], engine: str, count: int)
         assert search.first is not None
         seconds.append(search.first)
         _, after = search.found[0]
-        again += hf.stability(hf.assemble(after.scene, gap=after.tolerances.gap)).status is hf.Status.STABLE
+        again += hf.stability(hf.assemble(after.scene)).status is hf.Status.STABLE
         fall = dropped(after, asked.body.name)
         drops += [] if fall is None else [fall]
         if len(least) < RATED:

@@ -1,0 +1,159 @@
+"""The tolerances of contact detection, which follow from the two bodies of each pair unless they are given."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from holdfast.base.archive import archived
+from holdfast.base.values import Value
+from holdfast.scene.body import Body
+from holdfast.scene.scene import Scene
+
+RELATIVE_GAP = 1e-3  # plain gap over the usual size of the movable bodies
+USUAL_OVER_SMALLEST = 5  # largest ratio of the usual size to the smallest size; up to it the usual size is the median
+DEFAULT_ANGLE = 1.0  # [deg] plain angle tolerance
+SIGMAS = 4  # number of standard deviations of a pose, or of rough surfaces, that the gap allows for
+SLOPES = 2  # number of standard deviations of the facets of rough surfaces that the angle allows for
+ROUGHEST_GAP = 0.01  # largest gap that follows from rough surfaces, relative to the size of the smaller body
+ROUGHEST_ANGLE = 5.0  # [deg] largest angle that follows from rough surfaces
+REACH, RELATIVE_REACH = 0.01, 0.1  # [m] and relative to the size of the smaller body: see ``reach``
+THINNEST = 0.5  # limit of a capped gap and of the depth of contacts, relative to the thickness of the thinner body
+STEEPEST = 45.0  # [deg] largest angle tolerance that follows from uncertain poses
+
+
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Tolerances(Value):
+    """The tolerances of contact detection: which surfaces count as touching.
+
+    - ``gap`` [m]: how far apart two surfaces may be, or how much they may overlap. For each pair of bodies, the
+      sagittas of their surfaces are added, because the mesh of a round shape lies inside its true surface by that much.
+    - ``angle`` [deg]: how far two faces may be from parallel.
+    - ``tilt`` [deg]: the standard deviation of the rotations of the poses. It increases the angle, and the gap by the
+      distance that the rotation moves the end of a body.
+    - ``capped``: if True, the gap of a pair is at most half the thickness of the thinner body.
+    - ``depth`` [m]: how much two surfaces may overlap. For a pair it is never more than half the thickness of the
+      thinner body, so that the far side of a plate is not taken for its near side.
+    - ``by_pair``: if True, no gap was given. The gap of a pair then follows from its two bodies alone (``plain_gap``,
+      and the roughness of both), and ``gap`` is only the plain gap of a body of usual size. ``angle_by_pair`` says
+      the same of the angle.
+    - ``rough``: if False, the roughness of surfaces counts for nothing.
+    - ``spread`` [m]: deviations of poses that are added to the gap, as independent of it.
+    """
+
+    gap: float
+    angle: float
+    tilt: float = 0.0
+    capped: bool = False
+    depth: float = np.inf
+    by_pair: bool = False
+    angle_by_pair: bool = False
+    spread: float = 0.0
+    rough: bool = True
+
+    @classmethod
+    def measured(cls, scene: Scene, angle: float | None = None) -> Tolerances:
+        """Return tolerances by pair for a scene; an ``angle`` [deg] that is given holds for all pairs."""
+        plain = DEFAULT_ANGLE if angle is None else angle
+        return cls(default_gap(scene), plain, by_pair=True, angle_by_pair=angle is None)
+
+    @property
+    def text(self) -> str:
+        """The gap in words, for headings."""
+        return f"gap {'about ' if self.by_pair else ''}{self.gap * 1e3:.3g} mm{' by pair' if self.by_pair else ''}"
+
+    def on(self, scene: Scene) -> Tolerances:
+        """Return the same tolerances for another scene."""
+        return replace(self, gap=default_gap(scene)) if self.by_pair else self
+
+    def between(self, a: Body, b: Body) -> Tolerances:
+        """Return the final gap, angle and depth of one pair of bodies. Nothing has to be added to them."""
+        lever = max((body.size / 2 for body in (a, b) if not body.fixed), default=0.0)
+        gap, angle = self.base(a, b) + self._swing(lever), SIGMAS * self.tilt
+        angle += rough_angle(a, b) if self.angle_by_pair and self.rough else self.angle
+        gap += a.shape.surface.sagitta + b.shape.surface.sagitta
+        thin = _thin(a, b)
+        if self.capped:
+            gap = min(gap, thin)
+        return Tolerances(gap, min(angle, STEEPEST) if self.tilt else angle, depth=min(gap, thin))
+
+    def base(self, a: Body, b: Body) -> float:
+        """Return the gap of a pair [m] without what sagittas and rotations add to it."""
+        gap = plain_gap(a, b) if self.by_pair else self.gap
+        if self.by_pair and self.rough:
+            gap = max(gap, rough_gap(a, b))
+        return float(np.hypot(gap, self.spread))
+
+    def of(self, body: Body) -> float:
+        """Return how far a point may be from the surface of a body and still count as on it [m], without sagitta."""
+        surface = body.shape.surface
+        return max(RELATIVE_GAP * surface.diagonal, SIGMAS * surface.roughness.height) if self.by_pair else self.gap
+
+    def widened(self, metres: float, degrees: float) -> Tolerances:
+        """Return tolerances that also allow for independent deviations between two bodies, of places and rotations."""
+        tilt = float(np.hypot(self.tilt, degrees))
+        return replace(self, spread=float(np.hypot(self.spread, SIGMAS * metres)), tilt=tilt, capped=True)
+
+    def _swing(self, lever: float) -> float:
+        """Return how far SIGMAS times ``tilt`` moves the end of a lever of this length, both [m]."""
+        return SIGMAS * float(np.radians(self.tilt)) * lever
+
+    def widest(self, scene: Scene) -> float:
+        """Return an upper bound of the gaps of all pairs of bodies [m]."""
+        lever = max((body.size / 2 for body in scene.movable), default=0.0)
+        surfaces = [body.shape.surface for body in scene.bodies]
+        gap = self.gap
+        if self.by_pair:
+            size = max((body.shape.surface.diagonal for body in scene.movable), default=0.0)
+            gap = max(RELATIVE_GAP * size, SIGMAS * 2 * max(surface.roughness.height for surface in surfaces))
+        return gap + self.spread + self._swing(lever) + 2 * max(surface.sagitta for surface in surfaces)
+
+
+def default_gap(scene: Scene) -> float:
+    """Return a thousandth of the usual bounding-box diagonal of the movable bodies [m].
+
+    The usual diagonal is the median, limited by USUAL_OVER_SMALLEST, so a huge body does not raise it.
+    """
+    sizes = [body.shape.surface.diagonal for body in scene.movable or scene.bodies]
+    return RELATIVE_GAP * min(float(np.median(sizes)), USUAL_OVER_SMALLEST * min(sizes))
+
+
+def plain_gap(a: Body, b: Body) -> float:
+    """Return the gap of a pair of bodies with exact surfaces and poses [m], without sagittas.
+
+    It is a thousandth of the mean bounding-box diagonal of those of the two that can move, limited by
+    USUAL_OVER_SMALLEST times the smaller diagonal, and by half the thickness of the thinner body.
+    """
+    both = [body.shape.surface.diagonal for body in (a, b)]
+    sizes = [size for size, body in zip(both, (a, b), strict=True) if not body.fixed] or both
+    size = min(float(np.mean(sizes)), USUAL_OVER_SMALLEST * min(both))
+    return min(RELATIVE_GAP * size, _thin(a, b))
+
+
+def rough_gap(a: Body, b: Body) -> float:
+    """Return the distance that the scatter of two surfaces explains [m]: 0 for exact ones."""
+    one, two = a.shape.surface.roughness, b.shape.surface.roughness
+    most = ROUGHEST_GAP * min(a.shape.surface.diagonal, b.shape.surface.diagonal)
+    return min(SIGMAS * float(np.hypot(one.height, two.height)), most, _thin(a, b))
+
+
+def rough_angle(a: Body, b: Body) -> float:
+    """Return the angle between facets that the scatter of two surfaces explains [deg]: the plain one for exact ones."""
+    one, two = a.shape.surface.roughness, b.shape.surface.roughness
+    angle = DEFAULT_ANGLE + SLOPES * float(np.degrees(np.hypot(one.slope, two.slope)))
+    return min(angle, ROUGHEST_ANGLE)
+
+
+def reach(a: Body, b: Body) -> float:
+    """Return how far apart two bodies may be seen though they touch in truth [m]: 10 mm, or a tenth of the smaller one.
+
+    Within it no fall is proved, because poses from cameras and simulations are off by millimetres. Nothing touches
+    because of it.
+    """
+    return min(REACH, RELATIVE_REACH * min(a.shape.surface.diagonal, b.shape.surface.diagonal))
+
+
+def _thin(a: Body, b: Body) -> float:
+    return THINNEST * min(a.shape.surface.thickness, b.shape.surface.thickness)

@@ -1,0 +1,182 @@
+"""Falls that no one has seen: a body that would come to rest within reach of where it was seen may be at rest."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Float
+from holdfast.base.rigid import shift_twist
+from holdfast.base.text import quoted
+from holdfast.contacts.interface import Interface
+from holdfast.contacts.nearby import WIDE, Nearby
+from holdfast.contacts.tolerances import REACH, reach
+from holdfast.engines.contract import Engine
+from holdfast.engines.rest import find_rest
+from holdfast.engines.verdict import Status, Verdict
+from holdfast.scene.body import materials_of
+from holdfast.scene.scene import Scene
+
+LEVELS = (1e-3, 3e-3, REACH)  # [m] gaps at which contacts are sought, one after another
+CLOSING = 1e-4  # speed at which a contact closes, relative to that of the bodies there, below which it does not
+MOST_TURN = math.radians(10)  # largest rotation until a contact has closed: further on a body has left its place
+BELOW = 0.5  # cosine of the angle between a normal and the vertical up to which a contact is below a body
+
+
+@dataclass(frozen=True, eq=False)
+class Reach:
+    """What would hold groups of an assembly's bodies if they were moved by no more than the reach of their poses.
+
+    A group that falls is followed: contacts that are not there yet but that its motion closes within ``reach`` are
+    added, until the group stands or moves on without meeting anything. It is judged under its weight alone, with the
+    bodies that support it as fixed: loads need not have acted when the scene was seen.
+    """
+
+    engine: Engine
+    assembly: Assembly
+
+    @cached_property
+    def _nearby(self) -> Nearby:
+        touching = {frozenset(interface.bodies) for interface in self.assembly.interfaces}
+        return Nearby(self.assembly.scene, self.assembly.tolerances, touching)
+
+    def remarks(self, number: int, verdict_of: Callable[[int], Verdict]) -> dict[int, str]:
+        """Return what ``_remark`` says of a group that falls, and of those near it that fall, by their numbers.
+
+        ``verdict_of`` is the verdict on each group by its contacts. What is within reach of a group supports it if it
+        is fixed or may stand, so groups that hover over each other are settled from below.
+        """
+        groups = self.assembly.groups
+        supports = {body.name for body in self.assembly.bodies if body.fixed}
+        falling, seen, left = [], {number}, [number]
+        while left:
+            one = left.pop()
+            if verdict_of(one).status is not Status.UNSTABLE:
+                supports.update(groups[one])
+                continue
+            falling.append(one)
+            for other in range(len(groups)):
+                if other not in seen and self._near(groups[one], groups[other]):
+                    seen.add(other)
+                    left.append(other)
+        said = dict.fromkeys(sorted(falling), "")
+        for gap in LEVELS:  # the nearest support comes first, even if it is held up by another that is as near
+            while True:
+                tried = ((k, self._remark(groups[k], supports, gap)) for k, text in said.items() if not text)
+                new = {k: text for k, text in tried if text}
+                if not new:
+                    break
+                said |= new
+                supports.update(name for k in new for name in groups[k])
+        return said
+
+    def _near(self, names: Collection[str], others: Collection[str]) -> bool:
+        """Tell whether one of the bodies ``others`` comes within reach of one of the bodies ``names``."""
+        return any(b.name in others for _, b in self._nearby.pairs(names, others))
+
+    def _remark(self, names: Sequence[str], supports: Collection[str], gap: float) -> str:
+        """Say what is within ``gap`` [m] of a group that falls and would hold it, or "" if nothing is.
+
+        ``supports`` are the names of the bodies that may hold it: all fixed ones, and those of groups that may stand.
+        """
+        pairs = self._nearby.pairs(names, supports)
+        part, rests = self._part(names, supports), self._by_forces
+        if part is None:
+            return ""
+        verdict = rests(part)
+        if verdict.status is not Status.UNSTABLE:
+            rests = self._by_engine  # which may know of a fall where limit analysis does not, but not under loads
+            verdict = rests(part)
+        for wide in (False, True):
+            found = [c for a, b in pairs for c in self._nearby.contacts(a, b, gap, wide=wide)]
+            met = self._met(part, verdict, found, rests)
+            if met:
+                return self._words(names, met, gap, wide=wide)
+        return ""
+
+    def _met(
+        self, part: Assembly, verdict: Verdict, found: Sequence[Interface], rests: Callable[[Assembly], Verdict]
+    ) -> list[Interface]:
+        """Return those of the contacts ``found`` that the fall meets until the part may stand; none if it falls on."""
+        met: list[Interface] = []
+        left = list(found)
+        while verdict.status is Status.UNSTABLE:
+            mechanism = verdict.mechanism
+            closing = [] if mechanism is None else [c for c in left if self._closes(part, c, mechanism.twists)]
+            if not closing:
+                return []
+            met += closing
+            left = [contact for contact in left if contact not in closing]
+            verdict = rests(replace(part, interfaces=(*part.interfaces, *met)))
+        return met
+
+    def _closes(self, part: Assembly, contact: Interface, twists: Float) -> bool:
+        """Tell whether a motion of the part, ``twists`` (J, 6), closes a contact that is open before it goes too far.
+
+        How far is measured where the contact is, along the motion: a wall beside a falling body is never met.
+        """
+        of = [
+            np.zeros(6) if k < 0 else shift_twist(twists[k], part.com[k], np.zeros(3))
+            for k in (part.index[name] for name in contact.bodies)
+        ]
+        relative = of[1] - of[0]
+        (patch,) = contact.patches
+        velocity = relative[:3] + np.cross(relative[3:], patch.polygon)
+        speed, closing = np.linalg.norm(velocity, axis=1), -(velocity @ patch.normal)
+        meets = closing > CLOSING * speed.max(initial=0.0)
+        if not meets.any():
+            return False
+        time = max(contact.separation or 0.0, 0.0) / closing[meets]
+        a, b = (part.scene.body(name) for name in contact.bodies)
+        turn = float(np.linalg.norm(relative[3:]))
+        return bool(((time * speed[meets] <= reach(a, b)) & (time * turn <= MOST_TURN)).any())
+
+    def _part(self, names: Sequence[str], supports: Collection[str]) -> Assembly | None:
+        """Return the group with its contacts, its supports held fixed; None if there are none within reach."""
+        whole = self.assembly.scene
+        members = [whole.body(name) for name in names]
+        near = {b.name for _, b in self._nearby.pairs(names, supports)} - set(names)
+        kept = [i for i in self.assembly.interfaces if not set(names).isdisjoint(i.bodies)]
+        near |= {name for i in kept for name in i.bodies} - set(names)
+        others = [b if b.fixed else replace(b, fixed=True) for b in whole.bodies if b.name in near]
+        if not others:
+            return None
+        bodies = [*others, *members]
+        table = whole.friction.among({body.name for body in bodies} | materials_of(bodies))
+        scene = Scene(bodies, table, whole.gravity)
+        overlaps = tuple(o for o in self.assembly.overlaps if scene.names.issuperset(o.bodies))
+        known = self.assembly.known_names
+        return Assembly(scene, tuple(kept), self.assembly.tolerances, overlaps, detected=False, absent=known)
+
+    def _by_forces(self, part: Assembly) -> Verdict:
+        return find_rest(part, part.weight_wrench()).verdict
+
+    def _by_engine(self, part: Assembly) -> Verdict:
+        return self.engine.prepare(part).verdict()
+
+    def _words(self, names: Sequence[str], met: Sequence[Interface], gap: float, *, wide: bool) -> str:
+        """Name the nearest of the contacts that a fall meets, with its distance and what to do about it."""
+        scene, tolerances = self.assembly.scene, self.assembly.tolerances
+
+        def beyond(contact: Interface) -> float:
+            """How far the bodies are apart beyond their tolerance [m]; what is within it comes last."""
+            a, b = (scene.body(name) for name in contact.bodies)
+            apart = contact.separation or 0.0
+            return apart if apart > tolerances.between(a, b).gap else np.inf
+
+        nearest = min(met, key=lambda c: (beyond(c), c.separation or 0.0, c.bodies))
+        a, b = (scene.body(name) for name in nearest.bodies)
+        height = float(nearest.patches[0].normal @ scene.up)  # the normal points from a into b
+        upper, lower = (b, a) if height > 0 or a.name not in names else (a, b)
+        place = "above" if abs(height) > BELOW else "from"
+        apart, own = max(nearest.separation or 0.0, 0.0), tolerances.between(a, b)
+        known, remedy = f"gap tolerance {own.gap * 1e3:.2g} mm", f"gap={gap:g}"
+        if wide:
+            known, remedy = f"{known}, angle {own.angle:.2g} degrees", f"{remedy}, angle={WIDE:g}"
+        where = f"{upper.name} is {apart * 1e3:.2g} mm {place} {quoted(lower.name)} ({known})"
+        return f"{where} and would rest there: settle, or {remedy}"
