@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
+import numpy as np
 import shapely
 
-from holdfast.base.arrays import frozen
+from holdfast.base.arrays import Float, frozen
 from holdfast.contacts.interface import Patch
 from holdfast.geometry import polygon as flat
 
 Pair = tuple[str, str]
 SAME_WAY = 0.95  # cosine: patches that face the same side of a body
+ROUNDING = 1e-9  # share of the sum of two radii
 IN_FRONT = 1e-6  # of the gap: how much nearer a surface has to be to hide another
 
 
@@ -42,19 +45,47 @@ def visible(
         for patch in found[other]
         if patch.kind == "face"
     ]
+    screen = _Screen.of([front for front in fronts if front.separation is not None])
     left: list[Patch] = []
     for patch in found[pair]:
-        before = [front for front in fronts if _before(front, patch, gap)]
+        before = screen.before(patch, gap)
         left += _less(patch, before, gap, width) if before else [patch]
     return left
 
 
-def _before(front: Patch, patch: Patch, gap: float) -> bool:
-    """Whether a patch of a third body faces the same way from nearer, at about the same height."""
-    if front.normal @ patch.normal < SAME_WAY or front.separation is None or patch.separation is None:
-        return False
-    nearer = sum(front.separation) / 2 < sum(patch.separation) / 2 - IN_FRONT * gap
-    return bool(nearer and abs((front.centroid - patch.centroid) @ patch.normal) <= 2 * gap)
+class _Screen(NamedTuple):
+    """Patches of third bodies as arrays: normals and centroids (n, 3), mean separations and radii (n,)."""
+
+    patches: list[Patch]
+    normals: Float
+    centroids: Float
+    levels: Float
+    radii: Float
+
+    @classmethod
+    def of(cls, patches: list[Patch]) -> _Screen:
+        centroids = np.array([patch.centroid for patch in patches]).reshape(-1, 3)
+        radii = [_radius(patch, centroid) for patch, centroid in zip(patches, centroids, strict=True)]
+        levels = [sum(patch.separation or (0.0,)) / 2 for patch in patches]
+        normals = np.array([patch.normal for patch in patches]).reshape(-1, 3)
+        return cls(patches, normals, centroids, np.array(levels), np.array(radii))
+
+    def before(self, patch: Patch, gap: float) -> list[Patch]:
+        """Those that face the same way from nearer, at about the same height, and may cover some of a patch."""
+        if patch.separation is None or not self.patches:
+            return []
+        arm = self.centroids - patch.centroid
+        up = arm @ patch.normal
+        nearer = self.levels < sum(patch.separation) / 2 - IN_FRONT * gap
+        reach = (1 + ROUNDING) * (self.radii + _radius(patch, patch.centroid))
+        over = (arm * arm).sum(1) - up * up <= reach * reach
+        chosen = nearer & over & (np.abs(up) <= 2 * gap) & (self.normals @ patch.normal >= SAME_WAY)
+        return [self.patches[k] for k in np.flatnonzero(chosen)]
+
+
+def _radius(patch: Patch, centre: Float) -> float:
+    """The distance [m] from ``centre`` (3,) to the farthest corner of a patch."""
+    return float(np.linalg.norm(patch.polygon - centre, axis=1).max())
 
 
 def _less(patch: Patch, fronts: Sequence[Patch], gap: float, width: float) -> list[Patch]:
