@@ -16,6 +16,7 @@ from holdfast.contacts.features import touching_features
 from holdfast.contacts.flags import flags_of, is_certain
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.materials import by_material
+from holdfast.contacts.merging import merged
 from holdfast.contacts.occlusion import by_body, visible
 from holdfast.contacts.patches import face_patches, line_patches, point_patches
 from holdfast.contacts.round import feet, not_at, reach_of
@@ -100,10 +101,11 @@ class Contacts(Value):
     occluded: tuple[tuple[str, str], ...]
 
 
-def find_contacts(scene: Scene, tolerances: Tolerances) -> Contacts:
+def find_contacts(scene: Scene, tolerances: Tolerances, *, merge: bool = True) -> Contacts:
     """Find all interfaces between bodies of which at least one is movable, in the order of the bodies.
 
-    Where poses are uncertain, no interface is certain.
+    Where poses are uncertain, no interface is certain. Many patches between two bodies are merged into few, unless
+    ``merge`` is False.
     """
     skins: dict[str, Skin] = {}
     found: dict[tuple[str, str], tuple[Patch, ...]] = {}
@@ -118,7 +120,8 @@ def find_contacts(scene: Scene, tolerances: Tolerances) -> Contacts:
     of_body = by_body(found)
     for pair, patches in found.items():
         a, b = (scene.body(name) for name in pair)
-        gap = tolerances.between(a, b).gap
+        own = tolerances.between(a, b)
+        gap = own.gap
         left = visible(pair, found, of_body, gap, NEGLIGIBLE_WIDTH * min(a.size, b.size))
         if left:
             flags = flags_of(a, b, left, gap, hidden=left != list(patches))
@@ -127,7 +130,9 @@ def find_contacts(scene: Scene, tolerances: Tolerances) -> Contacts:
                 left, flags, gap=tolerances.gap, usual=tolerances.usual, sagitta=sagitta
             )
             for mu, share in _by_friction(scene, a, b, left, gap).items():
-                interfaces.append(Interface(pair, patches=share, flags=flags, certain=certain, mu=mu))
+                few = merged(share, gap, own.angle) if merge else tuple(share)
+                said = (*flags, "merged") if any(patch.spots is not None for patch in few) else flags
+                interfaces.append(Interface(pair, patches=few, flags=said, certain=certain, mu=mu))
         else:
             occluded.append(pair)
     return Contacts(tuple(interfaces), tuple(occluded))
