@@ -157,11 +157,12 @@ class Cover:
         places = points.ends[:, 0]
         alike = np.where(points.blended, BLENDED, SAME_WAY)
         left = np.ones(len(places), dtype=bool)
-        for k, around in enumerate(self._around(places)):
+        for k, near_by in enumerate(self._around(places)):
             patch = self.patches[k]
+            around = near_by[left[near_by]]
+            around = around[points.normals[around] @ patch.normal >= alike[around]]
             arm = places[around] - patch.polygon[0]
-            same = points.normals[around] @ patch.normal >= alike[around]
-            near = np.flatnonzero(left[around] & same & (np.abs(arm @ patch.normal) <= 2 * self.gap))
+            near = np.flatnonzero(np.abs(arm @ patch.normal) <= 2 * self.gap)
             if len(near):
                 x, y = (arm[near] @ patch.frame.T).T
                 left[around[near[shapely.intersects_xy(self._shape(k), x, y)]]] = False
@@ -179,11 +180,12 @@ class Cover:
         """Which lines do not lie on one of the patches from end to end."""
         alike = np.where(lines.blended, BLENDED, SAME_WAY)
         left = np.ones(len(lines.ends), dtype=bool)
-        for k, around in enumerate(self._around(lines.ends.mean(1))):
+        for k, near_by in enumerate(self._around(lines.ends.mean(1))):
             patch = self.patches[k]
+            around = near_by[left[near_by]]
+            around = around[lines.normals[around] @ patch.normal >= alike[around]]
             arm = lines.ends[around] - patch.polygon[0]
-            same = lines.normals[around] @ patch.normal >= alike[around]
-            near = np.flatnonzero(left[around] & same & (np.abs(arm @ patch.normal).max(1) <= 2 * self.gap))
+            near = np.flatnonzero(np.abs(arm @ patch.normal).max(1) <= 2 * self.gap)
             if len(near):
                 seen = shapely.linestrings(arm[near] @ patch.frame.T)
                 left[around[near[shapely.covers(self._shape(k), seen)]]] = False

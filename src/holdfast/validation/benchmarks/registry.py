@@ -21,6 +21,7 @@ SUITES = (
     "placement",
     "reliability",
     "scaling",
+    "scans",
     "startup",
     "table1",
     "table2",
