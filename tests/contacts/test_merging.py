@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -47,7 +48,8 @@ def hull_of(points: np.ndarray) -> trimesh.Trimesh:
 def test_an_uneven_support_keeps_area_pressure_centre_second_moments_and_hull() -> None:
     patches = slivers()
     (one,) = merged(patches, GAP, 1.0)
-    assert one.spots is not None and not one.spots.bent
+    assert one.spots is not None
+    assert not one.spots.bent
     areas = np.array([p.area for p in patches])
     assert one.area == pytest.approx(areas.sum(), rel=1e-12)
     flat = (np.eye(3) - np.outer(one.normal, one.normal)) @ (areas @ [p.centroid for p in patches] / areas.sum())
@@ -122,7 +124,7 @@ def cap(angle: float, radius: float, rings: int) -> list[Patch]:
     for k in range(around):
         m = (k + 1) % around
         triangles.append([rows[0][0], rows[1][k], rows[1][m]])
-        for lower, upper in zip(rows[1:-1], rows[2:], strict=True):
+        for lower, upper in itertools.pairwise(rows[1:]):
             triangles += [[lower[k], upper[k], upper[m]], [lower[k], upper[m], lower[m]]]
     found = []
     for corners in np.array(triangles):
@@ -138,7 +140,9 @@ def test_a_sphere_in_a_bowl_of_its_radius_is_a_band_with_area_centroid_and_resul
     patches = cap(angle, radius, 16)
     (one,) = merged(patches, GAP / 10, 1.0)
     spots = one.spots
-    assert spots is not None and spots.bent and len(spots.points) <= 128
+    assert spots is not None
+    assert spots.bent
+    assert len(spots.points) <= 128
     area = 2 * np.pi * radius**2 * (1 - np.cos(angle))
     assert one.area == pytest.approx(area, rel=3e-3)
     assert spots.shares.sum() == pytest.approx(one.area, rel=1e-9)
@@ -148,7 +152,8 @@ def test_a_sphere_in_a_bowl_of_its_radius_is_a_band_with_area_centroid_and_resul
     )
     np.testing.assert_allclose(spots.shares @ np.cross(spots.points, spots.normals), 0, atol=1e-4 * area * radius)
     on = np.linalg.norm(spots.points, axis=1)
-    assert on.max() <= radius * (1 + 1e-9) and on.min() > 0.99 * radius
+    assert on.max() <= radius * (1 + 1e-9)
+    assert on.min() > 0.99 * radius
     inward = (spots.normals * -spots.points).sum(1) / on
     assert inward.min() > np.cos(np.radians(6))
     assert 0 < spots.spread < 25
@@ -198,7 +203,8 @@ def test_a_wavy_plate_stands_on_its_crests_as_one_uneven_support() -> None:
     np.testing.assert_allclose(one.centroid[:2], [0.03, 0.03], atol=2e-5)
     np.testing.assert_allclose(np.abs(one.normal), UP, atol=1e-4)
     corners = one.hull[:, :2]
-    assert corners.min() == pytest.approx(0.01, abs=2e-3) and corners.max() == pytest.approx(0.05, abs=2e-3)
+    assert corners.min() == pytest.approx(0.01, abs=2e-3)
+    assert corners.max() == pytest.approx(0.05, abs=2e-3)
     raw = find_contacts(wavy(2), hf.assemble(wavy(2), gap=2e-4, angle=3).tolerances, merge=False).interfaces[0]
     assert len(raw.patches) >= 9
     assert interface.area == pytest.approx(raw.area, rel=1e-9)
@@ -227,7 +233,8 @@ def test_merged_contacts_answer_as_the_crests_do_wherever_they_are() -> None:
 def test_a_merged_contact_seen_from_the_other_body_is_the_same() -> None:
     for one in (*merged(slivers(), GAP, 1.0), *merged(cap(0.9, 0.1, 12), GAP / 10, 1.0)):
         other = one.flipped()
-        assert one.spots is not None and other.spots is not None
+        assert one.spots is not None
+        assert other.spots is not None
         np.testing.assert_array_equal(other.spots.points, one.spots.points)
         np.testing.assert_array_equal(other.spots.normals, -one.spots.normals)
         np.testing.assert_allclose(other.centroid, one.centroid, atol=1e-12)

@@ -21,9 +21,7 @@ from holdfast.contacts.skin import SMOOTH, Skin
 from holdfast.geometry.topology import FLAT
 
 NEAR_PARALLEL = 0.02  # sine below which two edges have no cross product to speak of
-WIDEST = 1.001 * float(
-    np.tan(SMOOTH / 2)
-)  # how far beyond a face's edge a point may touch it, over its height, at most
+WIDEST = 1.001 * float(np.tan(SMOOTH / 2))  # how far beyond a face's edge a point touches, over its height, at most
 ROUNDING = 1e-9  # of the size of the smaller body
 ROW = 13  # numbers that stand for a feature: two ends (3 each), normal (3), two heights, inset, blended
 ROOM = 512  # rows that one call of compiled code may find

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from holdfast.base.arrays import Bool, Float, unit
+from holdfast.base.arrays import Bool, Float, Int, unit
 from holdfast.base.rigid import tangents
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.spots import Spots, in_order, nearest_spot
@@ -59,7 +59,7 @@ class _Samples(NamedTuple):
 
 
 def merged(patches: Sequence[Patch], gap: float, angle: float) -> tuple[Patch, ...]:
-    """Return the contact of two bodies in few patches. Up to FEW patches, and up to BROAD broad faces, stay as they are.
+    """Return the contact of two bodies in few patches; up to FEW patches, and BROAD broad faces, stay as they are.
 
     ``gap`` [m] and ``angle`` [deg] are the tolerances with which the patches were found.
     """
@@ -112,7 +112,7 @@ def _planes(patches: Sequence[Patch], residual: float, cosine: float) -> list[_P
             if not better[seed]:
                 break
             origin, normal, chosen = middle, mean, better
-        found.append(_Plane([patches[k] for k in np.flatnonzero(chosen)], origin, normal))
+        found.append(_Plane([patches[k] for k in np.flatnonzero(chosen).tolist()], origin, normal))
         left &= ~chosen
     return found
 
@@ -195,7 +195,7 @@ def _outline(points: Float, normal: Float) -> Float:
     return np.asarray(points[corner_numbers(np.ascontiguousarray((seen - low) / max(float(size.max()), 1e-300)))])
 
 
-def _tributary(shares: Float, nearest: Float, count: int) -> Float:
+def _tributary(shares: Float, nearest: Int, count: int) -> Float:
     """Return the shares (n,) summed by the nearest of ``count`` spots, each of which gets at least a little."""
     own = np.bincount(nearest, shares, minlength=count) + LEAST * shares.sum() / count
     return np.asarray(own * (shares.sum() / own.sum()))

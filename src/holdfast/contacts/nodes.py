@@ -78,7 +78,7 @@ def bent_sample(spots: Spots, count: int) -> tuple[Float, Float]:
     if count >= len(spots.points):
         return spots.points, spots.shares
     owner = nearest_spot(spots.points, spots.normals, np.arange(count))
-    tributary = np.bincount(owner, spots.shares, minlength=count)
+    tributary: Float = np.bincount(owner, spots.shares, minlength=count) * np.ones(count)
     scale = float(np.linalg.norm(np.ptp(spots.points, axis=0)))
     at = (spots.points - spots.shares @ spots.points / spots.shares.sum()) / scale
     rows = np.column_stack([np.ones(len(at)), at, spots.normals, np.cross(at, spots.normals)]).T

@@ -169,7 +169,7 @@ class Cover:
         return left
 
     def _around(self, places: Float) -> list[Int]:
-        """For each patch, which of the points (n, 3) are near enough to lie within the gap of it, in ascending order."""
+        """For each patch, which of the points (n, 3) may lie within the gap of it, in ascending order."""
         if not self.patches or not len(places):
             return []
         _, centres, radii = self._balls

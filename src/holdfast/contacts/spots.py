@@ -74,7 +74,7 @@ def in_order(points: Float, normals: Float, count: int) -> Int:
 
 
 def nearest_spot(points: Float, normals: Float, spots: Int) -> Int:
-    """Return for each of the points (n, 3) with ``normals`` (n, 3) which of ``spots``, numbers of points, is nearest."""
+    """Return which of ``spots``, numbers of points, is nearest to each of the points (n, 3) with ``normals`` (n, 3)."""
     places = _places(points, normals)
     size = max(1, TOGETHER // len(spots))
     parts = [places[first : first + size] for first in range(0, len(places), size)]

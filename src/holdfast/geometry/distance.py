@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from holdfast.base.arrays import Float, Int
-from holdfast.base.compiled import compiled, dot3
+from holdfast.base.compiled import compiled
 from holdfast.geometry.surface import Surface
 
 # Points are copied below: read-only ones, such as those of a surface, would have the loops compiled a second time.

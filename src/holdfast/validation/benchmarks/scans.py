@@ -1,9 +1,10 @@
 """Scenes of scans: patches before and after merging, what pushes make of it, and times; beside an older version.
 
 All eight settled scenes. ``before`` is the contact as it is found, ``after`` the merged one. Pushes are random ones on
-random bodies by engine ``compliant``; ``same normals`` compares with the unmerged nodes, given the normals of the merged
-patches: noise in normals lets a sliding body wedge itself, which merging ends. Times are those of the processor, the
-least of several, with everything compiled. With ``--beside DIR`` the older checkout takes turns with this one.
+random bodies by engine ``compliant``; ``same normals`` compares with the unmerged nodes, given the normals of
+merged patches: noise in normals lets a sliding body wedge itself, which merging ends. Times are those of the
+processor, the least of several, with everything compiled.
+With ``--beside DIR`` the older checkout takes turns with this one.
 """
 
 from __future__ import annotations
