@@ -45,7 +45,8 @@ def visible(
         for patch in found[other]
         if patch.kind == "face"
     ]
-    screen = _Screen.of([front for front in fronts if front.separation is not None])
+    ways = np.array([patch.normal for patch in found[pair]]).T
+    screen = _Screen.of([f for f in fronts if f.separation is not None and (f.normal @ ways).max() >= SAME_WAY])
     left: list[Patch] = []
     for patch in found[pair]:
         before = screen.before(patch, gap)
