@@ -116,7 +116,7 @@ def contact_nodes(assembly: Assembly, count: int, sampling: Sampling, seed: int 
         for patch, (nodes, areas) in zip(interface.patches, samples, strict=True):
             points.append(nodes)
             weights.append(areas)
-            normals.append(np.broadcast_to(patch.normal, nodes.shape))
+            normals.append(patch.normals_at(nodes))
             owner.append(np.full(len(nodes), number))
     if not points:
         return NO_NODES

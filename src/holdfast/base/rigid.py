@@ -111,4 +111,7 @@ def tangents(normal: Float) -> tuple[Float, Float]:
     seed = np.where(np.abs(normal[..., :1]) < 0.9, np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
     t1 = seed - (seed * normal).sum(-1, keepdims=True) * normal
     t1 = t1 / np.linalg.norm(t1, axis=-1, keepdims=True)
+    if normal.ndim == 1:  # as np.cross, which takes ten times as long for one vector, and every patch asks
+        (x, y, z), (u, v, w) = normal.tolist(), t1.tolist()
+        return np.asarray(t1), np.array([y * w - z * v, z * u - x * w, x * v - y * u])
     return np.asarray(t1), np.cross(normal, t1)

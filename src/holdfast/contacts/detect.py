@@ -16,6 +16,7 @@ from holdfast.contacts.features import touching_features
 from holdfast.contacts.flags import flags_of, is_certain
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.materials import by_material
+from holdfast.contacts.merging import merged
 from holdfast.contacts.occlusion import by_body, visible
 from holdfast.contacts.patches import face_patches, line_patches, point_patches
 from holdfast.contacts.round import feet, not_at
@@ -43,10 +44,11 @@ class Contacts(Value):
     occluded: tuple[tuple[str, str], ...]
 
 
-def find_contacts(scene: Scene, tolerances: Tolerances) -> Contacts:
+def find_contacts(scene: Scene, tolerances: Tolerances, *, merge: bool = True) -> Contacts:
     """Find all interfaces between bodies of which at least one is movable, in the order of the bodies.
 
-    Where poses are uncertain, no interface is certain.
+    Where poses are uncertain, no interface is certain. Many patches between two bodies are merged into few, unless
+    ``merge`` is False.
     """
     skins: dict[int, Skin] = {}
     touching: dict[tuple[str, str], list[tuple[Body, Body, tuple[Patch, ...]]]] = {}
@@ -63,7 +65,8 @@ def find_contacts(scene: Scene, tolerances: Tolerances) -> Contacts:
     of_body = by_body(found)
     for pair, each in touching.items():
         a, b = (scene.body(name) for name in pair)
-        gap, width = tolerances.between(a, b).gap, NEGLIGIBLE_WIDTH * min(a.size, b.size)
+        own, width = tolerances.between(a, b), NEGLIGIBLE_WIDTH * min(a.size, b.size)
+        gap = own.gap
         seen = [(one, two, visible(patches, pair, found, of_body, gap, width)) for one, two, patches in each]
         left = [patch for *_, patches in seen for patch in patches]
         if not left:
@@ -76,9 +79,12 @@ def find_contacts(scene: Scene, tolerances: Tolerances) -> Contacts:
         )
         shares: dict[float | None, list[Patch]] = {}
         for one, two, rest in seen:
-            for mu, share in by_friction(scene, one, two, rest, gap).items():
-                shares.setdefault(mu, []).extend(share)
-        interfaces += [Interface(pair, patches=s, flags=flags, certain=certain, mu=mu) for mu, s in shares.items()]
+            for mu, piece in by_friction(scene, one, two, rest, gap).items():
+                shares.setdefault(mu, []).extend(piece)
+        for mu, share in shares.items():
+            few = merged(share, gap, own.angle) if merge else tuple(share)
+            said = (*flags, "merged") if any(patch.spots is not None for patch in few) else flags
+            interfaces.append(Interface(pair, patches=few, flags=said, certain=certain, mu=mu))
     return Contacts(tuple(interfaces), tuple(occluded))
 
 

@@ -21,6 +21,7 @@ from holdfast.contacts.skin import SMOOTH, Skin
 from holdfast.geometry.topology import FLAT
 
 NEAR_PARALLEL = 0.02  # sine below which two edges have no cross product to speak of
+WIDEST = 1.001 * float(np.tan(SMOOTH / 2))  # how far beyond a face's edge a point touches, over its height, at most
 ROUNDING = 1e-9  # of the size of the smaller body
 ROW = 13  # numbers that stand for a feature: two ends (3 each), normal (3), two heights, inset, blended
 ROOM = 512  # rows that one call of compiled code may find
@@ -200,6 +201,29 @@ def _height(skin: Skin, face: int, point: Float) -> float:
 
 
 @compiled
+def _comes_over(one: Skin, other: Skin, i: int, j: int, within: Within) -> bool:
+    """Whether face i of ``one`` may have a corner or an edge that touches face j of ``other``: False is certain."""
+    m, c = other.normals[j], other.triangles[j, 0]
+    low, high = np.inf, -np.inf
+    for n in range(3):
+        p = one.triangles[i, n]
+        h = (p[0] - c[0]) * m[0] + (p[1] - c[1]) * m[1] + (p[2] - c[2]) * m[2]
+        low, high = min(low, h), max(high, h)
+    if low > within.gap or high < -within.depth:
+        return False
+    reach = within.tiny + WIDEST * max(abs(low), abs(high))
+    for k in range(3):
+        out, c = other.outward[j, k], other.triangles[j, k]
+        least = np.inf
+        for n in range(3):
+            p = one.triangles[i, n]
+            least = min(least, out[0] * (p[0] - c[0]) + out[1] * (p[1] - c[1]) + out[2] * (p[2] - c[2]))
+        if least > reach:
+            return False
+    return True
+
+
+@compiled
 def _features_on_faces(
     one: Skin, other: Skin, pairs: Int, flipped: bool, within: Within, room: Float, counts: Int
 ) -> int:
@@ -216,6 +240,8 @@ def _features_on_faces(
         if max(counts[0], counts[1]) + 3 > len(points):
             return pair
         i, j = (pairs[pair, 1], pairs[pair, 0]) if flipped else (pairs[pair, 0], pairs[pair, 1])
+        if not _comes_over(one, other, i, j, within):
+            continue
         for k in range(3):
             if one.owns_vertex[i, k] and _vertex_on_face(
                 one, other, i, k, j, within, sign, normal, middle, points[counts[1]]

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_number, frozen, kept, unit
@@ -16,6 +17,7 @@ from holdfast.base.kinds import shaped
 from holdfast.base.ranges import FRICTION, PLACE
 from holdfast.base.rigid import Frame, snapped, tangents
 from holdfast.base.values import Value
+from holdfast.contacts.spots import Spots
 from holdfast.geometry import polygon as flat
 from holdfast.geometry.hull import convex_hull
 
@@ -42,6 +44,8 @@ class Patch(Value):
       they overlap. None if it is not known.
     - ``breadth`` [m]: a nominal width of a line or a point, which in reality has some width.
     - ``inset`` [m]: how far inside the nearest sharp edge a line or a point lies.
+    - ``spots``: where it touches, if it stands for many smaller patches, and how far off these are. The polygon is
+      then an outline around them, of corners that are spots themselves; where ``spots.bent`` they are not in one plane.
     """
 
     polygon: Float
@@ -50,12 +54,19 @@ class Patch(Value):
     separation: tuple[float, float] | None = None
     breadth: float = 0.0
     inset: float = np.inf
+    spots: Spots | None = None
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
         set_(self, "polygon", kept(self.polygon))
         set_(self, "normal", kept(self.normal))
         set_(self, "holes", tuple(kept(hole) for hole in self.holes))
+
+    def normals_at(self, points: Float) -> Float:
+        """Return the normals (n, 3) at points (n, 3) of the patch, of which those on a bent one are spots."""
+        if self.spots is None or not self.spots.bent:
+            return np.broadcast_to(self.normal, points.shape)
+        return np.asarray(self.spots.normals[cKDTree(self.spots.points).query(points)[1]])
 
     @property
     def kind(self) -> PatchKind:
@@ -77,13 +88,19 @@ class Patch(Value):
         return np.asarray(self.polygon[0] + points @ self.frame)
 
     @cached_property
-    def _moments(self) -> Float:
+    def moments(self) -> Float:
+        """The integrals (6,) of 1, x, y, x², xy and y² in the frame (t1, t2), relative to the first corner."""
+        if self.spots is not None:
+            x, y = ((self.spots.points - self.polygon[0]) @ self.frame.T).T
+            return frozen(np.array([np.ones_like(x), x, y, x * x, x * y, y * y]) @ self.spots.shares)
         return frozen(flat.polynomial_moments(self.rings))
 
     @property
     def area(self) -> float:
         """The area [m²]; 0 for a line or a point."""
-        return float(self._moments[0]) if self.kind == "face" else 0.0
+        if self.spots is not None:
+            return self.spots.area
+        return float(self.moments[0]) if self.kind == "face" else 0.0
 
     @property
     def length(self) -> float:
@@ -93,14 +110,18 @@ class Patch(Value):
     @property
     def measure(self) -> float:
         """The area [m²] by which nodes and stiffness are distributed. Lines and points count as ``breadth`` wide."""
+        if self.spots is not None:
+            return float(self.spots.shares.sum())
         return {"face": self.area, "line": self.length * self.breadth, "point": self.breadth**2}[self.kind]
 
     @cached_property
     def centroid(self) -> Float:
         """The centroid (3,) [m] in the world frame."""
+        if self.spots is not None:
+            return frozen(np.asarray(self.spots.shares @ self.spots.points / self.measure))
         if self.kind != "face":
             return frozen(self.polygon.mean(0))
-        return frozen(self.lifted(self._moments[None, 1:3] / self.area)[0])
+        return frozen(self.lifted(self.moments[None, 1:3] / self.area)[0])
 
     @cached_property
     def size(self) -> float:
@@ -124,7 +145,7 @@ class Patch(Value):
     @cached_property
     def hull(self) -> Float:
         """The corners (m, 3) [m] of the convex hull, counter-clockwise seen from the tip of the normal."""
-        if self.kind != "face":
+        if self.kind != "face" or (self.spots is not None and self.spots.bent):
             return self.polygon
         return frozen(self.lifted(convex_hull(self.rings[0], 1e-9 * self.size)))
 
@@ -137,13 +158,18 @@ class Patch(Value):
         holes.sort(key=lambda ring: ring[0].tolist())
         normal = snapped(self.normal @ frame.axes.T, 1.0, BITS) @ frame.axes
         return replace(
-            self, polygon=frame.world(outline), normal=unit(normal), holes=tuple(frame.world(ring) for ring in holes)
+            self,
+            polygon=frame.world(outline),
+            normal=unit(normal),
+            holes=tuple(frame.world(ring) for ring in holes),
+            spots=None if self.spots is None else self.spots.canonical(frame, BITS),
         )
 
     def flipped(self) -> Patch:
         """Return the same patch seen from the other body, with the normal reversed."""
         holes = tuple(hole[::-1] for hole in self.holes)
-        return replace(self, polygon=self.polygon[::-1], normal=-self.normal, holes=holes)
+        spots = None if self.spots is None else self.spots.flipped()
+        return replace(self, polygon=self.polygon[::-1], normal=-self.normal, holes=holes, spots=spots)
 
 
 @archived

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, get_args
@@ -13,6 +12,8 @@ from scipy.spatial import cKDTree
 from holdfast.base.arrays import Float, frozen
 from holdfast.base.errors import HoldfastError, message
 from holdfast.contacts.interface import Interface, Patch
+from holdfast.contacts.spots import Spots, nearest_spot
+from holdfast.contacts.weights import corrected
 from holdfast.geometry import polygon as flat
 from holdfast.geometry.hull import convex_hull, smallest_rectangle
 
@@ -22,7 +23,8 @@ CANDIDATES = 10  # random points of which the paper takes the farthest
 CELLS = 6  # a grid step, to count tributary areas by; even, so that none lies halfway between two nodes
 MANY, FEW_CELLS = 2000, 2  # grids with at least MANY nodes are counted by FEW_CELLS a step: they are fine enough
 LATTICE = 19  # candidate points along each side of a patch; odd, so that the middle is among them
-LEAST_SHARES = (0.1, 0.01)  # no corrected weight falls below this share of its tributary area; the larger if it can
+LEAST = 0.02  # of the mean weight that every node of spots gets before weights are corrected
+MOST_BENT = 64  # the most spots of a bent patch that stand for its corners
 
 
 def interface_nodes(interface: Interface, count: int, sampling: Sampling, seed: int = 0) -> list[tuple[Float, Float]]:
@@ -49,6 +51,9 @@ def _sampled(interface: Interface, count: int, sampling: Sampling, seed: int) ->
     total = sum(patch.measure for patch in interface.patches)
     for patch in interface.patches:
         share = max(4, round(count * patch.measure / total))
+        if patch.spots is not None and patch.spots.bent:
+            result.append(bent_sample(patch.spots, MOST_BENT if sampling == "corners" else share))
+            continue
         if patch.kind != "face":
             points, weights = thin_sample(patch, share)
         elif sampling == "paper":
@@ -62,7 +67,23 @@ def _sampled(interface: Interface, count: int, sampling: Sampling, seed: int) ->
 def corner_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     """All corners of the hull, whatever ``count``: they carry every force that the whole patch could carry."""
     corners = convex_hull(patch.rings[0], 1e-9 * patch.size)
-    return corners, np.full(len(corners), patch.area / len(corners))
+    return corners, np.full(len(corners), patch.measure / len(corners))
+
+
+def bent_sample(spots: Spots, count: int) -> tuple[Float, Float]:
+    """The first spots of a bent patch (n, 3), which are far from each other, and what they stand for (n,) [m²].
+
+    Their weights have the sum, the first moments and the resultant and moment of unit pressure of all spots.
+    """
+    if count >= len(spots.points):
+        return spots.points, spots.shares
+    owner = nearest_spot(spots.points, spots.normals, np.arange(count))
+    tributary: Float = np.bincount(owner, spots.shares, minlength=count) * np.ones(count)
+    scale = float(np.linalg.norm(np.ptp(spots.points, axis=0)))
+    at = (spots.points - spots.shares @ spots.points / spots.shares.sum()) / scale
+    rows = np.column_stack([np.ones(len(at)), at, spots.normals, np.cross(at, spots.normals)]).T
+    weights = corrected(tributary, rows[:, :count], rows @ spots.shares, (10, 7, 4))
+    return frozen(spots.points[:count].copy()), frozen(weights)
 
 
 def paper_sample(patch: Patch, count: int, random: np.random.Generator) -> tuple[Float, Float]:
@@ -71,6 +92,9 @@ def paper_sample(patch: Patch, count: int, random: np.random.Generator) -> tuple
     low, high = patch.rings[0].min(0), patch.rings[0].max(0)
 
     def candidates(wanted: int) -> Float:
+        if patch.spots is not None:
+            some = random.choice(len(patch.spots.points), wanted, p=patch.spots.shares / patch.measure)
+            return _seen(patch, patch.spots)[some]
         found = np.empty((0, 2))
         while len(found) < wanted:
             tried = random.uniform(low, high, (4 * wanted, 2))
@@ -82,7 +106,7 @@ def paper_sample(patch: Patch, count: int, random: np.random.Generator) -> tuple
         tried = candidates(CANDIDATES)
         distance = np.linalg.norm(tried[:, None] - chosen, axis=2).min(1)
         chosen = np.vstack([chosen, tried[np.argmax(distance)]])
-    return chosen, np.full(count, patch.area / count)
+    return chosen, np.full(count, patch.measure / count)
 
 
 def thin_sample(patch: Patch, count: int) -> tuple[Float, Float]:
@@ -132,7 +156,9 @@ class _Sheet:
 
     @cached_property
     def lattice(self) -> Float:
-        """Points (n, 2) spread evenly over the patch, each standing for the same area."""
+        """Points (n, 2) spread over the patch: its spots, or such that each stands for the same area."""
+        if self.patch.spots is not None:
+            return np.asarray((_seen(self.patch, self.patch.spots) @ self.axes.T - self.low) / self.size)
         return self.spread(LATTICE, LATTICE)
 
     def spread(self, along: int, across: int) -> Float:
@@ -159,7 +185,10 @@ def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     """A grid of about ``count`` nodes over the smallest rectangle around the patch, its boundary included.
 
     On a rectangle the weights are close to Simpson's; elsewhere nodes outside the patch give way to its hull corners.
+    Where the patch is known by its spots, they are chosen from these.
     """
+    if patch.spots is not None:
+        return hull_sample(patch, count)
     sheet = _Sheet.of(patch)
     across = max(2, round(float(np.sqrt(count * sheet.size[0] / sheet.size[1]))))
     along = max(2, round(count / across))
@@ -207,40 +236,29 @@ def _weights(sheet: _Sheet, unit: Float, cells: Float) -> Float:
     """
     patch, nodes = sheet.patch, sheet.flat(unit)
     owner = np.asarray(cKDTree(unit).query(cells)[1])
+    spots = patch.spots
     shares = np.bincount(owner, minlength=len(nodes)) + 0.5
-    tributary: Float = shares / shares.sum() * patch.area
-    raw = flat.polynomial_moments(patch.rings)
+    if spots is not None:
+        shares = np.bincount(owner, spots.shares, minlength=len(nodes)) + LEAST * patch.measure / len(nodes)
+    tributary: Float = shares / shares.sum() * patch.measure
+    raw = patch.moments
     centre = raw[1:3] / raw[0]
     scale = patch.size
     x, y = ((nodes - centre) / scale).T
     rows = np.array([np.ones_like(x), x, y, x * x, x * y, y * y, np.hypot(x, y)])
     cx, cy = centre
     second = [raw[3] - raw[0] * cx * cx, raw[4] - raw[0] * cx * cy, raw[5] - raw[0] * cy * cy]
-    arm = flat.distance_moment(patch.rings, centre)
+    if spots is None:
+        arm = flat.distance_moment(patch.rings, centre)
+    else:
+        arm = float(spots.shares @ np.linalg.norm(_seen(patch, spots) - centre, axis=1))
     wanted = np.array([raw[0], 0, 0, *(m / scale**2 for m in second), arm / scale])
-    for matched, share in itertools.product((7, 6, 3), LEAST_SHARES):
-        corrected = _corrected(tributary, rows[:matched], wanted[:matched], share * tributary)
-        if corrected is not None:
-            return corrected
-    return tributary
+    return corrected(tributary, rows, wanted, (7, 6, 3))
 
 
-def _corrected(tributary: Float, basis: Float, wanted: Float, floor: Float) -> Float | None:
-    """The weights nearest to ``tributary`` with ``basis @ weights = wanted`` and none below ``floor``; None if none."""
-    free = np.ones(len(tributary), dtype=bool)
-    weights = tributary
-    while free.sum() > len(wanted):
-        base = np.where(free, tributary, floor)
-        metric = np.where(free, tributary, 0.0)
-        multipliers, *_ = np.linalg.lstsq((basis * metric) @ basis.T, wanted - basis @ base, rcond=1e-10)
-        weights = base + metric * (basis.T @ multipliers)
-        if not np.allclose(basis @ weights, wanted, atol=1e-9 * wanted[0]):
-            return None
-        low = free & (weights < floor)
-        if not low.any():
-            return np.asarray(weights)
-        free &= ~low
-    return None
+def _seen(patch: Patch, spots: Spots) -> Float:
+    """The spots of a patch (n, 2) in its frame."""
+    return np.asarray((spots.points - patch.polygon[0]) @ patch.frame.T)
 
 
 _SAMPLES = {"hull": hull_sample, "quadrature": tensor_sample, "corners": corner_sample}

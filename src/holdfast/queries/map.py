@@ -192,6 +192,8 @@ def _whole(cells: Cells) -> bool:
         return False
     corners, owners = cells.triangles, cells.cell
     within = (corners >= 0) & (corners < len(cells.vertices))
+    if cells.turned.shape != (count,):
+        return False
     return bool(within.all() and ((owners >= 0) & (owners < len(cells.points))).all())
 
 

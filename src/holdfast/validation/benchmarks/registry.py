@@ -22,6 +22,7 @@ SUITES = (
     "placement",
     "reliability",
     "scaling",
+    "scans",
     "startup",
     "table1",
     "table2",

@@ -1,0 +1,253 @@
+"""Many small patches between two bodies, as scans have them, merged into few.
+
+Scanned surfaces touch in thousands of slivers. Those that lie in one plane, to within a share of the gap, and whose
+normals agree within the angle tolerance, become one patch with the normal of that plane: an uneven support. What is
+left of curved surfaces becomes one band of points, each with a normal of its own. Either way the contact is then known
+by its ``Spots``. All of them are places where the surfaces come near each other, so no support is added: the hull of an
+uneven support is that of its parts, and forces at some points of a curved contact are forces that all of it can carry.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from holdfast.base.arrays import Bool, Float, Int, unit
+from holdfast.base.rigid import tangents
+from holdfast.contacts.interface import Patch
+from holdfast.contacts.spots import Spots, in_order, nearest_spot
+from holdfast.contacts.weights import corrected
+from holdfast.geometry import polygon as flat
+from holdfast.geometry.hull import convex_hull, corner_numbers
+
+FEW = 8  # up to so many patches of two bodies are left as they are
+MOST = 12  # two bodies with more narrow planes of contact than this touch along curved surfaces
+BROAD = 64  # so do two with more broad faces than this
+NARROW = 8.0  # width over the gap up to which a face is narrow
+RESIDUAL = 0.5  # of the gap: how far patches may lie from their plane; halfway between surfaces is known no better
+FITS = 3  # times that a plane is fitted to its patches
+LARGE = 0.1  # share of a curved contact from which on a plane remains a patch of its own
+ON_PLANE, ON_BAND = 200, 128  # the most spots of a merged patch
+STEPS = 24  # parts of the extent of a contact: patches larger than one part are sampled at several points
+INWARD = 1e-3  # of the way to the centroid that corners are moved, so that those of neighbours are apart
+LEAST = 0.02  # of the mean share that every spot gets before shares are corrected
+CANCELLED = 0.1  # length of the mean of unit normals below which it is no direction to look along
+ROUNDING = 1e-9  # of the extent
+
+
+class _Plane(NamedTuple):
+    """Patches that lie in one plane, through ``origin`` (3,) [m] with a unit ``normal`` (3,)."""
+
+    members: list[Patch]
+    origin: Float
+    normal: Float
+
+    @property
+    def measure(self) -> float:
+        return sum(patch.measure for patch in self.members)
+
+
+class _Samples(NamedTuple):
+    """Points (n, 3) [m] on patches, their normals (n, 3), and the shares (n,) [m²] that they stand for."""
+
+    points: Float
+    normals: Float
+    shares: Float
+
+
+def merged(patches: Sequence[Patch], gap: float, angle: float) -> tuple[Patch, ...]:
+    """Return the contact of two bodies in few patches; up to FEW patches, and BROAD broad faces, stay as they are.
+
+    ``gap`` [m] and ``angle`` [deg] are the tolerances with which the patches were found.
+    """
+    if len(patches) <= FEW:
+        return tuple(patches)
+    cosine = float(np.cos(np.radians(angle)))
+    narrow = [patch for patch in patches if patch.kind != "face" or patch.width < NARROW * gap]
+    broad = [patch for patch in patches if patch.kind == "face" and patch.width >= NARROW * gap]
+    planes = _planes(narrow, RESIDUAL * gap, cosine)
+    if len(broad) > BROAD:
+        broad, planes = [], _planes(patches, RESIDUAL * gap, cosine)
+    band: list[Patch] = []
+    if len(planes) > MOST:
+        least = LARGE * sum(patch.measure for patch in patches)
+        band = [patch for plane in planes if plane.measure < least for patch in plane.members]
+        planes = [plane for plane in planes if plane.measure >= least]
+    joined = [patch for plane in planes for patch in _on_plane(plane)]
+    return (*broad, *joined, *([_on_band(band)] if band else []))
+
+
+def _planes(patches: Sequence[Patch], residual: float, cosine: float) -> list[_Plane]:
+    """Share patches out among planes: the largest patch left names a plane, which is then fitted to its kin.
+
+    All their corners lie within ``residual`` [m] of it, and their normals within the angle of this ``cosine``.
+    """
+    if not patches:
+        return []
+    corners = [_corners(patch) for patch in patches]
+    starts = np.cumsum([0, *(len(part) for part in corners[:-1])])
+    places = np.vstack(corners)
+    normals = np.array([patch.normal for patch in patches])
+    centres = np.array([patch.centroid for patch in patches])
+    sizes = np.array([patch.measure for patch in patches])
+    left = np.ones(len(patches), dtype=bool)
+
+    def kin(origin: Float, normal: Float) -> Bool:
+        off = np.maximum.reduceat(np.abs((places - origin) @ normal), starts)
+        return np.asarray(left & (off <= residual) & (normals @ normal >= cosine))
+
+    found = []
+    while left.any():
+        seed = int(np.argmax(np.where(left, sizes, -1.0)))
+        origin, normal = centres[seed], normals[seed]
+        chosen = kin(origin, normal)
+        chosen[seed] = True
+        for _ in range(FITS):
+            weights = sizes * chosen
+            middle, mean = weights @ centres / weights.sum(), unit(weights @ normals)
+            better = kin(middle, mean)
+            if not better[seed]:
+                break
+            origin, normal, chosen = middle, mean, better
+        found.append(_Plane([patches[k] for k in np.flatnonzero(chosen).tolist()], origin, normal))
+        left &= ~chosen
+    return found
+
+
+def _on_plane(plane: _Plane) -> list[Patch]:
+    """Return the patches of a plane as one, or as they are if there is only one or if they lie along one line."""
+    members, origin, normal = plane
+    frame = np.array(tangents(normal))
+    corners = np.vstack([_corners(patch) for patch in members])
+    extent = float(np.linalg.norm(np.ptp(corners, axis=0)))
+    seen = (corners - origin) @ frame.T
+    if len(members) == 1 or not extent > 0:
+        return members
+    outline = convex_hull(seen, ROUNDING * extent)
+    if len(outline) < 3 or abs(flat.signed_area(outline)) <= ROUNDING * extent**2:
+        return members
+    inner = _samples(members, extent / STEPS)
+    points = np.vstack([(inner.points - origin) @ frame.T, seen])
+    shares = np.append(inner.shares, np.zeros(len(seen)))
+    lifted, same = origin + points @ frame, np.broadcast_to(normal, (len(points), 3))
+    spots = in_order(lifted, same, ON_PLANE)
+    tributary = _tributary(shares, nearest_spot(lifted, same, spots), len(spots))
+    moments = sum((_moments(patch, origin, frame) for patch in members), np.zeros(6))
+    x, y = points[spots].T / extent
+    basis = np.array([np.ones_like(x), x, y, x * x, x * y, y * y])
+    wanted = moments / extent ** np.array([0, 1, 1, 2, 2, 2])
+    known = Spots(
+        lifted[spots],
+        same[spots],
+        corrected(tributary, basis, wanted, (6, 3)),
+        bent=False,
+        area=sum(patch.area for patch in members),
+        residual=float(np.abs((corners - origin) @ normal).max()),
+        spread=_degrees(min(float(patch.normal @ normal) for patch in members)),
+    )
+    return [Patch(origin + outline @ frame, normal, separation=_separation(members), spots=known)]
+
+
+def _on_band(members: Sequence[Patch]) -> Patch:
+    """Return patches of any normals as one band of points, each with the normal of the patch on which it lies."""
+    corners = [_corners(patch) for patch in members]
+    extent = float(np.linalg.norm(np.ptp(np.vstack(corners), axis=0)))
+    inner = _samples(members, extent / STEPS)
+    inward = [ring + INWARD * (patch.centroid - ring) for ring, patch in zip(corners, members, strict=True)]
+    points = np.vstack([inner.points, *inward])
+    own = [np.broadcast_to(patch.normal, ring.shape) for ring, patch in zip(corners, members, strict=True)]
+    normals = np.vstack([inner.normals, *own])
+    spots = in_order(points, normals, ON_BAND)
+    nearest = nearest_spot(points, normals, spots)
+    shares = np.append(inner.shares, np.zeros(len(points) - len(inner.points)))
+    tributary = _tributary(shares, nearest, len(spots))
+    centre = points.mean(0)
+    at, turned = (points[spots] - centre) / extent, normals[spots]
+    basis = np.column_stack([np.ones(len(spots)), at, turned, np.cross(at, turned)]).T
+    sizes = np.array([patch.measure for patch in members])
+    middles = (np.array([patch.centroid for patch in members]) - centre) / extent
+    ways = np.array([patch.normal for patch in members])
+    wanted = sizes @ np.column_stack([np.ones(len(members)), middles, ways, np.cross(middles, ways)])
+    chosen = spots[nearest]
+    known = Spots(
+        points[spots],
+        turned,
+        corrected(tributary, basis, wanted, (10, 7, 4)),
+        bent=True,
+        area=sum(patch.area for patch in members),
+        residual=float(np.linalg.norm(points - points[chosen], axis=1).max()),
+        spread=_degrees(float((normals * normals[chosen]).sum(1).min())),
+    )
+    mean = sizes @ ways / sizes.sum()
+    if np.linalg.norm(mean) < CANCELLED:  # all round a peg: along it
+        mean = np.linalg.eigh((ways * sizes[:, None]).T @ ways)[1][:, 0]
+    normal = unit(mean)
+    return Patch(_outline(known.points, normal), normal, separation=_separation(members), spots=known)
+
+
+def _outline(points: Float, normal: Float) -> Float:
+    """Return those of the points (n, 3) that are corners of their hull, seen along a normal (3,)."""
+    seen = points @ np.array(tangents(normal)).T
+    low, size = seen.min(0), np.ptp(seen, axis=0)
+    return np.asarray(points[corner_numbers(np.ascontiguousarray((seen - low) / max(float(size.max()), 1e-300)))])
+
+
+def _tributary(shares: Float, nearest: Int, count: int) -> Float:
+    """Return the shares (n,) summed by the nearest of ``count`` spots, each of which gets at least a little."""
+    own = np.bincount(nearest, shares, minlength=count) + LEAST * shares.sum() / count
+    return np.asarray(own * (shares.sum() / own.sum()))
+
+
+def _samples(patches: Sequence[Patch], step: float) -> _Samples:
+    """Return points on patches, which lie about a ``step`` [m] apart on those that are larger."""
+    inside = [_inside(patch, step) for patch in patches]
+    counts = [len(points) for points in inside]
+    shares = [patch.measure / count for patch, count in zip(patches, counts, strict=True)]
+    normals = np.repeat([patch.normal for patch in patches], counts, axis=0)
+    return _Samples(np.vstack(inside), normals, np.repeat(shares, counts))
+
+
+def _inside(patch: Patch, step: float) -> Float:
+    """Return points (n, 3) spread evenly over a patch, about a ``step`` [m] apart, and at least one."""
+    if patch.kind == "point":
+        return patch.polygon
+    if patch.kind == "line":
+        count = max(1, int(np.ceil(patch.length / step)))
+        share = (np.arange(count)[:, None] + 0.5) / count
+        return np.asarray((1 - share) * patch.polygon[0] + share * patch.polygon[1])
+    polygon = flat.shapely_polygon(patch.rings)
+    if patch.size > step:
+        low, high = patch.rings[0].min(0), patch.rings[0].max(0)
+        counts = np.ceil((high - low) / step).astype(np.int64)
+        grid = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in counts), indexing="ij"), -1).reshape(-1, 2)
+        points = low + grid * (high - low) / counts
+        points = points[flat.inside(polygon, points)]
+        if len(points):
+            return patch.lifted(points)
+    return patch.lifted(shapely.get_coordinates(shapely.point_on_surface(polygon)))
+
+
+def _moments(patch: Patch, origin: Float, frame: Float) -> Float:
+    """Return the integrals (6,) of 1, x, y, x², xy and y² over a patch, seen in a plane, scaled to its own measure."""
+    if patch.kind == "face":
+        found = flat.polynomial_moments([(ring - origin) @ frame.T for ring in (patch.polygon, *patch.holes)])
+        return np.asarray(found * (patch.area / found[0]))
+    (x, y), (u, v) = ((patch.polygon[k] - origin) @ frame.T for k in (0, -1))
+    second = [(x * x + x * u + u * u) / 3, (2 * x * y + x * v + u * y + 2 * u * v) / 6, (y * y + y * v + v * v) / 3]
+    return np.array([1.0, (x + u) / 2, (y + v) / 2, *second]) * patch.measure
+
+
+def _corners(patch: Patch) -> Float:
+    return np.vstack([patch.polygon, *patch.holes])
+
+
+def _separation(patches: Sequence[Patch]) -> tuple[float, float] | None:
+    known = [patch.separation for patch in patches if patch.separation is not None]
+    return (min(low for low, _ in known), max(high for _, high in known)) if known else None
+
+
+def _degrees(cosine: float) -> float:
+    return float(np.degrees(np.arccos(min(max(cosine, -1.0), 1.0))))

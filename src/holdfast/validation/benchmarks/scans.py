@@ -1,0 +1,207 @@
+"""Scenes of scans: patches before and after merging, what pushes make of it, and times; beside an older version.
+
+All eight settled scenes. ``before`` is the contact as it is found, ``after`` the merged one. Pushes are random ones on
+random bodies by engine ``compliant``; ``same normals`` compares with the unmerged nodes, given the normals of
+merged patches: noise in normals lets a sliding body wedge itself, which merging ends. Times are those of the
+processor, the least of several, with everything compiled.
+With ``--beside DIR`` the older checkout takes turns with this one.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import warnings
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+import holdfast as hf
+from holdfast.assembly.nodes import ContactNodes, contact_nodes
+from holdfast.base.arrays import Float
+from holdfast.base.code_store import FOLDER_VARIABLE
+from holdfast.base.rigid import tangents
+from holdfast.contacts.detect import find_contacts
+from holdfast.engines.groups import prepared
+from holdfast.validation.benchmarks.checkout import PACKAGE, older
+from holdfast.validation.benchmarks.reliability import SETTLED, random_pushes, settled_file
+from holdfast.validation.benchmarks.suite import Case, Row, Suite, table
+
+TOLERANCES: Mapping[str, Mapping[str, float]] = {**SETTLED, "dishes": {"gap": 5e-3}, "masonry_crossvault": {}}
+UNCERTAIN = (0.0015, 0.5)  # [m], [deg]: standard deviations of the poses
+PUSHES, SEED = 50, 77
+POINTS = 1000  # of the maps
+MAPPED = ("kitchen_place", "lack_table")
+TIMED = """
+import json, sys, time, warnings
+warnings.simplefilter("ignore")
+import holdfast as hf
+path, options, wanted = sys.argv[1], json.loads(sys.argv[2]), int(sys.argv[3])
+least = float("inf")
+for _ in range(4):
+    scene = hf.load_scene(path)
+    start = time.process_time()
+    assembly = hf.assemble(scene, **options)
+    least = min(least, time.process_time() - start)
+row = {"seconds": least, "patches": sum(len(i.patches) for i in assembly.interfaces)}
+if wanted:
+    from holdfast.queries.exposed import exposed_cells
+    names = [body.name for body in assembly.movable]
+    def count(spacing):
+        return sum(len(exposed_cells(assembly, name, spacing)[0].points) for name in names)
+    low, high = 0.004, 0.2
+    for _ in range(9):
+        middle = (low * high) ** 0.5
+        low, high = (middle, high) if count(middle) > wanted else (low, middle)
+    hf.robustness_map(assembly, names[:1], spacing=4 * high)
+    start = time.process_time()
+    found = hf.robustness_map(assembly, spacing=high)
+    row = {"seconds": time.process_time() - start, "points": len(found.force)}
+print(json.dumps(row))
+"""
+
+
+def assembled(name: str) -> tuple[hf.Scene, hf.Assembly]:
+    path = settled_file(name)
+    assert path is not None
+    scene = hf.load_scene(path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return scene, hf.assemble(scene, gap=TOLERANCES[name].get("gap"), angle=TOLERANCES[name].get("angle"))
+
+
+def unmerged(assembly: hf.Assembly) -> hf.Assembly:
+    """The same contacts as they were found."""
+    found = find_contacts(assembly.scene, assembly.tolerances, merge=False)
+    return replace(assembly, interfaces=found.interfaces)
+
+
+def count(assembly: hf.Assembly) -> int:
+    return sum(len(interface.patches) for interface in assembly.interfaces)
+
+
+def patches(name: str) -> list[Row]:
+    scene, usual = assembled(name)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        wide = hf.assemble(scene, pose_sigma=UNCERTAIN)
+    spots = [p.spots for a in (usual, wide) for i in a.interfaces for p in i.patches if p.spots is not None]
+    return [
+        {
+            "case": f"patches, {name}",
+            "before": count(unmerged(usual)),
+            "after": count(usual),
+            "uncertain poses, before": count(unmerged(wide)),
+            "uncertain poses, after": count(wide),
+            "largest residual, mm": 1e3 * max((s.residual for s in spots if not s.bent), default=0.0),
+            "largest spread, deg": max((s.spread for s in spots), default=0.0),
+        }
+    ]
+
+
+def levelled(raw: hf.Assembly, found: hf.Assembly) -> ContactNodes:
+    """The nodes of contacts as they were found, with the normals of the merged patches."""
+    nodes = contact_nodes(raw, 49, "quadrature")
+    axes = np.array(nodes.axes)
+    for k, interface in enumerate(found.interfaces):
+        own = nodes.interface == k
+        flat = [patch for patch in interface.patches if patch.spots is None or not patch.spots.bent]
+        if "merged" in interface.flags and len(flat) == len(interface.patches):
+            off = [np.abs((nodes.points[own] - p.polygon[0]) @ p.normal) for p in flat]
+            alike = [nodes.normals[own] @ p.normal for p in flat]
+            nearest = np.argmax(np.array(alike) - np.array(off) / found.tolerances.gap, axis=0)
+            normal = np.array([p.normal for p in flat])[nearest]
+            axes[own] = np.stack([normal, *tangents(normal)], axis=1)
+    return replace(nodes, axes=axes)
+
+
+def changes(ours: Float, theirs: Float) -> Float:
+    both = np.isfinite(ours) & np.isfinite(theirs) & (theirs > 0)
+    return ours[both] / theirs[both] - 1
+
+
+def pushes(name: str) -> list[Row]:
+    _, found = assembled(name)
+    raw = unmerged(found)
+    W = random_pushes(found, PUSHES, SEED)
+    before, after = (prepared(hf.Compliant(), a).load_factor(W) for a in (raw, found))
+    limits = [prepared(hf.Limit(), a).load_factor(W).upper for a in (raw, found)]
+    level = hf.Compliant().on(raw, raw.weight_wrench(), levelled(raw, found)).load_factor(W)
+    known = np.array([str(status) == "finite" for status in level.status])
+    change, limit = changes(after.force, before.force), changes(limits[1], limits[0])
+    same = changes(after.force[known], level.force[known])
+    return [
+        {
+            "case": f"pushes, {name}",
+            "patches": f"{count(raw)} to {count(found)}",
+            "compared": len(change),
+            "median change %": 100 * float(np.median(np.abs(change))),
+            "largest rise %": 100 * float(change.max(initial=0)),
+            "largest fall %": -100 * float(change.min(initial=0)),
+            "same normals: median %": 100 * float(np.median(np.abs(same))) if len(same) else 0.0,
+            "rise %": 100 * float(same.max(initial=0)),
+            "fall %": -100 * float(same.min(initial=0)),
+            "limit: median %": 100 * float(np.median(np.abs(limit))),
+            "limit: rise %": 100 * float(limit.max(initial=0)),
+            "status differs": sum(a is not b for a, b in zip(before.status, after.status, strict=True)),
+        }
+    ]
+
+
+def timed(name: str, wanted: int, options: Mapping[str, object]) -> dict[str, Row]:
+    """Seconds of processor time in this version and, if asked, in the older one, by turns."""
+    path = settled_file(name)
+    before = older.get()
+    sources = {"this": PACKAGE.parent} | ({} if before is None else {"older": before.resolve() / "src"})
+    rows: dict[str, Row] = {}
+    for which, source in sources.items():
+        folder = Path(tempfile.gettempdir(), f"holdfast-scans-{which}")
+        folder.mkdir(exist_ok=True)
+        own = {"PYTHONPATH": str(source), FOLDER_VARIABLE: str(folder), "NUMBA_CACHE_DIR": str(folder)}
+        command = [sys.executable, "-c", TIMED, str(path), json.dumps(options), str(wanted)]
+        ran = subprocess.run(
+            command, env=os.environ | own | {"OPENBLAS_NUM_THREADS": "1"}, capture_output=True, check=True
+        )
+        rows[which] = json.loads(ran.stdout)
+    return rows
+
+
+def times(case: str, name: str, wanted: int, options: Mapping[str, object]) -> list[Row]:
+    found = timed(name, wanted, options)
+    row: Row = {"case": case}
+    for which, measured in found.items():
+        row |= {f"{which}: {key}{' s' if key == 'seconds' else ''}": value for key, value in measured.items()}
+    if "older" in found:
+        row["older / this"] = found["older"]["seconds"] / found["this"]["seconds"]
+    return [row]
+
+
+def cases() -> Mapping[str, Case]:
+    names = [name for name in TOLERANCES if settled_file(name) is not None]
+    found: dict[str, Case] = {f"patches, {name}": partial(patches, name) for name in names}
+    for name in names:
+        case = f"assemble, {name}"
+        found[case] = partial(times, case, name, 0, TOLERANCES[name])
+    case = "assemble, kitchen_place, uncertain poses"
+    if "kitchen_place" in names:
+        found[case] = partial(times, case, "kitchen_place", 0, {"pose_sigma": UNCERTAIN})
+    found |= {f"pushes, {name}": partial(pushes, name) for name in names}
+    for name in (name for name in MAPPED if name in names):
+        case = f"map of {POINTS} points, {name}"
+        found[case] = partial(times, case, name, POINTS, TOLERANCES[name])
+    return found
+
+
+def written(rows: list[Row]) -> str:
+    kinds = ("patches", "assemble", "pushes", "map")
+    parts = [[row for row in rows if str(row["case"]).startswith(kind)] for kind in kinds]
+    return "\n\n".join(table(part) for part in parts if part)
+
+
+SUITE = Suite("scans", __doc__, cases, written=written)
