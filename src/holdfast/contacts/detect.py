@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Set
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,10 +18,10 @@ from holdfast.contacts.features import touching_features
 from holdfast.contacts.flags import flags_of, is_certain
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.materials import by_material
-from holdfast.contacts.occlusion import by_body, visible
+from holdfast.contacts.occlusion import Pair, by_body, visible
 from holdfast.contacts.patches import face_patches, line_patches, point_patches
 from holdfast.contacts.round import feet, not_at, reach_of
-from holdfast.contacts.skin import Skin, near_faces
+from holdfast.contacts.skin import LARGE, Skin, near_boxes, near_faces
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
@@ -66,6 +68,10 @@ class Tolerances(Value):
             gap = min(gap, thin)
         return Tolerances(gap, min(angle, STEEPEST) if self.tilt else angle, depth=min(gap, thin))
 
+    def alike(self, other: Tolerances) -> bool:
+        """Tell whether every pair of bodies has the same tolerances by both."""
+        return self == other and self.usual == other.usual
+
     def _swing(self, lever: float) -> float:
         """Return how far SIGMAS times ``tilt`` moves the end of a lever of this length, both [m]."""
         return SIGMAS * float(np.radians(self.tilt)) * lever
@@ -100,37 +106,108 @@ class Contacts(Value):
     occluded: tuple[tuple[str, str], ...]
 
 
+class Shown(NamedTuple):
+    """A pair of bodies: the ``patches`` found, what is ``left`` of them behind third bodies, and its ``interfaces``.
+
+    Where nothing is left, there are no interfaces.
+    """
+
+    patches: tuple[Patch, ...]
+    left: tuple[Patch, ...]
+    interfaces: tuple[Interface, ...]
+
+
 def find_contacts(scene: Scene, tolerances: Tolerances) -> Contacts:
     """Find all interfaces between bodies of which at least one is movable, in the order of the bodies.
 
     Where poses are uncertain, no interface is certain.
     """
+    shown = show(scene, tolerances, find_all_patches(scene, tolerances))
+    return Contacts(
+        tuple(interface for each in shown.values() for interface in each.interfaces),
+        tuple(pair for pair, each in shown.items() if not each.interfaces),
+    )
+
+
+def find_all_patches(
+    scene: Scene,
+    tolerances: Tolerances,
+    known: Mapping[Pair, tuple[Patch, ...]] | None = None,
+    same: Collection[str] = (),
+) -> dict[Pair, tuple[Patch, ...]]:
+    """Find the patches of all pairs of bodies that touch, as if there were no third ones, in the order of the bodies.
+
+    Between the bodies named in ``same`` they are those of ``known``.
+    """
+    pairs = list(neighbours(scene, tolerances.widest(scene)))
+    fresh = [(a, b) for a, b in pairs if known is None or a.name not in same or b.name not in same]
+    found = {(a.name, b.name): () if known is None else known.get((a.name, b.name), ()) for a, b in pairs}
     skins: dict[str, Skin] = {}
-    found: dict[tuple[str, str], tuple[Patch, ...]] = {}
-    for a, b in reported("contacts", list(neighbours(scene, tolerances.widest(scene)))):
+    uses = Counter(body.name for pair in fresh for body in pair)
+    for a, b in reported("contacts", fresh):
         for body in (a, b):
             if body.name not in skins:
                 skins[body.name] = Skin.of(body)
-        patches = find_patches(a, b, skins[a.name], skins[b.name], tolerances.between(a, b))
-        if patches:
-            found[a.name, b.name] = patches
-    interfaces, occluded = [], []
+        found[a.name, b.name] = find_patches(a, b, skins[a.name], skins[b.name], tolerances.between(a, b))
+        for body in (a, b):
+            uses[body.name] -= 1
+            if not uses[body.name]:
+                del skins[body.name]  # skins are large
+    return {pair: patches for pair, patches in found.items() if patches}
+
+
+def show(
+    scene: Scene,
+    tolerances: Tolerances,
+    found: Mapping[Pair, tuple[Patch, ...]],
+    known: Mapping[Pair, Shown] | None = None,
+    changed: Set[str] = frozenset(),
+) -> dict[Pair, Shown]:
+    """Make interfaces of the patches ``found`` between pairs of bodies, less what third bodies hide of them.
+
+    If given, ``known`` is what was shown before between bodies of which only those named in ``changed`` have other
+    patches now; where a pair shows the same patches as before, its interfaces are the same objects.
+    """
+    result: dict[Pair, Shown] = {}
     of_body = by_body(found)
     for pair, patches in found.items():
+        before = None if known is None else known.get(pair)
+        if before is None or before.patches is not patches:
+            before = None
+        elif not any(name in changed for name in pair):
+            result[pair] = before
+            continue
         a, b = (scene.body(name) for name in pair)
         gap = tolerances.between(a, b).gap
-        left = visible(pair, found, of_body, gap, NEGLIGIBLE_WIDTH * min(a.size, b.size))
-        if left:
-            flags = flags_of(a, b, left, gap, hidden=left != list(patches))
-            sagitta = a.shape.surface.sagitta + b.shape.surface.sagitta
-            certain = not tolerances.capped and is_certain(
-                left, flags, gap=tolerances.gap, usual=tolerances.usual, sagitta=sagitta
-            )
-            for mu, share in _by_friction(scene, a, b, left, gap).items():
-                interfaces.append(Interface(pair, patches=share, flags=flags, certain=certain, mu=mu))
+        left = tuple(visible(pair, found, of_body, gap, NEGLIGIBLE_WIDTH * min(a.size, b.size)))
+        if before is not None and left == before.left:
+            result[pair] = before
         else:
-            occluded.append(pair)
-    return Contacts(tuple(interfaces), tuple(occluded))
+            result[pair] = Shown(patches, left, _interfaces(scene, tolerances, (a, b), patches, left, gap))
+    return result
+
+
+def _interfaces(
+    scene: Scene,
+    tolerances: Tolerances,
+    bodies: tuple[Body, Body],
+    patches: tuple[Patch, ...],
+    left: tuple[Patch, ...],
+    gap: float,
+) -> tuple[Interface, ...]:
+    """Return the interfaces of two bodies that touch in ``patches``, of which ``left`` is not hidden."""
+    if not left:
+        return ()
+    a, b = bodies
+    flags = flags_of(a, b, left, gap, hidden=left != patches)
+    sagitta = a.shape.surface.sagitta + b.shape.surface.sagitta
+    certain = not tolerances.capped and is_certain(
+        left, flags, gap=tolerances.gap, usual=tolerances.usual, sagitta=sagitta
+    )
+    shares = _by_friction(scene, a, b, list(left), gap)
+    return tuple(
+        Interface((a.name, b.name), patches=share, flags=flags, certain=certain, mu=mu) for mu, share in shares.items()
+    )
 
 
 def _by_friction(scene: Scene, a: Body, b: Body, patches: list[Patch], gap: float) -> dict[float | None, list[Patch]]:
@@ -149,13 +226,21 @@ def neighbours(scene: Scene, gap: float) -> Iterator[tuple[Body, Body]]:
     bodies, excluded = scene.bodies, frozenset(scene.excluded)
     low = np.array([body.box[0] for body in bodies]).reshape(-1, 3) - gap / 2
     high = np.array([body.box[1] for body in bodies]).reshape(-1, 3) + gap / 2
+    axis = int(np.argmax(np.ptp(low, axis=0)))
+    length = high[:, axis] - low[:, axis]
+    order = np.argsort(low[:, axis], kind="stable")
+    wide = length[order] > LARGE * np.median(length)  # a floor, which is near to all: searched apart
+    found = []
+    for part in (order[~wide], order[wide]):
+        near = near_boxes(low, high, low[part], high[part], axis, 0.0)
+        found.append(np.column_stack([near[:, 0], part[near[:, 1]]]))
+    pairs = np.concatenate(found)
     fixed = np.array([body.fixed for body in bodies], dtype=bool)
-    for i, body in enumerate(bodies):
-        near = ((low[i] <= high[i + 1 :]) & (low[i + 1 :] <= high[i])).all(1) & ~(fixed[i + 1 :] & body.fixed)
-        for j in np.flatnonzero(near):
-            other = bodies[i + 1 + int(j)]
-            if (min(body.name, other.name), max(body.name, other.name)) not in excluded:
-                yield body, other
+    pairs = pairs[(pairs[:, 0] < pairs[:, 1]) & ~fixed[pairs].all(1)]
+    for i, j in pairs[np.lexsort(pairs.T[::-1])].tolist():
+        one, other = bodies[i], bodies[j]
+        if (min(one.name, other.name), max(one.name, other.name)) not in excluded:
+            yield one, other
 
 
 def find_patches(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Tolerances) -> tuple[Patch, ...]:
