@@ -284,14 +284,16 @@ class Assembly(Value):
         """Return the assembly without the bodies of these names.
 
         The interfaces between the other bodies are kept. If a removed body lay between two bodies that come within the
-        gap (``occluded``), contacts are detected again. In both cases the result equals ``assemble`` of the smaller
-        scene with the same tolerances. If the interfaces were given, they remain as given. The names that are gone are
-        kept in ``absent``. Raises SceneError for an unknown name.
+        gap (``occluded``), or a half space is seen less far without it, contacts are detected again where that changes
+        them. The result equals ``assemble`` of the smaller scene with the same tolerances. If the interfaces were
+        given, they remain as given. The names that are gone are kept in ``absent``. Raises SceneError for an unknown
+        name.
         """
         gone = self.scene.checked_names(*names)
         scene = self.scene.without(gone)
         absent = tuple(sorted({*self.absent, *self.scene.names} - scene.names))
-        if self.detected and self._uncovers(gone):
+        shown_anew = any(scene.body(body.name) is not body for body in self.bodies if body.name not in gone)
+        if self.detected and (shown_anew or self._uncovers(gone)):
             before = self.found
             return self._heir(_search(scene, self.tolerances, self.overlaps, 3, before=before, absent=absent))
         overlaps = tuple(o for o in self.overlaps if gone.isdisjoint(o.bodies))

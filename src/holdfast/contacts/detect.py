@@ -21,7 +21,7 @@ from holdfast.contacts.materials import by_material
 from holdfast.contacts.occlusion import Pair, by_body, visible
 from holdfast.contacts.patches import face_patches, line_patches, point_patches
 from holdfast.contacts.round import feet, not_at, reach_of
-from holdfast.contacts.skin import LARGE, Skin, near_boxes, near_faces
+from holdfast.contacts.skin import LARGE, Skin, near_boxes, near_faces, near_facets
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
@@ -250,12 +250,15 @@ def find_patches(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Toler
     """
     gap, depth, size = tolerances.gap, tolerances.depth, min(a.size, b.size)
     negligible, breadth = NEGLIGIBLE_WIDTH * size, NOMINAL_BREADTH * size
-    pairs = near_faces(skin_a, skin_b, gap)
-    if not len(pairs):
+    pairs, facets = near_faces(skin_a, skin_b, gap), near_facets(skin_a, skin_b, gap)
+    if not len(pairs) and not facets:
         return ()
     cos_angle, sin_angle = (float(f(np.radians(tolerances.angle))) for f in (np.cos, np.sin))
     locals_ = a.shape.surface.reduced, b.shape.surface.reduced
-    large, small = facing_polygons(skin_a, skin_b, *locals_, pairs, gap=gap, depth=depth, cos_angle=cos_angle)
+    large, small, left = facing_polygons(
+        skin_a, skin_b, *locals_, pairs, facets, gap=gap, depth=depth, cos_angle=cos_angle
+    )
+    pairs = np.concatenate([pairs, *(near_faces(skin_a, skin_b, gap, two) for two in left)])
     pieces = [*large, *clip_faces(skin_a, skin_b, small, gap=gap, depth=depth, cos_angle=cos_angle)]
     faces = face_patches(pieces, gap, cos_angle, negligible)
     lines, points = touching_features(
