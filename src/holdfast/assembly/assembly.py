@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,19 +15,22 @@ from numpy.typing import ArrayLike
 from holdfast.assembly.axes import own_frame
 from holdfast.assembly.caution import check_units, warn_of_gap, warn_of_huge, warn_of_overlaps
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, checked_items, checked_number, frozen
+from holdfast.base.arrays import Float, Int, checked_items, checked_number, frozen
 from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.memory import Memory
 from holdfast.base.ranges import ANGLE, FRICTION, TOLERANCE
 from holdfast.base.text import listed, quoted
 from holdfast.base.values import Value, cut
-from holdfast.contacts.detect import box_distance, find_contacts, neighbours
+from holdfast.contacts.detect import box_distance, neighbours
 from holdfast.contacts.interface import Interface
-from holdfast.contacts.overlap import Overlap, distance, find_overlaps
+from holdfast.contacts.overlap import Overlap, distance
+from holdfast.contacts.search import Found, search
 from holdfast.contacts.tolerances import DEFAULT_ANGLE, SIGMAS, Tolerances
 from holdfast.scene.body import Body
 from holdfast.scene.pairs import checked_pairs
 from holdfast.scene.scene import Scene
 
+MOST_KEPT = 4000  # bodies, counted once for each part and each prepared engine that an assembly and its edits keep
 FIXED = -1  # the body number of all fixed bodies, which are one node of the contact graph
 
 
@@ -67,6 +71,11 @@ class Assembly(Value):
         return self.scene.movable
 
     @cached_property
+    def fixed(self) -> tuple[Body, ...]:
+        """The fixed bodies, in scene order."""
+        return tuple(body for body in self.bodies if body.fixed)
+
+    @cached_property
     def index(self) -> Mapping[str, int]:
         """The number of each body by its name: 0..J-1, or FIXED."""
         numbers = {body.name: k for k, body in enumerate(self.movable)}
@@ -76,6 +85,16 @@ class Assembly(Value):
     def ends(self) -> tuple[tuple[int, int], ...]:
         """The numbers (a, b) of the two bodies of every interface."""
         return tuple((self.index[a], self.index[b]) for a, b in (i.bodies for i in self.interfaces))
+
+    @cached_property
+    def interfaces_of(self) -> tuple[tuple[int, ...], ...]:
+        """The numbers of the interfaces of every movable body."""
+        own: list[list[int]] = [[] for _ in self.movable]
+        for number, ends in enumerate(self.ends):
+            for body in ends:
+                if body != FIXED:
+                    own[body].append(number)
+        return tuple(tuple(numbers) for numbers in own)
 
     @cached_property
     def mu(self) -> tuple[float, ...]:
@@ -207,6 +226,11 @@ class Assembly(Value):
         return self.tolerances.between(*(self.scene.body(name) for name in pair))
 
     @cached_property
+    def parts(self) -> dict[tuple[str, ...], Any]:
+        """The groups that were made assemblies of their own so far (parts.py), by the names of their bodies."""
+        return {}
+
+    @cached_property
     def known_names(self) -> tuple[str, ...]:
         """The names of all bodies and materials here and in the larger assembly that this one is a part of."""
         return (*self.absent, *self.scene.names)
@@ -220,20 +244,42 @@ class Assembly(Value):
         between = [(a, b) for a, b in self.ends if FIXED not in (a, b)]
         return tuple(tuple(self.movable[k].name for k in group) for group in components(len(self.movable), between))
 
+    @cached_property
+    def group_of(self) -> Int:
+        """The number (J,) of the group of every movable body."""
+        number = np.zeros(len(self.movable), dtype=np.int64)
+        for k, names in enumerate(self.groups):
+            number[[self.index[name] for name in names]] = k
+        return frozen(number)
+
+    @cached_property
+    def memory(self) -> Memory:
+        """Where parts and prepared engines are kept for the next question: shared with all edits of this assembly.
+
+        It is bounded, and is neither pickled nor copied.
+        """
+        return Memory(MOST_KEPT)
+
+    @cached_property
+    def found(self) -> Found:
+        """What contact detection found in the scene, from which edits take what does not change."""
+        return search(self.scene, self.tolerances)
+
     def moved(self, poses: Mapping[str, ArrayLike]) -> Assembly:
         """Return the assembly with some bodies at other poses.
 
-        ``poses`` maps names of bodies to poses (4, 4), body frame to world. Contacts are detected again with the
-        tolerances of this assembly, so the result equals ``assemble`` of the moved scene with these tolerances. Raises
-        HoldfastError if the interfaces were given.
+        ``poses`` maps names of bodies to poses (4, 4), body frame to world. The result equals ``assemble`` of the moved
+        scene with the tolerances of this assembly, but contacts are detected only where a body moved, and groups of
+        bodies that did not change stay prepared for every engine that was asked. Raises HoldfastError if the interfaces
+        were given.
         """
         return self._sought(self.scene.moved(poses), "moved")
 
     def with_body(self, body: Body) -> Assembly:
         """Return the assembly with ``body`` added after the others.
 
-        Contacts are detected again with the tolerances of this assembly, so the result equals ``assemble`` of the
-        larger scene with these tolerances. Raises HoldfastError if the interfaces were given.
+        The result equals ``assemble`` of the larger scene with the tolerances of this assembly; what did not change is
+        kept as by ``moved``. Raises HoldfastError if the interfaces were given.
         """
         scene = self.scene.with_body(body)
         warn_of_huge([body], stacklevel=3)
@@ -246,25 +292,38 @@ class Assembly(Value):
             problem = "its interfaces were given, and where bodies touch now cannot be told from them"
             remedy = "assemble the changed scene with interfaces= of its own"
             raise HoldfastError(message(f"Assembly.{what}", problem, remedy))
-        return replace(_search(scene, self.tolerances.on(scene), self.overlaps, stacklevel=4), absent=self.absent)
+        tolerances = self.tolerances.on(scene)
+        edited = _search(scene, tolerances, self.overlaps, stacklevel=4, before=self.found, absent=self.absent)
+        return self._heir(edited)
+
+    def _heir(self, edited: Assembly) -> Assembly:
+        """Return an edit of this assembly that shares what was prepared for it."""
+        edited.__dict__["memory"] = self.memory
+        return edited
 
     def without(self, *names: str | Iterable[str]) -> Assembly:
         """Return the assembly without the bodies of these names.
 
         The interfaces between the other bodies are kept. If a removed body lay between two bodies that come within the
-        gap (``occluded``), contacts are detected again. In both cases the result equals ``assemble`` of the smaller
-        scene with the same tolerances. If the interfaces were given, they remain as given. The names that are gone are
-        kept in ``absent``. Raises SceneError for an unknown name.
+        gap (``occluded``), or a half space is seen less far without it, contacts are detected again where that changes
+        them. The result equals ``assemble`` of the smaller scene with the same tolerances. If the interfaces were
+        given, they remain as given. The names that are gone are kept in ``absent``. Raises SceneError for an unknown
+        name.
         """
         gone = self.scene.checked_names(*names)
         scene = self.scene.without(gone)
         absent = tuple(sorted({*self.absent, *self.scene.names} - scene.names))
-        if self.detected and self._uncovers(gone):
-            return replace(_search(scene, self.tolerances.on(scene), self.overlaps, stacklevel=3), absent=absent)
+        tolerances = self.tolerances.on(scene)
+        shown_anew = any(scene.body(body.name) is not body for body in self.bodies if body.name not in gone)
+        if self.detected and (shown_anew or self._uncovers(gone)):
+            return self._heir(_search(scene, tolerances, self.overlaps, 3, before=self.found, absent=absent))
         overlaps = tuple(o for o in self.overlaps if gone.isdisjoint(o.bodies))
         kept = tuple(i for i in self.interfaces if gone.isdisjoint(i.bodies))
         occluded = tuple(pair for pair in self.occluded if gone.isdisjoint(pair))
-        return Assembly(scene, kept, self.tolerances.on(scene), overlaps, occluded, self.detected, absent)
+        left = Assembly(scene, kept, tolerances, overlaps, occluded, self.detected, absent)
+        if "found" in self.__dict__:
+            left.__dict__["found"] = self.found.without(gone)
+        return self._heir(left)
 
     def _uncovers(self, gone: Collection[str]) -> bool:
         """Tell whether a removed body may have hidden a contact between two bodies that remain.
@@ -371,14 +430,23 @@ def _tolerances(
     return Tolerances.measured(scene, angle)
 
 
-def _search(scene: Scene, tolerances: Tolerances, known: Collection[Overlap], stacklevel: int) -> Assembly:
+def _search(
+    scene: Scene,
+    tolerances: Tolerances,
+    known: Collection[Overlap],
+    stacklevel: int,
+    *,
+    before: Found | None = None,
+    absent: tuple[str, ...] = (),
+) -> Assembly:
     """Detect all contacts of the scene and return the assembly; warn of overlaps that are not among ``known``."""
-    overlaps = find_overlaps(scene, tolerances)
-    new = [overlap for overlap in overlaps if overlap not in known]
+    found = search(scene, tolerances, before)
+    new = [overlap for overlap in found.overlaps if overlap not in known]
     if new:
         warn_of_overlaps(new, stacklevel=stacklevel + 1)
-    contacts = find_contacts(scene, tolerances)
-    return Assembly(scene, _with_status(contacts.interfaces, overlaps), tolerances, overlaps, contacts.occluded)
+    assembly = Assembly(scene, found.interfaces, tolerances, found.overlaps, found.occluded, absent=absent)
+    assembly.__dict__["found"] = found
+    return assembly
 
 
 def checked_pose_sigma(value: object, where: str) -> tuple[float, float]:
@@ -416,11 +484,6 @@ def components(count: int, ends: Iterable[tuple[int, int]]) -> list[list[int]]:
         groups.setdefault(root(k), []).append(k)
     groups.pop(root(count), None)
     return list(groups.values())
-
-
-def _with_status(interfaces: Sequence[Interface], overlaps: Sequence[Overlap]) -> tuple[Interface, ...]:
-    deep = {frozenset(overlap.bodies) for overlap in overlaps}
-    return tuple(i if frozenset(i.bodies) not in deep else replace(i, status="penetrating") for i in interfaces)
 
 
 def _given(scene: Scene, interfaces: Iterable[Interface]) -> tuple[Interface, ...]:

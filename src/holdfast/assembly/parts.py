@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -10,10 +10,13 @@ import numpy as np
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.axes import by_place, own_frame
 from holdfast.base.arrays import Bool, Int, frozen
+from holdfast.base.memory import Same
 from holdfast.base.rigid import Frame
 from holdfast.contacts.interface import Interface
-from holdfast.scene.body import materials_of
-from holdfast.scene.excluded import excluded_among
+from holdfast.contacts.overlap import Overlap
+from holdfast.scene.body import Body, materials_of
+from holdfast.scene.excluded import Excluded, excluded_among
+from holdfast.scene.friction import Friction
 from holdfast.scene.scene import Scene
 
 
@@ -29,13 +32,15 @@ class Part:
 
     ``members`` (K,) are the numbers of its movable bodies in the whole assembly, in the order of the part.
     ``interfaces`` (I,) are the numbers of its interfaces in the whole assembly, and ``flipped`` (I,) tells which of
-    them point the other way there.
+    them point the other way there. ``content`` stands for all that answers on the part depend on: it equals that of the
+    part of an edited assembly in which the group is unchanged.
     """
 
     assembly: Assembly
     members: Int
     interfaces: Int
     flipped: Bool
+    content: Same
 
     @cached_property
     def rows(self) -> Int:
@@ -43,36 +48,92 @@ class Part:
         return np.asarray(frozen((6 * self.members[:, None] + np.arange(6)).ravel()))
 
 
+@dataclass(frozen=True, eq=False)
+class _Written:
+    """A group written in the canonical way: its ``assembly``, and where its bodies and interfaces come from.
+
+    ``order`` (K,), ``interfaces`` (I,) and ``flipped`` (I,) are as in ``Part``, but count the bodies and interfaces of
+    the group alone, in the order of the whole assembly.
+    """
+
+    assembly: Assembly
+    order: Int
+    interfaces: Int
+    flipped: Bool
+
+
 def part_of(whole: Assembly, group: tuple[str, ...]) -> Part:
     """Return the part of the assembly ``whole`` that consists of one of its groups, given by the names of its bodies.
 
-    At least one body of the group touches a fixed body.
+    At least one body of the group touches a fixed body. The part is kept with the assembly; what it is made of is kept
+    in the memory that the assembly shares with its edits, and is the same object as long as nothing in it changes.
     """
-    names = set(group)
+    part: Part | None = whole.parts.get(group)
+    if part is None:
+        part = whole.parts[group] = _part(whole, group)
+    return part
+
+
+def _part(whole: Assembly, group: tuple[str, ...]) -> Part:
     given = np.array([whole.index[name] for name in group])
-    frame = own_frame([whole.movable[k] for k in given.tolist()], whole.scene.up)
-    members = given[by_place(whole.com[given], whole.mass[given], whole.scene.up, frame.axes)]
-    rank = {whole.movable[k].name: place for place, k in enumerate(members.tolist())}
-    chosen = [(k, i) for k, i in enumerate(whole.interfaces) if not names.isdisjoint(i.bodies)]
-    turned = [rank.get(i.bodies[0], FIXED) > rank.get(i.bodies[1], FIXED) for _, i in chosen]
-    written = [i.canonical(frame, flipped=turn) for (_, i), turn in zip(chosen, turned, strict=True)]
-    found = [(*_place(i, rank, frame), k, turn, i) for i, (k, _), turn in zip(written, chosen, turned, strict=True)]
-    found.sort(key=lambda entry: entry[:-1])
-    touched = {name for _, i in chosen for name in i.bodies} - names
+    chosen = sorted({k for number in given.tolist() for k in whole.interfaces_of[number]})
+    names = set(group)
     overlaps = tuple(o for o in whole.overlaps if not names.isdisjoint(o.bodies) and _still(whole, o.bodies, names))
     occluded = tuple(p for p in whole.occluded if not names.isdisjoint(p) and _still(whole, p, names))
-    touched |= {name for pair in (*(o.bodies for o in overlaps), *occluded) for name in pair} - names
-    bodies = [body for body in whole.bodies if body.name in touched]
-    bodies += [whole.movable[k] for k in members.tolist()]
-    named = {body.name for body in bodies}
-    table = whole.scene.friction.among(named | materials_of(bodies))
+    pairs = (*(whole.interfaces[k].bodies for k in chosen), *(o.bodies for o in overlaps), *occluded)
+    touched = {name for pair in pairs for name in pair} - names
+    still = [body for body in whole.fixed if body.name in touched]
+    moving = [whole.movable[k] for k in given.tolist()]
+    interfaces = [whole.interfaces[k] for k in chosen]
+    named = {body.name for body in (*still, *moving)}
+    table = whole.scene.friction.among(named | materials_of([*still, *moving]))
     excluded = excluded_among(whole.scene.excluded, named)
-    scene = Scene(bodies, table, whole.scene.gravity, whole.scene.name, excluded)
-    interfaces = tuple(entry[-1] for entry in found)
+    about = (whole.scene.gravity.tobytes(), whole.scene.name, whole.tolerances.rule, whole.detected)
+    key = (*map(Same, (*still, *moving, *interfaces)), overlaps, occluded, table, excluded, *about)
+
+    def write() -> _Written:
+        return _written(whole, still, moving, interfaces, (overlaps, occluded, table, excluded))
+
+    written = whole.memory.recalled(("part", *key), len(group), write)
+    assembly = written.assembly
+    if assembly.absent != whole.known_names:
+        assembly = replace(assembly, absent=whole.known_names)
     return Part(
-        Assembly(scene, interfaces, whole.tolerances, overlaps, occluded, whole.detected, whole.known_names),
-        np.asarray(frozen(members)),
-        np.asarray(frozen(np.array([entry[-3] for entry in found], dtype=np.int64))),
+        assembly,
+        np.asarray(frozen(given[written.order])),
+        np.asarray(frozen(np.array(chosen, dtype=np.int64)[written.interfaces])),
+        written.flipped,
+        Same(written),
+    )
+
+
+def _written(
+    whole: Assembly,
+    still: list[Body],
+    moving: list[Body],
+    interfaces: list[Interface],
+    about: tuple[tuple[Overlap, ...], tuple[tuple[str, str], ...], Friction, tuple[Excluded, ...]],
+) -> _Written:
+    """Write a group of ``moving`` bodies in the canonical way, with the fixed bodies that are ``still``."""
+    up = whole.scene.up
+    frame = own_frame(moving, up)
+    com = np.array([body.com_world for body in moving])
+    order = by_place(com, np.array([body.mass for body in moving], dtype=np.float64), up, frame.axes)
+    rank = {moving[k].name: place for place, k in enumerate(order.tolist())}
+    found = []
+    for k, interface in enumerate(interfaces):
+        flipped = rank.get(interface.bodies[0], FIXED) > rank.get(interface.bodies[1], FIXED)
+        same = interface.canonical(frame, flipped=flipped)
+        found.append((*_place(same, rank, frame), k, flipped, same))
+    found.sort(key=lambda entry: entry[:-1])
+    overlaps, occluded, table, excluded = about
+    bodies = [*still, *(moving[k] for k in order.tolist())]
+    scene = Scene(bodies, table, whole.scene.gravity, whole.scene.name, excluded)
+    kept = tuple(entry[-1] for entry in found)
+    return _Written(
+        Assembly(scene, kept, whole.tolerances.on(scene), overlaps, occluded, whole.detected, whole.known_names),
+        order,
+        np.array([entry[-3] for entry in found], dtype=np.int64),
         np.asarray(frozen(np.array([entry[-2] for entry in found], dtype=bool))),
     )
 

@@ -7,6 +7,7 @@ power = wrench · twist.
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -108,6 +109,8 @@ def rotation_about(axis: Float, origin: Float, reference: Float) -> Float:
 
 def tangents(normal: Float) -> tuple[Float, Float]:
     """Return two unit tangents (..., 3) with t1 x t2 = normal. They depend on the normal alone, so are reproducible."""
+    if normal.ndim == 1:
+        return _tangents_of_one(*normal.tolist())
     seed = np.where(np.abs(normal[..., :1]) < 0.9, np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
     t1 = seed - (seed * normal).sum(-1, keepdims=True) * normal
     t1 = t1 / np.linalg.norm(t1, axis=-1, keepdims=True)
@@ -115,3 +118,13 @@ def tangents(normal: Float) -> tuple[Float, Float]:
         (x, y, z), (u, v, w) = normal.tolist(), t1.tolist()
         return np.asarray(t1), np.array([y * w - z * v, z * u - x * w, x * v - y * u])
     return np.asarray(t1), np.cross(normal, t1)
+
+
+def _tangents_of_one(x: float, y: float, z: float) -> tuple[Float, Float]:
+    """Return the tangents of one normal, to the last digit as from arrays, whose calls take far longer for it."""
+    sx, sy = (1.0, 0.0) if abs(x) < 0.9 else (0.0, 1.0)
+    along = sx * x + sy * y + 0.0 * z
+    ax, ay, az = sx - along * x, sy - along * y, 0.0 - along * z
+    length = math.sqrt(ax * ax + ay * ay + az * az)
+    ax, ay, az = ax / length, ay / length, az / length
+    return np.array([ax, ay, az]), np.array([y * az - z * ay, z * ax - x * az, x * ay - y * ax])

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,10 +19,10 @@ from holdfast.contacts.flags import flags_of, is_certain
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.materials import by_material
 from holdfast.contacts.merging import merged
-from holdfast.contacts.occlusion import by_body, visible
+from holdfast.contacts.occlusion import Pair, by_body, visible
 from holdfast.contacts.patches import face_patches, line_patches, point_patches
 from holdfast.contacts.round import feet, not_at
-from holdfast.contacts.skin import Skin, near_faces
+from holdfast.contacts.skin import LARGE, Skin, near_boxes, near_faces, near_facets
 from holdfast.contacts.tolerances import Tolerances, plain_gap
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
@@ -44,48 +46,142 @@ class Contacts(Value):
     occluded: tuple[tuple[str, str], ...]
 
 
+class Touching(NamedTuple):
+    """Where two bodies touch, as if there were no third ones.
+
+    ``parts`` are the patches of each pair of sets of their parts that may touch, ``patches`` those of all together.
+    """
+
+    parts: tuple[tuple[Body, Body, tuple[Patch, ...]], ...]
+    patches: tuple[Patch, ...]
+
+
+class Shown(NamedTuple):
+    """A pair of bodies that is ``touching``, what is ``left`` behind third bodies, and its ``interfaces``.
+
+    ``left`` holds the patches of each of ``touching.parts``. Where nothing is left, there are no interfaces.
+    """
+
+    touching: Touching
+    left: tuple[tuple[Patch, ...], ...]
+    interfaces: tuple[Interface, ...]
+
+
 def find_contacts(scene: Scene, tolerances: Tolerances, *, merge: bool = True) -> Contacts:
     """Find all interfaces between bodies of which at least one is movable, in the order of the bodies.
 
     Where poses are uncertain, no interface is certain. Many patches between two bodies are merged into few, unless
     ``merge`` is False.
     """
+    shown = show(scene, tolerances, find_all_patches(scene, tolerances), merge=merge)
+    return Contacts(
+        tuple(interface for each in shown.values() for interface in each.interfaces),
+        tuple(pair for pair, each in shown.items() if not each.interfaces),
+    )
+
+
+def find_all_patches(
+    scene: Scene,
+    tolerances: Tolerances,
+    known: Mapping[Pair, Touching] | None = None,
+    same: Collection[str] = (),
+) -> dict[Pair, Touching]:
+    """Find where all pairs of bodies touch, as if there were no third ones, in the order of the bodies.
+
+    Between the bodies named in ``same`` it is as in ``known``.
+    """
+    pairs = list(neighbours(scene, tolerances.widest(scene)))
+    fresh = [(a, b) for a, b in pairs if known is None or a.name not in same or b.name not in same]
+    found: dict[Pair, list[tuple[Body, Body, tuple[Patch, ...]]]] = {(a.name, b.name): [] for a, b in pairs}
     skins: dict[int, Skin] = {}
-    touching: dict[tuple[str, str], list[tuple[Body, Body, tuple[Patch, ...]]]] = {}
-    for a, b in reported("contacts", list(neighbours(scene, tolerances.widest(scene)))):
+    uses = Counter(id(body) for pair in fresh for body in pair)
+    for a, b in reported("contacts", fresh):
         for body in (a, b):
             if id(body) not in skins:
                 skins[id(body)] = Skin.of(body)
         between = tolerances.between(scene.body(a.name), scene.body(b.name))
         patches = find_patches(a, b, skins[id(a)], skins[id(b)], between)
         if patches:
-            touching.setdefault((a.name, b.name), []).append((a, b, patches))
-    found = {pair: [patch for *_, patches in each for patch in patches] for pair, each in touching.items()}
-    interfaces, occluded = [], []
-    of_body = by_body(found)
-    for pair, each in touching.items():
-        a, b = (scene.body(name) for name in pair)
-        own, width = tolerances.between(a, b), NEGLIGIBLE_WIDTH * min(a.size, b.size)
-        gap = own.gap
-        seen = [(one, two, visible(patches, pair, found, of_body, gap, width)) for one, two, patches in each]
-        left = [patch for *_, patches in seen for patch in patches]
-        if not left:
-            occluded.append(pair)
+            found[a.name, b.name].append((a, b, patches))
+        for body in (a, b):
+            uses[id(body)] -= 1
+            if not uses[id(body)]:
+                del skins[id(body)]  # skins are large
+    result: dict[Pair, Touching] = {}
+    for pair, parts in found.items():
+        if known is not None and all(name in same for name in pair):
+            if pair in known:
+                result[pair] = known[pair]
+        elif parts:
+            result[pair] = Touching(tuple(parts), tuple(patch for *_, patches in parts for patch in patches))
+    return result
+
+
+def show(
+    scene: Scene,
+    tolerances: Tolerances,
+    found: Mapping[Pair, Touching],
+    known: Mapping[Pair, Shown] | None = None,
+    changed: Set[str] = frozenset(),
+    *,
+    merge: bool = True,
+) -> dict[Pair, Shown]:
+    """Make interfaces of where pairs of bodies touch, less what third bodies hide of it.
+
+    If given, ``known`` is what was shown before between bodies of which only those named in ``changed`` have other
+    patches now; where a pair shows the same patches as before, its interfaces are the same objects. ``merge`` is as in
+    ``find_contacts``.
+    """
+    result: dict[Pair, Shown] = {}
+    all_patches = {pair: touching.patches for pair, touching in found.items()}
+    of_body = by_body(all_patches)
+    for pair, touching in found.items():
+        before = None if known is None else known.get(pair)
+        if before is None or before.touching is not touching:
+            before = None
+        elif not any(name in changed for name in pair):
+            result[pair] = before
             continue
-        flags = flags_of(a, b, left, gap, hidden=left != found[pair])
-        sagitta = a.shape.surface.sagitta + b.shape.surface.sagitta
-        certain = not tolerances.capped and is_certain(
-            left, flags, gap=tolerances.base(a, b), usual=plain_gap(a, b), sagitta=sagitta
-        )
-        shares: dict[float | None, list[Patch]] = {}
-        for one, two, rest in seen:
-            for mu, piece in by_friction(scene, one, two, rest, gap).items():
-                shares.setdefault(mu, []).extend(piece)
-        for mu, share in shares.items():
-            few = merged(share, gap, own.angle) if merge else tuple(share)
-            said = (*flags, "merged") if any(patch.spots is not None for patch in few) else flags
-            interfaces.append(Interface(pair, patches=few, flags=said, certain=certain, mu=mu))
-    return Contacts(tuple(interfaces), tuple(occluded))
+        a, b = (scene.body(name) for name in pair)
+        gap, width = tolerances.between(a, b).gap, NEGLIGIBLE_WIDTH * min(a.size, b.size)
+        left = tuple(tuple(visible(patches, pair, all_patches, of_body, gap, width)) for *_, patches in touching.parts)
+        if before is not None and left == before.left:
+            result[pair] = before
+        else:
+            result[pair] = Shown(touching, left, _interfaces(scene, tolerances, (a, b), touching, left, merge=merge))
+    return result
+
+
+def _interfaces(
+    scene: Scene,
+    tolerances: Tolerances,
+    bodies: tuple[Body, Body],
+    touching: Touching,
+    left: tuple[tuple[Patch, ...], ...],
+    *,
+    merge: bool,
+) -> tuple[Interface, ...]:
+    """Return the interfaces of two bodies where they are ``touching``, of which ``left`` is not hidden."""
+    rest = tuple(patch for patches in left for patch in patches)
+    if not rest:
+        return ()
+    a, b = bodies
+    own = tolerances.between(a, b)
+    flags = flags_of(a, b, rest, own.gap, hidden=rest != touching.patches)
+    sagitta = a.shape.surface.sagitta + b.shape.surface.sagitta
+    certain = not tolerances.capped and is_certain(
+        rest, flags, gap=tolerances.base(a, b), usual=plain_gap(a, b), sagitta=sagitta
+    )
+    shares: dict[float | None, list[Patch]] = {}
+    for (one, two, _), patches in zip(touching.parts, left, strict=True):
+        for mu, piece in by_friction(scene, one, two, patches, own.gap).items():
+            shares.setdefault(mu, []).extend(piece)
+    interfaces = []
+    for mu, share in shares.items():
+        few = merged(share, own.gap, own.angle) if merge else tuple(share)
+        said = (*flags, "merged") if any(patch.spots is not None for patch in few) else flags
+        interfaces.append(Interface((a.name, b.name), patches=few, flags=said, certain=certain, mu=mu))
+    return tuple(interfaces)
 
 
 def by_friction(
@@ -110,11 +206,19 @@ def neighbours(scene: Scene, gap: float) -> Iterator[tuple[Body, Body]]:
     bodies = scene.bodies
     low = np.array([body.box[0] for body in bodies]).reshape(-1, 3) - gap / 2
     high = np.array([body.box[1] for body in bodies]).reshape(-1, 3) + gap / 2
+    axis = int(np.argmax(np.ptp(low, axis=0)))
+    length = high[:, axis] - low[:, axis]
+    order = np.argsort(low[:, axis], kind="stable")
+    wide = length[order] > LARGE * np.median(length)  # a floor, which is near to all: searched apart
+    found = []
+    for part in (order[~wide], order[wide]):
+        near = near_boxes(low, high, low[part], high[part], axis, 0.0)
+        found.append(np.column_stack([near[:, 0], part[near[:, 1]]]))
+    pairs = np.concatenate(found)
     fixed = np.array([body.fixed for body in bodies], dtype=bool)
-    for i, body in enumerate(bodies):
-        near = ((low[i] <= high[i + 1 :]) & (low[i + 1 :] <= high[i])).all(1) & ~(fixed[i + 1 :] & body.fixed)
-        for j in np.flatnonzero(near):
-            yield from scene.touching(body, bodies[i + 1 + int(j)])
+    pairs = pairs[(pairs[:, 0] < pairs[:, 1]) & ~fixed[pairs].all(1)]
+    for i, j in pairs[np.lexsort(pairs.T[::-1])].tolist():
+        yield from scene.touching(bodies[i], bodies[j])
 
 
 def find_patches(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Tolerances) -> tuple[Patch, ...]:
@@ -124,12 +228,15 @@ def find_patches(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Toler
     """
     gap, depth, size = tolerances.gap, tolerances.depth, min(a.size, b.size)
     negligible, breadth = NEGLIGIBLE_WIDTH * size, NOMINAL_BREADTH * size
-    pairs = near_faces(skin_a, skin_b, gap)
-    if not len(pairs):
+    pairs, facets = near_faces(skin_a, skin_b, gap), near_facets(skin_a, skin_b, gap)
+    if not len(pairs) and not facets:
         return ()
     cos_angle, sin_angle = (float(f(np.radians(tolerances.angle))) for f in (np.cos, np.sin))
     locals_ = a.shape.surface.reduced, b.shape.surface.reduced
-    large, small = facing_polygons(skin_a, skin_b, *locals_, pairs, gap=gap, depth=depth, cos_angle=cos_angle)
+    large, small, left = facing_polygons(
+        skin_a, skin_b, *locals_, pairs, facets, gap=gap, depth=depth, cos_angle=cos_angle
+    )
+    pairs = np.concatenate([pairs, *(near_faces(skin_a, skin_b, gap, two) for two in left)])
     pieces = [*large, *clip_faces(skin_a, skin_b, small, gap=gap, depth=depth, cos_angle=cos_angle)]
     faces = face_patches(pieces, gap, cos_angle, negligible)
     lines, points = touching_features(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,9 @@ from holdfast.contacts.skin import Skin
 from holdfast.geometry import polygon as flat
 from holdfast.geometry.area import outline_vector
 from holdfast.geometry.surface import Surface
+
+ALONG = float(np.cos(np.radians(3)))  # normals of faces that lie along each other, far closer than kin (patches.py)
+BROAD = 2.0  # of the gap: pieces of faces that are narrower may lose their edges' contacts to rounding
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -32,25 +36,48 @@ class Piece(Value):
 
 
 def facing_polygons(
-    a: Skin, b: Skin, local_a: Surface, local_b: Surface, pairs: Int, *, gap: float, depth: float, cos_angle: float
-) -> tuple[list[Piece], Int]:
-    """Where large faces lie opposite each other, and the ``pairs`` (m, 2) of triangles that are left to look at.
+    a: Skin,
+    b: Skin,
+    local_a: Surface,
+    local_b: Surface,
+    pairs: Int,
+    facets: Sequence[tuple[int, int]],
+    *,
+    gap: float,
+    depth: float,
+    cos_angle: float,
+) -> tuple[list[Piece], Int, list[tuple[int, int]]]:
+    """Where large faces lie opposite each other; ``pairs`` (m, 2) of triangles and ``facets`` that are left to look at.
 
-    A large face meets a large face as a whole, and the triangles of small faces one by one.
+    A large face meets a large face as a whole, and the triangles of small faces one by one. Of two large faces that lie
+    along each other, the polygon answers for all edges and corners between them.
     """
     large_a, large_b = a.facet[pairs[:, 0]], b.facet[pairs[:, 1]]
     whole = (large_a >= 0) | (large_b >= 0)
     opposed = (a.normals[pairs[:, 0]] * b.normals[pairs[:, 1]]).sum(1) <= -cos_angle
-    keys_a = np.where(large_a >= 0, large_a, -1 - pairs[:, 0])
-    keys_b = np.where(large_b >= 0, large_b, -1 - pairs[:, 1])
-    pieces = []
-    shift, width = len(a.facet) + 1, len(b.facet) + len(b.vertices) + 2  # to one number a pair: unique rows are slow
-    met = np.unique((keys_a + shift)[whole & opposed] * width + (keys_b + len(b.facet) + 1)[whole & opposed])
-    for key_a, key_b in zip(met // width - shift, met % width - len(b.facet) - 1, strict=True):
-        rings_a, normal_a = _outline(a, local_a, int(key_a))
-        rings_b, normal_b = _outline(b, local_b, int(key_b))
-        pieces += _shared(rings_a, normal_a, rings_b, normal_b, gap, depth)
-    return pieces, pairs[~whole]
+    keys_a = np.where(large_a >= 0, large_a, -1 - pairs[:, 0])[whole & opposed]
+    keys_b = np.where(large_b >= 0, large_b, -1 - pairs[:, 1])[whole & opposed]
+    met = {*zip(keys_a.tolist(), keys_b.tolist(), strict=True), *facets}
+    pieces, left = [], []
+    for key_a, key_b in sorted(met):
+        rings_a, normal_a = _outline(a, local_a, key_a)
+        rings_b, normal_b = _outline(b, local_b, key_b)
+        along = -float(normal_a @ normal_b)
+        found = _shared(rings_a, normal_a, rings_b, normal_b, gap, depth) if along >= cos_angle else []
+        pieces += found
+        if min(key_a, key_b) >= 0 and (along < ALONG or not _broad(found, gap)):
+            left.append((key_a, key_b))
+    return pieces, pairs[~whole], left
+
+
+def _broad(pieces: Sequence[Piece], gap: float) -> bool:
+    """Tell whether there are pieces, all of them far wider than rounding errors of their corners, and than the gap."""
+    for piece in pieces:
+        ring = piece.rings[0]
+        around = float(np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1).sum())
+        if 2 * float(np.linalg.norm(outline_vector(ring - ring[0]))) <= BROAD * gap * around:
+            return False
+    return len(pieces) > 0
 
 
 def _outline(skin: Skin, local: Surface, key: int) -> tuple[list[Float], Float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Literal
 
@@ -63,11 +64,21 @@ def solid_of(body: Body) -> manifold3d.Manifold | None:
     return closed_solid(surface.vertices, surface.faces)
 
 
-def find_overlaps(scene: Scene, tolerances: Tolerances) -> tuple[Overlap, ...]:
-    """Find the pairs of bodies, not both fixed, that overlap by more than their gap, with or without contacts."""
+def find_overlaps(
+    scene: Scene, tolerances: Tolerances, known: Collection[Overlap] = (), same: Collection[str] = ()
+) -> tuple[Overlap, ...]:
+    """Find the pairs of bodies, not both fixed, that overlap by more than their gap, with or without contacts.
+
+    Between the bodies named in ``same`` they are those of ``known``.
+    """
     solids: dict[int, manifold3d.Manifold | None] = {}
     found: dict[tuple[str, str], Overlap] = {}
+    before = {overlap.bodies: overlap for overlap in known}
     for a, b in reported("overlaps", list(neighbours(scene, 0.0))):
+        if a.name in same and b.name in same:
+            if (a.name, b.name) in before:
+                found[a.name, b.name] = before[a.name, b.name]
+            continue
         tolerance = tolerances.between(scene.body(a.name), scene.body(b.name)).gap
         if min(np.minimum(a.box[1], b.box[1]) - np.maximum(a.box[0], b.box[0])) < tolerance:
             continue

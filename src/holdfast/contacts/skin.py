@@ -86,21 +86,26 @@ def _outward(triangles: Float, normals: Float) -> Float:
 
 def _smooth_normals(surface: Surface, topology: Topology) -> Float:
     """(V, 3) mean normal of the faces around each vertex; zero where a sharp edge or a rim ends."""
-    total = np.zeros_like(surface.vertices)
-    for k in range(3):
-        np.add.at(total, surface.faces[:, k], surface.normals)
+    order, count = surface.faces.T.ravel(), len(surface.vertices)
+    total = np.column_stack([np.bincount(order, np.tile(part, 3), count) for part in surface.normals.T])
     sharp = ~(topology.bend < SMOOTH)
     total[topology.edges[sharp].ravel()] = 0
     length = np.linalg.norm(total, axis=1, keepdims=True)
     return np.ascontiguousarray(np.divide(total, length, out=np.zeros_like(total), where=length > 0.1))
 
 
-def near_faces(a: Skin, b: Skin, gap: float) -> Int:
-    """(m, 2) faces of a and b whose boxes come within ``gap``."""
+def near_faces(a: Skin, b: Skin, gap: float, facets: tuple[int, int] | None = None) -> Int:
+    """(m, 2) faces of a and b whose boxes come within ``gap``, but for pairs that are both part of large flat faces.
+
+    With ``facets``, the numbers of one of each body, only pairs of these two.
+    """
     low = np.maximum(a.low.min(0), b.low.min(0)) - gap
     high = np.minimum(a.high.max(0), b.high.max(0)) + gap
-    in_a = np.flatnonzero(((a.high >= low) & (a.low <= high)).all(1))
-    in_b = np.flatnonzero(((b.high >= low) & (b.low <= high)).all(1))
+    near_a, near_b = ((skin.high >= low) & (skin.low <= high) for skin in (a, b))
+    of_a, of_b = near_a.all(1), near_b.all(1)
+    if facets is not None:
+        of_a, of_b = of_a & (a.facet == facets[0]), of_b & (b.facet == facets[1])
+    in_a, in_b = np.flatnonzero(of_a), np.flatnonzero(of_b)
     if not len(in_a) or not len(in_b):
         return np.empty((0, 2), dtype=np.int64)
     axis = int(np.argmax(high - low))
@@ -108,33 +113,75 @@ def near_faces(a: Skin, b: Skin, gap: float) -> Int:
     length = b.high[in_b, axis] - b.low[in_b, axis]
     large = length > LARGE * np.median(length)
     found = []
+    flat_a, flat_b = (a.facet >= 0, b.facet >= 0) if facets is None else (a.facet < -1, b.facet < -1)
     for part in (in_b[~large], in_b[large]):
-        pairs = near_boxes(a.low[in_a], a.high[in_a], b.low[part], b.high[part], axis, gap)
+        pairs = near_boxes(
+            a.low[in_a], a.high[in_a], b.low[part], b.high[part], axis, gap, (flat_a[in_a], flat_b[part])
+        )
         found.append(np.column_stack([in_a[pairs[:, 0]], part[pairs[:, 1]]]))
     return np.concatenate(found)
 
 
-def near_boxes(low_a: Float, high_a: Float, low_b: Float, high_b: Float, axis: int, gap: float) -> Int:
-    """(m, 2) pairs of boxes within ``gap`` of each other; ``low_b`` is sorted along ``axis``."""
+def near_facets(a: Skin, b: Skin, gap: float) -> list[tuple[int, int]]:
+    """The pairs of large flat faces of a and b, by their numbers, whose boxes come within ``gap``."""
+    (low_a, high_a), (low_b, high_b) = _facet_boxes(a), _facet_boxes(b)
+    near = (low_a[:, None] <= high_b + gap) & (low_b <= high_a[:, None] + gap)
+    return [(int(i), int(j)) for i, j in np.argwhere(near.all(2))]
+
+
+def _facet_boxes(skin: Skin) -> tuple[Float, Float]:
+    """The lowest and the highest corners (n, 3) of the boxes of the large flat faces."""
+    order = np.argsort(skin.facet, kind="stable")
+    starts = np.searchsorted(skin.facet[order], np.arange(skin.facet.max(initial=-1) + 1))
+    if not len(starts):
+        return np.empty((0, 3)), np.empty((0, 3))
+    return np.minimum.reduceat(skin.low[order], starts), np.maximum.reduceat(skin.high[order], starts)
+
+
+def near_boxes(
+    low_a: Float,
+    high_a: Float,
+    low_b: Float,
+    high_b: Float,
+    axis: int,
+    gap: float,
+    apart: tuple[Bool, Bool] | None = None,
+) -> Int:
+    """(m, 2) pairs of boxes within ``gap`` of each other; ``low_b`` is sorted along ``axis``.
+
+    Boxes that are both marked in ``apart``, of a and of b, are no pair.
+    """
     widest = (high_b[:, axis] - low_b[:, axis]).max(initial=0.0)
     first = np.searchsorted(low_b[:, axis], low_a[:, axis] - widest - gap)
-    out = np.empty((256, 2), dtype=np.int64)
-    found = _near(low_a, high_a, low_b, high_b, first, axis, gap, out)
+    in_a, in_b = (np.zeros(len(low_a), bool), np.zeros(len(low_b), bool)) if apart is None else apart
+    out = np.empty((max(256, 4 * len(low_a)), 2), dtype=np.int64)
+    found = _near(low_a, high_a, low_b, high_b, first, axis, gap, in_a, in_b, out)
     if found > len(out):  # once more, with room for all
         out = np.empty((found, 2), dtype=np.int64)
-        _near(low_a, high_a, low_b, high_b, first, axis, gap, out)
+        _near(low_a, high_a, low_b, high_b, first, axis, gap, in_a, in_b, out)
     return out[:found]
 
 
 @compiled
-def _near(low_a: Float, high_a: Float, low_b: Float, high_b: Float, first: Int, axis: int, gap: float, out: Int) -> int:
+def _near(
+    low_a: Float,
+    high_a: Float,
+    low_b: Float,
+    high_b: Float,
+    first: Int,
+    axis: int,
+    gap: float,
+    marked_a: Bool,
+    marked_b: Bool,
+    out: Int,
+) -> int:
     """Write the pairs into ``out`` (n, 2), as many as it has room for; returns how many there are."""
     found = 0
     for i in range(len(low_a)):
         for j in range(first[i], len(low_b)):
             if low_b[j, axis] > high_a[i, axis] + gap:
                 break
-            apart = False
+            apart = marked_a[i] and marked_b[j]
             for k in range(3):
                 apart = apart or low_b[j, k] > high_a[i, k] + gap or high_b[j, k] < low_a[i, k] - gap
             if apart:

@@ -68,6 +68,11 @@ class Tolerances(Value):
         """Return the same tolerances for another scene."""
         return replace(self, gap=default_gap(scene)) if self.by_pair else self
 
+    @property
+    def rule(self) -> Tolerances:
+        """What the tolerances of every pair of bodies follow from: the same for all scenes where they go by pair."""
+        return replace(self, gap=0.0) if self.by_pair else self
+
     def between(self, a: Body, b: Body) -> Tolerances:
         """Return the final gap, angle and depth of one pair of bodies. Nothing has to be added to them."""
         lever = max((body.size / 2 for body in (a, b) if not body.fixed), default=0.0)

@@ -80,8 +80,8 @@ class Allowance:
 
     def _asked(self, W: Float, accuracy: Accuracy) -> list[Answers]:
         """Ask for the loads as they are and with levers that are longer and shorter."""
-        levers = _levers(self.assembly, W)
-        return [self.state.load_factor(load, accuracy) for load in (W, W + levers, W - levers)]
+        levers, state = _levers(self.assembly, W), self.state.anew()
+        return [state.load_factor(load, accuracy) for load in (W, W + levers, W - levers)]
 
 
 def narrowed(assembly: Assembly, angle: float) -> Assembly:

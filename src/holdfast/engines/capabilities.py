@@ -144,6 +144,20 @@ class Releases(Protocol):
         ...
 
 
+@runtime_checkable
+class Remembering(Protocol):
+    """A state whose answers draw on what it was asked before."""
+
+    def anew(self) -> State:
+        """Return the same prepared state as it was before it was asked anything."""
+        ...
+
+
+def anew(state: State) -> State:
+    """Return the same prepared state as it was before it was asked anything."""
+    return state.anew() if isinstance(state, Remembering) else state
+
+
 @dataclass(frozen=True)
 class Capability(Generic[T_co]):
     """One ability: the ``protocol`` of objects that have it, and the words for an engine that ``lacks`` it."""

@@ -18,9 +18,10 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.parts import Part, part_of
 from holdfast.base.arrays import Bool, Float, Int, Objects
 from holdfast.base.errors import HoldfastError, message
+from holdfast.base.memory import Same
 from holdfast.base.progress import reported
 from holdfast.base.text import listed
-from holdfast.engines import presence
+from holdfast.engines import kept, presence
 from holdfast.engines.answers import ONLY_BALANCED, Answers, joined_notes, only_balanced, weakest_bound
 from holdfast.engines.contract import EXACT, Accuracy, Engine, State
 from holdfast.engines.mechanism import Kinematics, Mechanism
@@ -38,8 +39,11 @@ def prepared(
 ) -> Groups:
     """Prepare an engine for every group of an assembly; each group is prepared when it is first asked.
 
-    The arguments are those of ``Engine.prepare``.
+    The arguments are those of ``Engine.prepare``. What is prepared is kept in the memory of the assembly, which its
+    edits share, so that the next question about a group costs the solve alone. Answers do not depend on it: they are
+    the same, to the last digit, whatever was asked before and by whichever thread.
     """
+    standing, acceleration = (None if given is None or not given.any() else given for given in (standing, acceleration))
     return Groups(engine, assembly, standing, acceleration)
 
 
@@ -69,14 +73,6 @@ class Groups:
     _known: dict[int, Group] = field(default_factory=dict, init=False, repr=False)
     _moved: dict[int, tuple[Kinematics, Kinematics]] = field(default_factory=dict, init=False, repr=False)
     _preparing: RLock = field(default_factory=RLock, init=False, repr=False)
-
-    @cached_property
-    def _group_of(self) -> Int:
-        """The number (J,) of the group of every movable body."""
-        number = np.zeros(len(self.assembly.movable), dtype=np.int64)
-        for k, names in enumerate(self.assembly.groups):
-            number[[self.assembly.index[name] for name in names]] = k
-        return number
 
     def group(self, number: int) -> Group:
         """Return one group, prepared."""
@@ -117,7 +113,7 @@ class Groups:
 
     def group_with(self, body: int) -> Group:
         """Return the group, prepared, that holds the movable body with this number."""
-        return self.group(int(self._group_of[body]))
+        return self.group(int(self.assembly.group_of[body]))
 
     def together(self, bodies: Sequence[int], where: str) -> tuple[State, Int]:
         """Return one state for all of these movable bodies, and the rows of the whole assembly's loads that it takes.
@@ -132,7 +128,7 @@ class Groups:
             raise HoldfastError(message(where, f"the assembly is {verdict.status}", verdict.reason))
         if len(groups) == 1 and groups[0].part is not None and groups[0].state is not None:
             return presence.as_detected(groups[0].state), groups[0].part.rows
-        whole = self.engine.prepare(self.assembly, self.standing, self.acceleration)
+        whole = kept.recalled_whole(self.engine, self.assembly, self.standing, self.acceleration)
         return whole, np.arange(6 * len(self.assembly.movable))
 
     def verdict(self) -> Verdict:
@@ -175,12 +171,12 @@ class Groups:
         table = _Smallest(count)
         for number in numbers:
             group = self.group(number)
-            columns = np.flatnonzero(loaded[self._group_of == number].any(0))
+            columns = np.flatnonzero(loaded[self.assembly.group_of == number].any(0))
             table.add(columns, self._answers(group, W[:, columns], accuracy))
         return table.answers(self.engine, self.verdict_on(bodies), self.reasons(bodies))
 
     def _groups_of(self, bodies: Iterable[int]) -> list[int]:
-        return sorted({int(number) for number in self._group_of[list(bodies)]})
+        return sorted({int(number) for number in self.assembly.group_of[list(bodies)]})
 
     def _answers(self, group: Group, W: Float, accuracy: Accuracy) -> Answers:
         """Return the answers of one group for columns W (6J, n), with mechanisms of the whole assembly."""
@@ -189,7 +185,11 @@ class Groups:
                 W.shape[1], engine=self.engine.name, claim=self.engine.claim, verdict=group.verdict
             )
         W = W[group.part.rows]
-        found = group.state.load_factor(W, accuracy)
+        try:
+            found = group.state.load_factor(W, accuracy)
+        except BaseException:  # it was stopped half way: the next question begins anew
+            kept.forget(self.engine, self.assembly, group.part, self.standing, self.acceleration)
+            raise
         if found.verdict.status is not group.verdict.status:  # the whole assembly raised a doubt about its fall
             known = {"engine": found.engine, "claim": found.claim, "notes": found.notes}
             return Answers.not_standing(W.shape[1], verdict=group.verdict, **known)
@@ -206,10 +206,12 @@ class Groups:
 
     def _prepare(self, names: tuple[str, ...]) -> Group:
         if frozenset(names) in self._hanging:
-            return Group(names, hanging(self.assembly, [names], self._wrench))
+            key = ("hanging", Same(self.assembly), names, self._wrench.tobytes())
+            return Group(
+                names, self.assembly.memory.recalled(key, 1, lambda: hanging(self.assembly, [names], self._wrench))
+            )
         part = part_of(self.assembly, names)
-        standing = None if self.standing is None else self.standing[part.rows]
-        state = presence.prepared(self.engine, part.assembly, standing, self.acceleration)
+        state = kept.recalled(self.engine, self.assembly, part, self.standing, self.acceleration)
         return Group(names, self._checked(part, state.verdict()), part, state)
 
     @cached_property

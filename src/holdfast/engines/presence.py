@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from threading import RLock
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from holdfast.base.text import listed
 from holdfast.engines.absence import Absences, Absent
 from holdfast.engines.allowance import Allowance
 from holdfast.engines.answers import Answers, Bound, weakest_bound
+from holdfast.engines.capabilities import anew
 from holdfast.engines.contract import EXACT, Accuracy, Engine, ForcesOnly, State
 from holdfast.engines.limit.engine import Limit
 from holdfast.engines.mechanism import Mechanism
@@ -55,6 +57,18 @@ class Doubtful:
     _allowances: dict[tuple[Absent, bool], tuple[Allowance, State]] = field(
         default_factory=dict, init=False, repr=False
     )
+    _asking: RLock = field(default_factory=RLock, init=False, repr=False)
+    _asked: dict[int, State] = field(default_factory=dict, init=False, repr=False)
+
+    def anew(self) -> Doubtful:
+        """Return the same state, its contacts sorted out once for both, as it was before it was asked anything."""
+        other = Doubtful(anew(self.detected), self.absences)
+        other.__dict__.update(_allowances=self._allowances, _asking=self._asking)
+        return other
+
+    def _own(self, state: State) -> State:
+        """Return a state of ``absences``, which remembers only what this object was asked."""
+        return self._asked.setdefault(id(state), anew(state))
 
     def verdict(self) -> Verdict:
         """Say whether the scene as detected stands."""
@@ -63,7 +77,8 @@ class Doubtful:
     @property
     def notes(self) -> tuple[str, ...]:
         """The notes of the engine, and the pairs of bodies that need not touch for everything to stand."""
-        return (*self.detected.notes, *self._unneeded)
+        with self._asking:
+            return (*self.detected.notes, *self._unneeded)
 
     @cached_property
     def _unneeded(self) -> tuple[str, ...]:
@@ -75,8 +90,13 @@ class Doubtful:
 
         ``force``, ``status`` and ``mechanism`` are those of the scene as detected. ``lower`` is the least of the lower
         bounds over the sets of contacts that may be absent, and ``upper`` the greatest of the upper bounds; neither is
-        better known than the worst of them. ``ForcesOnly`` leaves the bounds out.
+        better known than the worst of them. ``ForcesOnly`` leaves the bounds out. Of several threads that ask, one
+        waits for the other.
         """
+        with self._asking:
+            return self._load_factor(W, accuracy)
+
+    def _load_factor(self, W: Float, accuracy: Accuracy) -> Answers:
         found = self.detected.load_factor(W, accuracy)
         if isinstance(accuracy, ForcesOnly):
             return replace(
@@ -120,9 +140,9 @@ class Doubtful:
     def _case(self, absent: Absent, W: Float, accuracy: Accuracy) -> Answers:
         """Answer without these contacts; where poses are uncertain, with all that this takes from ``lower``."""
         if not self._posed:
-            return self.absences.state(absent).load_factor(W, accuracy)
+            return self._own(self.absences.state(absent)).load_factor(W, accuracy)
         allowance, state = self._allowed(absent, wider=False)
-        case = state.load_factor(W, accuracy)
+        case = self._own(state).load_factor(W, accuracy)
         lower = allowance.lowered(case.lower, W, accuracy)
         return replace(case, lower=lower, lower_bound=weakest_bound([case.lower_bound, Bound.ESTIMATED]))
 
@@ -131,7 +151,7 @@ class Doubtful:
         if not self._posed or not np.isfinite(found.upper).any():
             return found
         allowance, state = self._allowed(frozenset(), wider=True)
-        case = state.load_factor(W, accuracy)
+        case = self._own(state).load_factor(W, accuracy)
         upper = allowance.raised(case.upper, W, accuracy)
         return replace(case, upper=upper, upper_bound=weakest_bound([case.upper_bound, Bound.ESTIMATED]))
 

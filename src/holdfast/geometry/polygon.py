@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 
 from holdfast.base.arrays import Bool, Float
 from holdfast.base.compiled import compiled
+from holdfast.geometry.tiling import tiled
 
 
 def signed_area(ring: Float) -> float:
@@ -66,6 +67,11 @@ def distance_moment(rings: Sequence[Float], centre: Float) -> float:
 
 def without_collinear(ring: Float, tolerance: float) -> Float:
     """The ring (k, 2) without vertices nearer than ``tolerance`` to the line through their neighbours."""
+    before, after = np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0)
+    chord, back = after - before, ring - before
+    area = np.abs(chord[:, 0] * back[:, 1] - chord[:, 1] * back[:, 0])
+    if ((area > tolerance * np.hypot(*chord.T)) & (np.hypot(*back.T) > tolerance)).all():
+        return np.array(ring)
     points = list(ring)
     changed = True
     while changed and len(points) > 3:
@@ -102,6 +108,9 @@ def union(pieces: Sequence[Sequence[Float]], tolerance: float, smallest_hole: fl
     """
     if len(pieces) == 1:
         return rings_of(shapely_polygon(pieces[0]), tolerance, smallest_hole)
+    outline = tiled(pieces, tolerance)
+    if outline is not None:
+        return [[without_collinear(outline, tolerance)]]
     whole = [shapely_polygon(rings) for rings in pieces]
     solid = [polygon if polygon.is_valid else shapely.convex_hull(polygon) for polygon in whole]
     merged = shapely.union_all(solid, grid_size=tolerance / 8)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from weakref import WeakValueDictionary
 
 import numpy as np
 
@@ -38,6 +39,14 @@ class Surface(Value):
 
     def __post_init__(self) -> None:
         seal(self)
+
+    def shared(self) -> Surface:
+        """Itself, or the same surface that is in use already: what follows from it is worked out once for all of them.
+
+        Fifty tins of one mesh are one surface, whatever files they come from.
+        """
+        key = (self.vertices.tobytes(), self.faces.tobytes(), self.sagitta, self.oriented)
+        return _IN_USE.setdefault(key, self)
 
     @cached_property
     def normals(self) -> Float:
@@ -107,3 +116,6 @@ class Surface(Value):
     def facets(self) -> Facets:
         """Its flat faces of many triangles."""
         return Facets.of(self.vertices, self.faces, self.normals, self.topology)
+
+
+_IN_USE: WeakValueDictionary[tuple[bytes, bytes, float, bool], Surface] = WeakValueDictionary()

@@ -207,6 +207,7 @@ def _under(bodies: tuple[Body, ...]) -> tuple[Body, ...]:
     def shown(body: Body) -> Body:
         if not isinstance(body.shape, HalfSpace):
             return body
-        return replace(body, shape=body.shape.over((around - body.pose[:3, 3]) @ body.pose[:3, :3]))
+        shape = body.shape.over((around - body.pose[:3, 3]) @ body.pose[:3, :3])
+        return body if shape.reach == body.shape.reach else replace(body, shape=shape)
 
     return tuple(shown(body) for body in bodies)

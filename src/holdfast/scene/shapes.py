@@ -66,7 +66,7 @@ class Box(Value):
         corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * self.size / 2
         quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
         faces = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))], dtype=np.int64)
-        return Surface(corners, faces)
+        return Surface(corners, faces).shared()
 
     @cached_property
     def mass_properties(self) -> MassProperties:
@@ -115,7 +115,7 @@ class Cylinder(Value):
             [np.column_stack([np.full(n, 2 * n), j, i]), np.column_stack([np.full(n, 2 * n + 1), i + n, j + n])]
         )
         sagitta = self.radius * (1 - float(np.cos(np.pi / n)))
-        return Surface(vertices, np.vstack([sides, caps]).astype(np.int64), sagitta)
+        return Surface(vertices, np.vstack([sides, caps]).astype(np.int64), sagitta).shared()
 
     @cached_property
     def mass_properties(self) -> MassProperties:
@@ -152,7 +152,7 @@ class Sphere(Value):
 
         ball = trimesh.creation.icosphere(subdivisions=self.subdivisions, radius=self.radius)
         sagitta = self.radius - float(np.linalg.norm(ball.triangles_center, axis=1).min())
-        return Surface(np.array(ball.vertices), np.array(ball.faces, dtype=np.int64), sagitta)
+        return Surface(np.array(ball.vertices), np.array(ball.faces, dtype=np.int64), sagitta).shared()
 
     @cached_property
     def mass_properties(self) -> MassProperties:
@@ -267,7 +267,7 @@ class Mesh(Value):
 
         If ``noise`` is given, its flat regions are made flat.
         """
-        return self._flattened[0]
+        return self._flattened[0].shared()
 
     @cached_property
     def mass_properties(self) -> MassProperties:

@@ -51,7 +51,7 @@ class Review:
         if not len(doubtful) or not self.grid.certain.verdict().equilibrium_exists:
             return found
         wanted = accuracy if isinstance(accuracy, Within) else EXACT
-        certain = self.grid.certain.load_factor(W[:, doubtful], wanted)
+        certain = self.grid.certain.anew().load_factor(W[:, doubtful], wanted)
         force, lower, upper = (np.array(column) for column in (found.force, found.lower, found.upper))
         status, mechanism = np.array(found.status), np.array(found.mechanism)
         upper[doubtful] = top = np.minimum(upper[doubtful], certain.upper)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from threading import RLock
 from typing import TypeAlias
 
 import numpy as np
@@ -66,6 +67,7 @@ class Standing:
     decided: Verdict
     refined: Refined
     loose: tuple[str, ...] = ()
+    _asking: RLock = field(default_factory=RLock, init=False, repr=False)  # all paths work in the grids' memory
 
     @property
     def grid(self) -> Grid:
@@ -87,8 +89,13 @@ class Standing:
         ``lower`` is the peak minus the estimated discretisation error. With ``Within(gap)``, MANY or more columns on
         one body are interpolated between paths (interpolated.py), with expected relative errors of at most ``gap``;
         ``lower`` then also allows for the stated interpolation error. With ``ForcesOnly``, ``lower`` is 0 and no finer
-        grid is needed. ``lower`` of wedged bodies covers other springs, too (wedged.py).
+        grid is needed. ``lower`` of wedged bodies covers other springs, too (wedged.py). Of several threads that ask,
+        one waits for the other.
         """
+        with self._asking:
+            return self._load_factor(W, accuracy)
+
+    def _load_factor(self, W: Float, accuracy: Accuracy) -> Answers:
         loaded = _loaded(W)
         asked = W[:, loaded]
         bodies = np.flatnonzero((asked != 0).reshape(len(W) // 6, 6, len(loaded)).any((1, 2)))

@@ -135,6 +135,12 @@ class LimitState:
         errs = "cautious" if self.engine.cone == "inscribed" else "optimistic"
         return (f"friction cone replaced by an {self.engine.cone} polygon of {self.engine.sides} sides: {errs}",)
 
+    def anew(self) -> LimitState:
+        """The same state, its program set up once for both, with no bounds from earlier solves."""
+        other = LimitState(self.engine, self.assembly, self.wrench, self.rest)
+        other.__dict__["proofs"] = self.proofs
+        return other
+
     def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
         """Factors for load columns W (6J, n), each by a solve of its own.
 

@@ -14,6 +14,7 @@ SUITES = (
     "compliant_maps",
     "contacts",
     "disassembly",
+    "edits",
     "graph_slanted",
     "imperfect",
     "maps",

@@ -1,0 +1,84 @@
+"""A bounded memory of what was worked out and may be asked for again, safe for several threads."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field
+from threading import Lock, RLock
+from typing import Any, TypeVar
+
+T = TypeVar("T")
+
+
+class Same:
+    """An object as a part of a key: equal to itself alone, whatever it holds. The key keeps it alive."""
+
+    __slots__ = ("item",)
+
+    def __init__(self, item: object) -> None:
+        self.item = item
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Same) and self.item is other.item
+
+    def __hash__(self) -> int:
+        return id(self.item)
+
+
+@dataclass(eq=False)
+class _Entry:
+    """One content, made by the first thread that asks while the others wait."""
+
+    cost: int
+    made: bool = False
+    content: Any = None
+    making: RLock = field(default_factory=RLock)
+
+
+class Memory:
+    """Keeps contents by key while their costs add up to at most ``most``; what was not used for longest goes first.
+
+    The content that was asked for last always stays. A content is made once, however many threads ask for it. What
+    raises is not kept.
+    """
+
+    def __init__(self, most: int) -> None:
+        self.most = most
+        self._entries: OrderedDict[Hashable, _Entry] = OrderedDict()
+        self._cost = 0
+        self._lock = Lock()
+
+    def recalled(self, key: Hashable, cost: int, make: Callable[[], T], valid: Callable[[T], bool] | None = None) -> T:
+        """Return the content of ``key``, or make it now, at this ``cost``; make it anew if it is not ``valid``."""
+        entry = self._entry(key, cost)
+        with entry.making:
+            if not entry.made or (valid is not None and not valid(entry.content)):
+                try:
+                    entry.content = make()
+                except BaseException:
+                    self.forget(key)
+                    raise
+                entry.made = True
+            content: T = entry.content
+        return content
+
+    def forget(self, key: Hashable) -> None:
+        """Drop the content of ``key``, if there is one."""
+        with self._lock:
+            gone = self._entries.pop(key, None)
+            self._cost -= 0 if gone is None else gone.cost
+
+    def _entry(self, key: Hashable, cost: int) -> _Entry:
+        with self._lock:
+            entry = self._entries.get(key)
+            if entry is None:
+                entry = self._entries[key] = _Entry(cost)
+                self._cost += cost
+            self._entries.move_to_end(key)
+            while self._cost > self.most and len(self._entries) > 1:
+                self._cost -= self._entries.popitem(last=False)[1].cost
+            return entry
+
+    def __len__(self) -> int:
+        return len(self._entries)

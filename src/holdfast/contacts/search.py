@@ -1,0 +1,85 @@
+"""The whole search for contacts and overlaps of a scene, which keeps what it found before between unchanged bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
+
+from holdfast.contacts.detect import Shown, Touching, find_all_patches, show
+from holdfast.contacts.interface import Interface
+from holdfast.contacts.occlusion import Pair
+from holdfast.contacts.overlap import Overlap, find_overlaps
+from holdfast.contacts.tolerances import Tolerances
+from holdfast.scene.body import Body
+from holdfast.scene.scene import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What was found in a scene with these ``bodies`` by name, at these ``tolerances``.
+
+    ``patches`` tells where each pair of bodies touches as if there were no third ones, ``shown`` what third ones leave
+    of that, and ``by_pair`` the interfaces with their status. Pairs are in the order of the bodies.
+    """
+
+    tolerances: Tolerances
+    bodies: Mapping[str, Body]
+    overlaps: tuple[Overlap, ...]
+    patches: Mapping[Pair, Touching]
+    shown: Mapping[Pair, Shown]
+    by_pair: Mapping[Pair, tuple[Interface, ...]]
+
+    @property
+    def interfaces(self) -> tuple[Interface, ...]:
+        """All interfaces."""
+        return tuple(interface for several in self.by_pair.values() for interface in several)
+
+    @property
+    def occluded(self) -> tuple[Pair, ...]:
+        """The pairs that would touch if no third body lay between them."""
+        return tuple(pair for pair, shown in self.shown.items() if not shown.interfaces)
+
+    def without(self, gone: Collection[str]) -> Found:
+        """Return the same without these bodies, none of which hid anything from others."""
+        return Found(
+            self.tolerances,
+            {name: body for name, body in self.bodies.items() if name not in gone},
+            tuple(o for o in self.overlaps if not any(name in gone for name in o.bodies)),
+            {pair: part for pair, part in self.patches.items() if not any(name in gone for name in pair)},
+            {pair: part for pair, part in self.shown.items() if not any(name in gone for name in pair)},
+            {pair: part for pair, part in self.by_pair.items() if not any(name in gone for name in pair)},
+        )
+
+
+def search(scene: Scene, tolerances: Tolerances, before: Found | None = None) -> Found:
+    """Find all contacts and overlaps of a scene, the same as if nothing had been found ``before``.
+
+    What was found before between two bodies is kept if both are the same objects now and the tolerances are as they
+    were. An interface is kept as long as it shows the same patches; others see how much of it third bodies hide.
+    """
+    if before is None or tolerances.rule != before.tolerances.rule:
+        overlaps = find_overlaps(scene, tolerances)
+        patches = find_all_patches(scene, tolerances)
+        shown = show(scene, tolerances, patches)
+    else:
+        same = {body.name for body in scene.bodies if before.bodies.get(body.name) is body}
+        overlaps = find_overlaps(scene, tolerances, before.overlaps, same)
+        patches = find_all_patches(scene, tolerances, before.patches, same)
+        shown = show(scene, tolerances, patches, before.shown, _changed(patches, before.patches))
+    deep = {overlap.bodies for overlap in overlaps}
+    by_pair = {}
+    for pair, contact in shown.items():
+        if before is not None and before.shown.get(pair) is contact:
+            by_pair[pair] = before.by_pair[pair]
+        else:
+            by_pair[pair] = tuple(
+                replace(interface, status="penetrating") if pair in deep else interface
+                for interface in contact.interfaces
+            )
+    bodies = {body.name: body for body in scene.bodies}
+    return Found(tolerances, bodies, overlaps, patches, shown, by_pair)
+
+
+def _changed(now: Mapping[Pair, Touching], before: Mapping[Pair, Touching]) -> set[str]:
+    """Return the names of the bodies that have other patches now than before."""
+    return {name for pair in {**now, **before} for name in pair if now.get(pair) is not before.get(pair)}

@@ -1,0 +1,124 @@
+"""Convex polygons that are tiled by a few pieces: what two flat faces, each of two triangles, share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from holdfast.base.arrays import Float, Int
+from holdfast.base.compiled import compiled
+
+FEW = 16  # pieces that may be put together
+
+
+def tiled(pieces: Sequence[Sequence[Float]], tolerance: float) -> Float | None:
+    """The convex polygon (k, 2), counter-clockwise, that ``pieces`` [outline (n, 2), holes ...] tile, or None.
+
+    It is their hull if all pieces are convex and without holes, no two of them overlap by more than ``tolerance``, and
+    their areas add up to its area but for a strip of that width around it.
+    """
+    if len(pieces) > FEW or any(len(rings) > 1 for rings in pieces):
+        return None
+    corners = np.vstack([rings[0] for rings in pieces])
+    ends = np.cumsum([len(rings[0]) for rings in pieces])
+    out = np.empty((2 * len(corners) + 2, 2))
+    count = _tiled(corners, ends, np.lexsort(corners.T[::-1]), tolerance, out)
+    return out[:count].copy() if count > 2 else None
+
+
+@compiled
+def _tiled(corners: Float, ends: Int, order: Int, tolerance: float, out: Float) -> int:
+    """Write the hull of all corners (n, 2) into ``out``; its number of corners, or 0 if the pieces do not tile it."""
+    count = _hull(corners, order, tolerance, out)
+    total = 0.0
+    for piece in range(len(ends)):
+        first = ends[piece - 1] if piece > 0 else 0
+        area = 0.0
+        for i in range(first + 1, ends[piece] - 1):
+            area += _turn(corners, first, i, i + 1) / 2
+        if area < 0:  # from here on all of them run counter-clockwise
+            i, j = first, ends[piece] - 1
+            while i < j:
+                for m in range(2):
+                    kept = corners[i, m]
+                    corners[i, m] = corners[j, m]
+                    corners[j, m] = kept
+                i, j = i + 1, j - 1
+        total += abs(area)
+    hull, around = 0.0, 0.0
+    for i in range(count):
+        j = i + 1 if i + 1 < count else 0
+        ex, ey = out[j, 0] - out[i, 0], out[j, 1] - out[i, 1]
+        around += np.hypot(ex, ey)
+        hull += (
+            (out[i, 0] - out[0, 0]) * (out[j, 1] - out[0, 1]) - (out[j, 0] - out[0, 0]) * (out[i, 1] - out[0, 1])
+        ) / 2
+    if abs(hull - total) > tolerance * around:
+        return 0
+    for one in range(len(ends)):
+        for other in range(one + 1):
+            if one == other and not _beyond(corners, ends, one, one, tolerance, True):
+                return 0
+            if one != other and not (
+                _beyond(corners, ends, one, other, tolerance, False)
+                or _beyond(corners, ends, other, one, tolerance, False)
+            ):
+                return 0
+    return count
+
+
+@compiled
+def _turn(corners: Float, a: int, b: int, c: int) -> float:
+    """Twice the signed area of a triangle of three of the corners (n, 2)."""
+    return float(
+        (corners[b, 0] - corners[a, 0]) * (corners[c, 1] - corners[a, 1])
+        - (corners[b, 1] - corners[a, 1]) * (corners[c, 0] - corners[a, 0])
+    )
+
+
+@compiled
+def _hull(corners: Float, order: Int, tolerance: float, out: Float) -> int:
+    """Write the hull of corners (n, 2), counter-clockwise, into ``out``; returns how many corners it has.
+
+    ``order`` (n,) sorts the corners along x. Corners within ``tolerance`` of a side or of another corner are left out.
+    """
+    size = 0
+    for side in range(2):
+        floor = size + 1
+        for step in range(len(order)):
+            p = corners[order[step] if side == 0 else order[len(order) - 1 - step]]
+            while size > floor:
+                ax, ay = out[size - 2, 0], out[size - 2, 1]
+                cx, cy = p[0] - ax, p[1] - ay
+                turn = (out[size - 1, 0] - ax) * cy - (out[size - 1, 1] - ay) * cx
+                if turn > tolerance * np.hypot(cx, cy):
+                    break
+                size -= 1
+            if size == 0 or np.hypot(out[size - 1, 0] - p[0], out[size - 1, 1] - p[1]) > tolerance:
+                out[size, 0], out[size, 1] = p[0], p[1]
+                size += 1
+        size -= 1
+    return max(size, 0)
+
+
+@compiled
+def _beyond(corners: Float, ends: Int, one: int, other: int, tolerance: float, every: bool) -> bool:
+    """Whether an edge of one polygon has all corners of another on its outer side, or every edge on its inner side.
+
+    The second question, ``every``, asked of a polygon and itself, is whether it is convex.
+    """
+    start = ends[one - 1] if one > 0 else 0
+    first = ends[other - 1] if other > 0 else 0
+    for i in range(start, ends[one]):
+        j = i + 1 if i + 1 < ends[one] else start
+        length = np.hypot(corners[j, 0] - corners[i, 0], corners[j, 1] - corners[i, 1])
+        outside = length > tolerance
+        for k in range(first, ends[other]):
+            left = _turn(corners, i, j, k)
+            if every and left < -tolerance * length:
+                return False
+            outside = outside and left <= tolerance * length
+        if outside and not every:
+            return True
+    return every

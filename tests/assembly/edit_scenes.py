@@ -1,0 +1,105 @@
+"""Scenes that are edited in tests, and comparisons to the last bit."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import holdfast as hf
+from holdfast.contacts.interface import Interface
+from holdfast.contacts.search import search
+from holdfast.scene.shipped.blocks import at
+
+SHARED = Path(__file__).parents[3] / "shared" / "cases"
+ENGINES = ("graph", "limit", "compliant")
+
+
+def turned(pose: Any, degrees: float) -> NDArray[np.float64]:
+    angle = np.radians(degrees)
+    turn = np.eye(4)
+    turn[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+    return np.asarray(pose @ turn)
+
+
+def shelf() -> hf.Scene:
+    """Eight unlike things on a board, which lies on a half space: an orange, a tin, a capsule, books, a bowl of two."""
+    plate = hf.Box((0.16, 0.12, 0.02))
+    bowl = hf.Compound([hf.Part(plate, at(0, 0, -0.02)), hf.Part(hf.Box((0.1, 0.1, 0.03)), at(0, 0, 0.005))])
+    bodies = [
+        hf.Body("ground", hf.HalfSpace(), fixed=True),
+        hf.Body("board", hf.Box((1.2, 0.3, 0.03)), mass=4.0, pose=at(0, 0, 0.015), material="wood"),
+        hf.Body("orange", hf.Sphere(0.04), mass=0.2, pose=at(-0.5, 0, 0.07)),
+        hf.Body("tin", hf.Cylinder(0.05, 0.12), mass=0.4, pose=at(-0.3, 0.02, 0.09), material="steel"),
+        hf.Body("top tin", hf.Cylinder(0.05, 0.12), mass=0.4, pose=at(-0.29, 0.02, 0.21), material="steel"),
+        hf.Body("book", hf.Box((0.2, 0.15, 0.03)), mass=0.6, pose=turned(at(0, 0, 0.045), 10)),
+        hf.Body("thin book", hf.Box((0.18, 0.12, 0.01)), mass=0.3, pose=turned(at(0.01, 0, 0.065), -20)),
+        hf.Body("bowl", bowl, mass=0.5, pose=at(0.3, 0, 0.06), material="clay"),
+        hf.Body("pen", hf.Capsule(0.006, 0.12), mass=0.02, pose=at(0.5, 0, 0.036) @ rolled()),
+    ]
+    return hf.Scene(bodies, hf.Friction(0.5, {("steel", "wood"): 0.3, ("orange", "board"): 0.8}), name="shelf")
+
+
+def rolled() -> NDArray[np.float64]:
+    """Lying on its side: the z axis along x."""
+    pose = np.eye(4)
+    pose[:3, :3] = [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]
+    return pose
+
+
+def pallet(place: int = 12) -> hf.Scene:
+    """A loaded pallet of the shared cases, by its place in the order of their numbers of boxes."""
+    units = json.loads((SHARED / "cargo" / "pallets.json").read_text(encoding="utf-8"))
+    units = units if isinstance(units, list) else units["units"]
+    boxes = sorted(units, key=lambda unit: len(unit["boxes"]))[place]["boxes"]
+    bodies = [hf.Body("floor", hf.Box((20, 20, 0.1)), pose=at(0, 0, -0.05), fixed=True)]
+    for k, box in enumerate(boxes):
+        size = np.array(box["size"])
+        middle = np.array(box["corner"]) + size / 2
+        bodies.append(hf.Body(f"box{k}", hf.Box(size), mass=box["mass"], pose=at(*middle)))
+    return hf.Scene(bodies, 0.4)
+
+
+def anew(assembly: hf.Assembly) -> hf.Assembly:
+    """An assembly of the same scene that shares no object with it, its contacts detected at the same tolerances."""
+    scene = pickle.loads(pickle.dumps(assembly.scene))
+    found = search(scene, assembly.tolerances)
+    return hf.Assembly(
+        scene, found.interfaces, assembly.tolerances, found.overlaps, found.occluded, absent=assembly.absent
+    )
+
+
+def bits(interface: Interface) -> tuple[Any, ...]:
+    patches = [
+        (p.polygon.tobytes(), p.normal.tobytes(), tuple(h.tobytes() for h in p.holes), p.separation, p.breadth, p.inset)
+        for p in interface.patches
+    ]
+    return interface.bodies, interface.status, interface.flags, interface.certain, interface.mu, patches
+
+
+def same_contacts(one: hf.Assembly, other: hf.Assembly) -> bool:
+    return (
+        one == other
+        and [bits(i) for i in one.interfaces] == [bits(i) for i in other.interfaces]
+        and one.occluded == other.occluded
+    )
+
+
+def answers(assembly: hf.Assembly, engine: str, names: list[str]) -> list[Any]:
+    """Bits of the verdict, and of pushes along two directions at corners of some bodies."""
+    stands = hf.stability(assembly, engine=engine)
+    told: list[Any] = [stands.status, stands.reason, stands.moving]
+    for name in names:
+        vertices = assembly.scene.body(name).surface_world.vertices
+        points = np.array([vertices[0], vertices[len(vertices) // 2]])
+        for direction in ([1.0, 0.2, 0.1], [0.0, -1.0, 0.0]):
+            found = hf.robustness(assembly, name, points, direction, engine=engine)
+            arrays = (found.answers.force, found.answers.lower, found.answers.upper)
+            told.append(
+                (name, *(a.tobytes() for a in arrays), found.answers.status.tolist(), found.answers.moving.tolist())
+            )
+    return told
