@@ -14,6 +14,7 @@ from holdfast.contacts.clipping import clip_faces
 from holdfast.contacts.facing import facing_polygons
 from holdfast.contacts.features import touching_features
 from holdfast.contacts.flags import flags_of, is_certain
+from holdfast.contacts.flush import lie_flat
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.materials import by_material
 from holdfast.contacts.occlusion import by_body, visible
@@ -173,11 +174,13 @@ def find_patches(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Toler
     large, small = facing_polygons(skin_a, skin_b, *locals_, pairs, gap=gap, depth=depth, cos_angle=cos_angle)
     pieces = [*large, *clip_faces(skin_a, skin_b, small, gap=gap, depth=depth, cos_angle=cos_angle)]
     faces = face_patches(pieces, gap, cos_angle, negligible)
-    lines, points = touching_features(
-        skin_a, skin_b, pairs, gap=gap, depth=depth, sin_angle=sin_angle, size=size, strict=negligible
-    )
-    along = line_patches(lines, faces, gap, negligible, breadth)
-    found = [*faces, *along, *point_patches(points, [*faces, *along], gap, breadth)]
+    found = faces
+    if not lie_flat(skin_a, skin_b, pairs, faces, gap=gap, size=size):
+        lines, points = touching_features(
+            skin_a, skin_b, pairs, gap=gap, depth=depth, sin_angle=sin_angle, size=size, strict=negligible
+        )
+        along = line_patches(lines, faces, gap, negligible, breadth)
+        found = [*faces, *along, *point_patches(points, [*faces, *along], gap, breadth)]
     exact = feet(a, b, gap=gap, depth=depth)
     if not exact:
         return tuple(found)
