@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from threading import Timer
 from typing import NamedTuple
 
 import pytest
@@ -20,6 +21,7 @@ from holdfast.scene.shipped.blocks import wall
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "wait4"), reason="processor time of one process is not told here")
 SOON = 0.5  # [s] of processor time after Ctrl-C, all threads together
+LONGEST = 60  # [s] that a process is waited for that does not end
 PLACE = 39  # in the list of pallets: 108 boxes
 HASH = "pbkdf2_hmac('sha256', b'a', b'b', 200_000_000)"  # a minute and more of machine code that hears no signal
 
@@ -41,6 +43,14 @@ with stoppable(process=True):
             pbkdf2_hmac('sha256', b'a', b'b', 10_000)
         except BaseException:
             pass
+"""
+FULL = """
+import sys
+from holdfast.cli.stopping import stoppable
+with stoppable(process=True):
+    print("ready", flush=True)
+    while True:
+        sys.stdout.write("x" * 1_000_000)
 """
 WRITES = f"""
 import os
@@ -95,14 +105,17 @@ def stopped(folder: Path, arguments: list[str], wait: float | None, **variables:
             return End(process.returncode, said.read_text(encoding="utf-8"), 0.0)
         before = processor_time(process.pid)
         process.send_signal(signal.SIGINT)
-        process.stdout.close()
+        patience = Timer(LONGEST, process.kill)
+        patience.start()
         _, status, used = os.wait4(process.pid, 0)
+        patience.cancel()
+        process.stdout.close()
         process.returncode = os.waitstatus_to_exitcode(status)
     took = used.ru_utime + used.ru_stime - before
     return End(process.returncode, said.read_text(encoding="utf-8"), took)
 
 
-@pytest.mark.parametrize("program", [DEEP, DEAF], ids=["in machine code", "caught by a library"])
+@pytest.mark.parametrize("program", [DEEP, DEAF, FULL], ids=["machine code", "a library catches it", "full pipe"])
 def test_a_command_ends_that_hears_nothing(program: str, tmp_path: Path) -> None:
     """The machine code would take a minute of processor time and more; the bound is far from that."""
     end = stopped(tmp_path, ["-c", program], None)

@@ -87,8 +87,6 @@ def _leave() -> None:
         time.sleep(60)  # another thread does it
     remove_unfinished()
     with suppress(OSError, ValueError, AttributeError):
-        sys.stdout.flush()
-    with suppress(OSError, ValueError, AttributeError):
-        sys.stderr.write(SHOW_CURSOR + TELL if sys.stderr.isatty() else TELL)
-        sys.stderr.flush()
+        handle = sys.stderr.fileno()  # not by Python's stream: another thread may hold its lock, in a write that waits
+        os.write(handle, (SHOW_CURSOR + TELL if os.isatty(handle) else TELL).encode())
     os._exit(STOPPED)
