@@ -48,17 +48,17 @@ def stoppable(*, process: bool = False) -> Iterator[None]:
         yield
     except KeyboardInterrupt:
         stop()
-    except BaseException:
+    except BaseException as error:
         if not noted:
             raise
-        stop()
+        stop(told=isinstance(error, SystemExit) and error.code == STOPPED)  # by a block within this one
     finally:
         if ours:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def _stop() -> None:
-    if sys.stderr is not None:
+def _stop(*, told: bool = False) -> None:
+    if sys.stderr is not None and not told:
         sys.stderr.write(TELL)
     raise SystemExit(STOPPED) from None
 
@@ -78,7 +78,7 @@ def _watch() -> None:
     Thread(target=wait, name="holdfast stops", daemon=True).start()
 
 
-def _leave() -> None:
+def _leave(*, told: bool = False) -> None:
     """Say that the command is stopped and end the process, without waiting for any of its threads.
 
     Python's own way out would wait for compiled code to end, or take what it runs on from under it.
@@ -88,5 +88,6 @@ def _leave() -> None:
     remove_unfinished()
     with suppress(OSError, ValueError, AttributeError):
         handle = sys.stderr.fileno()  # not by Python's stream: another thread may hold its lock, in a write that waits
-        os.write(handle, (SHOW_CURSOR + TELL if os.isatty(handle) else TELL).encode())
+        if not told:
+            os.write(handle, (SHOW_CURSOR + TELL if os.isatty(handle) else TELL).encode())
     os._exit(STOPPED)
