@@ -7,7 +7,7 @@ from holdfast.cli.stopping import stoppable
 
 def main() -> None:
     """Run the command line; imports take a second, in which the user may lose patience, too."""
-    with stoppable():
+    with stoppable(process=True):
         from holdfast.cli.main import run
 
         run()

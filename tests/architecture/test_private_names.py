@@ -29,6 +29,8 @@ ALLOWED = {
     ("holdfast.base.linking", "_get_compiled_object"),
     ("holdfast.base.linking", "_final_module"),
     ("holdfast.base.linking", "_code"),
+    ("holdfast.base.linking", "_values"),  # of its options, which are compared at every call that it compiles
+    ("holdfast.cli.stopping", "_exit"),  # public in spite of its name: the end of a process that waits for no thread
     # By this attribute, the one that its own dispatchers have, Numba knows how to call an object from compiled code
     ("holdfast.base.compiled", "_numba_type_"),
 }

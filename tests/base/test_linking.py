@@ -11,10 +11,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba.core.compiler import Flags
+from numba.core.targetconfig import TargetConfig
 
 import holdfast
 from holdfast.base.compiled import compilable, compiled, machine_code
-from holdfast.base.linking import SHORT, _rarely_collecting
+from holdfast.base.linking import SHORT, _briskly
 
 PACKAGE = Path(holdfast.__file__).parent
 
@@ -113,11 +115,27 @@ def test_arrays_that_compiled_code_makes_outlive_it() -> None:
 
 
 def test_garbage_is_collected_as_before_afterwards() -> None:
-    before = gc.get_threshold()
-    for threshold in (700, 0, 10**6):
-        gc.set_threshold(threshold, *before[1:])
-        with _rarely_collecting():
-            during = gc.get_threshold()[0]
-        after = gc.get_threshold()[0]
-        gc.set_threshold(*before)
-        assert (during, after) == ({700: 50_000}.get(threshold, threshold), threshold)
+    collecting = gc.isenabled()
+    try:
+        for before in (True, False):
+            (gc.enable if before else gc.disable)()
+            with _briskly(), _briskly():
+                assert not gc.isenabled()
+            assert gc.isenabled() == before
+    finally:
+        (gc.enable if collecting else gc.disable)()
+
+
+def test_numba_compares_its_options_as_before() -> None:
+    """What is equal, and what its hash is, does not change while functions are compiled; afterwards nothing has."""
+    own = TargetConfig.__hash__, TargetConfig.__eq__
+    one, set_, unset = Flags(), Flags(), Flags()
+    set_.release_gil, unset.release_gil = True, False  # the default, but said
+    hashes = [hash(each) for each in (one, set_, unset)]
+    with _briskly():
+        assert (TargetConfig.__hash__, TargetConfig.__eq__) != own
+        assert [hash(each) for each in (one, set_, unset)] == hashes
+        assert one == unset == Flags()
+        assert one != set_
+        assert one != "options"
+    assert (TargetConfig.__hash__, TargetConfig.__eq__) == own

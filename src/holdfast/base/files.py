@@ -6,10 +6,13 @@ import errno
 import os
 import secrets
 import stat
+from contextlib import suppress
 from pathlib import Path
 
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.text import quoted
+
+_unfinished: set[Path] = set()  # temporary files that are being written
 
 _KINDS = {
     stat.S_IFDIR: "a folder",
@@ -81,6 +84,7 @@ def write_atomically(path: str | os.PathLike[str], content: bytes) -> None:
     try:
         target = _target(Path(path))
         temporary = target.with_name(f".{secrets.token_hex(8)}.tmp")
+        _unfinished.add(temporary)
         try:
             with temporary.open("xb") as stream:
                 stream.write(content)
@@ -89,11 +93,19 @@ def write_atomically(path: str | os.PathLike[str], content: bytes) -> None:
             os.replace(temporary, target)
         finally:
             temporary.unlink(missing_ok=True)
+            _unfinished.discard(temporary)
     except (OSError, ValueError) as cause:
         reason = getattr(cause, "strerror", None) or str(cause)
         raise HoldfastError(
             message(str(path), f"cannot be written: {reason}", "name a file in a writable folder")
         ) from cause
+
+
+def remove_unfinished() -> None:
+    """Remove what is being written now: for a process that is about to end in the midst of it."""
+    for path in list(_unfinished):
+        with suppress(OSError):
+            path.unlink(missing_ok=True)
 
 
 def _target(path: Path) -> Path:

@@ -25,6 +25,7 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
+from numba.core.targetconfig import TargetConfig
 from numba.core.types.misc import unliteral
 from numba.core.typing import make_concrete_template
 from numba.core.untyped_passes import ExtractByteCode
@@ -35,6 +36,8 @@ Types = tuple[Any, ...]  # of the arguments of a compiled function, as Numba des
 
 _KERNELS: dict[str, Kernel] = {}  # by module and name
 _LONG: dict[str, Callee] = {}  # by the name of their machine code
+_SLOW_HASH, _SLOW_EQUAL = TargetConfig.__hash__, TargetConfig.__eq__
+_hashes: dict[Any, int] = {}  # of Numba's options, by their kind
 
 
 class Callee(NamedTuple):
@@ -128,7 +131,7 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
 
     def compile(self, sig: Any) -> Any:  # noqa: ANN401
         """Return what Python calls for arguments of these types; asked by Numba's dispatcher."""
-        with global_compiler_lock, _rarely_collecting():
+        with global_compiler_lock, _briskly():
             args = tuple(unliteral(each) for each in sig)
             if args not in self._entries:
                 super().compile(args)
@@ -153,14 +156,35 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
 
 
 @contextmanager
-def _rarely_collecting() -> Iterator[None]:
-    """Look for garbage more rarely: Numba makes so many small objects that Python spends a fifth of the time on it."""
-    before = gc.get_threshold()
-    gc.set_threshold(max(before[0], 50_000) if before[0] else 0, *before[1:])
+def _briskly() -> Iterator[None]:
+    """Compile without what only takes time.
+
+    Numba makes so many small objects that Python spends a fifth of the time on looking for garbage. And it compares its
+    options, some forty, at every call of every function: two of them are mostly the same, and the hash, which is that
+    of their names, never changes.
+    """
+    collecting, before = gc.isenabled(), (TargetConfig.__hash__, TargetConfig.__eq__)
+    gc.disable()
+    TargetConfig.__hash__, TargetConfig.__eq__ = _hash_of_options, _same_options
     try:
         yield
     finally:
-        gc.set_threshold(*before)
+        TargetConfig.__hash__, TargetConfig.__eq__ = before
+        if collecting:
+            gc.enable()
+
+
+def _hash_of_options(options: Any) -> int:  # noqa: ANN401 - Numba's own types
+    kind = type(options)
+    if kind not in _hashes:
+        _hashes[kind] = _SLOW_HASH(options)
+    return _hashes[kind]
+
+
+def _same_options(one: Any, other: Any) -> Any:  # noqa: ANN401
+    if type(one) is type(other) and one._values == other._values:
+        return True
+    return _SLOW_EQUAL(one, other)
 
 
 def _name(function: Callable[..., Any]) -> str:

@@ -10,7 +10,10 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.base.arrays import Float, Int
+from holdfast.base.parallel import left_if_stopped
 from holdfast.conic.program import ConeProgram
+
+LONG = 20_000  # entries of A beyond which a solve may take more than a tenth of a second: Ctrl-C does not wait for it
 
 
 class Outcome(Enum):
@@ -68,6 +71,7 @@ class Prepared:
         upper = sparse.triu(program.P, format="csc")
         self._program = replace(program, A=program.A.copy())
         self._runs = cone_runs(program)
+        self._long = self._program.A.nnz > LONG
         self._solver = clarabel.DefaultSolver(upper, program.q, self._program.A, program.b, cones, settings)
 
     def change(self, entries: Int, values: Float) -> None:
@@ -81,7 +85,7 @@ class Prepared:
 
     def solve(self) -> ConeSolution:
         """Solve the program with its current entries."""
-        answer = self._solver.solve()
+        answer = left_if_stopped(self._solver.solve) if self._long else self._solver.solve()
         outcome = _OUTCOMES.get(str(answer.status), Outcome.TROUBLE)
         x, z = np.array(answer.x), np.array(answer.z)
         return ConeSolution(outcome, x, z, violation(self._program, x, self._runs), int(answer.iterations))

@@ -10,12 +10,14 @@ from typing import NamedTuple
 import numpy as np
 
 from holdfast.base.archive import archived
+from holdfast.base.arrays import Int
 from holdfast.base.progress import reported
 from holdfast.base.values import Value
 from holdfast.contacts.clipping import clip_faces
 from holdfast.contacts.facing import facing_polygons
 from holdfast.contacts.features import touching_features
 from holdfast.contacts.flags import flags_of, is_certain
+from holdfast.contacts.flush import lie_flat
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.materials import by_material
 from holdfast.contacts.merging import merged
@@ -239,14 +241,22 @@ def find_patches(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Toler
     pairs = np.concatenate([pairs, *(near_faces(skin_a, skin_b, gap, two) for two in left)])
     pieces = [*large, *clip_faces(skin_a, skin_b, small, gap=gap, depth=depth, cos_angle=cos_angle)]
     faces = face_patches(pieces, gap, cos_angle, negligible)
-    lines, points = touching_features(
-        skin_a, skin_b, pairs, gap=gap, depth=depth, sin_angle=sin_angle, size=size, strict=negligible
-    )
-    along = line_patches(lines, faces, gap, negligible, breadth)
-    found = [*faces, *along, *point_patches(points, [*faces, *along], gap, breadth)]
+    found = faces
+    near_a, near_b = (_near(skin, pairs[:, k], {two[k] for two in facets}) for k, skin in enumerate((skin_a, skin_b)))
+    if not lie_flat(skin_a, skin_b, near_a, near_b, faces, gap=gap, size=size):
+        lines, points = touching_features(
+            skin_a, skin_b, pairs, gap=gap, depth=depth, sin_angle=sin_angle, size=size, strict=negligible
+        )
+        along = line_patches(lines, faces, gap, negligible, breadth)
+        found = [*faces, *along, *point_patches(points, [*faces, *along], gap, breadth)]
     exact = feet(a, b, gap=gap, depth=depth, breadth=breadth)
     if not exact:
         return tuple(found)
     true_gap = gap - a.shape.surface.sagitta - b.shape.surface.sagitta
     touching = [foot.patch(breadth) for foot in exact if foot.heights.min() <= max(true_gap, 0.0)]
     return (*touching, *not_at(exact, found))
+
+
+def _near(skin: Skin, faces: Int, facets: Set[int]) -> Int:
+    """Return the numbers (n,) of these ``faces`` and of all that the large flat faces ``facets`` consist of."""
+    return np.union1d(faces, np.flatnonzero(np.isin(skin.facet, sorted(facets))))

@@ -1,0 +1,98 @@
+"""Bodies that lie flat on each other: their faces answer for all edges and corners, which nobody has to look for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from holdfast.base.arrays import Bool, Float, Int
+from holdfast.contacts.interface import Patch
+from holdfast.contacts.skin import SMOOTH, Skin
+from holdfast.geometry.topology import FLAT
+
+ROUNDING = 1e-9  # of the size of the smaller body: what counts as in the plane
+UPRIGHT = 1e-9  # cosine of the angle between a plane and what stands on it at a right angle
+STEEP = 0.01  # sine of the angle at which the edges of a triangle that stands on its corner rise at least
+WIDE = 1e-6  # least gap over the size of the smaller body: patches cover what lies within the gap of them
+
+
+def lie_flat(
+    a: Skin, b: Skin, near_a: Int, near_b: Int, faces: Sequence[Patch], *, gap: float, size: float
+) -> bool:
+    """Tell whether the patches ``faces`` answer for every edge and corner that touches.
+
+    ``near_a`` (n,) and ``near_b`` (m,) are the numbers of the faces of either body that come near the other.
+
+    That is certain if one plane separates the bodies as follows. What comes near of either lies in the plane, or leaves
+    it at a right angle by a sharp edge, or is more than ``gap`` [m] beyond it. Then
+
+    - a corner or an edge in the plane, on a face in the plane, belongs to the overlap of two faces, which is a patch;
+    - on an upright face it could only be at that face's sharp rim, where nothing touches;
+    - an upright edge begins at the plane, so that it crosses no edge of the other body between its ends;
+    - all else is further away than the gap.
+
+    ``size`` [m] is that of the smaller body.
+    """
+    if not faces or gap < WIDE * size:
+        return False
+    normal, origin = faces[0].normal, faces[0].polygon[0]
+    tiny = ROUNDING * size
+    for patch in faces[1:]:
+        if np.abs(patch.normal - normal).max() > UPRIGHT or np.abs((patch.polygon - origin) @ normal).max() > tiny:
+            return False
+    return all(
+        _leaves_squarely(skin, near, away, origin, gap, tiny)
+        for skin, near, away in ((a, near_a, -normal), (b, near_b, normal))
+    )
+
+
+def _leaves_squarely(skin: Skin, near: Int, away: Float, origin: Float, gap: float, tiny: float) -> bool:
+    """Whether faces ``near`` (n,) of a body leave the plane through ``origin`` (3,) as told, the way of ``away``."""
+    heights = (skin.vertices - origin) @ away
+    level, beyond = np.abs(heights) <= tiny, heights > gap + tiny
+    corners = skin.faces[near]
+    if not (level | beyond)[corners].all():
+        return False
+    flat = level[corners].all(1)
+    upright = level[corners].any(1) & ~flat
+    slopes = skin.normals[near] @ away
+    if (slopes[flat] > UPRIGHT - 1).any() or (np.abs(slopes[upright]) > UPRIGHT).any():
+        return False
+    grounded = np.zeros(len(heights), dtype=bool)
+    grounded[corners[flat]] = True
+    edges = np.unique(skin.of_face[near])
+    return (
+        bool(grounded[corners[level[corners]]].all())
+        and _edges_leave(skin, edges, level, away)
+        and (_stand_steeply(skin, near[level[corners].sum(1) == 1], level, away))
+    )
+
+
+def _edges_leave(skin: Skin, edges: Int, level: Bool, away: Float) -> bool:
+    """Whether edges (n,) are sharp, or lie within a flat face, and those that leave the plane are upright."""
+    bend = skin.bend[edges]
+    sharp = (bend >= SMOOTH) & np.isfinite(bend)
+    if not (sharp | (bend <= FLAT)).all():
+        return False
+    ends = skin.edges[edges[sharp]]
+    along = skin.vertices[ends[:, 1]] - skin.vertices[ends[:, 0]]
+    leaves = level[ends[:, 0]] != level[ends[:, 1]]
+    across = np.linalg.norm(np.cross(along[leaves], away), axis=1)
+    if (across > UPRIGHT * np.linalg.norm(along[leaves], axis=1)).any():
+        return False
+    lies = level[ends].all(1)
+    beside = skin.sides[edges[sharp][lies]]
+    flat = np.all(level[skin.faces[beside]], axis=2)  # (n, 2): of the two faces beside each
+    return bool(np.all(np.any(flat, axis=1)))
+
+
+def _stand_steeply(skin: Skin, standing: Int, level: Bool, away: Float) -> bool:
+    """Whether both edges of triangles (n,) with one corner in the plane rise steeply from it."""
+    for face in standing:
+        corners = skin.vertices[skin.faces[face]]
+        foot = level[skin.faces[face]]
+        rise = corners[~foot] - corners[foot]
+        if (rise @ away < STEEP * np.linalg.norm(rise, axis=1)).any():
+            return False
+    return True
