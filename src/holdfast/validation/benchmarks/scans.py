@@ -129,6 +129,8 @@ def changes(ours: Float, theirs: Float) -> Float:
 def pushes(name: str) -> list[Row]:
     _, found = assembled(name)
     raw = unmerged(found)
+    if not any("merged" in interface.flags for interface in found.interfaces):
+        return [{"case": f"pushes, {name}", "patches": f"{count(raw)} to {count(found)}, nothing merged"}]
     W = random_pushes(found, PUSHES, SEED)
     before, after = (prepared(hf.Compliant(), a).load_factor(W) for a in (raw, found))
     limits = [prepared(hf.Limit(), a).load_factor(W).upper for a in (raw, found)]
