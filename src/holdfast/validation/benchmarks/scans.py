@@ -2,7 +2,8 @@
 
 All eight settled scenes. ``before`` is the contact as it is found, ``after`` the merged one. Pushes are random ones on
 random bodies by engine ``compliant``; ``same normals`` compares with the unmerged nodes, given the normals of
-merged patches: noise in normals lets a sliding body wedge itself, which merging ends. Times are those of the
+merged patches, without finer
+nodes where those are too coarse: so it differs where nothing is merged, too (beam_frame). Times are those of the
 processor, the least of several, with everything compiled.
 With ``--beside DIR`` the older checkout takes turns with this one.
 """
