@@ -102,3 +102,32 @@ def test_a_choice_of_cells_is_numbered_anew() -> None:
     assert set(chosen.cell) == set(range(len(chosen.points)))
     old = np.flatnonzero(keep)[chosen.cell]
     np.testing.assert_array_equal(old, cells.cell[keep[cells.cell]])
+
+
+@pytest.mark.parametrize("spacing", [0.01, 0.02])
+def test_points_of_a_scan_are_spread_evenly_with_smoothed_normals(spacing: float) -> None:
+    """A rough ball of 20,480 triangles: cells of about a spacing, whose normals are those of the ball."""
+    ball = trimesh.creation.icosphere(subdivisions=5, radius=0.1)
+    rough = ball.vertices * (1 + np.random.default_rng(2).normal(0, 3e-4, (len(ball.vertices), 1)))
+    surface = hf.Mesh(rough, ball.faces).surface
+    cells = surface_cells(surface, spacing)
+    assert 0.8 < len(cells.points) / (surface.area / spacing**2) < 1.6
+    assert cells.areas.max() < 3 * spacing**2
+    apart = np.linalg.norm(cells.points[:, None] - cells.points, axis=2) + np.eye(len(cells.points))
+    assert np.quantile(apart.min(1), 0.05) > 0.5 * spacing
+    outward = cells.points / np.linalg.norm(cells.points, axis=1)[:, None]
+    off = np.degrees(np.arccos(np.clip((cells.normals * outward).sum(1), -1, 1)))
+    facets = surface.normals * (centres := surface.vertices[surface.faces].mean(1))
+    raw = np.degrees(np.arccos(np.clip(facets.sum(1) / np.linalg.norm(centres, axis=1), -1, 1)))
+    assert np.median(off) < 0.5 * np.median(raw)
+    assert np.median(cells.turned) == pytest.approx(np.median(raw), rel=0.5)
+
+
+def test_both_sides_of_a_thin_wall_have_cells_of_their_own() -> None:
+    shell = trimesh.creation.icosphere(subdivisions=4, radius=0.1)
+    faces = np.vstack([shell.faces, shell.faces[:, ::-1] + len(shell.vertices)])
+    surface = Surface(np.vstack([shell.vertices, 0.98 * shell.vertices]), faces)
+    cells = surface_cells(surface, 0.02)
+    outside = (cells.normals * cells.points).sum(1) > 0
+    assert outside.mean() == pytest.approx(0.5, abs=0.1)
+    assert np.abs((cells.normals * cells.points).sum(1)).min() > 0.09

@@ -9,6 +9,7 @@ import pytest
 
 import holdfast as hf
 from holdfast.base.rigid import pose_from
+from holdfast.engines.groups import prepared
 from holdfast.geometry.distance import distance_to_surface
 from holdfast.scene.shipped import shipped_scene, shipped_scenes
 from holdfast.scene.shipped.blocks import box, cube, floor, table
@@ -126,3 +127,8 @@ def test_a_line_contact_along_a_face_covers_nothing() -> None:
     assert [patch.kind for i in assembly.interfaces for patch in i.patches] == ["line"]
     m = hf.robustness_map(assembly, spacing=0.02, engine="graph")
     assert (m.normals[:, 2] < -0.9).sum() > 90  # all of its underside that the bar is not right in front of
+
+
+def test_a_body_without_exposed_points_has_an_empty_map() -> None:
+    state = prepared(hf.Compliant(), hf.assemble(hf.shipped_scene("cube")))
+    assert len(state.load_factor(np.zeros((6, 0))).force) == 0

@@ -25,6 +25,7 @@ from holdfast.geometry.hull import convex_hull, corner_numbers
 
 FEW = 8  # up to so many patches of two bodies are left as they are
 MOST = 12  # two bodies with more narrow planes of contact than this touch along curved surfaces
+FACETS = 32  # patches up to which they may as well be the facets of a prism
 BROAD = 64  # so do two with more broad faces than this
 NARROW = 8.0  # width over the gap up to which a face is narrow
 RESIDUAL = 0.5  # of the gap: how far patches may lie from their plane; halfway between surfaces is known no better
@@ -72,7 +73,7 @@ def merged(patches: Sequence[Patch], gap: float, angle: float) -> tuple[Patch, .
     if len(broad) > BROAD:
         broad, planes = [], _planes(patches, RESIDUAL * gap, cosine)
     band: list[Patch] = []
-    if len(planes) > MOST:
+    if len(planes) > MOST and len(patches) > FACETS:
         least = LARGE * sum(patch.measure for patch in patches)
         band = [patch for plane in planes if plane.measure < least for patch in plane.members]
         planes = [plane for plane in planes if plane.measure >= least]
