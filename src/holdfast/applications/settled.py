@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -14,6 +15,7 @@ from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float, checked_number
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.kinds import shaped
+from holdfast.base.painters import paint
 from holdfast.base.public import PublicValue, Summary, number
 from holdfast.base.ranges import ANGLE, LENGTH, TOLERANCE
 from holdfast.base.text import listed, quoted
@@ -90,6 +92,10 @@ class Settled(PublicValue):
         names = ("reach", "steps", "notes")
         told_of = {name: to_dict(getattr(self, name)) for name in names}
         return {"status": self.status.value, "reason": self.reason, "bodies": bodies, "fell": fell} | told_of
+
+    def save_png(self, path: str | os.PathLike[str]) -> None:
+        """Draw the bodies at rest, faintly where they were, with arrows along which they moved or fall."""
+        paint(self, path, ".png")
 
     def summary(self) -> Summary:
         """Summarise the verdict, and what moved farthest."""

@@ -20,9 +20,10 @@ FIRST = 0.08  # of the reach: how far a free body sinks in the first step
 WIDE = 2.5  # strides: how far apart surfaces may be and still take part in a step
 NARROW = 0.02  # of the reach: the least stride for which contacts are sought
 GROWTH = 4.0  # largest ratio of the stride to the one before
-STILL = 1e-8  # [m] a step in which no point moves more is rest
+STILL = 1e-6  # [m] a step under the strongest gravity in which no point moves more is rest
 TOUCH = 5e-6  # [m] surfaces so near, or so deep in each other, may carry a body at rest
 CALM = 1e-4  # [m] after a step in which no point moves more it is asked whether the bodies rest
+POLISH = 4  # more steps that bodies at rest make: a body that balances comes nearer to where it does
 RESTING = 0.05  # of the reach: how far apart surfaces may be that are looked at then
 OVERLAP = 1e-6  # [m] a larger overlap is undone before gravity acts
 UNDOING = 12  # steps at most that undo overlaps
@@ -31,6 +32,7 @@ BALL = 0.4  # inertia of a ball over its mass and squared radius
 EAGER = 4.0  # how much stronger gravity gets, against what holds back motion, where bodies move slowly
 STRONGEST = 4.0**5  # times what it was at first, at most; nothing may move under it before a group rests
 BACK = 0.5  # cosine of the angle to the motion before beyond which a motion goes back; then half of it is made
+RECOVERY = 1.2  # growth of that share in a step that goes on
 SPREAD = 1e-3  # standard deviation of poses [m] whose weight is the mass itself
 
 
@@ -111,19 +113,21 @@ def _sink(group: Group, limits: Limits) -> tuple[End, int, Float]:
     """Let the bodies sink, slide and tip; returns how that ended, after how many steps, and the last motions (J, 3)."""
     stride, eager, damped = FIRST * limits.reach, 1.0, 1.0
     last, going = np.zeros((group.count, 6)), np.zeros((group.count, 3))
+    calm = 0
     for step in range(STEPS):
         report("settling", step, STEPS)
         motion = group.sinking(group.contacts(WIDE * stride), stride, eager)
         if motion is None:
             return End.TROUBLE, step, going
         back = float((motion * last).sum()) < -BACK * float(np.linalg.norm(motion) * np.linalg.norm(last))
-        damped, last = (damped / 2 if back else min(1.0, 1.5 * damped)), motion
+        damped, last = (damped / 2 if back else min(1.0, RECOVERY * damped)), motion
         before = group.centres()
         travelled = group.apply(damped * motion, stride)
         going = group.centres() - before
         if group.beyond(limits):
             return End.LEFT, step + 1, going
-        if travelled < CALM and group.at_rest(limits.reach):
+        calm = calm + 1 if travelled < CALM and (calm or group.at_rest(limits.reach)) else 0
+        if calm > POLISH:
             return End.REST, step + 1, going
         slow = travelled < stride / EAGER
         eager = min(EAGER * eager, STRONGEST) if slow else max(eager / EAGER, 1.0)
@@ -153,13 +157,15 @@ class Group:
         for i, j in pairs_near(self.bodies, margin, self.excluded):
             a, b = self.bodies[i], self.bodies[j]
             near = near_points(a.body, b.body, a.skin, b.skin, margin=margin)
-            mu = min(self.scene.mu(a.start.name, b.start.name), 1e3)
-            found.append((i, j, mu, near))
+            rough = min(self.scene.mu(a.start.name, b.start.name), 1e3)
+            found.append((i, j, rough, near))
         sizes = [len(near.gaps) for *_, near in found]
         ends = np.repeat(np.array([f[:2] for f in found], dtype=int).reshape(-1, 2), sizes, axis=0)
         points, normals = (np.concatenate([np.empty((0, 3)), *(f[3][k] for f in found)]) for k in (0, 1))
         gaps = np.concatenate([np.empty(0), *(f[3].gaps for f in found)])
-        return Contacts(ends, self.count, points, normals, gaps, np.repeat([f[2] for f in found], sizes))
+        mu = np.repeat([f[2] for f in found], sizes)
+        chosen = np.concatenate([np.empty(0, dtype=bool), *(f[3].chosen for f in found)])
+        return Contacts(ends, self.count, points, normals, gaps, mu, chosen)
 
     def centres(self) -> Float:
         """Return the centres of mass (J, 3) [m]."""

@@ -21,7 +21,7 @@ ALIKE = float(np.cos(np.radians(30)))  # cosine of the angle between normals of 
 SAME = 1e-5  # of the smaller body: points nearer to each other than this are one
 TURNED = 0.3  # of the smaller body: how far apart points with perpendicular normals count at least
 LEAN = 0.05  # [rad] points on a body's ends are worth keeping if a smaller rotation lets them touch
-MOST = 8  # near points of two bodies that are kept
+MOST = 8  # near points of two bodies that are chosen
 MANY = 256  # near points: of more than this, first the deepest in each cell of space is taken
 CELL = 0.005  # of the smaller body: the side of a cell
 AWAY = 0.3  # cosine of the angle between the normals of faces of which neither has a part that touches the other
@@ -33,18 +33,20 @@ class Near(NamedTuple):
     """Near points of two bodies.
 
     ``points`` (n, 3) [m] lie halfway between the surfaces, ``normals`` (n, 3) point into the second body, and ``gaps``
-    (n,) [m] are the distances along them, negative where the bodies overlap.
+    (n,) [m] are the distances along them, negative where the bodies overlap. ``chosen`` (n,) are a few of them that lie
+    far apart and nearly touch.
     """
 
     points: Float
     normals: Float
     gaps: Float
+    chosen: Bool
 
 
 def near_points(a: Body, b: Body, skin_a: Skin, skin_b: Skin, *, margin: float) -> Near:
     """Find the near points of two bodies that are up to ``margin`` apart or into each other [m].
 
-    The bodies and skins are in the same poses. Of many, those are kept that lie far apart and nearly touch.
+    The bodies and skins are in the same poses.
     """
     size = min(a.size, b.size)
     depth = min(margin, THIN * min(a.shape.surface.thickness, b.shape.surface.thickness))
@@ -79,7 +81,7 @@ def _rows(features: Features) -> Float:
 
 
 def _kept(rows: Float, size: float) -> Near:
-    """Return those of the near points that are needed, the deepest first."""
+    """Return the near points without those that say nothing new, the deepest first."""
     rows = rows[np.lexsort((*rows[:, :3].T, rows[:, 6]))]
     if len(rows) > MANY:
         cells = np.column_stack([np.floor(rows[:, :3] / (CELL * size)), np.round(2 * rows[:, 3:6])]).astype(np.int64)
@@ -88,9 +90,9 @@ def _kept(rows: Float, size: float) -> Near:
     good = np.empty(len(rows), dtype=np.bool_)
     _explained(rows, ALIKE, good)
     rows = np.ascontiguousarray(rows[good])
-    kept = np.empty(MOST, dtype=np.int64)
-    rows = rows[kept[: _spread(rows, size, kept)]]
-    return Near(rows[:, :3], rows[:, 3:6], rows[:, 6])
+    kept, chosen = np.empty(MOST, dtype=np.int64), np.zeros(len(rows), dtype=bool)
+    chosen[kept[: _spread(rows, size, kept)]] = True
+    return Near(rows[:, :3], rows[:, 3:6], rows[:, 6], chosen)
 
 
 @compiled

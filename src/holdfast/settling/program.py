@@ -7,13 +7,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import sparse
 
-from holdfast.base.arrays import Float, Int
+from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.rigid import tangents
 from holdfast.conic.program import ConeKind, ConeProgram
-from holdfast.conic.solve import ConeSolution, Outcome, solve
+from holdfast.conic.solve import Outcome, solve
 
 GIVING = 1e4  # weights of the heaviest body: the force at which an overlap that cannot be undone gives way
 TOLERANCE = 1e-11
+ROUNDS = 8  # solutions at most of one step: after each, contacts that it violates join those that were chosen
+VIOLATED = 1e-4  # of the unit of length: a smaller violation is left to the next step
+MORE = 3  # contacts of a pair of bodies that join at a time
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +24,7 @@ class Contacts:
     """All near points of a group.
 
     ``ends`` (n, 2) are the numbers of the two bodies, of which those from ``movable`` on are fixed, ``points`` and
-    ``normals`` (n, 3) and ``gaps`` (n,) as in Near, ``mu`` (n,) the friction coefficients.
+    ``normals`` (n, 3), ``gaps`` and ``chosen`` (n,) are as in Near, ``mu`` (n,) are the friction coefficients.
     """
 
     ends: Int
@@ -30,6 +33,12 @@ class Contacts:
     normals: Float
     gaps: Float
     mu: Float
+    chosen: Bool
+
+    def only(self, which: Bool) -> Contacts:
+        """Return those contacts for which ``which`` (n,) is true."""
+        points, normals, gaps, mu = (c[which] for c in (self.points, self.normals, self.gaps, self.mu))
+        return Contacts(self.ends[which], self.movable, points, normals, gaps, mu, self.chosen[which])
 
     def __len__(self) -> int:
         return len(self.gaps)
@@ -55,15 +64,15 @@ def relative_motion(contacts: Contacts, centres: Float, levers: Float, direction
 
 
 def step_program(
-    contacts: Contacts, centres: Float, levers: Float, metric: Float, pull: Float, mu: Float, giving: bool
+    contacts: Contacts, centres: Float, levers: Float, metric: Float, pull: Float, giving: bool
 ) -> ConeProgram:
     """Set up min ½ v'Mv - f'v  s.t.  g + n·v >= μ |t·v| at every contact (Anitescu 2006).
 
-    v (6J,) are the motions as in ``relative_motion``, ``metric`` (J, 6) is the diagonal of M, ``pull`` (6J,) is f,
-    ``mu`` (n,) the friction. Lengths are in any one unit. If ``giving``, every contact may give way at a cost, so that there always is
-    a solution: n more variables s >= 0 are added to the left-hand side.
+    v (6J,) are the motions as in ``relative_motion``, ``metric`` (J, 6) is the diagonal of M, ``pull`` (6J,) is f.
+    Lengths are in any one unit. If ``giving``, every contact may give way at a
+    cost, so that there always is a solution: n more variables s >= 0 are added to the left-hand side.
     """
-    J, n = len(centres), len(contacts)
+    J, n, mu = len(centres), len(contacts), contacts.mu
     rough = mu > 0
     away = relative_motion(contacts, centres, levers, contacts.normals)
     blocks = [-away[~rough]]
@@ -100,14 +109,44 @@ def small_motion(
     The first three numbers of a motion are in metres, the others in radians. ``pull`` (6J,) is such that a free body
     moves by ``unit`` times its first three entries over its mass.
     """
-    J = len(centres)
     scaled = replace(contacts, points=contacts.points / unit, gaps=contacts.gaps / unit)
-    mu = contacts.mu if friction else np.zeros(len(contacts))
+    if not friction:
+        scaled = replace(scaled, mu=np.zeros(len(contacts)))
+    active = contacts.chosen.copy()
+    for _ in range(ROUNDS):
+        found = _solved(scaled.only(active), centres / unit, levers / unit, metric, pull)
+        if found is None:
+            return None
+        motion = found
+        more = _violated(scaled, centres / unit, levers / unit, motion) & ~active
+        if not more.any():
+            break
+        active |= more
+    motion = motion.reshape(-1, 6) * unit
+    motion[:, 3:] /= levers[:, None]
+    return motion
+
+
+def _solved(contacts: Contacts, centres: Float, levers: Float, metric: Float, pull: Float) -> Float | None:
+    """Return the solution (6J,) of ``step_program``, in which contacts give way only if they must."""
     for giving in (False, True):
-        program = step_program(scaled, centres / unit, levers / unit, metric, pull, mu, giving)
-        answer: ConeSolution = solve(program, tolerance=TOLERANCE)
+        answer = solve(step_program(contacts, centres, levers, metric, pull, giving), tolerance=TOLERANCE)
         if answer.outcome in (Outcome.SOLVED, Outcome.ALMOST_SOLVED):
-            motion = answer.x[: 6 * J].reshape(J, 6) * unit
-            motion[:, 3:] /= levers[:, None]
-            return motion
+            return answer.x[: 6 * len(centres)]
     return None
+
+
+def _violated(contacts: Contacts, centres: Float, levers: Float, motion: Float) -> Bool:
+    """Tell which contacts (n,) a motion (6J,) violates, of every pair of bodies only the worst few."""
+    along = relative_motion(contacts, centres, levers, contacts.normals) @ motion
+    across = [relative_motion(contacts, centres, levers, t) @ motion for t in tangents(contacts.normals)]
+    slack = contacts.gaps + along - contacts.mu * np.hypot(*across)
+    worst = np.zeros(len(contacts), dtype=bool)
+    order = np.flatnonzero(slack < -VIOLATED)
+    order = order[np.lexsort((slack[order], contacts.ends[order, 1], contacts.ends[order, 0]))]
+    if len(order):
+        pair = contacts.ends[order]
+        begins = np.concatenate([[True], (pair[1:] != pair[:-1]).any(1)])
+        rank = np.arange(len(order)) - np.maximum.accumulate(np.where(begins, np.arange(len(order)), 0))
+        worst[order[rank < MORE]] = True
+    return worst
