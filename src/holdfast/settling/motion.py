@@ -129,8 +129,10 @@ def _sink(group: Group, limits: Limits) -> tuple[End, int, Float]:
         calm = calm + 1 if travelled < CALM and (calm or group.at_rest(limits.reach)) else 0
         if calm > POLISH:
             return End.REST, step + 1, going
-        slow = travelled < stride / EAGER
-        eager = min(EAGER * eager, STRONGEST) if slow else max(eager / EAGER, 1.0)
+        if back:
+            eager = max(eager / EAGER, 1.0)
+        elif travelled < stride / 2:
+            eager = min(EAGER * eager, STRONGEST)
         stride = float(np.clip(GROWTH * travelled, NARROW * limits.reach, STRIDE * limits.reach))
     return End.GOING, STEPS, going
 

@@ -21,6 +21,7 @@ SUITES = (
     "placement",
     "reliability",
     "scaling",
+    "settle",
     "startup",
     "table1",
     "table2",
