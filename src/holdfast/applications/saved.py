@@ -7,6 +7,7 @@ from typing import Any
 
 from holdfast.applications.disassembly.order import Disassembly
 from holdfast.applications.placement.result import Placement
+from holdfast.applications.settled import Settled
 from holdfast.applications.transport import TransportLimits
 from holdfast.base.archive import load
 from holdfast.base.errors import HoldfastError, message

@@ -30,7 +30,7 @@ from holdfast.settling.groups import alone, groups_within, joined
 from holdfast.settling.motion import End, Limits, Motion, come_to_rest
 from holdfast.settling.poses import turn_between, upright_pose
 
-SEEN = 0.2  # of the reach: overlaps up to this deep are found by the motion itself
+SEEN = 0.02  # of the reach: overlaps up to this deep are found by the motion itself
 MEETING = 1e-4  # [m] groups whose bodies end up so near to each other are settled again, as one
 
 

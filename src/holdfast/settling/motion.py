@@ -83,10 +83,11 @@ def come_to_rest(
     """Bring the movable bodies with these ``names`` to rest among each other and the fixed bodies of the scene.
 
     Bodies in ``known`` do not move while overlaps are undone. ``sigma`` [m] are standard deviations of the positions of
-    bodies, which then move in proportion to their squares. ``depth`` [m] is that of the deepest overlap.
+    bodies, which then move in proportion to their squares. ``depth`` [m] is that of the deepest overlap, 0 if none
+    is deeper than RESTING of the reach.
     """
     group = Group(scene, names)
-    if group.at_rest(limits.reach):
+    if not depth and group.at_rest(limits.reach):
         return group.report(End.REST, 0, np.zeros((group.count, 3)), np.zeros((group.count, 3)), limits)
     weight = np.array([np.inf if n in known else (SPREAD / sigma.get(n, SPREAD)) ** 2 for n in names])
     steps = _undo_overlaps(group, weight, depth, limits)
