@@ -21,7 +21,7 @@ from holdfast.queries.worst_case import WorstCase
 
 ANSWERS: tuple[type, ...] = (  # all classes of answers that can be saved
     *(Stability, Robustness, LoadFactor, RobustnessMap, RobustnessUnder, Sensitivity, WorstCase, ConvexSet),
-    *(TransportLimits, Disassembly, Placement),
+    *(TransportLimits, Disassembly, Placement, Settled),
 )
 
 
