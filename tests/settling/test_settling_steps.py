@@ -112,3 +112,32 @@ def test_turns_are_measured_and_made_alike() -> None:
 
 def test_groups_are_joined_by_chains() -> None:
     assert joined("abcde", [("d", "b"), ("e", "d")]) == (("a",), ("b", "d", "e"), ("c",))
+
+
+def pair(size_a: tuple[float, ...], size_b: tuple[float, ...], place: tuple[float, float, float]) -> list[Posed]:
+    a = Posed(hf.Body("a", hf.Box(size_a), mass=1.0))
+    return [a, Posed(hf.Body("b", hf.Box(size_b), mass=1.0, pose=at(*place)))]
+
+
+def test_a_corner_is_pushed_out_the_nearest_way_only() -> None:
+    """b reaches 3 mm over the edge of a and 1 mm into it: it goes up, not aside."""
+    a, b = pair((0.1, 0.1, 0.1), (0.1, 0.1, 0.1), (0.097, 0, 0.099))
+    near = near_points(a.body, b.body, a.skin, b.skin, margin=0.01)
+    deep = near.gaps < -1e-6
+    assert deep.any()
+    assert near.gaps[deep] == pytest.approx(np.full(deep.sum(), -1e-3), abs=1e-9)
+    assert near.normals[deep] == pytest.approx(np.tile([0, 0, 1.0], (deep.sum(), 1)))
+
+
+def test_the_far_side_of_a_thin_plate_is_no_overlap() -> None:
+    a, b = pair((0.1, 0.1, 0.004), (0.1, 0.1, 0.002), (0.001, 0, 0.0035))  # 0.5 mm above
+    near = near_points(a.body, b.body, a.skin, b.skin, margin=0.01)
+    assert near.gaps == pytest.approx(np.full(len(near.gaps), 5e-4), abs=1e-9)
+
+
+def test_a_box_that_leans_by_a_twentieth_of_a_millimetre_comes_down() -> None:
+    scene = hf.Scene([boxes(0.0).body("floor"), hf.Body("a", hf.Box((0.1, 0.1, 0.1)), mass=1.0)], 0.5)
+    scene = scene.moved({"a": at(0, 0, 0.050025, (5e-4, 0, 0))})
+    motion = come_to_rest(scene, ["a"], Limits(0.01, 15), known=frozenset(), sigma={}, depth=0)
+    corners = motion.bodies[0].body.surface_world.vertices
+    assert abs(np.sort(corners[:, 2])[:4]).max() < 1.1e-5
