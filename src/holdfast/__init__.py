@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from holdfast.applications.placement.plan import plan_placement
     from holdfast.applications.placement.result import Placement
     from holdfast.applications.saved import load_answer
+    from holdfast.applications.settled import Fall, Settled, settle
     from holdfast.applications.transport import (
         TransportLimits,
         horizontal_directions,
@@ -68,6 +69,7 @@ _NAMES = {
     "holdfast.applications.placement.plan": ("plan_placement",),
     "holdfast.applications.placement.result": ("Placement",),
     "holdfast.applications.saved": ("load_answer",),
+    "holdfast.applications.settled": ("Fall", "Settled", "settle"),
     "holdfast.applications.transport": (
         "TransportLimits",
         "horizontal_directions",
@@ -127,6 +129,7 @@ __all__ = [
     "Cylinder",
     "Disassembly",
     "Ellipsoid",
+    "Fall",
     "Friction",
     "GeometryError",
     "Graph",
@@ -149,6 +152,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "Sensitivity",
+    "Settled",
     "SolverError",
     "Sphere",
     "Stability",
@@ -174,6 +178,7 @@ __all__ = [
     "safe_time_scale",
     "save_scene",
     "sensitivity",
+    "settle",
     "shipped_scene",
     "shipped_scenes",
     "stability",

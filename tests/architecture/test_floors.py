@@ -15,7 +15,7 @@ FLOORS = (
     {"geometry", "conic"},
     {"scene"},
     {"contacts"},
-    {"assembly", "elastic"},
+    {"assembly", "elastic", "settling"},
     {"engines"},
     {"queries"},
     {"applications"},

@@ -7,6 +7,7 @@ from typing import Any
 
 from holdfast.applications.disassembly.order import Disassembly
 from holdfast.applications.placement.result import Placement
+from holdfast.applications.settled import Settled
 from holdfast.applications.transport import TransportLimits
 from holdfast.base.archive import load
 from holdfast.base.errors import HoldfastError, message
@@ -20,7 +21,7 @@ from holdfast.queries.worst_case import WorstCase
 
 ANSWERS: tuple[type, ...] = (  # all classes of answers that can be saved
     *(Stability, Robustness, LoadFactor, RobustnessMap, RobustnessUnder, Sensitivity, WorstCase, ConvexSet),
-    *(TransportLimits, Disassembly, Placement),
+    *(TransportLimits, Disassembly, Placement, Settled),
 )
 
 

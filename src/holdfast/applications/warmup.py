@@ -13,6 +13,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from holdfast.applications.disassembly.order import disassembly_order
+from holdfast.applications.settled import settle
 from holdfast.assembly.assembly import assemble
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastWarning
@@ -71,6 +72,14 @@ def _fall() -> None:
     stability(assemble(Scene([floor, *blocks], 0.5)))
 
 
+def _settled() -> None:
+    """A box that stands a little deep and aslant in the ground."""
+    floor = Body("floor", Box((1.0, 1.0, 0.1)), fixed=True)
+    pose = _at(0.0, 0.099)
+    pose[:3, :3] = [[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]]
+    settle(Scene([floor, Body("box", Box((0.1, 0.1, 0.1)), mass=1.0, pose=pose)], 0.5))
+
+
 def _at(x: float, z: float) -> Float:
     pose = np.eye(4)
     pose[:3, 3] = x, 0.0, z
@@ -84,6 +93,7 @@ QUESTIONS: tuple[Callable[[], object], ...] = (
     lambda: _map("cube", "limit"),
     lambda: disassembly_order(assemble(shipped_scene("stack"))),
     _fall,
+    _settled,
     _distances,
     _combination,
 )

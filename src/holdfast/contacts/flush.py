@@ -17,9 +17,7 @@ STEEP = 0.01  # sine of the angle at which the edges of a triangle that stands o
 WIDE = 1e-6  # least gap over the size of the smaller body: patches cover what lies within the gap of them
 
 
-def lie_flat(
-    a: Skin, b: Skin, near_a: Int, near_b: Int, faces: Sequence[Patch], *, gap: float, size: float
-) -> bool:
+def lie_flat(a: Skin, b: Skin, near_a: Int, near_b: Int, faces: Sequence[Patch], *, gap: float, size: float) -> bool:
     """Tell whether the patches ``faces`` answer for every edge and corner that touches.
 
     ``near_a`` (n,) and ``near_b`` (m,) are the numbers of the faces of either body that come near the other.

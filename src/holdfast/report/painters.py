@@ -10,12 +10,14 @@ from collections.abc import Sequence
 
 from holdfast.applications.disassembly.order import Disassembly
 from holdfast.applications.placement.result import Placement
+from holdfast.applications.settled import Settled
 from holdfast.applications.transport import TransportLimits
 from holdfast.base.painters import register_painter
 from holdfast.queries.map import RobustnessMap
 from holdfast.report.disassembly import save_strip
 from holdfast.report.picture import save_glb, save_html, save_ply, save_png
 from holdfast.report.placement import save_placement_png
+from holdfast.report.settled import save_settled_png
 from holdfast.report.transport import save_polar
 
 
@@ -28,6 +30,7 @@ def register() -> None:
     register_painter(TransportLimits, ".png", _polar)
     register_painter(Disassembly, ".png", save_strip)
     register_painter(Placement, ".png", save_placement_png)
+    register_painter(Settled, ".png", save_settled_png)
 
 
 def _polar(

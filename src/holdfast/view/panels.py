@@ -21,6 +21,8 @@ from holdfast.view.soup import fixed, forces, movable
 _HEAD, _CAPTION, _FOOT, _PAD = 92, 34, 96, 26
 _PALE = (0.90, 0.905, 0.915)  # colour of bodies without a map
 _ACCENT = rgb_of("#5b8fd6")  # colour of the body named ``accent``
+_GHOST = rgb_of("#d9822b")  # colour of bodies that shine through
+_FAINT = 0.35  # share of their colour in the picture
 _SHIFT = 0.004  # of the scene's size: points are drawn this far in front of their surface
 
 
@@ -29,7 +31,8 @@ class PointsPanel:
     """One picture of a sheet: a scene, and points on it that are coloured by their force.
 
     ``points`` (n, 3) [m] have outward ``normals`` (n, 3) and ``force`` (n,) [N]; ``marks`` are drawn as arrows. Bodies
-    without a map are pale, and the body named ``accent`` is blue.
+    without a map are pale, and the body named ``accent`` is blue. Movable bodies of ``ghost`` shine through faintly,
+    where they are in that picture.
     """
 
     caption: str
@@ -39,6 +42,7 @@ class PointsPanel:
     force: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     marks: tuple[Arrow, ...] = ()
     accent: str = ""
+    ghost: Picture | None = None
 
 
 def sheet_png(
@@ -59,7 +63,8 @@ def sheet_png(
             _draw(writer, page, one, row, scale, place, panel)
     writer.put(_PAD, 44, writer.clipped(title, 26, width - 2 * _PAD, bold=True), 26, bold=True)
     writer.put(_PAD, 74, writer.clipped(subtitle, 16, width - 2 * _PAD), 16, colour=GREY)
-    _bar(writer, page, scale, height - _FOOT + 24, every)
+    if any(one.picture.heat or len(one.points) for one in every):
+        _bar(writer, page, scale, height - _FOOT + 24, every)
     paint(figure, page)
     return png_of(canvas)
 
@@ -87,6 +92,11 @@ def _draw(
     drawn = render(replace(soup, rgb=rgb), fixed(one.picture), camera, (size[1], size[0]))
     x, y = place
     page[y : y + size[1], x : x + size[0]] = drawn.image
+    if one.ghost is not None:
+        faint = movable(one.ghost, None)
+        faint = replace(faint, rgb=np.broadcast_to(_GHOST, faint.rgb.shape).copy())
+        image = render(faint, fixed(one.ghost), camera, (size[1], size[0])).image
+        page[y : y + size[1], x : x + size[0]] += _FAINT * (image - drawn.image)
     writer.put(x + 6, y - 10, one.caption, 17)
     if len(one.points):
         shift = _SHIFT * float(np.linalg.norm(np.ptp(soup.vertices, axis=0)))

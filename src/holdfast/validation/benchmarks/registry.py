@@ -24,6 +24,7 @@ SUITES = (
     "reliability",
     "scaling",
     "scans",
+    "settle",
     "startup",
     "table1",
     "table2",

@@ -1,0 +1,254 @@
+"""Bring a perceived or authored scene to rest near its given poses, and say what moved, what fell and why."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from holdfast.applications.settled_words import fate_of, told
+from holdfast.assembly.assembly import assemble
+from holdfast.base.archive import archived, to_dict
+from holdfast.base.arrays import Float, checked_number
+from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.kinds import shaped
+from holdfast.base.painters import paint
+from holdfast.base.public import PublicValue, Summary, number
+from holdfast.base.ranges import ANGLE, LENGTH, TOLERANCE
+from holdfast.base.text import listed, quoted
+from holdfast.base.values import Value, seal
+from holdfast.contacts.detect import neighbours
+from holdfast.contacts.overlap import Overlap, find_overlaps
+from holdfast.contacts.tolerances import Tolerances
+from holdfast.engines.verdict import Status
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice
+from holdfast.queries.stability import Stability, stability
+from holdfast.scene.scene import Scene
+from holdfast.settling.groups import alone, groups_within, joined
+from holdfast.settling.motion import End, Limits, Motion, come_to_rest
+from holdfast.settling.poses import turn_between, upright_pose
+
+SEEN = 0.02  # of the reach: overlaps up to this deep are found by the motion itself
+MEETING = 1e-4  # [m] groups whose bodies end up so near to each other are settled again, as one
+
+
+@archived
+@shaped(direction="3")
+@dataclass(frozen=True, eq=False, repr=False)
+class Fall(Value):
+    """A body that left the reach, the unit ``direction`` (3,) in which it went, in the world, and how far [m]."""
+
+    body: str
+    direction: Float
+    distance: float
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+
+@archived
+@shaped(moved="J", turned="J")
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Settled(PublicValue):
+    """A scene brought to rest.
+
+    ``scene`` has the new poses, ``given`` the old ones. ``status`` is STABLE only if ``stability`` says so of every
+    body of the new scene, UNSTABLE if a body left the reach or the new scene does not stand, and UNDECIDED otherwise.
+    ``reason`` says why. ``names`` are the J movable bodies in scene order, ``moved`` (J,) [m] how far the centre of
+    mass of each went, ``turned`` (J,) [deg] by how much it turned, and ``reasons`` why. ``fell`` holds the bodies that
+    went farther than ``reach`` [m]; their groups stopped there, and their poses mean nothing else. ``stability`` is the
+    verdict on all other groups, None if there is none. ``steps`` is the number of small motions made.
+    """
+
+    scene: Scene
+    given: Scene
+    status: Status
+    reason: str
+    names: tuple[str, ...]
+    moved: Float
+    turned: Float
+    reasons: tuple[str, ...]
+    fell: tuple[Fall, ...]
+    stability: Stability | None
+    reach: float
+    steps: int
+    notes: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON: what became of each body, with its new pose."""
+        bodies = [
+            {
+                "body": name,
+                "moved": float(self.moved[k]),
+                "turned": float(self.turned[k]),
+                "reason": self.reasons[k],
+                "pose": to_dict(self.scene.body(name).pose),
+            }
+            for k, name in enumerate(self.names)
+        ]
+        fell = [{"body": f.body, "direction": to_dict(f.direction), "distance": f.distance} for f in self.fell]
+        names = ("reach", "steps", "notes")
+        told_of = {name: to_dict(getattr(self, name)) for name in names}
+        return {"status": self.status.value, "reason": self.reason, "bodies": bodies, "fell": fell} | told_of
+
+    def save_png(self, path: str | os.PathLike[str]) -> None:
+        """Draw the bodies at rest, faintly where they were, with arrows along which they moved or fall."""
+        paint(self, path, ".png")
+
+    def summary(self) -> Summary:
+        """Summarise the verdict, and what moved farthest."""
+        order = np.argsort(-self.moved, kind="stable")
+        rows = [(self.names[k], f"{1e3 * self.moved[k]:.3g}", f"{self.turned[k]:.3g}", self.reasons[k]) for k in order]
+        farthest = number(1e3 * float(self.moved.max(initial=0.0)), "mm")
+        facts = [("reach", number(1e3 * self.reach, "mm")), ("moved at most", farthest), ("steps", str(self.steps))]
+        if self.fell:
+            facts.append(("fell", listed([fall.body for fall in self.fell])))
+        heads = ("body", "moved [mm]", "turned [deg]", "why")
+        return Summary(f"{self.status}: {self.reason}", facts, heads, rows, self.notes)
+
+
+def settle(
+    scene: Scene,
+    *,
+    reach: float = 0.01,
+    turn: float = 15.0,
+    known: Iterable[str] = (),
+    pose_sigma: float | Mapping[str, float] | None = None,
+    upright: Iterable[str] = (),
+    gap: float | None = None,
+    angle: float | None = None,
+    engine: EngineChoice = DEFAULT_ENGINE,
+) -> Settled:
+    """Bring the movable bodies to rest under gravity and friction, near the given poses.
+
+    First overlaps are undone by the least motions, weighted by the masses; then the bodies sink, slide and tip without
+    inertia until nothing moves (docs/settle.md). A body whose centre of mass goes farther than ``reach`` [m], or that
+    turns by more than ``turn`` [deg], is said to fall. Overlaps deeper than ``reach`` are not undone.
+
+    Bodies in ``known`` have exact poses: others give way to them where they overlap; gravity moves them like any other
+    body. ``pose_sigma`` [m] is the standard deviation of the positions, one for all or by body: where bodies overlap,
+    they give way in proportion to its square over their mass. Bodies in ``upright`` are first turned, by ``turn`` at
+    most, so that the axis of their frame that is nearest to the vertical is vertical. ``gap``, ``angle`` and ``engine``
+    are those of ``assemble`` and ``stability`` for the verdict on the result.
+
+    Nothing about a body depends on bodies that cannot touch it. Raises HoldfastError for an option out of range, and
+    SceneError for an unknown name.
+    """
+    if not hasattr(scene, "movable"):
+        problem = f"got a {type(scene).__name__}"
+        raise HoldfastError(message("settle", problem, "needs a Scene: hf.load_scene(path) reads one from a file"))
+    parts = next((pair for pair in scene.excluded if not all(isinstance(end, str) for end in pair)), None)
+    if parts is not None:
+        problem = f"parts {quoted(parts)} do not touch, though others of the same bodies do"
+        raise SceneError(
+            message("settle", problem, "settle knows whole bodies only: make the parts bodies of their own")
+        )
+    limits = Limits(
+        checked_number(reach, "settle: reach", above=0, within=LENGTH),
+        checked_number(turn, "settle: turn [deg]", above=0, within=ANGLE),
+    )
+    exact = scene.checked_names([known] if isinstance(known, str) else known)
+    sigma = _checked_sigma(scene, pose_sigma)
+    start = _upright(scene, scene.checked_names([upright] if isinstance(upright, str) else upright), limits.turn)
+    overlaps = find_overlaps(start, Tolerances(SEEN * limits.reach, 1.0))
+    deep = tuple(o for o in overlaps if o.depth > limits.reach)
+    groups = groups_within(start, 2 * limits.reach)
+    done: dict[tuple[str, ...], Motion] = {}
+    while True:
+        for group in groups:
+            if group not in done and not _among(deep, group):
+                depth = max((o.depth for o in _among(overlaps, group)), default=0.0)
+                done[group] = come_to_rest(alone(start, group), group, limits, known=exact, sigma=sigma, depth=depth)
+        done = {group: motion for group, motion in done.items() if group in groups}
+        result = start.moved({p.start.name: p.body.pose for m in done.values() for p in m.bodies if not p.start.fixed})
+        merged = _merged(result, groups)
+        if merged == groups:
+            break
+        groups = merged
+    return _judged(scene, result, done, deep, limits, (gap, angle), engine)
+
+
+def _judged(
+    given: Scene,
+    result: Scene,
+    done: Mapping[tuple[str, ...], Motion],
+    deep: tuple[Overlap, ...],
+    limits: Limits,
+    tolerances: tuple[float | None, float | None],
+    engine: EngineChoice,
+) -> Settled:
+    """Ask whether what came to rest stands, and put all into words."""
+    names = tuple(body.name for body in given.movable)
+    fates = [fate_of(group, motion, limits) for group, motion in done.items()]
+    fell = tuple(Fall(name, direction, distance) for fate in fates for name, direction, distance in fate.left)
+    resting = {name for g, m in done.items() if m.end is not End.LEFT for name in g}
+    verdict, faults = None, []
+    if resting:
+        assembly = assemble(alone(result, resting), gap=tolerances[0], angle=tolerances[1])
+        verdict = stability(assembly, engine=engine)
+        faults = [f"{quoted(a)} and {quoted(b)} overlap" for a, b in (o.bodies for o in assembly.overlaps)]
+    status, reason = told(verdict, [f.body for f in fell], deep, faults, limits)
+    words = {name: word for fate in fates for name, word in fate.words.items()}
+    for o in deep:
+        words |= {n: f"overlaps {quoted(m)} by {1e3 * o.depth:.3g} mm" for n, m in (o.bodies, o.bodies[::-1])}
+    notes = [f"{listed(g)}: {m.end.value}" for g, m in done.items() if m.end in (End.GOING, End.TROUBLE)]
+    before, after = given.movable, result.movable
+    return Settled(
+        scene=result,
+        given=given,
+        status=status,
+        reason=reason,
+        names=names,
+        moved=np.array([np.linalg.norm(b.com_world - a.com_world) for a, b in zip(before, after, strict=True)]),
+        turned=np.array([turn_between(a.pose, b.pose) for a, b in zip(before, after, strict=True)]),
+        reasons=tuple(words.get(name, "left as it was: its group overlaps too deep") for name in names),
+        fell=fell,
+        stability=verdict,
+        reach=limits.reach,
+        steps=sum(motion.steps for motion in done.values()),
+        notes=tuple(notes),
+    )
+
+
+def _among(overlaps: Iterable[Overlap], group: Iterable[str]) -> list[Overlap]:
+    inside = set(group)
+    return [o for o in overlaps if inside & set(o.bodies)]
+
+
+def _merged(scene: Scene, groups: tuple[tuple[str, ...], ...]) -> tuple[tuple[str, ...], ...]:
+    """Return the groups, those joined of which bodies have come to meet."""
+    home = {name: k for k, group in enumerate(groups) for name in group}
+    movable = [(a.name, b.name) for a, b in neighbours(scene, MEETING) if not (a.fixed or b.fixed)]
+    inside = [(group[0], name) for group in groups for name in group[1:]]
+    meeting = [pair for pair in movable if home[pair[0]] != home[pair[1]]]
+    return joined([body.name for body in scene.movable], [*inside, *meeting])
+
+
+def _checked_sigma(scene: Scene, value: float | Mapping[str, float] | None) -> dict[str, float]:
+    """Return the standard deviation of the positions by name, of the bodies for which it is given."""
+    if value is None:
+        return {}
+    given = value if isinstance(value, Mapping) else {body.name: value for body in scene.movable}
+    scene.checked_names(list(given))
+    where = "settle: pose_sigma"
+    return {
+        name: checked_number(s, f"{where} of {quoted(name)}", above=0, within=TOLERANCE) for name, s in given.items()
+    }
+
+
+def _upright(scene: Scene, names: Iterable[str], turn: float) -> Scene:
+    """Return the scene with the named bodies upright; raises HoldfastError for one that is farther from it."""
+    poses = {}
+    for name in sorted(names):
+        body = scene.body(name)
+        poses[name] = upright_pose(body, scene.up)
+        angle = turn_between(body.pose, poses[name])
+        if body.fixed or angle > turn:
+            problem = "is fixed" if body.fixed else f"is {angle:.3g} degrees from upright"
+            raise HoldfastError(
+                message(f"settle: upright: {quoted(name)}", problem, f"needs a movable body within {turn:g}")
+            )
+    return scene.moved(poses) if poses else scene

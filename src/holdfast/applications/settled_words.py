@@ -1,0 +1,85 @@
+"""What became of each body when a scene was brought to rest, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from holdfast.base.arrays import Float
+from holdfast.base.text import listed, quoted
+from holdfast.contacts.overlap import Overlap
+from holdfast.engines.verdict import Status
+from holdfast.queries.stability import Stability
+from holdfast.settling.motion import TOUCH, End, Limits, Motion
+
+LEAST = 1e-6  # [m] smaller motions are none
+
+
+@dataclass(frozen=True, eq=False)
+class Fate:
+    """What became of a group: (name, direction (3,), distance [m]) of bodies that ``left``, and ``words`` for all."""
+
+    left: tuple[tuple[str, Float, float], ...]
+    words: Mapping[str, str]
+
+
+def fate_of(group: Sequence[str], motion: Motion, limits: Limits) -> Fate:
+    """Say what became of the bodies of a group, in the order of the motion."""
+    left, words = [], {}
+    for k, name in enumerate(group):
+        posed = motion.bodies[k]
+        way = float(np.linalg.norm(posed.moved))
+        if k in motion.left and motion.end is End.LEFT:
+            going = motion.going[k] if np.linalg.norm(motion.going[k]) > 0 else posed.moved
+            direction = going / max(float(np.linalg.norm(going)), 1e-300)
+            left.append((name, direction, way))
+            x, y, z = direction + 0.0
+            how = f"after {1e3 * way:.3g} mm and {posed.turned:.3g} degrees"
+            words[name] = f"falls: left the reach {how}, moving along ({x:.2f}, {y:.2f}, {z:.2f})"
+        elif motion.end is End.LEFT:
+            words[name] = "not brought to rest: a body that it may touch falls"
+        elif motion.end is not End.REST:
+            words[name] = f"moved {1e3 * way:.3g} mm: {motion.end.value}"
+        else:
+            words[name] = _why(motion, k, way)
+    return Fate(tuple(left), words)
+
+
+def _why(motion: Motion, k: int, way: float) -> str:
+    """Say why a body that came to rest has moved."""
+    touched = np.abs(motion.contacts.gaps) <= TOUCH
+    ends = motion.contacts.ends[touched]
+    beside = sorted({int(b if a == k else a) for a, b in ends if k in (a, b)})
+    where = listed([motion.bodies[other].start.name for other in beside]) if beside else "nothing"
+    if way < LEAST and motion.bodies[k].turned < 1e-3:
+        return f"was at rest on {where}"
+    pushed = float(np.linalg.norm(motion.pushed[k]))
+    sunk = float(np.linalg.norm(motion.bodies[k].moved - motion.pushed[k]))
+    parts = [f"pushed {1e3 * pushed:.2g} mm out of an overlap"] if pushed > LEAST else []
+    parts += [f"sank {1e3 * sunk:.2g} mm"] if sunk > LEAST else []
+    return " and ".join(parts or ["turned"]) + f"; rests on {where}"
+
+
+def told(
+    verdict: Stability | None, fell: Sequence[str], deep: Sequence[Overlap], faults: Sequence[str], limits: Limits
+) -> tuple[Status, str]:
+    """Return the status of a scene brought to rest and the reason for it."""
+    reach = f"the reach of {1e3 * limits.reach:.3g} mm"
+    if fell:
+        return Status.UNSTABLE, f"{listed(fell)}: left {reach}"
+    if deep:
+        worst = max(deep, key=lambda o: o.depth)
+        a, b = map(quoted, worst.bodies)
+        return (
+            Status.UNDECIDED,
+            f"{a} and {b} overlap by {1e3 * worst.depth:.3g} mm, deeper than {reach}: correct the poses",
+        )
+    if verdict is None:
+        return Status.STABLE, "nothing can move"
+    if faults and verdict.status is Status.STABLE:
+        return Status.UNDECIDED, f"overlaps are left: {'; '.join(faults[:3])}"
+    if verdict.status is Status.STABLE:
+        return Status.STABLE, f"at rest within {reach}; {verdict.reason}"
+    return verdict.status, verdict.reason

@@ -1,0 +1,70 @@
+"""The command ``settle``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from holdfast.applications.settled import settle as settled
+from holdfast.cli.common import (
+    EXIT,
+    WRITTEN_SUFFIXES,
+    AsJson,
+    EngineName,
+    check_suffix,
+    engine_with,
+)
+from holdfast.cli.output import out, print_json
+from holdfast.cli.scenes import SceneGiven, takes_scene
+from holdfast.cli.terminal import progress
+from holdfast.queries.request import DEFAULT_ENGINE
+from holdfast.report.settled import settled_report
+from holdfast.scene.formats.registry import save_scene
+
+
+@takes_scene
+def settle(
+    scene: SceneGiven,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help=f"write the scene at rest to this file: {WRITTEN_SUFFIXES}")
+    ] = None,
+    reach: Annotated[float, typer.Option(help="a body that goes farther than this in m falls")] = 0.01,
+    turn: Annotated[float, typer.Option(help="a body that turns by more than this in degrees falls")] = 15.0,
+    known: Annotated[list[str] | None, typer.Option(help="a body whose pose is exact (may be repeated)")] = None,
+    upright: Annotated[list[str] | None, typer.Option(help="a body that stands upright (may be repeated)")] = None,
+    pose_sigma: Annotated[float | None, typer.Option(help="standard deviation of the positions in m")] = None,
+    png: Annotated[Path | None, typer.Option(help="write a PNG picture to this file")] = None,
+    engine: EngineName = DEFAULT_ENGINE,
+    gap: Annotated[float | None, typer.Option(help="contact tolerance of the verdict in m; default: by pair")] = None,
+    angle: Annotated[float | None, typer.Option(help="largest angle between touching faces in degrees")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Bring a perceived or authored scene to rest near its poses, and say what moved and what falls."""
+    check_suffix(png, ".png")
+    method = engine_with(engine)
+    with progress():
+        result = settled(
+            scene.read(),
+            reach=reach,
+            turn=turn,
+            known=known or (),
+            upright=upright or (),
+            pose_sigma=pose_sigma,
+            gap=gap,
+            angle=angle,
+            engine=method,
+        )
+    if png is not None:
+        result.save_png(png)
+    if output is not None:
+        save_scene(result.scene, output)
+    if as_json:
+        print_json(result.to_dict())
+    else:
+        out.print(settled_report(result, result.given.name or scene.scene), highlight=False)
+        for path in (png, output):
+            if path is not None:
+                out.say(f"wrote {path}")
+    raise typer.Exit(EXIT[result.status])

@@ -1,0 +1,61 @@
+"""Show how a scene came to rest as a picture and as lines for the terminal."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+from rich.console import Group, RenderableType
+from rich.table import Table
+
+from holdfast.applications.settled import Settled
+from holdfast.base.files import write_atomically
+from holdfast.base.text import LONGEST_NAME, one_line
+from holdfast.engines.verdict import Status
+from holdfast.report.texts import cell, headline, sentence
+from holdfast.scene.scene import Scene
+from holdfast.view.panels import PointsPanel, sheet_png
+from holdfast.view.picture import Arrow, Picture, Solid
+
+LONGEST = 0.12  # of the scene's size: the length of the longest arrow
+SHORTEST = 0.02  # of it: shorter arrows are left out
+MOST = 100.0  # times that displacements are drawn larger at most
+STYLES = {Status.STABLE: "bold green", Status.UNSTABLE: "bold red", Status.UNDECIDED: "bold yellow"}
+
+
+def save_settled_png(result: Settled, path: str | os.PathLike[str]) -> None:
+    """Draw the bodies at rest, faintly where they were, with arrows along which they moved or fall."""
+    before, after = _bodies(result.given), _bodies(result.scene)
+    corners = np.vstack([body.surface_world.vertices for body in result.given.movable] or [np.zeros((1, 3))])
+    size = float(np.linalg.norm(np.ptp(corners, axis=0)))
+    farthest = float(result.moved.max(initial=0.0))
+    times = min(MOST, LONGEST * size / max(farthest, 1e-300))
+    falls = {fall.body: fall for fall in result.fell}
+    arrows = []
+    for name in result.names:
+        start, end = result.given.body(name).com_world, result.scene.body(name).com_world
+        way = LONGEST * size * falls[name].direction if name in falls else times * (end - start)
+        if np.linalg.norm(way) > SHORTEST * size:
+            arrows.append(Arrow(start, start + way, name))
+    caption = f"faint: as given; arrows: displacements, {times:.3g} times as long" + (", falls" if falls else "")
+    panel = PointsPanel(caption, after, marks=tuple(arrows), accent=next(iter(falls), ""), ghost=before)
+    title = f"{result.given.name or 'scene'}: {result.status}"
+    write_atomically(path, sheet_png([[panel]], title, result.reason, panel=(1100, 760)))
+
+
+def _bodies(scene: Scene) -> Picture:
+    solids = [
+        Solid(body.name, body.surface_world.vertices, body.surface_world.faces, body.fixed) for body in scene.bodies
+    ]
+    return Picture("", "", (), tuple(solids), up=scene.up)
+
+
+def settled_report(result: Settled, scene: str) -> RenderableType:
+    """Return the verdict and a table of what became of each body, those that moved farthest first."""
+    rest = f" after {result.steps} steps within {1e3 * result.reach:.3g} mm"
+    head = headline(one_line(scene, LONGEST_NAME), (str(result.status), STYLES[result.status]), rest)
+    table = Table("body", "moved [mm]", "turned [deg]", "why")
+    for k in np.argsort(-result.moved, kind="stable"):
+        row = (result.names[k], f"{1e3 * result.moved[k]:.3g}", f"{result.turned[k]:.3g}", result.reasons[k])
+        table.add_row(*map(cell, row))
+    return Group(head, sentence(result.reason), table, *(sentence(note, "dim") for note in result.notes))

@@ -1,0 +1,1 @@
+"""Small motions that bring bodies to rest near given poses. This package knows no engine and no verdict."""

@@ -1,0 +1,230 @@
+"""The quasi-static motion of one group of bodies to rest: overlaps are undone, then gravity and friction act."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+
+from holdfast.base.arrays import Float
+from holdfast.base.progress import report
+from holdfast.scene.excluded import body_of
+from holdfast.scene.scene import Scene
+from holdfast.settling.near import Near, near_points
+from holdfast.settling.poses import Posed, pairs_near
+from holdfast.settling.program import Contacts, small_motion
+
+STRIDE = 0.1  # of the reach: how far any point moves in one step at most
+FIRST = 0.08  # of the reach: how far a free body sinks in the first step
+WIDE = 2.5  # strides: how far apart surfaces may be and still take part in a step
+NARROW = 0.02  # of the reach: the least stride for which contacts are sought
+GROWTH = 4.0  # largest ratio of the stride to the one before
+STILL = 1e-6  # [m] a step under the strongest gravity in which no point moves more is rest
+TOUCH = 5e-6  # [m] surfaces so near, or so deep in each other, may carry a body at rest
+CALM = 1e-4  # [m] after a step in which no point moves more it is asked whether the bodies rest
+POLISH = 4  # more steps that bodies at rest make: a body that balances comes nearer to where it does
+RESTING = 0.05  # of the reach: how far apart surfaces may be that are looked at then
+OVERLAP = 1e-6  # [m] a larger overlap is undone before gravity acts
+UNDOING = 12  # steps at most that undo overlaps
+STEPS = 150  # steps at most under gravity
+BALL = 0.4  # inertia of a ball over its mass and squared radius
+EAGER = 4.0  # how much stronger gravity gets, against what holds back motion, where bodies move slowly
+STRONGEST = 4.0**5  # times what it was at first, at most; nothing may move under it before a group rests
+BACK = 0.5  # cosine of the angle to the motion before beyond which a motion goes back; then half of it is made
+RECOVERY = 1.2  # growth of that share in a step that goes on
+SPREAD = 1e-3  # standard deviation of poses [m] whose weight is the mass itself
+
+
+class End(Enum):
+    """How the motion of a group ended."""
+
+    REST = "nothing moves"
+    LEFT = "a body leaves the reach"
+    GOING = "the bodies still move after the most steps"
+    TROUBLE = "a step has no solution"
+
+
+@dataclass(frozen=True)
+class Limits:
+    """How far a body may go: its centre of mass by ``reach`` [m], and it may turn by ``turn`` [deg]."""
+
+    reach: float
+    turn: float
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """What became of a group: its ``bodies``, movable ones first, how it ``end``-ed, and after how many ``steps``.
+
+    ``pushed`` (J, 3) [m] is the part of the displacement that undid overlaps; ``left`` holds the numbers of the bodies
+    that left the reach, and ``going`` (J, 3) [m] are the motions of the centres of mass in the last step.
+    ``contacts`` are the near points at the end.
+    """
+
+    bodies: tuple[Posed, ...]
+    end: End
+    steps: int
+    pushed: Float
+    left: tuple[int, ...]
+    going: Float
+    contacts: Contacts
+
+
+def come_to_rest(
+    scene: Scene,
+    names: Sequence[str],
+    limits: Limits,
+    *,
+    known: frozenset[str],
+    sigma: Mapping[str, float],
+    depth: float,
+) -> Motion:
+    """Bring the movable bodies with these ``names`` to rest among each other and the fixed bodies of the scene.
+
+    Bodies in ``known`` do not move while overlaps are undone. ``sigma`` [m] are standard deviations of the positions of
+    bodies, which then move in proportion to their squares. ``depth`` [m] is that of the deepest overlap, 0 if none
+    is deeper than RESTING of the reach.
+    """
+    group = Group(scene, names)
+    if not depth and group.at_rest(limits.reach):
+        return group.report(End.REST, 0, np.zeros((group.count, 3)), np.zeros((group.count, 3)), limits)
+    weight = np.array([np.inf if n in known else (SPREAD / sigma.get(n, SPREAD)) ** 2 for n in names])
+    steps = _undo_overlaps(group, weight, depth, limits)
+    pushed = np.array([posed.moved for posed in group.bodies[: group.count]])
+    end, sunk, going = _sink(group, limits)
+    return group.report(end, steps + sunk, pushed, going, limits)
+
+
+def _undo_overlaps(group: Group, weight: Float, depth: float, limits: Limits) -> int:
+    """Undo overlaps up to ``depth`` [m] by least motions, those of infinite ``weight`` (J,) none; returns the steps."""
+    margin = max(WIDE * FIRST * limits.reach, 1.5 * depth)
+    for step in range(UNDOING):
+        contacts = group.contacts(margin)
+        if not len(contacts) or contacts.gaps.min() >= -OVERLAP:
+            return step
+        motion = group.undoing(contacts, weight)
+        if motion is None or group.apply(motion, limits.reach / 2) < OVERLAP:
+            return step
+        margin = max(min(-2 * float(contacts.gaps.min()), margin), NARROW * limits.reach)
+    return UNDOING
+
+
+def _sink(group: Group, limits: Limits) -> tuple[End, int, Float]:
+    """Let the bodies sink, slide and tip; returns how that ended, after how many steps, and the last motions (J, 3)."""
+    stride, eager, damped = FIRST * limits.reach, 1.0, 1.0
+    last, going = np.zeros((group.count, 6)), np.zeros((group.count, 3))
+    calm = 0
+    for step in range(STEPS):
+        report("settling", step, STEPS)
+        motion = group.sinking(group.contacts(WIDE * stride), stride, eager)
+        if motion is None:
+            return End.TROUBLE, step, going
+        back = float((motion * last).sum()) < -BACK * float(np.linalg.norm(motion) * np.linalg.norm(last))
+        damped, last = (damped / 2 if back else min(1.0, RECOVERY * damped)), motion
+        before = group.centres()
+        travelled = group.apply(damped * motion, stride)
+        going = group.centres() - before
+        if group.beyond(limits):
+            return End.LEFT, step + 1, going
+        calm = calm + 1 if travelled < CALM and (calm or group.at_rest(limits.reach)) else 0
+        if calm > POLISH:
+            return End.REST, step + 1, going
+        if back:
+            eager = max(eager / EAGER, 1.0)
+        elif travelled < stride / 2:
+            eager = min(EAGER * eager, STRONGEST)
+        stride = float(np.clip(GROWTH * travelled, NARROW * limits.reach, STRIDE * limits.reach))
+    return End.GOING, STEPS, going
+
+
+class Group:
+    """Bodies that may touch: ``bodies``, of which the first ``count`` are movable."""
+
+    def __init__(self, scene: Scene, names: Sequence[str]) -> None:
+        self.scene, self.count = scene, len(names)
+        fixed = [body for body in scene.bodies if body.fixed]
+        self.bodies = [Posed(body) for body in [*(scene.body(name) for name in names), *fixed]]
+        self.excluded = frozenset(frozenset(map(body_of, pair)) for pair in scene.excluded)
+        movable = [posed.start for posed in self.bodies[: self.count]]
+        mass = np.array([body.mass for body in movable], dtype=float)
+        self.levers = np.array([posed.radius for posed in self.bodies[: self.count]])
+        self.share = mass / mass.max()
+
+    def contacts(self, margin: float) -> Contacts:
+        """Find all near points up to ``margin`` apart or into each other [m].
+
+        The two bounds are equal so that a wall between two bodies is always seen from the nearer side, too.
+        """
+        found: list[tuple[int, int, float, Near]] = []
+        for i, j in pairs_near(self.bodies, margin, self.excluded):
+            a, b = self.bodies[i], self.bodies[j]
+            near = near_points(a.body, b.body, a.skin, b.skin, margin=margin)
+            rough = min(self.scene.mu(a.start.name, b.start.name), 1e3)
+            found.append((i, j, rough, near))
+        sizes = [len(near.gaps) for *_, near in found]
+        ends = np.repeat(np.array([f[:2] for f in found], dtype=int).reshape(-1, 2), sizes, axis=0)
+        points, normals = (np.concatenate([np.empty((0, 3)), *(f[3][k] for f in found)]) for k in (0, 1))
+        gaps = np.concatenate([np.empty(0), *(f[3].gaps for f in found)])
+        mu = np.repeat([f[2] for f in found], sizes)
+        chosen = np.concatenate([np.empty(0, dtype=bool), *(f[3].chosen for f in found)])
+        return Contacts(ends, self.count, points, normals, gaps, mu, chosen)
+
+    def centres(self) -> Float:
+        """Return the centres of mass (J, 3) [m]."""
+        return np.array([posed.body.com_world for posed in self.bodies[: self.count]])
+
+    def _metric(self, weight: Float) -> Float:
+        """Return the masses and inertias (J, 6) of the bodies taken as balls, times ``weight`` (J,)."""
+        return np.outer(weight * self.share, [1, 1, 1, BALL, BALL, BALL])
+
+    def undoing(self, contacts: Contacts, weight: Float) -> Float | None:
+        """Return the least motions (J, 6) that undo all overlaps; those of infinite ``weight`` (J,) stay in place."""
+        least = np.minimum(weight, 1e9 * weight.min())
+        unit = float(-contacts.gaps.min())
+        pull = np.zeros(6 * self.count)
+        return small_motion(contacts, self.centres(), self.levers, self._metric(least), pull, unit=unit, friction=False)
+
+    def at_rest(self, reach: float) -> bool:
+        """Tell whether nothing moves under gravity and friction if surfaces within TOUCH of each other touch."""
+        contacts = self.contacts(RESTING * reach)
+        if len(contacts) and contacts.gaps.min() < -TOUCH:
+            return False
+        gaps = np.where(contacts.gaps < TOUCH, 0.0, contacts.gaps)
+        motion = self.sinking(replace(contacts, gaps=gaps), RESTING * reach, STRONGEST)
+        return motion is not None and self.farthest(motion) < STILL
+
+    def sinking(self, contacts: Contacts, stride: float, eager: float) -> Float | None:
+        """Return motions (J, 6) under gravity and friction, in which a free body sinks by ``eager * stride`` [m]."""
+        pull = np.zeros((self.count, 6))
+        pull[:, :3] = -eager * self.share[:, None] * self.scene.up
+        metric = self._metric(np.ones(self.count))
+        return small_motion(contacts, self.centres(), self.levers, metric, pull.ravel(), unit=stride, friction=True)
+
+    def apply(self, motion: Float, most: float) -> float:
+        """Move the bodies by ``motion`` (J, 6), shortened so that no point moves farther than ``most`` [m].
+
+        Returns how far the point moved that moved farthest [m].
+        """
+        farthest = self.farthest(motion)
+        share = min(1.0, most / max(farthest, 1e-300))
+        for posed, twist in zip(self.bodies, share * motion, strict=False):
+            if np.any(twist):
+                posed.move(twist[:3], twist[3:])
+        return share * farthest
+
+    def report(self, end: End, steps: int, pushed: Float, going: Float, limits: Limits) -> Motion:
+        """Return what became of the group."""
+        contacts = self.contacts(RESTING * limits.reach)
+        return Motion(tuple(self.bodies), end, steps, pushed, self.beyond(limits), going, contacts)
+
+    def farthest(self, motion: Float) -> float:
+        """Return how far the point moves that moves farthest [m]."""
+        ends = np.linalg.norm(motion[:, :3], axis=1) + self.levers * np.linalg.norm(motion[:, 3:], axis=1)
+        return float(ends.max())
+
+    def beyond(self, limits: Limits) -> tuple[int, ...]:
+        """Return the numbers of the bodies that have gone farther than the limits allow."""
+        movable = enumerate(self.bodies[: self.count])
+        return tuple(k for k, p in movable if np.linalg.norm(p.moved) > limits.reach or p.turned > limits.turn)

@@ -1,0 +1,148 @@
+"""Near points of two bodies: where they touch, overlap or come near, with signed distance and normal."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.compiled import compiled
+from holdfast.contacts.detect import NOMINAL_BREADTH
+from holdfast.contacts.features import Features, touching_features
+from holdfast.contacts.round import feet
+from holdfast.contacts.skin import Skin, near_faces, near_facets
+from holdfast.scene.body import Body
+from holdfast.settling.facing import ROW, facing_corners
+
+FACING = 15.0  # [deg] faces that enclose a smaller angle meet as faces, others by their edges and vertices
+SHARP = 3.0  # [deg] an edge or a vertex touches if nothing beside it falls towards the other body by more
+STRICT = 1e-6  # of the smaller body: how far from a sharp edge a vertex touches a face
+ALIKE = float(np.cos(np.radians(30)))  # cosine of the angle between normals of one and the same contact
+SAME = 1e-5  # of the smaller body: points nearer to each other than this are one
+TURNED = 0.3  # of the smaller body: how far apart points with perpendicular normals count at least
+LEAN = 0.05  # [rad] points on a body's ends are worth keeping if a smaller rotation lets them touch
+MOST = 8  # near points of two bodies that are chosen
+MANY = 256  # near points: of more than this, first the deepest in each cell of space is taken
+CELL = 0.005  # of the smaller body: the side of a cell
+AWAY = 0.3  # cosine of the angle between the normals of faces of which neither has a part that touches the other
+BESIDE = 1.5  # depths of an overlap: how far from it others may be that explain it
+THIN = 0.5  # of the thickness of the thinner body: how deep an overlap may be, and its way out still be known
+
+
+class Near(NamedTuple):
+    """Near points of two bodies.
+
+    ``points`` (n, 3) [m] lie halfway between the surfaces, ``normals`` (n, 3) point into the second body, and ``gaps``
+    (n,) [m] are the distances along them, negative where the bodies overlap. ``chosen`` (n,) are a few of them that lie
+    far apart and nearly touch.
+    """
+
+    points: Float
+    normals: Float
+    gaps: Float
+    chosen: Bool
+
+
+def near_points(a: Body, b: Body, skin_a: Skin, skin_b: Skin, *, margin: float) -> Near:
+    """Find the near points of two bodies that are up to ``margin`` apart or into each other [m].
+
+    The bodies and skins are in the same poses.
+    """
+    size = min(a.size, b.size)
+    depth = min(margin, THIN * min(a.shape.surface.thickness, b.shape.surface.thickness))
+    found = [np.empty((0, ROW))]
+    exact = feet(a, b, gap=margin, depth=depth, breadth=NOMINAL_BREADTH * size)
+    for foot in exact:
+        for end, height in zip(foot.ends, foot.heights, strict=True):
+            found.append(np.concatenate([end + height / 2 * foot.normal, foot.normal, [height]])[None])
+    facets = near_facets(skin_a, skin_b, margin)
+    pairs = np.concatenate([near_faces(skin_a, skin_b, margin, two) for two in (None, *facets)])
+    pairs = pairs[(skin_a.normals[pairs[:, 0]] * skin_b.normals[pairs[:, 1]]).sum(1) < AWAY]
+    if len(pairs):
+        limit = float(np.cos(np.radians(FACING)))
+        mesh = [facing_corners(skin_a, skin_b, pairs, margin=margin, depth=depth, cos_angle=limit)]
+        sharp = float(np.sin(np.radians(SHARP)))
+        features = touching_features(
+            skin_a, skin_b, pairs, gap=margin, depth=depth, sin_angle=sharp, size=size, strict=STRICT * size
+        )
+        mesh += [_rows(found_here) for found_here in features]
+        rows = np.concatenate(mesh)
+        for foot in exact:
+            rows = rows[np.linalg.norm(rows[:, None, :3] - foot.ends, axis=2).min(1) > foot.reach]
+        found.append(rows)
+    return _kept(np.concatenate(found), size)
+
+
+def _rows(features: Features) -> Float:
+    """Return the ends of lines, or points, as rows (n, ROW)."""
+    ends, heights = features.ends.reshape(-1, 3), features.heights.reshape(-1)
+    return np.column_stack([ends, np.repeat(features.normals, 2, axis=0), heights])
+
+
+def _kept(rows: Float, size: float) -> Near:
+    """Return the near points without those that say nothing new, the deepest first."""
+    rows = rows[np.lexsort((*rows[:, :3].T, rows[:, 6]))]
+    if len(rows) > MANY:
+        cells = np.column_stack([np.floor(rows[:, :3] / (CELL * size)), np.round(2 * rows[:, 3:6])]).astype(np.int64)
+        rows = rows[np.sort(np.unique(cells, axis=0, return_index=True)[1])]
+    rows = np.ascontiguousarray(rows)
+    good = np.empty(len(rows), dtype=np.bool_)
+    _explained(rows, ALIKE, good)
+    rows = np.ascontiguousarray(rows[good])
+    kept, chosen = np.empty(MOST, dtype=np.int64), np.zeros(len(rows), dtype=bool)
+    chosen[kept[: _spread(rows, size, kept)]] = True
+    return Near(rows[:, :3], rows[:, 3:6], rows[:, 6], chosen)
+
+
+@compiled
+def _explained(rows: Float, alike: float, good: Bool) -> None:
+    """Tell which near points (n,), the deepest first, are no side effect of a smaller overlap or gap beside them.
+
+    Where a corner is inside another body, every face of that body near it could push it out: the nearest one does. A
+    wall has another side, from which it would be left the wrong way: the side that is nearer to touching counts.
+    """
+    for i in range(len(rows)):
+        good[i] = True
+        depth = -rows[i, 6]
+        if depth <= 0:
+            continue
+        for j in range(i + 1, len(rows)):
+            if rows[j, 6] >= depth:
+                break
+            cosine, apart2 = 0.0, 0.0
+            for k in range(3):
+                cosine += rows[i, 3 + k] * rows[j, 3 + k]
+                apart2 += (rows[i, k] - rows[j, k]) ** 2
+            beside = -rows[j, 6] < 0.999 * depth and (rows[j, 6] < 0 or cosine < -alike)
+            if beside and cosine < alike and apart2 <= (BESIDE * depth) ** 2:
+                good[i] = False
+                break
+
+
+@compiled
+def _spread(rows: Float, size: float, kept: Int) -> int:
+    """Write to ``kept`` the numbers of near points that lie far from each other and touch, the deepest first.
+
+    Each next one is that with the largest distance from those before, less what its gap is worth. Points with other
+    normals count as farther away. Returns how many there are: no two are closer than SAME.
+    """
+    apart = np.full(len(rows), np.inf)
+    count, chosen = 0, 0
+    while count < len(kept) and len(rows) > 0:
+        kept[count] = chosen
+        count += 1
+        best, following = -np.inf, -1
+        for i in range(len(rows)):
+            place2, turn2 = 0.0, 0.0
+            for k in range(3):
+                place2 += (rows[i, k] - rows[chosen, k]) ** 2
+                turn2 += (rows[i, 3 + k] - rows[chosen, 3 + k]) ** 2
+            apart[i] = min(apart[i], np.sqrt(place2 + turn2 * (TURNED * size) ** 2))
+            worth = apart[i] - max(rows[i, 6], 0.0) / LEAN
+            if apart[i] > SAME * size and worth > best:
+                best, following = worth, i
+        if following < 0:
+            break
+        chosen = following
+    return count

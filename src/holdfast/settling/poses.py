@@ -1,0 +1,117 @@
+"""Bodies in poses that change: surfaces made ready once, moved rigidly ever after."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from holdfast.base.arrays import Float
+from holdfast.base.rigid import transform
+from holdfast.base.values import sealed
+from holdfast.contacts.skin import Skin
+from holdfast.scene.body import Body
+
+LEVER = 0.5  # of a body's size: a rotation by one radian moves its ends by this
+
+
+class Posed:
+    """A body whose pose changes step by step.
+
+    ``body`` is the body in its current pose, ``start`` the one given. ``radius`` [m] is the distance of its farthest
+    vertex from the centre of mass.
+    """
+
+    def __init__(self, body: Body) -> None:
+        self.start = self.body = body
+        self._local = Skin.of(body.moved(np.eye(4)))
+        self.skin = moved_skin(self._local, body.pose)
+        arms = body.shape.surface.vertices - body.com_body
+        self.radius = float(np.linalg.norm(arms, axis=1).max())
+
+    def move(self, shift: Float, turn: Float) -> None:
+        """Turn the body about its centre of mass by the rotation vector ``turn`` (3,) and move it by ``shift`` (3,)."""
+        com = self.body.com_world
+        rotation = rotation_of(turn)
+        pose = np.eye(4)
+        pose[:3, :3] = nearest_rotation(rotation @ self.body.pose[:3, :3])
+        pose[:3, 3] = com + shift + rotation @ (self.body.pose[:3, 3] - com)
+        self.body = self.start.moved(pose)
+        self.skin = moved_skin(self._local, pose)
+
+    @property
+    def moved(self) -> Float:
+        """How far the centre of mass has moved (3,) [m]."""
+        return np.asarray(self.body.com_world - self.start.com_world)
+
+    @property
+    def turned(self) -> float:
+        """By how much the body has turned [deg]."""
+        return turn_between(self.start.pose, self.body.pose)
+
+
+def turn_between(before: Float, after: Float) -> float:
+    """Return the angle [deg] between two poses (4, 4)."""
+    relative = before[:3, :3].T @ after[:3, :3]
+    sine = np.linalg.norm([relative[k, m] - relative[m, k] for k, m in ((2, 1), (0, 2), (1, 0))]) / 2
+    return float(np.degrees(np.arctan2(sine, (np.trace(relative) - 1) / 2)))
+
+
+def rotation_of(turn: Float) -> Float:
+    """Return the rotation (3, 3) by the angle |turn| [rad] about the axis ``turn`` (3,) (Rodrigues)."""
+    angle = float(np.linalg.norm(turn))
+    x, y, z = turn
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    half = float(np.sinc(angle / (2 * np.pi)))
+    return np.asarray(np.eye(3) + float(np.sinc(angle / np.pi)) * cross + half * half / 2 * cross @ cross)
+
+
+def nearest_rotation(matrix: Float) -> Float:
+    """Return the rotation nearest to a matrix (3, 3) that is one but for rounding."""
+    return np.asarray(1.5 * matrix - 0.5 * matrix @ matrix.T @ matrix)
+
+
+def moved_skin(local: Skin, pose: Float) -> Skin:
+    """Return the skin of a body in its own frame as it is in ``pose`` (4, 4)."""
+    turn = pose[:3, :3].T
+    vertices = np.ascontiguousarray(transform(pose, local.vertices))
+    triangles = np.ascontiguousarray(vertices[local.faces])
+    moved = local._replace(
+        vertices=vertices,
+        triangles=triangles,
+        normals=np.ascontiguousarray(local.normals @ turn),
+        low=np.ascontiguousarray(triangles.min(1)),
+        high=np.ascontiguousarray(triangles.max(1)),
+        mean=np.ascontiguousarray(local.mean @ turn),
+        outward=np.ascontiguousarray(local.outward @ turn),
+    )
+    return sealed(moved)
+
+
+def pairs_near(bodies: Sequence[Posed], gap: float, excluded: frozenset[frozenset[str]]) -> list[tuple[int, int]]:
+    """Return the pairs of numbers of bodies, not both fixed nor excluded, whose boxes come within ``gap`` [m]."""
+    low = np.array([posed.skin.low.min(0) for posed in bodies]) - gap / 2
+    high = np.array([posed.skin.high.max(0) for posed in bodies]) + gap / 2
+    fixed = np.array([posed.start.fixed for posed in bodies])
+    near = ((low[:, None] <= high[None]) & (low[None] <= high[:, None])).all(2) & ~(fixed[:, None] & fixed[None])
+    names = [posed.start.name for posed in bodies]
+    return [
+        (int(i), int(j)) for i, j in np.argwhere(np.triu(near, 1)) if frozenset((names[i], names[j])) not in excluded
+    ]
+
+
+def upright_pose(body: Body, up: Float) -> Float:
+    """Return the pose (4, 4) of a body turned about its centre of mass by the least angle that makes it upright.
+
+    It is upright if the axis of its frame that is nearest to ``up`` (3,), or to its opposite, is parallel to it.
+    """
+    axes = body.pose[:3, :3]
+    k = int(np.argmax(np.abs(axes.T @ up)))
+    axis = axes[:, k] * np.sign(axes[:, k] @ up)
+    across = np.cross(axis, up)
+    sine = float(np.linalg.norm(across))
+    rotation = rotation_of(across / max(sine, 1e-300) * np.arctan2(sine, float(axis @ up)))
+    pose = np.eye(4)
+    pose[:3, :3] = nearest_rotation(rotation @ axes)
+    pose[:3, 3] = body.com_world + rotation @ (body.pose[:3, 3] - body.com_world)
+    return pose

@@ -1,0 +1,152 @@
+"""One small motion of all bodies of a group as a cone program."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import sparse
+
+from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.rigid import tangents
+from holdfast.conic.program import ConeKind, ConeProgram
+from holdfast.conic.solve import Outcome, solve
+
+GIVING = 1e4  # weights of the heaviest body: the force at which an overlap that cannot be undone gives way
+TOLERANCE = 1e-11
+ROUNDS = 8  # solutions at most of one step: after each, contacts that it violates join those that were chosen
+VIOLATED = 1e-4  # of the unit of length: a smaller violation is left to the next step
+MORE = 3  # contacts of a pair of bodies that join at a time
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """All near points of a group.
+
+    ``ends`` (n, 2) are the numbers of the two bodies, of which those from ``movable`` on are fixed, ``points`` and
+    ``normals`` (n, 3), ``gaps`` and ``chosen`` (n,) are as in Near, ``mu`` (n,) are the friction coefficients.
+    """
+
+    ends: Int
+    movable: int
+    points: Float
+    normals: Float
+    gaps: Float
+    mu: Float
+    chosen: Bool
+
+    def only(self, which: Bool) -> Contacts:
+        """Return those contacts for which ``which`` (n,) is true."""
+        points, normals, gaps, mu = (c[which] for c in (self.points, self.normals, self.gaps, self.mu))
+        return Contacts(self.ends[which], self.movable, points, normals, gaps, mu, self.chosen[which])
+
+    def __len__(self) -> int:
+        return len(self.gaps)
+
+
+def relative_motion(contacts: Contacts, centres: Float, levers: Float, directions: Float) -> sparse.csr_matrix:
+    """Return the operator (n, 6J) from motions to how fast the second body moves away along ``directions`` (n, 3).
+
+    The motion of a body is the displacement (3,) of its centre of mass, one of ``centres`` (J, 3), and its rotation
+    (3,) times its lever, one of ``levers`` (J,).
+    """
+    rows, columns, entries = [], [], []
+    for side, sign in ((contacts.ends[:, 0], -1.0), (contacts.ends[:, 1], 1.0)):
+        number = np.flatnonzero(side < contacts.movable)
+        body = side[number]
+        arm = np.cross(contacts.points[number] - centres[body], directions[number]) / levers[body, None]
+        rows.append(np.repeat(number, 6))
+        columns.append((6 * body[:, None] + np.arange(6)).ravel())
+        entries.append(sign * np.hstack([directions[number], arm]).ravel())
+    shape = (len(contacts), 6 * len(centres))
+    data = (np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns)))
+    return sparse.csr_matrix(sparse.coo_matrix(data, shape=shape))
+
+
+def step_program(
+    contacts: Contacts, centres: Float, levers: Float, metric: Float, pull: Float, giving: bool
+) -> ConeProgram:
+    """Set up min ½ v'Mv - f'v  s.t.  g + n·v >= μ |t·v| at every contact (Anitescu 2006).
+
+    v (6J,) are the motions as in ``relative_motion``, ``metric`` (J, 6) is the diagonal of M, ``pull`` (6J,) is f.
+    Lengths are in any one unit. If ``giving``, every contact may give way at a
+    cost, so that there always is a solution: n more variables s >= 0 are added to the left-hand side.
+    """
+    J, n, mu = len(centres), len(contacts), contacts.mu
+    rough = mu > 0
+    away = relative_motion(contacts, centres, levers, contacts.normals)
+    blocks = [-away[~rough]]
+    b = [contacts.gaps[~rough]]
+    cones: list[tuple[ConeKind, int]] = [("nonnegative", int((~rough).sum()))]
+    count = int(rough.sum())
+    if count:
+        sliding = [relative_motion(contacts, centres, levers, t)[rough] for t in tangents(contacts.normals)]
+        scale = sparse.diags(mu[rough])
+        stacked = sparse.vstack([-away[rough], *(-(scale @ slide) for slide in sliding)]).tocsr()
+        blocks.append(stacked[np.arange(3 * count).reshape(3, count).T.ravel()])
+        b.append(np.column_stack([contacts.gaps[rough], np.zeros((count, 2))]).ravel())
+        cones += [("second_order", 3)] * count
+    A = sparse.csr_matrix(sparse.vstack(blocks))
+    diagonal, q = metric.ravel(), -pull
+    if giving:
+        place = np.concatenate([np.arange(n - count), n - count + 3 * np.arange(count)])
+        slack = sparse.csr_matrix((-np.ones(n), (place, np.arange(n))), shape=(A.shape[0], n))
+        below = sparse.csr_matrix((-np.ones(n), (np.arange(n), 6 * J + np.arange(n))), shape=(n, 6 * J + n))
+        A = sparse.csr_matrix(sparse.vstack([sparse.hstack([A, slack]), below]))
+        b.append(np.zeros(n))
+        cones.append(("nonnegative", n))
+        diagonal = np.concatenate([diagonal, np.zeros(n)])
+        q = np.concatenate([q, np.full(n, GIVING * float(np.abs(metric).max()))])
+    kept = tuple(cone for cone in cones if cone[1])
+    return ConeProgram(sparse.diags(diagonal, format="csc"), q, sparse.csc_matrix(A), np.concatenate(b), kept)
+
+
+def small_motion(
+    contacts: Contacts, centres: Float, levers: Float, metric: Float, pull: Float, *, unit: float, friction: bool
+) -> Float | None:
+    """Return the motions (J, 6) that solve ``step_program`` with lengths in ``unit`` [m], or None if none is found.
+
+    The first three numbers of a motion are in metres, the others in radians. ``pull`` (6J,) is such that a free body
+    moves by ``unit`` times its first three entries over its mass.
+    """
+    scaled = replace(contacts, points=contacts.points / unit, gaps=contacts.gaps / unit)
+    if not friction:
+        scaled = replace(scaled, mu=np.zeros(len(contacts)))
+    active = contacts.chosen.copy()
+    for _ in range(ROUNDS):
+        found = _solved(scaled.only(active), centres / unit, levers / unit, metric, pull)
+        if found is None:
+            return None
+        motion = found
+        more = _violated(scaled, centres / unit, levers / unit, motion) & ~active
+        if not more.any():
+            break
+        active |= more
+    motion = motion.reshape(-1, 6) * unit
+    motion[:, 3:] /= levers[:, None]
+    return motion
+
+
+def _solved(contacts: Contacts, centres: Float, levers: Float, metric: Float, pull: Float) -> Float | None:
+    """Return the solution (6J,) of ``step_program``, in which contacts give way only if they must."""
+    for giving in (False, True):
+        answer = solve(step_program(contacts, centres, levers, metric, pull, giving), tolerance=TOLERANCE)
+        if answer.outcome in (Outcome.SOLVED, Outcome.ALMOST_SOLVED):
+            return answer.x[: 6 * len(centres)]
+    return None
+
+
+def _violated(contacts: Contacts, centres: Float, levers: Float, motion: Float) -> Bool:
+    """Tell which contacts (n,) a motion (6J,) violates, of every pair of bodies only the worst few."""
+    along = relative_motion(contacts, centres, levers, contacts.normals) @ motion
+    across = [relative_motion(contacts, centres, levers, t) @ motion for t in tangents(contacts.normals)]
+    slack = contacts.gaps + along - contacts.mu * np.hypot(*across)
+    worst = np.zeros(len(contacts), dtype=bool)
+    order = np.flatnonzero(slack < -VIOLATED)
+    order = order[np.lexsort((slack[order], contacts.ends[order, 1], contacts.ends[order, 0]))]
+    if len(order):
+        pair = contacts.ends[order]
+        begins = np.concatenate([[True], (pair[1:] != pair[:-1]).any(1)])
+        rank = np.arange(len(order)) - np.maximum.accumulate(np.where(begins, np.arange(len(order)), 0))
+        worst[order[rank < MORE]] = True
+    return worst

@@ -1,0 +1,191 @@
+"""hf.settle: noisy scenes come to rest, falling ones are told, and nothing depends on what it should not."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import holdfast as hf
+from holdfast.contacts.detect import Tolerances
+from holdfast.contacts.overlap import find_overlaps
+from holdfast.settling.poses import rotation_of
+from holdfast.validation.benchmarks.settle import apart, noisy
+from holdfast.validation.truth.falling import falling_scenes
+
+pytestmark = pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")
+
+FALLING = falling_scenes()
+QUICK = (0, 4, 8, 10, 14, 17)
+TURN = np.eye(4)
+TURN[:3, :3] = rotation_of(np.array([0.4, -0.7, 1.1]))
+TURN[:3, 3] = 0.3, -0.2, 0.5
+
+
+def at(x: float, y: float, z: float, turn: tuple[float, float, float] = (0, 0, 0)) -> np.ndarray:
+    pose = np.eye(4)
+    pose[:3, :3] = rotation_of(np.array(turn, dtype=float))
+    pose[:3, 3] = x, y, z
+    return pose
+
+
+def floor() -> hf.Body:
+    return hf.Body("floor", hf.Box((2, 2, 0.1)), pose=at(0, 0, -0.05), fixed=True)
+
+
+def box(name: str, pose: np.ndarray) -> hf.Body:
+    return hf.Body(name, hf.Box((0.1, 0.1, 0.1)), mass=1.0, pose=pose)
+
+
+@pytest.mark.parametrize("name", ["stack", "table", "wall2x2", "slope_two", "arch"])
+def test_noisy_scenes_come_to_rest(name: str) -> None:
+    true = hf.shipped_scene(name)
+    start = noisy(true, 1.5, 0.5, 1)
+    result = hf.settle(start)
+    assert result.status is hf.Status.STABLE
+    assert hf.stability(hf.assemble(result.scene)).status is hf.Status.STABLE
+    assert max((o.depth for o in find_overlaps(result.scene, Tolerances(1e-5, 1.0))), default=0.0) <= 5e-5
+    assert np.median(apart(result.scene, true)) < 1.5 * np.median(apart(start, true))
+    assert np.array_equal(result.moved, apart(result.scene, start))
+
+
+@pytest.mark.parametrize(
+    "number", [pytest.param(k, marks=() if k in QUICK else pytest.mark.slow) for k in range(len(FALLING))]
+)
+def test_what_falls_is_told_with_body_and_direction(number: int) -> None:
+    scene, _ = FALLING[number]
+    result = hf.settle(scene)
+    assert result.status is hf.Status.UNSTABLE
+    assert result.fell
+    assert result.fell[0].direction[2] < 0
+    if scene.name.startswith("tower"):  # over the edge at x = 0, towards +x
+        assert result.fell[0].direction[0] > 0
+    else:  # the foot slides away from the wall at x = 0
+        assert result.fell[0].direction[0] < 0
+
+
+def test_a_tower_on_the_safe_side_of_the_edge_stays() -> None:
+    scene = FALLING[4][0]
+    back = {body.name: body.pose - at(0.01, 0, 0) + np.eye(4) for body in scene.movable}
+    result = hf.settle(scene.moved(back))
+    assert result.status is hf.Status.STABLE
+    assert result.moved.max() < 1e-9
+
+
+@pytest.mark.parametrize("height", [1e-4, 3e-3, 9e-3, -1e-3, -6e-3])
+def test_gaps_and_overlaps_are_closed(height: float) -> None:
+    result = hf.settle(hf.Scene([floor(), box("a", at(0, 0, 0.05 + height))], 0.5))
+    assert result.status is hf.Status.STABLE
+    assert result.scene.body("a").pose[:3, 3] == pytest.approx([0, 0, 0.05], abs=1e-5)
+    assert result.moved == pytest.approx([abs(height)], abs=1e-5)
+    assert ("sank" if height > 0 else "pushed") in result.reasons[0]
+
+
+def test_a_body_beyond_the_reach_of_any_support_falls_down() -> None:
+    result = hf.settle(hf.Scene([floor(), box("a", at(0, 0, 0.065))], 0.5))
+    assert result.status is hf.Status.UNSTABLE
+    assert result.fell[0].body == "a"
+    assert result.fell[0].direction == pytest.approx([0, 0, -1], abs=1e-6)
+
+
+def test_overlaps_deeper_than_the_reach_are_refused_by_name() -> None:
+    result = hf.settle(hf.Scene([floor(), box("a", at(0, 0, 0.03)), box("b", at(0.5, 0, 0.051))], 0.5))
+    assert result.status is hf.Status.UNDECIDED
+    assert "'a'" in result.reason
+    assert "20 mm" in result.reason
+    assert result.moved == pytest.approx([0, 1e-3], abs=1e-5)
+    assert "floor" in result.reasons[0]
+
+
+def test_a_scene_at_rest_stays_and_settling_twice_moves_nothing() -> None:
+    assert hf.settle(hf.shipped_scene("table")).moved.max() == 0
+    for name in ("wall2x2", "table", "v_groove"):
+        once = hf.settle(noisy(hf.shipped_scene(name), 1.5, 0.5, 2))
+        assert once.moved.max() > 1e-4
+        assert hf.settle(once.scene).moved.max() <= 1e-6
+
+
+def test_an_orange_and_an_egg_are_only_balanced() -> None:
+    egg = hf.Body("egg", hf.Ellipsoid((0.03, 0.022, 0.022)), mass=0.06, pose=at(0.2, 0, 0.0235, (0, 0.02, 0)))
+    orange = hf.Body("orange", hf.Sphere(0.04), mass=0.2, pose=at(0, 0, 0.043))
+    result = hf.settle(hf.Scene([floor(), orange, egg], 0.5))
+    assert result.status is hf.Status.STABLE
+    assert "only balanced" in result.reason
+    assert result.scene.body("orange").pose[2, 3] == pytest.approx(0.04, abs=1e-5)
+    assert result.scene.body("egg").pose[2, 3] == pytest.approx(0.022, abs=1e-5)
+
+
+def test_what_cannot_touch_a_body_does_not_change_a_digit_of_it() -> None:
+    noise = noisy(hf.shipped_scene("stack"), 1.5, 0.5, 3)
+    alone = hf.settle(noise)
+    other = hf.settle(noise.with_body(box("z", at(0.6, 0.5, 0.052, (0.01, 0, 0)))))
+    for body in alone.scene.movable:
+        assert np.array_equal(body.pose, other.scene.body(body.name).pose)
+
+
+def test_order_and_names_do_not_matter() -> None:
+    noise = noisy(hf.shipped_scene("table"), 1.5, 0.5, 0)
+    found = hf.settle(noise).scene
+    again = hf.settle(hf.Scene(noise.bodies[::-1], noise.friction, noise.gravity)).scene
+    assert apart(found, again).max() < 1e-4
+
+
+def test_a_turned_scene_comes_to_the_same_rest() -> None:
+    noise = noisy(hf.shipped_scene("stack"), 1.5, 0.5, 5)
+    turned = hf.Scene(
+        [body.moved(TURN @ body.pose) for body in noise.bodies], noise.friction, TURN[:3, :3] @ noise.gravity
+    )
+    found, again = hf.settle(noise).scene, hf.settle(turned).scene
+    back = again.moved({body.name: np.linalg.inv(TURN) @ body.pose for body in again.movable})
+    assert apart(found, back).max() < 1e-4
+
+
+def test_fixed_bodies_stay_and_excluded_pairs_do_not_touch() -> None:
+    scene = hf.Scene([floor(), box("a", at(0, 0, 0.049))], 0.5, excluded=[("a", "floor")])
+    result = hf.settle(scene)
+    assert result.status is hf.Status.UNSTABLE
+    assert result.fell[0].direction == pytest.approx([0, 0, -1], abs=1e-6)
+    assert result.scene.body("floor") == scene.body("floor")
+
+
+def test_upright_bodies_are_turned_first() -> None:
+    leaning = hf.Body("post", hf.Box((0.02, 0.02, 0.3)), mass=1.0, pose=at(0, 0, 0.151, (0.1, 0, 0)))
+    scene = hf.Scene([floor(), leaning], 0.5)
+    assert hf.settle(scene).status is not hf.Status.STABLE
+    result = hf.settle(scene, upright="post")
+    assert result.status is hf.Status.STABLE
+    assert result.scene.body("post").pose[2, 2] == pytest.approx(1, abs=1e-9)
+    with pytest.raises(hf.HoldfastError, match="degrees from upright"):
+        hf.settle(scene, upright=["post"], turn=3)
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"reach": 0}, "reach"),
+        ({"turn": -1}, "turn"),
+        ({"known": ["nobody"]}, "nobody"),
+        ({"pose_sigma": 0}, "pose_sigma"),
+        ({"pose_sigma": {"nobody": 1e-3}}, "nobody"),
+        ({"upright": "floor"}, "fixed"),
+    ],
+)
+def test_wrong_options_are_refused(options: dict[str, object], told: str) -> None:
+    with pytest.raises(hf.HoldfastError, match=told):
+        hf.settle(hf.Scene([floor(), box("a", at(0, 0, 0.05))], 0.5), **options)  # type: ignore[arg-type]
+    with pytest.raises(hf.HoldfastError, match="needs a Scene"):
+        hf.settle("table")  # type: ignore[arg-type]
+
+
+def test_the_answer_is_a_value(tmp_path: Path) -> None:
+    result = hf.settle(hf.Scene([floor(), box("a", at(0, 0, 0.052)), box("b", at(0.4, 0, 0.2))], 0.5))
+    assert pickle.loads(pickle.dumps(result)) == result
+    assert len(repr(result)) < 1000
+    assert json.dumps(result.to_dict())
+    result.save(tmp_path / "rest.json")
+    assert hf.load_answer(tmp_path / "rest.json") == result
+    result.save_png(tmp_path / "rest.png")
+    assert (tmp_path / "rest.png").stat().st_size > 5000

@@ -1,0 +1,143 @@
+"""One small motion: closed forms of a block on a slope, of overlaps shared out, and of near points."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import holdfast as hf
+from holdfast.settling.groups import joined
+from holdfast.settling.motion import Limits, come_to_rest
+from holdfast.settling.near import near_points
+from holdfast.settling.poses import Posed, rotation_of, turn_between
+from holdfast.settling.program import Contacts, small_motion
+
+
+def one_contact(gap: float, mu: float, normal: tuple[float, float, float]) -> Contacts:
+    """A single body with one contact right at its centre of mass, over a fixed one: it moves as a particle."""
+    return Contacts(
+        np.array([[1, 0]]), 1, np.zeros((1, 3)), np.array([normal]), np.array([gap]), np.array([mu]), np.array([True])
+    )
+
+
+def moved(gap: float, mu: float, slope: float) -> np.ndarray:
+    normal = (np.sin(slope), 0.0, np.cos(slope))
+    answer = small_motion(
+        one_contact(gap, mu, normal), np.zeros((1, 3)), np.ones(1), np.ones((1, 6)),
+        np.array([0, 0, -1.0, 0, 0, 0]), unit=1e-3, friction=True,
+    )  # fmt: skip
+    assert answer is not None
+    return answer[0, :3]
+
+
+def test_a_free_body_sinks_by_the_unit() -> None:
+    assert moved(5e-3, 0.5, 0.0) == pytest.approx([0, 0, -1e-3], abs=1e-11)
+
+
+def test_a_body_over_a_gap_sinks_as_far_as_the_gap() -> None:
+    assert moved(4e-4, 0.5, 0.0) == pytest.approx([0, 0, -4e-4], abs=1e-11)
+
+
+def test_an_overlap_lifts_the_body() -> None:
+    assert moved(-2e-4, 0.5, 0.0) == pytest.approx([0, 0, 2e-4], abs=1e-11)
+
+
+def test_friction_holds_up_to_its_angle() -> None:
+    assert moved(0.0, 0.5, 0.99 * np.arctan(0.5)) == pytest.approx([0, 0, 0], abs=1e-10)
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.2, 0.5])
+def test_beyond_it_the_body_slides_along_the_edge_of_the_cone(mu: float) -> None:
+    """Gravity projected onto the ray along which n.v = mu |t.v|: Anitescu's lift is mu times the slip."""
+    slope = np.arctan(mu) + 0.2
+    downhill, normal = np.array([np.cos(slope), 0, -np.sin(slope)]), np.array([np.sin(slope), 0, np.cos(slope)])
+    along = (downhill + mu * normal) / np.hypot(1, mu)
+    assert moved(0.0, mu, slope) == pytest.approx(1e-3 * (np.array([0, 0, -1.0]) @ along) * along, abs=1e-9)
+
+
+def boxes(apart: float, **more: float) -> hf.Scene:
+    """Two equal boxes side by side on a floor, their near faces ``apart``."""
+    floor = hf.Body("floor", hf.Box((2, 2, 0.1)), pose=at(0, 0, -0.05), fixed=True)
+    a = hf.Body("a", hf.Box((0.1, 0.1, 0.1)), mass=1.0, pose=at(-0.05 - apart / 2, 0, 0.05))
+    b = hf.Body("b", hf.Box((0.1, 0.1, 0.1)), mass=more.get("mass", 1.0), pose=at(0.05 + apart / 2, 0, 0.05))
+    return hf.Scene([floor, a, b], 0.5)
+
+
+def at(x: float, y: float, z: float, turn: tuple[float, float, float] = (0, 0, 0)) -> np.ndarray:
+    pose = np.eye(4)
+    pose[:3, :3] = rotation_of(np.array(turn, dtype=float))
+    pose[:3, 3] = x, y, z
+    return pose
+
+
+@pytest.mark.parametrize(
+    ("mass", "sigma", "share"), [(1.0, {}, 0.5), (3.0, {}, 0.75), (1.0, {"a": 1e-3, "b": 2e-3}, 0.2)]
+)
+def test_overlaps_are_shared_out_by_mass_and_confidence(mass: float, sigma: dict[str, float], share: float) -> None:
+    """The share of a is (sigma_a² / m_a) over the sum of both."""
+    motion = come_to_rest(
+        boxes(-2e-3, mass=mass), ["a", "b"], Limits(0.01, 15), known=frozenset(), sigma=sigma, depth=2e-3
+    )
+    assert -motion.pushed[0, 0] == pytest.approx(share * 2e-3, abs=2e-6)
+    assert motion.pushed[1, 0] == pytest.approx((1 - share) * 2e-3, abs=2e-6)
+
+
+def test_a_known_body_stays_where_others_give_way() -> None:
+    motion = come_to_rest(boxes(-2e-3), ["a", "b"], Limits(0.01, 15), known=frozenset({"a"}), sigma={}, depth=2e-3)
+    assert motion.pushed[:, 0] == pytest.approx([0, 2e-3], abs=2e-6)
+
+
+def test_near_points_of_boxes_are_the_corners_of_their_overlap() -> None:
+    scene = boxes(0.0)
+    floor, a = Posed(scene.body("floor")), Posed(scene.body("a").moved(at(0, 0, 0.053, (0, 0, 0.3))))
+    near = near_points(floor.body, a.body, floor.skin, a.skin, margin=0.01)
+    assert near.gaps == pytest.approx(np.full(len(near.gaps), 3e-3), abs=1e-12)
+    assert near.normals == pytest.approx(np.tile([0, 0, 1.0], (len(near.gaps), 1)))
+    corners = a.body.placed(np.array([[x, y, -0.05] for x in (-0.05, 0.05) for y in (-0.05, 0.05)]))[:, :2]
+    chosen = near.points[near.chosen][:, :2]
+    assert np.linalg.norm(chosen[:, None] - corners, axis=2).min(0).max() < 1e-9
+
+
+def test_a_ball_has_its_exact_foot() -> None:
+    floor = Posed(hf.Body("floor", hf.Box((2, 2, 0.1)), pose=at(0, 0, -0.05), fixed=True))
+    ball = Posed(hf.Body("ball", hf.Sphere(0.04), mass=1, pose=at(0.013, 0.002, 0.042, (1, 2, 3))))
+    near = near_points(floor.body, ball.body, floor.skin, ball.skin, margin=0.005)
+    assert near.gaps == pytest.approx([2e-3], abs=1e-12)
+    assert near.points[0, :2] == pytest.approx([0.013, 0.002], abs=1e-12)
+
+
+def test_turns_are_measured_and_made_alike() -> None:
+    assert turn_between(at(0, 0, 0), at(0, 0, 0, (0.1, -0.2, 0.3))) == pytest.approx(np.degrees(np.sqrt(0.14)))
+
+
+def test_groups_are_joined_by_chains() -> None:
+    assert joined("abcde", [("d", "b"), ("e", "d")]) == (("a",), ("b", "d", "e"), ("c",))
+
+
+def pair(size_a: tuple[float, ...], size_b: tuple[float, ...], place: tuple[float, float, float]) -> list[Posed]:
+    a = Posed(hf.Body("a", hf.Box(size_a), mass=1.0))
+    return [a, Posed(hf.Body("b", hf.Box(size_b), mass=1.0, pose=at(*place)))]
+
+
+def test_a_corner_is_pushed_out_the_nearest_way_only() -> None:
+    """b reaches 3 mm over the edge of a and 1 mm into it: it goes up, not aside."""
+    a, b = pair((0.1, 0.1, 0.1), (0.1, 0.1, 0.1), (0.097, 0, 0.099))
+    near = near_points(a.body, b.body, a.skin, b.skin, margin=0.01)
+    deep = near.gaps < -1e-6
+    assert deep.any()
+    assert near.gaps[deep] == pytest.approx(np.full(deep.sum(), -1e-3), abs=1e-9)
+    assert near.normals[deep] == pytest.approx(np.tile([0, 0, 1.0], (deep.sum(), 1)))
+
+
+def test_the_far_side_of_a_thin_plate_is_no_overlap() -> None:
+    a, b = pair((0.1, 0.1, 0.004), (0.1, 0.1, 0.002), (0.001, 0, 0.0035))  # 0.5 mm above
+    near = near_points(a.body, b.body, a.skin, b.skin, margin=0.01)
+    assert near.gaps == pytest.approx(np.full(len(near.gaps), 5e-4), abs=1e-9)
+
+
+def test_a_box_that_leans_by_a_twentieth_of_a_millimetre_comes_down() -> None:
+    scene = hf.Scene([boxes(0.0).body("floor"), hf.Body("a", hf.Box((0.1, 0.1, 0.1)), mass=1.0)], 0.5)
+    scene = scene.moved({"a": at(0, 0, 0.050025, (5e-4, 0, 0))})
+    motion = come_to_rest(scene, ["a"], Limits(0.01, 15), known=frozenset(), sigma={}, depth=0)
+    corners = motion.bodies[0].body.surface_world.vertices
+    assert abs(np.sort(corners[:, 2])[:4]).max() < 1.1e-5
