@@ -34,7 +34,7 @@ COMMANDS = {  # where each command lies, and what the help says of it: a command
     "push": ("holdfast.cli.push:push", "Compute how hard a body can be pushed at a point before anything moves."),
     "map": ("holdfast.cli.assess:map_surfaces", "Compute the largest push at points of all exposed surfaces."),
     "place": ("holdfast.cli.place:place", "Find a pose for an object in which everything stands."),
-    "settle": ("holdfast.cli.settle:settle", "Bring a scene to rest near its poses."),
+    "settle": ("holdfast.cli.settle:settle", "Bring a perceived or authored scene to rest near its poses."),
     "transport": ("holdfast.cli.transport:transport", "Compute how fast the carrier of a scene may accelerate."),
     "disassemble": ("holdfast.cli.disassemble:disassemble", "Find an order in which bodies can be taken out."),
     "benchmark": ("holdfast.cli.benchmark:benchmark", "Compare methods and their speed."),
