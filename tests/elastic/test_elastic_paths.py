@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from elastic_blocks import HALF, HEIGHT, Array, block, push
 
+from holdfast.elastic.fronts import fronts_of
 from holdfast.elastic.linear import make_work
 from holdfast.elastic.outcome import Event, PathOutcome, RestOutcome, goes_on, outcome_of
 from holdfast.elastic.path import PathResult
-from holdfast.elastic.sparse import SparseSolver
 from holdfast.elastic.stepper import MOST_CHANGES, Progress, advance, appraise, begin, cross_change, make_stepper, torn
 from holdfast.elastic.system import System
 
@@ -22,7 +22,7 @@ PUSHES = {
 }
 
 
-@pytest.mark.parametrize("make", [System.dense, System.by_lu])
+@pytest.mark.parametrize("make", [System.dense, System.by_fronts])
 @pytest.mark.parametrize(("mu", "load", "peak"), [p for p in PUSHES.values() if p[2] is not None])
 def test_peaks_have_their_closed_form(make: object, mu: float, load: Array, peak: float) -> None:
     system = make(block(mu))
@@ -46,7 +46,7 @@ def test_machine_code_and_python_give_the_same_path(name: str) -> None:
     mu, load, _ = PUSHES[name]
     one, two = (
         system.paths(system.come_to_rest().q, load[None], cuts=True)
-        for system in (System.dense(block(mu)), System.by_lu(block(mu)))
+        for system in (System.dense(block(mu)), System.by_fronts(block(mu)))
     )
     assert one.outcome == two.outcome
     np.testing.assert_allclose(one.peak, two.peak, rtol=1e-4)
@@ -93,17 +93,17 @@ class Walk:
     def __init__(self, mu: float, load: Array, start: Array | None = None) -> None:
         self.model = block(mu)
         self.work = make_work(self.model, dense=False)
-        self.sparse = SparseSolver(self.model)
+        self.fronts = fronts_of(self.model)
         self.stepper = make_stepper(6, dense=False)
         start = System.dense(self.model).come_to_rest().q if start is None else start
-        self.event = begin(self.model, self.work, self.stepper, start, load, self.sparse)
+        self.event = begin(self.model, self.work, self.stepper, start, load, self.fronts)
 
     def step(self) -> Event:
-        self.event = advance(self.model, self.work, self.stepper, self.sparse)
+        self.event = advance(self.model, self.work, self.stepper, self.fronts)
         return self.event
 
     def cross(self) -> Event:
-        return cross_change(self.model, self.work, self.stepper, self.sparse)
+        return cross_change(self.model, self.work, self.stepper, self.fronts)
 
 
 def test_a_path_begins_at_rest_and_advances() -> None:

@@ -8,9 +8,9 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.compiled import compilable, compiled
+from holdfast.elastic.fronts import Fronts, solve
 from holdfast.elastic.law import Elastic, add_wrench, evaluate, sheet_twist
 from holdfast.elastic.linear import SINGULAR, Work
-from holdfast.elastic.sparse import SparseSolver, solve
 from holdfast.elastic.vectors import dot, go, put
 
 HALVINGS = 8  # of a Newton step, in search of a smaller unbalance
@@ -121,7 +121,7 @@ def set_sides(work: Work, off: float) -> None:
     work.rhs[n, 0], work.rhs[n, 1] = off, 1.0
 
 
-@compilable
+@compiled
 def newton(
     m: Elastic,
     work: Work,
@@ -131,7 +131,7 @@ def newton(
     level: float,
     tolerance: float,
     most: int,
-    sparse: SparseSolver | None,
+    fronts: Fronts | None,
 ) -> Iteration:
     """Improve q (in place) and s until the unbalance is below ``tolerance`` on the plane c·q = ``level``.
 
@@ -148,7 +148,7 @@ def newton(
         before = error
         if not np.isfinite(error) or (not done and (step == most or slow > max(3, most // 4))):
             break
-        sign = solve(m, work, balance.drag, balance.corner, False, sparse)
+        sign = solve(m, work, balance.drag, balance.corner, False, fronts)
         if done or sign == SINGULAR:
             return Iteration(sign != SINGULAR, s, step, states, sign)
         base = squared(m, work.r)

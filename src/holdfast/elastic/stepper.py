@@ -12,11 +12,11 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.compiled import compilable, compiled
+from holdfast.elastic.fronts import Fronts, solve
 from holdfast.elastic.law import Elastic, next_change
 from holdfast.elastic.linear import SINGULAR, Work
 from holdfast.elastic.newton import Balance, newton, on_path, unbalance, worst
 from holdfast.elastic.outcome import Event
-from holdfast.elastic.sparse import SparseSolver, solve
 from holdfast.elastic.vectors import divide, dot, farthest, go, largest, put
 
 TOLERANCE = 1e-7  # unbalance of points on the path, each body's in units of its own weight
@@ -159,7 +159,7 @@ def torn(work: Work, sign: float, orientation: float, q: Float, tangent: Float, 
 
 
 @compilable
-def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, sparse: SparseSolver | None) -> Event:
+def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, fronts: Fronts | None) -> Event:
     """Find the direction of the path at the state of rest ``start`` (n,) under ``load`` (n,)."""
     now, q = stepper.now, stepper.q
     put(q, start)
@@ -173,7 +173,7 @@ def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, s
     now.length, now.last, now.turned, now.highest, now.at_peak, now.short = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     now.points, now.systems, now.changes, now.shortened, now.late, now.doubted = 0, 0, 0, 0, 0, False
     now.flat_since, now.similar_since = np.inf, np.inf
-    rest = newton(m, work, on_path(stepper.origin), q, 0.0, dot(load, q), TOLERANCE, 5, sparse)
+    rest = newton(m, work, on_path(stepper.origin), q, 0.0, dot(load, q), TOLERANCE, 5, fronts)
     if not rest.converged:
         return Event.NO_BEGINNING
     now.s, now.systems = rest.s, 1
@@ -212,13 +212,13 @@ def tolerance_at(now: Progress) -> float:
 
 
 @compilable
-def advance(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver | None) -> Event:
+def advance(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> Event:
     """Try a step along the path, and take it if it leads to a new point."""
     now, q, trial, aimed = stepper.now, stepper.q, stepper.trial, stepper.aimed
     go(trial, q, now.step, stepper.tangent)
     put(aimed, trial)
     s, level = now.s + now.step * now.slope, dot(work.c, trial)
-    point = newton(m, work, on_path(stepper.origin), trial, s, level, tolerance_at(now), 8, sparse)
+    point = newton(m, work, on_path(stepper.origin), trial, s, level, tolerance_at(now), 8, fronts)
     now.systems += point.steps + 1
     backward = now.orientation * point.sign < 0  # behind its plane the path would come back: rather another branch
     now.turned = farthest(trial, aimed) / max(farthest(aimed, q), 1e-300)
@@ -248,7 +248,7 @@ def carried(m: Elastic, q: Float) -> float:
 
 
 @compilable
-def cross_change(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver | None) -> Event:
+def cross_change(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> Event:
     """Go straight on to just behind the next change of a node's state, and take the path's direction there."""
     now, q = stepper.now, stepper.q
     n, tolerance = len(q), tolerance_at(now)
@@ -264,7 +264,7 @@ def cross_change(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver 
     unbalance(m, work, on_path(stepper.origin), q, now.s)
     work.rhs[:] = 0.0
     work.rhs[n, 1] = 1.0
-    sign = solve(m, work, 0.0, 0.0, False, sparse)
+    sign = solve(m, work, 0.0, 0.0, False, fronts)
     now.systems += 1
     if sign == SINGULAR:
         if now.s > now.highest and worst(m, work.r) <= tolerance:
@@ -330,7 +330,7 @@ def appraise(now: Progress) -> Event:
 
 
 @compilable
-def sought_alone(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver | None) -> Event:
+def sought_alone(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> Event:
     """ENDLESS if contact forces balance the load without any weight, sought from the present point over s; ADVANCED.
 
     If they do, ``peak_q`` becomes the displacement under the load alone and ``peak_plane`` the present plane; if not,
@@ -341,7 +341,7 @@ def sought_alone(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver 
     plane, anchor = work.c.copy(), q.copy()
     work.c[:] = 0.0
     held = Balance(0.0, FAINT, 1.0, anchor)  # bodies that the load does not reach float: a faint drag holds them
-    alone = newton(m, work, held, q, 1.0, 0.0, TOLERANCE * now.strength, 12, sparse)
+    alone = newton(m, work, held, q, 1.0, 0.0, TOLERANCE * now.strength, 12, fronts)
     unbalance(m, work, Balance(0.0, 0.0, 0.0, anchor), q, 1.0)
     now.systems += alone.steps + 1
     if alone.converged and worst(m, work.r) <= 10 * TOLERANCE * now.strength:
