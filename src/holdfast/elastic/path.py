@@ -110,7 +110,10 @@ def follow(
             event = appraise(now)
             if event == Event.PROPORTIONAL:
                 event = sought_alone(m, work, stepper, fronts)
-            set_next_step(now)
+            if event == Event.ADVANCED and now.corner:
+                event = cross_change(m, work, stepper, fronts)
+            else:
+                set_next_step(now)
     outcome = outcome_of(event)
     put(into.q[row], stepper.peak_q)
     if event == Event.NO_BEGINNING:
@@ -158,7 +161,7 @@ def refine(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> N
         s = (1 - share) * (now.rising_s + now.rising_slope * x) + share * now.falling_s
         put(work.c, plane)
         level = dot(plane, stepper.rising_q) + x
-        point = newton(m, work, on_path(stepper.origin), q, s, level, TOLERANCE, 12, fronts)
+        point = newton(m, work, on_path(stepper.origin), q, s, level, TOLERANCE, 12, 0.0, fronts)
         now.systems += point.steps + 1
         if not point.converged:
             failed += 1
@@ -235,5 +238,5 @@ def load_at_peak(m: Elastic, work: Work, load: Float, s: float, q: Float, plane:
     put(work.w, load)
     put(work.c, plane)
     tolerance = TOLERANCE * max(1.0, worst(m, load) * s)
-    point = newton(m, work, on_path(np.zeros(len(q))), q.copy(), s, dot(plane, q), tolerance, 20, fronts)
+    point = newton(m, work, on_path(np.zeros(len(q))), q.copy(), s, dot(plane, q), tolerance, 20, 0.0, fronts)
     return point.s if point.converged else -1.0
