@@ -119,10 +119,23 @@ def test_without_contacts_no_path_begins() -> None:
     assert Walk(0.2, push(X), hovering).event is Event.NO_BEGINNING
 
 
-def test_a_step_beyond_the_last_contact_is_shortened_until_it_is_stuck() -> None:
+def test_a_step_beyond_the_last_contact_is_shortened_until_it_ends_just_before_it() -> None:
     """Lifted straight up, all four nodes open at once: no point lies beyond."""
     walk = Walk(0.5, push(UP))
-    walk.stepper.now.step = 100.0
+    walk.stepper.now.step = 10.0
+    events = [walk.step()]
+    while events[-1] is Event.SHORTENED:
+        events.append(walk.step())
+    assert events[0] is Event.SHORTENED
+    assert events[-1] is Event.ADVANCED
+    assert walk.stepper.now.corner
+    assert 0.99 < walk.stepper.now.s < 1.0
+    assert walk.cross() is Event.RELEASED
+
+
+def test_a_step_that_fails_where_no_node_changes_is_shortened_until_it_is_stuck() -> None:
+    walk = Walk(0.2, push(X))
+    walk.stepper.now.step = np.nan  # no point is found at any length
     assert [walk.step() for _ in range(4)] == [*[Event.SHORTENED] * 3, Event.STUCK]
 
 

@@ -26,8 +26,9 @@ class Work(NamedTuple):
     """A system of n = 6J displacements, and memory to work in.
 
     ``K`` (P, 6, 6); ``w``, ``c`` (n,); ``rhs`` (n + 1, 2) two right-hand sides, which become the solutions. ``A``
-    (n + 1, n + 1) is the matrix of dense elimination, empty (0, 0) where there are fronts. ``r`` (n,) is the unbalance at
-    a displacement (newton.py), ``trial`` (n,) a displacement tried; ``v``, ``F`` (6,) a sheet's twist and wrench.
+    (n + 1, n + 1) is the matrix of dense elimination, empty (0, 0) where there are fronts. ``r`` (n,) is the
+    unbalance at a displacement (newton.py), ``trial`` (n,) a displacement tried; ``v``, ``F`` (6,) a sheet's twist and
+    wrench.
     """
 
     K: Float

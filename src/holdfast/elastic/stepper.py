@@ -20,7 +20,6 @@ from holdfast.elastic.outcome import Event
 from holdfast.elastic.vectors import divide, dot, farthest, go, largest, put
 
 TOLERANCE = 1e-7  # unbalance of points on the path, each body's in units of its own weight
-WAY_TOLERANCE = 1e-5  # the same of points on the way to the peak
 FALLEN = 0.99  # share of the peak below which the path has clearly fallen
 NEW_PEAK = 1e-4  # relative rise above the peak so far that counts as a new peak
 FAINT = 1e-8  # drag while forces that balance the load alone are sought
@@ -51,12 +50,14 @@ class Progress:
     Where it is: ``s`` and the ``slope`` ds/dℓ; what the faint hold has ``carried``, of each body's own weight; the
     ``step`` Δℓ to be tried; the ``length`` ℓ so far; ``last``, s of the last regular point; ``turned``, the last
     correction as a share of its step; ``points`` found, linear ``systems`` solved, node ``changes`` crossed; how often
-    this step was ``shortened``, and whether that was because it was ``doubted`` to lie on the same branch.
+    this step was ``shortened``, and whether that was because it was ``doubted`` to lie on the same branch; the
+    ``fastest`` growth of the step for now; whether a ``corner`` lies just behind the step, and the step to be tried
+    ``beyond`` it.
 
-    Of the peak: ``highest`` s; ``noted``, the last s that counted as a new peak, at the length ``at_peak``, and the points since
-    (``late``); ``short``, by how much it may
-    be too low. It lies between a point where s rises (``rising_s``, ``rising_slope``) and one where it does not
-    (``falling_s``, ``falling_slope``), once the latter is known: ``closed``.
+    Of the peak: ``highest`` s; ``noted``, the last s that counted as a new peak, at the length ``at_peak``, and the
+    points since (``late``); ``short``, by how much it may be too low. It lies between a point where s rises
+    (``rising_s``, ``rising_slope``) and one where it does not (``falling_s``, ``falling_slope``), once the latter is
+    known: ``closed``.
 
     Of the end: the lengths since which the path has been flat (``flat_since``) and since which s has grown in
     proportion to ℓ (``similar_since``); inf if it is not.
@@ -134,8 +135,8 @@ def turn(work: Work, sign: float, orientation: float, tangent: Float) -> float:
     """Point ``tangent`` (n,) onwards along the path, scale it, set work.c to its plane; returns ds/dℓ.
 
     Onwards is where s rises while the stiffness has the sign of determinant it had at rest, and falls while it has the
-    other: the ``sign`` of the bordered determinant tells, whatever the border. The plane is across the motion of the
-    body that moves most.
+    other: the ``sign`` of the bordered determinant tells, whatever the border. The plane is across the motion of all
+    bodies: across that of a single one more paths turn back.
     """
     n = len(tangent)
     best, whole = 0.0, 0.0
@@ -220,7 +221,7 @@ def behind_peak(stepper: Stepper) -> None:
 @compilable
 def tolerance_at(now: Progress) -> float:
     """The unbalance that a point there may have: more where displacement or load are large."""
-    return WAY_TOLERANCE * max(1.0, min(1e-7 * now.length / now.elastic, 10.0), 0.01 * now.strength * abs(now.s))
+    return TOLERANCE * max(1.0, min(1e-7 * now.length / now.elastic, 10.0), 0.01 * now.strength * abs(now.s))
 
 
 @compilable
