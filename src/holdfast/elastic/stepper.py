@@ -32,12 +32,14 @@ RECOVERY = 1.4  # factor by which the largest growth recovers from one point to 
 MOST_NEWTON = 8  # steps of Newton's method for one point
 TURN = 0.3  # wanted correction of a point, as a share of the step
 TORN = 0.7  # distance from where the directions at both ends lead, as a share of the step, that hints at another branch
+STRAIGHT = 0.9999  # cosine of the angle between two directions up to which a path went straight on
+CREEPING = 0.01  # step, in lengths of the path so far, below which a change of sign straight ahead is gone through
 SHORTER = 0.3  # factor by which a step is shortened
 NEAR = 0.03  # share of a step that failed from which a corner in it is gone to
 BEFORE = 0.999  # share of the way to a corner that is gone before it is crossed
 SHORTENINGS = 4  # of one step, after which the path is continued behind the next change of a node
 MOST_CHANGES = 200  # of nodes that a path may be continued behind
-LATE, FARTHER = 12, 2.0  # points without a new peak, and growth of the length, after which none is expected
+LATE, FARTHER = 12, 1.5  # points without a new peak, and growth of the length, after which none is expected
 TOO_LATE = 40  # points without a new peak after which none is waited for, however near
 
 
@@ -153,6 +155,17 @@ def turn(work: Work, sign: float, orientation: float, tangent: Float) -> float:
 
 
 @compiled
+def straight(work: Work, tangent: Float) -> bool:
+    """Whether the path goes on at the point found as it came, along ``tangent`` (n,)."""
+    along, here, before = 0.0, 0.0, 0.0
+    for i in range(len(tangent)):
+        along += work.rhs[i, 1] * tangent[i]
+        here += work.rhs[i, 1] ** 2
+        before += tangent[i] ** 2
+    return bool(along > STRAIGHT * np.sqrt(here * before))
+
+
+@compiled
 def torn(work: Work, sign: float, orientation: float, q: Float, tangent: Float, trial: Float, step: float) -> bool:
     """Whether the step from q to ``trial`` leaves what the directions of the path at both ends say.
 
@@ -235,6 +248,9 @@ def advance(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> 
     now.systems += point.steps + 1
     backward = now.orientation * point.sign < 0  # behind its plane the path would come back: rather another branch
     now.turned = farthest(trial, aimed) / max(farthest(aimed, q), 1e-300)
+    tried = now.shortened > 0 or now.step < CREEPING * now.length
+    if point.converged and backward and tried and straight(work, stepper.tangent):
+        now.orientation, backward = -now.orientation, False  # another branch leaves the path, which goes on
     if point.converged and not backward and not now.doubted and now.turned > TURN:
         now.doubted = torn(work, point.sign, now.orientation, q, stepper.tangent, trial, now.step)
         if now.doubted:  # once: where the path has a sharp corner every step is torn
