@@ -13,9 +13,10 @@ at the peak of a path, is solved as stably as what is regular body by body.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compilable, compiled
@@ -71,7 +72,7 @@ def fronts_of(m: Elastic) -> Fronts:
 
 
 @compiled
-def grown(memory: Float, needed: int) -> Float:
+def grown(memory: NDArray[Any], needed: int) -> NDArray[Any]:
     """The same memory, or a copy with room for ``needed`` numbers."""
     if needed <= len(memory):
         return memory

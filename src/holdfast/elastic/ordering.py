@@ -34,7 +34,7 @@ class Tree(NamedTuple):
         fronts = _merged(later, order)
         place = {body: k for k, (own, _) in enumerate(fronts) for body in own}
         parent = [min((place[body] for body in rest), default=len(fronts)) for _, rest in fronts]
-        fronts.append(([], []))
+        fronts.append(([], set()))
         rank = np.empty(count, dtype=np.int64)
         rank[[body for own, _ in fronts for body in own]] = np.arange(count)
         slots = [
