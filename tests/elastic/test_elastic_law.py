@@ -5,9 +5,9 @@ import pytest
 
 import holdfast as hf
 from holdfast.assembly.nodes import contact_nodes, equilibrium_operator
+from holdfast.elastic.fronts import fronts_of, fronts_solve
 from holdfast.elastic.law import evaluate, next_change, node_forces
 from holdfast.elastic.linear import dense_solve, make_work
-from holdfast.elastic.sparse import SparseSolver
 from holdfast.engines.compliant.model import elastic_model, levers, world_rows
 from holdfast.engines.mechanism import relative_velocity
 from holdfast.scene.shipped import shipped_scene
@@ -104,7 +104,7 @@ def test_dense_and_sparse_solutions_and_the_sign_of_the_determinant(name: str, c
             A = A.T
         signs = [
             dense_solve(m, works[0], 0.1, corner, transposed),
-            SparseSolver(m).solve(works[1], 0.1, corner, transposed),
+            fronts_solve(m, works[1], fronts_of(m), 0.1, corner, transposed),
         ]
         for work, sign in zip(works, signs, strict=True):
             np.testing.assert_allclose(A @ work.rhs, rhs, atol=1e-7)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from elastic_blocks import HALF, HEIGHT, Array, block, push
 
+from holdfast.elastic.fronts import fronts_of
 from holdfast.elastic.linear import make_work
 from holdfast.elastic.outcome import Event, PathOutcome, RestOutcome, goes_on, outcome_of
 from holdfast.elastic.path import PathResult
-from holdfast.elastic.sparse import SparseSolver
 from holdfast.elastic.stepper import MOST_CHANGES, Progress, advance, appraise, begin, cross_change, make_stepper, torn
 from holdfast.elastic.system import System
 
@@ -22,7 +22,7 @@ PUSHES = {
 }
 
 
-@pytest.mark.parametrize("make", [System.dense, System.by_lu])
+@pytest.mark.parametrize("make", [System.dense, System.by_fronts])
 @pytest.mark.parametrize(("mu", "load", "peak"), [p for p in PUSHES.values() if p[2] is not None])
 def test_peaks_have_their_closed_form(make: object, mu: float, load: Array, peak: float) -> None:
     system = make(block(mu))
@@ -46,7 +46,7 @@ def test_machine_code_and_python_give_the_same_path(name: str) -> None:
     mu, load, _ = PUSHES[name]
     one, two = (
         system.paths(system.come_to_rest().q, load[None], cuts=True)
-        for system in (System.dense(block(mu)), System.by_lu(block(mu)))
+        for system in (System.dense(block(mu)), System.by_fronts(block(mu)))
     )
     assert one.outcome == two.outcome
     np.testing.assert_allclose(one.peak, two.peak, rtol=1e-4)
@@ -93,17 +93,17 @@ class Walk:
     def __init__(self, mu: float, load: Array, start: Array | None = None) -> None:
         self.model = block(mu)
         self.work = make_work(self.model, dense=False)
-        self.sparse = SparseSolver(self.model)
+        self.fronts = fronts_of(self.model)
         self.stepper = make_stepper(6, dense=False)
         start = System.dense(self.model).come_to_rest().q if start is None else start
-        self.event = begin(self.model, self.work, self.stepper, start, load, self.sparse)
+        self.event = begin(self.model, self.work, self.stepper, start, load, self.fronts)
 
     def step(self) -> Event:
-        self.event = advance(self.model, self.work, self.stepper, self.sparse)
+        self.event = advance(self.model, self.work, self.stepper, self.fronts)
         return self.event
 
     def cross(self) -> Event:
-        return cross_change(self.model, self.work, self.stepper, self.sparse)
+        return cross_change(self.model, self.work, self.stepper, self.fronts)
 
 
 def test_a_path_begins_at_rest_and_advances() -> None:
@@ -119,10 +119,23 @@ def test_without_contacts_no_path_begins() -> None:
     assert Walk(0.2, push(X), hovering).event is Event.NO_BEGINNING
 
 
-def test_a_step_beyond_the_last_contact_is_shortened_until_it_is_stuck() -> None:
+def test_a_step_beyond_the_last_contact_is_shortened_until_it_ends_just_before_it() -> None:
     """Lifted straight up, all four nodes open at once: no point lies beyond."""
     walk = Walk(0.5, push(UP))
-    walk.stepper.now.step = 100.0
+    walk.stepper.now.step = 10.0
+    events = [walk.step()]
+    while events[-1] is Event.SHORTENED:
+        events.append(walk.step())
+    assert events[0] is Event.SHORTENED
+    assert events[-1] is Event.ADVANCED
+    assert walk.stepper.now.corner
+    assert 0.99 < walk.stepper.now.s < 1.0
+    assert walk.cross() is Event.RELEASED
+
+
+def test_a_step_that_fails_where_no_node_changes_is_shortened_until_it_is_stuck() -> None:
+    walk = Walk(0.2, push(X))
+    walk.stepper.now.step = np.nan  # no point is found at any length
     assert [walk.step() for _ in range(4)] == [*[Event.SHORTENED] * 3, Event.STUCK]
 
 

@@ -22,6 +22,7 @@ Sampling = Literal["hull", "quadrature", "corners", "paper"]
 CANDIDATES = 10  # random points of which the paper takes the farthest
 CELLS = 6  # a grid step, to count tributary areas by; even, so that none lies halfway between two nodes
 MANY, FEW_CELLS = 2000, 2  # grids with at least MANY nodes are counted by FEW_CELLS a step: they are fine enough
+EXACT = 1e-12  # share of a rectangle's sides by which a patch may miss its corners and still be all of it
 LATTICE = 19  # candidate points along each side of a patch; odd, so that the middle is among them
 LEAST = 0.02  # of the mean weight that every node of spots gets before weights are corrected
 MOST_BENT = 64  # the most spots of a bent patch that stand for its corners
@@ -154,6 +155,14 @@ class _Sheet:
         polygon = flat.shapely_polygon(self.patch.rings)
         return unit[flat.inside(polygon.buffer(margin) if margin else polygon, self.flat(unit))]
 
+    @property
+    def whole(self) -> bool:
+        """Whether the patch is all of its rectangle."""
+        corners = np.array([[0, 0], [0, 1], [1, 1], [1, 0]])
+        if len(self.patch.rings) > 1 or len(self.corners) != 4:
+            return False
+        return bool((np.abs(self.corners[:, None] - corners).max(2).min(0) <= EXACT).all())
+
     @cached_property
     def lattice(self) -> Float:
         """Points (n, 2) spread over the patch: its spots, or such that each stands for the same area."""
@@ -178,7 +187,8 @@ def hull_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     limit = len(corners) if len(corners) <= count // 2 else max(4, count // 2)
     chosen = _farthest(corners, corners[:1], min(limit, count))
     chosen = _farthest(sheet.lattice, chosen, count)
-    return sheet.flat(chosen), _weights(sheet, chosen, sheet.lattice)
+    owned = _owned(chosen, sheet.lattice, None if patch.spots is None else patch.spots.shares)
+    return sheet.flat(chosen), _weights(sheet, chosen, owned)
 
 
 def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
@@ -192,18 +202,27 @@ def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     sheet = _Sheet.of(patch)
     across = max(2, round(float(np.sqrt(count * sheet.size[0] / sheet.size[1]))))
     along = max(2, round(count / across))
+    # cells that no line between two nodes cuts: each belongs to one node, and equal nodes get equal areas
+    between = CELLS if count < MANY else FEW_CELLS
     u, v = np.linspace(0, 1, across), np.linspace(0, 1, along)
-    inner = sheet.kept(np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2), 1e-9 * patch.size)
+    grid = np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2)
+    if sheet.whole:  # each node owns the cells around it, half of them at a side
+        owned = np.outer(*(between * np.where((side > 0) & (side < 1), 1.0, 0.5) for side in (u, v))).ravel()
+        return sheet.flat(grid), _weights(sheet, grid, owned)
+    inner = sheet.kept(grid, 1e-9 * patch.size)
     steps = np.array([across - 1, along - 1])
     apart = np.array([not len(inner) or np.abs((inner - c) * steps).max(1).min() > 0.3 for c in sheet.corners])
     kept = sheet.corners[apart]
     if len(kept) > count // 2:
         kept = _farthest(kept, kept[:1], max(4, count // 2))
     nodes = np.vstack([kept, inner])
-    # cells that no line between two nodes cuts: each belongs to one node, and equal nodes get equal areas
-    between = CELLS if count < MANY else FEW_CELLS
     cells = sheet.spread(between * (across - 1), between * (along - 1))
-    return sheet.flat(nodes), _weights(sheet, nodes, cells)
+    return sheet.flat(nodes), _weights(sheet, nodes, _owned(nodes, cells))
+
+
+def _owned(unit: Float, cells: Float, shares: Float | None = None) -> Float:
+    """How many of the ``cells`` (n, 2) are nearest to each node, or the sum of their ``shares`` (n,)."""
+    return np.bincount(np.asarray(cKDTree(unit).query(cells)[1]), shares, len(unit)).astype(float)
 
 
 def _farthest(candidates: Float, chosen: Float, count: int) -> Float:
@@ -227,19 +246,16 @@ def _farthest(candidates: Float, chosen: Float, count: int) -> Float:
     return np.array(points)
 
 
-def _weights(sheet: _Sheet, unit: Float, cells: Float) -> Float:
+def _weights(sheet: _Sheet, unit: Float, owned: Float) -> Float:
     """Tributary areas, corrected as little as possible so that they integrate known moments of the patch exactly.
 
-    They are counted on the middles of equal ``cells`` (n, 2), each of which goes to the nearest node. The moments are
-    area, first and second moments (linear pressure is then carried exactly) and the distance to the centroid (so is
-    uniform friction against twisting). Fewer are matched where the nodes cannot.
+    They are in proportion to the number of equal cells, or to the area of spots, that each node has ``owned`` (n,). The
+    moments are area, first and second moments (linear pressure is then carried exactly) and the distance to the
+    centroid (so is uniform friction against twisting). Fewer are matched where the nodes cannot.
     """
     patch, nodes = sheet.patch, sheet.flat(unit)
-    owner = np.asarray(cKDTree(unit).query(cells)[1])
     spots = patch.spots
-    shares = np.bincount(owner, minlength=len(nodes)) + 0.5
-    if spots is not None:
-        shares = np.bincount(owner, spots.shares, minlength=len(nodes)) + LEAST * patch.measure / len(nodes)
+    shares = owned + (0.5 if spots is None else LEAST * patch.measure / len(nodes))
     tributary: Float = shares / shares.sum() * patch.measure
     raw = patch.moments
     centre = raw[1:3] / raw[0]

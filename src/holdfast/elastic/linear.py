@@ -5,8 +5,8 @@
 
 K is the stiffness of the contacts as they are, D that of bonded contacts; both are sums over sheets of 6x6 blocks. H is
 the diagonal of the faint hold. ε is called ``drag`` and d ``corner``. Small systems are solved by dense elimination
-within compiled code, large ones by sparse LU from Python (sparse.py): the algorithms (resting.py, path.py) run either
-way.
+within compiled code, large ones front by front (fronts.py), called from Python: the algorithms (resting.py, path.py)
+run either way.
 """
 
 from __future__ import annotations
@@ -26,8 +26,9 @@ class Work(NamedTuple):
     """A system of n = 6J displacements, and memory to work in.
 
     ``K`` (P, 6, 6); ``w``, ``c`` (n,); ``rhs`` (n + 1, 2) two right-hand sides, which become the solutions. ``A``
-    (n + 1, n + 1) is the matrix of dense elimination, empty (0, 0) for sparse LU. ``r`` (n,) is the unbalance at a
-    displacement (newton.py), ``trial`` (n,) a displacement tried; ``v``, ``F`` (6,) a sheet's twist and wrench.
+    (n + 1, n + 1) is the matrix of dense elimination, empty (0, 0) where there are fronts. ``r`` (n,) is the
+    unbalance at a displacement (newton.py), ``trial`` (n,) a displacement tried; ``v``, ``F`` (6,) a sheet's twist and
+    wrench.
     """
 
     K: Float

@@ -8,12 +8,13 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.compiled import compilable, compiled
+from holdfast.elastic.fronts import Fronts, solve
 from holdfast.elastic.law import Elastic, add_wrench, evaluate, sheet_twist
 from holdfast.elastic.linear import SINGULAR, Work
-from holdfast.elastic.sparse import SparseSolver, solve
 from holdfast.elastic.vectors import dot, go, put
 
 HALVINGS = 8  # of a Newton step, in search of a smaller unbalance
+SHORTEST = 0.1  # share of a Newton step below which a point is given up where it is dear: on a path
 ROUNDING = 5e-17  # rounding error of a sum over its largest term, measured on bodies that have drifted far
 
 
@@ -121,7 +122,7 @@ def set_sides(work: Work, off: float) -> None:
     work.rhs[n, 0], work.rhs[n, 1] = off, 1.0
 
 
-@compilable
+@compiled
 def newton(
     m: Elastic,
     work: Work,
@@ -131,10 +132,12 @@ def newton(
     level: float,
     tolerance: float,
     most: int,
-    sparse: SparseSolver | None,
+    least: float,
+    fronts: Fronts | None,
 ) -> Iteration:
     """Improve q (in place) and s until the unbalance is below ``tolerance`` on the plane c·q = ``level``.
 
+    It gives up after ``most`` steps, or where less than the share ``least`` of one brings an improvement.
     After success ``work.rhs[:, 1]`` is the direction (dq, ds) of the path, dℓ = c·dq = 1.
     """
     n = len(q)
@@ -148,7 +151,7 @@ def newton(
         before = error
         if not np.isfinite(error) or (not done and (step == most or slow > max(3, most // 4))):
             break
-        sign = solve(m, work, balance.drag, balance.corner, False, sparse)
+        sign = solve(m, work, balance.drag, balance.corner, False, fronts)
         if done or sign == SINGULAR:
             return Iteration(sign != SINGULAR, s, step, states, sign)
         base = squared(m, work.r)
@@ -159,6 +162,8 @@ def newton(
             if squared(m, work.r) <= (1 - 0.01 * share) * base or worst(m, work.r) <= tolerance:
                 break
             share *= 0.5
+            if share < least:
+                return Iteration(False, s, step, states, sign)
         put(q, work.trial)
         s += share * work.rhs[n, 0]
     return Iteration(False, s, step, states, sign)

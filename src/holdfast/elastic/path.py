@@ -8,11 +8,11 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.compiled import compilable
+from holdfast.elastic.fronts import Fronts, solve
 from holdfast.elastic.law import Elastic
 from holdfast.elastic.linear import SINGULAR, Work
 from holdfast.elastic.newton import newton, on_path, unbalance, worst
 from holdfast.elastic.outcome import Event, PathOutcome, goes_on, outcome_of
-from holdfast.elastic.sparse import SparseSolver, solve
 from holdfast.elastic.stepper import (
     TOLERANCE,
     Stepper,
@@ -93,7 +93,7 @@ def follow(
     load: Float,
     into: PathResult,
     row: int,
-    sparse: SparseSolver | None,
+    fronts: Fronts | None,
 ) -> None:
     """Raise s from 0 at the rest state ``start`` (n,) along the path r(q) + s load = 0; the result goes ``into`` a row.
 
@@ -101,26 +101,29 @@ def follow(
     lost. 3. If it has a peak, refine that. 4. If asked for, find how the peak answers to other loads.
     """
     now = stepper.now
-    event = begin(m, work, stepper, start, load, sparse)
+    event = begin(m, work, stepper, start, load, fronts)
     while goes_on(event) and now.points < MOST_POINTS:
-        event = advance(m, work, stepper, sparse)
+        event = advance(m, work, stepper, fronts)
         if event == Event.STUCK:
-            event = cross_change(m, work, stepper, sparse)
+            event = cross_change(m, work, stepper, fronts)
         elif event == Event.ADVANCED:
             event = appraise(now)
             if event == Event.PROPORTIONAL:
-                event = sought_alone(m, work, stepper, sparse)
-            set_next_step(now)
+                event = sought_alone(m, work, stepper, fronts)
+            if event == Event.ADVANCED and now.corner:
+                event = cross_change(m, work, stepper, fronts)
+            else:
+                set_next_step(now)
     outcome = outcome_of(event)
     put(into.q[row], stepper.peak_q)
     if event == Event.NO_BEGINNING:
         return
     put(into.motion[row], stepper.tangent)
     if outcome == PathOutcome.PEAK:
-        refine(m, work, stepper, sparse)
+        refine(m, work, stepper, fronts)
         put(into.q[row], stepper.peak_q)
         if into.cut.shape[1] > 0:
-            answer_to_loads(m, work, stepper, into.cut[row], sparse)
+            answer_to_loads(m, work, stepper, into.cut[row], fronts)
     put(into.plane[row], stepper.peak_plane)
     into.outcome[row] = outcome
     into.peak[row] = np.inf if outcome == PathOutcome.ENDLESS else now.highest
@@ -128,7 +131,7 @@ def follow(
 
 
 @compilable
-def refine(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver | None) -> None:
+def refine(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> None:
     """Close in on the peak from both sides, where there is a point behind it.
 
     Its place and height are estimated from s and slope at both ends: where their tangents meet, if s rises at one and
@@ -158,7 +161,7 @@ def refine(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver | None
         s = (1 - share) * (now.rising_s + now.rising_slope * x) + share * now.falling_s
         put(work.c, plane)
         level = dot(plane, stepper.rising_q) + x
-        point = newton(m, work, on_path(stepper.origin), q, s, level, TOLERANCE, 12, sparse)
+        point = newton(m, work, on_path(stepper.origin), q, s, level, TOLERANCE, 12, 0.0, fronts)
         now.systems += point.steps + 1
         if not point.converged:
             failed += 1
@@ -197,7 +200,7 @@ def narrow(work: Work, stepper: Stepper, s: float, sign: float) -> None:
 
 
 @compilable
-def answer_to_loads(m: Elastic, work: Work, stepper: Stepper, cut: Float, sparse: SparseSolver | None) -> None:
+def answer_to_loads(m: Elastic, work: Work, stepper: Stepper, cut: Float, fronts: Fronts | None) -> None:
     """How the peak answers to other loads: peak / peak' = cut · load' to first order.
 
     ``cut`` (n,) is the left null vector of the stiffness, cut · load = 1. Where a node changes its state at the peak,
@@ -212,7 +215,7 @@ def answer_to_loads(m: Elastic, work: Work, stepper: Stepper, cut: Float, sparse
         unbalance(m, work, on_path(stepper.origin), q, now.highest)
         work.rhs[:] = 0.0
         work.rhs[n, 0] = -1.0
-        if solve(m, work, 0.0, 0.0, True, sparse) == SINGULAR:
+        if solve(m, work, 0.0, 0.0, True, fronts) == SINGULAR:
             break
         slope = -work.rhs[n, 0]
         if side == 0:
@@ -227,9 +230,7 @@ def answer_to_loads(m: Elastic, work: Work, stepper: Stepper, cut: Float, sparse
 
 
 @compilable
-def load_at_peak(
-    m: Elastic, work: Work, load: Float, s: float, q: Float, plane: Float, sparse: SparseSolver | None
-) -> float:
+def load_at_peak(m: Elastic, work: Work, load: Float, s: float, q: Float, plane: Float, fronts: Fronts | None) -> float:
     """The load at plane · q on the path of another model, sought from a peak (s, q) of this one; -1 if not found.
 
     The other model has the same bodies and other nodes.
@@ -237,5 +238,5 @@ def load_at_peak(
     put(work.w, load)
     put(work.c, plane)
     tolerance = TOLERANCE * max(1.0, worst(m, load) * s)
-    point = newton(m, work, on_path(np.zeros(len(q))), q.copy(), s, dot(plane, q), tolerance, 20, sparse)
+    point = newton(m, work, on_path(np.zeros(len(q))), q.copy(), s, dot(plane, q), tolerance, 20, 0.0, fronts)
     return point.s if point.converged else -1.0

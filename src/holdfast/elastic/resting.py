@@ -17,11 +17,11 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.compiled import compilable
+from holdfast.elastic.fronts import Fronts, solve
 from holdfast.elastic.law import Elastic
 from holdfast.elastic.linear import Work
 from holdfast.elastic.newton import Balance, newton, rounding, unbalance, worst
 from holdfast.elastic.outcome import RestOutcome
-from holdfast.elastic.sparse import SparseSolver, solve
 from holdfast.elastic.vectors import farthest, go, largest, put, scale
 
 EXACT = 1e-11  # unbalance of a state of rest, each body's in units of its own weight
@@ -47,7 +47,7 @@ class Rest(NamedTuple):
 
 
 @compilable
-def lessen_drag(m: Elastic, work: Work, weight: float, q: Float, drift: Float, sparse: SparseSolver | None) -> Rest:
+def lessen_drag(m: Elastic, work: Work, weight: float, q: Float, drift: Float, fronts: Fronts | None) -> Rest:
     """Find q (6J,) at rest under ``weight`` times the wrench and no load, with ever less drag.
 
     In single steps from the undeformed assembly; q is at first as with all contacts bonded. Where bodies drift,
@@ -58,7 +58,7 @@ def lessen_drag(m: Elastic, work: Work, weight: float, q: Float, drift: Float, s
     work.w[:] = 0.0
     work.c[:] = 0.0
     bonded = q.copy()
-    found = newton(m, work, Balance(weight, 0.0, 1.0, origin), q, 0.0, 0.0, EXACT, 30, sparse)
+    found = newton(m, work, Balance(weight, 0.0, 1.0, origin), q, 0.0, 0.0, EXACT, 30, 0.0, fronts)
     taken, reached = found.steps, 1.0
     if found.converged:
         return Rest(RestOutcome.RESTS, taken, reached)
@@ -69,7 +69,7 @@ def lessen_drag(m: Elastic, work: Work, weight: float, q: Float, drift: Float, s
         put(old, q)
         spread = largest(q) / max(largest(bonded), 1e-300)
         tolerance = ON_THE_WAY * max(1.0, ROUNDING * spread)
-        found = newton(m, work, Balance(weight, drag, 1.0, origin), q, 0.0, 0.0, tolerance, 25, sparse)
+        found = newton(m, work, Balance(weight, drag, 1.0, origin), q, 0.0, 0.0, tolerance, 25, 0.0, fronts)
         taken += found.steps + 1
         if not found.converged:
             put(q, old)
@@ -91,7 +91,7 @@ def lessen_drag(m: Elastic, work: Work, weight: float, q: Float, drift: Float, s
         steps = found.steps
         if not growing or steady > 0.99 * drag:
             put(old, q)
-            found = newton(m, work, Balance(weight, 0.0, 1.0, origin), old, 0.0, 0.0, EXACT, 12, sparse)
+            found = newton(m, work, Balance(weight, 0.0, 1.0, origin), old, 0.0, 0.0, EXACT, 12, 0.0, fronts)
             taken += found.steps + 1
             if found.converged:
                 put(q, old)
@@ -104,7 +104,7 @@ def lessen_drag(m: Elastic, work: Work, weight: float, q: Float, drift: Float, s
 
 
 @compilable
-def move(m: Elastic, work: Work, weight: float, q: Float, drift: Float, sparse: SparseSolver | None) -> Rest:
+def move(m: Elastic, work: Work, weight: float, q: Float, drift: Float, fronts: Fronts | None) -> Rest:
     """Find rest as ``lessen_drag`` does, but along the overdamped motion D q' = r(q) from q, by implicit steps.
 
     It drifts where its velocity has been the same for nearly all of the time and of the way, with a force that is no
@@ -119,7 +119,7 @@ def move(m: Elastic, work: Work, weight: float, q: Float, drift: Float, sparse: 
     while taken < MOST_STEPS and drag < STIFFEST:
         noise = rounding(m, q)
         put(trial, q)
-        found = newton(m, work, Balance(weight, drag, 1.0, q), trial, 0.0, 0.0, max(ON_THE_WAY, noise), 12, sparse)
+        found = newton(m, work, Balance(weight, drag, 1.0, q), trial, 0.0, 0.0, max(ON_THE_WAY, noise), 12, 0.0, fronts)
         taken += found.steps + 1
         reached = drag
         if not found.converged:
@@ -141,7 +141,7 @@ def move(m: Elastic, work: Work, weight: float, q: Float, drift: Float, sparse: 
             return Rest(RestOutcome.DRIFTS, taken, reached)
         put(trial, q)
         tolerance = min(max(EXACT, noise), ON_THE_WAY)
-        found = newton(m, work, free, trial, 0.0, 0.0, tolerance, 8 if clear else 30, sparse)
+        found = newton(m, work, free, trial, 0.0, 0.0, tolerance, 8 if clear else 30, 0.0, fronts)
         taken += found.steps + 1
         if found.converged:
             put(q, trial)
@@ -155,7 +155,7 @@ def move(m: Elastic, work: Work, weight: float, q: Float, drift: Float, sparse: 
     return Rest(RestOutcome.LOST, taken, reached)
 
 
-def bond_all(m: Elastic, work: Work, weight: float, q: Float, sparse: SparseSolver | None) -> None:
+def bond_all(m: Elastic, work: Work, weight: float, q: Float, fronts: Fronts | None) -> None:
     """Set q (6J,) to the displacement under ``weight`` times the wrench with all contacts bonded."""
     n = len(q)
     work.K[:] = m.bonded
@@ -163,5 +163,5 @@ def bond_all(m: Elastic, work: Work, weight: float, q: Float, sparse: SparseSolv
     work.c[:] = 0.0
     work.rhs[:] = 0.0
     work.rhs[:n, 0] = weight * m.wrench
-    solve(m, work, 0.0, 1.0, False, sparse)
+    solve(m, work, 0.0, 1.0, False, fronts)
     put(q, work.rhs[:n, 0])

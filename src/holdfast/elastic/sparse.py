@@ -1,18 +1,14 @@
-"""Sparse LU for large models, the choice between it and dense elimination, and motions that nothing resists."""
+"""Motions that no contact resists, found by sparse LU, and a faint hold that resists them."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.base.compiled import compilable
 from holdfast.elastic.law import Elastic
-from holdfast.elastic.linear import SINGULAR, Work, dense_solve
 
-SMALL_PIVOT = 0.1  # share of a column's largest entry below which a diagonal entry is not used as pivot
 NO_RESISTANCE = 1e-9  # largest resistance that counts as none, where that of bonded contacts is of order one
 FAINT_HOLD = 1e-9  # stiffness of the faint hold of a body, in units of its contacts and size
 NEAR_SINGULAR = 1e-12  # added to the diagonal so that a singular stiffness can be factored, in the same units
@@ -79,67 +75,3 @@ def held(m: Elastic) -> Elastic:
     size = m.scale[::6] / m.scale[3::6]
     each = FAINT_HOLD * np.sqrt(np.where(np.isfinite(soft), soft, 0.0) * firm)
     return m._replace(hold=(each[:, None] * np.stack([np.ones_like(size), size**2], 1)).repeat(3, axis=1).ravel())
-
-
-class SparseSolver:
-    """Sparse LU of the systems of one model; the pattern is found once."""
-
-    def __init__(self, m: Elastic) -> None:
-        self._m = m
-        n = len(m.wrench)
-        kept, rows, columns = _pattern(m)
-        edge = np.arange(n)
-        rows = np.concatenate([rows, edge, edge, np.full(n, n), [n]])
-        columns = np.concatenate([columns, edge, np.full(n, n), edge, [n]])
-        places, slot = np.unique(columns * (n + 1) + rows, return_inverse=True)
-        self._kept = kept
-        self._slot = slot.reshape(-1)  # where each value is added
-        self._row = (places % (n + 1)).astype(np.int32)
-        self._start = np.searchsorted(places, (n + 1) * np.arange(n + 2)).astype(np.int32)
-        self._by_row = np.argsort(self._row, kind="stable")
-        self._row_start = np.searchsorted(self._row[self._by_row], np.arange(n + 1))
-
-    def solve(self, work: Work, drag: float, corner: float, transposed: bool) -> float:
-        """As ``dense_solve``."""
-        blocks = _blocks(self._m, work.K, drag)
-        values = np.concatenate([blocks.ravel()[self._kept], self._m.hold, -work.w, work.c, [corner]])
-        data = np.bincount(self._slot, values, len(self._row))
-        top = np.maximum.reduceat(np.abs(data)[self._by_row], self._row_start)
-        scale = 1 / np.where(top > 0, top, 1.0)
-        matrix = sparse.csc_matrix((data * scale[self._row], self._row, self._start), copy=True)
-        matrix.eliminate_zeros()  # of open contacts: they would fill the factors
-        try:
-            factors = splu(
-                matrix,
-                permc_spec="MMD_AT_PLUS_A",
-                diag_pivot_thresh=SMALL_PIVOT,
-                options={"SymmetricMode": True},
-            )
-        except RuntimeError:  # exactly singular
-            return SINGULAR
-        if transposed:
-            work.rhs[:] = factors.solve(work.rhs.copy(), "T") * scale[:, None]  # type: ignore[call-overload]
-        else:
-            work.rhs[:] = factors.solve(work.rhs * scale[:, None])
-        diagonal = factors.U.diagonal()
-        sign = np.sign(diagonal).prod() * _parity(factors.perm_r) * _parity(factors.perm_c)
-        return float(sign) if np.isfinite(work.rhs).all() else SINGULAR
-
-
-@compilable
-def solve(m: Elastic, work: Work, drag: float, corner: float, transposed: bool, sparse: SparseSolver | None) -> float:
-    """Solve the system of ``work``, or its transpose, in place: by ``sparse``, or by dense elimination where None.
-
-    Returns the sign of the determinant, or SINGULAR.
-    """
-    if sparse is None:
-        return dense_solve(m, work, drag, corner, transposed)
-    return sparse.solve(work, drag, corner, transposed)
-
-
-def _parity(permutation: Int) -> float:
-    """1 for even permutations, -1 for odd ones: by the number of cycles."""
-    n = len(permutation)
-    graph = sparse.csr_matrix((np.ones(n), (np.arange(n), permutation)), shape=(n, n))
-    cycles, _ = connected_components(graph, directed=False)
-    return 1.0 if (n - cycles) % 2 == 0 else -1.0

@@ -12,27 +12,35 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.compiled import compilable, compiled
+from holdfast.elastic.fronts import Fronts, solve
 from holdfast.elastic.law import Elastic, next_change
 from holdfast.elastic.linear import SINGULAR, Work
-from holdfast.elastic.newton import Balance, newton, on_path, unbalance, worst
+from holdfast.elastic.newton import SHORTEST, Balance, newton, on_path, unbalance, worst
 from holdfast.elastic.outcome import Event
-from holdfast.elastic.sparse import SparseSolver, solve
 from holdfast.elastic.vectors import divide, dot, farthest, go, largest, put
 
 TOLERANCE = 1e-7  # unbalance of points on the path, each body's in units of its own weight
 FALLEN = 0.99  # share of the peak below which the path has clearly fallen
-NEW_PEAK = 1e-5  # relative rise above the peak so far that counts as a new peak
+NEW_PEAK = 1e-4  # relative rise above the peak so far that counts as a new peak
 FAINT = 1e-8  # drag while forces that balance the load alone are sought
 FLAT = 1e-4  # relative rise still to come, if the slope fell as 1/ℓ², below which the path counts as flat
 FARTHEST = 1e8  # length, in sizes of the displacement at rest, at which rounding would show
 CARRIED = 1e-5  # share of a body's weight or of the load that the faint hold carries where a path ends
 FASTEST = 4.0  # largest growth of the step from one point to the next
+CAREFUL = 1.0  # largest growth after a step that failed
+RECOVERY = 1.4  # factor by which the largest growth recovers from one point to the next
+MOST_NEWTON = 8  # steps of Newton's method for one point
 TURN = 0.3  # wanted correction of a point, as a share of the step
 TORN = 0.7  # distance from where the directions at both ends lead, as a share of the step, that hints at another branch
+STRAIGHT = 0.9999  # cosine of the angle between two directions up to which a path went straight on
+CREEPING = 0.01  # step, in lengths of the path so far, below which a change of sign straight ahead is gone through
 SHORTER = 0.3  # factor by which a step is shortened
+NEAR = 0.03  # share of a step that failed from which a corner in it is gone to
+BEFORE = 0.999  # share of the way to a corner that is gone before it is crossed
 SHORTENINGS = 4  # of one step, after which the path is continued behind the next change of a node
-MOST_CHANGES = 40  # of nodes that a path may be continued behind
-LATE = 60  # points without a new peak after which none is expected
+MOST_CHANGES = 200  # of nodes that a path may be continued behind
+LATE, FARTHER = 12, 1.5  # points without a new peak, and growth of the length, after which none is expected
+TOO_LATE = 40  # points without a new peak after which none is waited for, however near
 
 
 class Progress:
@@ -44,11 +52,14 @@ class Progress:
     Where it is: ``s`` and the ``slope`` ds/dℓ; what the faint hold has ``carried``, of each body's own weight; the
     ``step`` Δℓ to be tried; the ``length`` ℓ so far; ``last``, s of the last regular point; ``turned``, the last
     correction as a share of its step; ``points`` found, linear ``systems`` solved, node ``changes`` crossed; how often
-    this step was ``shortened``, and whether that was because it was ``doubted`` to lie on the same branch.
+    this step was ``shortened``, and whether that was because it was ``doubted`` to lie on the same branch; the
+    ``fastest`` growth of the step for now; whether a ``corner`` lies just behind the step, and the step to be tried
+    ``beyond`` it.
 
-    Of the peak: ``highest`` s; ``at_peak``, the length there; ``late``, the points since; ``short``, by how much it may
-    be too low. It lies between a point where s rises (``rising_s``, ``rising_slope``) and one where it does not
-    (``falling_s``, ``falling_slope``), once the latter is known: ``closed``.
+    Of the peak: ``highest`` s; ``noted``, the last s that counted as a new peak, at the length ``at_peak``, and the
+    points since (``late``); ``short``, by how much it may be too low. It lies between a point where s rises
+    (``rising_s``, ``rising_slope``) and one where it does not (``falling_s``, ``falling_slope``), once the latter is
+    known: ``closed``.
 
     Of the end: the lengths since which the path has been flat (``flat_since``) and since which s has grown in
     proportion to ℓ (``similar_since``); inf if it is not.
@@ -68,8 +79,12 @@ class Progress:
     systems: int = 0
     changes: int = 0
     shortened: int = 0
+    fastest: float = 4.0
+    beyond: float = 0.0
+    corner: bool = False
     doubted: bool = False
     highest: float = 0.0
+    noted: float = 0.0
     at_peak: float = 0.0
     late: int = 0
     short: float = 0.0
@@ -122,22 +137,32 @@ def turn(work: Work, sign: float, orientation: float, tangent: Float) -> float:
     """Point ``tangent`` (n,) onwards along the path, scale it, set work.c to its plane; returns ds/dℓ.
 
     Onwards is where s rises while the stiffness has the sign of determinant it had at rest, and falls while it has the
-    other: the ``sign`` of the bordered determinant tells, whatever the border. The plane is across the motion of the
-    body that moves most.
+    other: the ``sign`` of the bordered determinant tells, whatever the border. The plane is across the motion of all
+    bodies: across that of a single one more paths turn back.
     """
     n = len(tangent)
-    best, body = -1.0, 0
+    best, whole = 0.0, 0.0
     for j in range(n // 6):
         total = 0.0
         for i in range(6 * j, 6 * j + 6):
             total += work.rhs[i, 1] ** 2
-        if total > best:
-            best, body = total, j
+        best, whole = max(best, total), whole + total
     size = orientation * sign / max(np.sqrt(best), 1e-300)
     for i in range(n):
         tangent[i] = size * work.rhs[i, 1]
-        work.c[i] = tangent[i] if i // 6 == body else 0.0
+        work.c[i] = tangent[i] * best / max(whole, 1e-300)
     return float(size * work.rhs[n, 1])
+
+
+@compiled
+def straight(work: Work, tangent: Float) -> bool:
+    """Whether the path goes on at the point found as it came, along ``tangent`` (n,)."""
+    along, here, before = 0.0, 0.0, 0.0
+    for i in range(len(tangent)):
+        along += work.rhs[i, 1] * tangent[i]
+        here += work.rhs[i, 1] ** 2
+        before += tangent[i] ** 2
+    return bool(along > STRAIGHT * np.sqrt(here * before))
 
 
 @compiled
@@ -159,7 +184,7 @@ def torn(work: Work, sign: float, orientation: float, q: Float, tangent: Float, 
 
 
 @compilable
-def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, sparse: SparseSolver | None) -> Event:
+def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, fronts: Fronts | None) -> Event:
     """Find the direction of the path at the state of rest ``start`` (n,) under ``load`` (n,)."""
     now, q = stepper.now, stepper.q
     put(q, start)
@@ -172,8 +197,9 @@ def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, s
     now.elastic = max(largest(q), 1e-300)
     now.length, now.last, now.turned, now.highest, now.at_peak, now.short = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     now.points, now.systems, now.changes, now.shortened, now.late, now.doubted = 0, 0, 0, 0, 0, False
-    now.flat_since, now.similar_since = np.inf, np.inf
-    rest = newton(m, work, on_path(stepper.origin), q, 0.0, dot(load, q), TOLERANCE, 5, sparse)
+    now.beyond, now.noted, now.corner = 0.0, 0.0, False
+    now.flat_since, now.similar_since, now.fastest = np.inf, np.inf, FASTEST
+    rest = newton(m, work, on_path(stepper.origin), q, 0.0, dot(load, q), TOLERANCE, 5, 0.0, fronts)
     if not rest.converged:
         return Event.NO_BEGINNING
     now.s, now.systems = rest.s, 1
@@ -212,16 +238,19 @@ def tolerance_at(now: Progress) -> float:
 
 
 @compilable
-def advance(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver | None) -> Event:
+def advance(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> Event:
     """Try a step along the path, and take it if it leads to a new point."""
     now, q, trial, aimed = stepper.now, stepper.q, stepper.trial, stepper.aimed
     go(trial, q, now.step, stepper.tangent)
     put(aimed, trial)
     s, level = now.s + now.step * now.slope, dot(work.c, trial)
-    point = newton(m, work, on_path(stepper.origin), trial, s, level, tolerance_at(now), 8, sparse)
+    point = newton(m, work, on_path(stepper.origin), trial, s, level, tolerance_at(now), MOST_NEWTON, SHORTEST, fronts)
     now.systems += point.steps + 1
     backward = now.orientation * point.sign < 0  # behind its plane the path would come back: rather another branch
     now.turned = farthest(trial, aimed) / max(farthest(aimed, q), 1e-300)
+    tried = now.shortened > 0 or now.step < CREEPING * now.length
+    if point.converged and backward and tried and straight(work, stepper.tangent):
+        now.orientation, backward = -now.orientation, False  # another branch leaves the path, which goes on
     if point.converged and not backward and not now.doubted and now.turned > TURN:
         now.doubted = torn(work, point.sign, now.orientation, q, stepper.tangent, trial, now.step)
         if now.doubted:  # once: where the path has a sharp corner every step is torn
@@ -229,13 +258,27 @@ def advance(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver | Non
             return Event.TORN
     if not point.converged or (backward and now.shortened < SHORTENINGS - 1):
         now.shortened += 1
-        if now.shortened < SHORTENINGS:
-            now.step *= SHORTER
-            return Event.SHORTENED
-        return Event.STUCK
+        if now.shortened == SHORTENINGS:
+            return Event.STUCK
+        shorten(m, stepper, backward)
+        return Event.SHORTENED
     land(work, stepper, point.s, point.sign)
     now.carried = carried(m, q)
     return Event.ADVANCED
+
+
+@compilable
+def shorten(m: Elastic, stepper: Stepper, backward: bool) -> None:
+    """Shorten a step that failed: to just before the next change of a node if that may be why, else by a factor.
+
+    There the path has a corner, and perhaps turns back: then the point found was ``backward``.
+    """
+    now = stepper.now
+    now.beyond = SHORTER * now.step if now.shortened == 1 else now.beyond
+    change = next_change(m, stepper.q, stepper.tangent)
+    now.corner = (backward or now.shortened > 1) and bool(NEAR * now.step <= change <= now.step)
+    now.step *= BEFORE * change / now.step if now.corner else SHORTER
+    now.fastest = CAREFUL
 
 
 @compiled
@@ -248,11 +291,15 @@ def carried(m: Elastic, q: Float) -> float:
 
 
 @compilable
-def cross_change(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver | None) -> Event:
+def cross_change(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> Event:
     """Go straight on to just behind the next change of a node's state, and take the path's direction there."""
     now, q = stepper.now, stepper.q
     n, tolerance = len(q), tolerance_at(now)
     change = next_change(m, q, stepper.tangent)
+    if now.corner and change > NEAR * now.beyond:  # it was none: the path goes on without it
+        now.corner = False
+        set_next_step(now)
+        return Event.ADVANCED
     now.changes += 1
     # further out rounding would balance anything
     if now.changes > MOST_CHANGES or not now.length + change <= FARTHEST * now.elastic:
@@ -264,7 +311,7 @@ def cross_change(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver 
     unbalance(m, work, on_path(stepper.origin), q, now.s)
     work.rhs[:] = 0.0
     work.rhs[n, 1] = 1.0
-    sign = solve(m, work, 0.0, 0.0, False, sparse)
+    sign = solve(m, work, 0.0, 0.0, False, fronts)
     now.systems += 1
     if sign == SINGULAR:
         if now.s > now.highest and worst(m, work.r) <= tolerance:
@@ -272,8 +319,8 @@ def cross_change(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver 
             put(stepper.peak_q, q)
         return Event.RELEASED
     now.slope = turn(work, sign, now.orientation, stepper.tangent)
-    now.step = min(100 * now.step, 0.1 * (now.elastic + now.length))
-    now.shortened = 0
+    now.step = min(now.beyond, 0.1 * (now.elastic + now.length))
+    now.shortened, now.corner, now.fastest = 0, False, FASTEST
     return Event.NODE_CHANGED
 
 
@@ -287,8 +334,8 @@ def land(work: Work, stepper: Stepper, s: float, sign: float) -> None:
     now.late += 1
     now.length += now.step
     if higher:
-        if s > now.highest * (1 + NEW_PEAK):
-            now.at_peak, now.late = now.length, 0
+        if s > now.noted * (1 + NEW_PEAK):
+            now.at_peak, now.late, now.noted = now.length, 0, s
         now.highest = s
         put(stepper.peak_q, trial)
         before_peak(work, stepper)
@@ -308,7 +355,8 @@ def land(work: Work, stepper: Stepper, s: float, sign: float) -> None:
 def appraise(now: Progress) -> Event:
     """Whether the new point is the end of the path: FALLEN, FAR, FLAT, perhaps PROPORTIONAL, or else ADVANCED."""
     s, slope, length, elastic = now.s, now.slope, now.length, now.elastic
-    if s < FALLEN * now.highest or length >= (10 if slope < 0 else 100) * now.at_peak or now.late > LATE:
+    late = now.late > TOO_LATE or (now.late > LATE and length > FARTHER * now.at_peak)
+    if s < FALLEN * now.highest or length >= (10 if slope < 0 else 100) * now.at_peak or late:
         return Event.FALLEN
     if abs(slope) * length > FLAT * abs(s):
         now.flat_since = np.inf
@@ -330,7 +378,7 @@ def appraise(now: Progress) -> Event:
 
 
 @compilable
-def sought_alone(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver | None) -> Event:
+def sought_alone(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> Event:
     """ENDLESS if contact forces balance the load without any weight, sought from the present point over s; ADVANCED.
 
     If they do, ``peak_q`` becomes the displacement under the load alone and ``peak_plane`` the present plane; if not,
@@ -341,7 +389,7 @@ def sought_alone(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver 
     plane, anchor = work.c.copy(), q.copy()
     work.c[:] = 0.0
     held = Balance(0.0, FAINT, 1.0, anchor)  # bodies that the load does not reach float: a faint drag holds them
-    alone = newton(m, work, held, q, 1.0, 0.0, TOLERANCE * now.strength, 12, sparse)
+    alone = newton(m, work, held, q, 1.0, 0.0, TOLERANCE * now.strength, 12, 0.0, fronts)
     unbalance(m, work, Balance(0.0, 0.0, 0.0, anchor), q, 1.0)
     now.systems += alone.steps + 1
     if alone.converged and worst(m, work.r) <= 10 * TOLERANCE * now.strength:
@@ -355,4 +403,5 @@ def sought_alone(m: Elastic, work: Work, stepper: Stepper, sparse: SparseSolver 
 @compilable
 def set_next_step(now: Progress) -> None:
     """Make the next step longer or shorter, as the last one needed little correction or much."""
-    now.step = min(now.step * min(max(TURN / max(now.turned, 1e-9), 0.7), FASTEST), 3 * now.length)
+    now.step = min(now.step * min(max(TURN / max(now.turned, 1e-9), 0.7), now.fastest), 3 * now.length)
+    now.fastest = min(RECOVERY * now.fastest, FASTEST)

@@ -15,18 +15,18 @@ from holdfast.base.arrays import Float
 from holdfast.base.compiled import machine_code
 from holdfast.base.parallel import in_parallel, left_if_stopped
 from holdfast.base.progress import reported
+from holdfast.elastic.fronts import Fronts, fronts_of
 from holdfast.elastic.law import Elastic
 from holdfast.elastic.linear import Work, make_work
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.path import PathResult, follow, load_at_peak
 from holdfast.elastic.resting import bond_all, lessen_drag, move
-from holdfast.elastic.sparse import SparseSolver
 from holdfast.elastic.stepper import make_stepper
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
-MOST_DENSE = 150  # displacements up to which dense elimination in compiled code is faster than sparse LU
+MOST_DENSE = 150  # displacements up to which dense elimination in compiled code is faster than fronts
 LEAST_COLUMNS = 8  # for which another thread pays
 LONG = 60  # displacements from which coming to rest may take longer than a user who stops it waits
 STAGE = "load paths"
@@ -49,16 +49,16 @@ class Settled:
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """A model of n = 6J displacements, and memory to work in; ``sparse`` LU, or None for dense elimination."""
+    """A model of n = 6J displacements, and memory to work in; ``fronts``, or None for dense elimination."""
 
     model: Elastic
     work: Work
-    sparse: SparseSolver | None
+    fronts: Fronts | None
 
     @classmethod
     def of(cls, model: Elastic) -> System:
         """By the method that is faster for a model of this size."""
-        return cls.dense(model) if len(model.wrench) <= MOST_DENSE else cls.by_lu(model)
+        return cls.dense(model) if len(model.wrench) <= MOST_DENSE else cls.by_fronts(model)
 
     @classmethod
     def dense(cls, model: Elastic) -> System:
@@ -66,9 +66,9 @@ class System:
         return cls(model, make_work(model, dense=True), None)
 
     @classmethod
-    def by_lu(cls, model: Elastic) -> System:
-        """By sparse LU."""
-        return cls(model, make_work(model, dense=False), SparseSolver(model))
+    def by_fronts(cls, model: Elastic) -> System:
+        """By block-sparse elimination."""
+        return cls(model, make_work(model, dense=False), fronts_of(model))
 
     def under(self, wrench: Float) -> System:
         """The same under another wrench (n,), in the model's units; both work in the same memory."""
@@ -81,15 +81,15 @@ class System:
         q, drift = np.zeros(n), np.zeros(n)
         if near is not None:
             q[:] = near
-            found = travel(self.model, self.work, 1.0, q, drift, self.sparse)
+            found = travel(self.model, self.work, 1.0, q, drift, self.fronts)
             if found.outcome is not RestOutcome.LOST:
                 return Settled(found.outcome, q, drift, found.steps, found.drag)
-        bond_all(self.model, self.work, 1.0, q, self.sparse)
+        bond_all(self.model, self.work, 1.0, q, self.fronts)
         bonded = q.copy()
-        found = lessen(self.model, self.work, 1.0, q, drift, self.sparse)
+        found = lessen(self.model, self.work, 1.0, q, drift, self.fronts)
         if found.outcome is not RestOutcome.LOST:
             return Settled(found.outcome, q, drift, found.steps, found.drag)
-        moved = travel(self.model, self.work, 1.0, bonded, drift, self.sparse)
+        moved = travel(self.model, self.work, 1.0, bonded, drift, self.fronts)
         return Settled(moved.outcome, bonded, drift, found.steps + moved.steps, moved.drag)
 
     def paths(self, start: Float, loads: Float, *, cuts: bool = False) -> PathResult:
@@ -102,9 +102,9 @@ class System:
         walk = self._compiled(follow)
 
         def run(rows: Iterable[int], work: Work) -> None:
-            stepper = make_stepper(n, dense=self.sparse is None)
+            stepper = make_stepper(n, dense=self.fronts is None)
             for row in rows:
-                walk(self.model, work, stepper, start, loads[row], found, row, self.sparse)
+                walk(self.model, work, stepper, start, loads[row], found, row, self.fronts)
 
         self._in_threads(count, run)
         return found.sealed()
@@ -119,23 +119,23 @@ class System:
 
         def run(rows: Iterable[int], work: Work) -> None:
             for k in rows:
-                found[k] = seek(self.model, work, loads[k], s[k], q[k], plane[k], self.sparse)
+                found[k] = seek(self.model, work, loads[k], s[k], q[k], plane[k], self.fronts)
 
         self._in_threads(len(s), run)
         return found
 
     def _compiled(self, function: Callable[P, R]) -> Callable[P, R]:
-        """The function as it is to be called: in machine code for dense elimination, in Python for sparse LU."""
-        return machine_code(function) if self.sparse is None else function
+        """The function as it is to be called: in machine code for dense elimination, in Python for fronts."""
+        return machine_code(function) if self.fronts is None else function
 
     def _patiently(self, function: Callable[P, R]) -> Callable[P, R]:
         """The function as it is to be called where it may take long: machine code in a thread that can be left."""
-        long = self.sparse is None and len(self.model.wrench) >= LONG
+        long = self.fronts is None and len(self.model.wrench) >= LONG
         return partial(left_if_stopped, function) if long else function
 
     def _in_threads(self, count: int, run: Callable[[Iterable[int], Work], None]) -> None:
         """Run over ``count`` rows, in threads with memory of their own: machine code holds no lock."""
-        threads = 1 if self.sparse is not None else min(os.cpu_count() or 1, count // LEAST_COLUMNS)
+        threads = 1 if self.fronts is not None else min(os.cpu_count() or 1, count // LEAST_COLUMNS)
         if threads < 2:
             run(reported(STAGE, range(count)), self.work)
             return

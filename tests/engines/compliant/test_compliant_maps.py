@@ -133,7 +133,7 @@ def test_cuts_are_the_slopes_of_the_peak() -> None:
 
 def test_sparse_and_dense_elimination_give_the_same_cuts() -> None:
     state, _, _ = _case("stack")
-    other = replace(state.grid, system=System.by_lu(state.grid.system.model))
+    other = replace(state.grid, system=System.by_fronts(state.grid.system.model))
     W = _pushes(state, np.array([[1.0, 0, 0], [0, 1, 0.2], [1, 1, 0]]))
     one, two = state.grid.paths(W, cuts=True), other.paths(W, cuts=True)
     assert np.allclose(one.peak, two.peak, rtol=1e-4)

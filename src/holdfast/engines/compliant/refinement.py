@@ -105,6 +105,8 @@ class Refined:
         """
         below = np.zeros(W.shape[1])
         peaked = np.flatnonzero(paths.outcome == PathOutcome.PEAK)
+        if not len(peaked):  # no finer grid is made for nothing
+            return Bounded(paths, below)
         peaks = paths.chosen(peaked)
         peak = peaks.peak
         finer = self.grid.finer.loads_at_peaks(W[:, peaked], peaks)

@@ -11,6 +11,7 @@ from holdfast.validation.benchmarks.suite import Suite
 SUITES = (
     "baselines",
     "bounds",
+    "cargo",
     "compliant_maps",
     "contacts",
     "disassembly",

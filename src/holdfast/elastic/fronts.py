@@ -1,0 +1,371 @@
+"""Block-sparse elimination of the linear systems of large models, front by front.
+
+The bodies are put into one order for a model, by minimum degree: those with few neighbours first. A front is a small
+dense matrix: the rows and columns of the bodies that it eliminates, and of their neighbours that come later. What is
+left of it after elimination is added to the front in which the first of these neighbours is eliminated (the
+multifrontal method: Duff & Reid, "The multifrontal solution of indefinite sparse symmetric linear equations", ACM
+Transactions on Mathematical Software 9 (1983)). The border, a load and a condition, is in every front and comes last.
+
+A body without resistance has no pivot of its own: pivots that are too small among their columns wait for a later front,
+and at the last one, with the border, all of the matrix that is left is at hand. So what is regular only as a whole, as
+at the peak of a path, is solved as stably as what is regular body by body.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from holdfast.base.arrays import Float, Int
+from holdfast.base.compiled import compilable, compiled
+from holdfast.elastic.law import Elastic
+from holdfast.elastic.linear import SINGULAR, Work, dense_solve
+from holdfast.elastic.ordering import Tree
+from holdfast.elastic.vectors import largest
+
+SMALL_PIVOT = 0.02  # share of a column's largest entry below which no entry is used as pivot
+BORDER = (
+    0.01  # largest entry of the border's row, that it may not keep pivots waiting: those of others are of order one
+)
+SPARE = 1.3  # memory for pivots that wait, over what is needed if none does
+
+
+class Fronts(NamedTuple):
+    """The fronts of a model in the order of elimination, and all of its sheets, each in one front; see ``Tree``.
+
+    Front k holds bodies ``body[first[k]:first[k + 1]]``, of which it eliminates the first ``owned[k]``; ``onward`` is
+    each body's place in the front that takes what is left, where the bodies are not eliminated before. It takes what is
+    left of the fronts ``child[begin[k]:begin[k + 1]]``, and the sheets ``sheet[since[k]:since[k + 1]]``, whose bodies
+    have the places ``at_a`` and ``at_b`` in it (-1: fixed). ``unit`` (6J,) scales rows; ``memory``: numbers held at
+    once of what is left, and in all of the rows of pivots, if none waits.
+    """
+
+    first: Int
+    body: Int
+    owned: Int
+    onward: Int
+    begin: Int
+    child: Int
+    since: Int
+    sheet: Int
+    at_a: Int
+    at_b: Int
+    unit: Float
+    memory: Int
+
+
+def fronts_of(m: Elastic) -> Fronts:
+    """Order the bodies of a model, and say what each front takes."""
+    tree = Tree.of(len(m.wrench) // 6, m.a, m.b)
+    sizes = 6 * np.diff(tree.first) + 1
+    kept = 6 * tree.owned
+    memory = np.array([((sizes - kept) * (sizes - kept + 2)).sum(), (kept * (sizes + 2)).sum(), sizes.sum()])
+    stiff = np.zeros(len(m.wrench))
+    for ends, T in ((m.a, m.Ta), (m.b, m.Tb)):
+        free = ends >= 0
+        diagonal = np.einsum("pki,pkl,pli->pi", T[free], m.bonded[free], T[free])
+        np.add.at(stiff.reshape(-1, 6), ends[free], diagonal)
+    unit = 1 / np.where(stiff > 0, stiff, 1.0)
+    return Fronts(*tree[:4], *tree[4:], unit, np.ceil(SPARE * memory).astype(np.int64))
+
+
+@compiled
+def grown(memory: NDArray[Any], needed: int) -> NDArray[Any]:
+    """The same memory, or a copy with room for ``needed`` numbers."""
+    if needed <= len(memory):
+        return memory
+    larger = np.empty(2 * needed, memory.dtype)
+    larger[: len(memory)] = memory
+    return larger
+
+
+@compiled
+def add_sheet(
+    m: Elastic, p: int, K: Float, drag: float, transposed: bool, at_a: int, at_b: int, unit: Float, F: Float
+) -> None:
+    """Add sheet p's stiffness to the front F, whose rows and columns of its bodies begin at ``at_a`` and ``at_b``.
+
+    Rows are scaled by ``unit``; -1 for a body that is fixed.
+    """
+    X = np.empty((6, 6))
+    for side in range(2):
+        column = at_b if side == 0 else at_a
+        if column < 0:
+            continue
+        T = m.Tb[p] if side == 0 else m.Ta[p]
+        sign = 1.0 if side == 0 else -1.0
+        for i in range(6):
+            for j in range(6):
+                X[i, j] = 0.0
+            for l in range(6):  # noqa: E741
+                share = K[p, l, i] if transposed else K[p, i, l]
+                share = sign * (share + drag * m.bonded[p, i, l])
+                if share != 0.0:
+                    for j in range(6):  # the inner loop along rows: compiled to vector instructions
+                        X[i, j] += share * T[l, j]
+        for other in range(2):
+            row = at_b if other == 0 else at_a
+            if row < 0:
+                continue
+            T = m.Tb[p] if other == 0 else m.Ta[p]
+            body = m.b[p] if other == 0 else m.a[p]
+            for i in range(6):
+                scale = unit[6 * body + i] if other == 0 else -unit[6 * body + i]
+                for l in range(6):  # noqa: E741
+                    share = scale * T[l, i]
+                    if share != 0.0:
+                        for j in range(6):
+                            F[row + i, column + j] += share * X[l, j]
+
+
+@compiled
+def swap_rows(F: Float, one: int, two: int) -> None:
+    """Exchange two rows."""
+    for j in range(F.shape[1]):
+        F[one, j], F[two, j] = F[two, j], F[one, j]
+
+
+@compiled
+def swap_columns(F: Float, columns: Int, one: int, two: int) -> None:
+    """Exchange two columns and their numbers."""
+    for i in range(F.shape[0]):
+        F[i, one], F[i, two] = F[i, two], F[i, one]
+    columns[one], columns[two] = columns[two], columns[one]
+
+
+@compiled
+def eliminate(F: Float, columns: Int, full: int) -> tuple[int, float]:
+    """Eliminate in a front (t, t + 2) what its first ``full`` rows and columns allow.
+
+    Returns the number of pivots, which come first in the new order of rows and columns, and the sign of their product
+    and of the new order. The last two columns are right-hand sides.
+    """
+    size = F.shape[0]
+    done, last, before, sign = 0, full, 0, 1.0
+    while done < full:
+        if done == last:  # the rest failed: after other pivots they may not
+            if done == before:
+                break
+            before, last = done, full
+        best, pivot, top = 0.0, done, 0.0
+        for i in range(done, size):
+            here = abs(F[i, done])
+            top = max(top, here)
+            if i < full and here > best:
+                best, pivot = here, i
+        if not (best > 0.0 and best >= SMALL_PIVOT * top):
+            last -= 1
+            if last != done:
+                swap_columns(F, columns, done, last)
+                sign = -sign
+            continue
+        if pivot != done:
+            swap_rows(F, done, pivot)
+            sign = -sign
+        if F[done, done] < 0:
+            sign = -sign
+        inverse = 1 / F[done, done]
+        above = F[done, done + 1 : full]
+        for i in range(done + 1, size):
+            factor = F[i, done] * inverse
+            F[i, done] = factor
+            if factor != 0.0:
+                row = F[i, done + 1 : full]  # slices: their loops compile to vector instructions
+                for j in range(len(above)):
+                    row[j] -= factor * above[j]
+        done += 1
+    complete(F, done, full)
+    return done, sign
+
+
+@compiled
+def complete(F: Float, done: int, full: int) -> None:
+    """Apply ``done`` pivots to the columns of a front from ``full`` on, four at a time."""
+    for i in range(1, F.shape[0]):
+        row = F[i, full:]
+        many = min(i, done)
+        j = 0
+        while j + 4 <= many:
+            f0, f1, f2, f3 = F[i, j], F[i, j + 1], F[i, j + 2], F[i, j + 3]
+            if f0 != 0.0 or f1 != 0.0 or f2 != 0.0 or f3 != 0.0:
+                r0, r1, r2, r3 = F[j, full:], F[j + 1, full:], F[j + 2, full:], F[j + 3, full:]
+                for c in range(len(row)):
+                    row[c] -= f0 * r0[c] + f1 * r1[c] + f2 * r2[c] + f3 * r3[c]
+            j += 4
+        while j < many:
+            f0 = F[i, j]
+            if f0 != 0.0:
+                r0 = F[j, full:]
+                for c in range(len(row)):
+                    row[c] -= f0 * r0[c]
+            j += 1
+
+
+@compiled
+def add_own(
+    m: Elastic, work: Work, e: Fronts, k: int, drag: float, corner: float, transposed: bool, full: int, F: Float
+) -> None:
+    """Add to front k what its own bodies and sheets bring; ``full``: its rows before those that stay."""
+    n, size, first, owned = len(work.w), F.shape[0], e.first[k], e.owned[k]
+    waiting = full - 6 * owned
+    row, column = (work.w, work.c) if transposed else (work.c, work.w)
+    across, along = (1.0, -1.0) if transposed else (-1.0, 1.0)
+    along *= border_unit(row)
+    for s in range(e.since[k], e.since[k + 1]):
+        a, b = 6 * e.at_a[s], 6 * e.at_b[s]
+        a, b = a + waiting if a >= 6 * owned else a, b + waiting if b >= 6 * owned else b
+        add_sheet(m, e.sheet[s], work.K, drag, transposed, a, b, e.unit, F)
+    for slot in range(owned):
+        for i in range(6):
+            at, here = 6 * slot + i, 6 * e.body[first + slot] + i
+            unit = e.unit[here]
+            F[at, at] += unit * m.hold[here]
+            F[at, size - 1] = across * unit * column[here]
+            F[size - 1, at] = along * row[here]
+            F[at, size], F[at, size + 1] = unit * work.rhs[here, 0], unit * work.rhs[here, 1]
+    if k == len(e.owned) - 1:
+        unit = border_unit(row)
+        F[size - 1, size - 1] += unit * corner
+        F[size - 1, size] += unit * work.rhs[n, 0]
+        F[size - 1, size + 1] += unit * work.rhs[n, 1]
+
+
+@compiled
+def border_unit(row: Float) -> float:
+    """What the border's row is multiplied by."""
+    top = largest(row)
+    return BORDER / top if top > 0 else 1.0
+
+
+@compiled
+def place_of(slot: int, owned: int, waiting: int) -> int:
+    """Where the rows of a body begin in a front whose own bodies are followed by ``waiting`` rows."""
+    return 6 * slot if slot < owned else 6 * slot + waiting
+
+
+@compiled
+def number_columns(n: int, e: Fronts, k: int, full: int, columns: Int) -> None:
+    """Write the numbers of a front's columns, but for those that wait."""
+    owned = e.owned[k]
+    for slot in range(e.first[k + 1] - e.first[k]):
+        at = place_of(slot, owned, full - 6 * owned)
+        for i in range(6):
+            columns[at + i] = 6 * e.body[e.first[k] + slot] + i
+    columns[-1] = n
+
+
+@compiled
+def add_child(
+    e: Fronts, child: int, left: Float, numbers: Int, at: int, waits: int, F: Float, columns: Int, k: int, full: int
+) -> None:
+    """Add to front k what is left of a ``child``: a matrix (t, t + 2) in ``left`` and the ``numbers`` of its columns.
+
+    Its first ``waits`` rows and columns wait for a pivot, and go to the place ``at``.
+    """
+    size, owned = len(numbers), e.owned[k]
+    to = np.empty(size + 2, np.int64)
+    for i in range(waits):
+        to[i] = at + i
+        columns[at + i] = numbers[i]
+    i = waits
+    for slot in range(e.first[child] + e.owned[child], e.first[child + 1]):
+        place = place_of(e.onward[slot], owned, full - 6 * owned)
+        for j in range(6):
+            to[i + j] = place + j
+        i += 6
+    for j in range(3):  # the border and the right-hand sides
+        to[size - 1 + j] = F.shape[0] - 1 + j
+    for i in range(size):
+        row, part = F[to[i]], left[i * (size + 2) : (i + 1) * (size + 2)]
+        for j in range(size + 2):
+            row[to[j]] += part[j]
+
+
+@compiled
+def fronts_solve(m: Elastic, work: Work, e: Fronts, drag: float, corner: float, transposed: bool) -> float:
+    """As ``dense_solve``, front by front."""
+    n, count = len(work.w), len(e.owned)
+    left, numbers = np.empty(e.memory[0]), np.empty(e.memory[2], np.int64)
+    upper = np.empty(e.memory[1])
+    size, done, waits = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64)
+    at_left, at_number, at_upper = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64)
+    top, above, last, sign = 0, 0, 0, 1.0
+    for k in range(count):
+        waiting = 0
+        for j in range(e.begin[k], e.begin[k + 1]):
+            waiting += waits[e.child[j]]
+        full = 6 * e.owned[k] + waiting
+        size[k] = t = 6 * (e.first[k + 1] - e.first[k]) + waiting + 1
+        if k == count - 1:
+            full = t
+        F = np.zeros((t, t + 2))
+        numbers = grown(numbers, last + t)
+        columns = numbers[last : last + t]
+        number_columns(n, e, k, full - (k == count - 1), columns)
+        add_own(m, work, e, k, drag, corner, transposed, full - (k == count - 1), F)
+        at, base = 6 * e.owned[k], top
+        for j in range(e.begin[k], e.begin[k + 1]):
+            c = e.child[j]
+            base = min(base, at_left[c])
+            rest = numbers[at_number[c] + done[c] : at_number[c] + size[c]]
+            add_child(e, c, left[at_left[c] :], rest, at, waits[c], F, columns, k, full - (k == count - 1))
+            at += waits[c]
+        done[k], turned = eliminate(F, columns, full)
+        sign *= turned
+        waits[k] = full - done[k]
+        at_number[k], at_left[k], at_upper[k] = last, base, above
+        last += t
+        top, above = base + (t - done[k]) * (t - done[k] + 2), above + done[k] * (t + 2)
+        left, upper = grown(left, top), grown(upper, above)
+        keep(F, done[k], upper[at_upper[k] :], left[base:])
+    if waits[count - 1] > 0:
+        return SINGULAR
+    for k in range(count - 1, -1, -1):
+        rows = upper[at_upper[k] : at_upper[k] + done[k] * (size[k] + 2)].reshape((done[k], size[k] + 2))
+        substitute(rows, numbers[at_number[k] : at_number[k] + size[k]], work.rhs)
+    for i in range(n + 1):
+        if not (np.isfinite(work.rhs[i, 0]) and np.isfinite(work.rhs[i, 1])):
+            return SINGULAR
+    return sign
+
+
+@compiled
+def keep(F: Float, done: int, upper: Float, left: Float) -> None:
+    """Copy the rows of pivots of a front to ``upper``, and what is left of it to ``left``."""
+    size = F.shape[0]
+    for i in range(done):
+        row, to = F[i], upper[i * (size + 2) : (i + 1) * (size + 2)]
+        for j in range(size + 2):
+            to[j] = row[j]
+    stays = size - done + 2
+    for i in range(size - done):
+        row, to = F[done + i, done:], left[i * stays : (i + 1) * stays]
+        for j in range(stays):
+            to[j] = row[j]
+
+
+@compiled
+def substitute(rows: Float, columns: Int, solution: Float) -> None:
+    """Find the unknowns of a front's pivots; those of its later columns are in ``solution`` (n + 1, 2) by then."""
+    size = len(columns)
+    for i in range(len(rows) - 1, -1, -1):
+        row = rows[i]
+        one, two = row[size], row[size + 1]
+        for j in range(i + 1, size):
+            one -= row[j] * solution[columns[j], 0]
+            two -= row[j] * solution[columns[j], 1]
+        solution[columns[i], 0] = one / row[i]
+        solution[columns[i], 1] = two / row[i]
+
+
+@compilable
+def solve(m: Elastic, work: Work, drag: float, corner: float, transposed: bool, fronts: Fronts | None) -> float:
+    """Solve the system of ``work``, or its transpose, in place: by ``fronts``, or by dense elimination where None.
+
+    Returns the sign of the determinant, or SINGULAR.
+    """
+    if fronts is None:
+        return dense_solve(m, work, drag, corner, transposed)
+    return fronts_solve(m, work, fronts, drag, corner, transposed)
