@@ -24,6 +24,7 @@ from holdfast.scene.formats.registry import readable
 from holdfast.scene.shipped.blocks import box, floor
 
 Call = Callable[..., tuple[int, str, str]]
+READING = ("convert", "settle")
 ASSEMBLING = ("assess", "push", "map", "place", "transport", "disassemble")
 BLOCK = """<robot name="block"><link name="base"><inertial><mass value="2"/></inertial>
 <collision><geometry><box size="0.2 0.1 0.06"/></geometry></collision></link></robot>"""
@@ -65,7 +66,7 @@ def test_every_command_that_reads_a_scene_has_all_options() -> None:
     reading, touching = ({each.name for each in fields(kind)} for kind in (SceneGiven, AssemblyGiven))
     for name in COMMANDS:
         found = parameters(name)
-        wanted = touching if name in ASSEMBLING else reading if name == "convert" else set()
+        wanted = touching if name in ASSEMBLING else reading if name in READING else set()
         assert wanted <= found, name
         assert bool(wanted) == ("scene" in found), name
 
@@ -160,7 +161,7 @@ def test_positions_of_a_model(options: tuple[str, ...], height: float, converted
 
 def test_tolerances_reach_the_search(called: Call, tmp_path: Path) -> None:
     hf.save_scene(hf.Scene([floor(), box("a", (0.1, 0.1, 0.1), 1, (0, 0, 0.052))], 0.5), tmp_path / "s.yaml")
-    assert called("assess", tmp_path / "s.yaml", "--engine", "limit")[0] == 1
+    assert called("assess", tmp_path / "s.yaml", "--engine", "limit")[0] == 3
     assert called("assess", tmp_path / "s.yaml", "--engine", "limit", "--gap", 0.003)[0] == 0
 
 

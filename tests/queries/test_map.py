@@ -83,7 +83,7 @@ def test_a_fixed_body_never_moves() -> None:
 
 
 def test_a_scene_that_does_not_stand_has_no_robustness() -> None:
-    floating = hf.Scene([floor(), box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.06))], 0.5)
+    floating = hf.Scene([floor(), box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.09))], 0.5)
     found = hf.robustness_map(hf.assemble(floating), spacing=0.05, engine="graph")
     assert set(found.status) == {hf.Status.UNSTABLE}
     assert not found.force.any()

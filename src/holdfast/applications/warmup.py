@@ -19,9 +19,13 @@ from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastWarning
 from holdfast.base.linking import ready
 from holdfast.base.progress import report
+from holdfast.elastic.system import MOST_DENSE
+from holdfast.engines.compliant.engine import Compliant
+from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.limit.combination import combined
 from holdfast.geometry.distance import distance_to_surface, nearest_of, winding_number
 from holdfast.queries.map import robustness_map
+from holdfast.queries.push import robustness
 from holdfast.queries.stability import stability
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
@@ -80,6 +84,22 @@ def _settled() -> None:
     settle(Scene([floor, Body("box", Box((0.1, 0.1, 0.1)), mass=1.0, pose=pose)], 0.5))
 
 
+def _again() -> None:
+    """A cube that comes to rest from where it rests already."""
+    assembly = assemble(shipped_scene("cube"))
+    grid = Grid.of(assembly, assembly.weight_wrench(), Compliant().springs)
+    grid.system.come_to_rest(near=2 * grid.settled.q)
+
+
+def _tower() -> None:
+    """So many bodies that their equations are solved front by front."""
+    floor = Body("floor", Box((1.0, 1.0, 0.1)), fixed=True)
+    size, count = 0.1, MOST_DENSE // 6 + 1
+    heights = 0.05 + size * (0.5 + np.arange(count))
+    blocks = [Body(f"{k}", Box((size, size, size)), mass=1.0, pose=_at(0.0, z)) for k, z in enumerate(heights)]
+    robustness(assemble(Scene([floor, *blocks], 0.5)), "0", (-0.5 * size, 0.0, heights[0]), (1, 0, 0))
+
+
 def _at(x: float, z: float) -> Float:
     pose = np.eye(4)
     pose[:3, 3] = x, 0.0, z
@@ -94,6 +114,8 @@ QUESTIONS: tuple[Callable[[], object], ...] = (
     lambda: disassembly_order(assemble(shipped_scene("stack"))),
     _fall,
     _settled,
+    _again,
+    _tower,
     _distances,
     _combination,
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -292,12 +292,11 @@ def robustness_under(
         None if friction is None else friction_intervals(assembly, friction, where),
         Absences(method, assembly, total_wrench(assembly, loads)),
     )
-    faces = None
-    if stiffness is not None or flatness is not None:
-        faces = Imperfect(flatness or 0.0, bed, material, stiffness or (1.0, 1.0), samples=count, seed=whole_seed)
-    elif bed is not None or material is not None:
+    if flatness is None and not (bed is None and material is None):
         raise HoldfastError(message(where, "has a bed or material but no flatness", "give flatness= [m], too"))
-    covers = covering(faces, method, assembly)
+    ideal = stiffness is None and flatness is None
+    wanted = (flatness or 0.0, bed, material, stiffness or (1.0, 1.0))
+    covers = None if ideal else covering(Imperfect(*wanted, samples=count, seed=whole_seed), method, assembly)
     nominal = robustness(assembly, body, points, directions, standing=loads, engine=method)
     rng = np.random.default_rng(whole_seed)
     found = []
@@ -308,14 +307,8 @@ def robustness_under(
     report("samples", count, count)
     answers = [answer for answer, _ in found]
     verdicts = [answer.verdict.status for answer in answers]
-    notes = nominal.notes
-    overlapping = sum(overlaps for _, overlaps in found)
-    if spread.deviation is not None and overlapping:
-        share = f"{overlapping} of {count} samples have bodies that overlap by more than the tolerance"
-        notes = (*notes, f"{share}: contacts there may be missing, which lowers their forces")
-    unknown = [answer.undecided.reasons[0] for answer in answers if answer.undecided.count]
-    if unknown:
-        notes = (*notes, f"{len(unknown)} of {count} samples have undecided pushes; the first: {unknown[0]}")
+    overlapping = 0 if spread.deviation is None else sum(overlaps for _, overlaps in found)
+    notes = (*nominal.notes, *_told(answers, overlapping))
     table = joined([nominal.answers.rows(slice(0)), *answers])
     return RobustnessUnder(
         answers=replace(table, notes=notes, lower_bound=nominal.lower_bound, upper_bound=nominal.upper_bound),
@@ -329,6 +322,16 @@ def robustness_under(
         samples=count,
         seed=whole_seed,
     )
+
+
+def _told(answers: Sequence[Answers], overlapping: int) -> Iterator[str]:
+    """Yield what has to be said of the answers on all samples, of which some have ``overlapping`` bodies."""
+    if overlapping:
+        share = f"{overlapping} of {len(answers)} samples have bodies that overlap by more than the tolerance"
+        yield f"{share}: contacts there may be missing, which lowers their forces"
+    unknown = [answer.undecided.reasons[0] for answer in answers if answer.undecided.count]
+    if unknown:
+        yield f"{len(unknown)} of {len(answers)} samples have undecided pushes; the first: {unknown[0]}"
 
 
 def _answered(
