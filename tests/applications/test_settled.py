@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.contacts.detect import Tolerances
 from holdfast.contacts.overlap import find_overlaps
+from holdfast.contacts.tolerances import Tolerances
 from holdfast.settling.poses import rotation_of
 from holdfast.validation.benchmarks.settle import apart, noisy
 from holdfast.validation.truth.falling import falling_scenes
@@ -50,6 +50,16 @@ def test_noisy_scenes_come_to_rest(name: str) -> None:
     assert max((o.depth for o in find_overlaps(result.scene, Tolerances(1e-5, 1.0))), default=0.0) <= 5e-5
     assert np.median(apart(result.scene, true)) < 1.5 * np.median(apart(start, true))
     assert np.array_equal(result.moved, apart(result.scene, start))
+
+
+def test_a_body_rests_on_what_is_below_it() -> None:
+    """Not on what stands on it, nor on what only stands beside it."""
+    bodies = [box("low", at(0, 0, 0.052)), box("high", at(-0.01, 0, 0.154)), box("beside", at(0.1, 0, 0.051))]
+    result = hf.settle(hf.Scene([floor(), *bodies], 0.5))
+    reasons = dict(zip(result.names, result.reasons, strict=True))
+    assert reasons["low"].endswith("rests on floor")
+    assert reasons["high"].endswith("rests on low")
+    assert reasons["beside"].endswith("rests on floor")
 
 
 @pytest.mark.parametrize(

@@ -182,7 +182,7 @@ def _judged(
 ) -> Settled:
     """Ask whether what came to rest stands, and put all into words."""
     names = tuple(body.name for body in given.movable)
-    fates = [fate_of(group, motion, limits) for group, motion in done.items()]
+    fates = [fate_of(group, motion, limits, given.up) for group, motion in done.items()]
     fell = tuple(Fall(name, direction, distance) for fate in fates for name, direction, distance in fate.left)
     resting = {name for g, m in done.items() if m.end is not End.LEFT for name in g}
     verdict, faults = None, []

@@ -15,6 +15,7 @@ from holdfast.queries.stability import Stability
 from holdfast.settling.motion import TOUCH, End, Limits, Motion
 
 LEAST = 1e-6  # [m] smaller motions are none
+UPWARD = 0.01  # cosine of the angle between the vertical and a normal from which a contact carries weight
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,8 +26,8 @@ class Fate:
     words: Mapping[str, str]
 
 
-def fate_of(group: Sequence[str], motion: Motion, limits: Limits) -> Fate:
-    """Say what became of the bodies of a group, in the order of the motion."""
+def fate_of(group: Sequence[str], motion: Motion, limits: Limits, up: Float) -> Fate:
+    """Say what became of the bodies of a group, in the order of the motion; ``up`` (3,) points upwards."""
     left, words = [], {}
     for k, name in enumerate(group):
         posed = motion.bodies[k]
@@ -43,16 +44,13 @@ def fate_of(group: Sequence[str], motion: Motion, limits: Limits) -> Fate:
         elif motion.end is not End.REST:
             words[name] = f"moved {1e3 * way:.3g} mm: {motion.end.value}"
         else:
-            words[name] = _why(motion, k, way)
+            words[name] = _why(motion, k, way, up)
     return Fate(tuple(left), words)
 
 
-def _why(motion: Motion, k: int, way: float) -> str:
+def _why(motion: Motion, k: int, way: float, up: Float) -> str:
     """Say why a body that came to rest has moved."""
-    touched = np.abs(motion.contacts.gaps) <= TOUCH
-    ends = motion.contacts.ends[touched]
-    beside = sorted({int(b if a == k else a) for a, b in ends if k in (a, b)})
-    where = listed([motion.bodies[other].start.name for other in beside]) if beside else "nothing"
+    where = listed(_supports(motion, k, up)) or "nothing"
     if way < LEAST and motion.bodies[k].turned < 1e-3:
         return f"was at rest on {where}"
     pushed = float(np.linalg.norm(motion.pushed[k]))
@@ -60,6 +58,17 @@ def _why(motion: Motion, k: int, way: float) -> str:
     parts = [f"pushed {1e3 * pushed:.2g} mm out of an overlap"] if pushed > LEAST else []
     parts += [f"sank {1e3 * sunk:.2g} mm"] if sunk > LEAST else []
     return " and ".join(parts or ["turned"]) + f"; rests on {where}"
+
+
+def _supports(motion: Motion, k: int, up: Float) -> list[str]:
+    """Return the names of the bodies that press a body upwards, or of all that touch it if none of them does."""
+    touched = np.abs(motion.contacts.gaps) <= TOUCH
+    ends, normals = motion.contacts.ends[touched], motion.contacts.normals[touched]
+    mine = np.flatnonzero((ends == k).any(1))
+    others = np.where(ends[mine, 0] == k, ends[mine, 1], ends[mine, 0])
+    upward = np.where(ends[mine, 1] == k, 1.0, -1.0) * (normals[mine] @ up)
+    below = others[upward > UPWARD]
+    return [motion.bodies[other].start.name for other in np.unique(below if len(below) else others).tolist()]
 
 
 def told(

@@ -56,6 +56,6 @@ def settled_report(result: Settled, scene: str) -> RenderableType:
     head = headline(one_line(scene, LONGEST_NAME), (str(result.status), STYLES[result.status]), rest)
     table = Table("body", "moved [mm]", "turned [deg]", "why")
     for k in np.argsort(-result.moved, kind="stable"):
-        row = (result.names[k], f"{1e3 * result.moved[k]:.3g}", f"{result.turned[k]:.3g}", result.reasons[k])
+        row = (result.names[k], f"{1e3 * result.moved[k]:.3g}", f"{round(result.turned[k], 6):.3g}", result.reasons[k])
         table.add_row(*map(cell, row))
     return Group(head, sentence(result.reason), table, *(sentence(note, "dim") for note in result.notes))
