@@ -8,6 +8,8 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
+from holdfast.contacts.features import Features
+from holdfast.contacts.patches import line_patches
 from holdfast.contacts.tolerances import plain_gap, rough_gap
 from holdfast.scene.shipped.blocks import at, box, floor
 
@@ -136,3 +138,22 @@ def test_a_contact_guessed_from_roughness_never_raises_lower() -> None:
     assert single.force[0] > 0
     assert helped.force[0] > 1.5 * single.force[0]
     assert helped.lower[0] <= single.lower[0] * (1 + 1e-6)
+
+
+@pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")
+def test_a_foil_without_thickness_has_a_gap() -> None:
+    """Found by the fuzzer: half of no thickness was the gap."""
+    corners = np.array([[0.0, 0, 0], [0.0501, 0.0003, 0], [0.0498, 0.0402, 0], [0.0002, 0.0399, 0]])
+    foil = hf.Body("foil", hf.Mesh(corners, [[0, 1, 2], [0, 2, 3]]), mass=0.01, com=(0.025, 0.02, 0))
+    assert plain_gap(floor(), foil) > 1e-5
+    assert rough_gap(floor(), foil) == 0.0
+
+
+def test_a_line_is_a_line_at_no_gap_at_all() -> None:
+    """Rounding puts the ends of a line beside it by more than nothing."""
+    rng = np.random.default_rng(4)
+    for _ in range(20):
+        ends = rng.normal(size=(1, 2, 3))
+        lines = Features(ends, np.array([[0.0, 0, 1]]), np.zeros((1, 2)), np.ones(1), np.zeros(1, dtype=bool))
+        (patch,) = line_patches(lines, (), 0.0, 1e-9, 1e-3)
+        assert patch.length == pytest.approx(np.linalg.norm(ends[0, 1] - ends[0, 0]))

@@ -84,6 +84,7 @@ def line_patches(lines: Features, faces: Sequence[Patch], gap: float, negligible
         off = np.linalg.norm(arm - at[..., None] * along, axis=2).max(1)
         straight = np.abs(run[left] @ along) >= STRAIGHT * length[left]
         kin = straight & (lines.normals[left] @ lines.normals[seed] >= SAME_WAY) & (off <= gap)
+        kin[0] = True  # the seed itself, whatever rounding says where the gap is zero
         members = left[kin]
         spans = np.sort(at[kin], axis=1)
         for low, high, whose in _joined(spans, negligible):

@@ -129,19 +129,19 @@ def plain_gap(a: Body, b: Body) -> float:
     """Return the gap of a pair of bodies with exact surfaces and poses [m], without sagittas.
 
     It is a thousandth of the mean bounding-box diagonal of those of the two that can move, limited by
-    USUAL_OVER_SMALLEST times the smaller diagonal, and by half the thickness of the thinner body.
+    USUAL_OVER_SMALLEST times the smaller diagonal, and by half the thickness of the thinner body unless that has none.
     """
     both = [body.shape.surface.diagonal for body in (a, b)]
     sizes = [size for size, body in zip(both, (a, b), strict=True) if not body.fixed] or both
     size = min(float(np.mean(sizes)), USUAL_OVER_SMALLEST * min(both))
-    return min(RELATIVE_GAP * size, _thin(a, b))
+    return min(RELATIVE_GAP * size, _thin(a, b) or np.inf)
 
 
 def rough_gap(a: Body, b: Body) -> float:
     """Return the distance that the scatter of two surfaces explains [m]: 0 for exact ones."""
     one, two = a.shape.surface.roughness, b.shape.surface.roughness
     most = ROUGHEST_GAP * min(a.shape.surface.diagonal, b.shape.surface.diagonal)
-    return min(SIGMAS * float(np.hypot(one.height, two.height)), most, _thin(a, b))
+    return min(SIGMAS * float(np.hypot(one.height, two.height)), most, _thin(a, b) or np.inf)
 
 
 def rough_angle(a: Body, b: Body) -> float:
