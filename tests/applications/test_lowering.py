@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import trimesh
 
 import holdfast as hf
 from holdfast.applications.placement.lowering import Moved, Still, lowered, touching
@@ -112,3 +113,21 @@ def test_gravity_sets_what_is_down() -> None:
     here = lowered(moved, start, [Still(ground, 0.5, UP)], UP)
     there = lowered(moved, turn @ start, [Still(turned, 0.5, turn[:3, :3] @ UP)], turn[:3, :3] @ UP)
     assert there == pytest.approx(turn @ here, abs=1e-6)
+
+
+def holed(side: float) -> hf.Mesh:
+    """A cube with square tunnels through it along all axes: its faces are large flat ones of many triangles."""
+    solid = trimesh.creation.box((side,) * 3)
+    for axis in np.eye(3):
+        tunnel = trimesh.creation.box(np.where(axis > 0, 2 * side, 0.4 * side))
+        solid = trimesh.boolean.difference([solid, tunnel], engine="manifold")
+    return hf.Mesh(solid.vertices, solid.faces)
+
+
+def test_large_flat_faces_meet_where_an_edge_has_one_on_either_side() -> None:
+    """Contact detection lets such faces meet as a whole; here their edges and corners count."""
+    table = hf.Body("table", holed(0.2), pose=pose_from(np.array([0, 0, -0.1]), NO_TURN), fixed=True)
+    moved, _, pose = let_down(holed(0.1), [table], (0.03, 0.045, 0.08), (0.997, 0.06, 0.04, 0.02))
+    assert (moved.skin.facet >= 0).any()
+    assert pose[:3, 2] == pytest.approx([0, 0, 1], abs=1e-6)
+    assert pose[2, 3] == pytest.approx(0.05, abs=1e-5)

@@ -24,7 +24,7 @@ from holdfast.contacts.merging import merged
 from holdfast.contacts.occlusion import Pair, by_body, visible
 from holdfast.contacts.patches import face_patches, line_patches, point_patches
 from holdfast.contacts.round import feet, not_at
-from holdfast.contacts.skin import LARGE, Skin, near_boxes, near_faces, near_facets
+from holdfast.contacts.skin import LARGE, Skin, near_boxes, near_but_facets, near_faces, near_facets
 from holdfast.contacts.tolerances import Tolerances, plain_gap
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
@@ -230,7 +230,7 @@ def find_patches(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Toler
     """
     gap, depth, size = tolerances.gap, tolerances.depth, min(a.size, b.size)
     negligible, breadth = NEGLIGIBLE_WIDTH * size, NOMINAL_BREADTH * size
-    pairs, facets = near_faces(skin_a, skin_b, gap), near_facets(skin_a, skin_b, gap)
+    pairs, facets = near_but_facets(skin_a, skin_b, gap), near_facets(skin_a, skin_b, gap)
     if not len(pairs) and not facets:
         return ()
     cos_angle, sin_angle = (float(f(np.radians(tolerances.angle))) for f in (np.cos, np.sin))

@@ -95,16 +95,29 @@ def _smooth_normals(surface: Surface, topology: Topology) -> Float:
 
 
 def near_faces(a: Skin, b: Skin, gap: float, facets: tuple[int, int] | None = None) -> Int:
-    """(m, 2) faces of a and b whose boxes come within ``gap``, but for pairs that are both part of large flat faces.
+    """(m, 2) faces of a and b whose boxes come within ``gap``.
 
-    With ``facets``, the numbers of one of each body, only pairs of these two.
+    With ``facets``, the numbers of a large flat face of each body, only those that these two consist of.
     """
+    if facets is None:
+        return _near_faces(a, b, gap)
+    return _near_faces(a, b, gap, (a.facet == facets[0], b.facet == facets[1]))
+
+
+def near_but_facets(a: Skin, b: Skin, gap: float) -> Int:
+    """The same as ``near_faces`` without pairs that are both part of large flat faces, which meet as a whole."""
+    return _near_faces(a, b, gap, apart=(a.facet >= 0, b.facet >= 0))
+
+
+def _near_faces(
+    a: Skin, b: Skin, gap: float, among: tuple[Bool, Bool] | None = None, apart: tuple[Bool, Bool] | None = None
+) -> Int:
+    """(m, 2) near faces, if given only ``among`` some of a and of b, and without those that are both in ``apart``."""
     low = np.maximum(a.low.min(0), b.low.min(0)) - gap
     high = np.minimum(a.high.max(0), b.high.max(0)) + gap
-    near_a, near_b = ((skin.high >= low) & (skin.low <= high) for skin in (a, b))
-    of_a, of_b = near_a.all(1), near_b.all(1)
-    if facets is not None:
-        of_a, of_b = of_a & (a.facet == facets[0]), of_b & (b.facet == facets[1])
+    of_a, of_b = (((skin.high >= low) & (skin.low <= high)).all(1) for skin in (a, b))
+    if among is not None:
+        of_a, of_b = of_a & among[0], of_b & among[1]
     in_a, in_b = np.flatnonzero(of_a), np.flatnonzero(of_b)
     if not len(in_a) or not len(in_b):
         return np.empty((0, 2), dtype=np.int64)
@@ -113,11 +126,9 @@ def near_faces(a: Skin, b: Skin, gap: float, facets: tuple[int, int] | None = No
     length = b.high[in_b, axis] - b.low[in_b, axis]
     large = length > LARGE * np.median(length)
     found = []
-    flat_a, flat_b = (a.facet >= 0, b.facet >= 0) if facets is None else (a.facet < -1, b.facet < -1)
     for part in (in_b[~large], in_b[large]):
-        pairs = near_boxes(
-            a.low[in_a], a.high[in_a], b.low[part], b.high[part], axis, gap, (flat_a[in_a], flat_b[part])
-        )
+        marked = None if apart is None else (apart[0][in_a], apart[1][part])
+        pairs = near_boxes(a.low[in_a], a.high[in_a], b.low[part], b.high[part], axis, gap, marked)
         found.append(np.column_stack([in_a[pairs[:, 0]], part[pairs[:, 1]]]))
     return np.concatenate(found)
 

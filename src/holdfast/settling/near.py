@@ -11,7 +11,7 @@ from holdfast.base.compiled import compiled
 from holdfast.contacts.detect import NOMINAL_BREADTH
 from holdfast.contacts.features import Features, touching_features
 from holdfast.contacts.round import feet
-from holdfast.contacts.skin import Skin, near_faces, near_facets
+from holdfast.contacts.skin import Skin, near_faces
 from holdfast.scene.body import Body
 from holdfast.settling.facing import ROW, facing_corners
 
@@ -56,8 +56,7 @@ def near_points(a: Body, b: Body, skin_a: Skin, skin_b: Skin, *, margin: float) 
     for foot in exact:
         for end, height in zip(foot.ends, foot.heights, strict=True):
             found.append(np.concatenate([end + height / 2 * foot.normal, foot.normal, [height]])[None])
-    facets = near_facets(skin_a, skin_b, margin)
-    pairs = np.concatenate([near_faces(skin_a, skin_b, margin, two) for two in (None, *facets)])
+    pairs = near_faces(skin_a, skin_b, margin)
     pairs = pairs[(skin_a.normals[pairs[:, 0]] * skin_b.normals[pairs[:, 1]]).sum(1) < AWAY]
     if len(pairs):
         limit = float(np.cos(np.radians(FACING)))
