@@ -159,17 +159,17 @@ def _loose(assembly: Assembly, group: tuple[str, ...]) -> str:
     if nearest is None:
         return text
     inside, outside, gap = nearest
-    tolerance = assembly.tolerances.gap
+    own = assembly.tolerances.between(assembly.scene.body(inside), assembly.scene.body(outside))
     place = f"{inside} is {gap * 1e3:.3g} mm from {outside}"
     deep = [o.depth for o in assembly.overlaps if set(o.bodies) == {inside, outside}]
     if deep:
         return f"{text}; {inside} overlaps {outside} by {deep[0] * 1e3:.3g} mm: correct the pose"
-    if gap <= tolerance:
-        angle = assembly.tolerances.angle
-        return f"{text}; {place}, but only sharp corners or edges meet there (the angle tolerance is {angle:g} degrees)"
+    if gap <= own.gap:
+        angle = f"the angle tolerance is {own.angle:g} degrees"
+        return f"{text}; {place}, but only sharp corners or edges meet there ({angle})"
     if gap > 1:
         return f"{text}; {inside} is {gap:.3g} m from {outside}, its nearest: are all poses in metres?"
-    return f"{text}; {place} (the gap tolerance is {tolerance * 1e3:.3g} mm: raise gap if they should touch)"
+    return f"{text}; {place} (the gap tolerance is {own.gap * 1e3:.3g} mm: raise gap if they should touch)"
 
 
 def _falls(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float) -> Verdict:
