@@ -9,19 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from placed import at
 
 import holdfast as hf
-from holdfast.base.arrays import Float
 from holdfast.scene.excluded import Excluded
 
 G = 9.81
 FLOOR = hf.Body("floor", hf.HalfSpace(), fixed=True)
-
-
-def at(x: float = 0, y: float = 0, z: float = 0) -> Float:
-    pose = np.eye(4)
-    pose[:3, 3] = x, y, z
-    return pose
 
 
 def table(excluded: list[Excluded], **rest: Any) -> hf.Scene:

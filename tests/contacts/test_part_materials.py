@@ -4,17 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from placed import at
 
 import holdfast as hf
-from holdfast.base.arrays import Float
 
 G = 9.81
-
-
-def at(x: float, y: float, z: float) -> Float:
-    pose = np.eye(4)
-    pose[:3, 3] = x, y, z
-    return pose
 
 
 FLOOR = hf.Body("floor", hf.HalfSpace(), fixed=True, material="wood")

@@ -4,20 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from placed import at
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
-from holdfast.base.arrays import Float
 
 FLOOR = hf.Body("floor", hf.HalfSpace(), fixed=True)
-
-
-def at(x: float, y: float, z: float, turn: Float | None = None) -> Float:
-    pose = np.eye(4)
-    pose[:3, 3] = x, y, z
-    if turn is not None:
-        pose[:3, :3] = turn
-    return pose
 
 
 def touching(*bodies: hf.Body) -> dict[tuple[str, str], hf.Interface]:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from placed import at
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
@@ -15,14 +16,6 @@ from holdfast.contacts.round import feet
 FLOOR = hf.Body("floor", hf.HalfSpace(), fixed=True)
 G = 9.81
 FEET = ((-0.4, -0.2), (0.4, -0.2), (0.4, 0.2), (-0.4, 0.2))
-
-
-def at(x: float = 0, y: float = 0, z: float = 0, turn: Float | None = None) -> Float:
-    pose = np.eye(4)
-    pose[:3, 3] = x, y, z
-    if turn is not None:
-        pose[:3, :3] = turn
-    return pose
 
 
 LYING = Rotation.from_euler("zy", (20, 90), degrees=True).as_matrix()  # the z axis along x

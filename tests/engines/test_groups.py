@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
+from placed import at
 
 import holdfast as hf
 from holdfast.assembly.parts import part_of
@@ -20,12 +20,6 @@ from holdfast.queries.request import ENGINES
 
 GAP = 1e-4
 ENGINES_TESTED = ("graph", "limit", "compliant")
-
-
-def at(x: float, y: float, z: float) -> NDArray[np.float64]:
-    pose = np.eye(4)
-    pose[:3, 3] = x, y, z
-    return pose
 
 
 FLOOR = hf.Body("floor", hf.Box((6, 6, 0.1)), pose=at(0, 0, -0.05), fixed=True)

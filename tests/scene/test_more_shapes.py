@@ -6,19 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from placed import at
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
 from holdfast.base.arrays import Float
-
-
-def at(x: float, y: float, z: float, turn: Float | None = None) -> Float:
-    pose = np.eye(4)
-    pose[:3, 3] = x, y, z
-    if turn is not None:
-        pose[:3, :3] = turn
-    return pose
-
 
 L = [((0.4, 0.1, 0.1), (0, 0, 0.05)), ((0.1, 0.1, 0.3), (-0.15, 0, 0.25))]
 T = [((0.1, 0.1, 0.3), (0, 0, 0.15)), ((0.4, 0.1, 0.1), (0, 0, 0.35))]
