@@ -35,6 +35,27 @@ def clip_faces(a: Skin, b: Skin, pairs: Int, *, gap: float, depth: float, cos_an
 
 
 @compiled
+def plane_between(normal_a: Float, normal_b: Float, axes: Float) -> None:
+    """Write the direction from a to b halfway between the normals, then two tangents, as rows of ``axes`` (3, 3)."""
+    normal, t1, t2 = axes[0], axes[1], axes[2]
+    length = 0.0
+    for k in range(3):
+        normal[k] = normal_a[k] - normal_b[k]
+        length += normal[k] * normal[k]
+    seed = 0 if abs(normal[0]) < 0.9 * np.sqrt(length) else 1
+    for k in range(3):
+        normal[k] /= np.sqrt(length)
+    for k in range(3):
+        t1[k] = (1.0 if k == seed else 0.0) - normal[seed] * normal[k]
+    length = np.sqrt(dot3(t1, t1))
+    for k in range(3):
+        t1[k] /= length
+    t2[0] = normal[1] * t1[2] - normal[2] * t1[1]
+    t2[1] = normal[2] * t1[0] - normal[0] * t1[2]
+    t2[2] = normal[0] * t1[1] - normal[1] * t1[0]
+
+
+@compiled
 def _clip_pair(
     tri_a: Float,
     normal_a: Float,
@@ -53,29 +74,17 @@ def _clip_pair(
     the number of corners, 0 where they do not meet.
     """
     corners, kept, flat_b, axes = room[0], room[1], room[2], room[3]
-    t1, t2 = axes[0], axes[1]
-    length = 0.0
+    plane_between(normal_a, normal_b, axes)
+    t1, t2 = axes[1], axes[2]
     for k in range(3):
-        normal[k] = normal_a[k] - normal_b[k]
-        length += normal[k] * normal[k]
-    seed = 0 if abs(normal[0]) < 0.9 * np.sqrt(length) else 1
-    for k in range(3):
-        normal[k] /= np.sqrt(length)
-    for k in range(3):
-        t1[k] = (1.0 if k == seed else 0.0) - normal[seed] * normal[k]
-    length = np.sqrt(dot3(t1, t1))
-    for k in range(3):
-        t1[k] /= length
-    t2[0] = normal[1] * t1[2] - normal[2] * t1[1]
-    t2[1] = normal[2] * t1[0] - normal[0] * t1[2]
-    t2[2] = normal[0] * t1[1] - normal[1] * t1[0]
+        normal[k] = axes[0, k]
     for i in range(3):
         for m in range(2):
             corners[i, m] = 0.0
             flat_b[i, m] = 0.0
             for k in range(3):
-                corners[i, m] += (tri_a[i, k] - tri_a[0, k]) * axes[m, k]
-                flat_b[i, m] += (tri_b[i, k] - tri_a[0, k]) * axes[m, k]
+                corners[i, m] += (tri_a[i, k] - tri_a[0, k]) * axes[m + 1, k]
+                flat_b[i, m] += (tri_b[i, k] - tri_a[0, k]) * axes[m + 1, k]
     count = 3
     # b is seen from below along the normal, so its corners run clockwise there
     for i in range(3):

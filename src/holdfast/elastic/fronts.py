@@ -68,7 +68,7 @@ def fronts_of(m: Elastic) -> Fronts:
         diagonal = np.einsum("pki,pkl,pli->pi", T[free], m.bonded[free], T[free])
         np.add.at(stiff.reshape(-1, 6), ends[free], diagonal)
     unit = 1 / np.where(stiff > 0, stiff, 1.0)
-    return Fronts(*tree[:4], *tree[4:], unit, np.ceil(SPARE * memory).astype(np.int64))
+    return Fronts(*tree, unit, np.ceil(SPARE * memory).astype(np.int64))
 
 
 @compiled

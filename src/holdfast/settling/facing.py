@@ -6,6 +6,7 @@ import numpy as np
 
 from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compiled, dot3
+from holdfast.contacts.clipping import plane_between
 from holdfast.contacts.skin import Skin
 from holdfast.geometry.polygon import keep_half_plane
 
@@ -56,7 +57,7 @@ def _corners_of(
 ) -> int:
     """Write the corners of one pair of triangles; returns how many there are."""
     corners, kept, flat_a, flat_b, axes, slopes = room[0], room[1], room[2], room[3], room[4], room[5]
-    _plane_between(normal_a, normal_b, axes)
+    plane_between(normal_a, normal_b, axes)
     normal, t1, t2 = axes[0], axes[1], axes[2]
     for i in range(3):
         for m in range(2):
@@ -101,27 +102,6 @@ def _corners_of(
         lean = out[i, 3] * normal[0] + out[i, 4] * normal[1] + out[i, 5] * normal[2]
         out[i, 6] = height * lean
     return count
-
-
-@compiled
-def _plane_between(normal_a: Float, normal_b: Float, axes: Float) -> None:
-    """Write the direction from a to b halfway between the normals and two tangents into ``axes`` (3, 3)."""
-    normal, t1, t2 = axes[0], axes[1], axes[2]
-    length = 0.0
-    for k in range(3):
-        normal[k] = normal_a[k] - normal_b[k]
-        length += normal[k] * normal[k]
-    seed = 0 if abs(normal[0]) < 0.9 * np.sqrt(length) else 1
-    for k in range(3):
-        normal[k] /= np.sqrt(length)
-    for k in range(3):
-        t1[k] = (1.0 if k == seed else 0.0) - normal[seed] * normal[k]
-    length = np.sqrt(dot3(t1, t1))
-    for k in range(3):
-        t1[k] /= length
-    t2[0] = normal[1] * t1[2] - normal[2] * t1[1]
-    t2[1] = normal[2] * t1[0] - normal[0] * t1[2]
-    t2[2] = normal[0] * t1[1] - normal[1] * t1[0]
 
 
 @compiled

@@ -63,10 +63,7 @@ class Compliant(Value):
         The arguments are those of ``Engine.prepare``. Answers for which the nodes are too coarse are re-solved on finer
         grids. Raises SceneError for an unknown name in ``stiffness``.
         """
-        check_stiffness(assembly, self.stiffness)
-        wrench = assembly.weight_wrench(acceleration)
-        wrench = wrench if standing is None else wrench + standing
-        return self.on(assembly, wrench, refinements=REFINEMENTS)
+        return prepared_on(assembly, self.springs, standing, acceleration)
 
     def on(
         self, assembly: Assembly, wrench: Float, nodes: ContactNodes | None = None, *, refinements: int = 0
@@ -81,6 +78,16 @@ class Compliant(Value):
     def springs(self) -> Springs:
         """The springs of ideal faces."""
         return Springs(self.nodes, self.stiffness_ratio, self.stiffness)
+
+
+def prepared_on(
+    assembly: Assembly, springs: Springs, standing: Float | None, acceleration: Float | None
+) -> CompliantState:
+    """Find the state of rest on ``springs``; the other arguments and errors are those of ``Compliant.prepare``."""
+    check_stiffness(assembly, springs.stiffness)
+    wrench = assembly.weight_wrench(acceleration)
+    wrench = wrench if standing is None else wrench + standing
+    return state_on(assembly, wrench, springs, refinements=REFINEMENTS)
 
 
 def state_on(

@@ -6,11 +6,9 @@ from dataclasses import dataclass, replace
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
-from holdfast.engines.compliant.engine import Compliant, state_on
+from holdfast.engines.compliant.engine import Compliant, prepared_on
 from holdfast.engines.compliant.faces import Faces
-from holdfast.engines.compliant.refinement import REFINEMENTS
 from holdfast.engines.compliant.state import CLAIM, NAME, CompliantState
-from holdfast.engines.compliant.stiffness import check_stiffness
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +28,4 @@ class Rough:
         self, assembly: Assembly, standing: Float | None = None, acceleration: Float | None = None
     ) -> CompliantState:
         """Find the state of rest on these faces; the arguments and errors are those of ``Compliant.prepare``."""
-        check_stiffness(assembly, self.engine.stiffness)
-        wrench = assembly.weight_wrench(acceleration)
-        wrench = wrench if standing is None else wrench + standing
-        return state_on(assembly, wrench, replace(self.engine.springs, faces=self.faces), refinements=REFINEMENTS)
+        return prepared_on(assembly, replace(self.engine.springs, faces=self.faces), standing, acceleration)
