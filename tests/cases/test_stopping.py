@@ -46,6 +46,18 @@ with stoppable(process=True):
         except BaseException:
             pass
 """
+LOST = """
+import ctypes
+from holdfast.cli.stopping import stoppable
+@ctypes.CFUNCTYPE(None)
+def called():  # as the compiler calls Python: what it raises goes nowhere
+    while True:
+        pass
+with stoppable(process=True):
+    print("ready", flush=True)
+    while True:
+        called()
+"""
 FULL = """
 import sys
 from holdfast.cli.stopping import stoppable
@@ -120,7 +132,10 @@ def stopped(folder: Path, arguments: list[str], wait: float | None, **variables:
     return End(process.returncode, said.read_text(encoding="utf-8"), took)
 
 
-@pytest.mark.parametrize("program", [DEEP, DEAF, FULL], ids=["machine code", "a library catches it", "full pipe"])
+NEVER = {"machine code": DEEP, "a library catches it": DEAF, "a callback loses it": LOST, "full pipe": FULL}
+
+
+@pytest.mark.parametrize("program", NEVER.values(), ids=NEVER)
 def test_a_command_ends_that_hears_nothing(program: str, tmp_path: Path) -> None:
     """The machine code would take a minute of processor time and more; the bound is far from that."""
     end = stopped(tmp_path, ["-c", program], None)

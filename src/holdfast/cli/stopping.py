@@ -44,6 +44,7 @@ def stoppable(*, process: bool = False) -> Iterator[None]:
         signal.signal(signal.SIGINT, note)
         if process:
             _watch()
+    complain, sys.unraisablehook = sys.unraisablehook, _quiet
     try:
         yield
     except KeyboardInterrupt:
@@ -53,8 +54,15 @@ def stoppable(*, process: bool = False) -> Iterator[None]:
             raise
         stop(told=isinstance(error, SystemExit) and error.code == STOPPED)  # by a block within this one
     finally:
+        sys.unraisablehook = complain
         if ours:
             signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def _quiet(lost: sys.UnraisableHookArgs) -> None:
+    """Say nothing of an interrupt where Python can raise none, as where the compiler calls Python: _watch hears it."""
+    if not isinstance(lost.exc_value, KeyboardInterrupt):
+        sys.__unraisablehook__(lost)
 
 
 def _stop(*, told: bool = False) -> None:
