@@ -11,7 +11,9 @@ from pathlib import Path
 import pytest
 from calling import called
 
+import holdfast as hf
 from holdfast.cli.main import COMMANDS
+from holdfast.scene.shipped.blocks import wall
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -47,3 +49,17 @@ def test_warmup_tells_the_folder(
     monkeypatch.setenv("HOLDFAST_CACHE_DIR", str(tmp_path))
     code, out, _ = called(monkeypatch, capsys, "warmup", "--json")
     assert (code, json.loads(out)) == (0, {"functions": 93, "folder": str(tmp_path)})
+
+
+def test_a_map_of_many_bodies_says_what_engine_limit_would_cost(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """On stderr, so that the table and JSON are as they were; never where it is no choice."""
+    path = tmp_path / "wall.yaml"
+    many = wall(6, 5, 0.5, "wall")
+    hf.save_scene(many, path)
+    options = ("--body", many.movable[0].name, "--spacing", 1.0)
+    told = called(monkeypatch, capsys, "map", path, *options)[2]
+    assert f"{len(many.movable)} bodies hold each other here: --engine limit takes about" in told
+    assert called(monkeypatch, capsys, "map", path, *options, "--engine", "limit")[2] == ""
+    assert called(monkeypatch, capsys, "map", "table", "--spacing", 0.5)[2] == ""

@@ -19,6 +19,7 @@ from holdfast.cli.common import (
     engine_with,
     exit_code,
 )
+from holdfast.cli.estimates import tell_cost_of_limit
 from holdfast.cli.output import out, print_json
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
@@ -72,6 +73,7 @@ def map_surfaces(
     method = engine_with(engine, nodes=nodes, immobile_above=immobile_above, mass_margin=mass_margin, max_cuts=max_cuts)
     with progress():
         assembly = scene.assembled()
+        tell_cost_of_limit(assembly, body, spacing, method)
         result = robustness_map(assembly, body, spacing=spacing, engine=method)
         savers = (result.save_png, result.save_html, result.save_glb, result.save_ply)
         for save, path in zip(savers, files.values(), strict=True):

@@ -261,10 +261,18 @@ def robustness_map(
     )
 
 
+def expected_points(assembly: Assembly, names: Sequence[str], spacing: float) -> float:
+    """About how many points a map of these bodies has at this ``spacing`` [m]; fewer where surfaces are hidden."""
+    return _area(assembly, names) / spacing**2
+
+
+def _area(assembly: Assembly, names: Sequence[str]) -> float:
+    return float(sum(assembly.scene.body(name).surface_world.area for name in names))
+
+
 def _check_count(assembly: Assembly, names: Sequence[str], spacing: float) -> None:
     """Raise SceneError if ``spacing`` [m] would give too many points, before any point is computed."""
-    area = sum(assembly.scene.body(name).surface_world.area for name in names)
-    expected = area / spacing**2
+    area, expected = _area(assembly, names), expected_points(assembly, names, spacing)
     if expected > MAX_POINTS:
         problem = f"spacing {spacing:g} m gives about {expected:,.0f} points on {area:.3g} m²"
         remedy = f"use {np.sqrt(area / MAX_POINTS) * 1.05:.2g} m or more, or name fewer bodies"
