@@ -78,6 +78,14 @@ def test_rectangles_are_integrated_exactly(name: str, count: int) -> None:
     assert weights @ np.linalg.norm(arms, axis=1) == pytest.approx(distance, rel=1e-7)
 
 
+def test_a_hair_has_no_more_nodes_than_twice_what_was_asked() -> None:
+    """A patch 4 m long and 17 nm wide had 200,000 of them: as many along it as squares would take."""
+    corners = [(0, 0, 0), (4, 0, 0), (4, 1.7e-8, 0), (0, 1.5e-8, 0)]
+    ((points, weights),) = interface_nodes(hf.Interface(("a", "b"), corners, UP), 49, "quadrature")
+    assert len(points) <= 2 * 49
+    assert weights.sum() == pytest.approx(6.4e-8, rel=1e-6)
+
+
 def test_holes_hold_no_nodes() -> None:
     ((points, weights),) = interface_nodes(ring(0.6), 20, "hull")
     outer = 32 / 2 * np.sin(2 * np.pi / 32) * 0.01

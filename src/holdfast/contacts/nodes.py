@@ -200,7 +200,7 @@ def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     if patch.spots is not None:
         return hull_sample(patch, count)
     sheet = _Sheet.of(patch)
-    across = max(2, round(float(np.sqrt(count * sheet.size[0] / sheet.size[1]))))
+    across = max(2, round(min(float(np.sqrt(count * sheet.size[0] / sheet.size[1])), count)))  # a hair has no more
     along = max(2, round(count / across))
     # cells that no line between two nodes cuts: each belongs to one node, and equal nodes get equal areas
     between = CELLS if count < MANY else FEW_CELLS
