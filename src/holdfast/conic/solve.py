@@ -13,6 +13,7 @@ from holdfast.base.arrays import Float, Int
 from holdfast.base.parallel import left_if_stopped
 from holdfast.conic.program import ConeProgram
 
+LARGEST = 1e100  # numbers whose squares, and products with data, are still numbers
 LONG = 20_000  # entries of A beyond which a solve may take more than a tenth of a second: Ctrl-C does not wait for it
 
 
@@ -87,7 +88,7 @@ class Prepared:
         """Solve the program with its current entries."""
         answer = left_if_stopped(self._solver.solve) if self._long else self._solver.solve()
         outcome = _OUTCOMES.get(str(answer.status), Outcome.TROUBLE)
-        x, z = np.array(answer.x), np.array(answer.z)
+        x, z = _within_numbers(np.array(answer.x)), _within_numbers(np.array(answer.z))
         return ConeSolution(outcome, x, z, violation(self._program, x, self._runs), int(answer.iterations))
 
 
@@ -98,6 +99,12 @@ def solve(program: ConeProgram, *, tolerance: float = 1e-10, max_iterations: int
     scaled to order one.
     """
     return Prepared(program, tolerance=tolerance, max_iterations=max_iterations).solve()
+
+
+def _within_numbers(values: Float) -> Float:
+    """Return ``values``, shrunk to LARGEST if they are larger: a certificate is a direction of any length."""
+    largest = float(np.abs(values).max(initial=0.0))
+    return values * (LARGEST / largest) if LARGEST < largest < np.inf else values
 
 
 _CONES = {
@@ -124,8 +131,7 @@ def violation(program: ConeProgram, x: Float, runs: list[tuple[str, int, int]] |
         elif kind == "nonnegative":
             worst = max(worst, float(-block.min()))
         else:
-            with np.errstate(over="ignore"):  # a certificate's x is no point: it may be of any size
-                worst = max(worst, float((np.sqrt((block[:, 1:] ** 2).sum(1)) - block[:, 0]).max()))
+            worst = max(worst, float((np.sqrt((block[:, 1:] ** 2).sum(1)) - block[:, 0]).max()))
     return worst
 
 
