@@ -19,7 +19,7 @@ from holdfast.elastic.fronts import Fronts, fronts_of
 from holdfast.elastic.law import Elastic
 from holdfast.elastic.linear import Work, make_work
 from holdfast.elastic.outcome import RestOutcome
-from holdfast.elastic.path import PathResult, follow, load_at_peak
+from holdfast.elastic.path import PathResult, follow, load_nearby
 from holdfast.elastic.resting import bond_all, lessen_drag, move
 from holdfast.elastic.stepper import make_stepper
 
@@ -109,13 +109,13 @@ class System:
         self._in_threads(count, run)
         return found.sealed()
 
-    def loads_at_peaks(self, loads: Float, s: Float, q: Float, plane: Float) -> Float:
-        """The loads (k,) at the displacements of peaks that another model of the same bodies found; -1: none found.
+    def loads_nearby(self, loads: Float, s: Float, q: Float, plane: Float) -> Float:
+        """The loads (k,) near points on the paths of another model of the same bodies; -1: none found.
 
-        ``loads`` (k, n); peaks ``s`` (k,) at ``q`` (k, n) across ``plane`` (k, n).
+        ``loads`` (k, n); points ``s`` (k,) at ``q`` (k, n), across ``plane`` (k, n) of which the load is sought.
         """
         found = np.full(len(s), -1.0)
-        seek = self._compiled(load_at_peak)
+        seek = self._compiled(load_nearby)
 
         def run(rows: Iterable[int], work: Work) -> None:
             for k in rows:
