@@ -40,7 +40,7 @@ class PathResult(NamedTuple):
     where it ended (residual strength); ``short`` (k,) by how much s of the peak may be too low; ``systems`` (k,) linear
     systems solved; ``q`` (k, n) at the peak, of endless paths under the load alone; ``motion`` (k, n) the direction of
     the path at its end; ``plane`` (k, n) across which the peak was found; ``cut`` (k, n), or (k, 0) if it was not asked
-    for: peak / peak' = cut · load' to first order for another load. Of a few points on the way to the peak, in any order:
+    for: peak / peak' = cut · load' to first order for another load. Of a few points on the way to the peak:
     ``station_s`` (k, STATIONS), 0 for those that are not there; ``station_q`` and ``station_plane`` (k, STATIONS, n).
     """
 
@@ -240,7 +240,7 @@ def answer_to_loads(m: Elastic, work: Work, stepper: Stepper, cut: Float, fronts
 
 @compilable
 def load_nearby(m: Elastic, work: Work, load: Float, s: float, q: Float, plane: Float, fronts: Fronts | None) -> float:
-    """The load at plane · q on the path of another model, sought from a point (s, q) on that of this one; -1 if not found.
+    """The load at plane · q on the path of another model, from a point (s, q) of this one's; -1 if not found.
 
     The other model has the same bodies and other nodes.
     """

@@ -98,8 +98,8 @@ class Grid:
     def loads_nearby(self, W: Float, s: Float, q: Float, plane: Float) -> Float:
         """Return the factors (k,) of columns W (6J, k) near points of their paths that were found on a coarser grid.
 
-        The points have the factors ``s`` (k,), displacements ``q`` (k, 6J) and planes ``plane`` (k, 6J), in the units of
-        the model. A factor is -1 if none is found.
+        The points have factors ``s`` (k,), displacements ``q`` (k, 6J) and planes ``plane`` (k, 6J), in units of the
+        model. A factor is -1 if none is found.
         """
         return self.system.loads_nearby(self.loads(W), s, q, plane)
 

@@ -98,10 +98,11 @@ class Refined:
         """Give the paths of this grid lower bounds, and take paths from finer grids where this one is too coarse.
 
         The lower bound is the peak minus SAFETY times the estimated discretisation error minus LEAST_ERROR times the
-        peak. The estimate is the change of the load when the finer grid takes the displacement of the peak, or of a point
-        before it (``_on_finer_grid``). If that load is not found or changes by more than LARGE, the whole path is followed on the finer grid, and the estimate
-        is the change of its peak (all of the peak if the finer grid has none). If that change is more than COARSE, the
-        path on the finer grid becomes the answer, as long as refinement is allowed.
+        peak. The estimate is the change of the load when the finer grid takes the displacement of the peak, or of a
+        point before it (``_on_finer_grid``). If that load is not found or changes by more than LARGE, the whole path is
+        followed on the finer grid, and the estimate is the change of its peak (all of the peak if the finer grid has
+        none). If that change is more than COARSE, the path on the finer grid becomes the answer, as long as refinement
+        is allowed.
         """
         below = np.zeros(W.shape[1])
         peaked = np.flatnonzero(paths.outcome == PathOutcome.PEAK)
