@@ -73,13 +73,13 @@ def test_a_station_tells_what_the_finer_grid_changes(monkeypatch: pytest.MonkeyP
 
 
 def test_a_station_that_the_finer_grid_does_not_reach_tells_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A load there that is 10 % less would be a change of the answer: only the whole path on the finer grid decides."""
+    """A load there that is 3 % less may be a change of the answer: only the whole path on the finer grid decides."""
     force, _ = asked()
     calls: list[Float] = []
 
     def far_below(grid: Grid, W: Float, s: Float, q: Float, plane: Float) -> Float:
         calls.append(s)
-        return -np.ones(len(s)) if len(calls) == 1 else 0.9 * s
+        return -np.ones(len(s)) if len(calls) == 1 else 0.97 * s
 
     seen = watch(monkeypatch, far_below)
     assert asked()[0] == pytest.approx(force, rel=0.02)
