@@ -14,6 +14,7 @@ from holdfast.elastic.linear import SINGULAR, Work
 from holdfast.elastic.newton import newton, on_path, unbalance, worst
 from holdfast.elastic.outcome import Event, PathOutcome, goes_on, outcome_of
 from holdfast.elastic.stepper import (
+    STATIONS,
     TOLERANCE,
     Stepper,
     advance,
@@ -39,7 +40,8 @@ class PathResult(NamedTuple):
     where it ended (residual strength); ``short`` (k,) by how much s of the peak may be too low; ``systems`` (k,) linear
     systems solved; ``q`` (k, n) at the peak, of endless paths under the load alone; ``motion`` (k, n) the direction of
     the path at its end; ``plane`` (k, n) across which the peak was found; ``cut`` (k, n), or (k, 0) if it was not asked
-    for: peak / peak' = cut · load' to first order for another load.
+    for: peak / peak' = cut · load' to first order for another load. Of a few points on the way to the peak:
+    ``station_s`` (k, STATIONS), 0 for those that are not there; ``station_q`` and ``station_plane`` (k, STATIONS, n).
     """
 
     outcome: Int
@@ -51,14 +53,17 @@ class PathResult(NamedTuple):
     motion: Float
     plane: Float
     cut: Float
+    station_s: Float
+    station_q: Float
+    station_plane: Float
 
     @classmethod
     def lost(cls, count: int, n: int, *, cuts: bool) -> PathResult:
         """``count`` paths of which nothing is known yet."""
-        lengths = {"q": n, "motion": n, "plane": n, "cut": n if cuts else 0}
+        rows: dict[str, tuple[int, ...]] = {"q": (n,), "motion": (n,), "plane": (n,), "cut": (n if cuts else 0,)}
+        rows |= {"station_s": (STATIONS,), "station_q": (STATIONS, n), "station_plane": (STATIONS, n)}
         kinds = {"outcome": np.int64, "systems": np.int64}
-        shapes = {name: (count, lengths[name]) if name in lengths else (count,) for name in cls._fields}
-        return cls._make(np.zeros(shape, kinds.get(name, np.float64)) for name, shape in shapes.items())
+        return cls._make(np.zeros((count, *rows.get(name, ())), kinds.get(name, np.float64)) for name in cls._fields)
 
     @property
     def factor(self) -> Float:
@@ -125,6 +130,10 @@ def follow(
         if into.cut.shape[1] > 0:
             answer_to_loads(m, work, stepper, into.cut[row], fronts)
     put(into.plane[row], stepper.peak_plane)
+    for k in range(STATIONS):
+        into.station_s[row, k] = stepper.station_s[k]
+        put(into.station_q[row, k], stepper.station_q[k])
+        put(into.station_plane[row, k], stepper.station_plane[k])
     into.outcome[row] = outcome
     into.peak[row] = np.inf if outcome == PathOutcome.ENDLESS else now.highest
     into.last[row], into.short[row], into.systems[row] = now.last, now.short, now.systems
@@ -230,8 +239,8 @@ def answer_to_loads(m: Elastic, work: Work, stepper: Stepper, cut: Float, fronts
 
 
 @compilable
-def load_at_peak(m: Elastic, work: Work, load: Float, s: float, q: Float, plane: Float, fronts: Fronts | None) -> float:
-    """The load at plane · q on the path of another model, sought from a peak (s, q) of this one; -1 if not found.
+def load_nearby(m: Elastic, work: Work, load: Float, s: float, q: Float, plane: Float, fronts: Fronts | None) -> float:
+    """The load at plane · q on the path of another model, from a point (s, q) of this one's; -1 if not found.
 
     The other model has the same bodies and other nodes.
     """

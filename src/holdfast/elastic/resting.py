@@ -34,8 +34,7 @@ CLEAR = 100.0  # times the rounding error of a balance: the least force that cou
 LEAST_DRAG = 1e-13  # ε below which no rest is sought in single steps
 SLOWEST = 0.97  # factor by which ε falls at least from one single step to the next
 STIFFEST = 1e3  # ε above which the motion is not followed in still shorter steps
-MOST_STEPS = 6000  # of Newton's method along the motion
-MOST_SINGLE_STEPS = 3000  # of Newton's method with ever less drag
+MOST_STEPS = 6000  # of Newton's method along the motion; half as many with ever less drag
 
 
 class Rest(NamedTuple):
@@ -47,11 +46,13 @@ class Rest(NamedTuple):
 
 
 @compilable
-def lessen_drag(m: Elastic, work: Work, weight: float, q: Float, drift: Float, fronts: Fronts | None) -> Rest:
+def lessen_drag(
+    m: Elastic, work: Work, weight: float, q: Float, drift: Float, most: int, fronts: Fronts | None
+) -> Rest:
     """Find q (6J,) at rest under ``weight`` times the wrench and no load, with ever less drag.
 
     In single steps from the undeformed assembly; q is at first as with all contacts bonded. Where bodies drift,
-    ``drift`` (6J,) becomes their velocity.
+    ``drift`` (6J,) becomes their velocity. It gives up after ``most`` steps of Newton's method.
     """
     n = len(q)
     origin, old = np.zeros(n), np.zeros(n)
@@ -65,7 +66,7 @@ def lessen_drag(m: Elastic, work: Work, weight: float, q: Float, drift: Float, f
     scale(q, 0.5, bonded)
     drag, factor = 1.0, 0.5
     steady, rate, states = drag, 0.0, -1
-    while drag > LEAST_DRAG and taken < MOST_SINGLE_STEPS:
+    while drag > LEAST_DRAG and taken < most:
         put(old, q)
         spread = largest(q) / max(largest(bonded), 1e-300)
         tolerance = ON_THE_WAY * max(1.0, ROUNDING * spread)
@@ -104,11 +105,11 @@ def lessen_drag(m: Elastic, work: Work, weight: float, q: Float, drift: Float, f
 
 
 @compilable
-def move(m: Elastic, work: Work, weight: float, q: Float, drift: Float, fronts: Fronts | None) -> Rest:
+def move(m: Elastic, work: Work, weight: float, q: Float, drift: Float, most: int, fronts: Fronts | None) -> Rest:
     """Find rest as ``lessen_drag`` does, but along the overdamped motion D q' = r(q) from q, by implicit steps.
 
     It drifts where its velocity has been the same for nearly all of the time and of the way, with a force that is no
-    rounding error.
+    rounding error. It gives up after ``most`` steps of Newton's method.
     """
     n = len(q)
     origin, trial, steady = np.zeros(n), np.zeros(n), np.zeros(n)
@@ -116,7 +117,7 @@ def move(m: Elastic, work: Work, weight: float, q: Float, drift: Float, fronts: 
     work.w[:] = 0.0
     work.c[:] = 0.0
     drag, time, since, before, taken, reached = 1.0, 0.0, 0.0, 0.0, 0, 0.0
-    while taken < MOST_STEPS and drag < STIFFEST:
+    while taken < most and drag < STIFFEST:
         noise = rounding(m, q)
         put(trial, q)
         found = newton(m, work, Balance(weight, drag, 1.0, q), trial, 0.0, 0.0, max(ON_THE_WAY, noise), 12, 0.0, fronts)

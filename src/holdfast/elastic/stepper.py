@@ -22,6 +22,8 @@ from holdfast.elastic.vectors import divide, dot, farthest, go, largest, put
 TOLERANCE = 1e-7  # unbalance of points on the path, each body's in units of its own weight
 FALLEN = 0.99  # share of the peak below which the path has clearly fallen
 NEW_PEAK = 1e-4  # relative rise above the peak so far that counts as a new peak
+STATIONS = 4  # points before the peak that are kept
+APART = 3e-3  # relative rise of the load from one of them to the next
 FAINT = 1e-8  # drag while forces that balance the load alone are sought
 FLAT = 1e-4  # relative rise still to come, if the slope fell as 1/ℓ², below which the path counts as flat
 FARTHEST = 1e8  # length, in sizes of the displacement at rest, at which rounding would show
@@ -59,7 +61,7 @@ class Progress:
     Of the peak: ``highest`` s; ``noted``, the last s that counted as a new peak, at the length ``at_peak``, and the
     points since (``late``); ``short``, by how much it may be too low. It lies between a point where s rises
     (``rising_s``, ``rising_slope``) and one where it does not (``falling_s``, ``falling_slope``), once the latter is
-    known: ``closed``.
+    known: ``closed``. The number of ``stations`` kept on the way to it.
 
     Of the end: the lengths since which the path has been flat (``flat_since``) and since which s has grown in
     proportion to ℓ (``similar_since``); inf if it is not.
@@ -93,6 +95,7 @@ class Progress:
     falling_s: float = 0.0
     falling_slope: float = 0.0
     closed: bool = False
+    stations: int = 0
     flat_since: float = 0.0
     similar_since: float = 0.0
 
@@ -103,6 +106,9 @@ class Stepper(NamedTuple):
     The point ``q`` (n,) with the path's direction ``tangent``, dq/dℓ; the point ``trial`` that is being tried and where
     it was ``aimed``; displacement and plane of the highest point so far (``peak_q``, ``peak_plane``); displacement,
     tangent and plane of the point before the peak, displacement and tangent of the one behind it; ``origin``, zeros.
+
+    Of some points on the way to the peak, each higher than the one before: the load (STATIONS,), displacement and plane
+    (STATIONS, n); the last ones are kept, and those that are not there yet have the load 0.
     """
 
     now: Progress
@@ -118,6 +124,9 @@ class Stepper(NamedTuple):
     falling_q: Float
     falling_tangent: Float
     origin: Float
+    station_s: Float
+    station_q: Float
+    station_plane: Float
 
 
 RECORD = np.dtype(
@@ -129,7 +138,8 @@ RECORD = np.dtype(
 def make_stepper(n: int, *, dense: bool) -> Stepper:
     """A walk among n = 6J displacements; if ``dense`` its numbers are a record that compiled code can write."""
     now = cast(Progress, np.zeros(1, RECORD)[0]) if dense else Progress()
-    return Stepper(now, *np.zeros((len(Stepper._fields) - 1, n)))
+    vectors = np.zeros((len(Stepper._fields) - 4, n))
+    return Stepper._make([now, *vectors, np.zeros(STATIONS), *np.zeros((2, STATIONS, n))])
 
 
 @compiled
@@ -197,7 +207,8 @@ def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, f
     now.elastic = max(largest(q), 1e-300)
     now.length, now.last, now.turned, now.highest, now.at_peak, now.short = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     now.points, now.systems, now.changes, now.shortened, now.late, now.doubted = 0, 0, 0, 0, 0, False
-    now.beyond, now.noted, now.corner = 0.0, 0.0, False
+    now.beyond, now.noted, now.corner, now.stations = 0.0, 0.0, False, 0
+    stepper.station_s[:] = 0.0
     now.flat_since, now.similar_since, now.fastest = np.inf, np.inf, FASTEST
     rest = newton(m, work, on_path(stepper.origin), q, 0.0, dot(load, q), TOLERANCE, 5, 0.0, fronts)
     if not rest.converged:
@@ -220,6 +231,16 @@ def before_peak(work: Work, stepper: Stepper) -> None:
     put(stepper.rising_tangent, stepper.tangent)
     put(stepper.rising_plane, work.c)
     now.rising_s, now.rising_slope = now.s, now.slope
+
+
+@compilable
+def keep_station(work: Work, stepper: Stepper) -> None:
+    """Keep the present point in the place of the oldest one that is kept."""
+    at = stepper.now.stations % STATIONS
+    stepper.station_s[at] = stepper.now.s
+    put(stepper.station_q[at], stepper.q)
+    put(stepper.station_plane[at], work.c)
+    stepper.now.stations += 1
 
 
 @compilable
@@ -344,6 +365,8 @@ def land(work: Work, stepper: Stepper, s: float, sign: float) -> None:
     now.s = now.last = s
     if higher:
         put(stepper.peak_plane, work.c)
+        if s > (1 + APART) * stepper.station_s[(now.stations - 1) % STATIONS]:
+            keep_station(work, stepper)
     if higher and not now.slope <= 0:
         now.closed = False
         before_peak(work, stepper)

@@ -19,8 +19,8 @@ from holdfast.elastic.fronts import Fronts, fronts_of
 from holdfast.elastic.law import Elastic
 from holdfast.elastic.linear import Work, make_work
 from holdfast.elastic.outcome import RestOutcome
-from holdfast.elastic.path import PathResult, follow, load_at_peak
-from holdfast.elastic.resting import bond_all, lessen_drag, move
+from holdfast.elastic.path import PathResult, follow, load_nearby
+from holdfast.elastic.resting import MOST_STEPS, bond_all, lessen_drag, move
 from holdfast.elastic.stepper import make_stepper
 
 P = ParamSpec("P")
@@ -74,22 +74,25 @@ class System:
         """The same under another wrench (n,), in the model's units; both work in the same memory."""
         return replace(self, model=self.model._replace(wrench=wrench))
 
-    def come_to_rest(self, near: Float | None = None) -> Settled:
-        """Let bonded contacts come to rest, or not; if given, try first from a displacement ``near`` (n,)."""
+    def come_to_rest(self, near: Float | None = None, most: int = MOST_STEPS) -> Settled:
+        """Let bonded contacts come to rest, or not; if given, try first from a displacement ``near`` (n,).
+
+        Every search gives up after ``most`` steps of Newton's method, or half as many.
+        """
         n = len(self.model.wrench)
         lessen, travel = (self._patiently(self._compiled(one)) for one in (lessen_drag, move))
         q, drift = np.zeros(n), np.zeros(n)
         if near is not None:
             q[:] = near
-            found = travel(self.model, self.work, 1.0, q, drift, self.fronts)
+            found = travel(self.model, self.work, 1.0, q, drift, most, self.fronts)
             if found.outcome is not RestOutcome.LOST:
                 return Settled(found.outcome, q, drift, found.steps, found.drag)
         bond_all(self.model, self.work, 1.0, q, self.fronts)
         bonded = q.copy()
-        found = lessen(self.model, self.work, 1.0, q, drift, self.fronts)
+        found = lessen(self.model, self.work, 1.0, q, drift, most // 2, self.fronts)
         if found.outcome is not RestOutcome.LOST:
             return Settled(found.outcome, q, drift, found.steps, found.drag)
-        moved = travel(self.model, self.work, 1.0, bonded, drift, self.fronts)
+        moved = travel(self.model, self.work, 1.0, bonded, drift, most, self.fronts)
         return Settled(moved.outcome, bonded, drift, found.steps + moved.steps, moved.drag)
 
     def paths(self, start: Float, loads: Float, *, cuts: bool = False) -> PathResult:
@@ -109,13 +112,13 @@ class System:
         self._in_threads(count, run)
         return found.sealed()
 
-    def loads_at_peaks(self, loads: Float, s: Float, q: Float, plane: Float) -> Float:
-        """The loads (k,) at the displacements of peaks that another model of the same bodies found; -1: none found.
+    def loads_nearby(self, loads: Float, s: Float, q: Float, plane: Float) -> Float:
+        """The loads (k,) near points on the paths of another model of the same bodies; -1: none found.
 
-        ``loads`` (k, n); peaks ``s`` (k,) at ``q`` (k, n) across ``plane`` (k, n).
+        ``loads`` (k, n); points ``s`` (k,) at ``q`` (k, n), across ``plane`` (k, n) of which the load is sought.
         """
         found = np.full(len(s), -1.0)
-        seek = self._compiled(load_at_peak)
+        seek = self._compiled(load_nearby)
 
         def run(rows: Iterable[int], work: Work) -> None:
             for k in rows:

@@ -95,12 +95,13 @@ class Grid:
         found = self.system.paths(self.settled.q, loads, cuts=cuts)
         return found._replace(cut=world_rows(self.assembly, found.cut) / self.unit).sealed() if cuts else found
 
-    def loads_at_peaks(self, W: Float, peaks: PathResult) -> Float:
-        """Return the factors (k,) of columns W (6J, k) at the displacements of ``peaks`` found on a coarser grid.
+    def loads_nearby(self, W: Float, s: Float, q: Float, plane: Float) -> Float:
+        """Return the factors (k,) of columns W (6J, k) near points of their paths that were found on a coarser grid.
 
-        A factor is -1 if none is found.
+        The points have factors ``s`` (k,), displacements ``q`` (k, 6J) and planes ``plane`` (k, 6J), in units of the
+        model. A factor is -1 if none is found.
         """
-        return self.system.loads_at_peaks(self.loads(W), peaks.peak, peaks.q, peaks.plane)
+        return self.system.loads_nearby(self.loads(W), s, q, plane)
 
     def mechanisms(self, motions: Float) -> list[Mechanism]:
         """Return the mechanisms of ``motions`` (k, 6J), which are in the units of the model."""

@@ -98,10 +98,11 @@ class Refined:
         """Give the paths of this grid lower bounds, and take paths from finer grids where this one is too coarse.
 
         The lower bound is the peak minus SAFETY times the estimated discretisation error minus LEAST_ERROR times the
-        peak. The estimate is the change of the load when the finer grid takes the displacement of the peak. If that
-        load is not found or changes by more than LARGE, the whole path is followed on the finer grid, and the estimate
-        is the change of its peak (all of the peak if the finer grid has none). If that change is more than COARSE, the
-        path on the finer grid becomes the answer, as long as refinement is allowed.
+        peak. The estimate is the change of the load when the finer grid takes the displacement of the peak, or of a
+        point before it (``_on_finer_grid``). If that load is not found or changes by more than LARGE, the whole path is
+        followed on the finer grid, and the estimate is the change of its peak (all of the peak if the finer grid has
+        none). If that change is more than COARSE, the path on the finer grid becomes the answer, as long as refinement
+        is allowed.
         """
         below = np.zeros(W.shape[1])
         peaked = np.flatnonzero(paths.outcome == PathOutcome.PEAK)
@@ -109,7 +110,7 @@ class Refined:
             return Bounded(paths, below)
         peaks = paths.chosen(peaked)
         peak = peaks.peak
-        finer = self.grid.finer.loads_at_peaks(W[:, peaked], peaks)
+        finer = self._on_finer_grid(W[:, peaked], peaks)
         unsure = np.flatnonzero((finer < 0) | (np.abs(finer - peak) > LARGE * peak))
         if len(unsure):
             asked = W[:, peaked[unsure]]
@@ -128,3 +129,26 @@ class Refined:
         change = np.where(finer < peak, peak - finer, np.minimum(finer, 2 * peak) - peak)
         below[peaked] = np.maximum(peak - SAFETY * change - LEAST_ERROR * peak, 0.0)
         return Bounded(paths, below)
+
+    def _on_finer_grid(self, W: Float, peaks: PathResult) -> Float:
+        """Return what ``peaks`` (k,) of columns W (6J, k) become on the finer grid, -1 where that is not found.
+
+        This is the load on the finer grid at the displacement of the peak. Far out on a nearly level path there may be
+        none, for every node slides and has its own place to begin. Then a point on the way to the peak is taken whose
+        load on the finer grid is above (1 - COARSE) of the peak: the path on the finer grid leads at least as far, and
+        the peak is changed in proportion to the load at that point.
+        """
+        finer = self.grid.finer
+        found = finer.loads_nearby(W, peaks.peak, peaks.q, peaks.plane)
+        latest = np.argsort(-peaks.station_s, axis=1)
+        for turn in range(latest.shape[1]):
+            at = latest[:, turn]
+            s = peaks.station_s[np.arange(len(at)), at]
+            open_ = np.flatnonzero((found < 0) & (s > (1 - COARSE) * peaks.peak))
+            if not len(open_):
+                break
+            q, plane = peaks.station_q[open_, at[open_]], peaks.station_plane[open_, at[open_]]
+            there = finer.loads_nearby(W[:, open_], s[open_], q, plane)
+            near = (there > (1 - COARSE) * peaks.peak[open_]) & (there < (1 + COARSE) * s[open_])
+            found[open_[near]] = peaks.peak[open_[near]] * there[near] / s[open_[near]]
+        return found

@@ -18,6 +18,7 @@ SLIGHT = 1e-4  # push, relative to the pushed body's weight, below which a body 
 HUGE = 10.0  # push, relative to the group's weight, above which a finite peak has to be confirmed
 CONTRADICTION = 0.05  # share by which a peak may lie above the proved bound before it counts as wrong
 BEYOND = 30.0  # times a peak: bodies that rest under such a load do not move at the peak
+PATIENCE = 200  # steps of Newton's method after which rest under such a load is not sought any longer
 ALONE = 1e-6  # what the faint hold may carry of a load that contacts are to balance alone
 
 
@@ -109,14 +110,14 @@ class Review:
         grid = self.grid if self.grid.held else self.grid.with_hold
         load = grid.loads(column[:, None])[0]
         system = grid.system.under(load / np.abs(load).max())
-        end = system.come_to_rest()
+        end = system.come_to_rest(most=PATIENCE)
         held = np.abs(system.model.hold * end.q).max(initial=0.0)
         if end.outcome is RestOutcome.RESTS and held <= ALONE:
             return True
         if self.grid.held:  # the faint hold would carry too much
             return False
         far = self.grid.system.under(self.grid.system.model.wrench + BEYOND * peak * load)
-        return far.come_to_rest(near=self.grid.settled.q).outcome is RestOutcome.RESTS
+        return far.come_to_rest(near=self.grid.settled.q, most=PATIENCE).outcome is RestOutcome.RESTS
 
     @property
     def _notes(self) -> tuple[str, ...]:
