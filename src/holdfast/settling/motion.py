@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -13,6 +14,7 @@ from holdfast.base.progress import report
 from holdfast.scene.excluded import body_of
 from holdfast.scene.scene import Scene
 from holdfast.settling.near import Near, near_points
+from holdfast.settling.pairs import FacePairs
 from holdfast.settling.poses import Posed, pairs_near
 from holdfast.settling.program import Contacts, small_motion
 
@@ -24,9 +26,10 @@ GROWTH = 4.0  # largest ratio of the stride to the one before
 STILL = 1e-6  # [m] a step under the strongest gravity in which no point moves more is rest
 TOUCH = 5e-6  # [m] surfaces so near, or so deep in each other, may carry a body at rest
 CALM = 1e-4  # [m] after a step in which no point moves more it is asked whether the bodies rest
-POLISH = 4  # more steps that bodies at rest make: a body that balances comes nearer to where it does
+POLISH = 4  # more steps at most that bodies at rest make: a body that balances comes nearer to where it does
+SHRINKING = 0.6  # of the motion in a step: larger motions (than TOUCH) in the next one approach nothing, it is the last
 RESTING = 0.05  # of the reach: how far apart surfaces may be that are looked at then
-OVERLAP = 1e-6  # [m] a larger overlap is undone before gravity acts
+OVERLAP = TOUCH  # [m] a larger overlap is undone before gravity acts
 UNDOING = 12  # steps at most that undo overlaps
 STEPS = 150  # steps at most under gravity
 BALL = 0.4  # inertia of a ball over its mass and squared radius
@@ -93,6 +96,8 @@ def come_to_rest(
     weight = np.array([np.inf if n in known else (SPREAD / sigma.get(n, SPREAD)) ** 2 for n in names])
     steps = _undo_overlaps(group, weight, depth, limits)
     pushed = np.array([posed.moved for posed in group.bodies[: group.count]])
+    if steps and group.at_rest(limits.reach):
+        return group.report(End.REST, steps, pushed, np.zeros((group.count, 3)), limits)
     end, sunk, going = _sink(group, limits)
     return group.report(end, steps + sunk, pushed, going, limits)
 
@@ -115,7 +120,7 @@ def _sink(group: Group, limits: Limits) -> tuple[End, int, Float]:
     """Let the bodies sink, slide and tip; returns how that ended, after how many steps, and the last motions (J, 3)."""
     stride, eager, damped = FIRST * limits.reach, 1.0, 1.0
     last, going = np.zeros((group.count, 6)), np.zeros((group.count, 3))
-    calm = 0
+    calm, travelled = 0, np.inf
     for step in range(STEPS):
         report("settling", step, STEPS)
         motion = group.sinking(group.contacts(WIDE * stride), stride, eager)
@@ -124,12 +129,12 @@ def _sink(group: Group, limits: Limits) -> tuple[End, int, Float]:
         back = float((motion * last).sum()) < -BACK * float(np.linalg.norm(motion) * np.linalg.norm(last))
         damped, last = (damped / 2 if back else min(1.0, RECOVERY * damped)), motion
         before = group.centres()
-        travelled = group.apply(damped * motion, stride)
+        travelled, before_that = group.apply(damped * motion, stride), travelled
         going = group.centres() - before
         if group.beyond(limits):
             return End.LEFT, step + 1, going
         calm = calm + 1 if travelled < CALM and (calm or group.at_rest(limits.reach)) else 0
-        if calm > POLISH:
+        if calm > POLISH or (calm > 1 and travelled > max(SHRINKING * before_that, TOUCH)):
             return End.REST, step + 1, going
         if back:
             eager = max(eager / EAGER, 1.0)
@@ -151,6 +156,7 @@ class Group:
         mass = np.array([body.mass for body in movable], dtype=float)
         self.levers = np.array([posed.radius for posed in self.bodies[: self.count]])
         self.share = mass / mass.max()
+        self._faces: defaultdict[tuple[int, int], FacePairs] = defaultdict(FacePairs)
 
     def contacts(self, margin: float) -> Contacts:
         """Find all near points up to ``margin`` apart or into each other [m].
@@ -160,7 +166,7 @@ class Group:
         found: list[tuple[int, int, float, Near]] = []
         for i, j in pairs_near(self.bodies, margin, self.excluded):
             a, b = self.bodies[i], self.bodies[j]
-            near = near_points(a.body, b.body, a.skin, b.skin, margin=margin)
+            near = near_points(a, b, self._faces[i, j], margin=margin)
             rough = min(self.scene.mu(a.start.name, b.start.name), 1e3)
             found.append((i, j, rough, near))
         sizes = [len(near.gaps) for *_, near in found]
