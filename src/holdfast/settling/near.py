@@ -97,7 +97,7 @@ def _cells(rows: Float, side: float) -> Int:
     """Return one number (n,) for each cell of space, of this ``side`` [m], and of directions that rows are in."""
     cells = np.column_stack([np.floor(rows[:, :3] / side), np.round(2 * rows[:, 3:6])]).astype(np.int64)
     cells -= cells.min(0)
-    return np.ravel_multi_index(tuple(cells.T), tuple(cells.max(0) + 1))
+    return np.asarray(np.ravel_multi_index(tuple(cells.T), tuple(cells.max(0) + 1)))
 
 
 @compiled

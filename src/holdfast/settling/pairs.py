@@ -10,7 +10,7 @@ from holdfast.contacts.skin import near_faces
 from holdfast.settling.poses import Posed
 
 SPARE = 1.0  # margins: how much farther than asked for pairs of faces are looked for, so that they serve longer
-GREATEST = 8.0  # margins: pairs that were looked for farther away than this are too many to go through
+GREATEST = 50.0  # margins: pairs that were looked for farther away than this are too many to go through
 ROUND = 1.1  # of the motion of two bodies: what it uses up of the spare distance
 AWAY = 0.3  # cosine of the angle between the normals of faces of which neither has a part that touches the other
 
