@@ -185,6 +185,29 @@ def test_fixed_bodies_stay_and_excluded_pairs_do_not_touch() -> None:
     assert result.scene.body("floor") == scene.body("floor")
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_a_wedge_between_walls_sinks_to_the_floor(seed: int) -> None:
+    """Friction alone holds three of these by self-stress, which `stability` does not take for standing."""
+    result = hf.settle(noisy(hf.shipped_scene("wedged_floor"), 1.5, 0.5, seed))
+    assert result.status is hf.Status.STABLE
+
+
+def test_a_body_that_only_friction_between_walls_holds_is_not_let_down() -> None:
+    """Without friction it would fall: the answer is that of the motion with friction."""
+    result = hf.settle(hf.shipped_scene("wedged"))
+    assert result.status is hf.Status.UNSTABLE
+    assert not result.fell
+    assert result.moved.max() < 1e-6
+
+
+def test_bodies_that_still_move_after_all_steps_are_undecided(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("holdfast.settling.motion.STEPS", 1)
+    result = hf.settle(hf.Scene([floor(), box("a", at(0, 0, 0.07))], 0.5))
+    assert result.status is hf.Status.UNDECIDED
+    assert "a: the bodies still move" in result.reason
+    assert result.notes
+
+
 def test_upright_bodies_are_turned_first() -> None:
     leaning = hf.Body("post", hf.Box((0.02, 0.02, 0.3)), mass=1.0, pose=at(0, 0, 0.151, (0.1, 0, 0)))
     scene = hf.Scene([floor(), leaning], 0.5)
