@@ -56,6 +56,23 @@ def test_beyond_it_the_body_slides_along_the_edge_of_the_cone(mu: float) -> None
     assert moved(0.0, mu, slope) == pytest.approx(1e-3 * (np.array([0, 0, -1.0]) @ along) * along, abs=1e-9)
 
 
+def test_a_contact_that_was_not_chosen_joins_when_it_would_be_violated() -> None:
+    up = np.array([[0.0, 0.0, 1.0]] * 2)
+    contacts = Contacts(
+        np.array([[1, 0]] * 2),
+        1,
+        np.zeros((2, 3)),
+        up,
+        np.array([5e-3, 4e-4]),
+        np.full(2, 0.5),
+        np.array([True, False]),
+    )
+    pull = np.array([0, 0, -1.0, 0, 0, 0])
+    answer = small_motion(contacts, np.zeros((1, 3)), np.ones(1), np.ones((1, 6)), pull, unit=1e-3, friction=True)
+    assert answer is not None
+    assert answer[0, :3] == pytest.approx([0, 0, -4e-4], abs=1e-10)
+
+
 def boxes(apart: float, **more: float) -> hf.Scene:
     """Two equal boxes side by side on a floor, their near faces ``apart``."""
     floor = hf.Body("floor", hf.Box((2, 2, 0.1)), pose=at(0, 0, -0.05), fixed=True)
