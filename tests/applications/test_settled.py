@@ -95,14 +95,14 @@ def test_gaps_and_overlaps_are_closed(height: float) -> None:
 
 
 def test_a_body_beyond_the_reach_of_any_support_falls_down() -> None:
-    result = hf.settle(hf.Scene([floor(), box("a", at(0, 0, 0.065))], 0.5))
+    result = hf.settle(hf.Scene([floor(), box("a", at(0, 0, 0.085))], 0.5))
     assert result.status is hf.Status.UNSTABLE
     assert result.fell[0].body == "a"
     assert result.fell[0].direction == pytest.approx([0, 0, -1], abs=1e-6)
 
 
 def test_overlaps_deeper_than_the_reach_are_refused_by_name() -> None:
-    result = hf.settle(hf.Scene([floor(), box("a", at(0, 0, 0.03)), box("b", at(0.5, 0, 0.051))], 0.5))
+    result = hf.settle(hf.Scene([floor(), box("a", at(0, 0, 0.03)), box("b", at(0.5, 0, 0.051))], 0.5), reach=0.01)
     assert result.status is hf.Status.UNDECIDED
     assert "'a'" in result.reason
     assert "20 mm" in result.reason
@@ -136,6 +136,30 @@ def test_what_cannot_touch_a_body_does_not_change_a_digit_of_it() -> None:
         assert np.array_equal(body.pose, other.scene.body(body.name).pose)
 
 
+@pytest.mark.parametrize("name", ["stack", "table"])
+@pytest.mark.parametrize(("length", "mass"), [(10.0, 1.0), (0.1, 1.0), (1.0, 1e3)])
+def test_the_units_of_length_and_mass_do_not_matter(name: str, length: float, mass: float) -> None:
+    """A scene ten times as large within ten times the reach moves ten times as far; the masses' unit moves nothing."""
+    noise = noisy(hf.shipped_scene(name), 1.5, 0.5, 4)
+    other = hf.settle(in_units(noise, length, mass), reach=0.03 * length)
+    here = hf.settle(noise)
+    assert here.moved.max() > 1e-3
+    assert other.moved == pytest.approx(length * here.moved, abs=1e-6 * length)
+    assert other.turned == pytest.approx(here.turned, abs=1e-3)
+    assert other.status is here.status is hf.Status.STABLE
+
+
+def in_units(scene: hf.Scene, length: float, mass: float) -> hf.Scene:
+    bodies = []
+    for body in scene.bodies:
+        pose = body.pose.copy()
+        pose[:3, 3] *= length
+        size = length * np.ptp(body.shape.surface.vertices, axis=0)
+        heavy = None if body.mass is None else mass * body.mass
+        bodies.append(hf.Body(body.name, hf.Box(size), mass=heavy, pose=pose, fixed=body.fixed))
+    return hf.Scene(bodies, scene.friction)
+
+
 def test_order_and_names_do_not_matter() -> None:
     noise = noisy(hf.shipped_scene("table"), 1.5, 0.5, 0)
     found = hf.settle(noise).scene
@@ -159,6 +183,29 @@ def test_fixed_bodies_stay_and_excluded_pairs_do_not_touch() -> None:
     assert result.status is hf.Status.UNSTABLE
     assert result.fell[0].direction == pytest.approx([0, 0, -1], abs=1e-6)
     assert result.scene.body("floor") == scene.body("floor")
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_wedge_between_walls_sinks_to_the_floor(seed: int) -> None:
+    """Friction alone holds three of these by self-stress, which `stability` does not take for standing."""
+    result = hf.settle(noisy(hf.shipped_scene("wedged_floor"), 1.5, 0.5, seed))
+    assert result.status is hf.Status.STABLE
+
+
+def test_a_body_that_only_friction_between_walls_holds_is_not_let_down() -> None:
+    """Without friction it would fall: the answer is that of the motion with friction."""
+    result = hf.settle(hf.shipped_scene("wedged"))
+    assert result.status is hf.Status.UNSTABLE
+    assert not result.fell
+    assert result.moved.max() < 1e-6
+
+
+def test_bodies_that_still_move_after_all_steps_are_undecided(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("holdfast.settling.motion.STEPS", 1)
+    result = hf.settle(hf.Scene([floor(), box("a", at(0, 0, 0.07))], 0.5))
+    assert result.status is hf.Status.UNDECIDED
+    assert "a: the bodies still move" in result.reason
+    assert result.notes
 
 
 def test_upright_bodies_are_turned_first() -> None:

@@ -9,6 +9,7 @@ import holdfast as hf
 from holdfast.settling.groups import joined
 from holdfast.settling.motion import Limits, come_to_rest
 from holdfast.settling.near import near_points
+from holdfast.settling.pairs import FacePairs
 from holdfast.settling.poses import Posed, rotation_of, turn_between
 from holdfast.settling.program import Contacts, small_motion
 
@@ -55,6 +56,23 @@ def test_beyond_it_the_body_slides_along_the_edge_of_the_cone(mu: float) -> None
     assert moved(0.0, mu, slope) == pytest.approx(1e-3 * (np.array([0, 0, -1.0]) @ along) * along, abs=1e-9)
 
 
+def test_a_contact_that_was_not_chosen_joins_when_it_would_be_violated() -> None:
+    up = np.array([[0.0, 0.0, 1.0]] * 2)
+    contacts = Contacts(
+        np.array([[1, 0]] * 2),
+        1,
+        np.zeros((2, 3)),
+        up,
+        np.array([5e-3, 4e-4]),
+        np.full(2, 0.5),
+        np.array([True, False]),
+    )
+    pull = np.array([0, 0, -1.0, 0, 0, 0])
+    answer = small_motion(contacts, np.zeros((1, 3)), np.ones(1), np.ones((1, 6)), pull, unit=1e-3, friction=True)
+    assert answer is not None
+    assert answer[0, :3] == pytest.approx([0, 0, -4e-4], abs=1e-10)
+
+
 def boxes(apart: float, **more: float) -> hf.Scene:
     """Two equal boxes side by side on a floor, their near faces ``apart``."""
     floor = hf.Body("floor", hf.Box((2, 2, 0.1)), pose=at(0, 0, -0.05), fixed=True)
@@ -90,7 +108,7 @@ def test_a_known_body_stays_where_others_give_way() -> None:
 def test_near_points_of_boxes_are_the_corners_of_their_overlap() -> None:
     scene = boxes(0.0)
     floor, a = Posed(scene.body("floor")), Posed(scene.body("a").moved(at(0, 0, 0.053, (0, 0, 0.3))))
-    near = near_points(floor.body, a.body, floor.skin, a.skin, margin=0.01)
+    near = near_points(floor, a, FacePairs(), margin=0.01)
     assert near.gaps == pytest.approx(np.full(len(near.gaps), 3e-3), abs=1e-12)
     assert near.normals == pytest.approx(np.tile([0, 0, 1.0], (len(near.gaps), 1)))
     corners = a.body.placed(np.array([[x, y, -0.05] for x in (-0.05, 0.05) for y in (-0.05, 0.05)]))[:, :2]
@@ -101,7 +119,7 @@ def test_near_points_of_boxes_are_the_corners_of_their_overlap() -> None:
 def test_a_ball_has_its_exact_foot() -> None:
     floor = Posed(hf.Body("floor", hf.Box((2, 2, 0.1)), pose=at(0, 0, -0.05), fixed=True))
     ball = Posed(hf.Body("ball", hf.Sphere(0.04), mass=1, pose=at(0.013, 0.002, 0.042, (1, 2, 3))))
-    near = near_points(floor.body, ball.body, floor.skin, ball.skin, margin=0.005)
+    near = near_points(floor, ball, FacePairs(), margin=0.005)
     assert near.gaps == pytest.approx([2e-3], abs=1e-12)
     assert near.points[0, :2] == pytest.approx([0.013, 0.002], abs=1e-12)
 
@@ -122,7 +140,7 @@ def pair(size_a: tuple[float, ...], size_b: tuple[float, ...], place: tuple[floa
 def test_a_corner_is_pushed_out_the_nearest_way_only() -> None:
     """b reaches 3 mm over the edge of a and 1 mm into it: it goes up, not aside."""
     a, b = pair((0.1, 0.1, 0.1), (0.1, 0.1, 0.1), (0.097, 0, 0.099))
-    near = near_points(a.body, b.body, a.skin, b.skin, margin=0.01)
+    near = near_points(a, b, FacePairs(), margin=0.01)
     deep = near.gaps < -1e-6
     assert deep.any()
     assert near.gaps[deep] == pytest.approx(np.full(deep.sum(), -1e-3), abs=1e-9)
@@ -131,7 +149,7 @@ def test_a_corner_is_pushed_out_the_nearest_way_only() -> None:
 
 def test_the_far_side_of_a_thin_plate_is_no_overlap() -> None:
     a, b = pair((0.1, 0.1, 0.004), (0.1, 0.1, 0.002), (0.001, 0, 0.0035))  # 0.5 mm above
-    near = near_points(a.body, b.body, a.skin, b.skin, margin=0.01)
+    near = near_points(a, b, FacePairs(), margin=0.01)
     assert near.gaps == pytest.approx(np.full(len(near.gaps), 5e-4), abs=1e-9)
 
 

@@ -31,8 +31,8 @@ from holdfast.settling.groups import alone, groups_within, joined
 from holdfast.settling.motion import End, Limits, Motion, come_to_rest
 from holdfast.settling.poses import turn_between, upright_pose
 
-SEEN = 0.02  # of the reach: overlaps up to this deep are found by the motion itself
-MEETING = 1e-4  # [m] groups whose bodies end up so near to each other are settled again, as one
+SEEN = 0.0067  # of the reach: overlaps up to this deep are found by the motion itself
+MEETING = 3.3e-3  # of the reach: groups whose bodies end up so near to each other are settled again, as one
 
 
 @archived
@@ -113,7 +113,7 @@ class Settled(PublicValue):
 def settle(
     scene: Scene,
     *,
-    reach: float = 0.01,
+    reach: float = 0.03,
     turn: float = 15.0,
     known: Iterable[str] = (),
     pose_sigma: float | Mapping[str, float] | None = None,
@@ -125,8 +125,10 @@ def settle(
     """Bring the movable bodies to rest under gravity and friction, near the given poses.
 
     First overlaps are undone by the least motions, weighted by the masses; then the bodies sink, slide and tip without
-    inertia until nothing moves (docs/settle.md). A body whose centre of mass goes farther than ``reach`` [m], or that
-    turns by more than ``turn`` [deg], is said to fall. Overlaps deeper than ``reach`` are not undone.
+    inertia until nothing moves (docs/settle.md). What then rests but does not stand was wedged by friction alone: it
+    sinks once more, first without friction, and if the scene stands after that, it is the answer. A body whose centre
+    of mass goes farther than ``reach`` [m], or that turns by more than ``turn`` [deg], is said to fall. Overlaps deeper
+    than ``reach`` are not undone.
 
     Bodies in ``known`` have exact poses: others give way to them where they overlap; gravity moves them like any other
     body. ``pose_sigma`` [m] is the standard deviation of the positions, one for all or by body: where bodies overlap,
@@ -155,20 +157,52 @@ def settle(
     start = _upright(scene, scene.checked_names([upright] if isinstance(upright, str) else upright), limits.turn)
     overlaps = find_overlaps(start, Tolerances(SEEN * limits.reach, 1.0))
     deep = tuple(o for o in overlaps if o.depth > limits.reach)
+
+    def attempt(smooth: frozenset[tuple[str, ...]]) -> tuple[Settled, dict[tuple[str, ...], Motion]]:
+        result, done = _brought_to_rest(start, overlaps, deep, limits, exact, sigma, smooth)
+        return _judged(scene, result, done, deep, limits, (gap, angle), engine), done
+
+    found, done = attempt(frozenset())
+    wedged = _wedged(found, done)
+    if wedged:
+        again, _ = attempt(wedged)
+        if again.status is Status.STABLE:
+            return again
+    return found
+
+
+def _wedged(found: Settled, done: Mapping[tuple[str, ...], Motion]) -> frozenset[tuple[str, ...]]:
+    """Return the groups that came to rest in the motion and yet do not stand: friction holds them by self-stress."""
+    groups = () if found.stability is None else found.stability.groups
+    loose = {name for g in groups if g.verdict.status is not Status.STABLE for name in g.bodies}
+    return frozenset(names for names, motion in done.items() if motion.end is End.REST and loose & set(names))
+
+
+def _brought_to_rest(
+    start: Scene,
+    overlaps: tuple[Overlap, ...],
+    deep: tuple[Overlap, ...],
+    limits: Limits,
+    exact: frozenset[str],
+    sigma: Mapping[str, float],
+    smooth: frozenset[tuple[str, ...]],
+) -> tuple[Scene, dict[tuple[str, ...], Motion]]:
+    """Return the scene at rest, and the motion of each group; those in ``smooth`` first sink without friction."""
     groups = groups_within(start, 2 * limits.reach)
     done: dict[tuple[str, ...], Motion] = {}
     while True:
         for group in groups:
             if group not in done and not _among(deep, group):
                 depth = max((o.depth for o in _among(overlaps, group)), default=0.0)
-                done[group] = come_to_rest(alone(start, group), group, limits, known=exact, sigma=sigma, depth=depth)
+                done[group] = come_to_rest(
+                    alone(start, group), group, limits, known=exact, sigma=sigma, depth=depth, smooth=group in smooth
+                )
         done = {group: motion for group, motion in done.items() if group in groups}
         result = start.moved({p.start.name: p.body.pose for m in done.values() for p in m.bodies if not p.start.fixed})
-        merged = _merged(result, groups)
+        merged = _merged(result, groups, MEETING * limits.reach)
         if merged == groups:
-            break
+            return result, done
         groups = merged
-    return _judged(scene, result, done, deep, limits, (gap, angle), engine)
 
 
 def _judged(
@@ -190,11 +224,11 @@ def _judged(
         assembly = assemble(alone(result, resting), gap=tolerances[0], angle=tolerances[1])
         verdict = stability(assembly, engine=engine)
         faults = [f"{quoted(a)} and {quoted(b)} overlap" for a, b in (o.bodies for o in assembly.overlaps)]
-    status, reason = told(verdict, [f.body for f in fell], deep, faults, limits)
+    notes = [f"{listed(g)}: {m.end.value}" for g, m in done.items() if m.end in (End.GOING, End.TROUBLE)]
+    status, reason = told(verdict, [f.body for f in fell], deep, faults, notes, limits)
     words = {name: word for fate in fates for name, word in fate.words.items()}
     for o in deep:
         words |= {n: f"overlaps {quoted(m)} by {1e3 * o.depth:.3g} mm" for n, m in (o.bodies, o.bodies[::-1])}
-    notes = [f"{listed(g)}: {m.end.value}" for g, m in done.items() if m.end in (End.GOING, End.TROUBLE)]
     before, after = given.movable, result.movable
     return Settled(
         scene=result,
@@ -218,10 +252,10 @@ def _among(overlaps: Iterable[Overlap], group: Iterable[str]) -> list[Overlap]:
     return [o for o in overlaps if inside & set(o.bodies)]
 
 
-def _merged(scene: Scene, groups: tuple[tuple[str, ...], ...]) -> tuple[tuple[str, ...], ...]:
-    """Return the groups, those joined of which bodies have come to meet."""
+def _merged(scene: Scene, groups: tuple[tuple[str, ...], ...], gap: float) -> tuple[tuple[str, ...], ...]:
+    """Return the groups, those joined of which bodies have come within ``gap`` [m]."""
     home = {name: k for k, group in enumerate(groups) for name in group}
-    movable = [(a.name, b.name) for a, b in neighbours(scene, MEETING) if not (a.fixed or b.fixed)]
+    movable = [(a.name, b.name) for a, b in neighbours(scene, gap) if not (a.fixed or b.fixed)]
     inside = [(group[0], name) for group in groups for name in group[1:]]
     meeting = [pair for pair in movable if home[pair[0]] != home[pair[1]]]
     return joined([body.name for body in scene.movable], [*inside, *meeting])

@@ -44,13 +44,13 @@ def fate_of(group: Sequence[str], motion: Motion, limits: Limits, up: Float) -> 
         elif motion.end is not End.REST:
             words[name] = f"moved {1e3 * way:.3g} mm: {motion.end.value}"
         else:
-            words[name] = _why(motion, k, way, up)
+            words[name] = _why(motion, k, way, limits, up)
     return Fate(tuple(left), words)
 
 
-def _why(motion: Motion, k: int, way: float, up: Float) -> str:
+def _why(motion: Motion, k: int, way: float, limits: Limits, up: Float) -> str:
     """Say why a body that came to rest has moved."""
-    where = listed(_supports(motion, k, up)) or "nothing"
+    where = listed(_supports(motion, k, TOUCH * limits.reach, up)) or "nothing"
     if way < LEAST and motion.bodies[k].turned < 1e-3:
         return f"was at rest on {where}"
     pushed = float(np.linalg.norm(motion.pushed[k]))
@@ -60,9 +60,12 @@ def _why(motion: Motion, k: int, way: float, up: Float) -> str:
     return " and ".join(parts or ["turned"]) + f"; rests on {where}"
 
 
-def _supports(motion: Motion, k: int, up: Float) -> list[str]:
-    """Return the names of the bodies that press a body upwards, or of all that touch it if none of them does."""
-    touched = np.abs(motion.contacts.gaps) <= TOUCH
+def _supports(motion: Motion, k: int, touch: float, up: Float) -> list[str]:
+    """Return the names of the bodies that press a body upwards, or of all that touch it if none of them does.
+
+    Surfaces touch up to ``touch`` [m] apart.
+    """
+    touched = np.abs(motion.contacts.gaps) <= touch
     ends, normals = motion.contacts.ends[touched], motion.contacts.normals[touched]
     mine = np.flatnonzero((ends == k).any(1))
     others = np.where(ends[mine, 0] == k, ends[mine, 1], ends[mine, 0])
@@ -72,7 +75,12 @@ def _supports(motion: Motion, k: int, up: Float) -> list[str]:
 
 
 def told(
-    verdict: Stability | None, fell: Sequence[str], deep: Sequence[Overlap], faults: Sequence[str], limits: Limits
+    verdict: Stability | None,
+    fell: Sequence[str],
+    deep: Sequence[Overlap],
+    faults: Sequence[str],
+    unfinished: Sequence[str],
+    limits: Limits,
 ) -> tuple[Status, str]:
     """Return the status of a scene brought to rest and the reason for it."""
     reach = f"the reach of {1e3 * limits.reach:.3g} mm"
@@ -91,4 +99,9 @@ def told(
         return Status.UNDECIDED, f"overlaps are left: {'; '.join(faults[:3])}"
     if verdict.status is Status.STABLE:
         return Status.STABLE, f"at rest within {reach}; {verdict.reason}"
+    if unfinished:
+        return (
+            Status.UNDECIDED,
+            f"{'; '.join(unfinished)}: settle the scene that came out once more, or correct the poses",
+        )
     return verdict.status, verdict.reason

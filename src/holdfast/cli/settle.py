@@ -30,7 +30,7 @@ def settle(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help=f"write the scene at rest to this file: {WRITTEN_SUFFIXES}")
     ] = None,
-    reach: Annotated[float, typer.Option(help="a body that goes farther than this in m falls")] = 0.01,
+    reach: Annotated[float, typer.Option(help="a body that goes farther than this in m falls")] = 0.03,
     turn: Annotated[float, typer.Option(help="a body that turns by more than this in degrees falls")] = 15.0,
     known: Annotated[list[str] | None, typer.Option(help="a body whose pose is exact (may be repeated)")] = None,
     upright: Annotated[list[str] | None, typer.Option(help="a body that stands upright (may be repeated)")] = None,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -10,23 +11,28 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.progress import report
+from holdfast.scene.body import Body
 from holdfast.scene.excluded import body_of
 from holdfast.scene.scene import Scene
 from holdfast.settling.near import Near, near_points
+from holdfast.settling.pairs import FacePairs
 from holdfast.settling.poses import Posed, pairs_near
 from holdfast.settling.program import Contacts, small_motion
 
-STRIDE = 0.1  # of the reach: how far any point moves in one step at most
-FIRST = 0.08  # of the reach: how far a free body sinks in the first step
+# Lengths are shares of the reach, so that a scene in another unit of length moves alike.
+STRIDE = 0.033  # how far any point moves in one step at most
+FIRST = 0.027  # how far a free body sinks in the first step
 WIDE = 2.5  # strides: how far apart surfaces may be and still take part in a step
-NARROW = 0.02  # of the reach: the least stride for which contacts are sought
+NARROW = 0.0067  # the least stride for which contacts are sought
 GROWTH = 4.0  # largest ratio of the stride to the one before
-STILL = 1e-6  # [m] a step under the strongest gravity in which no point moves more is rest
-TOUCH = 5e-6  # [m] surfaces so near, or so deep in each other, may carry a body at rest
-CALM = 1e-4  # [m] after a step in which no point moves more it is asked whether the bodies rest
-POLISH = 4  # more steps that bodies at rest make: a body that balances comes nearer to where it does
-RESTING = 0.05  # of the reach: how far apart surfaces may be that are looked at then
-OVERLAP = 1e-6  # [m] a larger overlap is undone before gravity acts
+NOTHING = 1e-6  # of how far a point may move in a step: a body that moves less stays where it is
+STILL = 3.3e-5  # a step under the strongest gravity in which no point moves more is rest
+TOUCH = 1.7e-4  # surfaces so near, or so deep in each other, may carry a body at rest
+CALM = 3.3e-3  # after a step in which no point moves more it is asked whether the bodies rest
+POLISH = 4  # more steps at most that bodies at rest make: a body that balances comes nearer to where it does
+SHRINKING = 0.6  # of the motion in a step: larger motions (than TOUCH) in the next one approach nothing, it is the last
+RESTING = 0.017  # how far apart surfaces may be that are looked at then
+OVERLAP = TOUCH  # a larger overlap is undone before gravity acts
 UNDOING = 12  # steps at most that undo overlaps
 STEPS = 150  # steps at most under gravity
 BALL = 0.4  # inertia of a ball over its mass and squared radius
@@ -42,7 +48,7 @@ class End(Enum):
 
     REST = "nothing moves"
     LEFT = "a body leaves the reach"
-    GOING = "the bodies still move after the most steps"
+    GOING = "the bodies still move after 150 steps"
     TROUBLE = "a step has no solution"
 
 
@@ -80,19 +86,26 @@ def come_to_rest(
     known: frozenset[str],
     sigma: Mapping[str, float],
     depth: float,
+    smooth: bool = False,
 ) -> Motion:
     """Bring the movable bodies with these ``names`` to rest among each other and the fixed bodies of the scene.
 
     Bodies in ``known`` do not move while overlaps are undone. ``sigma`` [m] are standard deviations of the positions of
     bodies, which then move in proportion to their squares. ``depth`` [m] is that of the deepest overlap, 0 if none
-    is deeper than RESTING of the reach.
+    is deeper than RESTING of the reach. If ``smooth``, they first sink without friction, so that none is wedged.
     """
     group = Group(scene, names)
-    if not depth and group.at_rest(limits.reach):
+    if not depth and not smooth and group.at_rest(limits.reach):
         return group.report(End.REST, 0, np.zeros((group.count, 3)), np.zeros((group.count, 3)), limits)
     weight = np.array([np.inf if n in known else (SPREAD / sigma.get(n, SPREAD)) ** 2 for n in names])
     steps = _undo_overlaps(group, weight, depth, limits)
     pushed = np.array([posed.moved for posed in group.bodies[: group.count]])
+    if smooth:
+        group.rough = False
+        _, sunk, _ = _sink(group, limits)
+        steps, group.rough = steps + sunk, True
+    if steps and group.at_rest(limits.reach):
+        return group.report(End.REST, steps, pushed, np.zeros((group.count, 3)), limits)
     end, sunk, going = _sink(group, limits)
     return group.report(end, steps + sunk, pushed, going, limits)
 
@@ -102,10 +115,10 @@ def _undo_overlaps(group: Group, weight: Float, depth: float, limits: Limits) ->
     margin = max(WIDE * FIRST * limits.reach, 1.5 * depth)
     for step in range(UNDOING):
         contacts = group.contacts(margin)
-        if not len(contacts) or contacts.gaps.min() >= -OVERLAP:
+        if not len(contacts) or contacts.gaps.min() >= -OVERLAP * limits.reach:
             return step
         motion = group.undoing(contacts, weight)
-        if motion is None or group.apply(motion, limits.reach / 2) < OVERLAP:
+        if motion is None or group.apply(motion, limits.reach / 2) < STILL * limits.reach:
             return step
         margin = max(min(-2 * float(contacts.gaps.min()), margin), NARROW * limits.reach)
     return UNDOING
@@ -115,21 +128,21 @@ def _sink(group: Group, limits: Limits) -> tuple[End, int, Float]:
     """Let the bodies sink, slide and tip; returns how that ended, after how many steps, and the last motions (J, 3)."""
     stride, eager, damped = FIRST * limits.reach, 1.0, 1.0
     last, going = np.zeros((group.count, 6)), np.zeros((group.count, 3))
-    calm = 0
+    calm, travelled = 0, np.inf
     for step in range(STEPS):
         report("settling", step, STEPS)
-        motion = group.sinking(group.contacts(WIDE * stride), stride, eager)
+        motion = group.sinking(group.contacts(_margin(stride, limits)), stride, eager)
         if motion is None:
             return End.TROUBLE, step, going
         back = float((motion * last).sum()) < -BACK * float(np.linalg.norm(motion) * np.linalg.norm(last))
         damped, last = (damped / 2 if back else min(1.0, RECOVERY * damped)), motion
         before = group.centres()
-        travelled = group.apply(damped * motion, stride)
+        travelled, before_that = group.apply(damped * motion, stride), travelled
         going = group.centres() - before
         if group.beyond(limits):
             return End.LEFT, step + 1, going
-        calm = calm + 1 if travelled < CALM and (calm or group.at_rest(limits.reach)) else 0
-        if calm > POLISH:
+        calm = calm + 1 if travelled < CALM * limits.reach and (calm or group.at_rest(limits.reach)) else 0
+        if calm > POLISH or (calm > 1 and travelled > max(SHRINKING * before_that, TOUCH * limits.reach)):
             return End.REST, step + 1, going
         if back:
             eager = max(eager / EAGER, 1.0)
@@ -139,8 +152,14 @@ def _sink(group: Group, limits: Limits) -> tuple[End, int, Float]:
     return End.GOING, STEPS, going
 
 
+def _margin(stride: float, limits: Limits) -> float:
+    """Return how far apart [m] surfaces may be in a step of ``stride`` [m]: one of a few, to use near points again."""
+    widest = WIDE * STRIDE * limits.reach
+    return float(widest * 0.5 ** np.floor(np.log2(widest / (WIDE * stride))))
+
+
 class Group:
-    """Bodies that may touch: ``bodies``, of which the first ``count`` are movable."""
+    """Bodies that may touch: ``bodies``, of which the first ``count`` are movable; with friction if ``rough``."""
 
     def __init__(self, scene: Scene, names: Sequence[str]) -> None:
         self.scene, self.count = scene, len(names)
@@ -151,6 +170,9 @@ class Group:
         mass = np.array([body.mass for body in movable], dtype=float)
         self.levers = np.array([posed.radius for posed in self.bodies[: self.count]])
         self.share = mass / mass.max()
+        self.rough = True
+        self._faces: defaultdict[tuple[int, int], FacePairs] = defaultdict(FacePairs)
+        self._near: dict[tuple[int, int], tuple[Body, Body, float, Near]] = {}
 
     def contacts(self, margin: float) -> Contacts:
         """Find all near points up to ``margin`` apart or into each other [m].
@@ -159,9 +181,8 @@ class Group:
         """
         found: list[tuple[int, int, float, Near]] = []
         for i, j in pairs_near(self.bodies, margin, self.excluded):
-            a, b = self.bodies[i], self.bodies[j]
-            near = near_points(a.body, b.body, a.skin, b.skin, margin=margin)
-            rough = min(self.scene.mu(a.start.name, b.start.name), 1e3)
+            near = self._near_points(i, j, margin)
+            rough = min(self.scene.mu(self.bodies[i].start.name, self.bodies[j].start.name), 1e3)
             found.append((i, j, rough, near))
         sizes = [len(near.gaps) for *_, near in found]
         ends = np.repeat(np.array([f[:2] for f in found], dtype=int).reshape(-1, 2), sizes, axis=0)
@@ -170,6 +191,15 @@ class Group:
         mu = np.repeat([f[2] for f in found], sizes)
         chosen = np.concatenate([np.empty(0, dtype=bool), *(f[3].chosen for f in found)])
         return Contacts(ends, self.count, points, normals, gaps, mu, chosen)
+
+    def _near_points(self, i: int, j: int, margin: float) -> Near:
+        """Find the near points of two bodies, or recall them if neither has moved since."""
+        a, b = self.bodies[i], self.bodies[j]
+        known = self._near.get((i, j))
+        if known is None or known[0] is not a.body or known[1] is not b.body or known[2] != margin:
+            near = near_points(a, b, self._faces[i, j], margin=margin)
+            self._near[i, j] = known = (a.body, b.body, margin, near)
+        return known[3]
 
     def centres(self) -> Float:
         """Return the centres of mass (J, 3) [m]."""
@@ -187,20 +217,22 @@ class Group:
         return small_motion(contacts, self.centres(), self.levers, self._metric(least), pull, unit=unit, friction=False)
 
     def at_rest(self, reach: float) -> bool:
-        """Tell whether nothing moves under gravity and friction if surfaces within TOUCH of each other touch."""
+        """Tell whether nothing moves under gravity and friction if surfaces as near as TOUCH of the reach touch."""
         contacts = self.contacts(RESTING * reach)
-        if len(contacts) and contacts.gaps.min() < -TOUCH:
+        if len(contacts) and contacts.gaps.min() < -TOUCH * reach:
             return False
-        gaps = np.where(contacts.gaps < TOUCH, 0.0, contacts.gaps)
+        gaps = np.where(contacts.gaps < TOUCH * reach, 0.0, contacts.gaps)
         motion = self.sinking(replace(contacts, gaps=gaps), RESTING * reach, STRONGEST)
-        return motion is not None and self.farthest(motion) < STILL
+        return motion is not None and self.farthest(motion) < STILL * reach
 
     def sinking(self, contacts: Contacts, stride: float, eager: float) -> Float | None:
         """Return motions (J, 6) under gravity and friction, in which a free body sinks by ``eager * stride`` [m]."""
         pull = np.zeros((self.count, 6))
         pull[:, :3] = -eager * self.share[:, None] * self.scene.up
         metric = self._metric(np.ones(self.count))
-        return small_motion(contacts, self.centres(), self.levers, metric, pull.ravel(), unit=stride, friction=True)
+        return small_motion(
+            contacts, self.centres(), self.levers, metric, pull.ravel(), unit=stride, friction=self.rough
+        )
 
     def apply(self, motion: Float, most: float) -> float:
         """Move the bodies by ``motion`` (J, 6), shortened so that no point moves farther than ``most`` [m].
@@ -209,8 +241,8 @@ class Group:
         """
         farthest = self.farthest(motion)
         share = min(1.0, most / max(farthest, 1e-300))
-        for posed, twist in zip(self.bodies, share * motion, strict=False):
-            if np.any(twist):
+        for posed, twist, way in zip(self.bodies, share * motion, share * self._ways(motion), strict=False):
+            if way > NOTHING * most:
                 posed.move(twist[:3], twist[3:])
         return share * farthest
 
@@ -221,8 +253,11 @@ class Group:
 
     def farthest(self, motion: Float) -> float:
         """Return how far the point moves that moves farthest [m]."""
-        ends = np.linalg.norm(motion[:, :3], axis=1) + self.levers * np.linalg.norm(motion[:, 3:], axis=1)
-        return float(ends.max())
+        return float(self._ways(motion).max())
+
+    def _ways(self, motion: Float) -> Float:
+        """Return how far the point of each body (J,) moves that moves farthest [m]."""
+        return np.asarray(np.linalg.norm(motion[:, :3], axis=1) + self.levers * np.linalg.norm(motion[:, 3:], axis=1))
 
     def beyond(self, limits: Limits) -> tuple[int, ...]:
         """Return the numbers of the bodies that have gone farther than the limits allow."""

@@ -11,9 +11,9 @@ from holdfast.base.compiled import compiled
 from holdfast.contacts.detect import NOMINAL_BREADTH
 from holdfast.contacts.features import Features, touching_features
 from holdfast.contacts.round import feet
-from holdfast.contacts.skin import Skin, near_faces
-from holdfast.scene.body import Body
 from holdfast.settling.facing import ROW, facing_corners
+from holdfast.settling.pairs import FacePairs
+from holdfast.settling.poses import Posed
 
 FACING = 15.0  # [deg] faces that enclose a smaller angle meet as faces, others by their edges and vertices
 SHARP = 3.0  # [deg] an edge or a vertex touches if nothing beside it falls towards the other body by more
@@ -25,8 +25,8 @@ LEAN = 0.05  # [rad] points on a body's ends are worth keeping if a smaller rota
 MOST = 8  # near points of two bodies that are chosen
 MANY = 256  # near points: of more than this, first the deepest in each cell of space is taken
 CELL = 0.005  # of the smaller body: the side of a cell
-AWAY = 0.3  # cosine of the angle between the normals of faces of which neither has a part that touches the other
 BESIDE = 1.5  # depths of an overlap: how far from it others may be that explain it
+FOLDED = 1.05  # depths of an overlap: how wide a gap the other way may be that explains it, beside a folded triangle
 THIN = 0.5  # of the thickness of the thinner body: how deep an overlap may be, and its way out still be known
 
 
@@ -44,11 +44,12 @@ class Near(NamedTuple):
     chosen: Bool
 
 
-def near_points(a: Body, b: Body, skin_a: Skin, skin_b: Skin, *, margin: float) -> Near:
+def near_points(one: Posed, other: Posed, faces: FacePairs, *, margin: float) -> Near:
     """Find the near points of two bodies that are up to ``margin`` apart or into each other [m].
 
-    The bodies and skins are in the same poses.
+    ``faces`` are those of these two bodies, which it keeps up to date.
     """
+    a, b, skin_a, skin_b = one.body, other.body, one.skin, other.skin
     size = min(a.size, b.size)
     depth = min(margin, THIN * min(a.shape.surface.thickness, b.shape.surface.thickness))
     found = [np.empty((0, ROW))]
@@ -56,8 +57,7 @@ def near_points(a: Body, b: Body, skin_a: Skin, skin_b: Skin, *, margin: float) 
     for foot in exact:
         for end, height in zip(foot.ends, foot.heights, strict=True):
             found.append(np.concatenate([end + height / 2 * foot.normal, foot.normal, [height]])[None])
-    pairs = near_faces(skin_a, skin_b, margin)
-    pairs = pairs[(skin_a.normals[pairs[:, 0]] * skin_b.normals[pairs[:, 1]]).sum(1) < AWAY]
+    pairs = faces.within(one, other, margin)
     if len(pairs):
         limit = float(np.cos(np.radians(FACING)))
         mesh = [facing_corners(skin_a, skin_b, pairs, margin=margin, depth=depth, cos_angle=limit)]
@@ -83,8 +83,7 @@ def _kept(rows: Float, size: float) -> Near:
     """Return the near points without those that say nothing new, the deepest first."""
     rows = rows[np.lexsort((*rows[:, :3].T, rows[:, 6]))]
     if len(rows) > MANY:
-        cells = np.column_stack([np.floor(rows[:, :3] / (CELL * size)), np.round(2 * rows[:, 3:6])]).astype(np.int64)
-        rows = rows[np.sort(np.unique(cells, axis=0, return_index=True)[1])]
+        rows = rows[np.sort(np.unique(_cells(rows, CELL * size), return_index=True)[1])]
     rows = np.ascontiguousarray(rows)
     good = np.empty(len(rows), dtype=np.bool_)
     _explained(rows, ALIKE, good)
@@ -94,12 +93,20 @@ def _kept(rows: Float, size: float) -> Near:
     return Near(rows[:, :3], rows[:, 3:6], rows[:, 6], chosen)
 
 
+def _cells(rows: Float, side: float) -> Int:
+    """Return one number (n,) for each cell of space, of this ``side`` [m], and of directions that rows are in."""
+    cells = np.column_stack([np.floor(rows[:, :3] / side), np.round(2 * rows[:, 3:6])]).astype(np.int64)
+    cells -= cells.min(0)
+    return np.asarray(np.ravel_multi_index(tuple(cells.T), tuple(cells.max(0) + 1)))
+
+
 @compiled
 def _explained(rows: Float, alike: float, good: Bool) -> None:
     """Tell which near points (n,), the deepest first, are no side effect of a smaller overlap or gap beside them.
 
     Where a corner is inside another body, every face of that body near it could push it out: the nearest one does. A
-    wall has another side, from which it would be left the wrong way: the side that is nearer to touching counts.
+    wall has another side, from which it would be left the wrong way: the side that is nearer to touching counts. Scans
+    have folded triangles, that face inwards on the outside: there an overlap is as deep as the gap that it belongs to.
     """
     for i in range(len(rows)):
         good[i] = True
@@ -107,13 +114,13 @@ def _explained(rows: Float, alike: float, good: Bool) -> None:
         if depth <= 0:
             continue
         for j in range(i + 1, len(rows)):
-            if rows[j, 6] >= depth:
+            if rows[j, 6] > FOLDED * depth:
                 break
             cosine, apart2 = 0.0, 0.0
             for k in range(3):
                 cosine += rows[i, 3 + k] * rows[j, 3 + k]
                 apart2 += (rows[i, k] - rows[j, k]) ** 2
-            beside = -rows[j, 6] < 0.999 * depth and (rows[j, 6] < 0 or cosine < -alike)
+            beside = cosine < -alike if rows[j, 6] >= 0 else -rows[j, 6] < 0.999 * depth
             if beside and cosine < alike and apart2 <= (BESIDE * depth) ** 2:
                 good[i] = False
                 break

@@ -136,11 +136,22 @@ def _solved(contacts: Contacts, centres: Float, levers: Float, metric: Float, pu
     return None
 
 
+def _moved_apart(contacts: Contacts, centres: Float, levers: Float, motion: Float) -> Float:
+    """Return how far the second body moves away from the first at every contact (n, 3), of motions (J, 6)."""
+    fixed = np.zeros((1, 3))  # of all bodies that are
+    shift, turn = np.concatenate([motion[:, :3], fixed]), np.concatenate([motion[:, 3:] / levers[:, None], fixed])
+    bodies = np.minimum(contacts.ends, len(centres))
+    arms = contacts.points[:, None] - np.concatenate([centres, fixed])[bodies]
+    moved = shift[bodies] + np.cross(turn[bodies], arms)
+    return np.asarray(moved[:, 1] - moved[:, 0])
+
+
 def _violated(contacts: Contacts, centres: Float, levers: Float, motion: Float) -> Bool:
     """Tell which contacts (n,) a motion (6J,) violates, of every pair of bodies only the worst few."""
-    along = relative_motion(contacts, centres, levers, contacts.normals) @ motion
-    across = [relative_motion(contacts, centres, levers, t) @ motion for t in tangents(contacts.normals)]
-    slack = contacts.gaps + along - contacts.mu * np.hypot(*across)
+    away = _moved_apart(contacts, centres, levers, motion.reshape(-1, 6))
+    along = (away * contacts.normals).sum(1)
+    across = np.linalg.norm(away - along[:, None] * contacts.normals, axis=1)
+    slack = contacts.gaps + along - contacts.mu * across
     worst = np.zeros(len(contacts), dtype=bool)
     order = np.flatnonzero(slack < -VIOLATED)
     order = order[np.lexsort((slack[order], contacts.ends[order, 1], contacts.ends[order, 0]))]
