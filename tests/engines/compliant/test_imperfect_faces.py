@@ -13,6 +13,7 @@ from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.system import System
 from holdfast.engines.compliant.faces import Faces
 from holdfast.engines.compliant.model import elastic_model, own_rows
+from holdfast.engines.compliant.places import Places
 from holdfast.engines.compliant.rough import Rough
 from holdfast.engines.groups import prepared
 from holdfast.queries.request import push_columns
@@ -33,7 +34,9 @@ def peaks(assembly: Assembly, imperfect: Imperfect, sample: int, nodes: int = 7)
 def factor(assembly: Assembly, load: np.ndarray, apart: np.ndarray) -> float:
     """The largest factor of one load (6,) on a cube whose 49 nodes are ``apart`` [m]."""
     nodes = contact_nodes(assembly, 49, "quadrature")
-    system = System.of(elastic_model(assembly, nodes, assembly.weight_wrench(), stiffness=np.full(1, BED), apart=apart))
+    system = System.of(
+        elastic_model(Places(assembly, nodes), assembly.weight_wrench(), stiffness=np.full(1, BED), apart=apart)
+    )
     rest = system.come_to_rest()
     assert rest.outcome is RestOutcome.RESTS
     return float(system.paths(rest.q, own_rows(assembly, load[None] / assembly.weight)).peak[0])
