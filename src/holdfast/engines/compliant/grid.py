@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -104,8 +104,20 @@ class Grid:
         loads = self.loads(W)
         if self.settled.outcome is not RestOutcome.RESTS:
             return PathResult.lost(*loads.shape, cuts=cuts).sealed()
-        found = self.system.paths(self.settled.q, loads, cuts=cuts)
+        found = self._followed.paths(self.settled.q, loads, cuts=cuts)
         return found._replace(cut=world_rows(self.assembly, found.cut) / self.unit).sealed() if cuts else found
+
+    @cached_property
+    def _followed(self) -> System:
+        """The system whose load paths are followed: on faces that are not flat, one with a faint hold.
+
+        There a body may come to lie on two high spots, about which it rocks until it meets the next one, while the load
+        stays the same. No contact resists that, so without a hold the path would have no direction and end.
+        """
+        faces = self.springs.faces
+        if self.held or faces is None or faces.imperfect.flatness == 0:
+            return self.system
+        return replace(self.system, model=held(self.system.model))
 
     def loads_at_peaks(self, W: Float, peaks: PathResult) -> Float:
         """Return the factors (k,) of columns W (6J, k) at the displacements of ``peaks`` found on a coarser grid.
