@@ -20,6 +20,7 @@ from holdfast.engines.limit.engine import Limit, LimitState
 from holdfast.engines.mechanism import Mechanism, describe, modes_of
 
 FINER = 2  # number of nodes along a side on the next finer grid, as a multiple of this grid's
+LEADING = 1e-11  # hold on faces that are not flat, as FAINT_HOLD: bodies go far there, and it carries as little
 CHUNK = 64  # number of motions that are turned into mechanisms at a time
 
 
@@ -109,7 +110,7 @@ class Grid:
 
     @cached_property
     def _followed(self) -> System:
-        """The system whose load paths are followed: on faces that are not flat, one with a faint hold.
+        """The system whose load paths are followed: on faces that are not flat, one with the faintest hold.
 
         There a body may come to lie on two high spots, about which it rocks until it meets the next one, while the load
         stays the same. No contact resists that, so without a hold the path would have no direction and end.
@@ -117,7 +118,7 @@ class Grid:
         faces = self.springs.faces
         if self.held or faces is None or faces.imperfect.flatness == 0:
             return self.system
-        return replace(self.system, model=held(self.system.model))
+        return replace(self.system, model=held(self.system.model, LEADING))
 
     def loads_at_peaks(self, W: Float, peaks: PathResult) -> Float:
         """Return the factors (k,) of columns W (6J, k) at the displacements of ``peaks`` found on a coarser grid.
