@@ -12,6 +12,7 @@ from holdfast.applications.disassembly.removal import Answer
 from holdfast.assembly.nodes import contact_nodes
 from holdfast.engines.compliant.fixed_point import Fixed, fixed_point
 from holdfast.engines.compliant.model import elastic_model
+from holdfast.engines.compliant.places import Places
 from holdfast.engines.rest import find_rest
 
 LONG = ("armadillo", "bridge")  # 366 bodies; verdicts that take minutes
@@ -40,5 +41,5 @@ def test_what_is_safe_stands_by_other_verdicts(path: Path) -> None:
             assert find_rest(rest, weight).verdict.equilibrium_exists
             if rest.movable:
                 nodes = contact_nodes(rest, 49, "quadrature")
-                model = elastic_model(rest, nodes, weight, 1.0, None)
+                model = elastic_model(Places(rest, nodes), weight)
                 assert fixed_point(rest, nodes, weight, model.k, model.rho).outcome is not Fixed.MOVES

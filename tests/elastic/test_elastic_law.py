@@ -9,6 +9,7 @@ from holdfast.elastic.fronts import fronts_of, fronts_solve
 from holdfast.elastic.law import evaluate, next_change, node_forces
 from holdfast.elastic.linear import dense_solve, make_work
 from holdfast.engines.compliant.model import elastic_model, levers, world_rows
+from holdfast.engines.compliant.places import Places
 from holdfast.engines.mechanism import relative_velocity
 from holdfast.scene.shipped import shipped_scene
 
@@ -18,7 +19,7 @@ SCENES = ["cube", "table", "arch", "v_groove", "tabletop"]
 def model(name: str, ratio: float = 1.0) -> tuple:
     assembly = hf.assemble(shipped_scene(name))
     nodes = contact_nodes(assembly, 49, "quadrature")
-    return assembly, nodes, elastic_model(assembly, nodes, assembly.weight_wrench(), ratio)
+    return assembly, nodes, elastic_model(Places(assembly, nodes), assembly.weight_wrench(), ratio)
 
 
 def unbalance(m, q: np.ndarray, K: np.ndarray | None = None) -> np.ndarray:

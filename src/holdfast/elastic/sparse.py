@@ -58,8 +58,8 @@ def unresisted_motion(m: Elastic, K: Float) -> Float:
     return np.asarray(np.abs(x).reshape(-1, 6).max(1))
 
 
-def held(m: Elastic) -> Elastic:
-    """The model with a faint hold of every body, so that motions that no contact resists have a finite stiffness.
+def held(m: Elastic, faint: float = FAINT_HOLD) -> Elastic:
+    """The model with a ``faint`` hold of every body, so that motions that no contact resists have a finite stiffness.
 
     The hold is too faint to carry anything: what it would carry counts as not balanced, and a path ends where it begins
     to matter (stepper.py). Its unit lies midway between the firmest and the softest contact of a body: of a body that
@@ -73,5 +73,5 @@ def held(m: Elastic) -> Elastic:
         np.minimum.at(soft, ends[free], stiff[free])
         np.maximum.at(firm, ends[free], stiff[free])
     size = m.scale[::6] / m.scale[3::6]
-    each = FAINT_HOLD * np.sqrt(np.where(np.isfinite(soft), soft, 0.0) * firm)
+    each = faint * np.sqrt(np.where(np.isfinite(soft), soft, 0.0) * firm)
     return m._replace(hold=(each[:, None] * np.stack([np.ones_like(size), size**2], 1)).repeat(3, axis=1).ravel())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from holdfast.base.progress import reported
 from holdfast.base.text import quoted
 from holdfast.engines.answers import Answers, Bound, weakest_bound
 from holdfast.engines.compliant.engine import Compliant
-from holdfast.engines.compliant.faces import Faces, Grounds
+from holdfast.engines.compliant.faces import Faces
 from holdfast.engines.compliant.rough import Rough
 from holdfast.engines.contract import EXACT, Accuracy, Engine
 from holdfast.engines.groups import prepared
@@ -39,7 +39,6 @@ class Covering:
     assembly: Assembly
     standing: Float | None = None
     acceleration: Float | None = None
-    _grounds: Grounds = field(default_factory=Grounds, init=False, repr=False)
 
     def over(self, found: Answers, W: Float) -> Answers:
         """Return the answers ``found`` on ideal faces for columns W (6J, n), with lower bounds that cover the samples.
@@ -52,7 +51,7 @@ class Covering:
 
     def sample(self, number: int) -> Rough:
         """Return the engine on one of the samples."""
-        return Rough(self.engine, Faces(self.imperfect, number, self._grounds))
+        return Rough(self.engine, Faces(self.imperfect, number))
 
     def over_surface(self, found: Answers, W: Float, accuracy: Accuracy) -> Answers:
         """Do the same for many points on one body.

@@ -95,7 +95,7 @@ def test_shipped_scenes_stand(name: str) -> None:
     result = state.verdict()
     assert result.status is Status.STABLE
     local = np.einsum("ikx,ix->ik", state.grid.nodes.axes, result.forces.force)
-    total, each = unbalanced(assembly, state.grid.nodes, local, state.grid.wrench)
+    total, each = unbalanced(state.grid.places, local, state.grid.wrench)
     assert total <= 1e-8
     assert each <= 1e-7
     assert result.residual == pytest.approx(total)

@@ -14,6 +14,7 @@ from holdfast.base.errors import SceneError, message
 from holdfast.base.ranges import EXPONENT, MANY
 from holdfast.base.rigid import checked_pose
 from holdfast.base.text import quoted
+from holdfast.engines.imperfect import Imperfect
 from holdfast.scene.friction import Friction
 
 
@@ -51,6 +52,7 @@ class Options:
     friction: Friction
     mass_margin: float
     spacing: float
+    imperfect: Imperfect | None = None
 
 
 def checked_region(region: object, up: Float) -> Float:

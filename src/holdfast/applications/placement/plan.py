@@ -22,6 +22,8 @@ from holdfast.base.arrays import checked_direction, checked_number, checked_whol
 from holdfast.base.errors import SceneError, message
 from holdfast.base.ranges import ANGLE, LENGTH, MOST_SEED, SCALE
 from holdfast.base.text import listed, quoted
+from holdfast.engines.imperfect import Imperfect
+from holdfast.queries.imperfect import covering
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
 from holdfast.scene.body import Body
 from holdfast.scene.friction import Friction
@@ -53,6 +55,7 @@ def plan_placement(
     mass_margin: float = MASS_MARGIN,
     spacing: float = SPACING,
     confirm: EngineChoice | None = DEFAULT_ENGINE,
+    imperfect: Imperfect | None = None,
 ) -> Placement:
     """Find a pose for ``body`` in which everything stands; the pose that it already has is ignored.
 
@@ -74,6 +77,9 @@ def plan_placement(
     - ``candidates``: the search stops after this many stable poses and returns the best of them.
     - ``weights`` bias the choice; see Weights.
     - ``spacing`` [m]: the distance between the points of all maps.
+    - ``imperfect`` faces, as in ``robustness``: stable poses are then compared by ``lower``, which covers the samples,
+      and so does ``lower`` of the result; forces stay ideal. With 32 samples each comparison takes about as long as 30
+      maps.
 
     What must hold at the end:
 
@@ -82,12 +88,13 @@ def plan_placement(
     - ``confirm``: a second engine that must also find the pose stable, or None.
 
     If no place is found, the result says why. Raises SceneError if ``body`` is fixed, is not a Body or has the name of
-    another body, and HoldfastError if an option is invalid.
+    another body, and HoldfastError if an option is invalid or ``imperfect`` is asked of another engine than
+    ``compliant``.
     """
     return planner(
         assembly, body, engine=engine, region=region, supports=supports, least_supports=least_supports, avoid=avoid,
         orientations=orientations, turn=turn, tilt=tilt, approach=approach, weights=weights,
-        friction=friction, mass_margin=mass_margin, spacing=spacing, confirm=confirm,
+        friction=friction, mass_margin=mass_margin, spacing=spacing, confirm=confirm, imperfect=imperfect,
     ).plan(
         seed=checked_whole(seed, "plan_placement: seed", 0, MOST_SEED),
         budget=None if budget is None else checked_number(budget, "plan_placement: budget", above=0),
@@ -114,6 +121,7 @@ def planner(
     mass_margin: float = MASS_MARGIN,
     spacing: float = SPACING,
     confirm: EngineChoice | None = DEFAULT_ENGINE,
+    imperfect: Imperfect | None = None,
 ) -> Planner:
     """Return a planner that can be asked with many seeds; the arguments are those of ``plan_placement``."""
     assembly = checked_assembly(assembly)
@@ -145,7 +153,9 @@ def planner(
         friction=_friction(assembly, friction),
         mass_margin=checked_number(mass_margin, f"{where}: mass_margin", minimum=0, within=SCALE),
         spacing=checked_number(spacing, f"{where}: spacing", above=0, within=LENGTH),
+        imperfect=imperfect,
     )
+    covering(imperfect, method, assembly)  # which refuses what no map could be asked
     if options.least_supports > len(options.supports):
         problem = f"least_supports is {options.least_supports}, supports are {listed(options.supports)}"
         raise SceneError(message(where, problem, "ask for no more than there are"))

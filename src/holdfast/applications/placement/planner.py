@@ -25,6 +25,7 @@ from holdfast.applications.placement.faces import Face, faces_of
 from holdfast.applications.placement.lowering import Moved, Still, lowered
 from holdfast.applications.placement.options import Options
 from holdfast.applications.placement.poses import choose_points, direction_in, plane_of, pose_on
+from holdfast.applications.placement.rating import Rating, least_push
 from holdfast.applications.placement.result import Candidate, Placement
 from holdfast.applications.placement.support import (
     SupportPoints,
@@ -362,10 +363,11 @@ class Planner:
             rated.sort(key=lambda entry: entry[0], reverse=True)
             found = [(candidate, after) for _, candidate, after in rated]
         after = found[0][1]
-        full = robustness_map(after, None, spacing=self.options.spacing, engine=self.engine)
+        options = self.options
+        full = robustness_map(after, None, spacing=options.spacing, engine=self.engine, imperfect=options.imperfect)
         reason = "everything stands with it"
         if full.undecided.count:
-            least = least_force(full)
+            least = least_push(full)
             others = "" if least is None else f"; the other points hold at least {least:.3g} N"
             reason += f"; points {full.undecided.text}{others}"
         return self._placement(
@@ -383,12 +385,16 @@ class Planner:
     def _rated(self, candidate: Candidate, after: Assembly) -> tuple[tuple[float, ...], Candidate, Assembly]:
         """Rate a stable pose by the decided points of a coarse map: the larger the key, the better the pose.
 
-        A pose whose object has no decided point is below every pose whose object has one: nobody knows what it bears.
+        Where ``lower`` covers imperfect faces it decides, and otherwise the force.
         """
-        coarse = robustness_map(after, None, spacing=ROUGHLY * self.options.spacing, engine=self.engine)
-        least, own = least_force(coarse), least_force(coarse, self.body.name)
-        key = (float(own is not None), -1.0 if least is None else round(least, 9), -1.0 if own is None else own)
-        return key, replace(candidate, robustness=least), after
+        covers = self.options.imperfect
+        step = ROUGHLY * self.options.spacing
+        coarse = robustness_map(after, None, spacing=step, engine=self.engine, imperfect=covers)
+        ideal = Rating.of(coarse, self.body.name)
+        if covers is None:
+            return ideal.key, replace(candidate, robustness=ideal.least), after
+        sure = Rating.of(coarse, self.body.name, "lower")
+        return sure.key, replace(candidate, robustness=ideal.least, lower=sure.least), after
 
     def _unknown(self) -> str:
         """Say how many answers of the scene's maps are not known, or nothing if all are known."""
@@ -413,12 +419,6 @@ class Planner:
     def _placement(self, search: Search, start: float, **found: Any) -> Placement:  # noqa: ANN401 - fields
         faults, elapsed = Table(search.faults), time.perf_counter() - start
         return Placement(name=self.body.name, attempts=search.tried, faults=faults, elapsed=elapsed, **found)
-
-
-def least_force(found: RobustnessMap, body: str | None = None) -> float | None:
-    """Return the smallest push [N] of a map, or of one body in it, over its decided points; None if there is none."""
-    known = found.answers.decided if body is None else found.answers.decided & (found.body == body)
-    return float(found.force[known].min()) if known.any() else None
 
 
 def replace_fixed(body: Body) -> Body:

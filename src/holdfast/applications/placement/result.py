@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from holdfast.applications.placement.rating import least_push
 from holdfast.applications.placement.support import SupportPoints
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived, to_dict
@@ -31,8 +32,9 @@ class Candidate(Value):
     """A pose (4, 4), body frame to world, that was tried.
 
     ``fault`` says in words why it was rejected; it is empty for a stable pose. ``robustness`` [N] of a stable pose is
-    that of the decided points of a coarse map, or None if no point was decided or no map was needed. ``points`` (k, 3)
-    [m] are the points of the scene on which the pose was built, with outward ``normals`` (k, 3), world frame.
+    that of the decided points of a coarse map, or None if no point was decided or no map was needed; ``lower`` [N] is
+    the least lower bound there if it covers imperfect faces, else None. ``points`` (k, 3) [m] are the points of the
+    scene on which the pose was built, with outward ``normals`` (k, 3), world frame.
     """
 
     pose: Float
@@ -40,6 +42,7 @@ class Candidate(Value):
     normals: Float
     fault: str
     robustness: float | None = None
+    lower: float | None = None
 
     def __post_init__(self) -> None:
         seal(self)
@@ -117,6 +120,14 @@ class Placement(Result):
         return 0.0 if self.weakest is None else self.weakest.force
 
     @property
+    def lower(self) -> float:
+        """The least lower bound [N] over the decided points of the map; 0 without a place or without an answer.
+
+        It covers imperfect faces if they were given.
+        """
+        return 0.0 if self.map is None else least_push(self.map, column="lower") or 0.0
+
+    @property
     def contacts(self) -> tuple[Interface, ...]:
         """The interfaces of the object in place."""
         return () if self.assembly is None else tuple(i for i in self.assembly.interfaces if self.name in i.bodies)
@@ -131,8 +142,20 @@ class Placement(Result):
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON, without the meshes and pushes of the map."""
         names = (
-            *("name", "status", "reason", "pose", "robustness", "weakest", "attempts", "faults", "candidates", "best"),
-            *("points", "normals", "time_to_stable", "elapsed"),
+            *(
+                "name",
+                "status",
+                "reason",
+                "pose",
+                "robustness",
+                "lower",
+                "weakest",
+                "attempts",
+                "faults",
+                "candidates",
+                "best",
+            ),
+            *("candidates", "best", "points", "normals", "time_to_stable", "elapsed"),
         )
         return self.about() | {name: to_dict(getattr(self, name)) for name in names}
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +10,8 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import node_axes
 from holdfast.base.arrays import Float
-from holdfast.contacts.interface import Interface, Patch
+from holdfast.base.memory import Same
+from holdfast.contacts.interface import Patch
 from holdfast.contacts.nodes import interface_nodes
 from holdfast.engines.imperfect import Imperfect
 from holdfast.geometry.hull import convex_hull, smallest_rectangle
@@ -24,34 +25,52 @@ SPREAD = 4.0  # standard deviations from peak to valley where a patch is a singl
 
 class Ground(NamedTuple):
     """A patch as its height fields see it: tangents ``axes`` (2, 3), ``centre`` (3,) [m], ``places`` (n, 3) [m] that
-    cover it, and its ``longest`` side [m]; ``interface`` and ``number`` say which patch it is.
+    cover it, and its ``longest`` side [m].
     """  # noqa: D205
 
     axes: Float
     centre: Float
     places: Float
     longest: float
-    interface: Interface
-    number: int
 
 
-class Grounds:
-    """The patches of assemblies, which all samples share."""
+def grounds_of(assembly: Assembly) -> list[Ground]:
+    """Return the patches of an assembly, interface by interface; they are kept with it, as all samples share them."""
 
-    def __init__(self) -> None:
-        self._known: dict[int, tuple[Assembly, list[Ground]]] = {}  # the assembly, too: its id is not given away
+    def found() -> list[Ground]:
+        patches = [patch for interface in assembly.interfaces for patch in interface.patches]
+        axes = node_axes(assembly, np.array([patch.normal for patch in patches]).reshape(-1, 3))
+        return [Ground(own[1:], patch.centroid, *_lattice(patch)) for patch, own in zip(patches, axes, strict=True)]
 
-    def of(self, assembly: Assembly) -> list[Ground]:
-        """Return the patches of an assembly, interface by interface."""
-        if id(assembly) not in self._known:
-            places = [(interface, k) for interface in assembly.interfaces for k in range(len(interface.patches))]
-            normals = np.array([interface.patches[k].normal for interface, k in places]).reshape(-1, 3)
-            found = []
-            for (interface, k), axes in zip(places, node_axes(assembly, normals), strict=True):
-                patch = interface.patches[k]
-                found.append(Ground(axes[1:], patch.centroid, *_lattice(patch), interface, k))
-            self._known[id(assembly)] = assembly, found
-        return self._known[id(assembly)][1]
+    return assembly.memory.recalled(("grounds", Same(assembly)), len(assembly.movable), found)
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A smooth random surface over a patch: the sum of plane waves, times ``scale`` [m].
+
+    Heights about ``centre`` (3,) [m] have normally distributed wave vectors ``waves`` (3, WAVES) [1/m] and random
+    ``phases`` (WAVES,), so their correlation falls with the distance d as exp(-d² / 2ℓ²).
+    """
+
+    centre: Float
+    waves: Float
+    phases: Float
+    scale: float = 1.0
+
+    @classmethod
+    def drawn(cls, ground: Ground, imperfect: Imperfect, random: np.random.Generator) -> Surface:
+        """Draw a surface over a patch that has the wanted peak to valley."""
+        length = imperfect.correlation or max(ground.longest, 1e-300) / PATCH_SHARE
+        waves, phases = random.standard_normal((WAVES, 2)), random.uniform(0, 2 * np.pi, WAVES)
+        plain = cls(ground.centre, ground.axes.T @ waves.T / length, phases)
+        range_ = float(np.ptp(plain.heights(ground.places))) if len(ground.places) > 1 else SPREAD
+        return replace(plain, scale=imperfect.flatness / max(range_, 1e-300))
+
+    def heights(self, points: Float) -> Float:
+        """Return the heights (n,) [m] at ``points`` (n, 3) [m]."""
+        waves = np.cos((points - self.centre) @ self.waves + self.phases)
+        return np.asarray(waves.sum(1) * (np.sqrt(2 / WAVES) * self.scale))
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,13 +78,12 @@ class Faces:
     """One sample of the faces of an assembly, the one with number ``sample``.
 
     What is drawn depends on the seed, the number of the sample and the order of the assembly's contacts alone. That
-    order is the group's own (assembly/parts.py), so neither names nor unrelated bodies change anything. Samples that
-    share ``grounds`` work out only once what they have in common.
+    order is the group's own (assembly/parts.py), so neither names nor unrelated bodies change anything.
     """
 
     imperfect: Imperfect
     sample: int
-    grounds: Grounds = field(default_factory=Grounds)
+    _drawn: dict[Same, list[Surface]] = field(default_factory=dict, init=False, repr=False)
 
     def stiffness(self, assembly: Assembly) -> Float:
         """Return the normal stiffness per area (interfaces,) [N/m³], alike for all contacts of a pair of bodies."""
@@ -80,31 +98,22 @@ class Faces:
 
         Another number of nodes sees the same surfaces at other places.
         """
-        random = self._random(0)
-        found = [np.empty(0)]
-        for ground in self.grounds.of(assembly):
-            points, _ = interface_nodes(ground.interface, count, "quadrature")[ground.number]
-            found.append(self._heights(ground, points, random))
-        return np.concatenate(found)
+        patches = (each for one in assembly.interfaces for each in interface_nodes(one, count, "quadrature"))
+        heights = [
+            surface.heights(points) for (points, _), surface in zip(patches, self._surfaces(assembly), strict=True)
+        ]
+        return np.concatenate([np.empty(0), *heights])
+
+    def _surfaces(self, assembly: Assembly) -> list[Surface]:
+        """Return the surfaces over the patches of an assembly; finer grids see the same ones."""
+        key = Same(assembly)
+        if key not in self._drawn:
+            random = self._random(0)
+            self._drawn[key] = [Surface.drawn(ground, self.imperfect, random) for ground in grounds_of(assembly)]
+        return self._drawn[key]
 
     def _random(self, what: int) -> np.random.Generator:
         return np.random.default_rng((self.imperfect.seed, self.sample, what))
-
-    def _heights(self, ground: Ground, points: Float, random: np.random.Generator) -> Float:
-        """Return the heights (n,) [m] at ``points`` (n, 3) [m] of a new smooth surface over a patch.
-
-        It is a sum of plane waves with normally distributed wave vectors and random phases, whose correlation falls
-        with the distance d as exp(-d² / 2ℓ²), scaled to the wanted peak to valley.
-        """
-        length = self.imperfect.correlation or max(ground.longest, 1e-300) / PATCH_SHARE
-        waves, phases = random.standard_normal((WAVES, 2)), random.uniform(0, 2 * np.pi, WAVES)
-
-        def height(at: Float) -> Float:
-            local = (at - ground.centre) @ ground.axes.T / length
-            return np.asarray(np.cos(local @ waves.T + phases).sum(1) * np.sqrt(2 / WAVES))
-
-        range_ = float(np.ptp(height(ground.places))) if len(ground.places) > 1 else SPREAD
-        return self.imperfect.flatness / max(range_, 1e-300) * height(points)
 
 
 def _lattice(patch: Patch) -> tuple[Float, float]:

@@ -2,39 +2,39 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import ContactNodes, contact_nodes, equilibrium_operator
+from holdfast.assembly.nodes import ContactNodes
 from holdfast.base.arrays import Float
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.elastic.sparse import held
 from holdfast.elastic.system import Settled, System
 from holdfast.engines.compliant.model import Springs, force_unit, own_rows, world_rows
+from holdfast.engines.compliant.places import Places
 from holdfast.engines.limit.engine import Limit, LimitState
-from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of
+from holdfast.engines.mechanism import Mechanism, describe, modes_of
 
 FINER = 2  # number of nodes along a side on the next finer grid, as a multiple of this grid's
+LEADING = 1e-11  # hold on faces that are not flat, as FAINT_HOLD: bodies go far there, and it carries as little
 CHUNK = 64  # number of motions that are turned into mechanisms at a time
 
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """An assembly under ``wrench`` (6J,) [N, N m] on contact ``nodes`` with ``springs``, and its state of rest.
+    """An assembly under ``wrench`` (6J,) [N, N m] on contact ``places`` with ``springs``, and its state of rest.
 
     ``system`` is the elastic system in the units of the model, and ``settled`` the end of the search for rest. ``held``
     tells whether a faint hold keeps every body in its place where no contact resists its motion.
     """
 
-    assembly: Assembly
+    places: Places
     wrench: Float
     springs: Springs
-    nodes: ContactNodes
     system: System
     settled: Settled
     held: bool = False
@@ -51,13 +51,26 @@ class Grid:
     ) -> Grid:
         """Find the state of rest on ``nodes`` or, if None, on a grid with ``springs.nodes`` along a side.
 
-        With ``hold``, a faint hold keeps every body in its place. Springs of imperfect faces choose the nodes.
+        With ``hold``, a faint hold keeps every body in its place.
         """
-        if nodes is None:
-            nodes = contact_nodes(assembly, springs.nodes**2, "quadrature")
-        model = springs.model(assembly, nodes, wrench)
+        places = Places.of(assembly, springs.nodes) if nodes is None else Places(assembly, nodes)
+        return cls._on(places, wrench, springs, hold=hold)
+
+    @classmethod
+    def _on(cls, places: Places, wrench: Float, springs: Springs, *, hold: bool) -> Grid:
+        model = springs.model(places, wrench)
         system = System.of(held(model) if hold else model)
-        return cls(assembly, wrench, springs, nodes, system, system.come_to_rest(), hold)
+        return cls(places, wrench, springs, system, system.come_to_rest(), hold)
+
+    @property
+    def assembly(self) -> Assembly:
+        """The assembly."""
+        return self.places.assembly
+
+    @property
+    def nodes(self) -> ContactNodes:
+        """The contact nodes."""
+        return self.places.nodes
 
     @cached_property
     def finer(self) -> Grid:
@@ -67,7 +80,7 @@ class Grid:
     @cached_property
     def with_hold(self) -> Grid:
         """The grid on the same nodes with a faint hold of every body."""
-        return Grid.of(self.assembly, self.wrench, self.springs, self.nodes, hold=True)
+        return Grid._on(self.places, self.wrench, self.springs, hold=True)
 
     @cached_property
     def certain(self) -> LimitState:
@@ -92,8 +105,20 @@ class Grid:
         loads = self.loads(W)
         if self.settled.outcome is not RestOutcome.RESTS:
             return PathResult.lost(*loads.shape, cuts=cuts).sealed()
-        found = self.system.paths(self.settled.q, loads, cuts=cuts)
+        found = self._followed.paths(self.settled.q, loads, cuts=cuts)
         return found._replace(cut=world_rows(self.assembly, found.cut) / self.unit).sealed() if cuts else found
+
+    @cached_property
+    def _followed(self) -> System:
+        """The system whose load paths are followed: on faces that are not flat, one with the faintest hold.
+
+        There a body may come to lie on two high spots, about which it rocks until it meets the next one, while the load
+        stays the same. No contact resists that, so without a hold the path would have no direction and end.
+        """
+        faces = self.springs.faces
+        if self.held or faces is None or faces.imperfect.flatness == 0:
+            return self.system
+        return replace(self.system, model=held(self.system.model, LEADING))
 
     def loads_nearby(self, W: Float, s: Float, q: Float, plane: Float) -> Float:
         """Return the factors (k,) of columns W (6J, k) near points of their paths that were found on a coarser grid.
@@ -106,23 +131,13 @@ class Grid:
     def mechanisms(self, motions: Float) -> list[Mechanism]:
         """Return the mechanisms of ``motions`` (k, 6J), which are in the units of the model."""
         found: list[Mechanism] = []
-        relative = self._relative
+        relative = self.places.relative
         for first in range(0, len(motions), CHUNK):
             twists = world_rows(self.assembly, motions[first : first + CHUNK])
             velocities = (relative @ twists.T).T.reshape(len(twists), len(self.nodes), 3)
             modes = modes_of(velocities, np.zeros(len(self.nodes)))
             found += [
-                describe(self.kinematics, t.reshape(-1, 6), mode, dual=False)
+                describe(self.places.kinematics, t.reshape(-1, 6), mode, dual=False)
                 for t, mode in zip(twists, modes, strict=True)
             ]
         return found
-
-    @cached_property
-    def kinematics(self) -> Kinematics:
-        """The bodies and contact nodes that all mechanisms on this grid share."""
-        return Kinematics.of(self.assembly, self.nodes)
-
-    @cached_property
-    def _relative(self) -> sparse.csr_matrix:
-        """Gᵀ (3I, 6J), which maps twists to relative velocities at the nodes."""
-        return sparse.csr_matrix(equilibrium_operator(self.assembly, self.nodes).T)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import ContactNodes, equilibrium_operator
+from holdfast.assembly.nodes import ContactNodes
 from holdfast.base.arrays import Float
 from holdfast.base.text import listed
 from holdfast.elastic.law import Elastic, evaluate, node_forces
@@ -17,6 +17,7 @@ from holdfast.elastic.stepper import CARRIED
 from holdfast.engines.compliant.fixed_point import Fixed, fixed_point
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.model import levers, world_rows
+from holdfast.engines.compliant.places import Places
 from holdfast.engines.mechanism import NAMED, Kinematics, Mechanism, describe, modes_of, relative_velocity
 from holdfast.engines.rest import contact_forces, doubt_of, find_rest, undecided
 from holdfast.engines.verdict import Status, Verdict
@@ -43,7 +44,7 @@ def at_rest(grid: Grid) -> AtRest | None:
         return None
     forces = np.zeros((len(grid.nodes), 3))
     node_forces(m, end.q, forces)
-    total, each = unbalanced(grid.assembly, grid.nodes, forces * grid.unit, grid.wrench)
+    total, each = unbalanced(grid.places, forces * grid.unit, grid.wrench)
     most, most_each = (CARRIED, CARRIED) if grid.held else (BALANCED, BALANCED_EACH)
     if total > most or each > most_each:
         return None
@@ -66,7 +67,7 @@ def not_at_rest(grid: Grid) -> Verdict:
     if certain.equilibrium_exists:
         other = fixed_point(assembly, nodes, wrench, m.k, m.rho)
         if other.outcome is Fixed.RESTS and other.forces is not None:
-            total, each = unbalanced(assembly, nodes, other.forces, wrench)
+            total, each = unbalanced(grid.places, other.forces, wrench)
             if each <= BALANCED_EACH:
                 return _stands(assembly, nodes, other.forces, total, balanced(assembly, m, None))
         if other.outcome is Fixed.MOVES and other.twists is not None:
@@ -78,12 +79,13 @@ def not_at_rest(grid: Grid) -> Verdict:
     return undecided(tried)
 
 
-def unbalanced(assembly: Assembly, nodes: ContactNodes, forces: Float, wrench: Float) -> tuple[float, float]:
+def unbalanced(places: Places, forces: Float, wrench: Float) -> tuple[float, float]:
     """Return the equilibrium error of local contact ``forces`` (I, 3) [N] under ``wrench`` (6J,) [N, N m].
 
     The first value is relative to the total weight, the second to each body's own weight.
     """
-    left = equilibrium_operator(assembly, nodes) @ forces.ravel() + wrench
+    assembly = places.assembly
+    left = places.operator @ forces.ravel() + wrench
     weight = assembly.weight or float(np.abs(wrench).max(initial=0.0)) or 1.0
     total = float(np.abs(left * levers(assembly)).max(initial=0.0)) / weight
     return total, float(np.abs(left * assembly.equation_scale).max(initial=0.0)) / weight

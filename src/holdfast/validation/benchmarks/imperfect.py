@@ -19,7 +19,8 @@ from holdfast.engines.compliant.state import Standing
 from holdfast.engines.groups import prepared
 from holdfast.engines.imperfect import Imperfect
 from holdfast.engines.verdict import Status
-from holdfast.queries.map import robustness_map
+from holdfast.queries.map import MapPoint, robustness_map
+from holdfast.queries.push import Robustness, robustness
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
 from holdfast.validation.baselines import penalty
@@ -38,6 +39,7 @@ SAMPLES, MORE = 32, 200
 DRAWS = 63  # on each of SCENES: more than 500 in all
 PUSHES = 6
 SEED = 18
+BEST = 3  # repetitions of what is timed
 
 
 def surfaces(ratio: float) -> list[Row]:
@@ -90,18 +92,30 @@ def asked(assembly: Assembly, imperfect: Imperfect, W: Float, samples: int) -> t
     return np.array([a.force for a in found]), np.array([a.lower for a in found]), undecided
 
 
+def first_push(name: str, weakest: MapPoint, imperfect: Imperfect | None = None) -> tuple[float, Robustness]:
+    """Return the processor time [s] of the first push on a scene and its answer, best of BEST.
+
+    It holds all preparation that a push needs after the contacts are found.
+    """
+    best, found = np.inf, None
+    for _ in range(BEST):
+        assembly = assemble(shipped_scene(name))
+        start = time.process_time()
+        found = robustness(assembly, weakest.body, weakest.point, weakest.direction, imperfect=imperfect)
+        best = min(best, time.process_time() - start)
+    assert found is not None
+    return best, found
+
+
 def scene(name: str) -> list[Row]:
     """Ask for the weakest point of a scene: ideal, its lower bound, and what imperfect faces leave."""
-    assembly = assemble(shipped_scene(name))
+    assembly, wooden = assemble(shipped_scene(name)), imperfect_faces(SAMPLES, SEED)
     weakest = robustness_map(assembly, spacing=0.04).weakest()
     number = assembly.index[weakest.body]
     W = push_columns(assembly, number, np.array([weakest.point]), np.array([weakest.direction]))
-    start = time.process_time()
-    ideal = prepared(Compliant(), assembly).load_factor(W)
-    once = time.process_time() - start
-    start = time.process_time()
-    force, lower, undecided = asked(assembly, imperfect_faces(SAMPLES, SEED), W, SAMPLES)
-    spent = time.process_time() - start
+    once, ideal = first_push(name, weakest)
+    covered, _ = first_push(name, weakest, wooden)
+    force, lower, undecided = asked(assembly, wooden, W, SAMPLES)
     return [
         {
             "case": name,
@@ -112,9 +126,9 @@ def scene(name: str) -> list[Row]:
             "5 %": float(np.quantile(lower, 0.05)),
             "least": float(lower.min()),
             "undecided": undecided,
-            "one push s": once,
-            "samples s": spent,
-            "pushes a sample": spent / once / SAMPLES,
+            "first push s": once,
+            "samples s": covered - once,
+            "first pushes a sample": (covered - once) / once / SAMPLES,
         }
     ]
 

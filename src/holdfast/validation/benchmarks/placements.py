@@ -17,7 +17,8 @@ import numpy as np
 
 import holdfast as hf
 from holdfast.applications.placement.plan import planner
-from holdfast.applications.placement.planner import Planner, least_force
+from holdfast.applications.placement.planner import Planner
+from holdfast.applications.placement.rating import least_push
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.errors import HoldfastError
 from holdfast.engines.contract import Engine
@@ -64,10 +65,10 @@ def cell(name: str, make: Callable[[], PlacementScene], engine: str, count: int)
         drops += [] if fall is None else [fall]
         if len(least) < RATED:
             full = hf.robustness_map(after, None, spacing=SPACING)
-            decided = least_force(full)
+            decided = least_push(full)
             least += [] if decided is None else [decided]
             undecided += full.undecided.count
-            decided = least_force(hf.robustness_map(after, None, spacing=SPACING, engine=asked.engine))
+            decided = least_push(hf.robustness_map(after, None, spacing=SPACING, engine=asked.engine))
             own += [] if decided is None else [decided]
     placed = len(seconds)
     row: Row = {

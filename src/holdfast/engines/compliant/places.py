@@ -1,0 +1,131 @@
+"""Where an assembly's contacts lie: nodes grouped into flat sheets, in the units of ``elastic/law.py``.
+
+Nothing here depends on how stiff or how flat the contacts are, nor on the weight, so all grids on the same nodes share
+it. Bodies' displacements are along the assembly's own axes, and all numbers are rounded to BITS digits: where a load
+path branches, as under a symmetric push, the last digits decide which way it goes, and they would depend on the world's
+axes and on the units of length.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from scipy import sparse
+
+from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.assembly.nodes import ContactNodes, contact_nodes, equilibrium_operator
+from holdfast.base.arrays import Float, Int
+from holdfast.base.memory import Same
+from holdfast.base.rigid import snapped
+from holdfast.engines.mechanism import Kinematics
+
+BITS = 30  # binary digits of the model's numbers, each relative to those of the same sheet or body
+FLAT = 1e-9  # largest distance of a sheet's nodes from its plane, relative to the assembly's size
+
+
+class Sheets(NamedTuple):
+    """The P flat sheets of the I nodes of an assembly.
+
+    Nodes ``first[p]`` to ``first[p + 1] - 1`` belong to sheet p and have the places ``x`` and ``y`` (I,) in its plane,
+    in sizes of the assembly. It lies between bodies ``a`` and ``b`` (P,), whose twists the matrices ``from_a`` and
+    ``from_b`` (P, 6, 6) map to its frame.
+    """
+
+    first: Int
+    x: Float
+    y: Float
+    mu: Float
+    a: Int
+    b: Int
+    from_a: Float
+    from_b: Float
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """The contact ``nodes`` of an assembly, and what follows from where they are."""
+
+    assembly: Assembly
+    nodes: ContactNodes
+
+    @classmethod
+    def of(cls, assembly: Assembly, side: int) -> Places:
+        """Return the nodes of an assembly, ``side`` along each side of a square patch; they are kept with it."""
+        return assembly.memory.recalled(
+            ("places", Same(assembly), side),
+            len(assembly.movable),
+            lambda: cls(assembly, contact_nodes(assembly, side**2, "quadrature")),
+        )
+
+    @cached_property
+    def sheets(self) -> Sheets:
+        """The nodes as flat sheets."""
+        assembly, nodes = self.assembly, self.nodes
+        first = _sheets(nodes, FLAT * assembly.size)
+        start = first[:-1]
+        count = len(start)
+        sheet = np.repeat(np.arange(count), np.diff(first))
+        share = np.add.reduceat(nodes.points, start, axis=0) if count else np.empty((0, 3))
+        origin = share / np.diff(first)[:, None]
+        axes = nodes.axes[start]
+        local = np.einsum("ikx,ix->ik", axes[sheet], nodes.points - origin[sheet]) / assembly.size
+        extent = np.maximum.reduceat(np.abs(local).max(1), start) if count else np.empty(0)
+        local = snapped(local, extent[sheet, None], BITS)
+        a, b = nodes.a[start], nodes.b[start]
+        return Sheets(
+            first,
+            np.ascontiguousarray(local[:, 1]),
+            np.ascontiguousarray(local[:, 2]),
+            np.ascontiguousarray(nodes.mu[start]),
+            np.ascontiguousarray(a),
+            np.ascontiguousarray(b),
+            _sheet_from_body(assembly, axes, origin, a),
+            _sheet_from_body(assembly, axes, origin, b),
+        )
+
+    @cached_property
+    def operator(self) -> sparse.csc_matrix:
+        """The equilibrium matrix G (6J, 3I), which maps forces at the nodes to wrenches on the bodies."""
+        return equilibrium_operator(self.assembly, self.nodes)
+
+    @cached_property
+    def relative(self) -> sparse.csr_matrix:
+        """Gᵀ (3I, 6J), which maps twists to relative velocities at the nodes."""
+        return sparse.csr_matrix(self.operator.T)
+
+    @cached_property
+    def kinematics(self) -> Kinematics:
+        """The bodies and contact nodes that all mechanisms on these nodes share."""
+        return Kinematics.of(self.assembly, self.nodes)
+
+
+def _sheets(nodes: ContactNodes, flat: float) -> Int:
+    """Return the numbers (P + 1,) of the nodes at which the P sheets begin, and the number of nodes.
+
+    A sheet is a run of nodes of one interface that have the same axes and lie in one plane.
+    """
+    if not len(nodes):
+        return np.zeros(1, dtype=np.int64)
+    steps = np.einsum("ix,ix->i", nodes.points[1:] - nodes.points[:-1], nodes.normals[1:])
+    turns = np.abs(nodes.axes[1:] - nodes.axes[:-1]).max((1, 2))
+    breaks = (nodes.interface[1:] != nodes.interface[:-1]) | (turns > 1e-12) | (np.abs(steps) > flat)
+    return np.concatenate([[0], np.flatnonzero(breaks) + 1, [len(nodes)]]).astype(np.int64)
+
+
+def _sheet_from_body(assembly: Assembly, axes: Float, origin: Float, body: Int) -> Float:
+    """Return the matrices (P, 6, 6) that map the twist of a body to its twist in the frame of each sheet.
+
+    The body's twist is about its centre of mass along the assembly's own axes, with rotations multiplied by the
+    assembly's size. The sheet's twist is about ``origin`` along ``axes``. Matrices of fixed bodies are zero.
+    """
+    T = np.zeros((len(body), 6, 6))
+    free = np.flatnonzero(body != FIXED)
+    arm = (origin[free] - assembly.com[body[free]]) @ assembly.axes.T / assembly.size
+    arm = snapped(arm, np.abs(arm).max(1, initial=0.0)[:, None], BITS)
+    R = snapped(axes[free] @ assembly.axes.T, 1.0, BITS)
+    T[free, :3, :3] = T[free, 3:, 3:] = R
+    T[free, :3, 3:] = np.cross(arm[:, None], R)  # R (ω x arm) = (arm x R) ω, row by row
+    return T

@@ -1,0 +1,33 @@
+"""Places of contacts are worked out once for all springs and faces."""
+
+from __future__ import annotations
+
+import numpy as np
+from compliant_scenes import shipped
+
+from holdfast.assembly.nodes import contact_nodes
+from holdfast.engines.compliant.model import elastic_model
+from holdfast.engines.compliant.places import Places
+
+
+def test_they_are_kept_with_the_assembly() -> None:
+    table = shipped("table")
+    known = Places.of(table, 7)
+    assert Places.of(table, 7) is known
+    assert len(Places.of(table, 14).nodes) > 3 * len(known.nodes)
+    edited = table.without("slab")
+    assert {*np.unique(Places.of(edited, 7).nodes.interface).tolist()} == set(range(len(edited.interfaces)))
+    assert Places.of(table, 7) is known
+
+
+def test_models_on_shared_places_are_those_on_new_ones() -> None:
+    """Another stiffness leaves nothing behind in what is shared."""
+    table = shipped("table")
+    weight, shared = table.weight_wrench(), Places.of(table, 7)
+    soft = np.linspace(1, 3, len(table.interfaces))
+    for stiffness in (soft, None, soft):
+        fresh = Places(table, contact_nodes(table, 49, "quadrature"))
+        for a, b in zip(
+            elastic_model(shared, weight, 0.5, stiffness), elastic_model(fresh, weight, 0.5, stiffness), strict=True
+        ):
+            np.testing.assert_array_equal(a, b)
