@@ -54,77 +54,61 @@ def patches_of(pairs: Sequence[Near]) -> list[tuple[Patch, ...] | None]:
     numbers: dict[int, int] = {}
     distinct = [body for near in pairs for body in (near.a, near.b) if numbers.setdefault(id(body), len(numbers)) >= 0]
     known = list({id(body): body for body in distinct}.values())
-    kinds = np.zeros((2, len(pairs)), dtype=np.int64)
-    corners, planes = np.empty((len(pairs), MOST, 3)), np.empty((len(pairs), 5))
-    _meet_all(
-        np.array([np.vstack([body.centre, body.axes, body.half]) for body in known]),
-        np.array([(numbers[id(near.a)], numbers[id(near.b)]) for near in pairs]),
-        np.array([near[2:] for near in pairs]),
-        kinds,
-        corners,
-        planes,
-    )
-    found: list[tuple[Patch, ...] | None] = []
-    for k, (kind, count) in enumerate(kinds.T.tolist()):
-        if kind == FLUSH:
+    bodies = np.array([np.vstack([body.centre, body.axes, body.half]) for body in known])
+    ends = np.array([(numbers[id(near.a)], numbers[id(near.b)]) for near in pairs])
+    kinds, axes = _kinds(bodies[ends[:, 0]], bodies[ends[:, 1]], np.array([near[2:] for near in pairs]))
+    found: list[tuple[Patch, ...] | None] = [() if kind == APART else None for kind in kinds.tolist()]
+    flush = np.flatnonzero(kinds == FLUSH)
+    corners, planes, counts = np.empty((len(flush), MOST, 3)), np.empty((len(flush), 5)), np.zeros(len(flush), np.int64)
+    same = np.array([SAME * pairs[k].negligible for k in flush.tolist()])
+    _share_all(bodies, ends[flush], axes[flush], same, counts, corners, planes)
+    for k, number in enumerate(flush.tolist()):
+        if counts[k] > 2:
             low, high = planes[k, 3:].tolist()
-            found.append((Patch(corners[k, :count].copy(), planes[k, :3].copy(), (), (low, high)),))
-        else:
-            found.append(() if kind == APART else None)
+            patch = Patch(corners[k, : counts[k]].copy(), planes[k, :3].copy(), (), (low, high))
+            found[number] = (patch,) if patch.width > pairs[number].negligible else None
     return found
 
 
-@compiled
-def _meet_all(bodies: Float, pairs: Int, limits: Float, kinds: Int, corners: Float, planes: Float) -> None:
-    """Tell how ``pairs`` (m, 2) of ``bodies`` (n, 5, 3) meet; rows of a body are centre, three axes and half lengths.
+def _kinds(a: Float, b: Float, limits: Float) -> tuple[Int, Int]:
+    """Tell how pairs of bodies ``a`` and ``b`` (m, 5, 3) meet: (m,) OTHER, APART or FLUSH, the last by planes alone.
 
-    ``limits`` (m, 3) are gap, size and negligible width. ``kinds`` (2, m) takes OTHER, APART or FLUSH and the number of
-    corners, which ``corners`` (m, MOST, 3) takes; ``planes`` (m, 5) takes normal, least and largest separation.
+    Rows of a body are its centre, three axes and half lengths; ``limits`` (m, 3) are gap, size and negligible width.
+    Also returned are the axis of each body (m, 2) along which those that are flush touch. Sums are over three numbers,
+    so that no pair depends on the others.
+    """
+    gap, size, negligible = limits.T
+    tiny = ROUNDING * size
+    half_a, half_b, arm = a[:, 4], b[:, 4], (b[:, 0] - a[:, 0])[:, None]
+    slopes = np.abs((a[:, 1:4, None] * b[:, None, 1:4]).sum(3))  # (m, axes of a, axes of b)
+    overlap = half_a + (slopes * half_b[:, None]).sum(2) - np.abs((a[:, 1:4] * arm).sum(2))  # along the axes of a
+    back = half_b + (slopes * half_a[:, :, None]).sum(1) - np.abs((b[:, 1:4] * arm).sum(2))
+    leaning = np.sort(slopes, axis=2)[:, :, 1]  # 0 where an axis of a is parallel to one of b
+    nearest = slopes.argmax(2)
+    thickness = 2 * np.minimum(half_a, np.take_along_axis(half_b, nearest, axis=1))
+    level = (leaning <= UPRIGHT) & (np.abs(overlap) <= tiny[:, None]) & (thickness > (gap + tiny)[:, None])
+    beside = (overlap <= negligible[:, None] / 4).sum(1)
+    off, longest = leaning.max(1), np.maximum(half_a, half_b).max(1)
+    parallel = (off <= UPRIGHT) & (off * longest < negligible / 16)
+    beyond = np.minimum(overlap, back).min(1) < -gap - tiny
+    flush = (beside == 1) & level.any(1) & (gap >= WIDE * size)
+    kinds = np.where(beyond | ((beside > 1) & parallel), APART, np.where(flush, FLUSH, OTHER))
+    along = level.argmax(1)
+    return kinds, np.column_stack([along, nearest[np.arange(len(a)), along]])
+
+
+@compiled
+def _share_all(bodies: Float, pairs: Int, along: Int, same: Float, counts: Int, corners: Float, planes: Float) -> None:
+    """Find what the faces of ``pairs`` (m, 2) of ``bodies`` (n, 5, 3) share that are flush ``along`` (m, 2) their axes.
+
+    Corners nearer than ``same`` (m,) are one. ``corners`` (m, MOST, 3) takes as many as ``counts`` (m,) tells, and
+    ``planes`` (m, 5) normal, least and largest separation.
     """
     room, axes = np.zeros((2, 2 * MOST, 2)), np.zeros((3, 3))
     for pair in range(len(pairs)):
         a, b = bodies[pairs[pair, 0]], bodies[pairs[pair, 1]]
-        gap, size, negligible = limits[pair, 0], limits[pair, 1], limits[pair, 2]
-        kind, k, m = _kind(a, b, gap, size, negligible)
-        if kind == FLUSH:
-            count = _shared(a, b, k, m, SAME * negligible, axes, room, corners[pair], planes[pair])
-            wide = count > 2 and _width(room[0], count) > negligible
-            kind = FLUSH if wide else OTHER
-            kinds[1, pair] = count
-        kinds[0, pair] = kind
-
-
-@compiled
-def _kind(a: Float, b: Float, gap: float, size: float, negligible: float) -> tuple[int, int, int]:
-    """How two bodies meet; where they may be flush, along which axis of a and of b."""
-    tiny = ROUNDING * size
-    beside, flush, along = 0, -1, -1
-    off, longest = 0.0, 0.0  # the largest cosine between axes that are not parallel; the longest half length
-    for k in range(3):
-        nearest, leaning = 0, 0.0  # the axis of b that is nearest to this one of a, and the cosine with the others
-        apart, reach_a, back, reach_b = 0.0, a[4, k], 0.0, b[4, k]
-        for m in range(3):
-            slope = abs(dot3(a[1 + k], b[1 + m]))
-            leaning = max(leaning, min(slope, abs(dot3(a[1 + k], b[1 + nearest])))) if m > 0 else 0.0
-            if slope > abs(dot3(a[1 + k], b[1 + nearest])):
-                nearest = m
-            reach_a += slope * b[4, m]  # of both bodies along an axis of a
-            reach_b += abs(dot3(b[1 + k], a[1 + m])) * a[4, m]  # and along one of b
-            apart += (b[0, m] - a[0, m]) * a[1 + k, m]
-            back += (b[0, m] - a[0, m]) * b[1 + k, m]
-        overlap = reach_a - abs(apart)
-        if overlap < -gap - tiny or reach_b - abs(back) < -gap - tiny:
-            return APART, 0, 0
-        if overlap <= negligible / 4:
-            beside += 1
-        if leaning <= UPRIGHT and abs(overlap) <= tiny and min(a[4, k], b[4, nearest]) * 2 > gap + tiny:
-            flush, along = k, nearest
-        off, longest = max(off, leaning), max(longest, a[4, k], b[4, k])
-    if beside > 1 and off <= UPRIGHT and off * longest < negligible / 16:
-        return APART, 0, 0
-    if beside == 1 and flush >= 0 and gap >= WIDE * size:
-        return FLUSH, flush, along
-    return OTHER, 0, 0
+        k, m = along[pair, 0], along[pair, 1]
+        counts[pair] = _shared(a, b, k, m, same[pair], axes, room, corners[pair], planes[pair])
 
 
 @compiled
@@ -219,14 +203,3 @@ def _lifted(
         for j in range(3):
             height = (level_a + level_b) / 2 * axes[0, j]
             corners[i, j] = a[0, j] + flat[i, 0] * axes[1, j] + flat[i, 1] * axes[2, j] + height
-
-
-@compiled
-def _width(ring: Float, count: int) -> float:
-    """Twice the area over the perimeter of a convex polygon of the first corners of ``ring`` (n, 2)."""
-    twice, around = 0.0, 0.0
-    for i in range(count):
-        j = i + 1 if i + 1 < count else 0
-        twice += ring[i, 0] * ring[j, 1] - ring[j, 0] * ring[i, 1]
-        around += np.hypot(ring[j, 0] - ring[i, 0], ring[j, 1] - ring[i, 1])
-    return twice / around
