@@ -15,10 +15,12 @@ from holdfast.contacts.flush import lie_flat
 from holdfast.contacts.skin import Skin
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.scene.body import Body
-from holdfast.scene.shapes import Box, Mesh
+from holdfast.scene.shapes import Box, Cylinder, Mesh
 
 
-def body(shape: Box | Mesh, at: tuple[float, float, float], turn: Float | None = None, name: str = "one") -> Body:
+def body(
+    shape: Box | Cylinder | Mesh, at: tuple[float, float, float], turn: Float | None = None, name: str = "one"
+) -> Body:
     pose = np.eye(4)
     pose[:3, 3] = at
     pose = pose if turn is None else turn @ pose
@@ -90,6 +92,24 @@ def test_what_is_not_square_or_not_level_is_searched(monkeypatch: pytest.MonkeyP
         (Box((0.1, 0.1, 0.1)), 0.05 - 5e-5, None),
     ):
         assert not compared(floor, body(shape, (0, 0, height), turn, "b"), monkeypatch)
+
+
+@pytest.mark.parametrize("segments", [5, 24, 400])
+def test_stacked_tins_of_any_width(segments: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Their sides are smooth edges that stand upright on the plane, whether one rim lies over the other or inside."""
+    under = body(Cylinder(0.05, 0.1, segments), (0, 0, -0.05))
+    for radius, aside in ((0.05, 0.0), (0.03, 0.0), (0.07, 0.01), (0.05, 0.02), (0.05, 1e-5)):
+        assert compared(under, body(Cylinder(radius, 0.06, segments), (aside, 0, 0.03), name="b"), monkeypatch)
+
+
+def test_a_tin_that_widens_upwards_is_searched(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The smooth edges of its side lean over the floor; so do those of a tin that stands askew."""
+    floor = body(Box((1, 1, 0.1)), (0, 0, -0.05))
+    tin = Cylinder(0.05, 0.1, 24).surface
+    wider = np.array(tin.vertices) * np.where(tin.vertices[:, 2:] > 0, [1.2, 1.2, 1.0], 1.0)
+    assert not compared(floor, body(Mesh(wider, tin.faces), (0, 0, 0.05), name="b"), monkeypatch)
+    askew = np.array(tin.vertices) + np.where(tin.vertices[:, 2:] > 0, [0.01, 0, 0], 0.0)
+    assert not compared(floor, body(Mesh(askew, tin.faces), (0, 0, 0.05), name="b"), monkeypatch)
 
 
 def test_beside_a_slanted_side_a_corner_still_touches(monkeypatch: pytest.MonkeyPatch) -> None:

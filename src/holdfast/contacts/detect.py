@@ -14,6 +14,7 @@ from holdfast.base.arrays import Int
 from holdfast.base.progress import reported
 from holdfast.base.values import Value
 from holdfast.contacts.clipping import clip_faces
+from holdfast.contacts.cuboids import Near, patches_of
 from holdfast.contacts.facing import facing_polygons
 from holdfast.contacts.features import touching_features
 from holdfast.contacts.flags import flags_of, is_certain
@@ -21,7 +22,7 @@ from holdfast.contacts.flush import lie_flat
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.materials import by_material
 from holdfast.contacts.merging import merged
-from holdfast.contacts.occlusion import Pair, by_body, visible
+from holdfast.contacts.occlusion import Fronts, Pair
 from holdfast.contacts.patches import face_patches, line_patches, point_patches
 from holdfast.contacts.round import feet, not_at
 from holdfast.contacts.skin import LARGE, Skin, near_boxes, near_but_facets, near_faces, near_facets
@@ -95,20 +96,9 @@ def find_all_patches(
     pairs = list(neighbours(scene, tolerances.widest(scene)))
     fresh = [(a, b) for a, b in pairs if known is None or a.name not in same or b.name not in same]
     found: dict[Pair, list[tuple[Body, Body, tuple[Patch, ...]]]] = {(a.name, b.name): [] for a, b in pairs}
-    skins: dict[int, Skin] = {}
-    uses = Counter(id(body) for pair in fresh for body in pair)
-    for a, b in reported("contacts", fresh):
-        for body in (a, b):
-            if id(body) not in skins:
-                skins[id(body)] = Skin.of(body)
-        between = tolerances.between(scene.body(a.name), scene.body(b.name))
-        patches = find_patches(a, b, skins[id(a)], skins[id(b)], between)
+    for a, b, patches in _patches_between(scene, tolerances, fresh):
         if patches:
             found[a.name, b.name].append((a, b, patches))
-        for body in (a, b):
-            uses[id(body)] -= 1
-            if not uses[id(body)]:
-                del skins[id(body)]  # skins are large
     result: dict[Pair, Touching] = {}
     for pair, parts in found.items():
         if known is not None and all(name in same for name in pair):
@@ -117,6 +107,45 @@ def find_all_patches(
         elif parts:
             result[pair] = Touching(tuple(parts), tuple(patch for *_, patches in parts for patch in patches))
     return result
+
+
+def _patches_between(
+    scene: Scene, tolerances: Tolerances, pairs: Sequence[tuple[Body, Body]]
+) -> Iterator[tuple[Body, Body, tuple[Patch, ...]]]:
+    """Yield each of the pairs of bodies with the patches where they touch.
+
+    Cuboids are looked at all together first, and triangles where that does not tell.
+    """
+    skins: dict[int, Skin] = {}
+    own = [tolerances.between(scene.body(a.name), scene.body(b.name)) for a, b in pairs]
+    known = _of_cuboids(pairs, own)
+    uses = Counter(id(body) for k, pair in enumerate(pairs) if known[k] is None for body in pair)
+    for k, (a, b) in enumerate(reported("contacts", pairs)):
+        patches = known[k]
+        if patches is None:
+            for body in (a, b):
+                if id(body) not in skins:
+                    skins[id(body)] = Skin.of(body)
+            patches = find_patches(a, b, skins[id(a)], skins[id(b)], own[k])
+            for body in (a, b):
+                uses[id(body)] -= 1
+                if not uses[id(body)]:
+                    del skins[id(body)]  # skins are large
+        yield a, b, patches
+
+
+def _of_cuboids(pairs: Sequence[tuple[Body, Body]], tolerances: Sequence[Tolerances]) -> list[tuple[Patch, ...] | None]:
+    """Return the patches of each pair of cuboids of which they are known at once, None for all other pairs."""
+    numbers, near = [], []
+    for k, ((a, b), own) in enumerate(zip(pairs, tolerances, strict=True)):
+        if a.cuboid is not None and b.cuboid is not None:
+            size = min(a.size, b.size)
+            numbers.append(k)
+            near.append(Near(a.cuboid, b.cuboid, own.gap, size, NEGLIGIBLE_WIDTH * size))
+    found: list[tuple[Patch, ...] | None] = [None] * len(pairs)
+    for k, patches in zip(numbers, patches_of(near), strict=True):
+        found[k] = patches
+    return found
 
 
 def show(
@@ -135,8 +164,7 @@ def show(
     ``find_contacts``.
     """
     result: dict[Pair, Shown] = {}
-    all_patches = {pair: touching.patches for pair, touching in found.items()}
-    of_body = by_body(all_patches)
+    fronts = Fronts({pair: touching.patches for pair, touching in found.items()})
     for pair, touching in found.items():
         before = None if known is None else known.get(pair)
         if before is None or before.touching is not touching:
@@ -146,7 +174,7 @@ def show(
             continue
         a, b = (scene.body(name) for name in pair)
         gap, width = tolerances.between(a, b).gap, NEGLIGIBLE_WIDTH * min(a.size, b.size)
-        left = tuple(tuple(visible(patches, pair, all_patches, of_body, gap, width)) for *_, patches in touching.parts)
+        left = tuple(tuple(fronts.visible(patches, pair, gap, width)) for *_, patches in touching.parts)
         if before is not None and left == before.left:
             result[pair] = before
         else:

@@ -23,7 +23,7 @@ def lie_flat(a: Skin, b: Skin, near_a: Int, near_b: Int, faces: Sequence[Patch],
     ``near_a`` (n,) and ``near_b`` (m,) are the numbers of the faces of either body that come near the other.
 
     That is certain if one plane separates the bodies as follows. What comes near of either lies in the plane, or leaves
-    it at a right angle by a sharp edge, or is more than ``gap`` [m] beyond it. Then
+    it at a right angle by a sharp rim, or is more than ``gap`` [m] beyond it. Then
 
     - a corner or an edge in the plane, on a face in the plane, belongs to the overlap of two faces, which is a patch;
     - on an upright face it could only be at that face's sharp rim, where nothing touches;
@@ -68,29 +68,32 @@ def _leaves_squarely(skin: Skin, near: Int, away: Float, origin: Float, gap: flo
 
 
 def _edges_leave(skin: Skin, edges: Int, level: Bool, away: Float) -> bool:
-    """Whether edges (n,) are sharp, or lie within a flat face, and those that leave the plane are upright."""
+    """Whether edges (n,) lie within a flat face, or in the plane and are sharp, or leave it upright.
+
+    Of those that leave the plane, smooth ones are sides of a round upright face: where it ends, at the plane, its rim
+    is as sharp as that of a prism.
+    """
     bend = skin.bend[edges]
-    sharp = (bend >= SMOOTH) & np.isfinite(bend)
-    if not (sharp | (bend <= FLAT)).all():
-        return False
-    ends = skin.edges[edges[sharp]]
-    along = skin.vertices[ends[:, 1]] - skin.vertices[ends[:, 0]]
+    ends = skin.edges[edges]
     leaves = level[ends[:, 0]] != level[ends[:, 1]]
-    across = np.linalg.norm(np.cross(along[leaves], away), axis=1)
-    if (across > UPRIGHT * np.linalg.norm(along[leaves], axis=1)).any():
+    sharp = (bend >= SMOOTH) & np.isfinite(bend)
+    round_ = leaves & (bend < SMOOTH)
+    if not (sharp | round_ | (bend <= FLAT)).all():
         return False
-    lies = level[ends].all(1)
-    beside = skin.sides[edges[sharp][lies]]
+    upright = (sharp & leaves) | (round_ & (bend > FLAT))
+    along = skin.vertices[ends[upright, 1]] - skin.vertices[ends[upright, 0]]
+    across = np.linalg.norm(np.cross(along, away), axis=1)
+    if (across > UPRIGHT * np.linalg.norm(along, axis=1)).any():
+        return False
+    lies = level[ends].all(1) & sharp
+    beside = skin.sides[edges[lies]]
     flat = np.all(level[skin.faces[beside]], axis=2)  # (n, 2): of the two faces beside each
     return bool(np.all(np.any(flat, axis=1)))
 
 
 def _stand_steeply(skin: Skin, standing: Int, level: Bool, away: Float) -> bool:
     """Whether both edges of triangles (n,) with one corner in the plane rise steeply from it."""
-    for face in standing:
-        corners = skin.vertices[skin.faces[face]]
-        foot = level[skin.faces[face]]
-        rise = corners[~foot] - corners[foot]
-        if (rise @ away < STEEP * np.linalg.norm(rise, axis=1)).any():
-            return False
-    return True
+    corners = skin.vertices[skin.faces[standing]]
+    foot = level[skin.faces[standing]]
+    rise = corners[~foot].reshape(-1, 2, 3) - corners[foot][:, None]
+    return bool((rise @ away >= STEEP * np.linalg.norm(rise, axis=2)).all())

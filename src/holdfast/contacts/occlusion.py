@@ -19,78 +19,96 @@ ROUNDING = 1e-9  # share of the sum of two radii
 IN_FRONT = 1e-6  # of the gap: how much nearer a surface has to be to hide another
 
 
-def by_body(found: Mapping[Pair, Sequence[Patch]]) -> dict[str, list[Pair]]:
-    """The pairs that each body is in."""
-    pairs: dict[str, list[Pair]] = {}
-    for pair in found:
-        for end in pair:
-            pairs.setdefault(end, []).append(pair)
-    return pairs
+class Fronts:
+    """Where all pairs of bodies touch, ``found``: what may hide a part of where other pairs do."""
+
+    def __init__(self, found: Mapping[Pair, Sequence[Patch]]) -> None:
+        self._found = found
+        self._pairs: dict[str, list[Pair]] = {}
+        self._nearest: dict[str, float] = {}  # [m] the least mean separation of the faces of a body
+        self._screens: dict[str, _Screen] = {}
+        for pair, patches in found.items():
+            nearest = min((_level(patch) for patch in patches if _hides(patch)), default=np.inf)
+            for end in pair:
+                self._pairs.setdefault(end, []).append(pair)
+                self._nearest[end] = min(self._nearest.get(end, np.inf), nearest)
+
+    def visible(self, patches: Sequence[Patch], pair: Pair, gap: float, width: float) -> list[Patch]:
+        """Return some patches of a pair less what those of other pairs hide; untouched ones are the same objects.
+
+        A patch between a and b is hidden where a third body's patch with b, or with a, covers it from nearer: within a
+        gap wider than a plate, what is above and what is below the plate would otherwise touch through it. What is left
+        and narrower than ``width`` [m] is dropped.
+        """
+        left: list[Patch] = []
+        for patch in patches:
+            before = self._before(patch, pair, gap)
+            left += _less(patch, before, gap, width) if before else [patch]
+        return left
+
+    def _before(self, patch: Patch, pair: Pair, gap: float) -> list[Patch]:
+        """Return the patches of third bodies that may hide some of a patch."""
+        if patch.separation is None:
+            return []
+        farthest = _level(patch) - IN_FRONT * gap
+        return [
+            front
+            for end, inward in zip(pair, (-1.0, 1.0), strict=True)
+            if self._nearest[end] < farthest  # as nearly nowhere
+            for front in self._screen(end).before(patch, pair, inward, farthest, gap)
+        ]
+
+    def _screen(self, name: str) -> _Screen:
+        if name not in self._screens:
+            self._screens[name] = _Screen.of(name, {pair: self._found[pair] for pair in self._pairs[name]})
+        return self._screens[name]
 
 
-def visible(
-    patches: Sequence[Patch],
-    pair: Pair,
-    found: Mapping[Pair, Sequence[Patch]],
-    of_body: Mapping[str, Sequence[Pair]],
-    gap: float,
-    width: float,
-) -> list[Patch]:
-    """Some patches of a pair less what those of other pairs in ``found`` hide; untouched ones are the same objects.
+def _hides(patch: Patch) -> bool:
+    return patch.kind == "face" and patch.separation is not None
 
-    A patch between a and b is hidden where a third body's patch with b, or with a, covers it from nearer: within a gap
-    wider than a plate, what is above and what is below the plate would otherwise touch through it. What is left and
-    narrower than ``width`` [m] is dropped.
-    """
-    if not patches:
-        return []
-    fronts = [
-        (patch, 1.0 if (end == other[1]) == (end == pair[1]) else -1.0)
-        for end in pair
-        for other in of_body[end]
-        if other != pair
-        for patch in found[other]
-        if patch.kind == "face" and patch.separation is not None
-    ]
-    ways = np.array([patch.normal for patch in patches]).T
-    screen = _Screen.of([(f, sense) for f, sense in fronts if (sense * f.normal @ ways).max() >= SAME_WAY])
-    left: list[Patch] = []
-    for patch in patches:
-        before = screen.before(patch, gap)
-        left += _less(patch, before, gap, width) if before else [patch]
-    return left
+
+def _level(patch: Patch) -> float:
+    """The mean separation of the surfaces at a patch [m]."""
+    return sum(patch.separation or (0.0,)) / 2
 
 
 class _Screen(NamedTuple):
-    """Patches of third bodies as arrays: normals and centroids (n, 3), mean separations and radii (n,)."""
+    """The faces where a body touches as arrays, with the pairs they are of.
+
+    ``normals`` into the body and centroids (n, 3), mean separations and radii (n,).
+    """
 
     patches: list[Patch]
+    pairs: list[Pair]
     normals: Float
     centroids: Float
     levels: Float
     radii: Float
 
     @classmethod
-    def of(cls, fronts: Sequence[tuple[Patch, float]]) -> _Screen:
-        """Of patches, each with 1, or with -1 where its normal is to be reversed."""
+    def of(cls, name: str, found: Mapping[Pair, Sequence[Patch]]) -> _Screen:
+        """Of the body of this name, of which all pairs are ``found``."""
+        fronts = [(patch, pair) for pair, patches in found.items() for patch in patches if _hides(patch)]
         patches = [patch for patch, _ in fronts]
+        normals = np.array([patch.normal if pair[1] == name else -patch.normal for patch, pair in fronts])
         centroids = np.array([patch.centroid for patch in patches]).reshape(-1, 3)
         radii = [_radius(patch, centroid) for patch, centroid in zip(patches, centroids, strict=True)]
-        levels = [sum(patch.separation or (0.0,)) / 2 for patch in patches]
-        normals = np.array([sense * patch.normal for patch, sense in fronts]).reshape(-1, 3)
-        return cls(patches, normals, centroids, np.array(levels), np.array(radii))
+        levels = np.array([_level(patch) for patch in patches])
+        return cls(patches, [pair for _, pair in fronts], normals.reshape(-1, 3), centroids, levels, np.array(radii))
 
-    def before(self, patch: Patch, gap: float) -> list[Patch]:
-        """Those that face the same way from nearer, at about the same height, and may cover some of a patch."""
-        if patch.separation is None or not self.patches:
-            return []
+    def before(self, patch: Patch, pair: Pair, inward: float, farthest: float, gap: float) -> list[Patch]:
+        """Those of other pairs that face the same way at about the same height and may cover some of a patch.
+
+        The normal of the patch times ``inward`` points into this body; only what is nearer than ``farthest`` [m] hides.
+        """
         arm = self.centroids - patch.centroid
         up = arm @ patch.normal
-        nearer = self.levels < sum(patch.separation) / 2 - IN_FRONT * gap
         reach = (1 + ROUNDING) * (self.radii + _radius(patch, patch.centroid))
         over = (arm * arm).sum(1) - up * up <= reach * reach
-        chosen = nearer & over & (np.abs(up) <= 2 * gap) & (self.normals @ patch.normal >= SAME_WAY)
-        return [self.patches[k] for k in np.flatnonzero(chosen)]
+        alike = self.normals @ (inward * patch.normal) >= SAME_WAY
+        chosen = (self.levels < farthest) & over & (np.abs(up) <= 2 * gap) & alike
+        return [self.patches[k] for k in np.flatnonzero(chosen) if self.pairs[k] != pair]
 
 
 def _radius(patch: Patch, centre: Float) -> float:

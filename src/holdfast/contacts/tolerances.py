@@ -75,8 +75,9 @@ class Tolerances(Value):
 
     def between(self, a: Body, b: Body) -> Tolerances:
         """Return the final gap, angle and depth of one pair of bodies. Nothing has to be added to them."""
-        lever = max((body.size / 2 for body in (a, b) if not body.fixed), default=0.0)
-        gap, angle = self.base(a, b) + self._swing(lever), SIGMAS * self.tilt
+        gap, angle = self.base(a, b), SIGMAS * self.tilt
+        if self.tilt:
+            gap += self._swing(max((body.size / 2 for body in (a, b) if not body.fixed), default=0.0))
         angle += rough_angle(a, b) if self.angle_by_pair and self.rough else self.angle
         gap += a.shape.surface.sagitta + b.shape.surface.sagitta
         thin = _thin(a, b)
@@ -89,7 +90,7 @@ class Tolerances(Value):
         gap = plain_gap(a, b) if self.by_pair else self.gap
         if self.by_pair and self.rough:
             gap = max(gap, rough_gap(a, b))
-        return float(np.hypot(gap, self.spread))
+        return float(np.hypot(gap, self.spread)) if self.spread else gap
 
     def of(self, body: Body) -> float:
         """Return how far a point may be from the surface of a body and still count as on it [m], without sagitta."""
@@ -133,13 +134,15 @@ def plain_gap(a: Body, b: Body) -> float:
     """
     both = [body.shape.surface.diagonal for body in (a, b)]
     sizes = [size for size, body in zip(both, (a, b), strict=True) if not body.fixed] or both
-    size = min(float(np.mean(sizes)), USUAL_OVER_SMALLEST * min(both))
+    size = min(sum(sizes) / len(sizes), USUAL_OVER_SMALLEST * min(both))
     return min(RELATIVE_GAP * size, _thin(a, b) or np.inf)
 
 
 def rough_gap(a: Body, b: Body) -> float:
     """Return the distance that the scatter of two surfaces explains [m]: 0 for exact ones."""
     one, two = a.shape.surface.roughness, b.shape.surface.roughness
+    if not one.height and not two.height:
+        return 0.0
     most = ROUGHEST_GAP * min(a.shape.surface.diagonal, b.shape.surface.diagonal)
     return min(SIGMAS * float(np.hypot(one.height, two.height)), most, _thin(a, b) or np.inf)
 
@@ -147,6 +150,8 @@ def rough_gap(a: Body, b: Body) -> float:
 def rough_angle(a: Body, b: Body) -> float:
     """Return the angle between facets that the scatter of two surfaces explains [deg]: the plain one for exact ones."""
     one, two = a.shape.surface.roughness, b.shape.surface.roughness
+    if not one.slope and not two.slope:
+        return DEFAULT_ANGLE
     angle = DEFAULT_ANGLE + SLOPES * float(np.degrees(np.hypot(one.slope, two.slope)))
     return min(angle, ROUGHEST_ANGLE)
 

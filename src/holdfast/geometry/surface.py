@@ -13,6 +13,7 @@ from holdfast.base.arrays import Float, Int, frozen
 from holdfast.base.kinds import shaped
 from holdfast.base.values import Value, seal
 from holdfast.geometry.area import areas_of, normals_of
+from holdfast.geometry.cuboid import Cuboid
 from holdfast.geometry.facets import Facets, balanced
 from holdfast.geometry.roughness import NONE, Roughness, roughness_of
 from holdfast.geometry.solid import closed_solid
@@ -111,6 +112,14 @@ class Surface(Value):
         faces = balanced(self.vertices, self.faces, self.facets)
         used, numbers = np.unique(faces, return_inverse=True)
         return replace(self, vertices=self.vertices[used], faces=numbers.reshape(faces.shape))
+
+    @cached_property
+    def cuboid(self) -> Cuboid | None:
+        """The cuboid that it bounds, however many triangles its faces consist of; None if it bounds something else."""
+        reduced = self.reduced
+        if len(reduced.vertices) != 8 or not (self.oriented and reduced.topology.closed):
+            return None
+        return Cuboid.of(reduced.vertices, reduced.faces, reduced.normals)
 
     @cached_property
     def facets(self) -> Facets:

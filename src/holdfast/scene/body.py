@@ -19,6 +19,7 @@ from holdfast.base.ranges import DENSITY, INERTIA, MASS, PLACE
 from holdfast.base.rigid import checked_pose, transform
 from holdfast.base.text import quoted
 from holdfast.base.values import Value
+from holdfast.geometry.cuboid import Cuboid
 from holdfast.geometry.surface import Surface
 from holdfast.scene.compound import Compound, Shape, as_shape
 from holdfast.scene.halfspace import HalfSpace
@@ -177,6 +178,12 @@ class Body(Value):
         """
         local = self.shape.surface.reduced
         return Surface(self.placed(local.vertices), local.faces, local.sagitta, local.oriented)
+
+    @cached_property
+    def cuboid(self) -> Cuboid | None:
+        """The body as a cuboid in the world frame; None if it has another shape."""
+        local = self.shape.surface.cuboid
+        return None if local is None else local.placed(self.pose)
 
 
 def materials_of(bodies: Iterable[Body]) -> frozenset[str]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
+from weakref import WeakValueDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -161,6 +162,17 @@ class Sphere(Value):
         return MassProperties(volume, np.zeros(3), np.eye(3) * 0.4 * volume * self.radius**2)
 
 
+@dataclass(frozen=True, eq=False)
+class _Cleaned:
+    """A mesh after cleaning, and what was done to it."""
+
+    solid: trimesh.Trimesh
+    report: MeshReport
+
+
+_IN_USE: WeakValueDictionary[tuple[bytes, bytes], _Cleaned] = WeakValueDictionary()
+
+
 @archived
 @shaped(vertices="V 3", faces="F 3")
 @dataclass(frozen=True, init=False, eq=False, repr=False)
@@ -231,34 +243,37 @@ class Mesh(Value):
         return cls(corners * factors, triangles, path, (sx, sy, sz), noise, where=str(path))
 
     @cached_property
-    def _cleaned(self) -> tuple[trimesh.Trimesh, MeshReport]:
-        solid, report = cleaned(self.vertices, self.faces, self.where)
-        if not report.oriented:
+    def _cleaned(self) -> _Cleaned:
+        key = self.vertices.tobytes(), self.faces.tobytes()
+        known = _IN_USE.get(key)  # fifty tins of one mesh are cleaned once, whatever files they come from
+        if known is None:
+            known = _IN_USE[key] = _Cleaned(*cleaned(self.vertices, self.faces, self.where))
+        if not known.report.oriented:
             problem = "which side of its triangles is the inside cannot be told"
             text = message(self.where, problem, "close it, or wind its faces alike: contacts may be missed")
             warnings.warn(text, HoldfastWarning, stacklevel=2)
-        return solid, report
+        return known
 
     @property
     def _solid(self) -> trimesh.Trimesh:
-        return self._cleaned[0]
+        return self._cleaned.solid
 
     @cached_property
     def report(self) -> MeshReport:
         """A report on the mesh as it was given and on how it was repaired."""
-        return replace(self._cleaned[1], planes=self._flattened[1])
+        return replace(self._cleaned.report, planes=self._flattened[1])
 
     @property
     def is_closed(self) -> bool:
         """Whether the surface bounds a volume."""
-        report = self._cleaned[1]
+        report = self._cleaned.report
         return report.closed and report.oriented
 
     @cached_property
     def _flattened(self) -> tuple[Surface, tuple[PlaneFit, ...]]:
         vertices = np.array(self._solid.vertices, dtype=np.float64)
         faces = np.array(self._solid.faces, dtype=np.int64)
-        surface = Surface(vertices, faces, oriented=self._cleaned[1].oriented)
+        surface = Surface(vertices, faces, oriented=self._cleaned.report.oriented)
         return flattened(surface, self.noise) if self.noise else (surface, ())
 
     @cached_property
@@ -274,7 +289,7 @@ class Mesh(Value):
         """The mass properties of the enclosed volume; raises GeometryError if the mesh does not enclose one."""
         if not self.is_closed:
             remedy = "give mass=, com= (and inertia=) or a closed mesh"
-            problem = f"is not watertight, so its volume is unknown ({self._cleaned[1]})"
+            problem = f"is not watertight, so its volume is unknown ({self._cleaned.report})"
             raise GeometryError(message(self.where, problem, remedy))
         solid = self._solid
         if not float(solid.volume) > LEAST_VOLUME * float(np.prod(solid.extents.clip(1e-300))):

@@ -1,0 +1,64 @@
+"""Cuboids: surfaces that bound a box, whatever way its faces are cut into triangles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from holdfast.base.arrays import Float, Int
+from holdfast.base.rigid import transform
+from holdfast.base.values import Value, seal
+
+EXACT = 1e-12  # share of its diagonal by which corners may miss those of a cuboid, and cosine of its right angles
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Cuboid(Value):
+    """A solid box: all points centre + x · axes with |x_k| <= half_k.
+
+    ``centre`` (3,) [m]; the rows of ``axes`` (3, 3) are unit vectors at right angles; ``half`` (3,) [m] are half the
+    edge lengths along them.
+    """
+
+    centre: Float
+    axes: Float
+    half: Float
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+    @classmethod
+    def of(cls, vertices: Float, faces: Int, normals: Float) -> Cuboid | None:
+        """Return the cuboid that triangles bound, or None if it is none.
+
+        The triangles ``faces`` (F, 3) over ``vertices`` (V, 3) form a closed surface with outward ``normals`` (F, 3).
+        """
+        if len(vertices) != 8 or len(faces) != 12:
+            return None
+        first = normals[0]
+        second = normals[np.argmin(np.abs(normals @ first))]
+        axes = np.array([first, second, np.cross(first, second)])
+        slopes = normals @ axes.T
+        facing = np.abs(slopes) > 0.5
+        if (facing.sum(1) != 1).any() or np.abs(slopes[~facing]).max() > EXACT:
+            return None
+        centre = (vertices.min(0) + vertices.max(0)) / 2
+        seen = (vertices - centre) @ axes.T
+        half = np.ptp(seen, axis=0) / 2
+        tiny = EXACT * float(np.linalg.norm(half))
+        corners = {tuple(corner) for corner in (seen > 0).tolist()}
+        if len(corners) != 8 or np.abs(np.abs(seen) - half).max() > tiny:
+            return None
+        outward = (slopes[:, None] * seen[faces] * facing[:, None]).sum(2)  # (F, 3 corners)
+        return cls(centre, axes, half) if (outward > 0).all() else None
+
+    def placed(self, pose: Float) -> Cuboid | None:
+        """Return the cuboid moved by ``pose`` (4, 4), or None if that is no exact rotation.
+
+        Poses that are known to six digits shear a cuboid by as much.
+        """
+        rotation = pose[:3, :3]
+        if np.abs(rotation @ rotation.T - np.eye(3)).max() > EXACT:
+            return None
+        return Cuboid(transform(pose, self.centre[None])[0], self.axes @ rotation.T, self.half)
