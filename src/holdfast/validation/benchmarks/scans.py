@@ -129,8 +129,7 @@ def pushes(name: str) -> list[Row]:
     raw = unmerged(found)
     if not any("merged" in interface.flags for interface in found.interfaces):
         return [{"case": f"pushes, {name}", "patches": f"{count(raw)} to {count(found)}, nothing merged"}]
-    W = random_pushes(found, UNCERTAIN_POSES = "uncertain poses"
-PUSHES, SEED)
+    W = random_pushes(found, PUSHES, SEED)
     before, after = (prepared(hf.Compliant(), a).load_factor(W) for a in (raw, found))
     limits = [prepared(hf.Limit(), a).load_factor(W).upper for a in (raw, found)]
     level = hf.Compliant().on(raw, raw.weight_wrench(), levelled(raw, found)).load_factor(W)
@@ -166,7 +165,7 @@ def stands_under(assembly: hf.Assembly, load: Float, force: float) -> bool:
 
 
 def timed(which: str, source: Path, name: str, wanted: float) -> Row:
-    """Seconds of processor time of the version in ``source``: of a map at the spacing ``wanted`` [m], else to assemble."""
+    """Return the processor time of the version in ``source``: of a map at this spacing [m] or, if 0, to assemble."""
     folder = Path(tempfile.gettempdir(), f"holdfast-scans-{which}")
     folder.mkdir(exist_ok=True)
     own = {"PYTHONPATH": str(source), FOLDER_VARIABLE: str(folder), "NUMBA_CACHE_DIR": str(folder)}
