@@ -50,11 +50,13 @@ warnings.simplefilter("ignore")
 import holdfast as hf
 path, options, wanted = sys.argv[1], json.loads(sys.argv[2]), float(sys.argv[3])
 least = float("inf")
-for _ in range(1 if wanted else 4):
+for run in range(4):
     scene = hf.load_scene(path)
     start = time.process_time()
     assembly = hf.assemble(scene, **options)
     least = min(least, time.process_time() - start)
+    if wanted or run > 0 and least > 3:
+        break
 row = {"seconds": least, "patches": sum(len(i.patches) for i in assembly.interfaces)}
 if wanted:
     hf.robustness_map(assembly, [assembly.movable[0].name], spacing=10 * wanted)
