@@ -164,6 +164,17 @@ def test_a_sphere_in_a_bowl_of_its_radius_is_a_band_with_area_centroid_and_resul
         np.testing.assert_allclose(weights @ normals, spots.shares @ spots.normals, atol=1e-6 * area)
 
 
+def test_short_lines_round_a_peg_are_carried_along_their_length_and_not_by_their_middles() -> None:
+    radius, length, count = 0.05, 4e-3, 40
+    ways = np.array([[np.cos(t), np.sin(t), 0] for t in 2 * np.pi * np.arange(count) / count])
+    ends = np.array([[0, 0, -length / 2], [0, 0, length / 2]])
+    (one,) = merged([Patch(radius * way + ends, -way, breadth=1e-4) for way in ways], GAP / 10, 1.0)
+    assert one.spots is not None
+    assert one.spots.bent
+    second = one.spots.shares @ one.spots.points[:, 2] ** 2  # a uniform line: length² / 12 of its measure
+    assert second == pytest.approx(one.measure * length**2 / 12, rel=0.05)
+
+
 def wavy(levels: int, pose: np.ndarray | None = None) -> hf.Scene:
     """A plate with waves 2 mm high under it, finely cut, on a flat floor that 9 crests touch."""
     across = 3 * 8 * levels + 1

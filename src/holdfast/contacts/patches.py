@@ -30,8 +30,11 @@ def face_patches(pieces: Sequence[Piece], gap: float, cos_angle: float, negligib
     """Pieces of one plane grow together: the largest piece left names the plane, its kin join it."""
     if not pieces:
         return []
-    centres = np.array([piece.rings[0].mean(0) for piece in pieces])
-    extent = np.array([np.abs(p.rings[0] - c).max() for p, c in zip(pieces, centres, strict=True)])
+    outlines = [piece.rings[0] for piece in pieces]
+    counts = np.array([len(ring) for ring in outlines])
+    corners, starts = np.vstack(outlines), np.cumsum(counts) - counts
+    centres = np.add.reduceat(corners, starts) / counts[:, None]
+    extent = np.maximum.reduceat(np.abs(corners - np.repeat(centres, counts, axis=0)).max(1), starts)
     normals = np.array([piece.normal for piece in pieces])
     left = np.flatnonzero(extent > negligible / 2)
     patches: list[Patch] = []
@@ -51,10 +54,10 @@ def _plane_patches(pieces: Sequence[Piece], origin: Float, negligible: float) ->
         areas = [np.linalg.norm(outline_vector(r)) for r, *_ in rings]
         normal = unit(np.array(areas) @ np.array([piece.normal for piece in pieces]))
     frame = np.array(tangents(normal))
-    level = float(np.mean([(r @ normal).mean() for r, *_ in rings]))
+    level = float(np.mean([(r @ normal).sum() / len(r) for r, *_ in rings]))
     base = origin + level * normal
     flats = [[ring @ frame.T for ring in piece] for piece in rings]
-    middles = np.array([piece[0].mean(0) for piece in flats])
+    middles = np.array([piece[0].sum(0) / len(piece[0]) for piece in flats])
     all_heights = np.array([piece.heights for piece in pieces])
     patches = []
     for outline, *holes in flat.union(flats, HAIRLINE * negligible, negligible):

@@ -31,4 +31,6 @@ def normals_of(vertices: Float, faces: Int) -> Float:
 
 def outline_vector(ring: Float) -> Float:
     """(3,) area vector of a flat outline (k, 3), counter-clockwise seen from its tip [m²] (Newell)."""
-    return np.asarray(np.cross(ring, np.roll(ring, -1, axis=0)).sum(0) / 2)
+    x, y, z = ring.T
+    u, v, w = np.concatenate((ring[1:], ring[:1])).T  # np.cross and np.roll take four times as long, and all pieces ask
+    return np.array([(y * w - z * v).sum(), (z * u - x * w).sum(), (x * v - y * u).sum()]) / 2

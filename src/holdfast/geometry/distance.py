@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from holdfast.base.arrays import Float, Int
-from holdfast.base.compiled import compiled
+from holdfast.base.compiled import compiled, dot3
 from holdfast.geometry.surface import Surface
+
+TINY = 1e-100  # a running product is brought back to 1 beyond this and its inverse
 
 # Points are copied below: read-only ones, such as those of a surface, would have the loops compiled a second time.
 
@@ -21,25 +23,46 @@ def winding_number(points: Float, surface: Surface) -> Float:
 
     The sum of the triangles' solid angles over 4π (van Oosterom and Strackee 1983; Jacobson et al. 2013).
     """
-    return np.asarray(_winding(np.array(points, order="C"), surface.vertices[surface.faces]))
+    return np.asarray(_winding(np.array(points, order="C"), np.array(surface.vertices), np.array(surface.faces)))
 
 
 @compiled
-def _winding(points: Float, triangles: Float) -> Float:
+def _winding(points: Float, vertices: Float, faces: Int) -> Float:
+    """Half of each solid angle is the argument of a complex number: their product turns by the sum of them.
+
+    So it is enough to count how often the product passes the negative real axis, and to take one arcus tangent a point.
+    """
     total = np.zeros(len(points))
+    arms, lengths = np.empty((len(vertices), 3)), np.empty(len(vertices))
     for i in range(len(points)):
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        for j in range(len(triangles)):
-            a0, a1, a2 = triangles[j, 0, 0] - x, triangles[j, 0, 1] - y, triangles[j, 0, 2] - z
-            b0, b1, b2 = triangles[j, 1, 0] - x, triangles[j, 1, 1] - y, triangles[j, 1, 2] - z
-            c0, c1, c2 = triangles[j, 2, 0] - x, triangles[j, 2, 1] - y, triangles[j, 2, 2] - z
-            la = np.sqrt(a0 * a0 + a1 * a1 + a2 * a2)
-            lb = np.sqrt(b0 * b0 + b1 * b1 + b2 * b2)
-            lc = np.sqrt(c0 * c0 + c1 * c1 + c2 * c2)
-            triple = a0 * (b1 * c2 - b2 * c1) + a1 * (b2 * c0 - b0 * c2) + a2 * (b0 * c1 - b1 * c0)
-            ab, bc, ca = a0 * b0 + a1 * b1 + a2 * b2, b0 * c0 + b1 * c1 + b2 * c2, c0 * a0 + c1 * a1 + c2 * a2
-            total[i] += 2 * np.arctan2(triple, la * lb * lc + ab * lc + bc * la + ca * lb)
-    return total / (4 * np.pi)
+        for k in range(len(vertices)):
+            x, y, z = vertices[k, 0] - points[i, 0], vertices[k, 1] - points[i, 1], vertices[k, 2] - points[i, 2]
+            arms[k, 0], arms[k, 1], arms[k, 2] = x, y, z
+            lengths[k] = np.sqrt(x * x + y * y + z * z)
+        real, imaginary, turns = 1.0, 0.0, 0
+        for j in range(len(faces)):
+            a, b, c = arms[faces[j, 0]], arms[faces[j, 1]], arms[faces[j, 2]]
+            la, lb, lc = lengths[faces[j, 0]], lengths[faces[j, 1]], lengths[faces[j, 2]]
+            sine = (
+                a[0] * (b[1] * c[2] - b[2] * c[1])
+                + a[1] * (b[2] * c[0] - b[0] * c[2])
+                + a[2] * (b[0] * c[1] - b[1] * c[0])
+            )
+            cosine = la * lb * lc + dot3(a, b) * lc + dot3(b, c) * la + dot3(c, a) * lb
+            if sine == 0.0 and cosine == 0.0:  # at a corner of the triangle
+                continue
+            product = real * sine + imaginary * cosine
+            if imaginary >= 0.0 and sine >= 0.0 and product < 0.0:
+                turns += 1
+            elif imaginary < 0.0 and sine < 0.0 and product >= 0.0:
+                turns -= 1
+            real = real * cosine - imaginary * sine
+            imaginary = product
+            size = max(abs(real), abs(imaginary))
+            if not TINY < size < 1 / TINY:
+                real, imaginary = real / size, imaginary / size
+        total[i] = (2 * np.pi * turns + np.arctan2(imaginary, real)) / (2 * np.pi)
+    return total
 
 
 @compiled

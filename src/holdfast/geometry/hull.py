@@ -18,17 +18,17 @@ SAME = 1e-7  # of a unit square: points closer than this are one corner, and tur
 
 def convex_hull(points: Float, tolerance: float) -> Float:
     """(m, 2) corners of the convex hull, counter-clockwise, collinear points dropped (monotone chain)."""
-    order = points[np.lexsort((points[:, 1], points[:, 0]))]
+    order = points[np.lexsort((points[:, 1], points[:, 0]))].tolist()
 
-    def chain(sequence: Float) -> list[Float]:
-        result: list[Float] = []
-        for p in sequence:
+    def chain(sequence: list[list[float]]) -> list[list[float]]:
+        result: list[list[float]] = []
+        for x, y in sequence:
             while len(result) >= 2:
-                a, b = result[-2], result[-1]
-                if (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]) > 0:
+                (ax, ay), (bx, by) = result[-2], result[-1]
+                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0:
                     break
                 result.pop()
-            result.append(p)
+            result.append([x, y])
         return result
 
     lower, upper = chain(order), chain(order[::-1])
