@@ -15,11 +15,13 @@ from holdfast.applications.carrying.result import Carried, moved
 from holdfast.applications.carrying.standards import STANDARDS
 from holdfast.applications.inertia import inertial_wrenches
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float, Int
+from holdfast.base.arrays import Float, Int, Objects
 from holdfast.base.progress import reported
 from holdfast.engines.answers import Answers, joined
 from holdfast.engines.contract import Engine
+from holdfast.engines.groups import prepared
 from holdfast.engines.imperfect import Imperfect
+from holdfast.engines.verdict import Status
 from holdfast.queries.push import asked
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load, checked_assembly, engine_of, total_wrench
 from holdfast.scene.scene import Scene
@@ -99,26 +101,37 @@ class _Question:
         gravity = np.where(shifted[:, None], gravity, usual)
         scale = _sizes(motion)
         rows, number = _distinct(motion, gravity, scale)
-        parts, order = [], []
+        parts, order, doubts = [], [], np.full(len(rows), "", dtype=object)
         fields, of = np.unique(gravity[rows], axis=0, return_inverse=True)
         begin = of.ravel()[0]  # the first time stands for the whole, so it is asked first
         for k in reported(STAGE, [begin, *(k for k in range(len(fields)) if k != begin)]):
             mine = np.flatnonzero(of.ravel() == k)
             parts.append(self._asked(motion, rows[mine], scale[rows[mine]], fields[k]))
             order.append(mine)
+            if parts[-1].verdict.status is Status.UNDECIDED:
+                when = f"{motion.time[rows[mine[0]]]:.4g} s"
+                doubts[mine] = f"undecided as the carrier stands at {when}: {parts[-1].verdict.reason}"
         place = np.empty(len(rows), dtype=np.int64)
         place[np.concatenate(order)] = np.arange(len(rows))
-        return _divided(joined(parts).rows(place[number]), scale)
+        return _doubted(_divided(joined(parts).rows(place[number]), scale), doubts[number])
 
     def _asked(self, motion: Profile, rows: Int, scale: Float, gravity: Float) -> Answers:
-        """Return the answers for some times, at which gravity (3,) is the same, with loads divided by ``scale``."""
+        """Return the answers for some times, at which gravity (3,) is the same, with loads divided by ``scale``.
+
+        Their verdict is that on all bodies, those without inertial loads too.
+        """
         here = self.assembly
         if (gravity != here.scene.gravity).any():
             here = replace(here, scene=replace(here.scene, gravity=gravity))
         chosen = (values[rows] for values in (motion.acceleration, motion.angular_acceleration))
         a, alpha = (values / scale[:, None] for values in chosen)
         W = inertial_wrenches(here, a, alpha, motion.angular_velocity[rows], motion.pivot)
-        return asked(self.method, here, W, self.standing, bound=self.bound, imperfect=self.imperfect)
+        found = asked(self.method, here, W, self.standing, bound=self.bound, imperfect=self.imperfect)
+        verdict = prepared(self.method, here, self.standing).verdict()
+        if verdict.status is not Status.UNSTABLE:
+            return replace(found, verdict=verdict)
+        names = ("engine", "claim", "lower_bound", "upper_bound", "notes")
+        return Answers.not_standing(len(rows), verdict=verdict, **{name: getattr(found, name) for name in names})
 
     def onset(self, motion: Profile, answers: Answers) -> tuple[float, tuple[str, ...]]:
         """Return when something first begins to move [s], and the names of the bodies that do.
@@ -158,6 +171,19 @@ def _distinct(motion: Profile, gravity: Float, scale: Float) -> tuple[Int, Int]:
     rows = np.hstack([moves, motion.angular_velocity, gravity]).round(DIGITS)
     _, first, number = np.unique(rows + 0.0, axis=0, return_index=True, return_inverse=True)
     return first, number.ravel()
+
+
+def _doubted(answers: Answers, doubts: Objects) -> Answers:
+    """Return the answers, undecided where ``doubts`` (n,) holds a reason why it may not stand even without a load.
+
+    Something that moves is known to move, whatever stands beside it.
+    """
+    unknown = np.array([bool(doubt) for doubt in doubts]) & ~moved(answers)
+    status = answers.status.copy()
+    status[unknown] = Status.UNDECIDED
+    force, lower = (np.where(unknown, 0.0, values) for values in (answers.force, answers.lower))
+    notes = dict.fromkeys((*answers.notes, *doubts[unknown]))
+    return replace(answers, force=force, lower=lower, status=status, notes=tuple(notes))
 
 
 def _divided(answers: Answers, by: Float) -> Answers:

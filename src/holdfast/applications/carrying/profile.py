@@ -180,4 +180,4 @@ class Profile(Value):
         """Return gravity (n, 3) [m/s²] in the axes of the scene, which is ``first`` (3,) as the scene stands."""
         if not np.cross(self.angular_velocity, first).any():
             return np.broadcast_to(first, (len(self.time), 3))
-        return np.asarray(self.turns().inv().apply(first))
+        return np.asarray(self.turns().inv().apply(first.copy()))  # scipy writes nothing, but wants to be able to
