@@ -19,7 +19,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, checked, checked_name, checked_number, frozen
+from holdfast.base.arrays import Float, checked, checked_items, checked_name, checked_number, frozen
 from holdfast.base.errors import SceneError, message
 from holdfast.base.kinds import shaped
 from holdfast.base.ranges import FORCE, FRICTION, LENGTH, PLACE, STIFFNESS
@@ -70,7 +70,7 @@ class Strap(Value):
     ) -> None:
         where = "strap"
         least = 3 if closed else 2
-        pairs = list(path)
+        pairs = checked_items(path, f"{where}: path", "pairs (body, point)")
         if len(pairs) < least or any(not isinstance(pair, tuple | list) or len(pair) != 2 for pair in pairs):
             raise SceneError(message(where, f"has the path {quoted(path, 80)}", f"needs {least} (body, point) or more"))
         set_ = object.__setattr__
@@ -118,7 +118,7 @@ class Strap(Value):
     @property
     def lengths(self) -> Float:
         """The lengths [m] of the straight pieces, in order."""
-        return np.asarray(np.linalg.norm(self._ahead, axis=1))
+        return frozen(np.asarray(np.linalg.norm(self._ahead, axis=1)))
 
     @property
     def _ahead(self) -> Float:
@@ -132,7 +132,7 @@ class Strap(Value):
         ways = self._ahead / self.lengths[:, None]
         cosine = np.clip((ways[1:] * ways[:-1]).sum(1), -1, 1)
         wrapped = np.concatenate([[0.0], np.cumsum(np.arccos(cosine))])
-        return np.asarray(self.pretension * np.exp(-self.friction * wrapped))
+        return frozen(np.asarray(self.pretension * np.exp(-self.friction * wrapped)))
 
     def forces(self) -> Float:
         """Return the forces (k, 3) [N] of the strap on the bodies at its k points; they add up to zero."""
@@ -187,7 +187,9 @@ def tied(assembly: Assembly | Scene, straps: Iterable[Strap], *, bedding: float)
     given = checked_assembly(assembly)
     per_area = checked_number(bedding, "tied: bedding", above=0, within=STIFFNESS)
     bands = []
-    for strap in straps:
+    for strap in checked_items(straps, "tied: straps", "straps"):
+        if not isinstance(strap, Strap):
+            raise SceneError(message("tied: straps", f"hold a {type(strap).__name__}", "needs holdfast.Strap objects"))
         strap.check(given)
         bodies, stiff = strap.bodies, strap.stiffness
         if len(strap.points) != 2 or stiff is None:

@@ -37,7 +37,7 @@ def timeline(result: Carried) -> Timeline:
     word = WORDS[result.outcome][0]
     lines = [f"{word}: {result.reason}"]
     if result.claim is not Claim.ESTIMATED:
-        lines.append(f"known to hold at {number(result.time_scale())} times the speed")
+        lines.append(_safe_speed(result))
     lines.append(f"engine {result.engine} ({result.claim})")
     if result.undecided.count:
         lines.append(result.undecided.text)
@@ -57,6 +57,12 @@ def timeline(result: Carried) -> Timeline:
     )
 
 
+def _safe_speed(result: Carried) -> str:
+    """Return in words up to which speed it is known to hold."""
+    scale = result.time_scale()
+    return f"known to hold at {number(scale)} times the speed" if scale > 0 else "not known to hold at any speed"
+
+
 def carried_report(result: Carried) -> RenderableType:
     """Return a table of the times at which the least is left, in the order of time."""
     word, style = WORDS[result.outcome]
@@ -65,9 +71,9 @@ def carried_report(result: Carried) -> RenderableType:
         (word, style),
         f" while it is carried: {result.profile.name or 'a motion'}  (engine {result.engine}: {result.claim})",
     )
-    lines: list[RenderableType] = [head, sentence(result.reason, "")]
+    lines: list[RenderableType] = [head, sentence(result.reason)]
     if result.claim is not Claim.ESTIMATED:
-        lines.append(sentence(f"known to hold at {number(result.time_scale())} times the speed", ""))
+        lines.append(sentence(_safe_speed(result)))
     if result.profile.source:
         lines.append(sentence(f"motion from {result.profile.source}", "dim"))
     lines += [sentence(f"note: {note}", "yellow") for note in result.notes]

@@ -97,20 +97,21 @@ def _ready(axes: Axes, picture: Timeline) -> None:
 
 def _draw_motion(axes: Axes, picture: Timeline) -> None:
     marker = "o" if len(picture.time) == 1 else ""
-    for k, name in enumerate("xyz"):
-        axes.plot(picture.time, picture.acceleration[:, k], marker=marker, color=_AXES[k], lw=1.8, label=f"a{name}")
-    if picture.turning.any():
-        for k, name in enumerate("xyz"):
-            line = picture.turning[:, k]
-            if line.any():
-                axes.plot(picture.time, line, ":", color=_AXES[k], lw=1.6, label=f"α{name} [rad/s²]")
-    axes.legend(loc="upper right", frameon=True, framealpha=0.85, edgecolor="none", ncol=3, prop=_font(11.0))
+    for lines, style, name in ((picture.acceleration, "-", "a{}"), (picture.turning, ":", "α{} [rad/s²]")):
+        for k, axis in enumerate("xyz"):
+            if lines[:, k].any():
+                label = name.format(axis)
+                axes.plot(picture.time, lines[:, k], style, marker=marker, color=_AXES[k], lw=1.8, label=label)
+    if axes.lines:
+        axes.legend(
+            loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False, borderaxespad=0.2, ncol=6, prop=_font(11.0)
+        )
     _ready(axes, picture)
 
 
 def _draw_share(axes: Axes, picture: Timeline, colours: dict[str, str]) -> None:
-    known = np.isfinite(picture.used)
-    top = min(max(1.15, 1.15 * float(picture.used[known].max(initial=0.0))), _MOST)
+    known = picture.used <= _MOST  # not where it is nan
+    top = _MOST if (picture.used > _MOST).any() else max(1.15, 1.15 * float(picture.used[known].max(initial=0.0)))
     axes.set_ylim(0, top)
     axes.axhspan(1, top, color="#b5173f", alpha=0.07, lw=0)
     axes.axhline(1, color="#b5173f", lw=1.4)
@@ -120,7 +121,8 @@ def _draw_share(axes: Axes, picture: Timeline, colours: dict[str, str]) -> None:
     axes.plot(picture.time, used, color="#9aa3b0", lw=1.2)
     for words, colour in colours.items():
         mine = np.array([mover == words for mover in picture.movers])
-        axes.plot(picture.time[mine], used[mine], "o", color=colour, ms=5.0, clip_on=False)
+        for marker, chosen in (("o", mine & ~(picture.used > top)), ("^", mine & (picture.used > top))):
+            axes.plot(picture.time[chosen], np.minimum(used[chosen], top), marker, color=colour, ms=5.0, clip_on=False)
     for at in picture.time[np.isnan(picture.used)]:
         axes.axvline(at, color=(*UNDECIDED, 0.7), lw=2.5)
     axes.set_xlabel("time [s]", fontfamily=FONT, fontsize=12.0, color=GREY)
@@ -145,6 +147,10 @@ def _draw_legend(writer: Writer, picture: Timeline, colours: dict[str, str]) -> 
             break
         writer.axes.plot(_COLUMN + 8, y - 5, "o", color=colour, ms=7, zorder=9)
         writer.put(_COLUMN + 26, y, writer.clipped(words, 14.0, room - 26), 14.0)
+    if (picture.used > _MOST).any():
+        y += 28
+        writer.axes.plot(_COLUMN + 8, y - 5, "^", color=GREY, ms=7, zorder=9)
+        writer.put(_COLUMN + 26, y, "more than is drawn", 14.0)
     if np.isnan(picture.used).any():
         writer.axes.plot([_COLUMN + 8] * 2, [y + 12, y + 34], color=(*UNDECIDED, 0.7), lw=2.5, zorder=9)
         writer.put(_COLUMN + 26, y + 28, "not known", 14.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterable
 from dataclasses import replace
@@ -32,6 +33,7 @@ DIGITS = 14  # motions that differ after so many digits, as those of one ramp do
 SPOTTED = 1e-3  # of a step of the profile: how exactly the time is found at which something moves
 STILL = 1e-9  # share of gravity below which its change is rounding
 STAGE = "the motion of the carrier"
+WHEN = "when something moves"
 
 
 def carry(
@@ -57,8 +59,7 @@ def carry(
     """
     given = checked_assembly(assembly)
     motion = checked_profile(profile, given)
-    held = tuple(standing)
-    question = _Question(given, held, engine_of(engine), bound, imperfect)
+    question = _Question(given, standing, engine_of(engine), bound, imperfect)
     answers = question.over(motion, motion.gravity(given.scene.gravity))
     time: float = np.inf
     first: tuple[str, ...] = ()
@@ -86,7 +87,7 @@ class _Question:
     def __init__(
         self,
         assembly: Assembly,
-        standing: tuple[Load, ...],
+        standing: Iterable[Load],
         method: Engine,
         bound: bool,
         imperfect: Imperfect | None,
@@ -141,8 +142,7 @@ class _Question:
         k = int(np.argmax(moved(answers)))
         late, names = float(motion.time[k]), answers.moving[k]
         early = float(motion.time[k - 1]) if k else late
-        least = SPOTTED * (late - early)
-        while late - early > least:
+        for _ in reported(WHEN, range(math.ceil(math.log2(1 / SPOTTED)) if k else 0)):
             middle = (early + late) / 2
             until = motion.at([*motion.time[:k], middle])
             found = self.over(until.at([middle]), until.gravity(self.assembly.scene.gravity)[-1:])
@@ -182,7 +182,7 @@ def _doubted(answers: Answers, doubts: Objects) -> Answers:
     status = answers.status.copy()
     status[unknown] = Status.UNDECIDED
     force, lower = (np.where(unknown, 0.0, values) for values in (answers.force, answers.lower))
-    notes = dict.fromkeys((*answers.notes, *doubts[unknown]))
+    notes = dict.fromkeys((*answers.notes, *(d for d in doubts[unknown] if answers.verdict.reason not in d)))
     return replace(answers, force=force, lower=lower, status=status, notes=tuple(notes))
 
 

@@ -127,7 +127,7 @@ class Profile(Value):
 
         Raises HoldfastError if the name is unknown, or if ``heading`` is along ``up``.
         """
-        standard = STANDARDS.get(name)
+        standard = STANDARDS.get(name) if isinstance(name, str) else None
         if standard is None:
             raise HoldfastError(message("profile", f"{quoted(name)} is unknown", nearest_of(name, STANDARDS)))
         top = checked_direction(up, "profile: up")

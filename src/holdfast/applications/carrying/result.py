@@ -12,7 +12,7 @@ from holdfast.applications.carrying.profile import Profile
 from holdfast.applications.inertia import speed_within
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived, to_dict
-from holdfast.base.arrays import Bool, Float
+from holdfast.base.arrays import Bool, Float, frozen
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.kinds import shaped
 from holdfast.base.painters import paint
@@ -69,7 +69,7 @@ class Carried(Columns):
         """
         with np.errstate(divide="ignore"):
             share = 1 / (self.factor if self.claim is Claim.ESTIMATED else self.lower)
-        return np.where(self.answers.decided, share, np.nan)
+        return frozen(np.where(self.answers.decided, share, np.nan))
 
     @property
     def outcome(self) -> Status:
@@ -141,9 +141,9 @@ class Carried(Columns):
 def held(answers: Answers) -> Bool:
     """Tell for each row (n,) whether the load is known to hold: its factor, as far as it is promised, is 1 or more."""
     promised = answers.force if answers.claim is Claim.ESTIMATED else answers.lower
-    return np.asarray(answers.decided & (promised >= 1))
+    return frozen(np.asarray(answers.decided & (promised >= 1)))
 
 
 def moved(answers: Answers) -> Bool:
     """Tell for each row (n,) whether something is known to move: the factor is below 1 by the engine's own claim."""
-    return np.asarray(answers.decided & (answers.force < 1))
+    return frozen(np.asarray(answers.decided & (answers.force < 1)))
