@@ -258,3 +258,27 @@ def test_the_picture_is_written_and_the_answer_read_back(tmp_path: Path) -> None
         assert hf.load_answer(tmp_path / f"c.{suffix}") == c
     assert "gives way" in repr(c)
     assert c.to_dict()["outcome"] == "unstable"
+
+
+def test_turns_about_several_axes_follow_one_another_in_the_axes_of_the_carrier() -> None:
+    """First a quarter about z, then one about its own x: gravity then comes from its own y, whatever came before."""
+    quarter = np.pi / 2
+    rates = [(0, 0, quarter), (0, 0, quarter), (quarter, 0, 0), (quarter, 0, 0)]
+    motion = hf.Profile([0, 1, 1 + 1e-9, 2], np.zeros((4, 3)), angular_velocity=rates)
+    assert motion.gravity(np.array((0, 0, -G)))[-1] == pytest.approx((0, -G, 0), abs=1e-6)
+    other = hf.Profile([0, 1, 1 + 1e-9, 2], np.zeros((4, 3)), angular_velocity=rates[::-1])
+    assert other.gravity(np.array((0, 0, -G)))[-1] == pytest.approx((-G, 0, 0), abs=1e-6)
+
+
+@pytest.mark.parametrize("speed", [0.5, 3.0])
+def test_a_faster_motion_turns_as_far_and_loads_by_the_square(speed: float) -> None:
+    """The same way in less time: the same turns, and every inertial load of a turning carrier s² as large."""
+    motion = hf.Profile([0, 1], [(1, 0, 0)] * 2, [(0, 1, 0)] * 2, [(0, 0, 0), (0.3, 0, 0.4)])
+    fast = motion.at_speed(speed)
+    assert fast.turns().as_matrix() == pytest.approx(motion.turns().as_matrix())
+    assembly = carried(0.05, (0.3, 0.2))
+    usual, more = (
+        asking.inertial_wrenches(assembly, m.acceleration, m.angular_acceleration, m.angular_velocity, m.pivot)
+        for m in (motion, fast)
+    )
+    assert more == pytest.approx(speed**2 * usual)
