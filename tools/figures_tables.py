@@ -169,6 +169,65 @@ def _off_simulation(row: dict[str, Any]) -> str:
     return f"{significant(off)} %" if math.isfinite(off) and not row["case"].endswith("simulation") else ""
 
 
+def carriage(saved: Saved) -> dict[str, str]:
+    """How often rules of packing err on real pallets, what questions cost, and MuJoCo beside the engines."""
+    asked = [row for row in saved.rows if "directions" in row]
+    rest = [row for row in saved.rows if "limit s" in row]
+    count = sum(row["known"] for row in asked)
+
+    def share(rule: str, key: str) -> str:
+        return f"{100 * sum(row[f'{rule} {key}'] for row in asked) / count:.1f} %"
+
+    keys = ("unsafe", "above what holds", "too cautious")
+    stands = [row for row in rest if row["at rest"] == "stable"]
+    rules = []
+    for rule in ("support polygon", "base support"):
+        wrong = sum(row[f"{rule} at rest"] == "falls" for row in stands)
+        right = sum(row[f"{rule} at rest"] == "falls" for row in rest if row["at rest"] == "unstable")
+        falls = sum(row["at rest"] == "unstable" for row in rest)
+        cells = [share(rule, key) for key in keys]
+        rules.append([rule, *cells, f"{wrong} of {len(stands)}", f"{right} of {falls}"])
+    verdicts = {word: sum(row["at rest"] == word for row in rest) for word in ("stable", "unstable", "undecided")}
+    answers = [
+        ["pallets that stand, fall, are undecided", ", ".join(map(str, verdicts.values()))],
+        ["directions asked, known", f"{72 * len(asked):,}, {count:,}"],
+        ["above what `limit` proves", str(sum(row["above limit"] for row in asked))],
+        ["least and median limit [m/s²]", _span([row["least m/s²"] for row in asked], min)
+         + ", " + _span([row["median m/s²"] for row in asked], _middle)],
+        ["sets of bodies that move first, a pallet", _span([row["first movers"] for row in asked], _middle)],
+        ["72 directions by `limit`, median and most [s]", _median_and_most([row["limit s"] for row in asked])],
+        ["72 directions by `compliant`, median and most [s]", _median_and_most([row["compliant s"] for row in asked])],
+    ]  # fmt: skip
+    driven = [row for row in saved.rows if "MuJoCo m/s²" in row]
+    lines = [
+        [
+            f"{row['pallet']}: {row['boxes']} boxes, {row['degrees']}°",
+            *(f"{row[key]:.2f}" for key in ("MuJoCo m/s²", "limit m/s²", "compliant m/s²")),
+            *(f"{100 * (row[f'MuJoCo / {engine}'] - 1):+.1f} %" for engine in ("limit", "compliant")),
+        ]
+        for row in driven
+    ]
+    heads = ["", *keys, "condemns at rest what stands", "finds what falls at rest"]
+    simulated = ["", "MuJoCo [m/s²]", "`limit`", "`compliant`", "over `limit`", "over `compliant`"]
+    return {
+        "rules": table(heads, rules),
+        "answers": table(["", ""], answers),
+        "simulated": table(simulated, lines),
+    }
+
+
+def _middle(values: list[float]) -> float:
+    return sorted(values)[len(values) // 2]
+
+
+def _span(values: list[float], pick: Callable[[list[float]], float]) -> str:
+    return f"{pick(values):.3g}"
+
+
+def _median_and_most(values: list[float]) -> str:
+    return f"{_middle(values):.2g}, {max(values):.2g}"
+
+
 TABLES: Mapping[str, Callable[[Saved], dict[str, str]]] = {
     "baselines": baselines,
     "bounds": bounds,
@@ -177,4 +236,5 @@ TABLES: Mapping[str, Callable[[Saved], dict[str, str]]] = {
     "maps": maps,
     "graph_slanted": graph_slanted,
     "transport": transport,
+    "carriage": carriage,
 }

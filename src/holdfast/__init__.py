@@ -9,17 +9,23 @@ from typing import TYPE_CHECKING
 from holdfast.base.painters import painters_come_from
 
 if TYPE_CHECKING:
+    from holdfast.applications.carrying.carry import carry
+    from holdfast.applications.carrying.profile import Profile
+    from holdfast.applications.carrying.result import Carried
+    from holdfast.applications.carrying.standards import standard_profiles
     from holdfast.applications.disassembly.order import Disassembly, disassembly_order
     from holdfast.applications.disassembly.removal import Removal
+    from holdfast.applications.inertia import inertial_loads
     from holdfast.applications.placement.options import Weights
     from holdfast.applications.placement.plan import plan_placement
     from holdfast.applications.placement.result import Placement
     from holdfast.applications.saved import load_answer
     from holdfast.applications.settled import Fall, Settled, settle
+    from holdfast.applications.strap import Strap, tied
+    from holdfast.applications.strap_files import load_straps
     from holdfast.applications.transport import (
         TransportLimits,
         horizontal_directions,
-        inertial_loads,
         safe_time_scale,
         tilted,
         transport_limits,
@@ -63,17 +69,23 @@ if TYPE_CHECKING:
 __version__ = "0.2.0.dev0"
 
 _NAMES = {
+    "holdfast.applications.carrying.carry": ("carry",),
+    "holdfast.applications.carrying.profile": ("Profile",),
+    "holdfast.applications.carrying.result": ("Carried",),
+    "holdfast.applications.carrying.standards": ("standard_profiles",),
     "holdfast.applications.disassembly.order": ("Disassembly", "disassembly_order"),
     "holdfast.applications.disassembly.removal": ("Removal",),
+    "holdfast.applications.inertia": ("inertial_loads",),
     "holdfast.applications.placement.options": ("Weights",),
     "holdfast.applications.placement.plan": ("plan_placement",),
     "holdfast.applications.placement.result": ("Placement",),
     "holdfast.applications.saved": ("load_answer",),
     "holdfast.applications.settled": ("Fall", "Settled", "settle"),
+    "holdfast.applications.strap": ("Strap", "tied"),
+    "holdfast.applications.strap_files": ("load_straps",),
     "holdfast.applications.transport": (
         "TransportLimits",
         "horizontal_directions",
-        "inertial_loads",
         "safe_time_scale",
         "tilted",
         "transport_limits",
@@ -122,6 +134,7 @@ __all__ = [
     "Bound",
     "Box",
     "Capsule",
+    "Carried",
     "Claim",
     "Compliant",
     "Compound",
@@ -145,6 +158,7 @@ __all__ = [
     "Part",
     "Patch",
     "Placement",
+    "Profile",
     "Removal",
     "Robustness",
     "RobustnessMap",
@@ -157,12 +171,14 @@ __all__ = [
     "Sphere",
     "Stability",
     "Status",
+    "Strap",
     "TransportLimits",
     "UnstableError",
     "Weights",
     "WorstCase",
     "admissible_wrenches",
     "assemble",
+    "carry",
     "disassembly_order",
     "from_mujoco",
     "from_trimesh",
@@ -171,6 +187,7 @@ __all__ = [
     "load_answer",
     "load_factor",
     "load_scene",
+    "load_straps",
     "plan_placement",
     "robustness",
     "robustness_map",
@@ -182,7 +199,9 @@ __all__ = [
     "shipped_scene",
     "shipped_scenes",
     "stability",
+    "standard_profiles",
     "sustainable_accelerations",
+    "tied",
     "tilted",
     "transport_limits",
     "worst_case",

@@ -164,6 +164,7 @@ COMMANDS = {
     "assess a scan": ["assess", str(FOLDER / "settled" / "masonry_crossvault.json")],
     "push": ["push", "pallet.yaml", "box3", "--at", "{corner}", "--along", "1", "0", "0"],
     "transport": ["transport", "pallet.yaml"],
+    "carry": ["carry", "pallet.yaml", "--profile", "road"],
     "disassemble": ["disassemble", "wall.yaml"],
     "place": ["place", "shelf.yaml", "orange"],
 }

@@ -16,6 +16,7 @@ from calling import called
 from rich.console import Console
 
 import holdfast as hf
+from holdfast.report.carried import carried_report
 from holdfast.report.tables import map_report, stability_report, transport_report
 from holdfast.scene.shipped.blocks import box, floor
 
@@ -124,6 +125,7 @@ def test_d2_reports_are_no_markup_on_any_console(name: str) -> None:
         stability_report(assembly, hf.stability(assembly, engine="limit")),
         map_report(hf.robustness_map(assembly, spacing=0.05, engine="graph")),
         transport_report(hf.transport_limits(assembly, engine="limit")),
+        carried_report(hf.carry(assembly, "road", engine="limit")),
     ]
     for report in reports:
         stream = io.StringIO()

@@ -87,6 +87,8 @@ ASK: dict[str, Callable[[], Any]] = {
     "accelerations": lambda: hf.sustainable_accelerations(cube(), gap=0.2),
     "transport": lambda: hf.transport_limits(cube(), [X, (0, 0, 1)], bound=True),
     "transport, unstable": lambda: hf.transport_limits(hanging(), [X], engine="limit"),
+    "carried": lambda: hf.carry(cube(), "road", bound=True),
+    "carried, unstable": lambda: hf.carry(hanging(), "eumos40509_0.5g", engine="limit"),
     "disassembly": lambda: hf.disassembly_order(hf.shipped_scene("stack"), engine="graph"),
     "disassembly, no end": lambda: hf.disassembly_order(
         hf.shipped_scene("stack"), engine="limit", goal="cube1", lift=(1, 0, 0)

@@ -22,6 +22,7 @@ VERBS: dict[str, Callable[[], object]] = {
     "robustness": lambda: hf.robustness(hf.assemble(TABLE), "slab", (0, 0, 0.25), (0, 0, -1)),
     "limit": lambda: hf.robustness(hf.assemble(TABLE), "slab", (0, 0, 0.25), (0, 0, -1), engine="limit"),
     "map": lambda: hf.robustness_map(hf.assemble(TABLE), ["slab"], spacing=0.1),
+    "carry": lambda: hf.carry(hf.assemble(TABLE), "road", engine="graph"),
     "transport": lambda: hf.transport_limits(hf.assemble(TABLE), engine="graph"),
     "disassembly": lambda: hf.disassembly_order(hf.assemble(TABLE)),
     "placement": lambda: hf.plan_placement(

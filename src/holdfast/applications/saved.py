@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from typing import Any
 
+from holdfast.applications.carrying.result import Carried
 from holdfast.applications.disassembly.order import Disassembly
 from holdfast.applications.placement.result import Placement
 from holdfast.applications.settled import Settled
@@ -21,7 +22,7 @@ from holdfast.queries.worst_case import WorstCase
 
 ANSWERS: tuple[type, ...] = (  # all classes of answers that can be saved
     *(Stability, Robustness, LoadFactor, RobustnessMap, RobustnessUnder, Sensitivity, WorstCase, ConvexSet),
-    *(TransportLimits, Disassembly, Placement, Settled),
+    *(TransportLimits, Carried, Disassembly, Placement, Settled),
 )
 
 

@@ -1,13 +1,7 @@
 """Compute how fast the carrier may accelerate before something moves on it (Nadeau & Kelly, Sec. VII-B, Algorithm 3).
 
-The fixed bodies are the carrier. In the frame of the carrier, a body with mass m and inertia I (about its centre of
-mass, which is at r from the pivot) feels its weight and, by d'Alembert's principle,
-
-    force  -m (a + α x r + ω x (ω x r))        torque  -I α - ω x I ω
-
-Here a is the acceleration of the carrier at the pivot, α its angular acceleration and ω its angular velocity. All
-vectors are along the axes of the scene, which move with the carrier. A tilted carrier is the same scene with its
-gravity rotated.
+The fixed bodies are the carrier. On a carrier that accelerates, a body feels the inertial force of ``inertia.py``. A
+tilted carrier is the same scene with its gravity rotated.
 """
 
 from __future__ import annotations
@@ -21,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from holdfast.applications.inertia import inertial_loads, speed_within
 from holdfast.assembly.assembly import Assembly, body_forces
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import (
@@ -36,7 +31,7 @@ from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.kinds import shaped
 from holdfast.base.painters import paint
 from holdfast.base.public import Summary
-from holdfast.base.ranges import ACCELERATION, ANGLE, PLACE, TURNING
+from holdfast.base.ranges import ACCELERATION, ANGLE
 from holdfast.base.rigid import checked_pose, tangents
 from holdfast.engines.answers import Claim
 from holdfast.engines.imperfect import Imperfect
@@ -111,6 +106,7 @@ def transport_limits(
     angular_acceleration: ArrayLike | None = None,
     angular_velocity: ArrayLike | None = None,
     pivot: ArrayLike = (0.0, 0.0, 0.0),
+    jolt: float = 0.0,
     standing: Iterable[Load] = (),
     engine: EngineChoice = DEFAULT_ENGINE,
     bound: bool = False,
@@ -121,16 +117,22 @@ def transport_limits(
     ``directions`` (n, 3) or (3,), in the axes of the scene, need not have unit length; by default they are 100
     horizontal directions. The carrier is tilted throughout by ``tilt`` [deg], see ``tilted``. It also rotates
     throughout about ``pivot`` (3,) [m], with ``angular_acceleration`` (3,) [rad/s²] and ``angular_velocity`` (3,)
-    [rad/s], see ``inertial_loads``. The ``standing`` loads act throughout. ``bound`` and ``imperfect`` have
-    the same meaning as in ``robustness``.
+    [rad/s], see ``inertial_loads``. ``jolt`` [m/s²] is an acceleration along the up direction of the scene that acts
+    throughout: below 0 it takes weight off the load. The ``standing`` loads act throughout. ``bound`` and
+    ``imperfect`` have the same meaning as in ``robustness``.
 
     Raises SceneError if there is no direction or if one is zero.
     """
     carried = checked_assembly(assembly) if tilt is None else tilted(assembly, tilt)
     ways = horizontal_directions(carried) if directions is None else _directions(directions)
     method = engine_of(engine)
+    lift = checked_number(jolt, "transport_limits: jolt", within=ACCELERATION) * carried.scene.up
     turning = inertial_loads(
-        carried, angular_acceleration=angular_acceleration, angular_velocity=angular_velocity, pivot=pivot
+        carried,
+        acceleration=lift,
+        angular_acceleration=angular_acceleration,
+        angular_velocity=angular_velocity,
+        pivot=pivot,
     )
     held = total_wrench(carried, standing) + total_wrench(carried, turning)
     W = np.column_stack([body_forces(-carried.mass[:, None] * way) for way in ways])
@@ -169,43 +171,6 @@ def tilted(assembly: Assembly | Scene, tilt: ArrayLike) -> Assembly:
     return replace(assembly, scene=replace(assembly.scene, gravity=turn.T @ assembly.scene.gravity))
 
 
-def inertial_loads(
-    assembly: Assembly | Scene,
-    *,
-    acceleration: ArrayLike | None = None,
-    angular_acceleration: ArrayLike | None = None,
-    angular_velocity: ArrayLike | None = None,
-    pivot: ArrayLike = (0.0, 0.0, 0.0),
-) -> tuple[Load, ...]:
-    """Return the inertial forces and torques of all movable bodies on a moving carrier, as loads for any query.
-
-    The carrier accelerates by ``acceleration`` (3,) [m/s²] at ``pivot`` (3,) [m], and rotates about it with
-    ``angular_acceleration`` (3,) [rad/s²] and ``angular_velocity`` (3,) [rad/s]. All vectors are in the axes of the
-    scene. The module docstring has the equations.
-    """
-    where = "inertial loads"
-    given = {
-        "acceleration": (acceleration, ACCELERATION),
-        "angular acceleration": (angular_acceleration, TURNING),
-        "angular velocity": (angular_velocity, TURNING),
-        "pivot": (pivot, PLACE),
-    }
-    a, alpha, omega, at = (
-        np.zeros(3) if value is None else checked(value, (3,), f"{where}: {name}", within=within)
-        for name, (value, within) in given.items()
-    )
-    loads = []
-    for body in checked_assembly(assembly).movable:
-        assert body.mass is not None
-        r = body.com_world - at
-        turn = body.pose[:3, :3]
-        inertia = turn @ body.inertia_com @ turn.T
-        force = -body.mass * (a + np.cross(alpha, r) + np.cross(omega, np.cross(omega, r)))
-        moment = -inertia @ alpha - np.cross(omega, inertia @ omega)
-        loads.append(Load(body.name, body.com_world, force, moment))
-    return tuple(loads)
-
-
 def safe_time_scale(
     accelerations: ArrayLike,
     limits: ConvexSet | TransportLimits,
@@ -228,12 +193,8 @@ def safe_time_scale(
     """
     where = "safe_time_scale"
     a = checked(accelerations, (None, 3), f"{where}: accelerations", within=ACCELERATION)
-    spare = checked_number(margin, f"{where}: margin", minimum=0)
-    if spare >= 1:
-        raise HoldfastError(message(f"{where}: margin", f"is {spare:g}", "needs 0 <= margin < 1"))
-    used = limits.usage(a) if isinstance(limits, ConvexSet) else _usage(a, limits)
-    worst = float(np.max(used, initial=0.0))
-    return float(np.sqrt((1 - spare) / worst)) if worst > 0 else np.inf
+    used = np.atleast_1d(limits.usage(a)) if isinstance(limits, ConvexSet) else _usage(a, limits)
+    return speed_within(used, margin, where)
 
 
 def _usage(a: Float, limits: object) -> Float:

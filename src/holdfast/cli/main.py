@@ -36,6 +36,7 @@ COMMANDS = {  # where each command lies, and what the help says of it: a command
     "place": ("holdfast.cli.place:place", "Find a pose for an object in which everything stands."),
     "settle": ("holdfast.cli.settle:settle", "Bring a perceived or authored scene to rest near its poses."),
     "transport": ("holdfast.cli.transport:transport", "Compute how fast the carrier of a scene may accelerate."),
+    "carry": ("holdfast.cli.carry:carry", "Decide whether a scene holds while its carrier moves."),
     "disassemble": ("holdfast.cli.disassemble:disassemble", "Find an order in which bodies can be taken out."),
     "benchmark": ("holdfast.cli.benchmark:benchmark", "Compare methods and their speed."),
     "convert": ("holdfast.cli.files:convert", "Read a scene in any known format and write it in another."),

@@ -7,7 +7,9 @@ from typing import Annotated
 
 import typer
 
-from holdfast.applications.transport import horizontal_directions, inertial_loads, tilted, transport_limits
+from holdfast.applications.inertia import inertial_loads
+from holdfast.applications.strap_files import load_straps
+from holdfast.applications.transport import horizontal_directions, tilted, transport_limits
 from holdfast.cli.common import (
     AsJson,
     EngineName,
@@ -37,6 +39,8 @@ def transport(
     angular_acceleration: Annotated[Vector | None, typer.Option(help="of the carrier in rad/s²: X Y Z")] = None,
     angular_velocity: Annotated[Vector | None, typer.Option(help="of the carrier in rad/s: X Y Z")] = None,
     pivot: Annotated[Vector, typer.Option(help="point about which it rotates in m: X Y Z")] = (0.0, 0.0, 0.0),
+    jolt: Annotated[float, typer.Option(help="vertical acceleration in m/s² that acts throughout, upwards > 0")] = 0.0,
+    straps: Annotated[Path | None, typer.Option(help="YAML or JSON file with straps, see docs/transport.md")] = None,
     bound: Annotated[bool, typer.Option("--bound", help="also compute upper bounds by engine limit")] = False,
     png: Annotated[Path | None, typer.Option(help="write a PNG polar plot to this file")] = None,
     set_file: Annotated[
@@ -53,8 +57,14 @@ def transport(
     if tilt is not None:
         assembly = tilted(assembly, tilt)
     loads = inertial_loads(
-        assembly, angular_acceleration=angular_acceleration, angular_velocity=angular_velocity, pivot=pivot
+        assembly,
+        acceleration=jolt * assembly.scene.up,
+        angular_acceleration=angular_acceleration,
+        angular_velocity=angular_velocity,
+        pivot=pivot,
     )
+    if straps is not None:
+        loads += tuple(load for strap in load_straps(straps) for load in strap.loads(assembly))
     ways = horizontal_directions(assembly, directions)
     written = []
     with progress():

@@ -164,11 +164,12 @@ def pushes(
     if not len(p):
         raise SceneError(message(where, "got no points", "needs at least one"))
     number = body_number(assembly, body)
-    _check_on_surface(assembly, body, p, where)
+    check_on_surface(assembly, body, p, where)
     return p, e, push_columns(assembly, number, p, e)
 
 
-def _check_on_surface(assembly: Assembly, name: str, points: Float, where: str) -> None:
+def check_on_surface(assembly: Assembly, name: str, points: Float, where: str) -> None:
+    """Raise SceneError, with ``where`` in its message, if a point (n, 3) [m] does not lie on the surface of a body."""
     body = assembly.scene.body(name)
     tolerance = assembly.tolerances.of(body) + body.shape.surface.sagitta
     distance = distance_to_surface(points, body.surface_world)

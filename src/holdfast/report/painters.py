@@ -8,12 +8,14 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 
+from holdfast.applications.carrying.result import Carried
 from holdfast.applications.disassembly.order import Disassembly
 from holdfast.applications.placement.result import Placement
 from holdfast.applications.settled import Settled
 from holdfast.applications.transport import TransportLimits
 from holdfast.base.painters import register_painter
 from holdfast.queries.map import RobustnessMap
+from holdfast.report.carried import save_carried_png
 from holdfast.report.disassembly import save_strip
 from holdfast.report.picture import save_glb, save_html, save_ply, save_png
 from holdfast.report.placement import save_placement_png
@@ -28,6 +30,7 @@ def register() -> None:
     register_painter(RobustnessMap, ".glb", save_glb)
     register_painter(RobustnessMap, ".ply", save_ply)
     register_painter(TransportLimits, ".png", _polar)
+    register_painter(Carried, ".png", save_carried_png)
     register_painter(Disassembly, ".png", save_strip)
     register_painter(Placement, ".png", save_placement_png)
     register_painter(Settled, ".png", save_settled_png)

@@ -16,6 +16,7 @@ from holdfast.base.text import listed
 from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import Status
 from holdfast.geometry.hull import outline_numbers
+from holdfast.queries.result import Columns
 from holdfast.view.polar import Curve, Footprint, PolarPicture, write_polar
 
 LEVEL = 1e-6  # largest share of a direction along gravity at which it counts as horizontal
@@ -70,8 +71,14 @@ def _curve(result: TransportLimits, name: str) -> Curve:
     title = f"{name} ({result.claim})" if name == result.engine else name
     return Curve(
         title, angle[order], result.acceleration[order], result.lower[order], _lines(result, angle),
-        result.answers.decided[order],
+        result.answers.decided[order], tuple(np.array(movers(result), dtype=object)[order]),
     )  # fmt: skip
+
+
+def movers(result: Columns) -> list[str]:
+    """Return in words, for each row, what gives way first; "" where nothing does."""
+    pairs = zip(result.mode, result.moving, strict=True)
+    return [f"{mode}: {listed(names, SHOWN)}" if names else "" for mode, names in pairs]
 
 
 def _lines(result: TransportLimits, angle: Float) -> tuple[str, ...]:

@@ -14,6 +14,7 @@ from holdfast.view.canvas import blank, pixel_axes, png_of
 from holdfast.view.colours import COVERED, FIXED, UNDECIDED
 from holdfast.view.footer import GREY, Writer
 from holdfast.view.marks import FONT, INK
+from holdfast.view.movers import colours_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,6 +29,7 @@ _LINES: Final = ("-", "-", "--", ":", ":", ":")  # line styles of the curves in 
 _POLAR: Final = (60, 128, 850)  # left edge, top edge and side of the plot [px]
 _COLUMN: Final = 1010  # left edge of the column beside the plot [px]
 _VIEW: Final = (480, 290)  # width and height of the view from above [px]
+_MOVERS: Final = 9  # the most groups of movers in the legend
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,8 @@ class Curve:
     """The answers of one method: ``radius`` (n,) [m/s²] at ``angle`` (n,) [rad]; the radius is inf where nothing moves.
 
     ``lower`` (n,) [m/s²] is drawn as a band where it is above 0. ``lines`` are the texts of the legend. Where
-    ``decided`` (n,) is false, the radius is not known: the curve has a gap there.
+    ``decided`` (n,) is false, the radius is not known: the curve has a gap there. ``movers`` (n,) says in words what
+    gives way first; the marks of a curve that stands alone are coloured by it.
     """
 
     name: str
@@ -44,6 +47,7 @@ class Curve:
     lower: NDArray[np.float64]
     lines: tuple[str, ...]
     decided: NDArray[np.bool_]
+    movers: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -130,6 +134,12 @@ def draw_curves(axes: PolarAxes, picture: PolarPicture) -> None:
             axes.plot(angle, shown, line, color=colour, lw=1.0, alpha=0.45)
             dots: dict[str, Any] = {"ms": 5.5, "mfc": face, "mec": colour, "mew": 1.0, "ls": "none"}
             axes.plot(angle[:-1], shown[:-1], marker, **dots, clip_on=False, label=curve.name)
+            if only:
+                for words, own in colours_of(curve.movers).items():
+                    mine = np.array([mover == words for mover in curve.movers])
+                    axes.plot(
+                        angle[:-1][mine], shown[:-1][mine], marker, **dots | {"mfc": own, "mec": own}, clip_on=False
+                    )
 
 
 def _shade_undecided(axes: PolarAxes, curve: Curve, end: float) -> None:
@@ -200,6 +210,8 @@ def _draw_legend(writer: Writer, picture: PolarPicture, top: float) -> None:
             y += 23
             writer.put(_COLUMN + 40, y, writer.clipped(text, 14.0, room - 40), 14.0, colour=GREY)
         y += 38
+    if len(picture.curves) == 1:
+        y = _draw_movers(writer, picture.curves[0], y, room)
     if picture.undecided:
         look: dict[str, Any] = {
             "facecolor": (*UNDECIDED, 0.35),
@@ -212,3 +224,19 @@ def _draw_legend(writer: Writer, picture: PolarPicture, top: float) -> None:
         for line in writer.wrapped(picture.undecided, 14.0, room - 40, 4):
             writer.put(_COLUMN + 40, y, line, 14.0)
             y += 21
+
+
+def _draw_movers(writer: Writer, curve: Curve, y: float, room: float) -> float:
+    """List what gives way first with its colour, and return the row below."""
+    colours = list(colours_of(curve.movers).items())
+    if not colours:
+        return y
+    writer.put(_COLUMN, y, "what gives way first", 16.0, bold=True)
+    for words, colour in colours[:_MOVERS]:
+        y += 25
+        writer.axes.plot(_COLUMN + 8, y - 5, "o", color=colour, ms=6.5, zorder=9)
+        writer.put(_COLUMN + 26, y, writer.clipped(words, 14.0, room - 26), 14.0)
+    if len(colours) > _MOVERS:
+        y += 25
+        writer.put(_COLUMN + 26, y, f"and {len(colours) - _MOVERS} more", 14.0, colour=GREY)
+    return y + 38

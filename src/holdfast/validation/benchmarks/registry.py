@@ -12,6 +12,7 @@ SUITES = (
     "baselines",
     "bounds",
     "cargo",
+    "carriage",
     "compliant_maps",
     "contacts",
     "disassembly",

@@ -1,0 +1,192 @@
+"""Ask whether what stands on a carrier holds while the carrier moves."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from holdfast.applications.carrying.profile import Profile
+from holdfast.applications.carrying.result import Carried, moved
+from holdfast.applications.carrying.standards import STANDARDS
+from holdfast.applications.inertia import inertial_wrenches
+from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Float, Int, Objects
+from holdfast.base.progress import reported
+from holdfast.engines.answers import Answers, joined
+from holdfast.engines.contract import Engine
+from holdfast.engines.groups import prepared
+from holdfast.engines.imperfect import Imperfect
+from holdfast.engines.verdict import Status
+from holdfast.queries.push import asked
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load, checked_assembly, engine_of, total_wrench
+from holdfast.scene.scene import Scene
+
+ProfileChoice: TypeAlias = Profile | str | os.PathLike[str] | ArrayLike
+
+DIGITS = 14  # motions that differ after so many digits, as those of one ramp do, are one
+SPOTTED = 1e-3  # of a step of the profile: how exactly the time is found at which something moves
+STILL = 1e-9  # share of gravity below which its change is rounding
+STAGE = "the motion of the carrier"
+WHEN = "when something moves"
+
+
+def carry(
+    assembly: Assembly | Scene,
+    profile: ProfileChoice,
+    *,
+    standing: Iterable[Load] = (),
+    engine: EngineChoice = DEFAULT_ENGINE,
+    bound: bool = False,
+    imperfect: Imperfect | None = None,
+) -> Carried:
+    """Decide whether what stands on a carrier holds while the carrier moves, and which body moves first and when.
+
+    ``profile`` is a Profile, a table (n, 4), (n, 7) or (n, 10) (see ``Profile.from_table``), the path of a CSV file, or
+    the name of a standard one (``hf.standard_profiles()``), for a vehicle that drives along the x axis of the scene.
+    The ``standing`` loads, such as those of straps, act throughout and are not multiplied. ``bound`` and ``imperfect``
+    have the same meaning as in ``robustness``.
+
+    Every time is judged on its own, from rest, by the inertial loads at that time (``inertia.py``) and gravity as the
+    carrier is turned then: quasi-static, without bouncing or rocking on, and as if nothing had slipped before.
+
+    Raises HoldfastError for a profile that cannot be read.
+    """
+    given = checked_assembly(assembly)
+    motion = checked_profile(profile, given)
+    question = _Question(given, standing, engine_of(engine), bound, imperfect)
+    answers = question.over(motion, motion.gravity(given.scene.gravity))
+    time: float = np.inf
+    first: tuple[str, ...] = ()
+    if moved(answers).any():
+        time, first = question.onset(motion, answers)
+    return Carried(answers=answers, assembly=given, profile=motion, time=time, first=first)
+
+
+def checked_profile(profile: ProfileChoice, assembly: Assembly) -> Profile:
+    """Return the profile that the argument of ``carry`` stands for."""
+    if isinstance(profile, Profile):
+        return profile
+    if isinstance(profile, str) and (profile in STANDARDS or not os.path.exists(profile)):
+        up = assembly.scene.up
+        heading = (1, 0, 0) if abs(up[0]) < 0.9 else (0, 1, 0)
+        return Profile.named(profile, heading=heading, up=up)
+    if isinstance(profile, str | os.PathLike):
+        return Profile.from_file(profile)
+    return Profile.from_table(profile)
+
+
+class _Question:
+    """What is asked of every motion: everything but the motion."""
+
+    def __init__(
+        self,
+        assembly: Assembly,
+        standing: Iterable[Load],
+        method: Engine,
+        bound: bool,
+        imperfect: Imperfect | None,
+    ) -> None:
+        self.assembly, self.method, self.bound, self.imperfect = assembly, method, bound, imperfect
+        self.standing = total_wrench(assembly, standing)
+
+    def over(self, motion: Profile, gravity: Float) -> Answers:
+        """Return the answers for all n times of a motion, at which gravity is ``gravity`` (n, 3), in order."""
+        usual = self.assembly.scene.gravity
+        shifted = np.linalg.norm(gravity - usual, axis=1) > STILL * np.linalg.norm(usual)
+        gravity = np.where(shifted[:, None], gravity, usual)
+        scale = _sizes(motion)
+        rows, number = _distinct(motion, gravity, scale)
+        parts, order, doubts = [], [], np.full(len(rows), "", dtype=object)
+        fields, of = np.unique(gravity[rows], axis=0, return_inverse=True)
+        begin = of.ravel()[0]  # the first time stands for the whole, so it is asked first
+        for k in reported(STAGE, [begin, *(k for k in range(len(fields)) if k != begin)]):
+            mine = np.flatnonzero(of.ravel() == k)
+            parts.append(self._asked(motion, rows[mine], scale[rows[mine]], fields[k]))
+            order.append(mine)
+            if parts[-1].verdict.status is Status.UNDECIDED:
+                when = f"{motion.time[rows[mine[0]]]:.4g} s"
+                doubts[mine] = f"undecided as the carrier stands at {when}: {parts[-1].verdict.reason}"
+        place = np.empty(len(rows), dtype=np.int64)
+        place[np.concatenate(order)] = np.arange(len(rows))
+        return _doubted(_divided(joined(parts).rows(place[number]), scale), doubts[number])
+
+    def _asked(self, motion: Profile, rows: Int, scale: Float, gravity: Float) -> Answers:
+        """Return the answers for some times, at which gravity (3,) is the same, with loads divided by ``scale``.
+
+        Their verdict is that on all bodies, those without inertial loads too.
+        """
+        here = self.assembly
+        if (gravity != here.scene.gravity).any():
+            here = replace(here, scene=replace(here.scene, gravity=gravity))
+        chosen = (values[rows] for values in (motion.acceleration, motion.angular_acceleration))
+        a, alpha = (values / scale[:, None] for values in chosen)
+        W = inertial_wrenches(here, a, alpha, motion.angular_velocity[rows], motion.pivot)
+        found = asked(self.method, here, W, self.standing, bound=self.bound, imperfect=self.imperfect)
+        verdict = prepared(self.method, here, self.standing).verdict()
+        if verdict.status is not Status.UNSTABLE:
+            return replace(found, verdict=verdict)
+        names = ("engine", "claim", "lower_bound", "upper_bound", "notes")
+        return Answers.not_standing(len(rows), verdict=verdict, **{name: getattr(found, name) for name in names})
+
+    def onset(self, motion: Profile, answers: Answers) -> tuple[float, tuple[str, ...]]:
+        """Return when something first begins to move [s], and the names of the bodies that do.
+
+        Between the last time at which nothing is known to move and the first at which something does, halves are taken.
+        """
+        k = int(np.argmax(moved(answers)))
+        late, names = float(motion.time[k]), answers.moving[k]
+        early = float(motion.time[k - 1]) if k else late
+        for _ in reported(WHEN, range(math.ceil(math.log2(1 / SPOTTED)) if k else 0)):
+            middle = (early + late) / 2
+            until = motion.at([*motion.time[:k], middle])
+            found = self.over(until.at([middle]), until.gravity(self.assembly.scene.gravity)[-1:])
+            if moved(found)[0]:
+                late, names = middle, found.moving[0]
+            else:
+                early = middle
+        return late, names
+
+
+def _sizes(motion: Profile) -> Float:
+    """Return the largest component (n,) of the accelerations at each time; 1 where there is none or the carrier turns.
+
+    Where it does not turn, the inertial loads are proportional to the accelerations.
+    """
+    largest = np.abs(np.hstack([motion.acceleration, motion.angular_acceleration])).max(1)
+    return np.where(motion.angular_velocity.any(1) | (largest == 0), 1.0, largest)
+
+
+def _distinct(motion: Profile, gravity: Float, scale: Float) -> tuple[Int, Int]:
+    """Return which times have to be asked (m,), and for each time (n,) the one of these that answers for it.
+
+    Times at which accelerations over ``scale`` (n,) are the same, as along a ramp, are asked once.
+    """
+    moves = np.hstack([motion.acceleration, motion.angular_acceleration]) / scale[:, None]
+    rows = np.hstack([moves, motion.angular_velocity, gravity]).round(DIGITS)
+    _, first, number = np.unique(rows + 0.0, axis=0, return_index=True, return_inverse=True)
+    return first, number.ravel()
+
+
+def _doubted(answers: Answers, doubts: Objects) -> Answers:
+    """Return the answers, undecided where ``doubts`` (n,) holds a reason why it may not stand even without a load.
+
+    Something that moves is known to move, whatever stands beside it.
+    """
+    unknown = np.array([bool(doubt) for doubt in doubts]) & ~moved(answers)
+    status = answers.status.copy()
+    status[unknown] = Status.UNDECIDED
+    force, lower = (np.where(unknown, 0.0, values) for values in (answers.force, answers.lower))
+    notes = dict.fromkeys((*answers.notes, *(d for d in doubts[unknown] if answers.verdict.reason not in d)))
+    return replace(answers, force=force, lower=lower, status=status, notes=tuple(notes))
+
+
+def _divided(answers: Answers, by: Float) -> Answers:
+    """Return the answers with every factor and bound divided by one of the numbers ``by`` (n,)."""
+    columns = {name: getattr(answers, name) / by for name in ("force", "lower", "upper")}
+    return replace(answers, **columns)

@@ -1,0 +1,183 @@
+"""The motion of a carrier over time: accelerations in its own axes, from arrays, from CSV files or by name."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from holdfast.applications.carrying.reading import COLUMNS, table_of
+from holdfast.applications.carrying.standards import STANDARDS
+from holdfast.base.archive import archived
+from holdfast.base.arrays import Float, checked, checked_direction, checked_number
+from holdfast.base.errors import HoldfastError, located, message, nearest_of
+from holdfast.base.files import checked_path, read_ordinary
+from holdfast.base.kinds import shaped
+from holdfast.base.ranges import ACCELERATION, PLACE, SCALE, TURNING, Range
+from holdfast.base.text import quoted
+from holdfast.base.values import Value, seal
+
+WIDTHS = (4, 7, 10)  # columns of a table: without rotation, with angular acceleration, with angular velocity too
+MOST_BYTES = 200_000_000  # of a CSV file
+PULSE = (0.0, 0.05, 0.35, 0.4)  # [s] when the acceleration of a named profile begins, is reached, ends and is over
+PERIOD = 0.5  # [s] from pulse to pulse
+DURATION = Range(0.0, 1e9, "s")
+
+
+@archived
+@shaped(time="n", acceleration="n 3", angular_acceleration="n 3", angular_velocity="n 3", pivot="3")
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Profile(Value):
+    """The motion of a carrier at n times: how it accelerates and turns, along the axes of the scene.
+
+    ``time`` (n,) [s] increases. ``acceleration`` (n, 3) [m/s²] is that of the carrier at ``pivot`` (3,) [m], without
+    gravity: a carrier at rest has none, where an accelerometer at rest reads 9.81 m/s² upwards.
+    ``angular_acceleration`` (n, 3) [rad/s²] and ``angular_velocity`` (n, 3) [rad/s] are about the pivot. The axes are
+    those of the scene, which move with the carrier. Between two times everything changes linearly.
+
+    The carrier begins as the scene stands. It then turns as ``angular_velocity`` says, and gravity turns the other way
+    in its axes; a turn about the vertical changes nothing of it. ``name`` and ``source`` say where the numbers are
+    from. Raises HoldfastError if times do not increase or if numbers are out of range.
+    """
+
+    time: Float
+    acceleration: Float
+    angular_acceleration: Float
+    angular_velocity: Float
+    pivot: Float
+    name: str
+    source: str
+
+    def __init__(
+        self,
+        time: ArrayLike,
+        acceleration: ArrayLike,
+        angular_acceleration: ArrayLike | None = None,
+        angular_velocity: ArrayLike | None = None,
+        *,
+        pivot: ArrayLike = (0.0, 0.0, 0.0),
+        name: str = "",
+        source: str = "",
+    ) -> None:
+        where = "profile"
+        t = checked(time, (None,), f"{where}: time", within=DURATION, error=HoldfastError)
+        if not len(t):
+            raise HoldfastError(message(f"{where}: time", "is empty", "needs at least one time"))
+        if (np.diff(t) <= 0).any():
+            k = int(np.argmax(np.diff(t) <= 0))
+            problem = f"{t[k + 1]:g} s follows {t[k]:g} s"
+            raise HoldfastError(message(f"{where}: time", problem, "needs times that increase"))
+        set_ = object.__setattr__
+        set_(self, "time", t)
+        for label, value, within in (
+            ("acceleration", acceleration, ACCELERATION),
+            ("angular_acceleration", angular_acceleration, TURNING),
+            ("angular_velocity", angular_velocity, TURNING),
+        ):
+            given = np.zeros((len(t), 3)) if value is None else value
+            set_(self, label, checked(given, (len(t), 3), f"{where}: {label}", within=within, error=HoldfastError))
+        set_(self, "pivot", checked(pivot, (3,), f"{where}: pivot", within=PLACE, error=HoldfastError))
+        set_(self, "name", str(name))
+        set_(self, "source", str(source))
+        seal(self)
+
+    @classmethod
+    def from_table(
+        cls, table: ArrayLike, *, pivot: ArrayLike = (0.0, 0.0, 0.0), name: str = "", source: str = ""
+    ) -> Profile:
+        """Return the profile whose times are the rows of ``table``.
+
+        The columns are t [s], the acceleration ax, ay, az [m/s²], and, if there are 7 or 10 of them, the angular
+        acceleration [rad/s²] and the angular velocity [rad/s]. Raises HoldfastError for another number of columns.
+        """
+        rows = checked(table, (None, None), "profile", error=HoldfastError)
+        if rows.shape[1] not in WIDTHS:
+            raise HoldfastError(
+                message("profile", f"has {rows.shape[1]} columns", f"needs 4, 7 or 10: {', '.join(COLUMNS)}")
+            )
+        more = {"angular_acceleration": slice(4, 7), "angular_velocity": slice(7, 10)}
+        turning = {label: rows[:, columns] for label, columns in more.items() if rows.shape[1] >= columns.stop}
+        return cls(rows[:, 0], rows[:, 1:4], **turning, pivot=pivot, name=name, source=source)
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str], *, pivot: ArrayLike = (0.0, 0.0, 0.0)) -> Profile:
+        """Read a profile from a text file with one time in each row.
+
+        Numbers are separated by commas, semicolons, tabs or spaces. The first row may name the columns, in any order,
+        upper or lower case: t, ax, ay, az, and optionally alphax, alphay, alphaz and omegax, omegay, omegaz (SI units);
+        without names, the columns are those of ``from_table``. Rows that begin with # are left out. Raises
+        HoldfastError if the file cannot be read so.
+        """
+        file = checked_path(path, "profile")
+        content = read_ordinary(file, "profile", most=MOST_BYTES, error=HoldfastError, too_large="take fewer samples")
+        with located(str(file)):
+            return cls.from_table(table_of(content), pivot=pivot, name=file.stem, source=file.name)
+
+    @classmethod
+    def named(cls, name: str, *, heading: ArrayLike = (1.0, 0.0, 0.0), up: ArrayLike = (0.0, 0.0, 1.0)) -> Profile:
+        """Return a profile that is known by name, for a vehicle that drives along ``heading``.
+
+        Every direction in which the source demands that cargo is held becomes one pulse: the acceleration grows within
+        0.05 s, lasts 0.3 s and ends within 0.05 s. Between two pulses the carrier is at rest for 0.1 s. ``heading`` is
+        projected into the plane across ``up``. ``hf.standard_profiles()`` lists the names with their sources. The
+        numbers are those of the sources; what holds here complies with no standard for that.
+
+        Raises HoldfastError if the name is unknown, or if ``heading`` is along ``up``.
+        """
+        standard = STANDARDS.get(name) if isinstance(name, str) else None
+        if standard is None:
+            raise HoldfastError(message("profile", f"{quoted(name)} is unknown", nearest_of(name, STANDARDS)))
+        top = checked_direction(up, "profile: up")
+        ahead = checked_direction(heading, "profile: heading")
+        ahead = ahead - (ahead @ top) * top
+        if np.linalg.norm(ahead) < 1e-6:
+            raise HoldfastError(message("profile: heading", "is vertical", "needs a horizontal direction"))
+        ahead = ahead / np.linalg.norm(ahead)
+        left, none = np.cross(top, ahead), np.zeros(3)
+        axes = {"forwards": ahead, "backwards": -ahead, "left": left, "right": -left, "up": top, "down": -top}
+        time, rows = [], []
+        for number, (side, value) in enumerate(standard.cargo):
+            pulse = -value * axes[side]  # cargo is thrown forwards where the carrier accelerates backwards
+            time += [number * PERIOD + t for t in PULSE]
+            rows += [none, pulse, pulse, none]
+        return cls(time, np.array(rows), name=name, source="; ".join(standard.sources))
+
+    def at_speed(self, factor: float) -> Profile:
+        """Return the same motion played ``factor`` times as fast: accelerations are multiplied by its square."""
+        s = checked_number(factor, "profile: speed", above=0, within=SCALE)
+        return self._like(
+            self.time / s, self.acceleration * s**2, self.angular_acceleration * s**2, self.angular_velocity * s
+        )
+
+    def at(self, times: ArrayLike) -> Profile:
+        """Return the motion at other ``times`` (m,) [s], between the first and the last; it begins as this one does.
+
+        Gravity is found from ``angular_velocity`` at the times that remain, so a motion that tilts needs enough of
+        them. Raises HoldfastError for a time outside.
+        """
+        t = checked(times, (None,), "profile: times", within=DURATION, error=HoldfastError)
+        if len(t) and (t.min() < self.time[0] or t.max() > self.time[-1]):
+            span = f"{self.time[0]:g} to {self.time[-1]:g} s"
+            raise HoldfastError(message("profile: times", "some are outside", f"needs times within {span}"))
+        given = (self.acceleration, self.angular_acceleration, self.angular_velocity)
+        return self._like(t, *(np.stack([np.interp(t, self.time, axis) for axis in rows.T], 1) for rows in given))
+
+    def _like(self, time: Float, acceleration: Float, alpha: Float, omega: Float) -> Profile:
+        return Profile(time, acceleration, alpha, omega, pivot=self.pivot, name=self.name, source=self.source)
+
+    def turns(self) -> Rotation:
+        """Return how the carrier has turned from its first pose at each of the n times, by the trapezoidal rule."""
+        steps = np.diff(self.time)[:, None] * (self.angular_velocity[1:] + self.angular_velocity[:-1]) / 2
+        turn = [Rotation.identity()]
+        for step in Rotation.from_rotvec(steps) if len(steps) else ():
+            turn.append(turn[-1] * step)  # the step is about the axes of the carrier
+        return Rotation.concatenate(turn)
+
+    def gravity(self, first: Float) -> Float:
+        """Return gravity (n, 3) [m/s²] in the axes of the scene, which is ``first`` (3,) as the scene stands."""
+        if not np.cross(self.angular_velocity, first).any():
+            return np.broadcast_to(first, (len(self.time), 3))
+        return np.asarray(self.turns().inv().apply(first.copy()))  # scipy writes nothing, but wants to be able to

@@ -1,0 +1,149 @@
+"""What became of a load on a carrier that moved: whether it holds, what gives way when, and how much is left."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from holdfast.applications.carrying.profile import Profile
+from holdfast.applications.inertia import speed_within
+from holdfast.assembly.assembly import Assembly
+from holdfast.base.archive import archived, to_dict
+from holdfast.base.arrays import Bool, Float, frozen
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.kinds import shaped
+from holdfast.base.painters import paint
+from holdfast.base.public import Summary, number
+from holdfast.base.text import listed
+from holdfast.engines.answers import Answers, Claim
+from holdfast.engines.verdict import Status
+from holdfast.queries.result import NAMED, ROW_HEADS, Columns, gives_way, told
+
+
+@archived
+@shaped(answers="n")
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Carried(Columns):
+    """Whether what stands on a carrier holds while the carrier moves as ``profile`` says at n times.
+
+    ``factor`` (n,) says how many times the inertial loads of each time may be taken before something moves: it holds
+    where that is above 1. ``lower`` and ``upper`` (n,) bound the true factor as far as the engine can promise.
+    ``status`` (n,) says what the factor means: FINITE; INFINITE; UNSTABLE (it is 0: as the carrier is tilted then, the
+    load does not stand even without inertia); UNDECIDED (it is not known). ``moving``, ``mode`` and ``mechanism``, each
+    (n,), say what would give way first. ``verdict`` is that at rest, as the carrier stands at the first time.
+
+    ``outcome`` is STABLE if the load holds at all times, UNSTABLE if something moves at one of them, and UNDECIDED
+    otherwise; ``reason`` says why. ``time`` [s] is when something begins to move, inf if nothing is known to; ``first``
+    holds the names of the bodies that move first. Before ``time``, and more than a thousandth of a step of the profile
+    away from it, nothing is known to move. Later times tell what would happen to the load as it was stacked.
+    """
+
+    assembly: Assembly
+    profile: Profile
+    time: float
+    first: tuple[str, ...]
+
+    @property
+    def factor(self) -> Float:
+        """How many times (n,) the inertial loads of each time may be taken before something moves."""
+        return self.answers.force
+
+    @property
+    def holds(self) -> Bool:
+        """Whether (n,) the load is known to hold at each time."""
+        return held(self.answers)
+
+    @property
+    def moves(self) -> Bool:
+        """Whether (n,) something is known to move at each time."""
+        return moved(self.answers)
+
+    @property
+    def used(self) -> Float:
+        """The share (n,) of what the load withstands that each time uses: 1 over ``lower``; nan if it is not known.
+
+        For engine ``graph``, which promises no lower bound, it is 1 over ``factor``.
+        """
+        with np.errstate(divide="ignore"):
+            share = 1 / (self.factor if self.claim is Claim.ESTIMATED else self.lower)
+        return frozen(np.where(self.answers.decided, share, np.nan))
+
+    @property
+    def outcome(self) -> Status:
+        """STABLE if it holds at all times, UNSTABLE if something moves at some time, else UNDECIDED."""
+        if self.moves.any():
+            return Status.UNSTABLE
+        return Status.STABLE if self.holds.all() else Status.UNDECIDED
+
+    @property
+    def reason(self) -> str:
+        """Why the outcome is what it is, in words."""
+        if self.outcome is Status.UNSTABLE:
+            k = int(np.argmax(self.moves))
+            return f"at {number(self.time, 's')} {gives_way(self.mode[k], self.first)}"
+        if self.outcome is Status.STABLE:
+            spare = float(self.used.max(initial=0.0))
+            return f"at most {100 * spare:.3g} % of what it withstands is used"
+        k = int(np.argmin(self.holds))
+        why = self.undecided.text or f"factor {number(self.factor[k])}, known to be at least {number(self.lower[k])}"
+        return f"not known to hold from {number(float(self.profile.time[k]), 's')}: {why}"
+
+    def time_scale(self, *, margin: float = 0.0) -> float:
+        """Return the largest factor on the speed of the motion at which the load is known to hold throughout.
+
+        Played s times as fast, inertial loads are s² as large. A motion with a factor below 1 has to be slowed down to
+        it; it is 0 if the load does not stand, or is not known to stand, at one of the times. ``margin`` in [0, 1) is
+        the share of what is withstood that remains unused. Raises HoldfastError if ``margin`` is out of range or the
+        engine promises no lower bound.
+        """
+        if self.claim is Claim.ESTIMATED:
+            problem = f"engine {self.engine!r} promises no lower bound"
+            raise HoldfastError(message("time_scale", problem, "ask engine 'compliant' or 'limit'"))
+        with np.errstate(divide="ignore"):
+            return speed_within(1 / self.lower, margin, "time_scale")
+
+    def save_png(self, path: str | os.PathLike[str]) -> None:
+        """Draw the accelerations over time, and how much of what the load withstands they use, as a PNG.
+
+        Colours tell which bodies give way first.
+        """
+        paint(self, path, ".png")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON, with all columns."""
+        names = ("factor", "status", "lower", "upper", "moving", "mode", "mechanism")
+        scale = None if self.claim is Claim.ESTIMATED else to_dict(self.time_scale())
+        about: dict[str, Any] = {"scene": self.assembly.scene.name, "profile": self.profile.name}
+        about |= {"source": self.profile.source, "outcome": self.outcome.value, "reason": self.reason}
+        about |= {"time": to_dict(self.time), "first": list(self.first), "time_scale": scale}
+        motion = ("time", "acceleration", "angular_acceleration", "angular_velocity")
+        samples = {"samples": {name: to_dict(getattr(self.profile, name)) for name in motion}}
+        return about | self.about() | samples | self.columns(*names)
+
+    def summary(self) -> Summary:
+        """Summarise the outcome by the times at which the least is left."""
+        name = self.assembly.scene.name or "assembly"
+        words = {Status.STABLE: "holds", Status.UNSTABLE: "gives way"}.get(self.outcome, "undecided")
+        facts = [("outcome", words), ("why", self.reason)]
+        if self.claim is not Claim.ESTIMATED:
+            facts.append(("safe speed", f"{number(self.time_scale())} times"))
+        if self.first:
+            facts.append(("moves first", listed(self.first, NAMED)))
+        times = np.array([f"{number(float(t), 's')}" for t in self.profile.time], dtype=object)
+        headline = f"{name}, {self.profile.name or 'a motion'}: {words}; {self.reason}; at rest {told(self.verdict)}"
+        rows = self.weakest_rows("", times)
+        return Summary(headline, [*facts, *self.facts()], ("at", "factor", *ROW_HEADS[2:]), rows, self.notes)
+
+
+def held(answers: Answers) -> Bool:
+    """Tell for each row (n,) whether the load is known to hold: its factor, as far as it is promised, is 1 or more."""
+    promised = answers.force if answers.claim is Claim.ESTIMATED else answers.lower
+    return frozen(np.asarray(answers.decided & (promised >= 1)))
+
+
+def moved(answers: Answers) -> Bool:
+    """Tell for each row (n,) whether something is known to move: the factor is below 1 by the engine's own claim."""
+    return frozen(np.asarray(answers.decided & (answers.force < 1)))

@@ -1,0 +1,87 @@
+"""Inertial forces and torques on the bodies of a moving carrier (Nadeau & Kelly, Sec. VII-B).
+
+The fixed bodies are the carrier. In the frame of the carrier, a body with mass m and inertia I (about its centre of
+mass, which is at r from the pivot) feels its weight and, by d'Alembert's principle,
+
+    force  -m (a + α x r + ω x (ω x r))        torque  -I α - ω x I ω
+
+Here a is the acceleration of the carrier at the pivot, α its angular acceleration and ω its angular velocity. All
+vectors are along the axes of the scene, which move with the carrier. If a motion is played s times as fast, a and α are
+multiplied by s² and ω by s, so every force and torque is multiplied by s².
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Float, checked, checked_number
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.ranges import ACCELERATION, PLACE, TURNING
+from holdfast.queries.request import Load, checked_assembly
+from holdfast.scene.scene import Scene
+
+
+def inertial_loads(
+    assembly: Assembly | Scene,
+    *,
+    acceleration: ArrayLike | None = None,
+    angular_acceleration: ArrayLike | None = None,
+    angular_velocity: ArrayLike | None = None,
+    pivot: ArrayLike = (0.0, 0.0, 0.0),
+) -> tuple[Load, ...]:
+    """Return the inertial forces and torques of all movable bodies on a moving carrier, as loads for any query.
+
+    The carrier accelerates by ``acceleration`` (3,) [m/s²] at ``pivot`` (3,) [m], and rotates about it with
+    ``angular_acceleration`` (3,) [rad/s²] and ``angular_velocity`` (3,) [rad/s]. All vectors are in the axes of the
+    scene. The module docstring has the equations.
+    """
+    where = "inertial loads"
+    given = {
+        "acceleration": (acceleration, ACCELERATION),
+        "angular acceleration": (angular_acceleration, TURNING),
+        "angular velocity": (angular_velocity, TURNING),
+        "pivot": (pivot, PLACE),
+    }
+    a, alpha, omega, at = (
+        np.zeros(3) if value is None else checked(value, (3,), f"{where}: {name}", within=within)
+        for name, (value, within) in given.items()
+    )
+    carried = checked_assembly(assembly)
+    wrenches = inertial_wrenches(carried, a[None], alpha[None], omega[None], at)[:, 0].reshape(-1, 6)
+    return tuple(
+        Load(body.name, body.com_world, wrench[:3], wrench[3:])
+        for body, wrench in zip(carried.movable, wrenches, strict=True)
+    )
+
+
+def inertial_wrenches(assembly: Assembly, a: Float, alpha: Float, omega: Float, pivot: Float) -> Float:
+    """Return the inertial wrenches (6J, n) [N, N m] of the J movable bodies in n motions of the carrier.
+
+    The motions are the rows of ``a`` [m/s²], ``alpha`` [rad/s²] and ``omega`` [rad/s], each (n, 3), about ``pivot``
+    (3,) [m]. Wrenches are about the centres of mass and along the axes of the scene.
+    """
+    columns = np.empty((len(assembly.movable), 6, len(a)))
+    for k, body in enumerate(assembly.movable):
+        assert body.mass is not None
+        r = body.com_world - pivot
+        turn = body.pose[:3, :3]
+        inertia = turn @ body.inertia_com @ turn.T
+        columns[k, :3] = -body.mass * (a + np.cross(alpha, r) + np.cross(omega, np.cross(omega, r))).T
+        columns[k, 3:] = -(alpha @ inertia + np.cross(omega, omega @ inertia)).T  # the inertia is symmetric
+    return columns.reshape(-1, len(a))
+
+
+def speed_within(usage: Float, margin: float, where: str) -> float:
+    """Return the largest factor s on the speed of a motion at which no inertial load exceeds what is withstood.
+
+    ``usage`` (n,) is the share of what is withstood that each load uses at speed 1; it grows with s². ``margin`` in
+    [0, 1) is the share that remains unused. The factor is inf if nothing is used. Raises HoldfastError, with ``where``
+    in its message, if ``margin`` is out of range.
+    """
+    spare = checked_number(margin, f"{where}: margin", minimum=0)
+    if spare >= 1:
+        raise HoldfastError(message(f"{where}: margin", f"is {spare:g}", "needs 0 <= margin < 1"))
+    worst = float(np.max(usage, initial=0.0))
+    return float(np.sqrt((1 - spare) / worst)) if worst > 0 else np.inf

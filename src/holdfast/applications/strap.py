@@ -1,0 +1,214 @@
+"""Straps, lashings and bands of film: pretension as standing forces, growth as one-sided elastic bands.
+
+A strap runs straight from point to point. Over a point on a body it is bent by an angle β; where it was drawn over with
+the friction coefficient μ, the tension beyond the point is smaller by the capstan law (Euler, Eytelwein)
+
+    T_after = T_before exp(-μ β)
+
+and the body feels T_before along the strap towards the tensioner and T_after along it away from there. A strap pulls
+only: at its ends it pulls the body that it is hooked to, and over a body it presses into the bend.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from holdfast.assembly.assembly import Assembly
+from holdfast.base.archive import archived
+from holdfast.base.arrays import Float, checked, checked_items, checked_name, checked_number, frozen
+from holdfast.base.errors import SceneError, message
+from holdfast.base.kinds import shaped
+from holdfast.base.ranges import FORCE, FRICTION, LENGTH, PLACE, STIFFNESS
+from holdfast.base.rigid import tangents
+from holdfast.base.text import quoted
+from holdfast.base.values import Value, seal
+from holdfast.contacts.interface import Interface, Patch
+from holdfast.geometry.distance import winding_number
+from holdfast.geometry.hull import convex_hull
+from holdfast.queries.request import Load, check_on_surface, checked_assembly
+from holdfast.scene.body import Body
+from holdfast.scene.scene import Scene
+
+BENT = 1e-6  # sine of the angle above which a strap counts as bent at a point
+DEPTH = 1e-3  # of the size of a body: how far inside the bend it is looked for
+
+
+@archived
+@shaped(points="k 3")
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Strap(Value):
+    """A strap along ``points`` (k, 3) [m], in the world frame, on the bodies named in ``bodies``.
+
+    It is given as pairs of the name of a body and a point on its surface. At the first and the last point it is hooked
+    to the body; over all others it is led. It is drawn tight to the ``pretension`` [N] at the first point, over points
+    with the friction coefficient ``friction``: 0 means the same tension everywhere. If ``closed``, it returns from the
+    last point to the first, as film does, and is hooked to nothing; the tension is then the same everywhere, so there
+    is no ``friction``. ``stiffness`` [N/m] is the force with which it resists being made longer, see ``tied``.
+
+    Raises SceneError for fewer than two points (three if closed), two that coincide, or numbers out of range.
+    """
+
+    bodies: tuple[str, ...]
+    points: Float
+    pretension: float
+    friction: float
+    closed: bool
+    stiffness: float | None
+
+    def __init__(
+        self,
+        path: Sequence[tuple[str, Any]],
+        pretension: float,
+        *,
+        friction: float = 0.0,
+        closed: bool = False,
+        stiffness: float | None = None,
+    ) -> None:
+        where = "strap"
+        least = 3 if closed else 2
+        pairs = checked_items(path, f"{where}: path", "pairs (body, point)")
+        if len(pairs) < least or any(not isinstance(pair, tuple | list) or len(pair) != 2 for pair in pairs):
+            raise SceneError(message(where, f"has the path {quoted(path, 80)}", f"needs {least} (body, point) or more"))
+        set_ = object.__setattr__
+        set_(self, "bodies", tuple(checked_name(name, f"{where}: body") for name, _ in pairs))
+        set_(self, "points", np.array([checked(p, (3,), f"{where}: point", within=PLACE) for _, p in pairs]))
+        set_(self, "pretension", checked_number(pretension, f"{where}: pretension", minimum=0, within=FORCE))
+        set_(self, "friction", checked_number(friction, f"{where}: friction", minimum=0, within=FRICTION))
+        set_(self, "closed", bool(closed))
+        stiff = (
+            None if stiffness is None else checked_number(stiffness, f"{where}: stiffness", above=0, within=STIFFNESS)
+        )
+        set_(self, "stiffness", stiff)
+        seal(self)
+        if closed and self.friction:
+            raise SceneError(message(where, "is closed and has friction", "leave friction out: it has no first point"))
+        if (self.lengths < LENGTH.least).any():
+            raise SceneError(message(where, "two neighbouring points coincide", "needs points apart from each other"))
+
+    @classmethod
+    def around(
+        cls, assembly: Assembly | Scene, height: float, pretension: float, bodies: Iterable[str] | None = None
+    ) -> Strap:
+        """Return a closed band, such as a layer of stretch film, drawn around movable bodies at one height.
+
+        ``height`` [m] is measured along the up direction of the scene from its origin. The band runs along the convex
+        hull of the cut through the ``bodies`` (by default all movable ones) and presses on those at its corners. Film
+        that contains with f newtons per metre of height is a band with f h every h metres; an edge board shares the
+        force of a corner between bands at several heights. Raises SceneError if the plane cuts no body.
+        """
+        given = checked_assembly(assembly)
+        up = given.scene.up
+        level = checked_number(height, "strap: height", within=PLACE)
+        names = given.scene.checked_names(bodies) if bodies is not None else {body.name for body in given.movable}
+        cuts = [(body.name, _cut(body, up, level)) for body in given.movable if body.name in names]
+        points = np.vstack([np.empty((0, 3)), *(cut for _, cut in cuts)])
+        owner = [name for name, cut in cuts for _ in cut]
+        if not len(points):
+            raise SceneError(message("strap: height", f"no body is cut at {level:g} m", "needs a height within a body"))
+        frame = np.array(tangents(up))
+        flat = points @ frame.T
+        corners = convex_hull(flat, 1e-9 * float(np.ptp(flat, axis=0).max()))
+        chosen = [int(np.argmin(((flat - corner) ** 2).sum(1))) for corner in corners]
+        return cls([(owner[k], points[k]) for k in chosen], pretension, closed=True)
+
+    @property
+    def lengths(self) -> Float:
+        """The lengths [m] of the straight pieces, in order."""
+        return frozen(np.asarray(np.linalg.norm(self._ahead, axis=1)))
+
+    @property
+    def _ahead(self) -> Float:
+        """The way [m] from each point to the next one."""
+        following = np.roll(self.points, -1, axis=0) - self.points
+        return following if self.closed else following[:-1]
+
+    @property
+    def tensions(self) -> Float:
+        """The tension [N] of each straight piece, beginning at the tensioner."""
+        ways = self._ahead / self.lengths[:, None]
+        cosine = np.clip((ways[1:] * ways[:-1]).sum(1), -1, 1)
+        wrapped = np.concatenate([[0.0], np.cumsum(np.arccos(cosine))])
+        return frozen(np.asarray(self.pretension * np.exp(-self.friction * wrapped)))
+
+    def forces(self) -> Float:
+        """Return the forces (k, 3) [N] of the strap on the bodies at its k points; they add up to zero."""
+        pull = self.tensions[:, None] * self._ahead / self.lengths[:, None]
+        if self.closed:
+            return np.asarray(pull - np.roll(pull, 1, axis=0))
+        none = np.zeros((1, 3))
+        return np.asarray(np.vstack([pull, none]) - np.vstack([none, pull]))
+
+    def loads(self, assembly: Assembly | Scene) -> tuple[Load, ...]:
+        """Return the forces of the strap on its bodies as loads, for ``standing=`` of any query.
+
+        The tension stays as it is: a strap is so much softer than contacts that the small motions with which bodies
+        begin to move hardly change it. Raises SceneError for an unknown body, a point that is not on its body, or a
+        bend that does not lie on the body it is led over: a strap cannot pull what it is not hooked to.
+        """
+        given = checked_assembly(assembly)
+        self.check(given)
+        return tuple(Load(name, p, f) for name, p, f in zip(self.bodies, self.points, self.forces(), strict=True))
+
+    def check(self, assembly: Assembly) -> None:
+        """Raise SceneError if the strap does not lie on the bodies of the assembly, see ``loads``."""
+        ways = self._ahead / self.lengths[:, None]
+        for k, (name, point) in enumerate(zip(self.bodies, self.points, strict=True)):
+            check_on_surface(assembly, name, point[None], f"strap at {quoted(name)}")
+            if not self.closed and k in (0, len(self.bodies) - 1):
+                continue
+            into = ways[k] - ways[k - 1]
+            bend = float(np.linalg.norm(into))
+            body = assembly.scene.body(name)
+            inside = point + DEPTH * body.shape.surface.diagonal * into / max(bend, BENT)
+            if bend > BENT and winding_number(inside[None], body.surface_world) < 0.5:
+                problem = f"is led around point {k}, but the body lies on the other side of the strap"
+                raise SceneError(
+                    message(f"strap at {quoted(name)}", problem, "lead it over the body, or hook it there")
+                )
+
+
+def tied(assembly: Assembly | Scene, straps: Iterable[Strap], *, bedding: float) -> Assembly:
+    """Return the assembly with straps as one-sided elastic bands, which resist being made longer.
+
+    A band acts beside the pretension, which is given as ``standing=strap.loads(assembly)``: it adds tension where its
+    ends move apart and nothing where they come nearer. It is a contact without friction between the two bodies, whose
+    normal is along the strap, so its force is never negative: it pulls and never pushes. It has no end: compare what it
+    bears (``stability(...).forces``) with what the strap does. For engine ``limit`` it is as stiff as all else; for
+    engine ``compliant`` its ``stiffness`` [N/m] counts relative to the ``bedding`` [N/m³], the stiffness of contacts
+    per area. Only straps between two points become bands; one that is led over bodies has pretension only.
+
+    An edit of the assembly may drop the bands: tie it last. Raises SceneError for a strap without ``stiffness``, one
+    with more than two points, or one within one body or between fixed bodies.
+    """
+    given = checked_assembly(assembly)
+    per_area = checked_number(bedding, "tied: bedding", above=0, within=STIFFNESS)
+    bands = []
+    for strap in checked_items(straps, "tied: straps", "straps"):
+        if not isinstance(strap, Strap):
+            raise SceneError(message("tied: straps", f"hold a {type(strap).__name__}", "needs holdfast.Strap objects"))
+        strap.check(given)
+        bodies, stiff = strap.bodies, strap.stiffness
+        if len(strap.points) != 2 or stiff is None:
+            problem = "has no stiffness" if stiff is None else f"has {len(strap.points)} points"
+            raise SceneError(message("tied: strap", problem, "needs two points and a stiffness [N/m]"))
+        if bodies[0] == bodies[1] or all(given.scene.body(name).fixed for name in bodies):
+            raise SceneError(message("tied: strap", f"joins {quoted(bodies)}", "needs two bodies, one of them movable"))
+        back = (strap.points[0] - strap.points[1]) / strap.lengths[0]
+        patch = Patch(frozen(strap.points[1:].copy()), frozen(back), breadth=float(np.sqrt(stiff / per_area)))
+        bands.append(Interface((bodies[0], bodies[1]), patches=[patch], mu=0.0))
+    return replace(given, interfaces=(*given.interfaces, *bands))
+
+
+def _cut(body: Body, up: Float, level: float) -> Float:
+    """Return where the edges of a body's surface cross a horizontal plane: points (m, 3) [m]."""
+    surface = body.surface_world
+    edges = np.vstack([surface.faces[:, [k, (k + 1) % 3]] for k in range(3)])
+    low, high = surface.vertices[edges[:, 0]], surface.vertices[edges[:, 1]]
+    a, b = low @ up - level, high @ up - level
+    crossing = (a <= 0) & (b > 0)
+    share = a[crossing] / (a[crossing] - b[crossing])
+    return np.asarray(low[crossing] + share[:, None] * (high - low)[crossing])

@@ -1,0 +1,54 @@
+"""Reading of straps from YAML and JSON files."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from holdfast.applications.strap import Strap
+from holdfast.base.errors import SceneError, located, message, nearest_of
+from holdfast.base.files import checked_path, read_ordinary
+from holdfast.base.text import quoted
+from holdfast.scene.formats.text import from_json, from_yaml
+
+FIELDS = ("path", "pretension", "friction", "closed", "stiffness")
+NEEDED = ("path", "pretension")
+MOST_BYTES = 10_000_000  # of a file with straps
+FORM = "needs a list of {path: [[BODY, X, Y, Z], ...], pretension: N}, optionally friction, closed, stiffness"
+
+
+def load_straps(path: str | os.PathLike[str]) -> tuple[Strap, ...]:
+    """Read straps from a .yaml or .json file: a list with the arguments of ``Strap`` by name.
+
+    Each ``path`` is a list of [body, x, y, z] with places in metres, world frame. Raises SceneError for anything else.
+    """
+    file = checked_path(path, "straps")
+    content = read_ordinary(file, "straps", most=MOST_BYTES, too_large="take fewer straps")
+    with located(str(file)):
+        try:
+            text = content.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            raise SceneError(message("straps", "the file is not a text", FORM)) from None
+        data = (from_json if file.suffix.lower() == ".json" else from_yaml)(text, str(file))
+        if not isinstance(data, list):
+            raise SceneError(message("straps", f"the file holds a {type(data).__name__}", FORM))
+        straps = []
+        for number, entry in enumerate(data, 1):
+            with located(f"strap {number}"):
+                straps.append(_strap(entry))
+        return tuple(straps)
+
+
+def _strap(entry: Any) -> Strap:  # noqa: ANN401 - plain data, checked here
+    if not isinstance(entry, dict) or any(name not in entry for name in NEEDED):
+        raise SceneError(message("strap", f"is {quoted(entry, 80)}", FORM))
+    unknown = [name for name in entry if name not in FIELDS]
+    if unknown:
+        raise SceneError(message("strap", f"has a field {quoted(unknown[0])}", nearest_of(unknown[0], FIELDS)))
+    points = entry["path"]
+    if not isinstance(points, list) or any(not isinstance(p, list) or len(p) != 4 for p in points):
+        raise SceneError(message("strap: path", f"is {quoted(points, 80)}", FORM))
+    if not isinstance(entry.get("closed", False), bool):
+        raise SceneError(message("strap: closed", f"is {quoted(entry['closed'])}", "needs true or false"))
+    given = {name: value for name, value in entry.items() if name != "path" and value is not None}
+    return Strap([(str(body), place) for body, *place in points], **given)

@@ -1,0 +1,71 @@
+"""The command ``carry``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from holdfast.applications.carrying.carry import carry as carried
+from holdfast.applications.carrying.profile import Profile
+from holdfast.applications.carrying.standards import STANDARDS
+from holdfast.applications.strap_files import load_straps
+from holdfast.applications.transport import tilted
+from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, check_suffix, engine_with
+from holdfast.cli.output import out, print_json
+from holdfast.cli.scenes import AssemblyGiven, takes_scene
+from holdfast.cli.terminal import progress
+from holdfast.queries.request import DEFAULT_ENGINE
+from holdfast.report.carried import carried_report
+
+Vector = tuple[float, float, float]
+
+
+@takes_scene
+def carry(
+    scene: AssemblyGiven,
+    profile: Annotated[
+        str, typer.Option(help=f"CSV file (t, ax, ay, az, ...) or one of: {', '.join(STANDARDS)}", show_default=False)
+    ],
+    heading: Annotated[Vector, typer.Option(help="where the vehicle drives, for a profile by name: X Y Z")] = (1, 0, 0),
+    pivot: Annotated[Vector, typer.Option(help="point that the accelerations are those of, in m: X Y Z")] = (0, 0, 0),
+    speed: Annotated[float, typer.Option(help="play the motion this many times as fast")] = 1.0,
+    tilt: Annotated[Vector | None, typer.Option(help="rotation vector of the carrier in degrees: X Y Z")] = None,
+    straps: Annotated[Path | None, typer.Option(help="YAML or JSON file with straps, see docs/transport.md")] = None,
+    engine: EngineName = DEFAULT_ENGINE,
+    bound: Annotated[bool, typer.Option("--bound", help="also compute upper bounds by engine limit")] = False,
+    png: Annotated[Path | None, typer.Option(help="write a PNG of the motion and of what is left to this file")] = None,
+    save: Annotated[Path | None, typer.Option(help="write the answer to this file (.json or .npz)")] = None,
+    nodes: Nodes = None,
+    as_json: AsJson = False,
+) -> None:
+    """Decide whether a scene holds while its carrier moves, and what gives way first and when."""
+    check_suffix(png, ".png")
+    method = engine_with(engine, nodes=nodes)
+    with progress():
+        assembly = scene.assembled()
+    up = assembly.scene.up  # the vehicle's own, however it is tilted
+    if tilt is not None:
+        assembly = tilted(assembly, tilt)
+    if profile in STANDARDS:
+        motion = Profile.named(profile, heading=heading, up=up)
+    else:
+        motion = Profile.from_file(profile, pivot=pivot)
+    loads = [] if straps is None else [load for strap in load_straps(straps) for load in strap.loads(assembly)]
+    with progress():
+        result = carried(assembly, motion.at_speed(speed), standing=loads, engine=method, bound=bound)
+    written = []
+    if png is not None:
+        result.save_png(png)
+        written.append(png)
+    if save is not None:
+        result.save(save)
+        written.append(save)
+    if as_json:
+        print_json(result.to_dict())
+    else:
+        out.print(carried_report(result))
+        for path in written:
+            out.say(f"wrote {path}")
+    raise typer.Exit(EXIT[result.outcome])

@@ -1,0 +1,83 @@
+"""The command ``carry``: exit codes, JSON, files, names, straps, the picture."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from calling import called
+
+import holdfast as hf
+
+
+@pytest.fixture
+def carry(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Any:
+    monkeypatch.chdir(tmp_path)
+
+    def call(*arguments: object) -> tuple[int, str, str]:
+        return called(monkeypatch, capsys, "carry", *arguments)
+
+    return call
+
+
+def test_it_says_what_gives_way_when(carry: Any) -> None:
+    code, out, err = carry("cube", "--profile", "road", "--engine", "limit")
+    assert (code, err) == (1, "")
+    assert "gives way" in out
+    assert "slip: cube" in out
+    assert "0.03755 s" in out
+    assert "0.8662 times" in out
+    assert "tis-gdv.de" in out
+
+
+def test_a_slower_drive_holds(carry: Any) -> None:
+    code, out, _ = carry("cube", "--profile", "road", "--engine", "limit", "--speed", 0.85)
+    assert code == 0
+    assert "holds" in out
+
+
+def test_files_and_names_are_told_apart(carry: Any, tmp_path: Path) -> None:
+    (tmp_path / "drive.csv").write_text("t,ax,ay,az\n0,0,0,0\n1,10,0,0\n")
+    code, out, _ = carry("cube", "--profile", "drive.csv", "--engine", "limit", "--json")
+    data = json.loads(out)
+    assert code == 1
+    assert data["outcome"] == "unstable"
+    assert data["first"] == ["cube"]
+    assert data["time"] == pytest.approx(0.5886, abs=2e-3)
+    assert data["samples"]["time"] == [0.0, 1.0]
+    assert data["factor"] == ["inf", pytest.approx(0.5886)]
+    for wrong in ("raod", "nothing.csv"):
+        code, _, err = carry("cube", "--profile", wrong)
+        assert code == 2
+        assert wrong in err
+
+
+def test_the_vehicle_drives_where_it_heads(carry: Any) -> None:
+    """A tall box on a wedge: the wedge's own directions differ."""
+    times = {}
+    for heading in ((0, 1, 0), (0, -1, 0)):
+        _, out, _ = carry("slope", "--profile", "eumos40509_0.8g", "--engine", "limit", "--json", "--heading", *heading)
+        times[heading] = json.loads(out)["time_scale"]
+    assert times[0, 1, 0] == pytest.approx((3.27 / (0.8 * 9.80665)) ** 0.5, rel=1e-3)
+    assert times[0, -1, 0] == pytest.approx((11.772 / (0.8 * 9.80665)) ** 0.5, rel=1e-3)
+
+
+def test_straps_hold_what_slips(carry: Any, tmp_path: Path) -> None:
+    path = [["floor", 0, -0.05, 0], ["cube", 0, -0.05, 0.1], ["cube", 0, 0.05, 0.1], ["floor", 0, 0.05, 0]]
+    (tmp_path / "straps.json").write_text(json.dumps([{"path": path, "pretension": 50}]))
+    options = ("--profile", "eumos40509_0.8g", "--engine", "limit")
+    assert carry("cube", *options)[0] == 1
+    assert carry("cube", *options, "--straps", "straps.json")[0] == 0
+
+
+def test_answer_and_picture_are_written(carry: Any, tmp_path: Path) -> None:
+    code, out, _ = carry("cube", "--profile", "road", "--engine", "limit", "--png", "c.png", "--save", "c.npz")
+    assert code == 1
+    assert "wrote c.png" in out
+    assert (tmp_path / "c.png").stat().st_size > 20_000
+    assert hf.load_answer(tmp_path / "c.npz").outcome is hf.Status.UNSTABLE
+    code, _, err = carry("cube", "--profile", "road", "--png", "c.jpg")
+    assert code == 2
+    assert ".png" in err
