@@ -132,3 +132,15 @@ def test_a_line_contact_along_a_face_covers_nothing() -> None:
 def test_a_body_without_exposed_points_has_an_empty_map() -> None:
     state = prepared(hf.Compliant(), hf.assemble(hf.shipped_scene("cube")))
     assert len(state.load_factor(np.zeros((6, 0))).force) == 0
+
+
+def test_points_on_the_rim_of_a_contact_are_under_it_wherever_the_scene_is() -> None:
+    """At this spacing some cells of the cantilever have their points on the outline of a contact, but for rounding."""
+    given = shipped_scene("cantilever")
+    counts = []
+    for shift in np.linspace(0, 1, 12):
+        pose = pose_from(np.array([shift / 3, shift / 7, 0]), np.array([1.0, 0, 0, 0]))
+        moved = hf.Scene([body.moved(pose @ body.pose) for body in given.bodies], given.friction)
+        found = hf.robustness_map(moved, ["B"], spacing=0.065, engine="graph")
+        counts.append((len(found.points), len(found.hidden["B"].points)))
+    assert set(counts) == {counts[0]}

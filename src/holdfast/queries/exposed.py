@@ -13,6 +13,8 @@ from holdfast.contacts.interface import Patch
 from holdfast.geometry.cells import Cells, blocked, surface_cells
 from holdfast.geometry.polygon import inside, shapely_polygon
 
+ROUNDING = 1e-9  # share of a patch's size: a point on its outline lies on it, however the outline was rounded
+
 
 def exposed_cells(assembly: Assembly, name: str, spacing: float) -> tuple[Cells, Cells]:
     """Cut the surface of a body into cells, and return those where one can push and those where nobody can.
@@ -51,5 +53,6 @@ def covered(cells: Cells, patches: Sequence[Patch], gap: float) -> Bool:
         arm = cells.points - patch.polygon[0]
         near = (np.abs(arm @ patch.normal) <= gap) & (np.abs(cells.normals @ patch.normal) > 0.9)
         if near.any():
-            result[near] |= inside(shapely_polygon(patch.rings), arm[near] @ patch.frame.T)
+            outline = shapely_polygon(patch.rings).buffer(ROUNDING * patch.size)
+            result[near] |= inside(outline, arm[near] @ patch.frame.T)
     return result
