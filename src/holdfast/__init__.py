@@ -33,6 +33,8 @@ if TYPE_CHECKING:
         SolverError,
         UnstableError,
     )
+    from holdfast.batches.result import BatchReport, BatchTables, read_batch
+    from holdfast.batches.run import batch
     from holdfast.contacts.interface import Interface, Patch
     from holdfast.engines.answers import Bound, Claim
     from holdfast.engines.compliant.engine import Compliant
@@ -79,6 +81,8 @@ _NAMES = {
         "transport_limits",
     ),
     "holdfast.assembly.assembly": ("Assembly", "assemble"),
+    "holdfast.batches.result": ("BatchReport", "BatchTables", "read_batch"),
+    "holdfast.batches.run": ("batch",),
     "holdfast.base.errors": (
         "GeometryError",
         "HoldfastError",
@@ -118,6 +122,8 @@ _HOMES = {name: module for module, names in _NAMES.items() for name in names}
 
 __all__ = [
     "Assembly",
+    "BatchReport",
+    "BatchTables",
     "Body",
     "Bound",
     "Box",
@@ -163,6 +169,7 @@ __all__ = [
     "WorstCase",
     "admissible_wrenches",
     "assemble",
+    "batch",
     "disassembly_order",
     "from_mujoco",
     "from_trimesh",
@@ -172,6 +179,7 @@ __all__ = [
     "load_factor",
     "load_scene",
     "plan_placement",
+    "read_batch",
     "robustness",
     "robustness_map",
     "robustness_under",
