@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import atexit
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from itertools import islice
 from typing import TYPE_CHECKING
@@ -43,7 +43,7 @@ def answered_there(
     with ExitStack() as stack:
         client = scheduler
         if not isinstance(client, Client):
-            client = stack.enter_context(_connected(scheduler))
+            client = stack.enter_context(connected(scheduler))
         given: dict[Future, Job] = {}
         done = as_completed()
         stack.callback(lambda: client.cancel(list(given)))
@@ -82,22 +82,28 @@ def _close() -> None:
         keeper.close()
 
 
-def _connected(address: object) -> Client:
-    from distributed import Client
+def connected(address: object, files: Mapping[str, str] | None = None) -> Client:
+    """Return a client of the scheduler at ``address``; ``files`` are certificates by their names in Dask's Security.
+
+    Raises HoldfastError if it cannot be reached.
+    """
+    from distributed import Client, Security
 
     if not isinstance(address, str):
         remedy = "needs an address such as 'tcp://host:8786', or a distributed.Client"
         raise HoldfastError(message("scheduler", f"got {quoted(address)}", remedy))
     try:
-        return Client(address, timeout=SECONDS, set_as_default=False)
-    except (OSError, ValueError) as cause:
+        security = Security(require_encryption=True, **files) if files else None
+        return Client(address, timeout=SECONDS, set_as_default=False, security=security)
+    except (OSError, ValueError, TypeError) as cause:
         remedy = "check the address, and for tls:// the certificates"
         raise HoldfastError(message("scheduler", f"{quoted(address)} cannot be reached: {cause}", remedy)) from cause
 
 
 def _room(client: Client) -> int:
     """Return how many tasks may wait or run now."""
-    return max(AHEAD * sum(client.nthreads().values()), 1)
+    threads: int = sum(client.nthreads().values())
+    return max(AHEAD * threads, 1)
 
 
 def _submitted(client: Client, job: Job, question: Question, limits: Limits) -> Future:
