@@ -65,21 +65,23 @@ def answered_there(
 
 def asked(job: Job, question: Question, limits: Limits) -> tuple[str, Reply]:
     """Ask a scene in this thread's own worker process; return the version of holdfast here, and the reply."""
-    if getattr(_own, "about", None) != (question.text, limits):
-        keeper = keeper_for(question, limits)
+    own = getattr(_own, "keeper", None)
+    if own is None or own not in _keepers or _own.about != (question.text, limits):
         with _lock:
-            if hasattr(_own, "keeper"):
-                _keepers.remove(_own.keeper)
-                _own.keeper.close()
-            _keepers.append(keeper)
-        _own.keeper, _own.about = keeper, (question.text, limits)
+            if own in _keepers:
+                _keepers.remove(own)
+                own.close()
+            _own.keeper, _own.about = keeper_for(question, limits), (question.text, limits)
+            _keepers.append(_own.keeper)
     return __version__, _own.keeper.ask(job)
 
 
 @atexit.register
-def _close() -> None:
-    for keeper in _keepers:
-        keeper.close()
+def close_keepers() -> None:
+    """End the worker processes that the tasks in this process left."""
+    with _lock:
+        while _keepers:
+            _keepers.pop().close()
 
 
 def connected(address: object, files: Mapping[str, str] | None = None) -> Client:

@@ -49,7 +49,7 @@ class Reply:
     peak: float = 0.0
 
 
-@dataclass
+@dataclass(eq=False)
 class Keeper:
     """A worker that calls ``function`` (module:name) for every item, and its limits; see worker.py.
 

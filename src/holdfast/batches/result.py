@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,9 +14,11 @@ from holdfast.base.public import PublicValue, Summary
 from holdfast.base.values import Table
 from holdfast.batches.folder import Folder, reading
 from holdfast.batches.schema import TABLES, Row
-from holdfast.batches.words import ANSWERED
+from holdfast.batches.words import ANSWERED, OUTCOMES
+from holdfast.engines.verdict import Status
 
 SHOWN = 8  # scenes that failed, in a summary
+VERDICTS = (Status.STABLE.value, Status.UNSTABLE.value, Status.UNDECIDED.value)
 
 
 @archived
@@ -64,8 +66,16 @@ def counted(folder: Folder) -> BatchReport:
                 verdicts[row["status"]] += 1
             if row["outcome"] != ANSWERED and len(failures) < SHOWN:
                 failures.append((row["scene"], row["outcome"], row["told"] or ""))
-    path = str(folder.path)
-    return BatchReport(folder=path, outcomes=Table(outcomes), verdicts=Table(verdicts), failures=tuple(failures))
+    return BatchReport(
+        folder=str(folder.path),
+        outcomes=_ordered(outcomes, OUTCOMES),
+        verdicts=_ordered(verdicts, VERDICTS),
+        failures=tuple(failures),
+    )
+
+
+def _ordered(counts: Counter[str], names: Sequence[str]) -> Table[str, int]:
+    return Table({name: counts[name] for name in names if counts[name]})
 
 
 class BatchTables:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import os
+import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from heapq import nsmallest
@@ -26,30 +27,18 @@ from holdfast.view.picture import Solid
 from holdfast.view.thumbnail import thumbnail
 
 SHOWN, PICTURED, FAILED, REASONS = 12, 12, 60, 12  # rows of the tables, and pictures
+ALIKE = 48  # characters of the reasons of one kind that are the same
 VERDICTS = {"stable": "#3c9a5f", "unstable": "#cf4f3c", "undecided": "#d9a13b", "not asked": "#b9bec7"}
 ENDINGS = {"answered": "#4a78b5", "error": "#d9a13b", "time": "#8a5fb0", "memory": "#cf7a3c", "crash": "#cf4f3c"}
-COLUMNS = [
-    "scene",
-    "path",
-    "outcome",
-    "told",
-    "status",
-    "reason",
-    "moving",
-    "bodies",
-    "weakest",
-    "weakest_body",
-    "acceleration",
-    "seconds",
-    "peak_mb",
-]
+COLUMNS = ("scene", "path", "outcome", "told", "status", "reason", "moving", "bodies", "weakest", "weakest_body")
+MEASURES = ("acceleration", "seconds", "peak_mb")
 
 
 def write_report(folder: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
     """Write the report of the batch in ``folder`` as one HTML page; raise HoldfastError if there is no batch."""
     tables = BatchTables(reading(folder))
     told = about(tables.folder.path)
-    rows = [{name: row[name] for name in (*COLUMNS, *COLUMNS_OF_WORK)} for row in tables.rows("scenes")]
+    rows = _shortened([{name: row[name] for name in (*COLUMNS, *MEASURES)} for row in tables.rows("scenes")])
     write_atomically(path, _page(tables.folder.path, told, rows).encode("utf-8"))
 
 
@@ -70,6 +59,16 @@ def _page(folder: Path, told: Mapping[str, Any], rows: Sequence[Row]) -> str:
         slowest=_slowest(rows),
         failures=_failures(rows),
     )
+
+
+def _shortened(rows: list[Row]) -> list[Row]:
+    """Leave out of the names of scenes the folder that they all begin with."""
+    folders = {os.path.dirname(row["scene"]) for row in rows}
+    comparable = len({os.path.isabs(folder) for folder in folders}) == 1
+    common = os.path.commonpath(folders) if comparable else ""
+    for row in rows:
+        row["scene"] = os.path.relpath(row["scene"], common) if common else row["scene"]
+    return rows
 
 
 def _distributions(rows: Sequence[Row]) -> list[str]:
@@ -147,16 +146,25 @@ def _slowest(rows: Sequence[Row]) -> str:
 
 
 def _reasons(rows: Sequence[Row]) -> str:
-    """Return the reasons of verdicts other than stable, each with how often it comes and one example."""
+    """Return the kinds of reasons of verdicts other than stable, each with how often it comes and one example."""
     counts: Counter[tuple[str, str]] = Counter()
-    example: dict[tuple[str, str], str] = {}
+    example: dict[tuple[str, str], Row] = {}
     for row in rows:
         if row["status"] not in (None, "stable"):
-            key = (row["status"], row["reason"] or "")
+            key = (row["status"], kind_of(row["reason"] or ""))
             counts[key] += 1
-            example.setdefault(key, row["scene"])
-    cells = [(f"{n:,}", *key, example[key]) for key, n in counts.most_common(REASONS)]
-    return _table(("scenes", "verdict", "reason", "for example"), cells)
+            example.setdefault(key, row)
+    cells = [
+        (f"{n:,}", key[0], example[key]["scene"], example[key]["reason"] or "")
+        for key, n in counts.most_common(REASONS)
+    ]
+    return _table(("scenes", "verdict", "for example", "whose reason is"), cells)
+
+
+def kind_of(reason: str) -> str:
+    """Return the beginning of a reason without its numbers and lists: reasons that have it in common count as one."""
+    bare = re.sub(r"-?\d+(\.\d+)?(e-?\d+)?", "#", reason)
+    return re.sub(r"([\w#]+)(, [\w#]+)+", r"\1", bare)[:ALIKE]
 
 
 def _failures(rows: Sequence[Row]) -> str:

@@ -28,8 +28,9 @@ svg text { font-size: 12px; fill: #59606b; }
 .pictures img { width: 240px; height: 180px; border: 1px solid #dfe2e7; }
 .pictures figcaption { font-size: 13px; overflow-wrap: anywhere; }
 table { border-collapse: collapse; width: 100%; font-size: 14px; }
-th { text-align: left; font-weight: 600; color: #59606b; }
-th, td { padding: 3px 14px 3px 0; border-bottom: 1px solid #eef0f3; vertical-align: top; overflow-wrap: anywhere; }
+th { text-align: left; font-weight: 600; color: #59606b; white-space: nowrap; }
+th, td { padding: 3px 14px 3px 0; border-bottom: 1px solid #eef0f3; vertical-align: top; overflow-wrap: break-word; }
+td { max-width: 480px; }
 </style>
 </head>
 <body>
