@@ -60,9 +60,10 @@ def same(folder: Path, scheduler: Any) -> None:
 
 
 def test_a_local_cluster_gives_the_same_rows(folder: Path) -> None:
-    options = {"n_workers": 1, "threads_per_worker": 2, "processes": False, "host": LOOPBACK, "dashboard_address": None}
+    options: dict[str, Any] = {"n_workers": 1, "threads_per_worker": 2, "processes": False, "dashboard_address": None}
+    options |= {"host": LOOPBACK, "protocol": "tcp"}
     with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
-        assert cluster.scheduler_address.startswith("inproc://")
+        assert cluster.scheduler_address.startswith(f"tcp://{LOOPBACK}:")
         same(folder, client)
 
 
@@ -100,8 +101,8 @@ class processes:  # noqa: N801 - used as a function
         self.started: list[subprocess.Popen[bytes]] = []
 
     def run(self, kind: str, *arguments: object) -> subprocess.Popen[bytes]:
-        code = f"import holdfast.batches.crew as c; c.ANSWERED_BY = 'batch_drill:answered'\nfrom {kind} import main\nmain()"
-        command = [sys.executable, "-c", code, *map(str, (*self.tls, *arguments))]
+        start = "from holdfast.batches import crew\ncrew.ANSWERED_BY = 'batch_drill:answered'\n"
+        command = [sys.executable, "-c", f"{start}from {kind} import main\nmain()", *map(str, (*self.tls, *arguments))]
         log = (self.folder / f"{len(self.started)}.log").open("wb")
         self.started.append(subprocess.Popen(command, stdout=log, stderr=log, cwd=self.folder))
         return self.started[-1]
