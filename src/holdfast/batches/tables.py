@@ -97,8 +97,9 @@ def _parquet_of(table: str, rows: Sequence[Row]) -> bytes:
 def _rows_in_parquet(table: str, path: Path, columns: Sequence[str] | None) -> list[Row]:
     from pyarrow import parquet
 
-    with path.open("rb") as stream:
-        rows: list[Row] = parquet.read_table(stream, columns=columns).to_pylist()
+    with path.open("rb") as stream:  # without threads of Arrow, which at the end of a process may be in its way
+        file = parquet.ParquetFile(stream, pre_buffer=False)
+        rows: list[Row] = file.read(columns=columns, use_threads=False).to_pylist()
     return rows
 
 
