@@ -109,7 +109,7 @@ def _parquet(path: Path) -> Iterator[dict[str, Any]]:
         raise HoldfastError(message(str(path), "needs pyarrow, which is not installed", remedy)) from cause
     file = parquet.ParquetFile(path)
     columns = [name for name in (COLUMN, NAMES) if name in file.schema_arrow.names]
-    for batch in file.iter_batches(columns=columns):
+    for batch in file.iter_batches(columns=columns, use_threads=False):
         yield from batch.to_pylist()
 
 
