@@ -19,6 +19,7 @@ import pytest
 
 import holdfast as hf
 from holdfast.batches import crew, tables
+from holdfast.batches.folder import Folder
 from holdfast.batches.schema import TABLES, reproducible
 
 HERE = str(Path(__file__).parent)
@@ -123,6 +124,27 @@ def test_fewer_inputs_lose_nothing_for_later(folder: Path, asked: Callable[[], l
     assert asked() == []
     assert rows(out) == before
     assert list((out / "journal").glob("*.jsonl")) == []
+
+
+def test_rows_that_a_shard_loses_outlast_the_end_of_the_driver(
+    folder: Path, asked: Callable[[], list[str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    batch(folder)
+    (folder / "-.yaml").write_text("new at the beginning: every row moves")
+    write = Folder.write
+
+    def last(self: Folder, shard: int, records: Any) -> None:
+        write(self, shard, records)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Folder, "write", last)
+    with pytest.raises(KeyboardInterrupt):
+        batch(folder, workers=1)
+    monkeypatch.setattr(Folder, "write", write)
+    assert "-.yaml" in asked()
+    batch(folder, workers=1)
+    assert asked() == []
+    assert [row["reason"][:7] for row in rows(folder.parent / "out")["scenes"]][1:3] == ["scene 0", "scene 1"]
 
 
 @pytest.mark.parametrize(
