@@ -39,6 +39,8 @@ if TYPE_CHECKING:
         SolverError,
         UnstableError,
     )
+    from holdfast.batches.result import BatchReport, BatchTables, read_batch
+    from holdfast.batches.run import batch
     from holdfast.contacts.interface import Interface, Patch
     from holdfast.engines.answers import Bound, Claim
     from holdfast.engines.compliant.engine import Compliant
@@ -91,6 +93,8 @@ _NAMES = {
         "transport_limits",
     ),
     "holdfast.assembly.assembly": ("Assembly", "assemble"),
+    "holdfast.batches.result": ("BatchReport", "BatchTables", "read_batch"),
+    "holdfast.batches.run": ("batch",),
     "holdfast.base.errors": (
         "GeometryError",
         "HoldfastError",
@@ -130,6 +134,8 @@ _HOMES = {name: module for module, names in _NAMES.items() for name in names}
 
 __all__ = [
     "Assembly",
+    "BatchReport",
+    "BatchTables",
     "Body",
     "Bound",
     "Box",
@@ -178,6 +184,7 @@ __all__ = [
     "WorstCase",
     "admissible_wrenches",
     "assemble",
+    "batch",
     "carry",
     "disassembly_order",
     "from_mujoco",
@@ -189,6 +196,7 @@ __all__ = [
     "load_scene",
     "load_straps",
     "plan_placement",
+    "read_batch",
     "robustness",
     "robustness_map",
     "robustness_under",

@@ -19,6 +19,7 @@ FLOORS = (
     {"engines"},
     {"queries"},
     {"applications"},
+    {"batches"},
     {"view"},
     {"report"},
     {"validation"},

@@ -57,15 +57,22 @@ def save(value: Value, path: str | os.PathLike[str]) -> None:
     Raises HoldfastError if the suffix is another, a part cannot be saved, or the file cannot be written.
     """
     suffix = _suffix(path)
-    arrays: dict[str, Any] | None = None if suffix == ".json" else {}
-    data = {"format": FORMAT, "value": _Writer(arrays).plain(value)}
-    text = json.dumps(data, allow_nan=False)
-    if arrays is None:
-        write_atomically(path, (text + "\n").encode())
+    if suffix == ".json":
+        write_atomically(path, (text_of(value) + "\n").encode())
         return
+    arrays: dict[str, Any] = {}
+    text = text_of(value, arrays)
     stream = io.BytesIO()
     np.savez_compressed(stream, allow_pickle=False, value=np.array(text), **arrays)
     write_atomically(path, stream.getvalue())
+
+
+def text_of(value: Value, arrays: dict[str, Any] | None = None) -> str:
+    """Return the JSON text that stands for ``value``; its larger arrays go into ``arrays``, if that is given.
+
+    Raises HoldfastError if a part cannot be saved.
+    """
+    return json.dumps({"format": FORMAT, "value": _Writer(arrays).plain(value)}, allow_nan=False)
 
 
 def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - whatever was saved

@@ -6,13 +6,16 @@ import errno
 import os
 import secrets
 import stat
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from pathlib import Path
 
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.text import quoted
 
 _unfinished: set[Path] = set()  # temporary files that are being written
+_note: ContextVar[Callable[[Path], None] | None] = ContextVar("holdfast_reading", default=None)
 
 _KINDS = {
     stat.S_IFDIR: "a folder",
@@ -31,14 +34,27 @@ def checked_path(value: object, what: str) -> Path:
         raise HoldfastError(message(what, f"got {quoted(value)}", "needs a path: a text or a pathlib.Path")) from None
 
 
+@contextmanager
+def noting_files(note: Callable[[Path], None]) -> Iterator[None]:
+    """Call ``note(path)`` for every file that is about to be read within this block, or that is looked for in vain."""
+    token = _note.set(note)
+    try:
+        yield
+    finally:
+        _note.reset(token)
+
+
 def check_ordinary(
     path: Path, what: str, *, error: type[HoldfastError] = SceneError, remedy: str = "check the path"
 ) -> int:
     """Return the size of a file in bytes; raise ``error`` unless it is an ordinary file.
 
     A pipe or a device is refused without opening it: reading it might block for ever, or never end. ``what`` says what
-    the file should be.
+    the file should be. All files that scenes consist of pass here before they are read.
     """
+    note = _note.get()
+    if note is not None:
+        note(path)
     try:
         found = os.stat(path)
     except (OSError, ValueError) as cause:

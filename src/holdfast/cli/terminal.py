@@ -1,7 +1,8 @@
-"""Progress bars on the terminal."""
+"""Progress on the terminal: bars, or lines where stderr is a file."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -9,13 +10,23 @@ from typing import Any
 from holdfast.base.progress import listening
 from holdfast.cli.output import err
 
+EVERY = 30.0  # [s] between two lines
+
 
 @contextmanager
 def progress() -> Iterator[None]:
     """Show a progress bar for each stage that reports its progress, if the output is a terminal."""
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
 
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    left = (TextColumn("left"), TimeRemainingColumn())
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), *left)
     with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bars:
         tasks: dict[str, Any] = {}
 
@@ -26,3 +37,32 @@ def progress() -> Iterator[None]:
 
         with listening(listener):
             yield
+
+
+@contextmanager
+def lines() -> Iterator[None]:
+    """Tell of progress in a line now and then, with the rate and the time that is left, where there is no terminal."""
+    if err.is_terminal:
+        yield
+        return
+    start, first, told = time.monotonic(), 0, 0.0
+
+    def listener(stage: str, done: int, total: int) -> None:
+        nonlocal start, first, told
+        now = time.monotonic()
+        if told == 0.0:
+            start, first, told = now, done, now  # what was there before tells nothing of the rate
+        elif now - told > EVERY and done > first:
+            told = now
+            err.say(f"{done:,} of {total:,} {stage}, {pace(done - first, total - done, now - start)}")
+
+    with listening(listener):
+        yield
+
+
+def pace(done: int, left: int, seconds: float) -> str:
+    """Return the rate and the time that is left, in words."""
+    rate = done / seconds
+    rest = left / rate
+    minutes = f"{rest / 60:.0f} min" if rest > 90 else f"{rest:.0f} s"
+    return f"{rate:.3g} a second, {minutes} left"

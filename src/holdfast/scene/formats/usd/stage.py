@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,6 +11,7 @@ import numpy as np
 
 from holdfast.base.arrays import Float, checked_number
 from holdfast.base.errors import SceneError, message
+from holdfast.base.files import check_ordinary
 from holdfast.base.ranges import SCALE
 from holdfast.base.rigid import Y_TO_Z
 from holdfast.scene.formats.references import Packages, References
@@ -105,8 +105,7 @@ def told(path: Path) -> Iterator[None]:
 
 def _opened(path: Path, open_: Callable[[str], Any]) -> Any:  # noqa: ANN401
     """Return what ``open_`` makes of a file; raise SceneError if there is none, or if it is no USD."""
-    if not os.path.isfile(path):
-        raise SceneError(message(str(path), "no such layer", "check the paths in the file"))
+    check_ordinary(path, "layer", remedy="check the paths in the file")
     with told(path):
         found = open_(str(path))
     if not found:

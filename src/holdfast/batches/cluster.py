@@ -1,0 +1,124 @@
+"""Workers on other machines, by Dask: a task asks a kept worker process there, and its rows come back here."""
+
+from __future__ import annotations
+
+import atexit
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack
+from itertools import islice
+from typing import TYPE_CHECKING
+
+from holdfast import __version__
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.text import quoted
+from holdfast.batches.crew import keeper_for
+from holdfast.batches.job import Job, Question
+from holdfast.batches.keeper import Keeper, Limits, Reply
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+AHEAD = 2  # tasks for each thread of the cluster that wait or run at a time: replies take no more memory here than that
+SECONDS = 30  # for which the scheduler is tried to be reached
+
+_own = threading.local()  # the keeper of each thread of a Dask worker
+_lock = threading.Lock()
+_keepers: list[Keeper] = []
+
+
+def answered_there(
+    jobs: Iterator[Job], question: Question, limits: Limits, scheduler: str | Client
+) -> Iterator[tuple[Job, Reply]]:
+    """Yield every job with its reply from the workers of a Dask scheduler.
+
+    A job whose Dask worker is lost is given to another one, by Dask. Raises HoldfastError if the scheduler cannot be
+    reached, or if a worker has another version of holdfast.
+    """
+    try:
+        from distributed import Client, as_completed
+    except ImportError as cause:
+        remedy = "pip install 'holdfast[cluster]'"
+        raise HoldfastError(message("scheduler", "needs distributed, which is not installed", remedy)) from cause
+    with ExitStack() as stack:
+        client = scheduler
+        if not isinstance(client, Client):
+            client = stack.enter_context(connected(scheduler))
+        given: dict[Future, Job] = {}
+        done = as_completed()
+        stack.callback(lambda: client.cancel(list(given)))
+        for job in islice(jobs, _room(client)):
+            given[_submitted(client, job, question, limits)] = job
+        done.update(given)
+        for future in done:
+            job = given.pop(future)
+            version, reply = _result(future)
+            if version != __version__:
+                problem = f"a worker has holdfast {version}, and this is {__version__}"
+                raise HoldfastError(message("scheduler", problem, "install the same version everywhere"))
+            yield job, reply
+            for more in islice(jobs, max(_room(client) - len(given), 1)):
+                future = _submitted(client, more, question, limits)
+                given[future] = more
+                done.add(future)
+
+
+def asked(job: Job, question: Question, limits: Limits) -> tuple[str, Reply]:
+    """Ask a scene in this thread's own worker process; return the version of holdfast here, and the reply."""
+    own = getattr(_own, "keeper", None)
+    if own is None or own not in _keepers or _own.about != (question.text, limits):
+        with _lock:
+            if own in _keepers:
+                _keepers.remove(own)
+                own.close()
+            _own.keeper, _own.about = keeper_for(question, limits), (question.text, limits)
+            _keepers.append(_own.keeper)
+    return __version__, _own.keeper.ask(job)
+
+
+@atexit.register
+def close_keepers() -> None:
+    """End the worker processes that the tasks in this process left."""
+    with _lock:
+        while _keepers:
+            _keepers.pop().close()
+
+
+def connected(address: object, files: Mapping[str, str] | None = None) -> Client:
+    """Return a client of the scheduler at ``address``; ``files`` are certificates by their names in Dask's Security.
+
+    Raises HoldfastError if it cannot be reached.
+    """
+    from distributed import Client, Security
+
+    if not isinstance(address, str):
+        remedy = "needs an address such as 'tcp://host:8786', or a distributed.Client"
+        raise HoldfastError(message("scheduler", f"got {quoted(address)}", remedy))
+    try:
+        security = Security(require_encryption=True, **files) if files else None
+        return Client(address, timeout=SECONDS, set_as_default=False, security=security)
+    except (OSError, ValueError, TypeError) as cause:
+        remedy = "check the address, and for tls:// the certificates"
+        raise HoldfastError(message("scheduler", f"{quoted(address)} cannot be reached: {cause}", remedy)) from cause
+
+
+def _room(client: Client) -> int:
+    """Return how many tasks may wait or run now."""
+    threads: int = sum(client.nthreads().values())
+    return max(AHEAD * threads, 1)
+
+
+def _submitted(client: Client, job: Job, question: Question, limits: Limits) -> Future:
+    bare = Question(question.verbs, question.options)
+    return client.submit(asked, job, bare, limits, pure=False, key=f"holdfast-{job.number}-{id(job)}")
+
+
+def _result(future: Future) -> tuple[str, Reply]:
+    try:
+        version, reply = future.result()
+    except HoldfastError:
+        raise
+    except Exception as cause:  # of Dask: a worker without holdfast, a task whose workers were lost too often
+        problem = f"a task failed: {type(cause).__name__}: {cause}"
+        raise HoldfastError(message("scheduler", problem, "check the workers, and ask again")) from cause
+    return version, reply

@@ -1,0 +1,44 @@
+"""Several workers on this machine: they answer jobs in whatever order these end."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import ExitStack
+from multiprocessing.connection import wait
+
+from holdfast.batches.job import Job, Question
+from holdfast.batches.keeper import Keeper, Limits, Reply
+
+ANSWERED_BY = "holdfast.batches.rows:answered"
+
+
+def keeper_for(question: Question, limits: Limits) -> Keeper:
+    """Return the keeper of a worker that answers this question."""
+    setup = Job(0, "", Question(question.verbs, question.options))
+    return Keeper(ANSWERED_BY, setup, limits)
+
+
+def cores() -> int:
+    """Return the number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def answered_here(jobs: Iterator[Job], question: Question, limits: Limits, workers: int) -> Iterator[tuple[Job, Reply]]:
+    """Yield every job with its reply. A job is drawn when a worker is free for it."""
+    with ExitStack() as stack:
+        idle = [stack.enter_context(keeper_for(question, limits)) for _ in range(workers)]
+        busy: list[Keeper] = []
+        while True:
+            while idle and (job := next(jobs, None)) is not None:
+                idle[-1].give(job)
+                busy.append(idle.pop())
+            if not busy:
+                return
+            wait([keeper.answers for keeper in busy], min(keeper.left for keeper in busy))
+            for keeper in list(busy):
+                reply = keeper.take()
+                if reply is not None:
+                    busy.remove(keeper)
+                    idle.append(keeper)
+                    yield keeper.item, reply

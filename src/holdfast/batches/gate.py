@@ -1,0 +1,147 @@
+"""A gate for data sets: which scenes pass, which fail, which are not decided, and what changed since a baseline."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Final, Literal, NamedTuple
+
+import numpy as np
+
+from holdfast.base.public import number
+from holdfast.base.text import listed
+from holdfast.batches.result import BatchTables
+from holdfast.batches.schema import Row
+from holdfast.batches.words import ANSWERED
+
+Result = Literal["passed", "failed", "undecided"]
+PASSED: Final = "passed"
+FAILED: Final = "failed"
+UNDECIDED: Final = "undecided"
+
+
+@dataclass(frozen=True)
+class Rules:
+    """What a scene must fulfil: to stand if ``stands``, and to withstand pushes of ``min_force`` [N] if not None.
+
+    Beside a baseline a body may be moved by ``distance`` [m] and turned by ``angle`` [deg], and the weakest push may
+    change by the share ``force``.
+    """
+
+    stands: bool = False
+    min_force: float | None = None
+    distance: float = 1e-6
+    angle: float = 1e-4
+    force: float = 0.01
+
+
+class Finding(NamedTuple):
+    """What was found of a scene: its result, why, and how long it took [s]."""
+
+    scene: str
+    result: Result
+    told: str
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class Scenes:
+    """The rows of a batch by the names of its scenes, with their bodies."""
+
+    rows: Mapping[str, Row]
+    bodies: Mapping[str, Mapping[str, Row]] = field(default_factory=dict)
+
+    @staticmethod
+    def of(tables: BatchTables) -> Scenes:
+        """Read the rows of a batch."""
+        bodies: dict[str, dict[str, Row]] = {}
+        for row in tables.rows("bodies"):
+            bodies.setdefault(row["scene"], {})[row["body"]] = row
+        return Scenes({row["scene"]: row for row in tables.rows("scenes")}, bodies)
+
+
+def findings(scenes: Scenes, rules: Rules, baseline: Scenes | None = None) -> Iterator[Finding]:
+    """Yield what was found of every scene, and of those of the baseline that are gone."""
+    for name, row in scenes.rows.items():
+        result, told = judged(row, rules)
+        if baseline is not None and name in baseline.rows:
+            changed = list(changes(row, baseline.rows[name], rules))
+            changed += moves(scenes.bodies.get(name, {}), baseline.bodies.get(name, {}), rules)
+            if changed:
+                result, told = FAILED, "; ".join(filter(None, [told, f"changed: {', '.join(changed)}"]))
+        yield Finding(name, result, told, row["seconds"] or 0.0)
+    if baseline is not None:
+        for name in baseline.rows:
+            if name not in scenes.rows:
+                yield Finding(name, FAILED, "is gone: it is in the baseline alone")
+
+
+def judged(row: Row, rules: Rules) -> tuple[Result, str]:
+    """Return the result of a scene by itself, and why if it does not pass.
+
+    It passes the least force if no lower bound is below it, and fails if a push that is known moves something. In
+    between, and where answers are missing, it is undecided.
+    """
+    if row["outcome"] != ANSWERED:
+        return FAILED, f"{row['outcome']}: {row['told']}"
+    if rules.stands and row["status"] != "stable":
+        reason = f"{row['status']}: {row['reason']}"
+        return (FAILED if row["status"] == "unstable" else UNDECIDED), reason
+    if rules.min_force is None:
+        return PASSED, ""
+    wanted, weakest, lower = rules.min_force, row["weakest"], row["weakest_lower"]
+    if weakest is not None and weakest < wanted:
+        return (
+            FAILED,
+            f"{number(weakest, 'N')} on {row['weakest_body']} moves something, {number(wanted, 'N')} is wanted",
+        )
+    if row["undecided"]:
+        return UNDECIDED, f"{row['undecided']:,} answers are not known"
+    if lower is None:
+        return UNDECIDED, "no push was asked"
+    if lower < wanted:
+        return UNDECIDED, f"only {number(lower, 'N')} is certain, {number(wanted, 'N')} is wanted"
+    return PASSED, ""
+
+
+def changes(row: Row, before: Row, rules: Rules) -> Iterator[str]:
+    """Yield what changed in the outcome, the verdict and the weakest push of a scene."""
+    for name in ("outcome", "status"):
+        if row[name] != before[name]:
+            yield f"{name} from {before[name]} to {row[name]}"
+    old, new = before["weakest"], row["weakest"]
+    if (old is None) != (new is None) or (old is not None and not _near(old, new, rules.force)):
+        yield f"weakest push from {_amount(old)} to {_amount(new)}"
+
+
+def moves(bodies: Mapping[str, Row], before: Mapping[str, Row], rules: Rules) -> Iterator[str]:
+    """Yield which bodies are new, gone, or at another pose."""
+    for what, names in (("new", bodies.keys() - before.keys()), ("gone", before.keys() - bodies.keys())):
+        if names:
+            yield f"{what}: {listed(sorted(names))}"
+    for name in sorted(bodies.keys() & before.keys()):
+        shift, turn = _shift(bodies[name], before[name]), _turn(bodies[name], before[name])
+        if shift > rules.distance:
+            yield f"{name} moved by {shift * 1e3:.3g} mm"
+        if turn > rules.angle:
+            yield f"{name} turned by {turn:.3g} degrees"
+
+
+def _near(old: float, new: float, share: float) -> bool:
+    return old == new or (math.isfinite(old) and abs(new - old) <= share * abs(old))
+
+
+def _amount(value: float | None) -> str:
+    return "none" if value is None else number(value, "N")
+
+
+def _shift(a: Row, b: Row) -> float:
+    return float(np.linalg.norm([a[axis] - b[axis] for axis in "xyz"]))
+
+
+def _turn(a: Row, b: Row) -> float:
+    """Return the angle [deg] between two rotations: 4 arcsin(|p - q| / 2) of their quaternions, of either sign."""
+    p, q = (np.array([row[f"q{axis}"] for axis in "xyzw"]) for row in (a, b))
+    apart = min(float(np.linalg.norm(p - q)), float(np.linalg.norm(p + q)))
+    return float(np.degrees(4 * np.arcsin(min(apart / 2, 1.0))))

@@ -1,0 +1,135 @@
+"""The scenes of a batch, one after the other: files, folders, globs, manifests, and values."""
+
+from __future__ import annotations
+
+import csv
+import glob
+import os
+from collections.abc import Iterable, Iterator, Sized
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.text import quoted
+from holdfast.scene.formats.registry import readable
+from holdfast.scene.scene import Scene
+
+MANIFESTS = (".csv", ".parquet")
+COLUMN, NAMES = "scene", "name"  # of a manifest: where the scenes are, and what they are called if not so
+MAGIC = frozenset("*?[")
+
+Scenes: TypeAlias = "str | os.PathLike[str] | Iterable[str | os.PathLike[str] | Scene | tuple[str, Any]]"
+
+
+@dataclass(frozen=True)
+class Input:
+    """A scene by its ``name``: a file at ``path``, or a ``scene`` that was given as a value."""
+
+    name: str
+    path: str | None = None
+    scene: Scene | None = None
+
+    @staticmethod
+    def file(path: str, name: str = "") -> Input:
+        """Return the input of a file, which is named by its path unless there is another name."""
+        return Input(name or as_text(path), path)
+
+
+def as_text(path: str) -> str:
+    """Return a path as a text that every table can hold, though file names may be any bytes."""
+    return os.fsencode(path).decode("utf-8", "backslashreplace")
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """Inputs that are drawn one by one, and their number if it is known beforehand."""
+
+    items: Iterator[Input]
+    count: int | None
+
+
+def inputs_of(scenes: Scenes) -> Inputs:
+    """Return the scenes that ``scenes`` means.
+
+    A text or a path is a scene file, a folder (all files below it that a scene format may read, by their suffix), a
+    glob pattern (with ``**`` for folders of any depth) or a manifest (.csv, .parquet) with the column ``scene`` and, if
+    wanted, ``name``; paths in it are relative to its folder. Files of folders and patterns come in the order of their
+    names. Anything else is drawn from: paths, Scene objects and pairs of a name and either. Raises HoldfastError if
+    there is no such file; what is wrong with a single one is told of that one.
+    """
+    if isinstance(scenes, str | os.PathLike):
+        found = list(_named(os.fspath(scenes)))
+        return Inputs(iter(found), len(found))
+    if isinstance(scenes, Scene) or not isinstance(scenes, Iterable):
+        remedy = "needs a path, a glob, a folder, a manifest, or a list of paths or scenes"
+        raise HoldfastError(message("batch: scenes", f"got {quoted(scenes)}", remedy))
+    count = len(scenes) if isinstance(scenes, Sized) else None
+    return Inputs(_distinct(_input(number, item) for number, item in enumerate(scenes)), count)
+
+
+def _named(text: str) -> Iterator[Input]:
+    if os.path.isdir(text):
+        suffixes = {suffix for each in readable() for suffix in each.suffixes}
+        paths = (path for path in Path(text).rglob("*") if path.suffix.lower() in suffixes and path.is_file())
+        found = sorted(str(path) for path in paths)
+    elif Path(text).suffix.lower() in MANIFESTS and os.path.isfile(text):
+        yield from _distinct(_manifest(Path(text)))
+        return
+    elif os.path.lexists(text):
+        found = [text]
+    else:
+        found = sorted(glob.glob(text, recursive=True)) if MAGIC & set(text) else []
+        found = [path for path in found if not os.path.isdir(path)]
+    if not found:
+        raise HoldfastError(message(text, "names no scene file", "needs a file, a folder, a glob or a manifest"))
+    yield from map(Input.file, found)
+
+
+def _manifest(path: Path) -> Iterator[Input]:
+    """Yield the rows of a manifest."""
+    for number, row in enumerate(_parquet(path) if path.suffix.lower() == ".parquet" else _csv(path)):
+        place = row.get(COLUMN)
+        if not isinstance(place, str) or not place:
+            problem = f"row {number + 1} has no text in the column {COLUMN!r}"
+            raise HoldfastError(message(str(path), problem, "needs a path of a scene file in every row"))
+        yield Input.file(str(path.parent / place), row.get(NAMES) or as_text(place))
+
+
+def _csv(path: Path) -> Iterator[dict[str, Any]]:
+    with path.open(encoding="utf-8-sig", newline="") as stream:
+        yield from csv.DictReader(stream)
+
+
+def _parquet(path: Path) -> Iterator[dict[str, Any]]:
+    try:
+        from pyarrow import parquet
+    except ImportError as cause:
+        remedy = "pip install 'holdfast[tables]', or write the manifest as CSV"
+        raise HoldfastError(message(str(path), "needs pyarrow, which is not installed", remedy)) from cause
+    file = parquet.ParquetFile(path)
+    columns = [name for name in (COLUMN, NAMES) if name in file.schema_arrow.names]
+    for batch in file.iter_batches(columns=columns, use_threads=False):
+        yield from batch.to_pylist()
+
+
+def _input(number: int, item: Any) -> Input:  # noqa: ANN401 - checked here
+    if isinstance(item, tuple) and len(item) == 2 and isinstance(item[0], str):
+        inner = _input(number, item[1])
+        return Input(item[0], inner.path, inner.scene)
+    if isinstance(item, Scene):
+        return Input(item.name or f"scene {number}", None, item)
+    if isinstance(item, str | os.PathLike):
+        return Input.file(str(os.fspath(item)))
+    problem = f"number {number} is {quoted(item)}"
+    raise HoldfastError(message("batch: scenes", problem, "needs a path, a Scene, or a pair of a name and one of them"))
+
+
+def _distinct(items: Iterable[Input]) -> Iterator[Input]:
+    """Yield the inputs; raise HoldfastError where a name comes again."""
+    seen: dict[str, int] = {}
+    for number, item in enumerate(items):
+        if seen.setdefault(item.name, number) != number:
+            problem = f"numbers {seen[item.name]} and {number} have the name {quoted(item.name)}"
+            raise HoldfastError(message("batch: scenes", problem, "give names of their own, as in (name, scene)"))
+        yield item

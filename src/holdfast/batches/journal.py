@@ -1,0 +1,106 @@
+"""Journals: finished scenes, one line each, from when they are answered until their shard is written.
+
+A line holds all rows of a scene. It is given to the system at once, so that it outlasts the process; about once a
+second it is also brought to the disk. A last line that is not complete is dropped.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import IO
+
+from holdfast.base.errors import HoldfastError, message
+from holdfast.batches.schema import Tables
+from holdfast.batches.tables import completed, line_of
+
+SYNCED = 1.0  # [s] after which what was appended is brought to the disk
+
+Record = Tables  # all rows of one scene, of which the table "scenes" has one
+
+
+def name_of(record: Record) -> str:
+    """Return the name of the scene of a record."""
+    return str(record["scenes"][0]["scene"])
+
+
+class Journal:
+    """The journal at ``path``: it is appended to, and read back by the names of scenes."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._stream: IO[bytes] | None = None
+        self._synced = 0.0
+        self.places: dict[str, int] = {}  # where the line of each scene begins
+        self._end = 0
+        if path.exists():
+            self._index()
+
+    def append(self, record: Record) -> None:
+        """Append the rows of a scene; raise HoldfastError if there is no room for them."""
+        line = line_of(record).encode()
+        try:
+            if self._stream is None:
+                self._stream = self.path.open("ab", buffering=0)
+                self._stream.truncate(self._end)  # behind it may be what is left of a line
+            written = 0
+            while written < len(line):
+                written += self._stream.write(line[written:]) or 0
+            if time.monotonic() - self._synced > SYNCED:
+                self.sync()
+        except OSError as cause:
+            problem = f"cannot be written: {cause.strerror or cause}"
+            remedy = "make room, and ask again: what is finished is kept"
+            raise HoldfastError(message(str(self.path), problem, remedy)) from cause
+        self.places[name_of(record)] = self._end
+        self._end += len(line)
+
+    def sync(self) -> None:
+        """Bring all that was appended to the disk."""
+        if self._stream is not None:
+            os.fsync(self._stream.fileno())
+        self._synced = time.monotonic()
+
+    def record(self, name: str) -> Record:
+        """Return the rows of the scene with this name, of which the last line counts."""
+        with self.path.open("rb") as stream:
+            stream.seek(self.places[name])
+            return _record(stream.readline())
+
+    def records(self) -> Iterator[Record]:
+        """Yield the rows of all scenes, in the order in which they ended."""
+        for name in list(self.places):
+            yield self.record(name)
+
+    def close(self) -> None:
+        """Close the file."""
+        if self._stream is not None:
+            self._stream.close()
+            self._stream = None
+
+    def remove(self) -> None:
+        """Remove the journal: its rows are elsewhere."""
+        self.close()
+        self.path.unlink(missing_ok=True)
+        self.places, self._end = {}, 0
+
+    def _index(self) -> None:
+        """Find the beginnings of all complete lines."""
+        with self.path.open("rb") as stream:
+            for line in stream:
+                if not line.endswith(b"\n"):
+                    break
+                try:
+                    name = name_of(json.loads(line))
+                except (ValueError, LookupError, TypeError):  # blocks of zeros, as after a power failure
+                    break
+                self.places[name] = self._end
+                self._end += len(line)
+
+
+def _record(line: bytes) -> Record:
+    data = json.loads(line)
+    return {table: [completed(table, row) for row in rows] for table, rows in data.items()}

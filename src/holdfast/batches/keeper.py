@@ -1,0 +1,232 @@
+"""Keep a worker process: give it items, wait no longer than the limit, start another one where it dies."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection, wait
+from types import TracebackType
+from typing import Any
+
+from holdfast.base.errors import HoldfastError, message
+from holdfast.batches.words import CRASH, DONE, MEMORY, PART, READY, TIME
+
+STARTING = 600.0  # [s] a worker may take to start: it imports, and may compile
+RENEWED = 2000  # items after which a worker is replaced, so that what it keeps does not add up
+TRIES = 3  # times that an item is given whose worker is killed from outside
+OUTSIDE = (-signal.SIGKILL, -signal.SIGTERM)  # ends that somebody else brought about
+NO_MEMORY = ("bad_alloc", "memory allocation of", "MemoryError", "Cannot allocate memory")  # last words of libraries
+THREADS = ("OPENBLAS", "OMP", "MKL", "NUMBA")  # whose native threads are one in a worker
+LAST = 1500  # characters of what a worker wrote to stderr that are told
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What an item may take: ``seconds``, and ``megabytes`` more memory than its worker has when it is ready."""
+
+    seconds: float = 60.0
+    megabytes: float = 4000.0
+
+
+@dataclass(frozen=True)
+class Reply:
+    """How an item ended: DONE with its ``value``, or TIME, MEMORY or CRASH with what is ``told`` of it.
+
+    ``parts`` are what was told before the end. ``seconds`` and ``peak`` [MB] are those of the item.
+    """
+
+    outcome: str
+    value: Any = None
+    told: str = ""
+    parts: tuple[Any, ...] = ()
+    seconds: float = 0.0
+    peak: float = 0.0
+
+
+@dataclass(eq=False)
+class Keeper:
+    """A worker that calls ``function`` (module:name) for every item, and its limits; see worker.py.
+
+    ``setup`` is what the worker is warmed up with. ``folders`` are searched for modules before all others.
+    """
+
+    function: str
+    setup: Any = None
+    limits: Limits = Limits()
+    folders: Sequence[str] = ()
+    renewed: int = RENEWED
+    started: int = 0  # workers so far
+    process: subprocess.Popen[bytes] | None = None
+    item: Any = None
+    _given: int = 0
+    _tries: int = 0
+    _began: float = 0.0
+    _until: float = 0.0
+    _ready: bool = False
+    _parts: list[Any] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._log = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the keeper
+
+    def __enter__(self) -> Keeper:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the worker, whatever it does."""
+        self._end()
+        self._log.close()
+
+    @property
+    def answers(self) -> Connection:
+        """Where the worker's answers come from: to wait for."""
+        return self._answers
+
+    @property
+    def left(self) -> float:
+        """The time [s] until the worker is too late."""
+        return max(self._until - time.monotonic(), 0.0)
+
+    def ask(self, item: Any) -> Reply:  # noqa: ANN401 - whatever the function takes
+        """Give an item, and wait for its end."""
+        self.give(item)
+        while True:
+            wait([self.answers], self.left)
+            reply = self.take()
+            if reply is not None:
+                return reply
+
+    def give(self, item: Any) -> None:  # noqa: ANN401
+        """Give the worker an item; ``take`` tells when it has ended."""
+        self.item, self._tries = item, 0
+        self._give()
+
+    def take(self) -> Reply | None:
+        """Return how the item ended, None while it has not."""
+        try:
+            while self._answers.poll():
+                reply = self._heard(*self._answers.recv())
+                if reply is not None:
+                    return reply
+        except (EOFError, OSError):
+            return self._died()
+        return None if self.left else self._late()
+
+    def _give(self) -> None:
+        self._tries += 1
+        self._parts = []
+        if self.process is None or self._given >= self.renewed:
+            self._start()
+        self._given += 1
+        self._began = time.monotonic()
+        if self._ready:
+            self._until = self._began + self.limits.seconds
+            self._log.seek(0)
+            self._log.truncate()
+        try:
+            self._items.send(self.item)
+        except OSError:
+            return  # it died while it was idle, which is seen when its answer is taken
+
+    def _heard(self, kind: str, content: Any) -> Reply | None:  # noqa: ANN401
+        """Take one message of the worker."""
+        if kind == READY:
+            self._ready, self._began = True, time.monotonic()
+            self._until = self._began + self.limits.seconds
+        elif kind == PART:
+            self._parts.append(content)
+        else:
+            value, seconds, peak = content
+            told = "" if kind == DONE else str(value)
+            return Reply(kind, None if told else value, told, tuple(self._parts), seconds, peak)
+        return None
+
+    def _died(self) -> Reply | None:
+        """Tell of a worker that ended; what was killed from outside is given to another one first."""
+        assert self.process is not None
+        code = self.process.wait()
+        said, ready = self._said(), self._ready
+        self._end()
+        if code in OUTSIDE and self._tries < TRIES:
+            self._give()
+            return None
+        if not ready:
+            raise HoldfastError(message("batch", f"a worker does not start: {said[-400:]}", "mend what it says"))
+        seconds = time.monotonic() - self._began
+        if code in OUTSIDE:
+            told = f"its process was killed {TRIES} times (signal {-code}): the system may have run out of memory"
+            return Reply(CRASH, None, told, tuple(self._parts), seconds)
+        outcome = MEMORY if any(words in said for words in NO_MEMORY) else CRASH
+        ended = f"signal {-code} ({signal.strsignal(-code)})" if code < 0 else f"exit code {code}"
+        told = f"its process ended with {ended}" + (f": {said}" if said else "")
+        return Reply(outcome, None, told, tuple(self._parts), seconds)
+
+    def _late(self) -> Reply:
+        """Tell of a worker that did not answer in time, and end it."""
+        ready, parts = self._ready, tuple(self._parts)
+        self._end()
+        if not ready:
+            raise HoldfastError(message("batch", f"a worker is not ready after {STARTING:g} s", "ask again"))
+        said = self._said()
+        where = innermost(said)
+        told = f"no answer within {self.limits.seconds:g} s" + (f"; it was in {where}" if where else "")
+        return Reply(TIME, said, told, parts, self.limits.seconds)
+
+    def _start(self) -> None:
+        self._end()
+        self._log.seek(0)
+        self._log.truncate()
+        limits = (str(self.limits.megabytes), str(self.limits.seconds))
+        path = os.pathsep.join([*self.folders, *filter(None, [os.environ.get("PYTHONPATH")])])
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "holdfast.batches.worker", self.function, *limits],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._log,
+            bufsize=0,
+            env={**os.environ, **{f"{name}_NUM_THREADS": "1" for name in THREADS}, "PYTHONPATH": path},
+        )
+        assert self.process.stdin is not None
+        assert self.process.stdout is not None
+        with self.process.stdin as items, self.process.stdout as answers:
+            self._items = Connection(os.dup(items.fileno()), readable=False)
+            self._answers = Connection(os.dup(answers.fileno()), writable=False)
+        self.started, self._given, self._ready = self.started + 1, 0, False
+        self._until = time.monotonic() + STARTING
+        try:
+            self._items.send(self.setup)
+        except OSError:
+            return  # it is seen to have died when its answer is taken
+
+    def _said(self) -> str:
+        """Return the end of what the worker wrote to stderr."""
+        self._log.seek(0)
+        return self._log.read().decode(errors="replace").strip()[-LAST:]
+
+    def _end(self) -> None:
+        if self.process is not None:
+            self.process.kill()
+            self.process.wait()
+            self._items.close()
+            self._answers.close()
+            self.process = None
+
+
+def innermost(text: str) -> str:
+    """Return the innermost function of holdfast in a traceback, as module:function, empty if there is none."""
+    for line in text.splitlines():
+        if "/holdfast/" in line and " in " in line:
+            place, function = line.strip().split(" in ")[:2]
+            module = place.split("/holdfast/")[-1].split(".py")[0].replace(os.sep, ".")
+            return f"{module}:{function}"
+    return ""

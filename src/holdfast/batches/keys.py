@@ -1,0 +1,97 @@
+"""Keys: what a scene and a question are, as a hash over the bytes of all that they consist of."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from holdfast import __version__
+from holdfast.base.archive import text_of
+from holdfast.base.errors import HoldfastError, message
+from holdfast.batches.job import Job
+from holdfast.batches.schema import VERSION
+
+MISSING = "missing"  # digest of a file that is not there or cannot be read
+BLOCK = 1 << 20  # bytes of a file that are hashed at once
+
+Signature = tuple[int, int, int, int] | None  # of a file that nobody changed since: device, number, size, time
+
+
+class Digests:
+    """SHA-256 of files; a file that did not change since it was hashed is not read again."""
+
+    def __init__(self) -> None:
+        self._known: dict[str, tuple[Signature, str]] = {}
+
+    def of(self, path: Path) -> str:
+        """Return the digest of a file, or MISSING."""
+        place, now = os.path.abspath(path), signature(path)
+        if now is None:
+            return MISSING
+        known = self._known.get(place)
+        if known is None or known[0] != now:
+            known = self._known[place] = (now, _digest(path))
+        return known[1]
+
+
+class Touched:
+    """The files that reading a scene looked at, in this order, as they were before they were read."""
+
+    def __init__(self) -> None:
+        self.before: dict[Path, Signature] = {}
+
+    def note(self, path: Path) -> None:
+        """Note a file that is about to be read: for ``noting_files``."""
+        self.before.setdefault(Path(os.path.abspath(path)), signature(path))
+
+    def check(self) -> None:
+        """Raise HoldfastError if a file changed since it was noted: what was read may be neither old nor new."""
+        for path, before in self.before.items():
+            if signature(path) != before:
+                raise HoldfastError(message(str(path), "changed while it was read", "ask again"))
+
+    def relative_to(self, place: str) -> tuple[str, ...]:
+        """Return the paths relative to the folder of a scene file."""
+        folder = os.path.dirname(place)
+        return tuple(os.path.relpath(path, folder) for path in self.before)
+
+
+def key_of_files(job: Job, files: Iterable[str], digests: Digests) -> str:
+    """Return the key of a scene that consists of ``files``, given relative to its own folder."""
+    folder = Path(job.place).parent
+    return _key(job, [[name, digests.of(folder / name)] for name in files])
+
+
+def key_of_value(job: Job) -> str:
+    """Return the key of a scene that was given as a value."""
+    assert job.scene is not None
+    return _key(job, [["", hashlib.sha256(text_of(job.scene).encode()).hexdigest()]])
+
+
+def signature(path: Path) -> Signature:
+    """Return what tells that a file has not changed, None if it is not there."""
+    try:
+        found = os.stat(path)
+    except (OSError, ValueError):
+        return None
+    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
+
+
+def _key(job: Job, parts: Sequence[Sequence[str]]) -> str:
+    pushes = [[push.body, *push.point, *push.direction] for push in job.pushes]
+    whole = [VERSION, __version__, job.question.text, pushes, parts]
+    return hashlib.sha256(json.dumps(whole).encode()).hexdigest()
+
+
+def _digest(path: Path) -> str:
+    found = hashlib.sha256()
+    try:
+        with open(path, "rb") as stream:
+            while block := stream.read(BLOCK):
+                found.update(block)
+    except OSError:
+        return MISSING
+    return found.hexdigest()

@@ -1,0 +1,112 @@
+"""What a batch asks of every scene: the verbs, their options and the pushes, checked before anything is asked."""
+
+from __future__ import annotations
+
+import csv
+import inspect
+import io
+import json
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from holdfast.applications.transport import transport_limits
+from holdfast.assembly.assembly import assemble
+from holdfast.base.errors import HoldfastError, message, nearest_of
+from holdfast.base.files import read_ordinary
+from holdfast.base.text import quoted
+from holdfast.batches.job import Push, Question
+from holdfast.queries.map import robustness_map
+from holdfast.queries.push import robustness
+from holdfast.queries.stability import stability
+
+VERBS = ("stability", "map", "transport", "push")
+ASKED: Mapping[str, Callable[..., Any]] = {
+    "assemble": assemble,
+    "stability": stability,
+    "push": robustness,
+    "map": robustness_map,
+    "transport": transport_limits,
+}
+# Arguments that the batch gives itself, but for the directions of transport, and those that no file can hold
+GIVEN = ("assembly", "scene", "body", "points", "directions", "standing", "loads", "imperfect", "interfaces")
+ENGINE = "engine"
+MOST_BYTES = 500_000_000  # of a file of pushes
+PUSH_COLUMNS = ("body", "x", "y", "z", "dx", "dy", "dz")
+
+
+def question(ask: str | Iterable[str], options: Mapping[str, Any] | None) -> Question:
+    """Return what ``ask`` and ``options`` mean; raise HoldfastError if a verb or an option is unknown.
+
+    ``ask`` is one of stability, map, transport and push:FILE, or several of them. ``options`` maps "load", "assemble"
+    and verbs to keyword arguments; ``engine`` beside them holds for all verbs.
+    """
+    words = [ask] if isinstance(ask, str) else list(ask)
+    pushes: tuple[Push, ...] = ()
+    verbs = []
+    for word in words:
+        verb, colon, file = word.partition(":") if isinstance(word, str) else (word, "", "")
+        if verb not in VERBS or bool(colon) != (verb == "push"):
+            remedy = "needs stability, map, transport or push:FILE"
+            raise HoldfastError(message("ask", f"{quoted(word)} is unknown", remedy))
+        if verb == "push":
+            pushes += read_pushes(Path(file))
+        verbs.append(verb)
+    if not verbs:
+        raise HoldfastError(message("ask", "is empty", "needs stability, map, transport or push:FILE"))
+    return Question(tuple(verb for verb in VERBS if verb in verbs), _options(options or {}), pushes)
+
+
+def _options(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Check options, and give every verb the engine that is for all."""
+    if not isinstance(given, Mapping):
+        raise HoldfastError(message("options", f"got {quoted(given)}", 'needs a dict such as {"engine": "limit"}'))
+    engine = {ENGINE: given[ENGINE]} if ENGINE in given else {}
+    found: dict[str, dict[str, Any]] = {verb: dict(engine) for verb in VERBS if engine}
+    for verb, own in given.items():
+        if verb == ENGINE:
+            continue
+        if verb not in (*ASKED, "load") or not isinstance(own, Mapping):
+            remedy = f"needs a dict of options for one of: load, {', '.join(ASKED)}; or an engine for all"
+            raise HoldfastError(message("options", f"{quoted(verb)}: {quoted(own)}", remedy))
+        for name in own:
+            if verb != "load" and name not in _known(verb):
+                raise HoldfastError(message(f"options of {verb}", f"{quoted(name)} is unknown", _near(name, verb)))
+        found.setdefault(verb, {}).update(own)
+    try:
+        return dict(json.loads(json.dumps(found, allow_nan=False)))
+    except (TypeError, ValueError) as cause:
+        remedy = "needs names, numbers, lists and dicts with texts as keys: engines by name"
+        raise HoldfastError(message("options", f"cannot be written as JSON: {cause}", remedy)) from cause
+
+
+def _known(verb: str) -> list[str]:
+    given = [name for name in GIVEN if (verb, name) != ("transport", "directions")]
+    names = inspect.signature(ASKED[verb]).parameters
+    return [name for name in names if name not in given]
+
+
+def _near(name: object, verb: str) -> str:
+    return nearest_of(name, _known(verb))
+
+
+def read_pushes(path: Path) -> tuple[Push, ...]:
+    """Read pushes from a CSV file with the columns body, x, y, z [m], dx, dy, dz and, if they differ, scene.
+
+    Raises HoldfastError if a column is missing or a value is no number.
+    """
+    text = read_ordinary(path, "file of pushes", most=MOST_BYTES, error=HoldfastError).decode("utf-8-sig", "replace")
+    reader = csv.DictReader(io.StringIO(text))
+    missing = [name for name in PUSH_COLUMNS if name not in (reader.fieldnames or ())]
+    if missing:
+        remedy = f"needs {', '.join(PUSH_COLUMNS)} and, if pushes differ between scenes, scene"
+        raise HoldfastError(message(str(path), f"has no column {missing[0]}", remedy))
+    pushes = []
+    for row in reader:
+        try:
+            x, y, z, dx, dy, dz = (float(row[name]) for name in PUSH_COLUMNS[1:])
+        except (TypeError, ValueError):
+            where = f"{path}, line {reader.line_num}"
+            raise HoldfastError(message(where, "holds no six numbers", "needs x, y, z, dx, dy, dz")) from None
+        pushes.append(Push(row.get("scene") or "", row["body"], (x, y, z), (dx, dy, dz)))
+    return tuple(pushes)

@@ -1,0 +1,136 @@
+"""What a batch says of itself at its end, and its tables for other programs."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from holdfast.base.archive import archived
+from holdfast.base.errors import HoldfastError, message, nearest_of
+from holdfast.base.public import PublicValue, Summary
+from holdfast.base.values import Table
+from holdfast.batches.folder import Folder, reading
+from holdfast.batches.schema import TABLES, Row
+from holdfast.batches.words import ANSWERED, OUTCOMES
+from holdfast.engines.verdict import Status
+
+SHOWN = 8  # scenes that failed, in a summary
+VERDICTS = (Status.STABLE.value, Status.UNSTABLE.value, Status.UNDECIDED.value)
+
+
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class BatchReport(PublicValue):
+    """What a folder of a batch holds, counted.
+
+    ``folder`` is its path. ``outcomes`` counts its scenes by outcome: answered, error, time, memory and crash.
+    ``verdicts`` counts those with a verdict: stable, unstable and undecided. ``failures`` are the first scenes that
+    were not answered, each with its outcome and what was told. Of the run that made the report, ``asked`` and ``kept``
+    count the scenes that were asked and those that needed not to be, and ``seconds`` is the time that it took [s].
+    """
+
+    folder: str
+    outcomes: Table[str, int]
+    verdicts: Table[str, int]
+    failures: tuple[tuple[str, str, str], ...] = ()
+    asked: int = 0
+    kept: int = 0
+    seconds: float = 0.0
+
+    @property
+    def scenes(self) -> int:
+        """The number of scenes in the folder."""
+        return sum(self.outcomes.values())
+
+    def summary(self) -> Summary:
+        """Summarise the batch by its outcomes and verdicts."""
+        parts = [f"{count:,} {name}" for counts in (self.outcomes, self.verdicts) for name, count in counts.items()]
+        facts = [("folder", self.folder), ("this run", f"{self.asked:,} asked, {self.kept:,} kept")]
+        rows = [list(failure) for failure in self.failures]
+        return Summary(f"{self.scenes:,} scenes: {', '.join(parts)}", facts, ("scene", "outcome", "told"), rows)
+
+
+def counted(folder: Folder) -> BatchReport:
+    """Count the scenes in a folder."""
+    outcomes: Counter[str] = Counter()
+    verdicts: Counter[str] = Counter()
+    failures: list[tuple[str, str, str]] = []
+    for shard in folder.shards():
+        file = folder.file("scenes", shard)
+        for row in folder.storage.rows_in("scenes", file, ["scene", "outcome", "status", "told"]):
+            outcomes[row["outcome"]] += 1
+            if row["status"] is not None:
+                verdicts[row["status"]] += 1
+            if row["outcome"] != ANSWERED and len(failures) < SHOWN:
+                failures.append((row["scene"], row["outcome"], row["told"] or ""))
+    return BatchReport(
+        folder=str(folder.path),
+        outcomes=_ordered(outcomes, OUTCOMES),
+        verdicts=_ordered(verdicts, VERDICTS),
+        failures=tuple(failures),
+    )
+
+
+def _ordered(counts: Counter[str], names: Sequence[str]) -> Table[str, int]:
+    return Table({name: counts[name] for name in names if counts[name]})
+
+
+class BatchTables:
+    """The tables of a folder: "scenes", "bodies", "interfaces", "pushes" and "transports", see docs/batch.md.
+
+    Only finished shards are read. Every table can be had as rows, and with the package of that name as an Arrow table,
+    a pandas data frame or a polars data frame.
+    """
+
+    def __init__(self, folder: Folder) -> None:
+        self.folder = folder
+
+    def __repr__(self) -> str:
+        return f"BatchTables({str(self.folder.path)!r}, {len(self.folder.shards())} shards)"
+
+    def rows(self, table: str = "scenes") -> Iterator[Row]:
+        """Yield the rows of a table as dicts, in the order of the scenes; raises HoldfastError for an unknown name."""
+        if table not in TABLES:
+            raise HoldfastError(message("read_batch", f"table {table!r} is unknown", nearest_of(table, TABLES)))
+        for shard in self.folder.shards():
+            yield from self.folder.storage.rows_in(table, self.folder.file(table, shard), None)
+
+    def arrow(self, table: str = "scenes") -> Any:  # noqa: ANN401 - a pyarrow.Table, which has no types
+        """Return a table as a pyarrow.Table; units and meanings are in the metadata of its fields."""
+        from holdfast.batches.tables import arrow_schema
+
+        try:
+            import pyarrow as pa
+        except ImportError as cause:
+            raise _missing("pyarrow") from cause
+        parts = list(self.rows(table))
+        return pa.Table.from_pylist(parts, schema=arrow_schema(table))
+
+    def pandas(self, table: str = "scenes") -> Any:  # noqa: ANN401 - a pandas.DataFrame
+        """Return a table as a pandas.DataFrame; raises HoldfastError if pandas is not installed."""
+        try:
+            import pandas as pd
+        except ImportError as cause:
+            raise _missing("pandas") from cause
+        return pd.DataFrame(list(self.rows(table)), columns=[column.name for column in TABLES[table]])
+
+    def polars(self, table: str = "scenes") -> Any:  # noqa: ANN401 - a polars.DataFrame
+        """Return a table as a polars.DataFrame; raises HoldfastError if polars or pyarrow is not installed."""
+        try:
+            import polars as pl
+        except ImportError as cause:
+            raise _missing("polars") from cause
+        return pl.from_arrow(self.arrow(table))
+
+
+def read_batch(folder: str | os.PathLike[str]) -> BatchTables:
+    """Open the tables that ``batch`` wrote to a folder; raise HoldfastError if that is not the folder of a batch."""
+    return BatchTables(reading(folder))
+
+
+def _missing(package: str) -> HoldfastError:
+    remedy = "pip install 'holdfast[tables]'" if package == "pyarrow" else f"pip install {package}"
+    return HoldfastError(message("read_batch", f"needs {package}, which is not installed", remedy))

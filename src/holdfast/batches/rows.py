@@ -1,0 +1,270 @@
+"""Ask one scene, and write its answers as rows of the tables: what a worker does."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from holdfast.applications.transport import TransportLimits, transport_limits
+from holdfast.applications.warmup import compile_all
+from holdfast.assembly.assembly import Assembly, assemble
+from holdfast.base.arrays import Float
+from holdfast.base.code_store import machine_code_folder
+from holdfast.base.errors import HoldfastError, HoldfastWarning
+from holdfast.base.files import noting_files
+from holdfast.batches.job import Job, Push
+from holdfast.batches.keys import Digests, Touched, key_of_files
+from holdfast.batches.schema import Row, Tables
+from holdfast.batches.words import ANSWERED, ERROR, MEMORY
+from holdfast.engines.answers import Answers
+from holdfast.engines.verdict import ContactForces, Status
+from holdfast.queries.map import RobustnessMap, robustness_map
+from holdfast.queries.push import Robustness, robustness
+from holdfast.queries.stability import Stability, stability
+from holdfast.scene.formats.registry import load_scene
+from holdfast.scene.scene import Scene
+from holdfast.scene.shipped import shipped_scene
+
+COMPILED = "compiled-for-batches"  # a file in the folder of machine code which says that nothing is missing there
+Tell = Callable[[dict[str, Any]], None]
+
+
+def answered(job: Job, tell: Tell) -> Tables:
+    """Ask a scene and return its rows.
+
+    ``tell`` is called with the key and the files of the scene as soon as it is read, in case the rest never ends.
+    Errors that holdfast raises become the outcome of the scene, beside all that was answered before.
+    """
+    scenes: Row = {"number": job.number, "scene": job.name, "path": job.path}
+    tables: Tables = {"scenes": [scenes], "bodies": [], "interfaces": [], "pushes": [], "transports": []}
+    with _warned() as told:
+        try:
+            _ask(job, tell, tables)
+            scenes["outcome"] = ANSWERED
+        except HoldfastError as error:
+            lacking = lacks_memory(error)
+            scenes["outcome"], scenes["told"] = (MEMORY if lacking else ERROR), str(error)
+    scenes["warnings"] = told
+    _sum_up(tables)
+    where = {"number": job.number, "scene": job.name}
+    for name in tables:
+        tables[name] = [where | row for row in tables[name]]
+    return tables
+
+
+def warm(job: Job) -> None:
+    """Compile, import and load all that the question of a job needs, so that it is no part of the time of a scene."""
+    mark = machine_code_folder() / COMPILED
+    with suppress(HoldfastError, OSError):  # nothing can be kept: every worker compiles what it needs
+        if not mark.exists():
+            compile_all()
+            mark.touch()
+    options = {name: own for name, own in job.question.options.items() if name not in ("load", "assemble")}
+    asked = type(job.question)(job.question.verbs, options)
+    push = Push("", "cube", (0.0, 0.0, 0.1), (1.0, 0.0, -1.0))
+    answered(Job(0, "cube", asked, (push,), scene=shipped_scene("cube")), lambda _: None)
+
+
+def lacks_memory(error: BaseException) -> bool:
+    """Say whether memory that ran out is what raised an error."""
+    cause: BaseException | None = error
+    while cause is not None:
+        if isinstance(cause, MemoryError):
+            return True
+        cause = cause.__cause__ or cause.__context__
+    return False
+
+
+def _ask(job: Job, tell: Tell, tables: Tables) -> None:
+    """Read and ask a scene; what was answered stands in the tables, whatever is raised."""
+    scenes, question = tables["scenes"][0], job.question
+    scene = _read(job, tell, scenes)
+    assembly = assemble(scene, **question.of("assemble"))
+    scenes |= _counted(assembly)
+    tables["bodies"] = [_body(assembly, k) for k in range(len(assembly.bodies))]
+    tables["interfaces"] = _interfaces(assembly)
+    for verb in question.verbs:
+        match verb:
+            case "stability":
+                _add_verdict(stability(assembly, **question.of(verb)), tables)
+            case "map":
+                surfaces = robustness_map(assembly, **question.of(verb))
+                bodies = surfaces.body.tolist()
+                tables["pushes"] += _push_rows("map", surfaces, bodies, -surfaces.normals)
+            case "transport":
+                tables["transports"] = _transport_rows(transport_limits(assembly, **question.of(verb)))
+            case "push":
+                for body, pushes in _by_body(job, scene):
+                    points, ways = ([getattr(p, name) for p in pushes] for name in ("point", "direction"))
+                    found = robustness(assembly, body, points, ways, **question.of(verb))
+                    tables["pushes"] += _push_rows("push", found, [body] * len(pushes), found.directions)
+
+
+def _read(job: Job, tell: Tell, scenes: Row) -> Scene:
+    """Return the scene of a job; its key and files are told and noted even if it cannot be read."""
+    if job.scene is not None:
+        scenes |= {"key": job.key, "files": []}
+        tell({"key": job.key, "files": []})
+        return job.scene
+    touched = Touched()
+    try:
+        with noting_files(touched.note):
+            scene = load_scene(job.place, **job.question.of("load"))
+    finally:
+        files = touched.relative_to(job.place)
+        known = {"key": key_of_files(job, files, Digests()), "files": list(files)}
+        scenes |= known
+        tell(known)
+    try:
+        touched.check()
+    except HoldfastError:
+        scenes["key"] = ""  # no later run takes it for an answer
+        raise
+    return scene
+
+
+def _by_body(job: Job, scene: Scene) -> Iterator[tuple[str, list[Push]]]:
+    """Yield the pushes of a job by their body; those for all scenes are left out where there is no such body."""
+    known = {body.name for body in scene.bodies}
+    found: dict[str, list[Push]] = {}
+    for push in job.pushes:
+        if push.scene or push.body in known:
+            found.setdefault(push.body, []).append(push)
+    yield from found.items()
+
+
+def _counted(assembly: Assembly) -> Row:
+    return {
+        "bodies": len(assembly.movable),
+        "fixed": len(assembly.fixed),
+        "interfaces": len(assembly.interfaces),
+        "groups": len(assembly.groups),
+        "overlaps": len(assembly.overlaps),
+        "mass": float(assembly.mass.sum()),
+    }
+
+
+def _body(assembly: Assembly, k: int) -> Row:
+    body = assembly.bodies[k]
+    x, y, z = (float(v) for v in body.pose[:3, 3])
+    qx, qy, qz, qw = (float(v) for v in Rotation.from_matrix(body.pose[:3, :3]).as_quat(canonical=True))
+    number = assembly.index[body.name]
+    return {
+        "body": body.name,
+        "fixed": body.fixed,
+        "mass": None if body.mass is None else float(body.mass),
+        **{"x": x, "y": y, "z": z, "qx": qx, "qy": qy, "qz": qz, "qw": qw},
+        "group": None if body.fixed else int(assembly.group_of[number]),
+    }
+
+
+def _interfaces(assembly: Assembly) -> list[Row]:
+    return [
+        {
+            "a": interface.bodies[0],
+            "b": interface.bodies[1],
+            "status": interface.status,
+            "certain": interface.certain,
+            "flags": list(interface.flags),
+            "mu": float(mu),
+            "patches": len(interface.patches),
+            "area": float(interface.area),
+            "separation": interface.separation,
+        }
+        for interface, mu in zip(assembly.interfaces, assembly.mu, strict=True)
+    ]
+
+
+def _add_verdict(found: Stability, tables: Tables) -> None:
+    """Write a verdict into the rows of the scene, its bodies and its interfaces."""
+    tables["scenes"][0] |= {
+        "status": found.status.value,
+        "reason": found.reason,
+        "equilibrium_exists": found.equilibrium_exists,
+        "moving": list(found.moving),
+        "engine": found.engine,
+        "notes": list(found.notes),
+    }
+    group_of = {name: group.verdict.status.value for group in found.groups for name in group.bodies}
+    for row in tables["bodies"]:
+        row["status"] = group_of.get(row["body"])
+    if found.forces is not None:
+        _add_forces(found.forces, tables["interfaces"])
+
+
+def _add_forces(forces: ContactForces, interfaces: list[Row]) -> None:
+    """Write the normal forces [N] at rest, and the largest share of the friction limit, into the rows of interfaces."""
+    normal = np.einsum("ik,ik->i", forces.force, forces.normal)
+    for k, row in enumerate(interfaces):
+        own = forces.interface == k
+        row["normal_force"] = float(normal[own].sum())
+        row["usage"] = float(np.max(forces.usage[own], initial=0.0))
+
+
+def _push_rows(source: str, found: Robustness | RobustnessMap, bodies: Sequence[str], ways: Float) -> list[Row]:
+    return [
+        {"source": source, "body": body, **_vector("", point), **_vector("d", way), **row}
+        for body, point, way, row in zip(bodies, found.points, ways, _columns(found.answers, "force"), strict=True)
+    ]
+
+
+def _transport_rows(found: TransportLimits) -> list[Row]:
+    rows = _columns(found.answers, "acceleration")
+    return [{**_vector("d", way), **row} for way, row in zip(found.directions, rows, strict=True)]
+
+
+def _vector(prefix: str, values: Float) -> Row:
+    return {prefix + name: float(v) + 0.0 for name, v in zip("xyz", values, strict=True)}
+
+
+def _columns(answers: Answers, amount: str) -> list[Row]:
+    return [
+        {
+            amount: float(answers.force[k]),
+            "lower": float(answers.lower[k]),
+            "upper": float(answers.upper[k]),
+            "status": answers.status[k].value,
+            "mode": answers.mode[k],
+            "moving": list(answers.moving[k]),
+            "solved": bool(answers.solved[k]),
+            "error": float(answers.error[k]),
+        }
+        for k in range(len(answers))
+    ]
+
+
+def _sum_up(tables: Tables) -> None:
+    """Write the smallest answers and the number of those that are missing into the rows of the scene and its bodies."""
+    scenes, pushes, transports = tables["scenes"][0], tables["pushes"], tables["transports"]
+    decided = [row for row in pushes if row["status"] != Status.UNDECIDED]
+    if decided:
+        least = min(decided, key=lambda row: float(row["force"]))
+        scenes |= {"weakest": least["force"], "weakest_body": least["body"]}
+    if pushes:
+        scenes["weakest_lower"] = min(row["lower"] for row in pushes)
+    ways = [row for row in transports if row["status"] != Status.UNDECIDED]
+    if ways:
+        scenes["acceleration"] = min(row["acceleration"] for row in ways)
+    if transports:
+        scenes["acceleration_lower"] = min(row["lower"] for row in transports)
+    scenes["undecided"] = len(pushes) + len(transports) - len(decided) - len(ways)
+    for body in tables["bodies"]:
+        body["weakest"] = min((row["force"] for row in decided if row["body"] == body["body"]), default=None)
+
+
+@contextmanager
+def _warned() -> Iterator[list[str]]:
+    """Collect the warnings of holdfast in this block, each once."""
+    told: list[str] = []
+    with warnings.catch_warnings(record=True) as raised:
+        warnings.simplefilter("always", HoldfastWarning)
+        try:
+            yield told
+        finally:
+            texts = [str(each.message) for each in raised if issubclass(each.category, HoldfastWarning)]
+            told.extend(dict.fromkeys(texts))

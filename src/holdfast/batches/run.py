@@ -1,0 +1,250 @@
+"""Ask many scenes one question: the driver, which alone writes to the folder."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
+from itertools import islice
+from typing import TYPE_CHECKING, Any
+
+from holdfast.base.arrays import checked_number, checked_whole
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.files import checked_path
+from holdfast.base.progress import report
+from holdfast.base.text import quoted
+from holdfast.batches.crew import answered_here, cores
+from holdfast.batches.folder import Folder, Part, opened
+from holdfast.batches.inputs import Input, Inputs, Scenes, as_text, inputs_of
+from holdfast.batches.job import Job, Question
+from holdfast.batches.journal import Journal, Record, name_of
+from holdfast.batches.keeper import Limits, Reply
+from holdfast.batches.kept import Kept
+from holdfast.batches.keys import Digests, key_of_files, key_of_value
+from holdfast.batches.question import question
+from holdfast.batches.result import BatchReport, counted
+from holdfast.batches.schema import TABLES, Row
+from holdfast.batches.words import DONE, OUTCOMES
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+MOST_WORKERS, MOST_IN_SHARD, MOST_PARTS = 4096, 1_000_000, 1_000_000
+STAGE = "scenes"
+
+
+def batch(
+    scenes: Scenes,
+    ask: str | Iterable[str] = ("stability",),
+    *,
+    out: str | os.PathLike[str],
+    workers: int | None = None,
+    scheduler: str | Client | None = None,
+    options: Mapping[str, Any] | None = None,
+    seconds: float = 60.0,
+    megabytes: float = 4000.0,
+    shard_size: int = 100,
+    shard: str | None = None,
+    retry: Iterable[str] = (),
+) -> BatchReport:
+    """Ask every scene the same, each in a process of its own kind, and write the answers to tables in a folder.
+
+    ``scenes`` is a scene file, a folder, a glob pattern, a manifest (.csv or .parquet with a column ``scene``), or
+    anything that yields paths, Scene objects or pairs of a name and one of them. They are drawn one by one; names must
+    be unique.
+
+    ``ask`` are ``"stability"``, ``"map"``, ``"transport"`` and ``"push:FILE"``, where the CSV file has the columns
+    body, x, y, z [m], dx, dy, dz (world frame) and, if pushes differ between scenes, scene. ``options`` maps
+    ``"load"``, ``"assemble"``, ``"stability"``, ``"map"``, ``"transport"`` and ``"push"`` to keyword arguments of the
+    functions behind them; ``"engine"`` beside them holds for all. Rows are those of single calls, bit for bit.
+
+    ``out`` is the folder. It holds tables in shards of ``shard_size`` scenes (docs/batch.md). Whatever stops a batch,
+    the same call goes on with it: scenes of which no byte changed, nor the question, nor the version, are not asked
+    again, except those with an outcome in ``retry``, such as ``("time", "memory")``.
+
+    ``workers`` processes, by default one for each core, answer with one native thread each. A scene that takes longer
+    than ``seconds`` [s], needs more than ``megabytes`` [MB] of memory, or crashes its process becomes a row that says
+    so. With ``scheduler``, the address of a Dask scheduler or a ``distributed.Client``, the processes are on its
+    workers. ``shard="i/n"`` does each n-th shard from number i on, for arrays of jobs that share the folder.
+
+    Raises HoldfastError for bad arguments, for a folder that holds answers to another question or that another batch
+    writes to, and where the folder cannot be written. What is wrong with single scenes stands in their rows.
+    """
+    asked = question(ask, options)
+    limits = Limits(
+        checked_number(seconds, "batch: seconds", above=0), checked_number(megabytes, "batch: megabytes", above=0)
+    )
+    count = cores() if workers is None else checked_whole(workers, "batch: workers", 1, MOST_WORKERS)
+    size = checked_whole(shard_size, "batch: shard_size", 1, MOST_IN_SHARD)
+    again = _outcomes(retry)
+    given, part, path = inputs_of(scenes), _part(shard), checked_path(out, "folder of a batch")
+    start = time.monotonic()
+    with ExitStack() as stack:
+        folder = opened(path, asked, size, part, stack)
+        driver = stack.enter_context(Driver(folder, asked, given, Kept(folder, again)))
+        jobs = driver.jobs()
+        if scheduler is None:
+            answers = answered_here(jobs, asked, limits, count)
+        else:
+            from holdfast.batches.cluster import answered_there
+
+            answers = answered_there(jobs, asked, limits, scheduler)
+        driver.run(answers)
+    return replace(counted(folder), asked=driver.asked, kept=driver.kept_count, seconds=time.monotonic() - start)
+
+
+@dataclass
+class OpenShard:
+    """A shard that is not finished: the names of its scenes in order, their journal, and the names still missing."""
+
+    names: list[str]
+    journal: Journal
+    missing: set[str]
+
+
+@dataclass
+class Driver:
+    """Draws jobs, writes what is answered, and writes a shard when it is complete; a context that ends tidily."""
+
+    folder: Folder
+    question: Question
+    inputs: Inputs
+    kept: Kept
+    asked: int = 0
+    kept_count: int = 0
+    finished: bool = False
+    _open: dict[int, OpenShard] = field(default_factory=dict)
+    _drawn: int = 0
+    _shards: int = 0
+
+    def __enter__(self) -> Driver:
+        return self
+
+    def __exit__(self, *failure: object) -> None:
+        for each in self._open.values():
+            each.journal.close()
+        self.kept.close(finished=self.finished)
+
+    def run(self, answers: Iterator[tuple[Job, Reply]]) -> None:
+        """Write all answers, and what is left to do at the end."""
+        self._report()
+        for job, reply in answers:
+            self._write(job, reply)
+            self.asked += 1
+            self._report()
+        self._clear()
+        self.finished = True
+
+    def jobs(self) -> Iterator[Job]:
+        """Yield the scenes that are not answered yet, shard by shard, as inputs are drawn."""
+        while items := list(islice(self.inputs.items, self.folder.shard_size)):
+            shard, self._shards = self._shards, self._shards + 1
+            if self.folder.part.has(shard):
+                first = shard * self.folder.shard_size
+                jobs = [self._job(first + k, item) for k, item in enumerate(items)]
+                self._drawn += len(jobs)
+                yield from self._missing(shard, jobs)
+
+    def _job(self, number: int, item: Input) -> Job:
+        job = Job(number, item.name, Question(self.question.verbs, self.question.options))
+        job = replace(job, pushes=self.question.pushes_on(item.name), scene=item.scene)
+        if item.path is None:
+            return replace(job, key=key_of_value(job))
+        return replace(job, path=as_text(item.path), place=os.path.abspath(item.path))
+
+    def _missing(self, shard: int, jobs: list[Job]) -> Iterator[Job]:
+        """Keep what is known of a shard, and yield the rest."""
+        records = [self.kept.record(job) for job in jobs]
+        self.kept_count += sum(record is not None for record in records)
+        names = [job.name for job in jobs]
+        if None not in records and self._unchanged(shard, names):
+            self._report()
+            return
+        journal = self.folder.journal(shard)
+        for record in filter(None, records):
+            if name_of(record) not in journal.places or journal.record(name_of(record)) != record:
+                journal.append(record)
+        missing = [job for job, record in zip(jobs, records, strict=True) if record is None]
+        self._open[shard] = OpenShard(names, journal, {job.name for job in missing})
+        if not missing:
+            self._commit(shard)
+        yield from missing
+
+    def _unchanged(self, shard: int, names: list[str]) -> bool:
+        """Say whether a shard is complete and holds these scenes, in this order, as they were kept."""
+        there = self.folder.file("scenes", shard).exists()
+        return there and self.folder.names(shard) == names and not self.folder.journal(shard).path.exists()
+
+    def _write(self, job: Job, reply: Reply) -> None:
+        shard = job.number // self.folder.shard_size
+        own = self._open[shard]
+        own.journal.append(record_of(job, reply))
+        own.missing.remove(job.name)
+        if not own.missing:
+            self._commit(shard)
+
+    def _commit(self, shard: int) -> None:
+        """Write a shard whose rows are all in its journal. Until it is written, nothing leaves the journals."""
+        own = self._open.pop(shard)
+        if self.folder.file("scenes", shard).exists():
+            self.kept.displace(shard, set(own.names))
+        own.journal.sync()
+        self.folder.write(shard, [own.journal.record(name) for name in own.names])
+        own.journal.remove()
+
+    def _clear(self) -> None:
+        """Take shards behind the last out of the tables; their rows stay at hand."""
+        for shard in self.folder.shards():
+            if shard >= self._shards and self.folder.part.has(shard):
+                self.kept.displace(shard, ())
+                self.folder.remove(shard)
+
+    def _report(self) -> None:
+        total = self._drawn
+        if self.inputs.count is not None:
+            size, part = self.folder.shard_size, self.folder.part
+            starts = range(part.number * size, self.inputs.count, part.of * size)
+            total = sum(min(size, self.inputs.count - first) for first in starts)
+        report(STAGE, self.asked + self.kept_count, total)
+
+
+def record_of(job: Job, reply: Reply) -> Record:
+    """Return the rows of a scene that ended in any way."""
+    record: Record = reply.value if reply.outcome == DONE else {table: [] for table in TABLES}
+    row: Row = record["scenes"][0] if record["scenes"] else {"number": job.number, "scene": job.name, "path": job.path}
+    if reply.outcome != DONE:
+        row |= {"outcome": reply.outcome, "told": reply.told.encode("utf-8", "backslashreplace").decode()}
+        row |= reply.parts[-1] if reply.parts else _unread(job)
+        record["scenes"] = [row]
+    row |= {"seconds": reply.seconds, "peak_mb": reply.peak}
+    return record
+
+
+def _unread(job: Job) -> Row:
+    """Return the key of a scene whose worker did not live to tell it: that of its file alone."""
+    if job.scene is not None:
+        return {"key": job.key, "files": []}
+    files = [os.path.basename(job.place)]
+    return {"key": key_of_files(job, files, Digests()), "files": files}
+
+
+def _part(shard: str | None) -> Part:
+    """Return the share that ``shard`` means: i/n, from 0."""
+    if shard is None:
+        return Part()
+    number, slash, of = shard.partition("/") if isinstance(shard, str) else ("", "", "")
+    if slash and number.isdecimal() and of.isdecimal() and int(number) < int(of) <= MOST_PARTS:
+        return Part(int(number), int(of))
+    raise HoldfastError(message("batch: shard", f"is {quoted(shard)}", "needs i/n with 0 <= i < n, as in '0/2'"))
+
+
+def _outcomes(retry: Iterable[str]) -> frozenset[str]:
+    names = [retry] if isinstance(retry, str) else list(retry)
+    for name in names:
+        if name not in OUTCOMES:
+            raise HoldfastError(
+                message("batch: retry", f"{quoted(name)} is no outcome", f"known: {', '.join(OUTCOMES)}")
+            )
+    return frozenset(names)

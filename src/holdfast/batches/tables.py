@@ -1,0 +1,117 @@
+"""Tables as files, one for each shard: Parquet, or JSON lines where pyarrow is not installed."""
+
+from __future__ import annotations
+
+import importlib.util
+import io
+import json
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from holdfast.base.archive import to_dict
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.files import read_ordinary, write_atomically
+from holdfast.batches.schema import TABLES, VERSION, Column, Row
+
+MOST_BYTES = 20_000_000_000  # of a shard's file
+INFINITE = {"inf": math.inf, "-inf": -math.inf}  # as JSON lines say it
+
+
+@dataclass(frozen=True)
+class Storage:
+    """A way to keep rows in files: its ``name``, the ``suffix``, and how a table becomes bytes and is read."""
+
+    name: str
+    suffix: str
+    bytes_of: Callable[[str, Sequence[Row]], bytes]
+    rows_in: Callable[[str, Path, Sequence[str] | None], list[Row]]
+
+    def write(self, table: str, path: Path, rows: Sequence[Row]) -> None:
+        """Write the rows of a table to a file, which appears complete or not at all."""
+        write_atomically(path, self.bytes_of(table, rows))
+
+
+def has_pyarrow() -> bool:
+    """Say whether pyarrow is installed."""
+    try:
+        return importlib.util.find_spec("pyarrow") is not None
+    except ValueError:  # as a test hides it
+        return False
+
+
+def storage_named(name: str) -> Storage:
+    """Return a way to keep rows; raise HoldfastError if it needs pyarrow, which is missing."""
+    if name == PARQUET.name and not has_pyarrow():
+        remedy = "pip install 'holdfast[tables]', or give another folder, which is then written as JSON lines"
+        raise HoldfastError(message("batch", "its tables are Parquet files, and pyarrow is not installed", remedy))
+    return {each.name: each for each in (PARQUET, LINES)}[name]
+
+
+def line_of(data: Any) -> str:  # noqa: ANN401 - plain data
+    """Return plain data as one line of strict JSON, infinity as the text inf."""
+    return json.dumps(to_dict(data), allow_nan=False) + "\n"
+
+
+def completed(table: str, row: Row) -> Row:
+    """Return a row with all columns of its table, in their order, and infinities as numbers."""
+    return {column.name: _value(column, row.get(column.name)) for column in TABLES[table]}
+
+
+def arrow_schema(table: str) -> Any:  # noqa: ANN401 - pyarrow has no types
+    """Return the Arrow schema of a table, with the version, units and meanings in its metadata."""
+    import pyarrow as pa
+
+    kinds = {
+        "text": pa.string(),
+        "texts": pa.list_(pa.string()),
+        "number": pa.float64(),
+        "whole": pa.int64(),
+        "flag": pa.bool_(),
+    }
+    fields = [
+        pa.field(each.name, kinds[each.kind], metadata={"unit": each.unit, "meaning": each.meaning})
+        for each in TABLES[table]
+    ]
+    return pa.schema(fields, metadata={"format": VERSION, "table": table})
+
+
+def _value(column: Column, value: Any) -> Any:  # noqa: ANN401
+    if column.kind == "number" and value is not None:
+        return INFINITE[value] if isinstance(value, str) else float(value)
+    return value
+
+
+def _parquet_of(table: str, rows: Sequence[Row]) -> bytes:
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    stream = io.BytesIO()
+    whole = pa.Table.from_pylist([completed(table, row) for row in rows], schema=arrow_schema(table))
+    parquet.write_table(whole, stream, compression="zstd")
+    return stream.getvalue()
+
+
+def _rows_in_parquet(table: str, path: Path, columns: Sequence[str] | None) -> list[Row]:
+    from pyarrow import parquet
+
+    with path.open("rb") as stream:  # without threads of Arrow, which at the end of a process may be in its way
+        file = parquet.ParquetFile(stream, pre_buffer=False)
+        rows: list[Row] = file.read(columns=columns, use_threads=False).to_pylist()
+    return rows
+
+
+def _lines_of(table: str, rows: Sequence[Row]) -> bytes:
+    return "".join(line_of(completed(table, row)) for row in rows).encode()
+
+
+def _rows_in_lines(table: str, path: Path, columns: Sequence[str] | None) -> list[Row]:
+    text = read_ordinary(path, "shard", most=MOST_BYTES, error=HoldfastError).decode()
+    rows = [completed(table, json.loads(line)) for line in text.splitlines()]  # JSON has no other line breaks
+    return rows if columns is None else [{name: row[name] for name in columns} for row in rows]
+
+
+PARQUET = Storage("parquet", ".parquet", _parquet_of, _rows_in_parquet)
+LINES = Storage("json lines", ".jsonl", _lines_of, _rows_in_lines)

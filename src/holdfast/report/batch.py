@@ -1,0 +1,186 @@
+"""The report of a batch: one page that opens offline, with shares, distributions, the weakest and what failed."""
+
+from __future__ import annotations
+
+import base64
+import os
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from heapq import nsmallest
+from pathlib import Path
+from string import Template
+from typing import Any
+
+from holdfast.base.errors import HoldfastError
+from holdfast.base.files import write_atomically
+from holdfast.base.public import number
+from holdfast.base.text import escaped, listed
+from holdfast.batches.folder import about, reading
+from holdfast.batches.result import BatchTables
+from holdfast.batches.schema import Row
+from holdfast.batches.words import ANSWERED, OUTCOMES
+from holdfast.report.batch_page import PAGE
+from holdfast.scene.formats.registry import load_scene
+from holdfast.view.charts import bar, histogram
+from holdfast.view.picture import Solid
+from holdfast.view.thumbnail import thumbnail
+
+SHOWN, PICTURED, FAILED, REASONS = 12, 12, 60, 12  # rows of the tables, and pictures
+ALIKE = 48  # characters of the reasons of one kind that are the same
+VERDICTS = {"stable": "#3c9a5f", "unstable": "#cf4f3c", "undecided": "#d9a13b", "not asked": "#b9bec7"}
+ENDINGS = {"answered": "#4a78b5", "error": "#d9a13b", "time": "#8a5fb0", "memory": "#cf7a3c", "crash": "#cf4f3c"}
+COLUMNS = ("scene", "path", "outcome", "told", "status", "reason", "moving", "bodies", "weakest", "weakest_body")
+MEASURES = ("acceleration", "seconds", "peak_mb")
+
+
+def write_report(folder: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
+    """Write the report of the batch in ``folder`` as one HTML page; raise HoldfastError if there is no batch."""
+    tables = BatchTables(reading(folder))
+    told = about(tables.folder.path)
+    rows = _shortened([{name: row[name] for name in (*COLUMNS, *MEASURES)} for row in tables.rows("scenes")])
+    write_atomically(path, _page(tables.folder.path, told, rows).encode("utf-8"))
+
+
+def _page(folder: Path, told: Mapping[str, Any], rows: Sequence[Row]) -> str:
+    outcomes = Counter(row["outcome"] for row in rows)
+    verdicts = Counter(row["status"] or "not asked" for row in rows if row["outcome"] == ANSWERED)
+    seconds = sum(row["seconds"] or 0.0 for row in rows)
+    ask = f"asked: {listed(told['ask'])}; options: {told['options'] or 'none'}; holdfast {told['version']}"
+    return Template(PAGE).substitute(
+        title=escaped(f"{len(rows):,} scenes in {folder}"),
+        subtitle=escaped(f"{ask}; {number(seconds, 's')} of work"),
+        outcomes=bar({name: outcomes[name] for name in OUTCOMES if outcomes[name]}, ENDINGS),
+        verdicts=bar({name: verdicts[name] for name in VERDICTS if verdicts[name]}, VERDICTS),
+        distributions="".join(_distributions(rows)),
+        pictures="".join(_pictures(rows, told["options"].get("load", {}))),
+        reasons=_reasons(rows),
+        weakest=_weakest(rows),
+        slowest=_slowest(rows),
+        failures=_failures(rows),
+    )
+
+
+def _shortened(rows: list[Row]) -> list[Row]:
+    """Leave out of the names of scenes the folder that they all begin with."""
+    folders = {os.path.dirname(row["scene"]) for row in rows}
+    comparable = len({os.path.isabs(folder) for folder in folders}) == 1
+    common = os.path.commonpath(folders) if comparable else ""
+    for row in rows:
+        row["scene"] = os.path.relpath(row["scene"], common) if common else row["scene"]
+    return rows
+
+
+def _distributions(rows: Sequence[Row]) -> list[str]:
+    def values(name: str) -> list[float]:
+        return [float(row[name]) for row in rows if row[name] is not None]
+
+    return [
+        histogram("weakest push", values("weakest"), "N", logarithmic=True),
+        histogram("least acceleration of the carrier", values("acceleration"), "m/s²", logarithmic=True),
+        histogram("movable bodies", values("bodies"), ""),
+        histogram("time", values("seconds"), "s", logarithmic=True),
+    ]
+
+
+def _weakness(row: Row) -> tuple[float, float, float]:
+    """Return what scenes are ordered by: those that fall first, then those that are not known, then by strength."""
+    rank = {"unstable": 0.0, "undecided": 1.0}.get(row["status"] or "", 2.0)
+    push, acceleration = (float("inf") if row[name] is None else row[name] for name in ("weakest", "acceleration"))
+    return rank, push, acceleration
+
+
+def _weakest_first(rows: Iterable[Row], most: int) -> list[Row]:
+    return nsmallest(most, (row for row in rows if row["outcome"] == ANSWERED), key=_weakness)
+
+
+def _pictures(rows: Sequence[Row], options: Mapping[str, Any]) -> Iterable[str]:
+    """Yield the weakest scenes as small pictures; scenes that are not there any more, or were values, are left out."""
+    drawn = 0
+    for row in _weakest_first(rows, 4 * PICTURED):
+        content = None if row["path"] is None or drawn >= PICTURED else _picture(row, options)
+        if content is not None:
+            drawn += 1
+            image = f'<img alt="" src="data:image/png;base64,{base64.b64encode(content).decode()}">'
+            yield f"<figure>{image}<figcaption>{escaped(row['scene'], 80)}<br>{_strength(row)}</figcaption></figure>"
+
+
+def _picture(row: Row, options: Mapping[str, Any]) -> bytes | None:
+    try:
+        scene = load_scene(row["path"], **options)
+    except HoldfastError:
+        return None
+    solids = [Solid(b.name, b.surface_world.vertices, b.surface_world.faces, b.fixed) for b in scene.bodies]
+    return thumbnail(solids, scene.up, row["moving"] or ())
+
+
+def _strength(row: Row) -> str:
+    parts = [escaped(row["status"] or "no verdict")]
+    if row["weakest"] is not None:
+        parts.append(number(row["weakest"], "N"))
+    if row["acceleration"] is not None:
+        parts.append(number(row["acceleration"], "m/s²"))
+    return ", ".join(parts)
+
+
+def _weakest(rows: Sequence[Row]) -> str:
+    cells = [
+        (
+            row["scene"],
+            row["status"] or "",
+            _amount(row["weakest"]),
+            row["weakest_body"] or "",
+            _amount(row["acceleration"]),
+        )
+        for row in _weakest_first(rows, SHOWN)
+    ]
+    return _table(("scene", "verdict", "weakest push [N]", "on", "acceleration [m/s²]"), cells)
+
+
+def _slowest(rows: Sequence[Row]) -> str:
+    found = nsmallest(SHOWN, rows, key=lambda row: -(row["seconds"] or 0.0))
+    cells = [
+        (r["scene"], r["outcome"], str(r["bodies"] or ""), _amount(r["seconds"]), _amount(r["peak_mb"])) for r in found
+    ]
+    return _table(("scene", "outcome", "bodies", "time [s]", "memory [MB]"), cells)
+
+
+def _reasons(rows: Sequence[Row]) -> str:
+    """Return the kinds of reasons of verdicts other than stable, each with how often it comes and one example."""
+    counts: Counter[tuple[str, str]] = Counter()
+    example: dict[tuple[str, str], Row] = {}
+    for row in rows:
+        if row["status"] not in (None, "stable"):
+            key = (row["status"], kind_of(row["reason"] or ""))
+            counts[key] += 1
+            example.setdefault(key, row)
+    cells = [
+        (f"{n:,}", key[0], example[key]["scene"], example[key]["reason"] or "")
+        for key, n in counts.most_common(REASONS)
+    ]
+    return _table(("scenes", "verdict", "for example", "whose reason is"), cells)
+
+
+def kind_of(reason: str) -> str:
+    """Return the beginning of a reason without its numbers and lists: reasons that have it in common count as one."""
+    bare = re.sub(r"-?\d+(\.\d+)?(e-?\d+)?", "#", reason)
+    return re.sub(r"([\w#]+)(, [\w#]+)+", r"\1", bare)[:ALIKE]
+
+
+def _failures(rows: Sequence[Row]) -> str:
+    failed = [row for row in rows if row["outcome"] != ANSWERED]
+    cells = [(row["scene"], row["outcome"], row["told"] or "") for row in failed[:FAILED]]
+    more = f"<p>and {len(failed) - FAILED:,} more</p>" if len(failed) > FAILED else ""
+    return _table(("scene", "outcome", "what was told"), cells) + more
+
+
+def _amount(value: float | None) -> str:
+    return "" if value is None else number(value)
+
+
+def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    if not rows:
+        return "<p>none</p>"
+    top = "".join(f"<th>{escaped(head)}</th>" for head in heads)
+    body = "".join(f"<tr>{''.join(f'<td>{escaped(cell)}</td>' for cell in row)}</tr>" for row in rows)
+    return f"<table><tr>{top}</tr>{body}</table>"

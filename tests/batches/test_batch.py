@@ -1,0 +1,363 @@
+"""A batch keeps what it has answered, whatever stops it, and asks again only what has changed."""
+
+from __future__ import annotations
+
+import os
+import random
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import batch_drill
+import pytest
+
+import holdfast as hf
+from holdfast.batches import crew, tables
+from holdfast.batches.folder import Folder
+from holdfast.batches.schema import TABLES, reproducible
+
+HERE = str(Path(__file__).parent)
+
+Rows = dict[str, list[dict[str, Any]]]
+
+
+@pytest.fixture(autouse=True)
+def drill(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Workers do what the files say, which takes no time."""
+    monkeypatch.setattr(crew, "ANSWERED_BY", "batch_drill:answered")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([HERE, *filter(None, [os.environ.get("PYTHONPATH")])]))
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[], list[str]]:
+    """The names of the scenes that workers were asked since the last call, sorted."""
+    trace = tmp_path / "trace"
+    monkeypatch.setenv(batch_drill.TRACE, str(trace))
+
+    def names() -> list[str]:
+        found = sorted(Path(name).name for name in trace.read_text().split("\n")[:-1]) if trace.exists() else []
+        trace.unlink(missing_ok=True)
+        return found
+
+    return names
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Eight scene files."""
+    made = tmp_path / "in"
+    made.mkdir()
+    for k in range(8):
+        (made / f"{k}.yaml").write_text(f"scene {k}")
+    return made
+
+
+def batch(folder: Path, **options: Any) -> hf.BatchReport:
+    given = {"out": folder.parent / "out", "workers": 2, "shard_size": 3} | options
+    return hf.batch(str(folder / "*.yaml"), **given)
+
+
+def rows(out: Path) -> Rows:
+    """All rows of all tables, as far as two runs give the same."""
+    found = hf.read_batch(out)
+    return {name: [reproducible(name, row) for row in found.rows(name)] for name in TABLES}
+
+
+def test_all_scenes_have_rows_in_the_order_of_the_inputs(folder: Path) -> None:
+    report = batch(folder)
+    assert (report.scenes, report.asked, report.kept) == (8, 8, 0)
+    assert dict(report.outcomes) == {"answered": 8}
+    found = rows(folder.parent / "out")
+    assert [row["reason"] for row in found["scenes"]] == [f"scene {k}" for k in range(8)]
+    assert [row["number"] for row in found["pushes"]] == [k // 3 for k in range(24)]
+    assert found["pushes"][5]["force"] == float("inf")
+    assert [path.name[:6] for path in sorted((folder.parent / "out" / "scenes").iterdir())] == [
+        "000000",
+        "000001",
+        "000002",
+    ]
+    assert list((folder.parent / "out" / "journal").glob("*.jsonl")) == []
+
+
+def test_what_is_unchanged_is_not_asked_again(folder: Path, asked: Callable[[], list[str]]) -> None:
+    batch(folder)
+    before, stamp = rows(folder.parent / "out"), asked()
+    assert len(stamp) == 8
+    report = batch(folder)
+    assert (report.asked, report.kept, asked()) == (0, 8, [])
+    (folder / "4.yaml").write_text("scene 4, changed")
+    assert batch(folder).asked == 1
+    assert asked() == ["4.yaml"]
+    after = rows(folder.parent / "out")
+    assert after["scenes"][4]["reason"] == "scene 4, changed"
+    assert [row for row in after["scenes"] if row["number"] != 4] == [r for r in before["scenes"] if r["number"] != 4]
+
+
+def test_inputs_that_move_keep_their_rows(folder: Path, asked: Callable[[], list[str]]) -> None:
+    batch(folder)
+    asked()
+    (folder / "2a.yaml").write_text("new in the middle")
+    (folder / "0.yaml").unlink()
+    (folder / "00.yaml").write_text("new at the beginning")
+    (folder / "000.yaml").write_text("another")
+    batch(folder)
+    assert asked() == ["00.yaml", "000.yaml", "2a.yaml"]
+    fresh = batch(folder, out=folder.parent / "fresh")
+    assert fresh.scenes == 10
+    assert rows(folder.parent / "out") == rows(folder.parent / "fresh")
+
+
+def test_fewer_inputs_lose_nothing_for_later(folder: Path, asked: Callable[[], list[str]]) -> None:
+    batch(folder)
+    before = rows(folder.parent / "out")
+    asked()
+    out = folder.parent / "out"
+    assert hf.batch(str(folder / "[67].yaml"), out=out, workers=1, shard_size=3).scenes == 2
+    assert [row["number"] for row in rows(out)["pushes"]] == [0, 0, 0, 1, 1, 1]
+    batch(folder)
+    assert asked() == []
+    assert rows(out) == before
+    assert list((out / "journal").glob("*.jsonl")) == []
+
+
+def test_rows_that_a_shard_loses_outlast_the_end_of_the_driver(
+    folder: Path, asked: Callable[[], list[str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    batch(folder)
+    (folder / "-.yaml").write_text("new at the beginning: every row moves")
+    write = Folder.write
+
+    def last(self: Folder, shard: int, records: Any) -> None:
+        write(self, shard, records)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Folder, "write", last)
+    with pytest.raises(KeyboardInterrupt):
+        batch(folder, workers=1)
+    monkeypatch.setattr(Folder, "write", write)
+    assert "-.yaml" in asked()
+    batch(folder, workers=1)
+    assert asked() == []
+    assert [row["reason"][:7] for row in rows(folder.parent / "out")["scenes"]][1:3] == ["scene 0", "scene 1"]
+
+
+@pytest.mark.parametrize(
+    ("word", "outcome", "told"),
+    [
+        ("hang", "time", "no answer within 3 s"),
+        pytest.param("spin", "time", "no answer within 3 s", marks=pytest.mark.slow),
+        ("eat", "memory", "MemoryError"),
+        ("exit", "crash", "exit code 7"),
+        pytest.param("segfault", "crash", "signal 11", marks=pytest.mark.slow),
+        ("killed", "crash", "killed 3 times"),
+        pytest.param("raise", "crash", "ValueError: a defect", marks=pytest.mark.slow),
+    ],
+)
+def test_what_a_scene_does_is_one_row_and_harms_no_other(folder: Path, word: str, outcome: str, told: str) -> None:
+    (folder / "3.yaml").write_text(f"{word} now")
+    report = batch(folder, seconds=3.0, megabytes=1000)
+    found = rows(folder.parent / "out")["scenes"]
+    assert [row["outcome"] for row in found] == ["answered"] * 3 + [outcome] + ["answered"] * 4
+    assert told in found[3]["told"]
+    assert report.failures[0][:2] == (str(folder / "3.yaml"), outcome)
+    assert batch(folder, seconds=3.0).asked == 0
+    (folder / "3.yaml").write_text("tame now")
+    assert dict(batch(folder).outcomes) == {"answered": 8}
+
+
+def test_an_outcome_can_be_asked_again(folder: Path, asked: Callable[[], list[str]]) -> None:
+    (folder / "3.yaml").write_text("exit")
+    batch(folder)
+    asked()
+    assert batch(folder, retry=["time", "crash"]).asked == 1
+    assert asked() == ["3.yaml"]
+
+
+def test_another_question_is_refused_by_name(folder: Path) -> None:
+    batch(folder)
+    with pytest.raises(hf.HoldfastError, match="ask was"):
+        batch(folder, ask=("stability", "map"))
+    with pytest.raises(hf.HoldfastError, match="options was"):
+        batch(folder, options={"engine": "limit"})
+    with pytest.raises(hf.HoldfastError, match="shard_size was 3, and is 4"):
+        batch(folder, shard_size=4)
+    strange = folder.parent / "strange"
+    strange.mkdir()
+    (strange / "thesis.tex").write_text("")
+    with pytest.raises(hf.HoldfastError, match=r"thesis\.tex"):
+        batch(folder, out=strange)
+
+
+def test_shards_divided_among_drivers_make_one_table(folder: Path) -> None:
+    batch(folder, out=folder.parent / "whole")
+    for part in ("0/2", "1/2"):
+        batch(folder, shard=part)
+    assert rows(folder.parent / "out") == rows(folder.parent / "whole")
+
+
+def test_json_lines_hold_the_same_as_parquet(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("pyarrow")
+    batch(folder)
+    monkeypatch.setattr(tables, "has_pyarrow", lambda: False)
+    batch(folder, out=folder.parent / "lines")
+    kinds = {path.suffix for name in TABLES for path in (folder.parent / "lines" / name).iterdir()}
+    assert kinds == {".jsonl"}
+    with pytest.raises(hf.HoldfastError, match="pyarrow is not installed"):
+        rows(folder.parent / "out")
+    lines = rows(folder.parent / "lines")
+    monkeypatch.undo()
+    assert rows(folder.parent / "out") == lines
+
+
+def test_two_batches_do_not_write_to_one_folder(folder: Path) -> None:
+    (folder / "0.yaml").write_text("hang")
+    first = started(folder)
+    assert first.stdout is not None
+    assert first.stdout.readline() == b"drawn\n"
+    with pytest.raises(hf.HoldfastError, match="another batch writes to it"):
+        batch(folder)
+    with pytest.raises(hf.HoldfastError, match="another batch writes to it"):
+        batch(folder, shard="0/2")
+    first.kill()
+    first.wait()
+    (folder / "0.yaml").write_text("tame")
+    assert batch(folder).scenes == 8
+
+
+def started(folder: Path, **environment: str) -> subprocess.Popen[bytes]:
+    """A driver in a process of its own, which says so when it draws the first scene."""
+    code = (
+        "import sys, holdfast as hf\n"
+        "from pathlib import Path\n"
+        "from holdfast.batches import crew\n"
+        "crew.ANSWERED_BY = 'batch_drill:answered'\n"
+        "folder = Path(sys.argv[1])\n"
+        "def drawn():\n"
+        "    print('drawn', flush=True)\n"
+        "    yield from (str(path) for path in sorted(folder.glob('*.yaml')))\n"
+        "hf.batch(drawn(), out=folder.parent / 'out', workers=2, shard_size=3)\n"
+    )
+    command = [sys.executable, "-c", code, str(folder)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env={**os.environ, **environment})
+
+
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)])
+def test_killed_at_random_moments_it_loses_and_repeats_nothing(
+    folder: Path, asked: Callable[[], list[str]], seed: int
+) -> None:
+    draw = random.Random(seed)
+    for k in range(40):
+        (folder / f"{k}.yaml").write_text(f"slow {k}")
+    batch(folder, out=folder.parent / "whole")
+    asked()
+    kills = 0
+    while kills < (2 if seed == 1 else 4):
+        driver = started(folder)
+        assert driver.stdout is not None
+        driver.stdout.readline()
+        time.sleep(draw.uniform(0.1, 0.9))
+        workers = Path(f"/proc/{driver.pid}/task/{driver.pid}/children").read_text().split()
+        victim = driver.pid if kills % 2 == 0 or not workers else int(draw.choice(workers))
+        kills += 1
+        with suppress(ProcessLookupError):
+            os.kill(victim, signal.SIGKILL)
+        if victim != driver.pid:
+            time.sleep(draw.uniform(0.1, 0.5))
+            driver.kill()
+        driver.wait()
+    batch(folder)
+    assert rows(folder.parent / "out") == rows(folder.parent / "whole")
+    assert len(asked()) <= 40 + kills * 2 * 2  # those in flight, of two workers and of the orphans of a killed driver
+    assert list((folder.parent / "out" / "journal").glob("*.jsonl")) == []
+
+
+def test_a_disk_that_fills_is_told_and_loses_nothing(folder: Path, asked: Callable[[], list[str]]) -> None:
+    batch(folder, out=folder.parent / "whole")
+    asked()
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    failures = 0
+    try:
+        for most in (400, 1500, 2500, 4000):  # bytes of a file: within a line, between two lines, within a table
+            resource.setrlimit(resource.RLIMIT_FSIZE, (most, limits[1]))
+            try:
+                batch(folder)
+            except hf.HoldfastError as error:
+                assert "cannot be written" in str(error)  # noqa: PT017 - it may be written, where the limit is large
+                failures += 1
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        signal.signal(signal.SIGXFSZ, ignored)
+    assert failures >= 2
+    batch(folder)
+    assert rows(folder.parent / "out") == rows(folder.parent / "whole")
+
+
+def test_ctrl_c_leaves_what_can_be_resumed(folder: Path, asked: Callable[[], list[str]]) -> None:
+    (folder / "7.yaml").write_text("hang")
+    driver = started(folder)
+    journal = folder.parent / "out" / "scenes" / "000001.jsonl"
+    shards = (journal, journal.with_suffix(".parquet"))
+    wait_until(lambda: any(path.exists() for path in shards))
+    wait_until(lambda: (folder.parent / "out" / "journal" / "000002.jsonl").exists())
+    workers = Path(f"/proc/{driver.pid}/task/{driver.pid}/children").read_text().split()
+    driver.send_signal(signal.SIGINT)
+    assert driver.wait(20) != 0
+    wait_until(lambda: not any(Path(f"/proc/{pid}").exists() for pid in workers))
+    asked()
+    (folder / "7.yaml").write_text("tame")
+    batch(folder)
+    assert asked() == ["7.yaml"]
+
+
+def wait_until(true: Callable[[], bool]) -> None:
+    until = time.monotonic() + 60
+    while not true():
+        assert time.monotonic() < until
+        time.sleep(0.02)
+
+
+def test_names_must_differ_and_inputs_be_there(folder: Path) -> None:
+    out = folder.parent / "out"
+    twice = [("a", str(folder / "0.yaml")), ("a", str(folder / "1.yaml"))]
+    with pytest.raises(hf.HoldfastError, match="numbers 0 and 1 have the name 'a'"):
+        hf.batch(twice, out=out)
+    for wrong, words in ((str(folder / "*.txt"), "names no scene file"), (3, "got 3"), ([3], "number 0 is 3")):
+        with pytest.raises(hf.HoldfastError, match=words):
+            hf.batch(wrong, out=out)  # type: ignore[arg-type]
+
+
+def test_a_manifest_names_scenes_relative_to_its_folder(folder: Path) -> None:
+    manifest = folder.parent / "list.csv"
+    manifest.write_text("scene,name\nin/3.yaml,third\nin/1.yaml,\n", encoding="utf-8")
+    hf.batch(manifest, out=folder.parent / "out")
+    found = rows(folder.parent / "out")["scenes"]
+    assert [(row["scene"], row["reason"]) for row in found] == [("third", "scene 3"), ("in/1.yaml", "scene 1")]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"ask": "push"}, "'push' is unknown"),
+        ({"ask": ()}, "ask: is empty"),
+        ({"ask": "map:file"}, "'map:file' is unknown"),
+        ({"options": {"map": {"spacin": 0.1}}}, "did you mean 'spacing'"),
+        ({"options": {"maps": {}}}, "'maps'"),
+        ({"options": {"assemble": {"gap": object()}}}, "cannot be written as JSON"),
+        ({"shard": "2/2"}, "0 <= i < n"),
+        ({"workers": 0}, "workers"),
+        ({"seconds": -1}, "seconds"),
+        ({"retry": ["never"]}, "'never' is no outcome"),
+    ],
+)
+def test_wrong_arguments_are_told_before_anything_is_written(folder: Path, options: Any, words: str) -> None:
+    with pytest.raises(hf.HoldfastError) as told:
+        batch(folder, **options)
+    assert words in str(told.value)
+    assert not (folder.parent / "out").exists()

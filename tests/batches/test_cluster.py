@@ -1,0 +1,181 @@
+"""Dask workers, on loopback alone, give the same rows: plain, with TLS, and when one of them is killed."""
+
+from __future__ import annotations
+
+import datetime
+import ipaddress
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import holdfast as hf
+from holdfast.batches.schema import TABLES, reproducible
+
+distributed = pytest.importorskip("distributed")
+HERE = str(Path(__file__).parent)
+LOOPBACK = "127.0.0.1"
+
+
+@pytest.fixture(autouse=True)
+def drill(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Workers, here and in the processes of Dask, do what the files say."""
+    monkeypatch.setattr("holdfast.batches.crew.ANSWERED_BY", "batch_drill:answered")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([HERE, *filter(None, [os.environ.get("PYTHONPATH")])]))
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Twelve scenes, two of which end badly."""
+    made = tmp_path / "in"
+    made.mkdir()
+    for k in range(12):
+        (made / f"{k}.yaml").write_text(f"slow {k}")
+    (made / "4.yaml").write_text("exit")
+    (made / "7.yaml").write_text("eat")
+    return made
+
+
+def rows(out: Path) -> dict[str, list[dict[str, Any]]]:
+    found = hf.read_batch(out)
+    return {name: [reproducible(name, row) for row in found.rows(name)] for name in TABLES}
+
+
+def same(folder: Path, scheduler: Any) -> None:
+    """Ask twice, here and there, and compare."""
+    limits: dict[str, Any] = {"shard_size": 5, "megabytes": 1000}
+    scenes = str(folder / "*.yaml")
+    here = hf.batch(scenes, out=folder.parent / "here", workers=2, **limits)
+    there = hf.batch(scenes, out=folder.parent / "there", scheduler=scheduler, **limits)
+    assert dict(here.outcomes) == dict(there.outcomes) == {"answered": 10, "memory": 1, "crash": 1}
+    assert rows(folder.parent / "there") == rows(folder.parent / "here")
+
+
+def test_a_local_cluster_gives_the_same_rows(folder: Path) -> None:
+    options: dict[str, Any] = {"n_workers": 1, "threads_per_worker": 2, "processes": False, "dashboard_address": None}
+    options |= {"host": LOOPBACK, "protocol": "tcp"}
+    with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
+        assert cluster.scheduler_address.startswith(f"tcp://{LOOPBACK}:")
+        same(folder, client)
+
+
+@pytest.mark.slow
+def test_separate_workers_with_tls_one_of_them_killed(folder: Path, tmp_path: Path) -> None:
+    pytest.importorskip("cryptography")
+    for k in range(20, 60):
+        (folder / f"{k}.yaml").write_text(f"slow {k}")
+    files = certificates(tmp_path)
+    with processes(files, tmp_path) as (address, workers):
+        assert address.startswith(f"tls://{LOOPBACK}")
+        with pytest.raises(hf.HoldfastError, match="cannot be reached"):
+            hf.batch(str(folder / "*.yaml"), out=folder.parent / "none", scheduler=address)
+        names = {"tls_ca_file": files["ca"], "tls_client_cert": files["cert"], "tls_client_key": files["key"]}
+        security = distributed.Security(require_encryption=True, **{key: str(path) for key, path in names.items()})
+        with distributed.Client(address, security=security) as client:
+            client.wait_for_workers(2)
+            scenes, limits = str(folder / "*.yaml"), {"shard_size": 5, "megabytes": 1000}
+            here = hf.batch(scenes, out=folder.parent / "here", workers=2, **limits)
+            killer = threading.Timer(1.5, workers[0].kill)
+            killer.start()
+            there = hf.batch(scenes, out=folder.parent / "there", scheduler=client, **limits)
+            killer.join()
+            assert workers[0].wait() == -signal.SIGKILL
+        assert dict(here.outcomes) == dict(there.outcomes)
+        assert rows(folder.parent / "there") == rows(folder.parent / "here")
+
+
+class processes:  # noqa: N801 - used as a function
+    """A scheduler and two workers as processes of their own, bound to loopback, as a context."""
+
+    def __init__(self, files: dict[str, Path], folder: Path) -> None:
+        self.tls = ["--tls-ca-file", files["ca"], "--tls-cert", files["cert"], "--tls-key", files["key"]]
+        self.file, self.folder = folder / "scheduler.json", folder
+        self.started: list[subprocess.Popen[bytes]] = []
+
+    def run(self, kind: str, *arguments: object) -> subprocess.Popen[bytes]:
+        start = "from holdfast.batches import crew\ncrew.ANSWERED_BY = 'batch_drill:answered'\n"
+        command = [sys.executable, "-c", f"{start}from {kind} import main\nmain()", *map(str, (*self.tls, *arguments))]
+        log = (self.folder / f"{len(self.started)}.log").open("wb")
+        self.started.append(subprocess.Popen(command, stdout=log, stderr=log, cwd=self.folder))
+        return self.started[-1]
+
+    def __enter__(self) -> tuple[str, list[subprocess.Popen[bytes]]]:
+        where = ("--host", LOOPBACK, "--port", 0, "--protocol", "tls", "--no-dashboard")
+        self.run("distributed.cli.dask_scheduler", *where, "--scheduler-file", self.file)
+        until = time.monotonic() + 60
+        while not self.file.exists():
+            assert time.monotonic() < until, (self.folder / "0.log").read_text()
+            time.sleep(0.1)
+        time.sleep(0.5)
+        address = json.loads(self.file.read_text())["address"]
+        options = (
+            "--host",
+            LOOPBACK,
+            "--nthreads",
+            1,
+            "--no-nanny",
+            "--no-dashboard",
+            "--local-directory",
+            self.folder,
+        )
+        workers = [self.run("distributed.cli.dask_worker", address, *options) for _ in range(2)]
+        return address, workers
+
+    def __exit__(self, *failure: object) -> None:
+        for process in self.started:
+            process.kill()
+            process.wait()
+
+
+def certificates(folder: Path) -> dict[str, Path]:
+    """A certificate authority, and a key with a certificate by it for loopback."""
+    from cryptography import x509
+    from cryptography.hazmat.primitives import hashes, serialization
+    from cryptography.hazmat.primitives.asymmetric import ec
+
+    def name(text: str) -> x509.Name:
+        return x509.Name([x509.NameAttribute(x509.NameOID.COMMON_NAME, text)])
+
+    now = datetime.datetime.now(datetime.UTC)
+
+    def signed(subject: str, key: Any, issuer: Any, *, authority: bool) -> x509.Certificate:
+        made = x509.CertificateBuilder().subject_name(name(subject)).issuer_name(name("holdfast tests"))
+        made = made.public_key(key.public_key()).serial_number(x509.random_serial_number())
+        made = made.not_valid_before(now - datetime.timedelta(1)).not_valid_after(now + datetime.timedelta(1))
+        made = made.add_extension(x509.BasicConstraints(ca=authority, path_length=None), critical=True)
+        address = x509.SubjectAlternativeName([x509.IPAddress(ipaddress.ip_address(LOOPBACK))])
+        return made.add_extension(address, critical=False).sign(issuer, hashes.SHA256())
+
+    root, own = ec.generate_private_key(ec.SECP256R1()), ec.generate_private_key(ec.SECP256R1())
+    pem, plain = serialization.Encoding.PEM, serialization.NoEncryption()
+    content = {
+        "ca": signed("holdfast tests", root, root, authority=True).public_bytes(pem),
+        "cert": signed("holdfast worker", own, root, authority=False).public_bytes(pem),
+        "key": own.private_bytes(pem, serialization.PrivateFormat.PKCS8, plain),
+    }
+    paths = {key: folder / f"{key}.pem" for key in content}
+    for key, path in paths.items():
+        path.write_bytes(content[key])
+    return paths
+
+
+def test_a_scheduler_that_is_none_is_told(folder: Path) -> None:
+    with pytest.raises(hf.HoldfastError, match="got 3"):
+        hf.batch(str(folder / "*.yaml"), out=folder.parent / "out", scheduler=3)  # type: ignore[arg-type]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def end_keepers() -> Iterator[None]:
+    """End the workers of clusters in this process."""
+    yield
+    from holdfast.batches.cluster import close_keepers
+
+    close_keepers()

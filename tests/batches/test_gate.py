@@ -1,0 +1,78 @@
+"""The gate passes, fails or leaves undecided by the rows alone, and tells what changed."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from holdfast.batches.gate import FAILED, PASSED, UNDECIDED, Rules, Scenes, findings, judged
+
+ROW = {"scene": "a", "outcome": "answered", "told": None, "status": "stable", "reason": "rests", "seconds": 0.5}
+ROW |= {"weakest": 5.0, "weakest_lower": 4.0, "weakest_body": "cup", "undecided": 0}
+BODY = {"x": 0.0, "y": 0.0, "z": 0.0, "qx": 0.0, "qy": 0.0, "qz": 0.0, "qw": 1.0}
+
+
+def row(**changed: Any) -> dict[str, Any]:
+    return ROW | changed
+
+
+@pytest.mark.parametrize(
+    ("given", "rules", "result"),
+    [
+        (row(), Rules(stands=True), PASSED),
+        (row(status="unstable"), Rules(stands=True), FAILED),
+        (row(status="undecided"), Rules(stands=True), UNDECIDED),
+        (row(status="unstable"), Rules(), PASSED),
+        (row(outcome="time", status=None), Rules(), FAILED),
+        (row(), Rules(min_force=3.9), PASSED),
+        (row(), Rules(min_force=4.0), PASSED),
+        (row(), Rules(min_force=4.5), UNDECIDED),
+        (row(), Rules(min_force=5.0), UNDECIDED),
+        (row(), Rules(min_force=5.1), FAILED),
+        (row(undecided=2), Rules(min_force=3.0), UNDECIDED),
+        (row(undecided=2), Rules(min_force=6.0), FAILED),
+        (row(weakest=None, weakest_lower=None), Rules(min_force=3.0), UNDECIDED),
+        (row(weakest=math.inf, weakest_lower=math.inf), Rules(min_force=1e9), PASSED),
+    ],
+)
+def test_a_scene_is_judged_by_itself(given: dict[str, Any], rules: Rules, result: str) -> None:
+    found, told = judged(given, rules)
+    assert found == result
+    assert (told == "") == (result == PASSED)
+
+
+def compared(now: dict[str, Any], body: dict[str, float], **rules: float) -> str:
+    scenes = Scenes({"a": now}, {"a": {"cup": body}})
+    before = Scenes({"a": ROW, "b": ROW}, {"a": {"cup": BODY}})
+    first, second = findings(scenes, Rules(**rules), before)
+    assert (second.scene, second.result) == ("b", FAILED)
+    assert first.result == (FAILED if first.told else PASSED)
+    return first.told
+
+
+def test_what_changed_is_told() -> None:
+    assert compared(row(), BODY) == ""
+    assert compared(row(weakest=5.04), BODY) == ""
+    assert compared(row(weakest=5.06), BODY) == "changed: weakest push from 5 N to 5.06 N"
+    assert compared(row(weakest=5.06), BODY, force=0.02) == ""
+    assert "weakest push from 5 N to ∞" in compared(row(weakest=math.inf), BODY, force=0.5)
+    assert "weakest push from 5 N to none" in compared(row(weakest=None), BODY)
+    assert compared(row(status="undecided"), BODY) == "changed: status from stable to undecided"
+
+
+def test_poses_are_compared_whatever_the_sign_of_a_quaternion() -> None:
+    assert compared(row(), BODY | {"y": 3e-3, "z": -4e-3}) == "changed: cup moved by 5 mm"
+    assert compared(row(), BODY | {"x": 5e-3}, distance=6e-3) == ""
+    assert compared(row(), BODY | {"qw": -1.0}) == ""
+    half = math.radians(2.0) / 2
+    turned = BODY | {"qx": math.sin(half), "qw": math.cos(half)}
+    assert compared(row(), turned) == "changed: cup turned by 2 degrees"
+    assert compared(row(), turned, angle=2.1) == ""
+
+
+def test_bodies_that_come_and_go_are_told() -> None:
+    scenes = Scenes({"a": ROW}, {"a": {"jug": BODY}})
+    (found,) = findings(scenes, Rules(), Scenes({"a": ROW}, {"a": {"cup": BODY}}))
+    assert found.told == "changed: new: jug, gone: cup"

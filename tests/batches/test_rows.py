@@ -1,0 +1,151 @@
+"""Rows of real scenes are what single calls give, bit for bit; keys see every byte."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import holdfast as hf
+from holdfast.batches.job import Job, Question
+from holdfast.batches.rows import answered
+from holdfast.batches.schema import TABLES, reproducible
+
+CUBE = """
+format: holdfast-scene/1
+friction: 0.5
+bodies:
+  - {name: floor, shape: {type: box, size: [1, 1, 0.1]}, position: [0, 0, -0.05], fixed: true}
+  - {name: cube, shape: {type: mesh, file: cube.obj}, mass: 1.0, position: [0, 0, 0.05]}
+"""
+PUSHES = "body,x,y,z,dx,dy,dz,scene\ncube,-0.05,0,0.05,1,0,0,\nnobody,0,0,0,1,0,0,\ncube3,0,0,0.3,0,0,-1,stack\n"
+WAYS = [[1, 0, 0], [0, 1, 0]]
+OPTIONS: dict[str, Any] = {
+    "map": {"spacing": 0.05, "engine": "limit"},
+    "transport": {"directions": WAYS},
+}
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A scene file with a mesh, a file of pushes, and one that is no scene."""
+    (tmp_path / "in").mkdir()
+    corners = [(x, y, z) for x in (-0.05, 0.05) for y in (-0.05, 0.05) for z in (-0.05, 0.05)]
+    faces = [(1, 2, 4, 3), (5, 7, 8, 6), (1, 5, 6, 2), (3, 4, 8, 7), (1, 3, 7, 5), (2, 6, 8, 4)]
+    lines = [f"v {x} {y} {z}" for x, y, z in corners] + [f"f {' '.join(map(str, face))}" for face in faces]
+    (tmp_path / "in" / "cube.obj").write_text("\n".join(lines) + "\n")
+    (tmp_path / "in" / "cube.yaml").write_text(CUBE)
+    (tmp_path / "in" / "broken.yaml").write_text("format: holdfast-scene/1\nbodies: 3\n")
+    (tmp_path / "pushes.csv").write_text(PUSHES)
+    return tmp_path
+
+
+def test_rows_equal_single_calls_bit_for_bit(folder: Path) -> None:
+    scenes = [*sorted((folder / "in").glob("*.yaml")), ("stack", hf.shipped_scene("stack")), hf.shipped_scene("slope")]
+    ask = ("stability", "map", "transport", f"push:{folder / 'pushes.csv'}")
+    report = hf.batch(scenes, ask, out=folder / "out", workers=2, shard_size=2, options=OPTIONS)
+    assert dict(report.outcomes) == {"error": 1, "answered": 3}
+    tables = hf.read_batch(folder / "out")
+    for name, scene in (
+        (str(folder / "in" / "cube.yaml"), hf.load_scene(folder / "in" / "cube.yaml")),
+        ("stack", hf.shipped_scene("stack")),
+    ):
+        own = {table: [r for r in tables.rows(table) if r["scene"] == name] for table in TABLES}
+        assembly = hf.assemble(scene)
+        verdict = hf.stability(assembly)
+        assert (own["scenes"][0]["status"], own["scenes"][0]["reason"]) == (verdict.status, verdict.reason)
+        surfaces = hf.robustness_map(assembly, **OPTIONS["map"])
+        compare([r for r in own["pushes"] if r["source"] == "map"], surfaces, surfaces.points, -surfaces.normals)
+        limits = hf.transport_limits(assembly, WAYS)
+        assert [r["acceleration"] for r in own["transports"]] == limits.acceleration.tolist()
+        body, point, way = (
+            ("cube3", (0, 0, 0.3), (0, 0, -1)) if name == "stack" else ("cube", (-0.05, 0, 0.05), (1, 0, 0))
+        )
+        push = hf.robustness(assembly, body, point, way)
+        compare([r for r in own["pushes"] if r["source"] == "push"], push, push.points, push.directions)
+        assert own["scenes"][0]["weakest"] == min(*surfaces.force, *push.force)
+        poses = [[r[key] for key in ("x", "y", "z", "qx", "qy", "qz", "qw")] for r in own["bodies"]]
+        for body, pose in zip(scene.bodies, poses, strict=True):
+            assert pose[:3] == body.pose[:3, 3].tolist()
+            np.testing.assert_allclose(Rotation.from_quat(pose[3:]).as_matrix(), body.pose[:3, :3], atol=1e-15)
+        weight = sum(r["normal_force"] for r in own["interfaces"] if "floor" in (r["a"], r["b"]))
+        assert weight == pytest.approx(9.81 * own["scenes"][0]["mass"], rel=1e-6)
+    (broken,) = (r for r in tables.rows() if r["outcome"] == "error")
+    with pytest.raises(hf.HoldfastError) as told:
+        hf.load_scene(folder / "in" / "broken.yaml")
+    assert broken["told"] == str(told.value)
+
+
+def compare(rows: list[dict[str, Any]], found: Any, points: Any, ways: Any) -> None:
+    assert len(rows) == len(found.force)
+    for name in ("force", "lower", "upper", "status", "mode", "solved", "error"):
+        assert [row[name] for row in rows] == getattr(found, name).tolist(), name
+    assert [tuple(row["moving"]) for row in rows] == found.moving.tolist()
+    assert [[row[a] for a in ("x", "y", "z")] for row in rows] == points.tolist()
+    assert [[row[a] for a in ("dx", "dy", "dz")] for row in rows] == ways.tolist()
+
+
+def asked(path: Path, **options: Any) -> dict[str, Any]:
+    """The row of a scene file, asked in this process."""
+    told: list[dict[str, Any]] = []
+    job = Job(0, path.name, Question(("stability",), options), path=str(path), place=str(path))
+    (row,) = answered(job, told.append)["scenes"]
+    assert told == [{"key": row["key"], "files": row["files"]}]
+    return row
+
+
+def test_a_key_sees_every_byte_of_every_file(folder: Path) -> None:
+    path = folder / "in" / "cube.yaml"
+    first = asked(path)
+    assert first["files"] == ["cube.yaml", "cube.obj"]
+    assert asked(path)["key"] == first["key"]
+    assert asked(path, stability={"engine": "limit"})["key"] != first["key"]
+    mesh = path.with_name("cube.obj")
+    mesh.write_text(mesh.read_text() + "# a comment\n")
+    second = asked(path)
+    assert second["key"] != first["key"]
+    assert second["reason"] == first["reason"]
+    mesh.unlink()
+    third = asked(path)
+    assert third["outcome"] == "error"
+    assert third["key"] not in (first["key"], second["key"])
+    assert "cube.obj" in third["files"]
+
+
+def test_a_key_does_not_depend_on_where_the_folder_is(folder: Path) -> None:
+    before = asked(folder / "in" / "cube.yaml")
+    (folder / "in").rename(folder / "elsewhere")
+    assert asked(folder / "elsewhere" / "cube.yaml")["key"] == before["key"]
+
+
+def test_json_lines_are_strict_and_schema_says_what_they_are(folder: Path) -> None:
+    hf.batch([("cube", hf.shipped_scene("cube"))], out=folder / "out", workers=1)
+    schema = json.loads((folder / "out" / "schema.json").read_text())["tables"]
+    tables = hf.read_batch(folder / "out")
+    for name, columns in TABLES.items():
+        assert [column["name"] for column in schema[name]] == [column.name for column in columns]
+        for row in tables.rows(name):
+            assert list(row) == [column.name for column in columns]
+    (row,) = tables.rows()
+    assert "seconds" not in reproducible("scenes", row)
+
+
+def test_tables_for_other_programs(folder: Path) -> None:
+    pa = pytest.importorskip("pyarrow")
+    options = {"map": {"spacing": 0.1, "engine": "limit"}}
+    hf.batch([("cube", hf.shipped_scene("cube"))], ("stability", "map"), out=folder / "out", workers=1, options=options)
+    tables = hf.read_batch(folder / "out")
+    pushes = tables.arrow("pushes")
+    assert pushes.schema.field("force").type == pa.float64()
+    assert pushes.schema.field("force").metadata[b"unit"] == b"N"
+    assert float("inf") in pushes.column("force").to_pylist()
+    from pyarrow import dataset
+
+    read = dataset.dataset(folder / "out" / "pushes").to_table()
+    assert read.to_pylist() == pushes.to_pylist() == list(tables.rows("pushes"))
+    with pytest.raises(hf.HoldfastError, match="did you mean 'pushes'"):
+        list(tables.rows("pushs"))

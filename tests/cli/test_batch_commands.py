@@ -1,0 +1,114 @@
+"""The commands batch, report and check."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as Xml
+
+import numpy as np
+import pytest
+from calling import called
+
+import holdfast as hf
+
+HOSTILE = "<script>alert(1)<!--&\"'"  # as a file name may be
+
+
+@pytest.fixture
+def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
+    return lambda *arguments: called(monkeypatch, capsys, *arguments)
+
+
+def raised(height: float) -> hf.Scene:
+    """The cube, so much above its floor [m]."""
+    cube = hf.shipped_scene("cube")
+    shift = np.eye(4)
+    shift[2, 3] = height
+    return cube.moved({"cube": shift @ cube.body("cube").pose})
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with two scenes that stand, one of them named like markup, and one that is no scene."""
+    (tmp_path / "in").mkdir()
+    hf.save_scene(raised(0.0), tmp_path / "in" / f"{HOSTILE}.yaml")
+    hf.save_scene(hf.shipped_scene("stack"), tmp_path / "in" / "stack.yaml")
+    (tmp_path / "in" / "broken.yaml").write_text(f"bodies: [\n# {HOSTILE}")
+    return tmp_path
+
+
+def test_a_batch_is_told_and_reported_on_one_page(folder: Path, command: Callable[..., Any]) -> None:
+    options = folder / "options.json"
+    options.write_text(json.dumps({"engine": "limit", "transport": {"directions": [[1, 0, 0]]}}))
+    arguments = ("--out", folder / "out", "--ask", "stability,transport", "--options", options, "--workers", 1)
+    code, out, _ = command("batch", folder / "in", *arguments)
+    assert code == 1
+    assert "3 scenes: 2 answered, 1 error, 2 stable" in out.replace("\n", " ")
+    assert "error: " in out
+    code, out, _ = command("batch", folder / "in" / "*.yaml", *arguments, "--json")
+    assert (json.loads(out)["asked"], json.loads(out)["kept"]) == (0, 3)
+    assert command("report", folder / "out")[0] == 0
+    page = (folder / "out" / "report.html").read_text(encoding="utf-8")
+    assert "<script" not in page
+    assert "&lt;script&gt;" in page
+    assert "default-src 'none'" in page
+    assert re.findall(r"https?://", page) == []
+    assert page.count("data:image/png;base64,") == 2
+    assert "3 scenes in" in page
+    assert page.count("<svg") >= 4
+
+
+@pytest.mark.parametrize(
+    ("height", "options", "code", "result"),
+    [
+        (1.0, ("--stands",), 1, "failure"),
+        (0.0, ("--min-force", 5.8855), 3, "error"),
+        (0.0, ("--min-force", 6.5), 1, "failure"),
+    ],
+)
+def test_a_check_says_what_fails(
+    tmp_path: Path, command: Callable[..., Any], height: float, options: tuple[Any, ...], code: int, result: str | None
+) -> None:
+    """A cube of 1 kg, friction 0.6: pushed at half its height it slips at 5.886 N; ``lower`` is a little less."""
+    hf.save_scene(raised(height), tmp_path / "cube.yaml")
+    pushes = tmp_path / "pushes.csv"
+    pushes.write_text("body,x,y,z,dx,dy,dz\ncube,-0.05,0,0.05,1,0,0\n")
+    given = (*options, *(("--push", pushes) if "--min-force" in options else ()))
+    junit = tmp_path / "junit.xml"
+    found, out, _ = command("check", tmp_path / "cube.yaml", *given, "--junit", junit, "--workers", 1)
+    assert found == code, out
+    (case,) = Xml.parse(junit).getroot()
+    assert [child.tag for child in case] == ([] if result is None else [result])
+
+
+def test_a_check_says_what_changed_since_the_baseline(tmp_path: Path, command: Callable[..., Any]) -> None:
+    scene, old, new = tmp_path / "cube.yaml", tmp_path / "old", tmp_path / "new"
+    hf.save_scene(raised(0.0), scene)
+    assert command("check", scene, "--stands", "--out", old, "--workers", 1)[0] == 0
+    hf.save_scene(raised(1e-5), scene)
+    code, out, _ = command("check", scene, "--baseline", old, "--out", new, "--workers", 1)
+    assert (code, "cube moved by 0.01 mm" in out) == (1, True)
+    assert command("check", scene, "--baseline", old, "--out", new, "--distance", 2e-5)[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("check", "cube.yaml"), "nothing is asked"),
+        (("check", "cube.yaml", "--stands"), "names no scene file"),
+        (("check", "cube.yaml", "--baseline", "nowhere"), "folder of a batch"),
+        (("report", "nowhere"), "folder of a batch"),
+        (("batch", "*.none", "--out", "x"), "names no scene file"),
+    ],
+)
+def test_bad_input_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: Callable[..., Any], arguments: tuple[str, ...], words: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    code, _, err = command(*arguments)
+    assert code == 2
+    assert words in err
