@@ -85,7 +85,7 @@ def told(
     """Return the status of a scene brought to rest and the reason for it."""
     reach = f"the reach of {1e3 * limits.reach:.3g} mm"
     if fell:
-        return Status.UNSTABLE, f"{listed(fell)}: left {reach}"
+        return Status.UNSTABLE, f"{listed(fell)}: left {reach}, or turned by more than {limits.turn:.3g} degrees"
     if deep:
         worst = max(deep, key=lambda o: o.depth)
         a, b = map(quoted, worst.bodies)
