@@ -134,7 +134,7 @@ def test_a_body_without_exposed_points_has_an_empty_map() -> None:
     assert len(state.load_factor(np.zeros((6, 0))).force) == 0
 
 
-def test_points_on_the_rim_of_a_contact_are_under_it_wherever_the_scene_is() -> None:
+def test_points_on_the_rim_of_a_contact_are_beside_it_wherever_the_scene_is() -> None:
     """At this spacing some cells of the cantilever have their points on the outline of a contact, but for rounding."""
     given = shipped_scene("cantilever")
     counts = []

@@ -13,7 +13,7 @@ from holdfast.contacts.interface import Patch
 from holdfast.geometry.cells import Cells, blocked, surface_cells
 from holdfast.geometry.polygon import inside, shapely_polygon
 
-ROUNDING = 1e-9  # share of a patch's size: a point on its outline lies on it, however the outline was rounded
+ROUNDING = 1e-9  # share of a patch's size: points on its outline are beside it, however it was rounded
 
 
 def exposed_cells(assembly: Assembly, name: str, spacing: float) -> tuple[Cells, Cells]:
@@ -53,6 +53,6 @@ def covered(cells: Cells, patches: Sequence[Patch], gap: float) -> Bool:
         arm = cells.points - patch.polygon[0]
         near = (np.abs(arm @ patch.normal) <= gap) & (np.abs(cells.normals @ patch.normal) > 0.9)
         if near.any():
-            outline = shapely_polygon(patch.rings).buffer(ROUNDING * patch.size)
+            outline = shapely_polygon(patch.rings).buffer(-ROUNDING * patch.size)
             result[near] |= inside(outline, arm[near] @ patch.frame.T)
     return result
