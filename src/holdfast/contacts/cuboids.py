@@ -51,11 +51,10 @@ def patches_of(pairs: Sequence[Near]) -> list[tuple[Patch, ...] | None]:
     """Return the contacts of each pair, with normals into the second; None where triangles have to be looked at."""
     if not pairs:
         return []
-    numbers: dict[int, int] = {}
-    distinct = [body for near in pairs for body in (near.a, near.b) if numbers.setdefault(id(body), len(numbers)) >= 0]
-    known = list({id(body): body for body in distinct}.values())
-    bodies = np.array([np.vstack([body.centre, body.axes, body.half]) for body in known])
-    ends = np.array([(numbers[id(near.a)], numbers[id(near.b)]) for near in pairs])
+    known = {id(body): body for near in pairs for body in (near.a, near.b)}
+    number_of = {key: k for k, key in enumerate(known)}
+    bodies = np.array([np.vstack([body.centre, body.axes, body.half]) for body in known.values()])
+    ends = np.array([(number_of[id(near.a)], number_of[id(near.b)]) for near in pairs])
     kinds, axes = _kinds(bodies[ends[:, 0]], bodies[ends[:, 1]], np.array([near[2:] for near in pairs]))
     found: list[tuple[Patch, ...] | None] = [() if kind == APART else None for kind in kinds.tolist()]
     flush = np.flatnonzero(kinds == FLUSH)
