@@ -44,7 +44,14 @@ def stoppable(*, process: bool = False) -> Iterator[None]:
         signal.signal(signal.SIGINT, note)
         if process:
             _watch()
-    complain, sys.unraisablehook = sys.unraisablehook, _quiet
+    complain = sys.unraisablehook
+
+    def unraisable(lost: sys.UnraisableHookArgs) -> None:
+        """Say nothing of an interrupt that cannot be raised, as in a callback of the compiler: _watch hears it."""
+        if not isinstance(lost.exc_value, KeyboardInterrupt):
+            complain(lost)
+
+    sys.unraisablehook = unraisable
     try:
         yield
     except KeyboardInterrupt:
@@ -57,12 +64,6 @@ def stoppable(*, process: bool = False) -> Iterator[None]:
         sys.unraisablehook = complain
         if ours:
             signal.signal(signal.SIGINT, signal.default_int_handler)
-
-
-def _quiet(lost: sys.UnraisableHookArgs) -> None:
-    """Say nothing of an interrupt where Python can raise none, as where the compiler calls Python: _watch hears it."""
-    if not isinstance(lost.exc_value, KeyboardInterrupt):
-        sys.__unraisablehook__(lost)
 
 
 def _stop(*, told: bool = False) -> None:
