@@ -61,6 +61,11 @@ class Writer:
             parse_math=False,
         )
 
+    def head(self, title: str, subtitle: str, page: float) -> None:
+        """Write the title and the subtitle of a page that is ``page`` [px] wide."""
+        self.put(60, 50, self.clipped(title, 27.0, page - 120, bold=True), 27.0, bold=True)
+        self.put(60, 80, self.clipped(subtitle, 16.0, page - 120), 16.0, colour=GREY)
+
     def width(self, text: str, pixels: float, bold: bool = False) -> float:
         """Return the width of a line [px]."""
         text = one_line(text)

@@ -83,8 +83,7 @@ def _png(picture: PolarPicture) -> bytes:
     width, height = _SIZE
     figure, canvas = blank(width, height)
     writer = Writer(pixel_axes(figure, width, height), canvas, 1.0)
-    writer.put(60, 50, writer.clipped(picture.title, 27.0, width - 120, bold=True), 27.0, bold=True)
-    writer.put(60, 80, writer.clipped(picture.subtitle, 16.0, width - 120), 16.0, colour=GREY)
+    writer.head(picture.title, picture.subtitle, width)
     left, top, side = _POLAR
     draw_curves(_box(figure, left + 40, top + 10, side - 80, side - 80, projection="polar"), picture)
     below = _draw_footprints(figure, writer, picture) if picture.footprints else 150.0

@@ -62,8 +62,7 @@ def _png(picture: Timeline) -> bytes:
     width, height = _SIZE
     figure, canvas = blank(width, height)
     writer = Writer(pixel_axes(figure, width, height), canvas, 1.0)
-    writer.put(60, 50, writer.clipped(picture.title, 27.0, width - 120, bold=True), 27.0, bold=True)
-    writer.put(60, 80, writer.clipped(picture.subtitle, 16.0, width - 120), 16.0, colour=GREY)
+    writer.head(picture.title, picture.subtitle, width)
     writer.put(60, _MOTION[0] - 14, "acceleration of the carrier [m/s²]", 15.0, bold=True)
     _draw_motion(_box(figure, _MOTION), picture)
     writer.put(60, _SHARE[0] - 14, "share used of what the load withstands", 15.0, bold=True)
