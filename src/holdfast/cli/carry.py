@@ -10,11 +10,11 @@ import typer
 from holdfast.applications.carrying.carry import carry as carried
 from holdfast.applications.carrying.profile import Profile
 from holdfast.applications.carrying.standards import STANDARDS
-from holdfast.applications.strap_files import load_straps
 from holdfast.applications.transport import tilted
 from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, check_suffix, engine_with
 from holdfast.cli.output import out, print_json
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
+from holdfast.cli.straps import Straps, strap_loads
 from holdfast.cli.terminal import progress
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.report.carried import carried_report
@@ -32,7 +32,7 @@ def carry(
     pivot: Annotated[Vector, typer.Option(help="point that the accelerations are those of, in m: X Y Z")] = (0, 0, 0),
     speed: Annotated[float, typer.Option(help="play the motion this many times as fast")] = 1.0,
     tilt: Annotated[Vector | None, typer.Option(help="rotation vector of the carrier in degrees: X Y Z")] = None,
-    straps: Annotated[Path | None, typer.Option(help="YAML or JSON file with straps, see docs/transport.md")] = None,
+    straps: Straps = None,
     engine: EngineName = DEFAULT_ENGINE,
     bound: Annotated[bool, typer.Option("--bound", help="also compute upper bounds by engine limit")] = False,
     png: Annotated[Path | None, typer.Option(help="write a PNG of the motion and of what is left to this file")] = None,
@@ -52,7 +52,7 @@ def carry(
         motion = Profile.named(profile, heading=heading, up=up)
     else:
         motion = Profile.from_file(profile, pivot=pivot)
-    loads = [] if straps is None else [load for strap in load_straps(straps) for load in strap.loads(assembly)]
+    loads = strap_loads(straps, assembly)
     with progress():
         result = carried(assembly, motion.at_speed(speed), standing=loads, engine=method, bound=bound)
     written = []

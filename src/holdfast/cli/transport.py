@@ -8,7 +8,6 @@ from typing import Annotated
 import typer
 
 from holdfast.applications.inertia import inertial_loads
-from holdfast.applications.strap_files import load_straps
 from holdfast.applications.transport import horizontal_directions, tilted, transport_limits
 from holdfast.cli.common import (
     AsJson,
@@ -20,6 +19,7 @@ from holdfast.cli.common import (
 )
 from holdfast.cli.output import err, out, print_json
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
+from holdfast.cli.straps import Straps, strap_loads
 from holdfast.cli.terminal import progress
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE
@@ -40,7 +40,7 @@ def transport(
     angular_velocity: Annotated[Vector | None, typer.Option(help="of the carrier in rad/s: X Y Z")] = None,
     pivot: Annotated[Vector, typer.Option(help="point about which it rotates in m: X Y Z")] = (0.0, 0.0, 0.0),
     jolt: Annotated[float, typer.Option(help="vertical acceleration in m/s² that acts throughout, upwards > 0")] = 0.0,
-    straps: Annotated[Path | None, typer.Option(help="YAML or JSON file with straps, see docs/transport.md")] = None,
+    straps: Straps = None,
     bound: Annotated[bool, typer.Option("--bound", help="also compute upper bounds by engine limit")] = False,
     png: Annotated[Path | None, typer.Option(help="write a PNG polar plot to this file")] = None,
     set_file: Annotated[
@@ -63,8 +63,7 @@ def transport(
         angular_velocity=angular_velocity,
         pivot=pivot,
     )
-    if straps is not None:
-        loads += tuple(load for strap in load_straps(straps) for load in strap.loads(assembly))
+    loads += strap_loads(straps, assembly)
     ways = horizontal_directions(assembly, directions)
     written = []
     with progress():

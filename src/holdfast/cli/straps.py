@@ -1,0 +1,19 @@
+"""Straps from a file, as the commands about carriers take them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from holdfast.applications.strap_files import load_straps
+from holdfast.assembly.assembly import Assembly
+from holdfast.queries.request import Load
+
+Straps = Annotated[Path | None, typer.Option(help="YAML or JSON file with straps, see docs/carry.md")]
+
+
+def strap_loads(path: Path | None, assembly: Assembly) -> tuple[Load, ...]:
+    """Return the standing loads of all straps in the file on the bodies of an assembly; none without a file."""
+    return () if path is None else tuple(load for strap in load_straps(path) for load in strap.loads(assembly))
