@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -19,3 +22,14 @@ def called(
     out, err = capsys.readouterr()
     code = stopped.value.code
     return code if isinstance(code, int) else 0 if code is None else 1, out, err
+
+
+def command(name: str) -> Callable[..., Any]:
+    """A fixture that calls the command ``name`` with the arguments that it is given, in an empty folder."""
+
+    @pytest.fixture
+    def caller(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Any:
+        monkeypatch.chdir(tmp_path)
+        return lambda *arguments: called(monkeypatch, capsys, name, *arguments)
+
+    return caller

@@ -7,19 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from calling import called
+from calling import command
 
 import holdfast as hf
 
-
-@pytest.fixture
-def carry(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Any:
-    monkeypatch.chdir(tmp_path)
-
-    def call(*arguments: object) -> tuple[int, str, str]:
-        return called(monkeypatch, capsys, "carry", *arguments)
-
-    return call
+carry = command("carry")
 
 
 def test_it_says_what_gives_way_when(carry: Any) -> None:

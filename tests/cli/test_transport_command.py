@@ -8,20 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from calling import called
+from calling import command
 
 import holdfast as hf
 from holdfast.report import tables
 
-
-@pytest.fixture
-def transport(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Any:
-    monkeypatch.chdir(tmp_path)
-
-    def call(*arguments: object) -> tuple[int, str, str]:
-        return called(monkeypatch, capsys, "transport", *arguments)
-
-    return call
+transport = command("transport")
 
 
 def test_it_says_what_gives_way_where(transport: Any) -> None:
