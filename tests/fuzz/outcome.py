@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from enum import StrEnum, auto
-from typing import Any
 
 
 class Ending(StrEnum):
@@ -43,10 +42,3 @@ class Outcome:
     def like(self, other: Outcome) -> bool:
         """Tell whether both show the same defect."""
         return (self.ending, self.sign) == (other.ending, other.sign)
-
-    def plain(self) -> dict[str, Any]:
-        return asdict(self)
-
-    @classmethod
-    def of(cls, data: dict[str, Any]) -> Outcome:
-        return cls(**{**data, "ending": Ending(data["ending"])})

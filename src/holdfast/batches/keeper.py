@@ -38,7 +38,8 @@ class Limits:
 class Reply:
     """How an item ended: DONE with its ``value``, or TIME, MEMORY or CRASH with what is ``told`` of it.
 
-    ``parts`` are what was told before the end. ``seconds`` and ``peak`` [MB] are those of the item.
+    ``parts`` are what was told before the end. ``seconds`` and ``peak`` [MB] are those of the item. ``code`` is
+    the exit code of a worker that died of it, minus the number of the signal that ended it; None where it lives.
     """
 
     outcome: str
@@ -47,6 +48,7 @@ class Reply:
     parts: tuple[Any, ...] = ()
     seconds: float = 0.0
     peak: float = 0.0
+    code: int | None = None
 
 
 @dataclass(eq=False)
@@ -165,11 +167,11 @@ class Keeper:
         seconds = time.monotonic() - self._began
         if code in OUTSIDE:
             told = f"its process was killed {TRIES} times (signal {-code}): the system may have run out of memory"
-            return Reply(CRASH, None, told, tuple(self._parts), seconds)
+            return Reply(CRASH, None, told, tuple(self._parts), seconds, code=code)
         outcome = MEMORY if any(words in said for words in NO_MEMORY) else CRASH
         ended = f"signal {-code} ({signal.strsignal(-code)})" if code < 0 else f"exit code {code}"
         told = f"its process ended with {ended}" + (f": {said}" if said else "")
-        return Reply(outcome, None, told, tuple(self._parts), seconds)
+        return Reply(outcome, None, told, tuple(self._parts), seconds, code=code)
 
     def _late(self) -> Reply:
         """Tell of a worker that did not answer in time, and end it."""
@@ -223,9 +225,12 @@ class Keeper:
 
 
 def innermost(text: str) -> str:
-    """Return the innermost function of holdfast in a traceback, as module:function, empty if there is none."""
+    """Return the innermost function of holdfast in a traceback, as module:function, empty if there is none.
+
+    The worker's own functions, through which every item comes, do not count.
+    """
     for line in text.splitlines():
-        if "/holdfast/" in line and " in " in line:
+        if "/holdfast/" in line and " in " in line and "/batches/worker.py" not in line:
             place, function = line.strip().split(" in ")[:2]
             module = place.split("/holdfast/")[-1].split(".py")[0].replace(os.sep, ".")
             return f"{module}:{function}"
