@@ -13,7 +13,9 @@ if TYPE_CHECKING:
     from holdfast.applications.carrying.profile import Profile
     from holdfast.applications.carrying.result import Carried
     from holdfast.applications.carrying.standards import standard_profiles
+    from holdfast.applications.disassembly.build import BuildOrder, build_order
     from holdfast.applications.disassembly.order import Disassembly, disassembly_order
+    from holdfast.applications.disassembly.question import can_remove
     from holdfast.applications.disassembly.removal import Removal
     from holdfast.applications.inertia import inertial_loads
     from holdfast.applications.placement.options import Weights
@@ -48,6 +50,7 @@ if TYPE_CHECKING:
     from holdfast.engines.imperfect import Imperfect
     from holdfast.engines.limit.engine import Limit
     from holdfast.engines.verdict import Status
+    from holdfast.queries.constraint import Constraint, constraint
     from holdfast.queries.map import RobustnessMap, robustness_map
     from holdfast.queries.push import LoadFactor, Robustness, load_factor, robustness
     from holdfast.queries.request import Load
@@ -75,7 +78,9 @@ _NAMES = {
     "holdfast.applications.carrying.profile": ("Profile",),
     "holdfast.applications.carrying.result": ("Carried",),
     "holdfast.applications.carrying.standards": ("standard_profiles",),
+    "holdfast.applications.disassembly.build": ("BuildOrder", "build_order"),
     "holdfast.applications.disassembly.order": ("Disassembly", "disassembly_order"),
+    "holdfast.applications.disassembly.question": ("can_remove",),
     "holdfast.applications.disassembly.removal": ("Removal",),
     "holdfast.applications.inertia": ("inertial_loads",),
     "holdfast.applications.placement.options": ("Weights",),
@@ -110,6 +115,7 @@ _NAMES = {
     "holdfast.engines.imperfect": ("Imperfect",),
     "holdfast.engines.limit.engine": ("Limit",),
     "holdfast.engines.verdict": ("Status",),
+    "holdfast.queries.constraint": ("Constraint", "constraint"),
     "holdfast.queries.map": ("RobustnessMap", "robustness_map"),
     "holdfast.queries.push": ("LoadFactor", "Robustness", "load_factor", "robustness"),
     "holdfast.queries.request": ("Load",),
@@ -139,11 +145,13 @@ __all__ = [
     "Body",
     "Bound",
     "Box",
+    "BuildOrder",
     "Capsule",
     "Carried",
     "Claim",
     "Compliant",
     "Compound",
+    "Constraint",
     "ConvexSet",
     "Cylinder",
     "Disassembly",
@@ -185,7 +193,10 @@ __all__ = [
     "admissible_wrenches",
     "assemble",
     "batch",
+    "build_order",
+    "can_remove",
     "carry",
+    "constraint",
     "disassembly_order",
     "from_mujoco",
     "from_trimesh",

@@ -150,6 +150,15 @@ def carriers(folder: Path) -> float:
     return float(t.acceleration.min() + (A @ (0, 0, 0) - b).max())
 
 
+def constraints() -> NDArray[np.float64]:
+    """How much of what a body can take many wrenches use, and where to go to use less."""
+    c = hf.constraint(hf.shipped_scene("cube"), "cube", budget=100, near=[(1, 0, 0, 0, 0, 0)])
+    w = c.wrenches((-0.05, 0, 0.05), [(1, 0, 0), (2, 0, -1)])
+    factor, used = c.value(w[0]), c.usage(w)
+    print(factor, used)
+    return c.gradient(w) + c.cut(w)
+
+
 def orders_and_places() -> NDArray[np.float64]:
     """What may be lifted out, and where the next thing can stand."""
     assembly = hf.assemble(hf.shipped_scene("stack"))

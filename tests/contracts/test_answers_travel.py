@@ -85,6 +85,7 @@ ASK: dict[str, Callable[[], Any]] = {
     "sensitivity": lambda: hf.sensitivity(cube(), "cube", SIDE, X),
     "worst case": lambda: hf.worst_case(cube(), "cube", *PUSHES, friction=0.1, mass=0.1),
     "accelerations": lambda: hf.sustainable_accelerations(cube(), gap=0.2),
+    "constraint": lambda: hf.constraint(cube(), "cube", budget=50),
     "transport": lambda: hf.transport_limits(cube(), [X, (0, 0, 1)], bound=True),
     "transport, unstable": lambda: hf.transport_limits(hanging(), [X], engine="limit"),
     "carried": lambda: hf.carry(cube(), "road", bound=True),
@@ -93,6 +94,9 @@ ASK: dict[str, Callable[[], Any]] = {
     "disassembly, no end": lambda: hf.disassembly_order(
         hf.shipped_scene("stack"), engine="limit", goal="cube1", lift=(1, 0, 0)
     ),
+    "removal": lambda: hf.can_remove(hf.shipped_scene("stack"), "cube2", engine="graph"),
+    "build order": lambda: hf.build_order(hf.shipped_scene("stack"), engine="graph", pushes=30),
+    "build order, no end": lambda: hf.build_order(hf.shipped_scene("arch"), engine="limit", pushes=0),
     "placement": placed,
     "no placement": no_place,
     "odd names": lambda: hf.robustness_map(oddly_named(), spacing=0.05, engine="limit"),

@@ -26,12 +26,15 @@ QUESTIONS: dict[str, Callable[[Any], Any]] = {
         hf.robustness_under(a, "cube", POINT, ALONG, samples=2, friction=0.2, engine="graph").force
     ),
     "admissible_wrenches": lambda a: hf.admissible_wrenches(a, "cube", gap=0.5).vertices,
+    "constraint": lambda a: hf.constraint(a, "cube", budget=50).known,
     "sustainable_accelerations": lambda a: hf.sustainable_accelerations(a, gap=0.2).vertices,
     "transport_limits": lambda a: hf.transport_limits(a, ALONG, engine="graph").acceleration,
     "horizontal_directions": lambda a: hf.horizontal_directions(a, 5),
     "tilted": lambda a: hf.tilted(a, (5, 0, 0)).scene.gravity,
     "inertial_loads": lambda a: hf.inertial_loads(a, acceleration=(1, 0, 0))[0].force,
     "disassembly_order": lambda a: hf.disassembly_order(a, engine="graph").order,
+    "can_remove": lambda a: hf.can_remove(a, "cube", engine="graph").reason,
+    "build_order": lambda a: hf.build_order(a, engine="graph", pushes=30).force,
     "plan_placement": lambda a: hf.plan_placement(a, THING, engine="graph", attempts=2, confirm=None).pose,
 }
 OPERANDS = {

@@ -6,12 +6,15 @@ import os
 from typing import Any
 
 from holdfast.applications.carrying.result import Carried
+from holdfast.applications.disassembly.build import BuildOrder
 from holdfast.applications.disassembly.order import Disassembly
+from holdfast.applications.disassembly.removal import Removal
 from holdfast.applications.placement.result import Placement
 from holdfast.applications.settled import Settled
 from holdfast.applications.transport import TransportLimits
 from holdfast.base.archive import load
 from holdfast.base.errors import HoldfastError, message
+from holdfast.queries.constraint import Constraint
 from holdfast.queries.map import RobustnessMap
 from holdfast.queries.push import LoadFactor, Robustness
 from holdfast.queries.sensitivity import Sensitivity
@@ -21,8 +24,9 @@ from holdfast.queries.uncertainty import RobustnessUnder
 from holdfast.queries.worst_case import WorstCase
 
 ANSWERS: tuple[type, ...] = (  # all classes of answers that can be saved
-    *(Stability, Robustness, LoadFactor, RobustnessMap, RobustnessUnder, Sensitivity, WorstCase, ConvexSet),
-    *(TransportLimits, Carried, Disassembly, Placement, Settled),
+    *(Stability, Robustness, LoadFactor, RobustnessMap, RobustnessUnder, Sensitivity, WorstCase),
+    *(ConvexSet, Constraint),
+    *(TransportLimits, Carried, Disassembly, Removal, BuildOrder, Placement, Settled),
 )
 
 

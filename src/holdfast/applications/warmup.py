@@ -24,6 +24,7 @@ from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.limit.combination import combined
 from holdfast.geometry.distance import distance_to_surface, nearest_of, winding_number
+from holdfast.geometry.hull_gauge import hull_gauge
 from holdfast.queries.map import robustness_map
 from holdfast.queries.push import robustness
 from holdfast.queries.stability import stability
@@ -66,6 +67,12 @@ def _distances() -> None:
 def _combination() -> None:
     """What bounds a certified map between the points where it is solved."""
     combined(np.eye(6), np.eye(6), np.zeros((6, 2), dtype=np.int64), np.ones(6), np.ones((2, 6)))
+
+
+def _gauge() -> None:
+    """What answers a planner's constraint."""
+    known = np.vstack([np.eye(6), -np.eye(6), np.ones((1, 6))])
+    hull_gauge(known, np.ones(13), np.ones((1, 6)))
 
 
 def _fall() -> None:
@@ -118,4 +125,5 @@ QUESTIONS: tuple[Callable[[], object], ...] = (
     _tower,
     _distances,
     _combination,
+    _gauge,
 )

@@ -38,6 +38,21 @@ class LoadSet:
 
 
 @dataclass(frozen=True, eq=False)
+class LoadHull:
+    """Points of a convex set of loads, whose hull is inside the set, in units of the box |x_k| <= 1.
+
+    The gauge of the set, 1/R, is at most ``price`` (m,) at the points ``known`` (m, d). The first 2 d points lie along
+    the positive and then the negative axes. Of the last loads whose rays were looked at, nine in ten leave the hull at
+    (1 - ``gap``) of the largest factor or later. ``solves`` is the number of programs that were solved.
+    """
+
+    known: Float
+    price: Float
+    gap: float
+    solves: int
+
+
+@dataclass(frozen=True, eq=False)
 class Gradient:
     """The largest factor of one load and its derivatives. They hold where the factor is differentiable.
 
@@ -91,6 +106,20 @@ class Sets(Protocol):
 
         Each of the ``columns`` (6J, d) is the load at x_k = 1, the bound of the box |x_k| <= 1. The two polyhedra
         approach each other until they are within ``gap``, or until the budget of solves is used up. ``where`` names the
+        query in error messages and progress reports. Raises HoldfastError if 0 is not inside the set.
+        """
+        ...
+
+
+@runtime_checkable
+class Hulls(Protocol):
+    """A state that finds points of the convex set of loads that it carries, where loads are likely."""
+
+    def load_hull(self, columns: Float, near: Float, gap: float, budget: int, where: str) -> LoadHull:
+        """Find points of the set of x (d,) for which ``columns`` @ x is carried, where ``columns`` is (6J, d).
+
+        They are found until the hull is within ``gap`` of the set for most loads, or ``budget`` solves are used up.
+        Loads are drawn anywhere and, if there are any, among ``near`` (n, d), in units of the box. ``where`` names the
         query in error messages and progress reports. Raises HoldfastError if 0 is not inside the set.
         """
         ...
@@ -177,6 +206,7 @@ class Capability(Generic[T_co]):
 
 
 SETS = Capability[Sets](Sets, "proves nothing about loads that it was not asked")
+HULLS = Capability[Hulls](Hulls, "proves nothing about loads that it was not asked")
 GRADIENTS = Capability[Gradients](Gradients, "gives no derivatives")
 WORST_CASES = Capability[WorstCases](WorstCases, "proves nothing about a box of masses and centres of mass")
 RELEASES = Capability[Releases](Releases, "proves of no body that it comes loose")

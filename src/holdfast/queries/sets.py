@@ -154,15 +154,28 @@ def admissible_wrenches(
     index = body_number(assembly, body)
     if index == FIXED:
         raise SceneError(message(where, "the body is fixed: it takes every wrench", "name a movable body"))
+    limits, columns = wrench_bound(assembly, bound, where), wrench_columns(assembly, index)
+    units = ("N",) * 3 + ("N m",) * 3
+    frame = f"world axes; torque about the centre of mass of {body!r}"
+    return _convex_set(where, assembly, engine, standing, columns, limits, gap, units, frame)
+
+
+def wrench_bound(assembly: Assembly, bound: ArrayLike | None, where: str) -> Float:
+    """Return the largest components (6,) [N, N m] of wrenches, as given by ``bound`` (2,) or by default."""
     if bound is None:
         limits = FORCE_BOUND * assembly.weight * np.array([1.0, assembly.size])
     else:
         limits = checked(bound, (2,), f"{where}: bound", within=FORCE)
+    if not (limits > 0).all():
+        raise SceneError(message(f"{where}: bound", f"is {limits.tolist()}", "needs positive numbers"))
+    return np.repeat(limits, 3)
+
+
+def wrench_columns(assembly: Assembly, number: int) -> Float:
+    """Return the load columns (6J, 6) of unit forces and torques on the movable body with this number."""
     columns = np.zeros((6 * len(assembly.movable), 6))
-    columns[6 * index : 6 * index + 6] = np.eye(6)
-    units = ("N",) * 3 + ("N m",) * 3
-    frame = f"world axes; torque about the centre of mass of {body!r}"
-    return _convex_set(where, assembly, engine, standing, columns, np.repeat(limits, 3), gap, units, frame)
+    columns[6 * number : 6 * number + 6] = np.eye(6)
+    return columns
 
 
 def sustainable_accelerations(
@@ -208,8 +221,6 @@ def _convex_set(
     frame: str,
 ) -> ConvexSet:
     wanted = checked_number(gap, f"{where}: gap", above=0, within=SCALE)
-    if not (bound > 0).all():
-        raise SceneError(message(f"{where}: bound", f"is {bound.tolist()}", "needs positive numbers"))
     if not assembly.movable:
         raise SceneError(message(where, "there is no movable body", "free one"))
     method = engine_of(engine)

@@ -210,7 +210,7 @@ def disassembly_order(
     direction = checked_direction(lift, "disassembly_order: lift")
     goals = _goals(assembly, goal)
     removals = Removals(assembly, method, direction)
-    _check_stands(removals)
+    check_stands(removals)
     plan = fewest(removals, frozenset(goals), budget) if goals else everything(removals, budget)
     found = Disassembly(
         assembly=assembly,
@@ -242,7 +242,8 @@ def _goals(assembly: Assembly, goal: str | Iterable[str] | None) -> tuple[str, .
     return tuple(dict.fromkeys(names))
 
 
-def _check_stands(removals: Removals) -> None:
+def check_stands(removals: Removals) -> None:
+    """Raise UnstableError if the whole assembly does not stand, and SolverError if that is undecided."""
     for part in removals.parts(removals.names):
         verdict = removals.verdict(part)
         where = f"scene {removals.assembly.scene.name!r}"

@@ -23,9 +23,9 @@ from holdfast.applications.disassembly.exits import Exits
 from holdfast.assembly.assembly import Assembly, components
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
+from holdfast.base.public import PublicValue, Summary
 from holdfast.base.rigid import wrench_at
 from holdfast.base.text import listed
-from holdfast.base.values import Value
 from holdfast.engines.answers import Claim
 from holdfast.engines.capabilities import RELEASES
 from holdfast.engines.contract import FORCES_ONLY, Engine, State
@@ -54,11 +54,12 @@ class Answer(StrEnum):
 
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
-class Removal(Value):
+class Removal(PublicValue):
     """The answer for one body in one state of the assembly, with its ``reason`` in words.
 
-    ``blockers`` are the bodies on its straight way out, each with its distance [m]. ``moving`` names the other bodies
-    that fall without it or move while it is taken out.
+    ``answer`` is SAFE, UNSAFE or UNDECIDED. ``blockers`` are the bodies on its straight way out, each with its distance
+    [m]. ``moving`` names the other bodies that fall without it or move while it is taken out, as far as their first
+    motion shows.
 
     ``lift`` is the upward force at the body's centre of mass, divided by its weight, at which the body comes off or
     another body moves. It is inf if neither happens, and 0 if it was not computed because the answer was already known.
@@ -74,6 +75,18 @@ class Removal(Value):
     moving: tuple[str, ...] = ()
     lift: float = 0.0
     hold: bool = False
+
+    @property
+    def safe(self) -> bool:
+        """Whether the body may certainly be taken out."""
+        return self.answer is Answer.SAFE
+
+    def summary(self) -> Summary:
+        """Summarise the answer by what is in the way and who would move."""
+        facts = [("reason", self.reason)]
+        facts += [("in the way", listed([name for name, _ in self.blockers]))] if self.blockers else []
+        facts += [("would move", listed(self.moving))] if self.moving else []
+        return Summary(f"{self.body}: {self.answer}, {self.reason}", facts)
 
 
 class Removals:
@@ -166,10 +179,10 @@ class Removals:
     def _judge(self, name: str, part: frozenset[str]) -> Removal:
         """Decide by contact forces alone, first without the body and then while it is taken out."""
         verdicts = [self.verdict(rest) for rest in self.parts(part - {name})]
-        for verdict in verdicts:
-            if verdict.status is Status.UNSTABLE:
-                moving = () if verdict.mechanism is None else verdict.mechanism.moving
-                return Removal(name, Answer.UNSAFE, f"without it {listed(moving)} would move", moving=moving)
+        falls = [verdict for verdict in verdicts if verdict.status is Status.UNSTABLE]
+        if falls:
+            moving = tuple(n for v in falls if v.mechanism is not None for n in v.mechanism.moving)
+            return Removal(name, Answer.UNSAFE, f"without it {listed(moving)} would move", moving=moving)
         for verdict in verdicts:
             if verdict.status is Status.UNDECIDED:
                 return Removal(name, Answer.UNDECIDED, f"whether the rest stands without it: {verdict.reason}")
@@ -183,6 +196,11 @@ class Removals:
             found = self._under(name, assembly, loads)
             if found is not None:
                 return self._held(name, part) if found.moving == (name,) else found
+        return self.released(name, part)
+
+    def released(self, name: str, part: frozenset[str]) -> Removal:
+        """Decide whether anything comes along with a body whose weight is taken."""
+        assembly = self.reduced(part)
         if self._releases.comes_loose(assembly, name, self.up):
             return Removal(name, Answer.SAFE, SAFE, lift=1.0)
         if self.engine.claim is Claim.EXISTS:  # equilibria may exist with and without clamping forces

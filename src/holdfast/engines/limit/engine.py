@@ -18,12 +18,14 @@ from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.values import Value
 from holdfast.engines.answers import Answers, Bound, Claim
-from holdfast.engines.capabilities import Gradient, LoadSet, Weakest
+from holdfast.engines.capabilities import Gradient, LoadHull, LoadSet, Weakest
 from holdfast.engines.cones import ConeChoice, FrictionCone
 from holdfast.engines.contract import EXACT, Accuracy, State, Within
 from holdfast.engines.directions import FLAT_GROUP
 from holdfast.engines.limit.certified import certify
+from holdfast.engines.limit.family import Family
 from holdfast.engines.limit.gauge import Cuts
+from holdfast.engines.limit.hull import find_hull
 from holdfast.engines.limit.load_limit import LoadLimit
 from holdfast.engines.limit.loose import comes_loose
 from holdfast.engines.limit.proof import Proofs
@@ -31,6 +33,7 @@ from holdfast.engines.limit.rounding import DOWN, UP
 from holdfast.engines.limit.sensitivity import gradient
 from holdfast.engines.limit.sets import find_set
 from holdfast.engines.limit.standing import proved_rest
+from holdfast.engines.limit.support import Support
 from holdfast.engines.limit.worst_case import corners_of, weakest
 from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of
 from holdfast.engines.rest import Rest, find_rest
@@ -240,7 +243,14 @@ class LimitState:
 
     def load_set(self, columns: Float, gap: float, where: str) -> LoadSet:
         """The x (d,) in the box |x_k| <= 1 for which ``columns`` @ x is carried, between two polyhedra."""
-        return find_set(self.proofs.limits, self.proofs.slope, columns, gap, where)
+        return find_set(self._family(columns, where), gap)
+
+    def load_hull(self, columns: Float, near: Float, gap: float, budget: int, where: str) -> LoadHull:
+        """Points of the set of x (d,) for which ``columns`` @ x is carried, whose hull is close to it for most."""
+        return find_hull(self._family(columns, where), Support(self.proofs.program, columns), near, gap, budget)
+
+    def _family(self, columns: Float, where: str) -> Family:
+        return Family(where, self.proofs, columns)
 
     @cached_property
     def proofs(self) -> Proofs:

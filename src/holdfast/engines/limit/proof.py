@@ -77,6 +77,13 @@ class Proofs:
                 answers[k] = answer
         return answers
 
+    def carried(self, forces: Float, loads: Float) -> Float:
+        """Return the factors (k,), up to about 1, at which ``forces`` (3I, k) [N] prove that loads (6J, k) are carried.
+
+        They are 0 where nothing is proved. The forces are those of a solver, at the factor 1; they may be wrong.
+        """
+        return self._carried.lower(forces, np.ones(loads.shape[1]), loads)
+
     @cached_property
     def slope(self) -> Float:
         """For any wrench w, 1/R(w) is at most the sum of ``slope`` (6J,) times |w|; 0 where that is not known.

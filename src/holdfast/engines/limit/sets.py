@@ -6,52 +6,41 @@ A mechanism limits every load: it is a half-space, one row of the outer polyhedr
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from holdfast.base.arrays import Float
-from holdfast.base.errors import HoldfastError, SolverError, message
+from holdfast.base.errors import SolverError, message
 from holdfast.base.progress import report
 from holdfast.engines.capabilities import LoadSet
-from holdfast.engines.limit.load_limit import LoadLimit
-from holdfast.engines.limit.rounding import DOWN, gamma
-from holdfast.engines.verdict import Status
+from holdfast.engines.limit.family import Family, Ray
+from holdfast.engines.limit.rounding import gamma
 from holdfast.geometry.half_spaces import largest_row
 
 BUDGET = {3: 240, 6: 240}  # solves by dimension; in six dimensions the facets of a hull cost more than the solves
 BATCH = {3: 6, 6: 40}  # solves by dimension before both polyhedra are computed again
-SMALLEST = 1e-6  # share of the box: a set that reaches less far along an axis counts as flat
 ALIKE = 0.995  # two rays with a larger cosine are too close for one batch
 
 
-def find_set(
-    solve: Callable[[Float], list[LoadLimit]], slope: Float, columns: Float, gap: float, where: str
-) -> LoadSet:
-    """The x (d,) in the box |x_k| <= 1 for which ``columns`` @ x (6J,) is carried, to within ``gap`` if it can.
-
-    ``solve`` takes load columns (6J, k). 1/R of any wrench w is at most the sum of ``slope`` (6J,) times |w|.
-    """
-    search = _Search(where, solve, slope, columns)
+def find_set(family: Family, gap: float) -> LoadSet:
+    """The x (d,) in the box |x_k| <= 1 for which the load of the ``family`` is carried, to within ``gap`` if it can."""
+    search = _Search(family)
     reached = search.run(gap)
-    cuts = np.array(search.cuts).reshape(-1, columns.shape[1])
+    cuts = np.array(search.cuts).reshape(-1, family.dimension)
     return LoadSet(search.inner, np.unique(cuts, axis=0), search.vertices, reached, search.solves)
 
 
 @dataclass(eq=False)
 class _Search:
-    """Corners and cuts in units of the box [-1, 1]^d, one of each from every solve along a ray from 0.
+    """Corners and cuts in units of the box [-1, 1]^d.
 
     A cut is kept as its row a of a·x <= 1. The gap along rays is largest at a vertex of the outer polytope, because
     the inner gauge is convex: a solve along that vertex either confirms it or cuts it off.
     """
 
-    where: str
-    solve: Callable[[Float], list[LoadLimit]]
-    slope: Float
-    columns: Float
+    family: Family
     points: list[Float] = field(default_factory=list)
     cuts: list[Float] = field(default_factory=list)
     failed: list[Float] = field(default_factory=list)
@@ -61,63 +50,33 @@ class _Search:
 
     def run(self, wanted: float) -> float:
         """Ask until the gap is at most ``wanted`` or the budget is used up; returns the gap reached."""
-        dimension = self.columns.shape[1]
+        dimension, where = self.family.dimension, self.family.where
         budget = BUDGET[dimension]
-        self._ask([*np.eye(dimension), *-np.eye(dimension)], self._check_inside)
+        self._learn(self.family.axes())
         while True:
             vertices, gauge = self._corners()
             gap = max(1 - 1 / float(gauge.max()), 0.0)
-            report(self.where, min(self.solves, budget), budget)
-            left = budget - self.solves
-            chosen = self._worst(
-                vertices, gauge, 1 / (1 - wanted) if wanted < 1 else np.inf, min(BATCH[dimension], left)
-            )
+            report(where, min(self.solves, budget), budget)
+            enough = 1 / (1 - wanted) if wanted < 1 else np.inf
+            chosen = self._worst(vertices, gauge, enough, min(BATCH[dimension], budget - self.solves))
             if gap <= wanted or not chosen:
-                report(self.where, budget, budget)
+                report(where, budget, budget)
                 return gap
-            self._ask(chosen)
+            self._learn(self.family.along(chosen))
 
-    def _ask(self, directions: list[Float], check: Callable[[Float], None] | None = None) -> None:
-        """Solve along these directions; ``check`` is called with each of them in turn."""
-        self.solves += len(directions)
-        limits = self.solve(np.column_stack([self.columns @ direction for direction in directions]))
-        for direction, limit in zip(directions, limits, strict=True):
-            self._learn(direction, limit)
-            if check is not None:
-                check(direction)
-
-    def _learn(self, direction: Float, limit: LoadLimit) -> None:
-        if limit.status is Status.UNDECIDED:
-            self.failed.append(direction / np.linalg.norm(direction))
-            return
-        reach = 1 / float(np.abs(direction).max())
-        self.points.append(min(self._certain(limit.lower, direction), reach) * direction)
-        if limit.proof is not None:
-            normal = self.columns.T @ limit.proof
-            unknown = gamma(len(limit.proof)) * float((np.abs(self.columns.T) @ np.abs(limit.proof)).sum())
-            self.cuts.append(normal / (limit.upper + unknown))
-
-    def _certain(self, lower: float, direction: Float) -> float:
-        """The reach along a direction, less what rounding of the load and of the point may take from ``lower``."""
-        if not lower > 0:
-            return 0.0
-        unknown = gamma(len(direction)) * (np.abs(self.columns) @ np.abs(direction))
-        paid = np.where(unknown > 0, unknown, 0.0) @ np.where(unknown > 0, self.slope, 0.0)
-        total = 1 / lower + float(paid)
-        return 1 / total * DOWN if total > 0 else np.inf
-
-    def _check_inside(self, direction: Float) -> None:
-        if self.failed:
-            problem = f"the solver found no answer along {_shown(direction)}"
-            raise SolverError(message(self.where, problem, "ask for load_factor along single loads"))
-        if np.abs(self.points[-1]).max() < SMALLEST:
-            problem = f"0 is not inside the set: less than {SMALLEST:g} of the bound along {_shown(direction)} moves it"
-            remedy = "the set is flat or ends at 0; ask for load_factor along single loads, or give a smaller bound"
-            raise HoldfastError(message(self.where, problem, remedy))
+    def _learn(self, rays: list[Ray]) -> None:
+        self.solves += len(rays)
+        for ray in rays:
+            if not ray.decided:
+                self.failed.append(ray.direction / np.linalg.norm(ray.direction))
+                continue
+            self.points.append(min(ray.reach, 1 / float(np.abs(ray.direction).max())) * ray.direction)
+            if ray.row is not None:
+                self.cuts.append(ray.row)
 
     def _corners(self) -> tuple[Float, Float]:
         """Vertices (k, d) of outer polyhedron and box, and the inner gauge (k,) there: outer over inner reach."""
-        dimension = self.columns.shape[1]
+        dimension = self.family.dimension
         box = np.vstack([np.eye(dimension), -np.eye(dimension)])
         rows = np.vstack([box, np.array(self.cuts).reshape(-1, dimension)])
         vertices = _rows(self._hull(rows))  # a row of the polar set's hull is a vertex of the set itself
@@ -129,13 +88,13 @@ class _Search:
     def _hull(self, points: Float) -> ConvexHull:
         """Cuts that nearly coincide defeat exact arithmetic in many dimensions: there the points are joggled."""
         last: QhullError | None = None
-        for options in ("Qt", "QJ") if self.columns.shape[1] <= 3 else ("QJ",):
+        for options in ("Qt", "QJ") if self.family.dimension <= 3 else ("QJ",):
             try:
                 return ConvexHull(points, qhull_options=options)
             except QhullError as error:
                 last = error
         problem = f"no convex hull of the points found ({str(last).splitlines()[0]})"
-        raise SolverError(message(self.where, problem, "give a bound closer to the set's size")) from last
+        raise SolverError(message(self.family.where, problem, "give a bound closer to the set's size")) from last
 
     def _worst(self, vertices: Float, gauge: Float, enough: float, count: int) -> list[Float]:
         """Up to ``count`` vertices to ask along: largest gauge first, no two alike, none that failed before."""
@@ -167,7 +126,3 @@ def _rows(hull: ConvexHull) -> Float:
     """Rows a of a·x <= 1 of a hull around 0, each once."""
     rows = np.asarray(hull.equations[:, :-1] / -hull.equations[:, -1:])
     return np.asarray(rows[np.unique(np.round(rows, 9), axis=0, return_index=True)[1]])
-
-
-def _shown(direction: Float) -> str:
-    return "(" + ", ".join(f"{v + 0.0:.3g}" for v in direction) + ")"

@@ -1,0 +1,195 @@
+"""Find an order in which an assembly can be built, body by body, with everything standing after each step.
+
+Bodies are put in from the top, so an order is an order of removals reversed, with one condition less: what could clamp
+a body that is pulled out does not hinder one that is set down. The search is that of disassembly (search.py).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from holdfast.applications.disassembly.order import BUDGET, SHOWN, check_stands
+from holdfast.applications.disassembly.removal import Answer, Removal, Removals
+from holdfast.applications.disassembly.search import everything
+from holdfast.assembly.assembly import Assembly
+from holdfast.base.archive import archived, to_dict
+from holdfast.base.arrays import Float, checked_direction, checked_whole
+from holdfast.base.kinds import shaped
+from holdfast.base.progress import reported
+from holdfast.base.public import PublicValue, Summary, number
+from holdfast.base.ranges import MANY
+from holdfast.base.text import listed
+from holdfast.base.values import Value
+from holdfast.engines.answers import Claim
+from holdfast.engines.contract import Engine
+from holdfast.engines.verdict import Status
+from holdfast.queries.map import MapPoint, robustness_map
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
+from holdfast.queries.result import amount
+from holdfast.scene.scene import Scene
+
+PUSHES = 200  # about as many points are pushed in every state
+NOTHING = float("nan")
+SAFE = "everything stands with it, and while its weight is set down"
+
+
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class BuildStep(Value):
+    """One body that is put in, and what the state withstands in which it then stands.
+
+    ``hold`` means that the body must be held against turning while it is set down. ``weakest`` is the point of all
+    exposed surfaces at which the least inward push moves something, or None if that was not asked for.
+    """
+
+    body: str
+    reason: str
+    hold: bool
+    weakest: MapPoint | None
+
+
+@archived
+@shaped(lift="3")
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class BuildOrder(PublicValue):
+    """An order in which the bodies of ``assembly`` can be put in, each along minus ``lift`` (3,), a unit vector.
+
+    ``steps`` are in order. After each of them everything that is there stands, by the verdict of ``method``. If
+    ``reached`` is False, the bodies ``first`` must stand before the first step: nobody can put in the last of them, and
+    ``stuck`` says why for each. They need a support that is taken away later. ``proven`` means that no order does with
+    fewer, or that this one needs none.
+    """
+
+    assembly: Assembly
+    method: Engine
+    lift: Float
+    steps: tuple[BuildStep, ...]
+    reached: bool
+    proven: bool
+    stuck: tuple[Removal, ...]
+
+    @property
+    def engine(self) -> str:
+        """The name of the engine."""
+        return self.method.name
+
+    @property
+    def claim(self) -> Claim:
+        """What the engine promises about its answers."""
+        return self.method.claim
+
+    @property
+    def order(self) -> tuple[str, ...]:
+        """The names of the bodies in the order in which they are put in."""
+        return tuple(step.body for step in self.steps)
+
+    @property
+    def first(self) -> tuple[str, ...]:
+        """The names of the bodies that must stand before the first step."""
+        return tuple(body.name for body in self.assembly.movable if body.name not in self.order)
+
+    @cached_property
+    def force(self) -> Float:
+        """The least push [N] that moves something after each step, (n,): nan where it is not known or not asked for."""
+        known = [NOTHING if step.weakest is None else _known(step.weakest) for step in self.steps]
+        found = np.array(known, dtype=np.float64)
+        found.setflags(write=False)
+        return found
+
+    @property
+    def least(self) -> BuildStep | None:
+        """The step after which the least push moves something; None if no push is known."""
+        known = [step for step, force in zip(self.steps, self.force, strict=True) if not np.isnan(force)]
+        return min(known, key=lambda step: step.weakest.force if step.weakest else np.inf, default=None)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON."""
+        names = ("engine", "claim", "lift", "order", "reached", "proven", "first", "force", "steps", "stuck")
+        return {"scene": self.assembly.scene.name} | {name: to_dict(getattr(self, name)) for name in names}
+
+    def summary(self) -> Summary:
+        """Summarise the order by its steps and what each state withstands."""
+        whole = len(self.assembly.movable)
+        headline = f"{len(self.steps)} of {whole} bodies go in one by one: {listed(self.order[:SHOWN], SHOWN)}"
+        least = self.least
+        if least is not None and least.weakest is not None:
+            headline += f"; the least push {number(least.weakest.force, 'N')}, after {least.body}"
+        facts = [("engine", f"{self.engine} ({self.claim})")]
+        facts += [("must stand before", listed(self.first))] if self.first else []
+        rows = [[str(k + 1), step.body, shown(step), step.reason] for k, step in enumerate(self.steps)]
+        return Summary(headline, facts, ("step", "put in", "least push then", "why it may go in"), rows)
+
+
+def _known(point: MapPoint) -> float:
+    return NOTHING if point.status is Status.UNDECIDED else point.force
+
+
+def shown(step: BuildStep) -> str:
+    """Return what the state after a step withstands, as text."""
+    return "" if step.weakest is None else amount(step.weakest.status, step.weakest.force, "N")
+
+
+class Placings(Removals):
+    """The answers whether each body may be put in last, in any state of the building, as answers about removals."""
+
+    def released(self, name: str, part: frozenset[str]) -> Removal:
+        """Answer that nothing comes along with a body that is set down from above; else as for a removal."""
+        upright = self.lift @ self.up > 1 - 1e-9
+        return Removal(name, Answer.SAFE, SAFE) if upright else super().released(name, part)
+
+
+def build_order(
+    assembly: Assembly | Scene,
+    *,
+    lift: ArrayLike = (0.0, 0.0, 1.0),
+    pushes: int = PUSHES,
+    budget: int = BUDGET,
+    engine: EngineChoice = DEFAULT_ENGINE,
+) -> BuildOrder:
+    """Find an order in which all bodies can be put in along minus ``lift`` (3,), one by one, each state standing.
+
+    A body may be put in if its straight way in is free of the bodies that are there already, and if everything stands
+    with it and while its weight is set down. Each state is pushed at about ``pushes`` points of its exposed surfaces,
+    to find the least push that moves something; 0 leaves that out. ``budget`` is the number of answers by contact
+    forces after which the search stops.
+
+    Raises UnstableError (a SceneError) if the assembly does not stand, and SolverError with the verdict if this is
+    undecided.
+    """
+    assembly = checked_assembly(assembly)
+    method = engine_of(engine)
+    checked_whole(budget, "build_order: budget", 0, MANY)
+    checked_whole(pushes, "build_order: pushes", 0, MANY)
+    direction = checked_direction(lift, "build_order: lift")
+    placings = Placings(assembly, method, direction)
+    check_stands(placings)
+    plan = everything(placings, budget)
+    steps = plan.steps[::-1]
+    there = frozenset(placings.names) - {step.body for step in steps}
+    stuck = tuple(placings.answer(name, there, exit_first=False) for name in placings.names if name in there)
+    made = []
+    for step in reported("states of the building", steps):
+        there |= {step.body}
+        weakest = _weakest(placings.reduced(there), pushes, method) if pushes else None
+        made.append(BuildStep(step.body, step.reason, step.hold, weakest))
+    return BuildOrder(
+        assembly=assembly,
+        method=method,
+        lift=direction,
+        steps=tuple(made),
+        reached=plan.reached,
+        proven=plan.proven,
+        stuck=stuck,
+    )
+
+
+def _weakest(state: Assembly, pushes: int, engine: Engine) -> MapPoint | None:
+    """Return the point of the exposed surfaces of a state at which the least push moves something."""
+    area = sum(body.surface_world.area for body in state.movable)
+    found = robustness_map(state, spacing=float(np.sqrt(area / pushes)), engine=engine)
+    return found.weakest() if len(found.force) else None

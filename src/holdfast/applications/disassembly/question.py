@@ -1,0 +1,46 @@
+"""Answer whether one body may be taken out of an assembly as it is."""
+
+from __future__ import annotations
+
+from numpy.typing import ArrayLike
+
+from holdfast.applications.disassembly.removal import Answer, Removal, Removals
+from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.base.arrays import checked_direction
+from holdfast.base.errors import SceneError, message
+from holdfast.base.text import listed, quoted
+from holdfast.engines.verdict import Status
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, body_number, checked_assembly, engine_of
+from holdfast.scene.scene import Scene
+
+
+def can_remove(
+    assembly: Assembly | Scene,
+    body: str,
+    *,
+    lift: ArrayLike = (0.0, 0.0, 1.0),
+    engine: EngineChoice = DEFAULT_ENGINE,
+) -> Removal:
+    """Decide whether ``body`` may be taken out now, along the direction ``lift`` (3,), while all others stay.
+
+    It may (``safe``) if four conditions hold: its straight way out is free of all other bodies; the others stand
+    without it; nothing else moves while its weight is taken; and nothing comes along with it. If it may not, ``moving``
+    names the bodies that would move and ``blockers`` those in the way. What is not known is undecided, with the reason.
+
+    Only what shares contacts with the body counts, except for its way out. If that does not stand as it is, the body
+    may not be taken out: nobody should reach into what falls. Raises SceneError if the body is fixed or unknown.
+    """
+    assembly = checked_assembly(assembly)
+    if body_number(assembly, body) == FIXED:
+        raise SceneError(message(f"removal of {quoted(body)}", "the body is fixed", "name a movable body"))
+    removals = Removals(assembly, engine_of(engine), checked_direction(lift, "can_remove: lift"))
+    whole = frozenset(removals.names)
+    verdict = removals.verdict(removals.part_of(body, whole))
+    blockers = removals.exits.blockers(body, whole)
+    if verdict.status is Status.UNSTABLE:
+        moving = () if verdict.mechanism is None else verdict.mechanism.moving
+        reason = f"it does not stand as it is: {listed(moving)} would move"
+        return Removal(body, Answer.UNSAFE, reason, blockers=blockers, moving=moving)
+    if verdict.status is Status.UNDECIDED and not blockers:
+        return Removal(body, Answer.UNDECIDED, f"whether it stands as it is: {verdict.reason}")
+    return removals.answer(body, whole, exit_first=False)

@@ -1,0 +1,224 @@
+"""How much of what it can take a wrench on a body uses, for thousands of wrenches a second: a planner's constraint."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.base.archive import archived, to_dict
+from holdfast.base.arrays import Float, checked, checked_number, checked_whole, frozen
+from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.kinds import shaped
+from holdfast.base.public import PublicValue, Summary, number
+from holdfast.base.ranges import FORCE, MANY, PLACE, SCALE
+from holdfast.base.rigid import wrench_at
+from holdfast.base.text import quoted
+from holdfast.engines.answers import Claim
+from holdfast.engines.capabilities import HULLS
+from holdfast.engines.groups import prepared
+from holdfast.engines.verdict import Status
+from holdfast.geometry.cells import surface_cells
+from holdfast.geometry.hull_gauge import hull_gauge
+from holdfast.queries.request import (
+    CERTAIN_ENGINE,
+    EngineChoice,
+    Load,
+    body_number,
+    checked_assembly,
+    engine_of,
+    total_wrench,
+)
+from holdfast.queries.sets import wrench_bound, wrench_columns
+from holdfast.scene.scene import Scene
+
+SOLVES = 1000  # default budget
+PUSHES = 200  # about as many points of the surface at which wrenches are drawn
+
+
+@archived
+@shaped(known="m 6", price="m", bound="6", com="3")
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Constraint(PublicValue):
+    """The load factor of any wrench on ``body``, from below, as a function with a derivative.
+
+    A wrench is a force [N] and a torque [N m] about the body's centre of mass ``com`` (3,) [m], along the world axes.
+    The load factor is the largest number by which it can be multiplied before anything in the assembly moves, in
+    addition to the weight and the standing loads. What the constraint says is never above the factor that engine
+    ``engine`` gives: it follows from ``known`` wrenches (m, 6) that are carried, whose combinations are carried, too.
+    The reciprocal of the factor of each known wrench is at most its ``price`` (m,).
+
+    Nine in ten of the wrenches that were looked at last, half of them anywhere and half of them pushes on the body's
+    surface or near those that were asked for, have a value of at least (1 - ``gap``) times the true factor.
+    ``gap_wanted`` is the gap that was asked for, and ``solves`` is the number of solves that were needed. ``bound``
+    (6,) is the box in which corners were sought: factors that lead far beyond it are given too small.
+    """
+
+    body: str
+    engine: str
+    claim: Claim
+    known: Float
+    price: Float
+    com: Float
+    bound: Float
+    gap: float
+    gap_wanted: float
+    solves: int
+    notes: tuple[str, ...]
+
+    def value(self, wrenches: ArrayLike) -> float | Float:
+        """Return the load factors of ``wrenches`` (6,) or (n, 6), never above the true ones: a number, or (n,).
+
+        At least 1 means that the wrench is carried. A wrench of 0 has the factor inf.
+        """
+        used, single = self._used(wrenches, "value: wrenches")[0::2]
+        with np.errstate(divide="ignore"):
+            factors = 1 / used
+        return float(factors[0]) if single else factors
+
+    def gradient(self, wrenches: ArrayLike) -> Float:
+        """Return the derivatives of ``value`` by the wrench, of the shape of ``wrenches``.
+
+        They are -cut · value². ``value`` has kinks, where the derivative is that of one side.
+        """
+        used, cut, single = self._used(wrenches, "gradient: wrenches")
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slopes = np.where(used[:, None] > 0, -cut / used[:, None] ** 2, 0.0)
+        return slopes[0] if single else slopes
+
+    def usage(self, wrenches: ArrayLike) -> float | Float:
+        """Return 1 / value: the share that the wrench uses of what the body can take, never below the true one.
+
+        It is convex and has a value for every wrench, so it is what an optimiser should be given: at most 1 is allowed.
+        """
+        used, single = self._used(wrenches, "usage: wrenches")[0::2]
+        return float(used[0]) if single else used
+
+    def cut(self, wrenches: ArrayLike) -> Float:
+        """Return the derivatives of ``usage`` by the wrench, of the shape of ``wrenches``.
+
+        Each is a row that gives the usage of its wrench, row·w, and bounds that of any other from below.
+        """
+        cut, single = self._used(wrenches, "cut: wrenches")[1:]
+        return cut[0] if single else cut
+
+    def wrenches(self, points: ArrayLike, forces: ArrayLike) -> Float:
+        """Return the wrenches (n, 6) of ``forces`` (n, 3) [N] at ``points`` (n, 3) [m], world frame.
+
+        A single point is used with all forces and a single force with all points.
+        """
+        p = np.atleast_2d(_placed(points, "points", PLACE))
+        f = np.atleast_2d(_placed(forces, "forces", FORCE))
+        if len({len(p), len(f)} - {1}) > 1:
+            problem = f"{len(p)} points and {len(f)} forces"
+            raise HoldfastError(message("constraint: wrenches", problem, "needs as many of both, or one of one"))
+        count = max(len(p), len(f))
+        return wrench_at(np.broadcast_to(f, (count, 3)), np.broadcast_to(p, (count, 3)), self.com)
+
+    def checked_after_load(self) -> None:
+        """Raise HoldfastError if the values that were read from a file cannot be those of a constraint."""
+        checked(self.known, (None, 6), "known")
+        price = checked(self.price, (len(self.known),), "price")
+        axes = self.known[:12] if len(self.known) >= 12 else np.zeros((12, 6))
+        along = np.concatenate([np.diag(axes[:6]), -np.diag(axes[6:])])
+        if not (price >= 0).all() or not (along > 0).all() or np.count_nonzero(axes) != 12:
+            problem = "the first twelve points are not along the axes, or a price is negative"
+            raise HoldfastError(message("constraint: known", problem, "needs what a constraint saved"))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON, with all known wrenches and their prices."""
+        names = ("body", "engine", "claim", "known", "price", "com", "bound", "gap", "gap_wanted", "solves", "notes")
+        return {name: to_dict(getattr(self, name)) for name in names}
+
+    def summary(self) -> Summary:
+        """Summarise the constraint by the wrenches along the axes that the body can take."""
+        headline = f"wrenches on {self.body}: {len(self.price):,} known, most within {self.gap:.2%}"
+        names = ("force x", "force y", "force z", "torque x", "torque y", "torque z")
+        factors = self.value(np.vstack([np.eye(6), -np.eye(6)]))
+        ends = np.asarray(factors).reshape(2, 6)
+        rows = [
+            [name, number(-ends[1, k], unit), number(ends[0, k], unit)]
+            for k, (name, unit) in enumerate(zip(names, ("N",) * 3 + ("N m",) * 3, strict=True))
+        ]
+        facts = [("engine", f"{self.engine} ({self.claim})"), ("solves", str(self.solves))]
+        return Summary(headline, facts, ("along", "from", "to"), rows, self.notes)
+
+    def _used(self, wrenches: ArrayLike, where: str) -> tuple[Float, Float, bool]:
+        """Return the usages (n,), the cuts (n, 6), and whether there is a single wrench."""
+        single = np.ndim(wrenches) == 1
+        given = checked(wrenches, (6,) if single else (None, 6), where).reshape(-1, 6)
+        used, cut = hull_gauge(self.known, self.price, np.ascontiguousarray(given))
+        return used, cut, single
+
+
+def constraint(
+    assembly: Assembly | Scene,
+    body: str,
+    *,
+    engine: EngineChoice = CERTAIN_ENGINE,
+    gap: float = 0.02,
+    near: ArrayLike | None = None,
+    bound: ArrayLike | None = None,
+    budget: int = SOLVES,
+    standing: Iterable[Load] = (),
+) -> Constraint:
+    """Find a function that gives the load factor of any wrench on ``body``, never above the true one; see Constraint.
+
+    It answers tens of thousands of wrenches in a second, whatever the assembly. ``near`` (n, 6) are wrenches like those
+    that will be asked, by direction; by default, pushes on the body's surface. ``gap`` is only a target: nine in ten
+    wrenches are to be so close, and ``budget`` bounds the number of solves. ``bound`` (2,) holds the largest force [N]
+    and torque [N m] components that will be asked, with the defaults of ``admissible_wrenches``. The weight and the
+    ``standing`` loads act throughout.
+
+    Raises SceneError if the body is fixed or unknown. Raises HoldfastError if the assembly does not stand, or if the
+    body is about to move, so that some direction takes no wrench at all.
+    """
+    assembly = checked_assembly(assembly)
+    where = f"constraint on {quoted(body)}"
+    wanted = checked_number(gap, f"{where}: gap", above=0, within=SCALE)
+    checked_whole(budget, f"{where}: budget", 0, MANY)
+    index = body_number(assembly, body)
+    if index == FIXED:
+        raise SceneError(message(where, "the body is fixed: it takes every wrench", "name a movable body"))
+    limits = wrench_bound(assembly, bound, where)
+    columns = wrench_columns(assembly, index)
+    com = np.array(assembly.com[index])
+    asked = _pushes(assembly, body, com) if near is None else checked(near, (None, 6), f"{where}: near", within=FORCE)
+    method = engine_of(engine)
+    state, rows = prepared(method, assembly, total_wrench(assembly, standing)).together([index], where)
+    found = HULLS.of(state, engine=method.name, where=where).load_hull(
+        columns[rows] * limits, asked / limits, wanted, budget, where
+    )
+    verdict = state.verdict()
+    notes = state.notes if verdict.status is Status.STABLE else (*state.notes, verdict.reason)
+    if found.gap > wanted:
+        notes += (f"of the last wrenches looked at, one in ten is farther than {found.gap:.1%} below the true factor",)
+    return Constraint(
+        body=body,
+        engine=method.name,
+        claim=method.claim,
+        known=np.asarray(frozen(found.known * limits)),
+        price=np.asarray(frozen(found.price)),
+        com=com,
+        bound=limits,
+        gap=found.gap,
+        gap_wanted=wanted,
+        solves=found.solves,
+        notes=notes,
+    )
+
+
+def _pushes(assembly: Assembly, body: str, com: Float) -> Float:
+    """Return wrenches (n, 6) of inward pushes of 1 N all over the surface of a body."""
+    surface = assembly.scene.body(body).surface_world
+    cells = surface_cells(surface, float(np.sqrt(surface.area / PUSHES)))
+    return wrench_at(-cells.normals, cells.points, com)
+
+
+def _placed(value: ArrayLike, name: str, within: Any) -> Float:  # noqa: ANN401 - a range of base/ranges.py
+    shape = (3,) if np.ndim(value) == 1 else (None, 3)
+    return checked(value, shape, f"constraint: {name}", within=within)

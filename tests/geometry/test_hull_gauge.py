@@ -1,0 +1,58 @@
+"""The gauge of a hull beside scipy's linear programs, and what holds whatever a program is stopped at."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+from holdfast.geometry.hull_gauge import hull_gauge
+
+
+def hull(size: int, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points along the axes and anywhere, some of them directions without an end."""
+    rng = np.random.default_rng(seed)
+    axes = np.vstack([np.diag(rng.uniform(0.2, 2, size)), -np.diag(rng.uniform(0.2, 2, size))])
+    known = np.vstack([axes, rng.normal(size=(count, size))])
+    price = np.where(rng.random(len(known)) < 0.02, 0.0, 1.0)
+    return known, price
+
+
+@pytest.mark.parametrize(("size", "count"), [(2, 5), (3, 40), (6, 20), (6, 300)])
+def test_it_is_the_least_price_of_a_combination(size: int, count: int) -> None:
+    known, price = hull(size, count, seed=count)
+    points = np.random.default_rng(1).normal(size=(40, size))
+    bounds, facets = hull_gauge(known, price, points)
+    for point, bound, facet in zip(points, bounds, facets, strict=True):
+        least = linprog(price, A_eq=known.T, b_eq=point).fun
+        assert bound == pytest.approx(least, abs=1e-8)
+        assert bound >= least - 1e-12
+        assert facet @ point == pytest.approx(bound, abs=1e-9)
+        assert (known @ facet <= price + 1e-8).all()
+
+
+def test_the_gauge_of_a_cube_is_the_largest_coordinate() -> None:
+    corners = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1).T
+    known = np.vstack([np.eye(3), -np.eye(3), corners])
+    points = np.random.default_rng(2).normal(size=(50, 3))
+    bounds, facets = hull_gauge(known, np.ones(len(known)), points)
+    np.testing.assert_allclose(bounds, np.abs(points).max(1), rtol=1e-12)
+    np.testing.assert_allclose(np.abs(facets).sum(1), 1.0)
+
+
+def test_zero_is_free_and_a_direction_without_an_end_is_nearly_so() -> None:
+    known = np.vstack([np.eye(3), -np.eye(3)])
+    price = np.array([1.0, 1, 1, 1, 1, 0])
+    bounds, _ = hull_gauge(known, price, np.array([[0.0, 0, 0], [0, 0, -5], [0, 0, 5]]))
+    assert bounds[0] == 0
+    assert 0 <= bounds[1] < 1e-12
+    assert bounds[2] == pytest.approx(5)
+
+
+def test_coincident_points_do_not_stop_it() -> None:
+    """Degenerate programs: every point four times, and points on the axes."""
+    known, price = hull(6, 60, seed=3)
+    many = np.vstack([known, known, known, known])
+    points = np.vstack([np.eye(6), known[12:30]])
+    once = hull_gauge(known, price, points)[0]
+    np.testing.assert_allclose(hull_gauge(many, np.tile(price, 4), points)[0], once, rtol=1e-9, atol=1e-12)

@@ -1,0 +1,167 @@
+"""A planner's constraint: never above single solves, close to them, with a derivative, and the same everywhere."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import holdfast as hf
+from holdfast.engines.limit.engine import Limit
+from holdfast.scene.shipped import shipped_scene
+from holdfast.scene.shipped.blocks import at, box, floor
+
+G = 9.81
+
+
+@pytest.fixture(scope="module")
+def cube() -> hf.Constraint:
+    return hf.constraint(shipped_scene("cube"), "cube", budget=400)
+
+
+@pytest.fixture(scope="module", params=[("cube", "cube"), ("table", "slab"), ("arch", "v3"), ("tabletop", "mug")])
+def asked(request: pytest.FixtureRequest) -> tuple[hf.Assembly, hf.Constraint]:
+    name, body = request.param
+    assembly = hf.assemble(shipped_scene(name))
+    return assembly, hf.constraint(assembly, body, budget=500)
+
+
+def drawn(found: hf.Constraint, count: int, seed: int = 7) -> np.ndarray:
+    """Wrenches (n, 6) anywhere, of the sizes that the body can take along the axes."""
+    factors = np.minimum(np.asarray(found.value(np.eye(6))), found.bound)
+    return np.random.default_rng(seed).normal(size=(count, 6)) * factors
+
+
+def true(assembly: hf.Assembly, body: str, wrenches: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Factors (n,) and upper bounds (n,) by one solve each, on the whole assembly."""
+    W = np.zeros((6 * len(assembly.movable), len(wrenches)))
+    first = 6 * assembly.index[body]
+    W[first : first + 6] = wrenches.T
+    found = Limit().prepare(assembly).load_factor(W)
+    return found.force, found.upper
+
+
+def test_it_is_never_above_single_solves_and_mostly_close(asked: tuple[hf.Assembly, hf.Constraint]) -> None:
+    assembly, found = asked
+    wrenches = drawn(found, 60)
+    value = np.asarray(found.value(wrenches))
+    factor, upper = true(assembly, found.body, wrenches)
+    assert (value <= upper * (1 + 1e-12)).all()
+    assert (value <= factor * (1 + 1e-6)).all()
+    finite = np.isfinite(factor)
+    assert np.median(1 - value[finite] / factor[finite]) < 0.12
+
+
+def test_the_cut_is_a_row_that_bounds_every_usage_from_below(asked: tuple[hf.Assembly, hf.Constraint]) -> None:
+    _, found = asked
+    wrenches = drawn(found, 30)
+    usage, cut = np.asarray(found.usage(wrenches)), found.cut(wrenches)
+    np.testing.assert_allclose((cut * wrenches).sum(1), usage, rtol=1e-8, atol=1e-10)
+    assert (wrenches @ cut.T <= usage[:, None] + 1e-8).all()
+
+
+def test_the_gradient_is_that_of_differences(asked: tuple[hf.Assembly, hf.Constraint]) -> None:
+    _, found = asked
+    step = 1e-7
+    for w in drawn(found, 12):
+        towards = drawn(found, 1, seed=3)[0]
+        ahead, behind = (float(found.value(w + sign * step * towards)) for sign in (1, -1))
+        middle = float(found.value(w))
+        if not np.isclose(ahead - middle, middle - behind, rtol=1e-3, atol=0):
+            continue  # a kink within the step
+        assert (ahead - behind) / (2 * step) == pytest.approx(found.gradient(w) @ towards, rel=1e-4)
+
+
+def test_the_usage_is_a_gauge(cube: hf.Constraint) -> None:
+    """Homogeneous and convex, as the true one: the middle of two wrenches uses at most the mean."""
+    a, b = drawn(cube, 50), drawn(cube, 50, seed=8)
+    np.testing.assert_allclose(cube.usage(3 * a), 3 * np.asarray(cube.usage(a)), rtol=1e-9)
+    assert (np.asarray(cube.usage((a + b) / 2)) <= (np.asarray(cube.usage(a)) + cube.usage(b)) / 2 + 1e-9).all()
+
+
+@pytest.mark.parametrize(
+    ("wrench", "force"),
+    [
+        ((1, 0, 0, 0, 0, 0), 0.6 * G),  # slides: at the centre it would tip at m g
+        ((0, 0, 1, 0, 0, 0), G),  # lifts off
+        ((0, 0, 0, 0, 1, 0), G * 0.05),  # tips about an edge
+        ((1, 0, 0, 0, 0.05, 0), G / 2),  # pushed at the upper edge: tips
+    ],
+)
+def test_closed_forms_of_a_cube(cube: hf.Constraint, wrench: tuple[float, ...], force: float) -> None:
+    assert force * 0.98 <= float(cube.value(wrench)) <= force * (1 + 1e-9)
+
+
+def test_pressing_down_is_free_as_far_as_the_box(cube: hf.Constraint) -> None:
+    assert float(cube.value((0, 0, -1, 0, 0, 0))) >= cube.bound[2]
+    assert float(cube.value(np.zeros(6))) == np.inf
+    assert not cube.gradient(np.zeros(6)).any()
+
+
+def test_wrenches_of_forces_at_points_are_those_of_pushes(cube: hf.Constraint) -> None:
+    """A push on the left face at (x, y, z) along x: torque (0, z F, -y F) about the centre."""
+    found = cube.wrenches([(-0.05, 0.02, 0.08), (-0.05, 0.02, 0.02)], (2.0, 0, 0))
+    np.testing.assert_allclose(found, [(2, 0, 0, 0, 0.06, -0.04), (2, 0, 0, 0, -0.06, -0.04)], atol=1e-15)
+    push = hf.robustness(shipped_scene("cube"), "cube", (-0.05, 0.02, 0.08), (1, 0, 0), engine="limit")
+    assert 0.95 * push.force[0] <= float(cube.value(found[0] / 2)) <= push.upper[0]
+
+
+def test_wrenches_near_those_asked_for_are_closer() -> None:
+    scene = shipped_scene("arch")
+    blind = hf.constraint(scene, "v3", budget=120)
+    near = drawn(blind, 5, seed=11)
+    told = hf.constraint(scene, "v3", budget=120, near=near)
+    assert np.median(np.asarray(told.value(near)) / blind.value(near)) > 1.02
+
+
+def test_standing_loads_count(cube: hf.Constraint) -> None:
+    """Pressed down by its own weight again, the cube takes twice as much from the side."""
+    pressed = hf.Load("cube", (0, 0, 0.1), force=(0, 0, -G))
+    found = hf.constraint(shipped_scene("cube"), "cube", budget=400, standing=[pressed])
+    w = (1, 0, 0, 0, 0, 0)
+    assert float(found.value(w)) == pytest.approx(2 * float(cube.value(w)), rel=0.02)
+
+
+def test_it_turns_with_the_scene() -> None:
+    """Turned and moved, bound and wrenches along, a constraint from enough solves is as close to the same truth."""
+    turn = np.eye(4)
+    turn[:3, :3] = Rotation.from_rotvec((0.3, -0.5, 0.8)).as_matrix()
+    turn[:3, 3] = 1, 2, 3
+    scene = shipped_scene("cube")
+    turned = hf.Scene(
+        [b.moved(turn @ (np.eye(4) if b.pose is None else b.pose)) for b in scene.bodies],
+        scene.friction,
+        gravity=turn[:3, :3] @ scene.gravity,
+    )
+    here, there = hf.constraint(scene, "cube", budget=400), hf.constraint(turned, "cube", budget=400)
+    wrenches = drawn(here, 40)
+    R = turn[:3, :3]
+    moved = np.hstack([wrenches[:, :3] @ R.T, wrenches[:, 3:] @ R.T])
+    np.testing.assert_allclose(np.median(np.asarray(there.value(moved)) / here.value(wrenches)), 1, atol=0.02)
+
+
+def test_the_same_question_has_the_same_answer_to_the_last_digit(cube: hf.Constraint, tmp_path: Path) -> None:
+    assert hf.constraint(shipped_scene("cube"), "cube", budget=400) == cube
+    cube.save(tmp_path / "c.npz")
+    again = hf.load_answer(tmp_path / "c.npz")
+    assert again == cube
+    w = drawn(cube, 5)
+    np.testing.assert_array_equal(again.value(w), cube.value(w))
+
+
+def test_what_cannot_be_constrained_is_refused() -> None:
+    ball = hf.Body("orange", hf.Sphere(0.04), mass=0.2, pose=at(0, 0, 0.04))
+    with pytest.raises(hf.HoldfastError, match="constraint on 'orange': 0 is not inside the set"):
+        hf.constraint(hf.Scene([floor(), ball], 0.5), "orange")
+    hanging = box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.5))
+    with pytest.raises(hf.HoldfastError, match="constraint on 'cube': the assembly is unstable"):
+        hf.constraint(hf.Scene([floor(), hanging], 0.5), "cube")
+    with pytest.raises(hf.SceneError, match="the body is fixed"):
+        hf.constraint(shipped_scene("cube"), "floor")
+    with pytest.raises(hf.HoldfastError, match="use engine='limit'"):
+        hf.constraint(shipped_scene("cube"), "cube", engine="compliant")
+    found = hf.constraint(shipped_scene("cube"), "cube", budget=20)
+    with pytest.raises(hf.HoldfastError, match="2 points and 3 forces"):
+        found.wrenches(np.zeros((2, 3)), np.ones((3, 3)))
