@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from holdfast.applications.placement.options import Weights
     from holdfast.applications.placement.plan import plan_placement
     from holdfast.applications.placement.result import Placement
+    from holdfast.applications.pushing.result import Effect, SafePushes
+    from holdfast.applications.pushing.safe import safe_pushes
     from holdfast.applications.saved import load_answer
     from holdfast.applications.settled import Fall, Settled, settle
     from holdfast.applications.strap import Strap, tied
@@ -86,6 +88,8 @@ _NAMES = {
     "holdfast.applications.placement.options": ("Weights",),
     "holdfast.applications.placement.plan": ("plan_placement",),
     "holdfast.applications.placement.result": ("Placement",),
+    "holdfast.applications.pushing.result": ("Effect", "SafePushes"),
+    "holdfast.applications.pushing.safe": ("safe_pushes",),
     "holdfast.applications.saved": ("load_answer",),
     "holdfast.applications.settled": ("Fall", "Settled", "settle"),
     "holdfast.applications.strap": ("Strap", "tied"),
@@ -155,6 +159,7 @@ __all__ = [
     "ConvexSet",
     "Cylinder",
     "Disassembly",
+    "Effect",
     "Ellipsoid",
     "Fall",
     "Friction",
@@ -177,6 +182,7 @@ __all__ = [
     "Robustness",
     "RobustnessMap",
     "RobustnessUnder",
+    "SafePushes",
     "Scene",
     "SceneError",
     "Sensitivity",
@@ -211,6 +217,7 @@ __all__ = [
     "robustness",
     "robustness_map",
     "robustness_under",
+    "safe_pushes",
     "safe_time_scale",
     "save_scene",
     "sensitivity",

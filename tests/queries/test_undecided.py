@@ -172,3 +172,15 @@ def test_the_worst_case_is_undecided_only_where_a_corner_may_be_weaker() -> None
     states = iter(Told(table) for table in tables[::-1])
     again = weakest(assembly, lambda _: next(states), np.zeros(6), np.zeros((6, 4)), corners)  # type: ignore[arg-type,return-value]
     assert list(again.answers.status) == list(found.answers.status)
+
+
+def test_the_strongest_point_is_decided_and_an_infinite_one_comes_first(whole: hf.RobustnessMap) -> None:
+    strong = whole.strongest()
+    assert strong == whole.at(int(np.argmax(whole.force)))
+    if not np.isinf(strong.force):
+        assert (whole.force <= strong.force).all()
+    best = int(np.argmax(whole.force))
+    doubted = retold(whole, [best], UNDECIDED)
+    others = np.delete(np.arange(len(whole.force)), best)
+    assert doubted.strongest().force == whole.force[others].max()
+    assert unknown(whole).strongest().status is UNDECIDED

@@ -151,6 +151,15 @@ class RobustnessMap(Forces):
         """
         return self.at(int(self.answers.ranking[0]))
 
+    def strongest(self) -> MapPoint:
+        """Return the point where the largest push is held; among equal points, the first.
+
+        If pushes that move nothing, however large, are among them, it is the first of these, with an infinite force.
+        Points whose answer is not known do not count: only if no point is decided, the status of the returned point is
+        UNDECIDED, and its force 0 is no answer.
+        """
+        return self.at(int(np.argmax(np.where(self.answers.decided, self.force, -np.inf))))
+
     def weakest_of_each_body(self) -> tuple[MapPoint, ...]:
         """Return the weakest point of every body, beginning with the weakest body.
 

@@ -1,0 +1,112 @@
+"""The answer where a body can be pushed, and what each push does."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from enum import StrEnum, auto
+from typing import Any
+
+from holdfast.base.archive import archived, to_dict
+from holdfast.base.arrays import Bool, Float, Objects
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.kinds import check_kinds, shaped
+from holdfast.base.public import PublicValue, Summary, number
+from holdfast.engines.answers import Claim
+from holdfast.queries.result import places_of
+
+SHOWN = 6  # rows of each effect in a summary
+
+
+@archived
+class Effect(StrEnum):
+    """What a push of the given force certainly does: nothing moves, the body alone, or others too; or not known."""
+
+    NOTHING = auto()
+    ALONE = auto()
+    OTHERS = auto()
+    UNKNOWN = auto()
+
+
+@archived
+@shaped(points="n 3", directions="n 3", effect="n", reason="n", lower="n", upper="n")
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class SafePushes(PublicValue):
+    """What pushes of up to ``force`` [N] on ``body`` do, at n points that the tool reaches.
+
+    ``points`` (n, 3) [m] and the unit ``directions`` (n, 3) are in the world frame. ``effect`` (n,) holds an Effect for
+    each push, with the ``reason`` (n,) in words: NOTHING moves at any force up to this one; the body moves ALONE, by
+    ``travel`` [m], when it is pushed slowly by a tool that gives way at this force; OTHERS move, too; or it is UNKNOWN.
+    NOTHING and ALONE are said only if they are the same whether the friction of the body, and that of all other
+    contacts, is as given or off by the share ``doubt``.
+
+    ``lower`` (n,) [N] is a force at which nothing moves, whatever the friction among these, and ``upper`` (n,) one at
+    which something certainly does; their bounds are those of the engine and of limit analysis. ``unreached`` is the
+    number of pushes left out because the tool, of radius ``tool_radius`` [m], would touch another body.
+    """
+
+    body: str
+    engine: str
+    claim: Claim
+    force: float
+    points: Float
+    directions: Float
+    effect: Objects
+    reason: Objects
+    lower: Float
+    upper: Float
+    unreached: int
+    tool_radius: float
+    travel: float
+    doubt: float
+    notes: tuple[str, ...]
+
+    @property
+    def nothing(self) -> Bool:
+        """Which pushes (n,) move nothing."""
+        return self.are(Effect.NOTHING)
+
+    @property
+    def alone(self) -> Bool:
+        """Which pushes (n,) move the body and no other one."""
+        return self.are(Effect.ALONE)
+
+    def are(self, effect: Effect) -> Bool:
+        """Tell which pushes (n,) have this effect."""
+        found: Bool = self.effect == effect
+        found.setflags(write=False)
+        return found
+
+    def checked_after_load(self) -> None:
+        """Raise HoldfastError if the columns that were read from a file are not those of pushes."""
+        check_kinds(self.effect, Effect, "pushes: effect")
+        check_kinds(self.reason, str, "pushes: reason")
+        if (self.lower[self.nothing] < self.force).any() or (self.upper[self.alone] > self.force).any():
+            problem = "a push that moves nothing, or the body, has bounds that do not say so"
+            raise HoldfastError(message("pushes: effect", problem, "needs what was saved"))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON, with all columns."""
+        names = ("body", "engine", "claim", "force", "points", "directions", "effect", "reason", "lower", "upper")
+        more = ("unreached", "tool_radius", "travel", "doubt", "notes")
+        return {name: to_dict(getattr(self, name)) for name in (*names, *more)}
+
+    def summary(self) -> Summary:
+        """Summarise the answer by how many pushes have which effect, with some of each."""
+        count = Counter(self.effect.tolist())
+        told = f"{count[Effect.ALONE]} move it alone, {count[Effect.NOTHING]} nothing"
+        headline = f"{len(self.effect)} pushes of {number(self.force, 'N')} on {self.body}: {told}"
+        facts = [("engine", f"{self.engine} ({self.claim})")]
+        facts += [(f"{effect}", f"{count[effect]}") for effect in Effect]
+        facts += [("not reached by the tool", f"{self.unreached}")]
+        places = places_of(self.points)
+        rows = [
+            [str(effect), places[k], _along(self.directions[k]), self.reason[k]]
+            for effect in Effect
+            for k in self.are(effect).nonzero()[0][:SHOWN].tolist()
+        ]
+        return Summary(headline, facts, ("moves", "at", "along", "why"), rows, self.notes)
+
+
+def _along(direction: Float) -> str:
+    return "(" + ", ".join(f"{v + 0.0:.2f}" for v in direction) + ")"

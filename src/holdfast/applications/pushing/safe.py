@@ -1,0 +1,237 @@
+"""Find pushes on a body that move nothing, and pushes that move the body but none of its neighbours.
+
+Doubt excludes a push. What it does must be the same for three frictions: as given, and with all other contacts weaker
+by a share, that of the body's own contacts either stronger, so that it drags most, or weaker, so that it yields first.
+That the body moves at all must be proved by limit analysis for each of them; that others do not is what engine
+``compliant`` says of the end of the load path. The state in which the body has been moved must stand, too, and may have
+no new neighbour.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from holdfast.applications.pushing.result import Effect, SafePushes
+from holdfast.applications.pushing.tool import reached
+from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.base.arrays import Float, checked_directions, checked_number, objects
+from holdfast.base.errors import HoldfastError, HoldfastWarning, SceneError, message
+from holdfast.base.progress import reported
+from holdfast.base.ranges import FORCE, LENGTH
+from holdfast.base.text import listed, quoted
+from holdfast.engines.answers import Answers, Claim, joined_notes
+from holdfast.engines.contract import Engine
+from holdfast.engines.groups import prepared
+from holdfast.engines.verdict import Status
+from holdfast.queries.exposed import exposed_cells
+from holdfast.queries.push import asked
+from holdfast.queries.request import (
+    DEFAULT_ENGINE,
+    EngineChoice,
+    body_number,
+    checked_assembly,
+    engine_of,
+    push_columns,
+)
+from holdfast.scene.scene import Scene
+
+POINTS = 100  # about as many points of the surface are pushed by default
+OBLIQUE = 30.0  # [deg] a tool pushes at most so far off the normal, or it might slip
+TRAVEL = 0.005  # [m]
+DOUBT = 0.2
+PARTS = (0.5, 1.0)  # of the travel after which the state must stand
+SAME = 6  # decimals of poses [m] that count as the same
+
+
+def safe_pushes(
+    assembly: Assembly | Scene,
+    body: str,
+    force: float,
+    *,
+    directions: ArrayLike | None = None,
+    tool_radius: float = 0.0,
+    spacing: float | None = None,
+    travel: float = TRAVEL,
+    doubt: float = DOUBT,
+    engine: EngineChoice = DEFAULT_ENGINE,
+) -> SafePushes:
+    """Find where ``body`` can be pushed with up to ``force`` [N] so that nothing moves, or so that it moves alone.
+
+    The exposed surface is pushed at points about ``spacing`` [m] apart, a hundred of them by default: inwards along the
+    normal, or along those of ``directions`` (k, 3) that are within 30 degrees of it. The tool is a straight rod of
+    ``tool_radius`` [m] with a round tip, which must reach the point without touching another body. ``travel`` [m] is
+    how far the body is pushed: nothing else may move, or be in the way, until then. ``doubt`` is the share by which
+    friction may differ from what is given. Pushes are slow, and the tool follows the body: no force of inertia counts.
+
+    Raises SceneError if the body is fixed or unknown. Raises HoldfastError if the engine does not promise that what it
+    calls safe holds.
+    """
+    assembly = checked_assembly(assembly)
+    where = f"safe pushes on {quoted(body)}"
+    most = checked_number(force, f"{where}: force", above=0, within=FORCE)
+    radius = checked_number(tool_radius, f"{where}: tool_radius", minimum=0, within=LENGTH)
+    way = checked_number(travel, f"{where}: travel", above=0, within=LENGTH)
+    share = checked_number(doubt, f"{where}: doubt", minimum=0)
+    if share >= 1:
+        raise SceneError(message(f"{where}: doubt", f"is {share:g}", "needs a share below 1"))
+    method = engine_of(engine)
+    if method.claim is not Claim.HOLDS:
+        raise HoldfastError(message(where, f"engine {method.name!r} does not claim that it holds", "use 'compliant'"))
+    if body_number(assembly, body) == FIXED:
+        raise SceneError(message(where, "the body is fixed: no push moves it", "name a movable body"))
+    area = assembly.scene.body(body).surface_world.area
+    step = (
+        float(np.sqrt(area / POINTS))
+        if spacing is None
+        else checked_number(spacing, f"{where}: spacing", above=0, within=LENGTH)
+    )
+    points, normals, along = _candidates(assembly, body, step, directions, where)
+    free = reached(assembly, body, points, normals, along, radius)
+    points, along = points[free], along[free]
+    trials = _Trials(assembly, body, method, most, way, share)
+    effect, reason, lower, upper, notes = trials.judged(points, along)
+    return SafePushes(
+        body=body,
+        engine=method.name,
+        claim=method.claim,
+        force=most,
+        points=points,
+        directions=along,
+        effect=objects(effect),
+        reason=objects(reason),
+        lower=lower,
+        upper=upper,
+        unreached=int((~free).sum()),
+        tool_radius=radius,
+        travel=way,
+        doubt=share,
+        notes=notes,
+    )
+
+
+def _candidates(
+    assembly: Assembly, body: str, spacing: float, directions: ArrayLike | None, where: str
+) -> tuple[Float, Float, Float]:
+    """Return points (n, 3) [m] of the exposed surface, their outward normals and the directions of the pushes there."""
+    cells = exposed_cells(assembly, body, spacing)[0]
+    if directions is None:
+        return cells.points, cells.normals, -cells.normals
+    ways = checked_directions(directions, f"{where}: directions").reshape(-1, 3)
+    point, way = np.nonzero(-cells.normals @ ways.T >= np.cos(np.radians(OBLIQUE)) - 1e-9)
+    return cells.points[point], cells.normals[point], ways[way]
+
+
+@dataclass(frozen=True)
+class _Trials:
+    """Pushes of up to ``force`` [N] on one ``body``, for several frictions."""
+
+    assembly: Assembly
+    body: str
+    engine: Engine
+    force: float
+    travel: float
+    doubt: float
+
+    def judged(self, points: Float, along: Float) -> tuple[list[Effect], list[str], Float, Float, tuple[str, ...]]:
+        """Return effects and reasons, the least lower and the largest upper bounds (n,), and the notes."""
+        columns = push_columns(self.assembly, self.assembly.index[self.body], points, along)
+        held = np.zeros(len(columns))
+        found = [
+            asked(self.engine, each, columns, held, bound=True)
+            for each in reported("pushes with other friction", self._frictions())
+        ]
+        lower = np.min([answers.lower for answers in found], axis=0, initial=np.inf)
+        upper = np.max([answers.upper for answers in found], axis=0, initial=0.0)
+        effect, reason = [], []
+        states: dict[bytes, str] = {}
+        for k in reported("pushes", range(len(points))):
+            one, why = self._effect(found, k, float(lower[k]), float(upper[k]))
+            if one is Effect.ALONE:
+                trouble = self._moved(found, k, states)
+                one, why = (Effect.UNKNOWN, trouble) if trouble else (one, why)
+            effect.append(one)
+            reason.append(why)
+        return effect, reason, lower, upper, joined_notes(answers.notes for answers in found)
+
+    def _frictions(self) -> list[Assembly]:
+        """Return the assembly with friction as given, and with that of all contacts off by the doubt."""
+        mine = np.array([self.body in interface.bodies for interface in self.assembly.interfaces], dtype=bool)
+        mu = np.array(self.assembly.mu)
+        cases = [(1.0, 1.0), (1 + self.doubt, 1 - self.doubt), (1 - self.doubt, 1 - self.doubt)]
+        kinds = [self.assembly.with_mu((mu * np.where(mine, own, others)).tolist()) for own, others in cases]
+        return kinds if self.doubt > 0 else kinds[:1]
+
+    def _effect(self, found: list[Answers], k: int, lower: float, upper: float) -> tuple[Effect, str]:
+        """Judge one push by its bounds and by what gives way first, for all frictions alike."""
+        for answers in found:
+            if answers.verdict.status is not Status.STABLE:
+                return Effect.UNKNOWN, f"whether it stands without a push: {answers.verdict.reason}"
+            if answers.status[k] is Status.UNDECIDED:
+                return Effect.UNKNOWN, answers.undecided.text
+        if lower >= self.force:
+            return Effect.NOTHING, f"nothing moves below {lower:.3g} N"
+        if upper > self.force:
+            return Effect.UNKNOWN, f"something may move from {lower:.3g} N on, and must only from {upper:.3g} N on"
+        others = [tuple(name for name in answers.moving[k] if name != self.body) for answers in found]
+        if all(others):
+            return Effect.OTHERS, f"it moves {listed(others[0])} as well"
+        if any(others):
+            return Effect.UNKNOWN, f"with other friction it moves {listed(next(filter(None, others)))} as well"
+        if any(self.body not in answers.moving[k] or answers.mechanism[k] is None for answers in found):
+            return Effect.UNKNOWN, "what moves was not found"
+        return Effect.ALONE, f"it moves alone, from {lower:.3g} to {upper:.3g} N on"
+
+    def _moved(self, found: list[Answers], k: int, states: dict[bytes, str]) -> str:
+        """Say what is wrong with the states in which the body has been moved; empty if they all stand."""
+        for answers in found:
+            twist = answers.mechanism[k].twists[self.assembly.index[self.body]]
+            for part in PARTS:
+                pose = self._pose(twist, part * self.travel)
+                key = np.round(pose, SAME).tobytes()
+                if key not in states:
+                    states[key] = self._trouble(pose)
+                if states[key]:
+                    return f"pushed on by {part * self.travel * 1e3:.3g} mm {states[key]}"
+        return ""
+
+    def _pose(self, twist: Float, way: float) -> Float:
+        """Return the pose (4, 4) of the body after a motion along a twist (6,) by ``way`` [m] at its fastest point."""
+        body = self.assembly.scene.body(self.body)
+        centre = self.assembly.com[self.assembly.index[self.body]]
+        arms = body.surface_world.vertices - centre
+        speed = float(np.linalg.norm(twist[:3] + np.cross(twist[3:], arms), axis=1).max())
+        turn = np.eye(4)
+        turn[:3, :3] = Rotation.from_rotvec(twist[3:] * way / speed).as_matrix()
+        turn[:3, 3] = centre + twist[:3] * way / speed - turn[:3, :3] @ centre
+        return np.asarray(turn @ (np.eye(4) if body.pose is None else body.pose))
+
+    def _trouble(self, pose: Float) -> str:
+        """Say why the assembly with the body at another pose is not certain to stand as before; empty if it is."""
+        if not self.assembly.detected:
+            return "it may touch others: contacts were given, and where it touches then cannot be told"
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", HoldfastWarning)
+                moved = self.assembly.moved({self.body: pose})
+        except HoldfastError as error:
+            return f"is not known: {error}"
+        known = {frozenset(interface.bodies) for interface in self.assembly.interfaces}
+        new = {
+            name
+            for interface in moved.interfaces
+            if frozenset(interface.bodies) not in known
+            for name in interface.bodies
+        }
+        if new:
+            return f"it would touch {listed(sorted(new - {self.body}))}"
+        group = self.assembly.groups[int(self.assembly.group_of[self.assembly.index[self.body]])]
+        verdict = prepared(self.engine, moved).verdict_on([moved.index[name] for name in group])
+        if verdict.status is Status.STABLE:
+            return ""
+        falls = () if verdict.mechanism is None else verdict.mechanism.moving
+        return f"{listed(falls)} would move on" if falls else f"is not known to stand: {verdict.reason}"
