@@ -166,6 +166,8 @@ COMMANDS = {
     "transport": ["transport", "pallet.yaml"],
     "carry": ["carry", "pallet.yaml", "--profile", "road"],
     "disassemble": ["disassemble", "wall.yaml"],
+    "build": ["build", "wall.yaml"],
+    "safe": ["safe", "pallet.yaml", "box3", "--force", "50"],
     "place": ["place", "shelf.yaml", "orange"],
 }
 MOMENTS = {"cold": (0.3, 1.0, 2.5, 6.0, 12.0), "warm": (0.3, 0.8, 1.3, 1.8, 2.5, 4.0, 7.0, 12.0)}  # [s] after its start

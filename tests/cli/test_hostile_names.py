@@ -76,7 +76,7 @@ def assert_harmless(text: str) -> None:
 
 
 def test_d2_d7_the_terminal_shows_names_as_they_are(name: str, file: str, call: Call) -> None:
-    for command in ("assess", "transport", "disassemble"):
+    for command in ("assess", "transport", "disassemble", "build"):
         code, out, err = call(command, file, "--engine", "limit")
         assert code == 0, err
         assert_harmless(out)

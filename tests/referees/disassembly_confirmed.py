@@ -12,28 +12,10 @@ from pathlib import Path
 
 from holdfast import Assembly, Disassembly, HoldfastError, Interface, assemble, disassembly_order, load_scene
 from holdfast.applications.disassembly.removal import Removal
-from holdfast.assembly.nodes import contact_nodes
 from holdfast.scene.shipped import shipped_scene, shipped_scenes
-from holdfast.validation.baselines import mujoco
+from holdfast.validation.baselines.handled import rests_without
 
-NODES = 16  # an interface
-SHARE = 0.6  # of the weight taken, besides all of it
 LARGE = ("bonded_wall",)  # a simulation of 3,000 nodes takes minutes
-
-
-def seen(whole: Assembly, name: str, force: float) -> bool | None:
-    """Whether MuJoCo sees all rest without a body and with a share of its weight taken; None if it cannot tell."""
-    rest = whole.without([name])
-    if rest.hanging:
-        return False
-    trials = [mujoco.holds(rest, None, contact_nodes(rest, NODES, "quadrature")).holds] if rest.movable else []
-    if False not in trials:
-        load = 0 * whole.weight_wrench()
-        up = -whole.scene.gravity
-        k = 6 * whole.index[name]
-        load[k : k + 3] = force * up
-        trials.append(mujoco.holds(whole, load, contact_nodes(whole, NODES, "quadrature")).holds)
-    return False if False in trials else None if None in trials else True
 
 
 def compared(d: Disassembly) -> list[tuple[int, Removal, bool | None]]:
@@ -44,7 +26,7 @@ def compared(d: Disassembly) -> list[tuple[int, Removal, bool | None]]:
         whole = d.removals.assembly.without(d.order[:step])
         for body in whole.movable:
             answer = d.removals.by_forces(body.name, left)
-            rows.append((step, answer, seen(whole, body.name, SHARE * (body.mass or 0.0))))
+            rows.append((step, answer, rests_without(whole, body.name)))
     return rows
 
 

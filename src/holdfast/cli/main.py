@@ -24,8 +24,8 @@ from holdfast.cli.stopping import STOPPED, stoppable
 HELP = """How hard can you push here before something moves?
 
 Exit codes: 0 it stands; 1 it does not stand; 2 bad input; 3 undecided: the verdict or, although it stands, every single
-answer; 4 a defect of holdfast; 130 stopped by the user; 141 nobody reads on. For place and disassemble, 0 means that a
-place or an order was found."""
+answer; 4 a defect of holdfast; 130 stopped by the user; 141 nobody reads on. For place, disassemble and build, 0 means
+that a place or an order was found, for remove that the body may go, for safe that some push is known."""
 
 BAD_INPUT, INTERNAL, NOT_STABLE, NO_ANSWER = 2, 4, 1, 3
 PIPE_CLOSED = 141  # as a shell tells of a command that a closed pipe has stopped
@@ -40,6 +40,9 @@ COMMANDS = {  # where each command lies, and what the help says of it: a command
     "batch": ("holdfast.cli.batch:batch", "Ask many scenes the same, and write the answers as tables."),
     "report": ("holdfast.cli.batch:report", "Write the report of a batch as one page."),
     "check": ("holdfast.cli.check:check", "Check that many scenes stand, and what changed since a baseline."),
+    "remove": ("holdfast.cli.remove:remove", "Decide whether a body may be taken out now, and who moves if not."),
+    "build": ("holdfast.cli.build:build", "Find an order in which bodies can be put in, each state standing."),
+    "safe": ("holdfast.cli.safe:safe", "Find where a body can be pushed without moving any other."),
     "disassemble": ("holdfast.cli.disassemble:disassemble", "Find an order in which bodies can be taken out."),
     "benchmark": ("holdfast.cli.benchmark:benchmark", "Compare methods and their speed."),
     "convert": ("holdfast.cli.files:convert", "Read a scene in any known format and write it in another."),

@@ -1,0 +1,50 @@
+"""The command ``build``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from holdfast.applications.disassembly.build import PUSHES, build_order
+from holdfast.applications.disassembly.order import BUDGET
+from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, engine_with
+from holdfast.cli.output import out, print_json
+from holdfast.cli.scenes import AssemblyGiven, takes_scene
+from holdfast.cli.terminal import progress
+from holdfast.engines.verdict import Status
+from holdfast.queries.request import DEFAULT_ENGINE
+from holdfast.report.handled import build_report
+
+
+@takes_scene
+def build(
+    scene: AssemblyGiven,
+    lift: Annotated[tuple[float, float, float], typer.Option(help="direction that bodies come from: X Y Z")] = (
+        0,
+        0,
+        1,
+    ),
+    pushes: Annotated[int, typer.Option(help="about as many pushes on each state; 0: none")] = PUSHES,
+    budget: Annotated[int, typer.Option(help="stop after this many answers by contact forces")] = BUDGET,
+    engine: EngineName = DEFAULT_ENGINE,
+    save: Annotated[Path | None, typer.Option(help="write the answer to this file (.json or .npz)")] = None,
+    nodes: Nodes = None,
+    as_json: AsJson = False,
+) -> None:
+    """Find an order in which a scene can be built up, everything standing after each step."""
+    method = engine_with(engine, nodes=nodes)
+    with progress():
+        assembly = scene.assembled()
+        result = build_order(assembly, lift=lift, pushes=pushes, budget=budget, engine=method)
+    if save is not None:
+        result.save(save)
+    if as_json:
+        print_json(result.to_dict())
+    else:
+        out.print(build_report(result))
+        if save is not None:
+            out.say(f"wrote {save}")
+    status = Status.STABLE if result.reached else Status.UNSTABLE if result.proven else Status.UNDECIDED
+    raise typer.Exit(EXIT[status])

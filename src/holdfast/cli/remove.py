@@ -1,0 +1,40 @@
+"""The command ``remove``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from holdfast.applications.disassembly.question import can_remove
+from holdfast.applications.disassembly.removal import Answer
+from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, engine_with
+from holdfast.cli.output import out, print_json
+from holdfast.cli.scenes import AssemblyGiven, takes_scene
+from holdfast.cli.terminal import progress
+from holdfast.engines.verdict import Status
+from holdfast.queries.request import DEFAULT_ENGINE
+from holdfast.report.handled import removal_report
+
+STATUS = {Answer.SAFE: Status.STABLE, Answer.UNSAFE: Status.UNSTABLE, Answer.UNDECIDED: Status.UNDECIDED}
+
+
+@takes_scene
+def remove(
+    scene: AssemblyGiven,
+    body: Annotated[str, typer.Argument(help="the body that is to be taken out")],
+    lift: Annotated[tuple[float, float, float], typer.Option(help="direction in which it leaves: X Y Z")] = (0, 0, 1),
+    engine: EngineName = DEFAULT_ENGINE,
+    nodes: Nodes = None,
+    as_json: AsJson = False,
+) -> None:
+    """Decide whether one body may be taken out of a scene now, and say who would move if not."""
+    method = engine_with(engine, nodes=nodes)
+    with progress():
+        assembly = scene.assembled()
+        result = can_remove(assembly, body, lift=lift, engine=method)
+    if as_json:
+        print_json(result.to_dict())
+    else:
+        out.print(removal_report(result))
+    raise typer.Exit(EXIT[STATUS[result.answer]])

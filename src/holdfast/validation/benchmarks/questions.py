@@ -1,0 +1,155 @@
+"""What may be taken out, how to build up, where to push: the answers beside MuJoCo, on scenes, pallets and a tower."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections import Counter
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+import holdfast as hf
+from holdfast.applications.disassembly.removal import Answer
+from holdfast.base.errors import HoldfastError, HoldfastWarning
+from holdfast.scene.shipped import shipped_scene
+from holdfast.validation.baselines import mujoco
+from holdfast.validation.baselines.handled import MOVED, pushed, rests_without
+from holdfast.validation.baselines.search import grid_nodes
+from holdfast.validation.benchmarks.cargo import pallet, pallets
+from holdfast.validation.benchmarks.checkout import checkout
+from holdfast.validation.benchmarks.suite import Case, Row, Suite
+
+SETTLED = Path(__file__).parents[5] / "shared" / "cases" / "settled"  # beside the repository; left out where absent
+SHIPPED = ("cube", "stack", "table", "tall_table", "wall2x2", "slope", "slope_two", "cantilever", "arch", "v_groove")
+PALLETS = (0, 2, 6)  # small ones that stand
+NODES = 9  # contact nodes of an interface in MuJoCo
+PUSHES = 4  # of each effect that are simulated on a body
+BODIES = 4  # of an assembly that are pushed
+MORE = 1.6  # a push of so many times the least that moves something
+STILL = 0.1  # share of the way of the pushed body that others may go along
+
+
+def cases() -> Mapping[str, Case]:
+    """Three cases a scene: removals, the order of building, and pushes."""
+    scenes: dict[str, hf.Scene] = {name: shipped_scene(name) for name in SHIPPED}
+    scenes |= {f"pallet {k}": pallet(boxes) for k, boxes in enumerate(pallets(checkout())) if k in PALLETS}
+    if (SETTLED / "jenga12.json").is_file():
+        scenes["jenga12"] = hf.load_scene(SETTLED / "jenga12.json")
+    asked = {"removals": _removals, "building": _building, "pushes": _pushes}
+    return {
+        f"{name}: {what}": partial(ask, name, scene) for name, scene in scenes.items() for what, ask in asked.items()
+    }
+
+
+def _assembled(scene: hf.Scene) -> hf.Assembly:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", HoldfastWarning)
+        return hf.assemble(scene)
+
+
+def _removals(name: str, scene: hf.Scene) -> list[Row]:
+    """How many bodies may be taken out, and what MuJoCo sees of each: ``unsafe safe`` must be 0."""
+    assembly = _assembled(scene)
+    spent, seen = 0.0, Counter[tuple[str, bool | None]]()
+    for body in assembly.movable:
+        start = time.process_time()
+        found = hf.can_remove(assembly, body.name)
+        spent += time.process_time() - start
+        if found.blockers and not found.moving:
+            seen["blocked", None] += 1
+            continue
+        seen[str(found.answer), rests_without(assembly, body.name, NODES)] += 1
+    safe, unsafe = str(Answer.SAFE), str(Answer.UNSAFE)
+    return [
+        {
+            "case": f"{name}: removals",
+            "bodies": len(assembly.movable),
+            "safe": sum(n for (answer, _), n in seen.items() if answer == safe),
+            "safe, all rest": seen[safe, True],
+            "unsafe safe": seen[safe, False],
+            "unsafe, something falls": seen[unsafe, False],
+            "unsafe, all rest": seen[unsafe, True],
+            "blocked alone": seen["blocked", None],
+            "undecided": sum(n for (answer, _), n in seen.items() if answer == str(Answer.UNDECIDED)),
+            "an answer s": spent / len(assembly.movable),
+        }
+    ]
+
+
+def _building(name: str, scene: hf.Scene) -> list[Row]:
+    """The order, whether MuJoCo lets every state rest, and the least push of all states."""
+    assembly = _assembled(scene)
+    start = time.process_time()
+    found = hf.build_order(assembly)
+    spent = time.process_time() - start
+    rests = Counter[bool | None]()
+    for k in range(len(found.order)):
+        state = assembly.without(list(found.order[k + 1 :]))
+        rests[mujoco.holds(state, None, grid_nodes(state, 3)).holds] += 1
+    least = found.least
+    return [
+        {
+            "case": f"{name}: building",
+            "bodies": len(assembly.movable),
+            "steps": len(found.order),
+            "reached": str(found.reached),
+            "states that rest": rests[True],
+            "unsafe safe": rests[False],
+            "least push N": float("nan") if least is None or least.weakest is None else least.weakest.force,
+            "after": "" if least is None else least.body,
+            "an answer s": spent,
+        }
+    ]
+
+
+def _pushes(name: str, scene: hf.Scene) -> list[Row]:
+    """Pushes on some bodies, each with a force somewhat above the least: what is called safe is simulated."""
+    assembly = _assembled(scene)
+    world = mujoco.World(assembly, grid_nodes(assembly, 3))
+    rng = np.random.default_rng(0)
+    spent, count, seen = 0.0, Counter[str](), Counter[str]()
+    bodies = rng.permutation([body.name for body in assembly.movable])[:BODIES].tolist()
+    for body in bodies:
+        force = MORE * float(assembly.scene.body(body).mass or 0.0) * 0.5 * float(np.linalg.norm(scene.gravity))
+        start = time.process_time()
+        try:
+            found = hf.safe_pushes(assembly, body, force)
+        except HoldfastError:
+            continue
+        spent += time.process_time() - start
+        count.update(str(effect) for effect in found.effect)
+        for effect in (hf.Effect.ALONE, hf.Effect.NOTHING, hf.Effect.OTHERS):
+            among = found.are(effect).nonzero()[0]
+            for k in rng.permutation(among)[:PUSHES].tolist():
+                gone = pushed(world, body, found.points[k], found.directions[k], force)
+                seen[f"{effect}: {_seen(effect, gone.own, gone.others)}"] += 1
+    return [
+        {
+            "case": f"{name}: pushes",
+            "bodies": len(bodies),
+            "pushes": count.total(),
+            **{str(effect): count[str(effect)] for effect in hf.Effect},
+            "simulated": seen.total(),
+            "alone, so seen": seen["alone: so"],
+            "nothing, so seen": seen["nothing: so"],
+            "others, so seen": seen["others: so"],
+            "others, not seen": seen["others: not"],
+            "unsafe safe": seen["alone: not"] + seen["nothing: not"],
+            "an answer s": spent / max(len(bodies), 1),
+        }
+    ]
+
+
+def _seen(effect: hf.Effect, own: float, others: float) -> str:
+    """Whether the ways [m] of the pushed body and of the others are as the effect says."""
+    if effect is hf.Effect.NOTHING:
+        return "so" if max(own, others) <= MOVED else "not"
+    if effect is hf.Effect.ALONE:
+        return "so" if own > MOVED and others <= STILL * own else "not"
+    return "so" if others > STILL * own else "not"
+
+
+SUITE = Suite("questions", __doc__, cases)
