@@ -20,6 +20,14 @@ wanted = np.array([1.0, 0.4, 0.0])
 torque = limit.wrenches(hand, np.eye(3))  # the wrench of a force at the hand is a linear function of the force
 
 
+def missed(force: NDArray[np.float64]) -> float:
+    return -float(force @ wanted)
+
+
+def missed_more(force: NDArray[np.float64]) -> NDArray[np.float64]:
+    return -wanted
+
+
 def used(force: NDArray[np.float64]) -> list[float]:
     return [float(limit.usage(force @ torque))]
 
@@ -31,9 +39,9 @@ def used_more(force: NDArray[np.float64]) -> NDArray[np.float64]:
 within = NonlinearConstraint(used, -np.inf, 0.8, jac=used_more)
 grip = LinearConstraint([(0.5, y, z) for y in (-1, 1) for z in (-1, 1)], lb=0)  # |f_y| + |f_z| <= f_x / 2: no slip
 found = minimize(
-    lambda force: -float(force @ wanted),
-    x0=[0.1, 0.0, 0.0],
-    jac=lambda force: -wanted,
+    missed,
+    x0=np.array([0.1, 0.0, 0.0]),
+    jac=missed_more,
     constraints=(within, grip),
     method="SLSQP",
 )
