@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import warnings
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -48,6 +49,16 @@ def under(assembly: hf.Assembly, **changes: Any) -> hf.RobustnessUnder:
 def placed(assembly: hf.Assembly, **changes: Any) -> hf.Placement:
     usual: dict[str, Any] = {"attempts": 1, "engine": "graph", "confirm": None}
     return hf.plan_placement(assembly, NEW, **usual | changes)
+
+
+def small(value: Any) -> Any:
+    """The value, unless it is a number of solves or pushes that would take hours."""
+    return 30 if type(value) is int and value > 30 else value
+
+
+@cache
+def constrained() -> hf.Constraint:
+    return hf.constraint(SCENE, "cube", budget=20)
 
 
 MAKING: dict[str, Callable[[Any], object]] = {
@@ -169,6 +180,23 @@ ASKING: dict[str, Callable[[hf.Assembly, Any], object]] = {
     "accelerations: bound": lambda a, v: hf.sustainable_accelerations(a, bound=v),
     "accelerations: gap": lambda a, v: hf.sustainable_accelerations(a, gap=v),
     "wrenches: bound": lambda a, v: hf.admissible_wrenches(a, "cube", bound=v),
+    "wrenches: budget": lambda a, v: hf.admissible_wrenches(a, "cube", budget=small(v)),
+    "constraint: body": lambda a, v: hf.constraint(a, v, budget=20),
+    "constraint: near": lambda a, v: hf.constraint(a, "cube", near=v, budget=20),
+    "constraint: bound": lambda a, v: hf.constraint(a, "cube", bound=v, budget=20),
+    "constraint: budget": lambda a, v: hf.constraint(a, "cube", budget=small(v)),
+    "constraint: value": lambda a, v: constrained().value(v),
+    "constraint: points": lambda a, v: constrained().wrenches(v, DOWN),
+    "can_remove: body": lambda a, v: hf.can_remove(a, v, engine="limit"),
+    "can_remove: lift": lambda a, v: hf.can_remove(a, "cube", lift=v, engine="limit"),
+    "build_order: lift": lambda a, v: hf.build_order(a, lift=v, engine="limit", pushes=0),
+    "build_order: pushes": lambda a, v: hf.build_order(a, pushes=small(v), engine="graph"),
+    "build_order: budget": lambda a, v: hf.build_order(a, pushes=0, budget=v, engine="limit"),
+    "safe_pushes: force": lambda a, v: hf.safe_pushes(a, "cube", v, spacing=0.1),
+    "safe_pushes: directions": lambda a, v: hf.safe_pushes(a, "cube", 1.0, directions=v, spacing=0.1),
+    "safe_pushes: tool": lambda a, v: hf.safe_pushes(a, "cube", 1.0, tool_radius=v, spacing=0.1),
+    "safe_pushes: travel": lambda a, v: hf.safe_pushes(a, "cube", 9.0, travel=v, spacing=0.1),
+    "safe_pushes: doubt": lambda a, v: hf.safe_pushes(a, "cube", 1.0, doubt=v, spacing=0.1),
     "placement: body": hf.plan_placement,
     "placement: region": lambda a, v: placed(a, region=v),
     "placement: orientations": lambda a, v: placed(a, orientations=v),

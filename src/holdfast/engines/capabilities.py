@@ -26,14 +26,15 @@ class LoadSet:
 
     Each row a of ``inner`` (m, d) and ``outer`` (k, d) is a half-space a·x <= 1. ``inner`` is cut off at the box,
     ``outer`` is not. ``vertices`` (v, d) are the vertices of ``inner``. Along every ray from 0, ``inner`` reaches at
-    least (1 - ``gap``) times as far as the intersection of ``outer`` and the box. ``solves`` is the number of programs
-    that were solved.
+    least (1 - ``gap``) times as far as the intersection of ``outer`` and the box, and along the ray to ``worst`` (d,)
+    no farther than that. ``solves`` is the number of programs that were solved.
     """
 
     inner: Float
     outer: Float
     vertices: Float
     gap: float
+    worst: Float
     solves: int
 
 
@@ -101,12 +102,13 @@ class Weakest:
 class Sets(Protocol):
     """A state that bounds the set of all loads that its assembly carries, not only loads that were asked about."""
 
-    def load_set(self, columns: Float, gap: float, where: str) -> LoadSet:
+    def load_set(self, columns: Float, gap: float, budget: int | None, where: str) -> LoadSet:
         """Find the set of x (d,), with d = 3 or 6, for which the load ``columns`` @ x is carried.
 
         Each of the ``columns`` (6J, d) is the load at x_k = 1, the bound of the box |x_k| <= 1. The two polyhedra
-        approach each other until they are within ``gap``, or until the budget of solves is used up. ``where`` names the
-        query in error messages and progress reports. Raises HoldfastError if 0 is not inside the set.
+        approach each other until they are within ``gap``, or until the ``budget`` of solves is used up; None stands for
+        the engine's own. ``where`` names the query in error messages and progress reports. Raises HoldfastError if 0 is
+        not inside the set.
         """
         ...
 

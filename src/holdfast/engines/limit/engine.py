@@ -241,9 +241,9 @@ class LimitState:
         pressing = found.forces[::3]
         return gradient(self.assembly, self.rest.nodes, limit.twists, pressing, self._answers([limit]))
 
-    def load_set(self, columns: Float, gap: float, where: str) -> LoadSet:
+    def load_set(self, columns: Float, gap: float, budget: int | None, where: str) -> LoadSet:
         """The x (d,) in the box |x_k| <= 1 for which ``columns`` @ x is carried, between two polyhedra."""
-        return find_set(self._family(columns, where), gap)
+        return find_set(self._family(columns, where), gap, budget)
 
     def load_hull(self, columns: Float, near: Float, gap: float, budget: int, where: str) -> LoadHull:
         """Points of the set of x (d,) for which ``columns`` @ x is carried, whose hull is close to it for most."""

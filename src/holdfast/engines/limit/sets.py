@@ -24,12 +24,15 @@ BATCH = {3: 6, 6: 40}  # solves by dimension before both polyhedra are computed 
 ALIKE = 0.995  # two rays with a larger cosine are too close for one batch
 
 
-def find_set(family: Family, gap: float) -> LoadSet:
-    """The x (d,) in the box |x_k| <= 1 for which the load of the ``family`` is carried, to within ``gap`` if it can."""
+def find_set(family: Family, gap: float, budget: int | None = None) -> LoadSet:
+    """The x (d,) in the box |x_k| <= 1 for which the load of the ``family`` is carried, to within ``gap`` if it can.
+
+    ``budget`` bounds the solves; None stands for BUDGET.
+    """
     search = _Search(family)
-    reached = search.run(gap)
+    reached = search.run(gap, BUDGET[family.dimension] if budget is None else budget)
     cuts = np.array(search.cuts).reshape(-1, family.dimension)
-    return LoadSet(search.inner, np.unique(cuts, axis=0), search.vertices, reached, search.solves)
+    return LoadSet(search.inner, np.unique(cuts, axis=0), search.vertices, reached, search.worst, search.solves)
 
 
 @dataclass(eq=False)
@@ -47,15 +50,15 @@ class _Search:
     solves: int = 0
     inner: Float = field(default_factory=lambda: np.empty(0))
     vertices: Float = field(default_factory=lambda: np.empty(0))
+    worst: Float = field(default_factory=lambda: np.empty(0))
 
-    def run(self, wanted: float) -> float:
-        """Ask until the gap is at most ``wanted`` or the budget is used up; returns the gap reached."""
+    def run(self, wanted: float, budget: int) -> float:
+        """Ask until the gap is at most ``wanted`` or the ``budget`` of solves is used up; returns the gap reached."""
         dimension, where = self.family.dimension, self.family.where
-        budget = BUDGET[dimension]
         self._learn(self.family.axes())
         while True:
             vertices, gauge = self._corners()
-            gap = max(1 - 1 / float(gauge.max()), 0.0)
+            gap, self.worst = max(1 - 1 / float(gauge.max()), 0.0), vertices[int(gauge.argmax())]
             report(where, min(self.solves, budget), budget)
             enough = 1 / (1 - wanted) if wanted < 1 else np.inf
             chosen = self._worst(vertices, gauge, enough, min(BATCH[dimension], budget - self.solves))

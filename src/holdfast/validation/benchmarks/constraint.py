@@ -30,7 +30,7 @@ BODIES = (
     ("slope_two", "cube1"),
     ("tabletop", "mug"),
 )
-PALLETS = (0, 12, 20)  # by number of boxes; the top box of each
+PALLETS = (0, 10, 22)  # by number of boxes; the top box of each
 WRENCHES = 10_000
 FEWER = 1_000  # wrenches on assemblies of more bodies than MANY
 MANY = 8
