@@ -149,7 +149,7 @@ class Constraint(PublicValue):
 
     def _used(self, wrenches: ArrayLike, where: str) -> tuple[Float, Float, bool]:
         """Return the usages (n,), the cuts (n, 6), and whether there is a single wrench."""
-        single = np.ndim(wrenches) == 1
+        single = _is_row(wrenches)
         given = checked(wrenches, (6,) if single else (None, 6), where).reshape(-1, 6)
         used, cut = hull_gauge(self.known, self.price, np.ascontiguousarray(given))
         return used, cut, single
@@ -220,5 +220,13 @@ def _pushes(assembly: Assembly, body: str, com: Float) -> Float:
 
 
 def _placed(value: ArrayLike, name: str, within: Any) -> Float:  # noqa: ANN401 - a range of base/ranges.py
-    shape = (3,) if np.ndim(value) == 1 else (None, 3)
+    shape = (3,) if _is_row(value) else (None, 3)
     return checked(value, shape, f"constraint: {name}", within=within)
+
+
+def _is_row(value: ArrayLike) -> bool:
+    """Tell whether a value is a single row of numbers; what is no array at all is for the check of arrays to refuse."""
+    try:
+        return np.ndim(value) == 1
+    except ValueError:
+        return False
