@@ -113,10 +113,11 @@ class Constraint(PublicValue):
         """
         p = np.atleast_2d(_placed(points, "points", PLACE))
         f = np.atleast_2d(_placed(forces, "forces", FORCE))
-        if len({len(p), len(f)} - {1}) > 1:
+        several = {len(p), len(f)} - {1}
+        if len(several) > 1:
             problem = f"{len(p)} points and {len(f)} forces"
             raise HoldfastError(message("constraint: wrenches", problem, "needs as many of both, or one of one"))
-        count = max(len(p), len(f))
+        count = several.pop() if several else 1
         return wrench_at(np.broadcast_to(f, (count, 3)), np.broadcast_to(p, (count, 3)), self.com)
 
     def checked_after_load(self) -> None:
