@@ -58,7 +58,7 @@ def pythons() -> list[str]:
     """Return the Pythons of this machine, each version once."""
     named = [name for name in os.environ.get("PYTHONS", "").split(":") if name]
     found = [*named, *(shutil.which(f"python3.{minor}") or "" for minor in range(11, 15))]
-    versions = {}
+    versions: dict[str, str] = {}
     for python in filter(None, found):
         done = subprocess.run([python, "-c", "import sys; print(sys.version_info[:2])"], capture_output=True, text=True)
         if done.returncode == 0:
