@@ -169,6 +169,58 @@ def _off_simulation(row: dict[str, Any]) -> str:
     return f"{significant(off)} %" if math.isfinite(off) and not row["case"].endswith("simulation") else ""
 
 
+def constraint(saved: Saved) -> dict[str, str]:
+    """How close a planner's constraint is to single solves, its gradient, and calls a second, for every body."""
+    heads = [
+        "body",
+        "bodies",
+        "wrenches",
+        "above",
+        "median below",
+        "90 % below",
+        "gradient off",
+        "solves",
+        "calls/s",
+        "solve",
+    ]
+    cells = [
+        [
+            row["case"],
+            whole(row["bodies"]),
+            whole(row["wrenches"]),
+            whole(row["above"]),
+            f"{row['median short %']:.2f} %",
+            f"{row['90 % short %']:.1f} %",
+            f"{row['gradient off']:.0e}",
+            whole(row["solves"]),
+            whole(round(row["calls a second"], -2)),
+            f"{row['a solve ms']:.2g} ms",
+        ]
+        for row in saved.rows
+    ]
+    return {"table": table(heads, cells)}
+
+
+def questions(saved: Saved) -> dict[str, str]:
+    """What is called safe to take out, to put in and to push, and what MuJoCo sees of it, for every scene."""
+    pushes = ["alone", "nothing", "others", "unknown", "simulated", "unsafe safe", "others, not seen"]
+    removals = ["bodies", "safe", "unsafe safe", "unsafe, something falls", "unsafe, all rest", "undecided"]
+    building = ["bodies", "steps", "states that rest", "unsafe safe", "least push N"]
+    handled = [_kinds(saved, "removals", removals), _kinds(saved, "building", building)]
+    return {"pushes": _kinds(saved, "pushes", pushes), "handled": "\n\n".join(handled)}
+
+
+def _kinds(saved: Saved, kind: str, keys: list[str]) -> str:
+    """The rows of one kind of question as a table."""
+    rows = [row for row in saved.rows if row["case"].endswith(f": {kind}")]
+    cells = [[row["case"].removesuffix(f": {kind}"), *(_count(row[key]) for key in keys)] for row in rows]
+    return table([kind, *keys], cells)
+
+
+def _count(value: Any) -> str:  # noqa: ANN401 - a number, or the text of one
+    return NOTHING if value == "nan" else whole(value) if isinstance(value, int) else rounded(float(value), 3)
+
+
 def carriage(saved: Saved) -> dict[str, str]:
     """How often rules of packing err on real pallets, what questions cost, and MuJoCo beside the engines."""
     asked = [row for row in saved.rows if "directions" in row]
@@ -237,4 +289,6 @@ TABLES: Mapping[str, Callable[[Saved], dict[str, str]]] = {
     "graph_slanted": graph_slanted,
     "transport": transport,
     "carriage": carriage,
+    "constraint": constraint,
+    "questions": questions,
 }
