@@ -85,6 +85,13 @@ def test_what_does_not_stand_has_no_safe_push() -> None:
     assert all("whether it stands" in why for why in found.reason)
 
 
+def test_a_ball_that_would_roll_on_is_never_safe_to_push() -> None:
+    ball = hf.Body("orange", hf.Sphere(0.04), mass=0.2, pose=at(0, 0, 0.04))
+    found = hf.safe_pushes(hf.Scene([floor(), ball], 0.5), "orange", 1.0, directions=X, spacing=0.04)
+    assert set(found.effect) == {hf.Effect.UNKNOWN}
+    assert "only balanced" in found.reason[0]
+
+
 def test_given_contacts_cannot_be_moved() -> None:
     assembly = hf.assemble(shipped_scene("cube"))
     given = hf.assemble(shipped_scene("cube"), interfaces=assembly.interfaces)

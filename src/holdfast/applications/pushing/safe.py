@@ -182,6 +182,8 @@ class _Trials:
             return Effect.OTHERS, f"it moves {listed(others[0])} as well"
         if any(others):
             return Effect.UNKNOWN, f"with other friction it moves {listed(next(filter(None, others)))} as well"
+        if any(answers.force[k] == 0 for answers in found):
+            return Effect.UNKNOWN, "it is only balanced: pushed, it may roll on by itself"
         if any(self.body not in answers.moving[k] or answers.mechanism[k] is None for answers in found):
             return Effect.UNKNOWN, "what moves was not found"
         return Effect.ALONE, f"it moves alone, from {lower:.3g} to {upper:.3g} N on"
