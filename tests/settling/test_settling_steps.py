@@ -80,6 +80,25 @@ def test_contacts_join_when_they_would_be_violated(gaps: tuple[float, ...], befo
     assert answer[0, :3] == pytest.approx([0, 0, -4e-4], abs=1e-8 if before is not None else 1e-10)
 
 
+def test_friction_does_not_hold_a_body_in_overlaps_that_it_can_only_leave_along_them() -> None:
+    """Between walls that close at 10 degrees each, both 0.1 mm into the body: it rises by 0.1 mm / sin 10.
+
+    The cones of friction admit no motion at all here, because the walls are steeper than the angle of friction.
+    """
+    lean = np.radians(10)
+    normals = np.array([[side * np.cos(lean), 0, np.sin(lean)] for side in (-1, 1)])
+    contacts = Contacts(
+        np.array([[1, 0]] * 2), 1, np.zeros((2, 3)), normals, np.full(2, -1e-4), np.full(2, 0.5), np.full(2, True)
+    )
+    pull = np.array([0, 0, -1.0, 0, 0, 0])
+    answer, solved = small_motion(
+        contacts, np.zeros((1, 3)), np.ones(1), np.ones((1, 6)), pull, unit=1e-3, friction=True
+    )
+    assert answer is not None
+    assert solved == 2
+    assert answer[0, :3] == pytest.approx([0, 0, 1e-4 / np.sin(lean)], abs=1e-9)
+
+
 def boxes(apart: float, **more: float) -> hf.Scene:
     """Two equal boxes side by side on a floor, their near faces ``apart``."""
     floor = hf.Body("floor", hf.Box((2, 2, 0.1)), pose=at(0, 0, -0.05), fixed=True)
