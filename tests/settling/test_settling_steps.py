@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -78,6 +80,18 @@ def test_contacts_join_when_they_would_be_violated(gaps: tuple[float, ...], befo
     assert answer is not None
     assert count == solved
     assert answer[0, :3] == pytest.approx([0, 0, -4e-4], abs=1e-8 if before is not None else 1e-10)
+
+
+def test_a_contact_joins_whose_friction_alone_would_be_violated() -> None:
+    """The chosen contact is smooth, so that the body would slide; the other one, at the same place, holds it."""
+    contacts = replace(two_contacts(0.0, 0.0), mu=np.array([0.0, 0.5]))
+    pull = np.array([0.3, 0, -1.0, 0, 0, 0])
+    answer, solved = small_motion(
+        contacts, np.zeros((1, 3)), np.ones(1), np.ones((1, 6)), pull, unit=1e-3, friction=True
+    )
+    assert answer is not None
+    assert solved == 3
+    assert answer[0, :3] == pytest.approx([0, 0, 0], abs=1e-9)
 
 
 def test_friction_does_not_hold_a_body_in_overlaps_that_it_can_only_leave_along_them() -> None:
