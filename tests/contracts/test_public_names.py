@@ -286,7 +286,7 @@ def test_import_is_light() -> None:
         "trimesh",
         "pydantic",
         "matplotlib",
-        "plotly",
+        "viser",
         "pyvista",
         "mujoco",
         "pybullet",

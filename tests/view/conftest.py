@@ -139,10 +139,10 @@ def make_blocks(count: int = 10) -> Picture:
 
 
 def make_single(value: float) -> Picture:
-    """One triangle, one cell."""
+    """One triangle, one cell, without a name, which would stand on it."""
     vertices = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     surface = HeatSurface(
-        "sheet", vertices, np.array([[0, 1, 2]]), np.array([0]), vertices.mean(axis=0)[None], np.array([value]), ("R",)
+        "", vertices, np.array([[0, 1, 2]]), np.array([0]), vertices.mean(axis=0)[None], np.array([value]), ("R",)
     )
     return Picture("one cell", "", (surface,), ())
 

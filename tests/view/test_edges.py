@@ -42,3 +42,11 @@ def test_a_flat_face_with_unmatched_cuts_has_no_inner_edge() -> None:
 def test_two_touching_bodies_keep_their_own_edges(heat_box) -> None:
     boxes = [heat_box(str(k), (0.0, 0.0, k), (1.0, 1.0, k + 1.0), lambda p: p[:, 0] + 1.0, 1.0) for k in range(2)]
     assert edge_length(*boxes) == pytest.approx(24.0)
+
+
+def test_slivers_between_cells_draw_no_edge() -> None:
+    """Triangles without width, as cells have where their corners nearly coincide, say nothing of bends."""
+    vertices = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [1, 1, 0], [1, 1 + 1e-12, 0], [2, 2, 1e-13]])
+    faces = [[0, 1, 4], [1, 2, 4], [2, 3, 5], [3, 0, 4], [3, 4, 5], [2, 5, 4], [1, 2, 6]]
+    assert edge_length(Solid("f", vertices, np.array(faces), fixed=False)) == pytest.approx(8.0)
+    assert edge_length(Solid("nothing", vertices, np.array([[4, 5, 4], [2, 6, 2]]), fixed=False)) == 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from io import BytesIO
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from paged import data_of, faces
 from PIL import Image
 from retold import REASON, orange, retold, shelf, unknown
 
@@ -110,12 +110,12 @@ def test_the_page_lists_counts_and_tells_under_the_pointer(mixed: hf.RobustnessM
     header = re.search(r"<header>.*</header>", text, re.DOTALL)
     assert header is not None
     assert REASON in header.group()
-    data = json.loads(re.findall(r'<script id="data" type="application/json">(.*?)</script>', text, re.DOTALL)[0])
-    by_colour = {trace["color"]: trace for trace in data["traces"] if "cell_texts" in trace and "color" in trace}
-    hover = by_colour[colours.hex_of(colours.UNDECIDED)]["cell_texts"]
+    by_colour = {tuple(part["paint"][:3]): part["texts"] for part in faces(data_of(text))}
+    undecided, falls = (tuple(np.rint(255 * np.array(c)).astype(int)) for c in (colours.UNDECIDED, colours.FALLS))
+    hover = by_colour[undecided]
     assert len(hover) == vase
     assert all("undecided" in line and " 0 N" not in line for line in hover)
-    assert all("falls" in line for line in by_colour[colours.hex_of(colours.FALLS)]["cell_texts"])
+    assert all("falls" in line for line in by_colour[falls])
 
 
 @pytest.fixture(scope="module")

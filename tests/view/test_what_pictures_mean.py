@@ -5,8 +5,6 @@ Told from the artists and traces that are drawn, never from the bytes of a file.
 
 from __future__ import annotations
 
-import base64
-import json
 import re
 from pathlib import Path
 from typing import Any
@@ -16,14 +14,15 @@ import pytest
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from paged import data_of, faces, triples
 
 import holdfast as hf
 from holdfast.report.picture import picture_of
 from holdfast.scene.shipped import shipped_scene
+from holdfast.view.arrows import arrow_mesh
 from holdfast.view.layout import Shot, layout_of
 from holdfast.view.marks import PUSH, arrow_shapes, draw_contacts, draw_pushes, on_page
 from holdfast.view.picture import Arrow, Picture
-from holdfast.view.traces import arrow_mesh
 
 G = 9.81
 TIP = 3  # number of the corner of an arrow's outline that is its point
@@ -150,15 +149,10 @@ def test_the_arrows_of_the_page_stay_outside_of_what_they_push(
     stack: hf.RobustnessMap, picture: Picture, tmp_path: Path
 ) -> None:
     stack.save_html(tmp_path / "p.html")
-    found = re.search(
-        r'<script id="data" type="application/json">(.*?)</script>', (tmp_path / "p.html").read_text(), re.S
-    )
-    assert found is not None
     labels = [arrow.label for arrow in picture.weakest]
-    (trace,) = [trace for trace in json.loads(found.group(1))["traces"] if trace.get("cell_texts") == labels]
-    columns = [np.frombuffer(base64.b64decode(trace[axis]["bdata"]), "<" + trace[axis]["dtype"]) for axis in "xyz"]
-    corners = np.split(np.stack(columns, axis=1), np.cumsum(trace["cell_counts"])[:-1])
-    for own, arrow in zip(corners, picture.weakest, strict=True):
+    (drawn,) = [part for part in faces(data_of((tmp_path / "p.html").read_text())) if part["texts"] == labels]
+    for number, arrow in enumerate(picture.weakest):
+        own = triples(drawn["vertices"])[drawn["cell"] == number]
         low, high = stack.assembly.scene.body(arrow.label.split(":")[0]).box
         assert np.linalg.norm(own - arrow.head, axis=1).min() < 1e-6
         inside = ((own > low + 1e-5) & (own < high - 1e-5)).all(1)

@@ -29,19 +29,30 @@ def _of_one(
     vertices: NDArray[np.float64], triangles: NDArray[np.int64], normals: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     size = float(np.ptp(vertices[triangles.ravel()], axis=0).max()) or 1.0
+    flat = ~_slivers(vertices[triangles], size * _GRID)
+    triangles, normals = triangles[flat], normals[flat]
+    if not len(triangles):
+        return np.empty((0, 2, 3))
     _, first, merged = np.unique(np.rint(vertices / (size * _GRID)), axis=0, return_index=True, return_inverse=True)
     edges = Edges.of(merged.ravel()[triangles], len(first))
-    length = edges.ends[:, 0] != edges.ends[:, 1]  # sides of slivers end where they begin once corners are merged
-    shared, ends = edges.shared[length], edges.ends[length]
-    # Slivers of cells lie along an edge twice, so it may have more than two sides: of these, the first and the last by
-    # their place in the triangle are compared. Which two it is changes what is drawn and nothing else.
+    shared, ends = edges.shared, edges.ends
+    # Where parts of a body touch, an edge may have more than two sides: of these, the first and the last by their place
+    # in the triangle are compared. Which two it is changes what is drawn and nothing else.
     count = len(triangles)
     place = edges.sides % 3 * count + edges.sides // 3
-    one, other = (normals[end.reduceat(place, edges.first)[length] % count] for end in (np.minimum, np.maximum))
+    one, other = (normals[end.reduceat(place, edges.first) % count] for end in (np.minimum, np.maximum))
     bends = np.einsum("ij,ij->i", one, other) < CREASE_COSINE
     points = vertices[first]
     lone = shared == 1
     return np.concatenate([points[ends[~lone & bends]], _open_ends(points[ends[lone]], one[lone], size)])
+
+
+def _slivers(corners: NDArray[np.float64], thin: float) -> NDArray[np.bool_]:
+    """Tell which triangles (T, 3, 3) [m] are thinner than ``thin`` [m]: their normals say nothing."""
+    sides = corners - np.roll(corners, -1, axis=1)
+    longest = np.linalg.norm(sides, axis=2).max(axis=1)
+    doubled = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    return np.asarray(doubled <= thin * longest)
 
 
 def _open_ends(segments: NDArray[np.float64], normals: NDArray[np.float64], size: float) -> NDArray[np.float64]:

@@ -18,6 +18,7 @@ from holdfast.view.picture import Picture, legend
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.text import Text
 
 GREY: Final = "#59606b"  # colour of secondary text
 _BAR_SHARE: Final = 0.37  # share of the footer's width that the colour bar takes
@@ -45,9 +46,9 @@ class Writer:
         colour: str = INK,
         bold: bool = False,
         align: str = "left",
-    ) -> None:
+    ) -> Text:
         """Write one line of text with its baseline at row y; ``pixels`` is the letter height at the design size."""
-        self.axes.text(
+        return self.axes.text(
             x,
             y,
             one_line(text),

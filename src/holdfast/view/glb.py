@@ -12,12 +12,12 @@ from holdfast.base.colour import Rgb, rgb_of
 from holdfast.base.files import write_atomically
 from holdfast.base.text import one_line
 from holdfast.geometry.gltf import LARGEST, Gltf, Primitive
+from holdfast.view.arrows import PUSH_RADIUS, arrow_mesh, size_of
 from holdfast.view.edges import feature_edges
 from holdfast.view.marks import INK
 from holdfast.view.painted import NO_VALUE, UNDECIDED, legend_of, painted
 from holdfast.view.picture import Picture
 from holdfast.view.soup import fixed, movable
-from holdfast.view.traces import PUSH_RADIUS, arrow_mesh, size_of
 
 KEY: Final = "holdfast_map"
 WHITE: Final = (1.0, 1.0, 1.0)

@@ -1,73 +1,63 @@
-"""Write a robustness map as one HTML file that turns under the pointer and needs no network."""
+"""Write a robustness map as one HTML file that turns under the pointer and needs neither a library nor a network."""
 
 from __future__ import annotations
 
-import json
+import base64
+import hashlib
 import os
+from pathlib import Path
 from string import Template
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from holdfast.base.errors import HoldfastError
+from holdfast.base.colour import Rgb
 from holdfast.base.files import write_atomically
 from holdfast.base.text import escaped
 from holdfast.view import colours
-from holdfast.view.camera import View, back_view, front_view, heat_points, stacked
-from holdfast.view.marks import INK
-from holdfast.view.page import PAGE
+from holdfast.view.camera import View, back_view, front_view, heat_points
+from holdfast.view.layers import Dots, Faces, Layer, Lines, gradient, layers
+from holdfast.view.packed import Packer
 from holdfast.view.picture import Picture
 from holdfast.view.soup import forces
-from holdfast.view.traces import Group, groups
 
-_MARGIN = 0.15  # margin around the picture, as a share of its longest side
-# Half the opening angle of plotly's perspective camera, less a rim; and how much wider than high a plot usually is.
-_OPENING = 0.86 * float(np.tan(np.pi / 8.0))
-_WIDER = 1.25
+_STATIC: Final = Path(__file__).parent / "static"
+_HATCHED: Final = 1  # in the fourth byte of a cell's colour: its surface is hatched
 
 
 def write_html(picture: Picture, path: str | os.PathLike[str]) -> None:
     """Write the picture as a self-contained 3D page; if writing fails, an existing file is left unchanged."""
-    write_atomically(path, _page(picture).encode("utf-8"))
+    write_atomically(path, page_of(picture).encode("utf-8"))
 
 
-def _page(picture: Picture) -> str:
-    try:
-        from plotly.offline import get_plotlyjs
-    except ImportError as error:
-        raise HoldfastError(
-            "writing an HTML page needs plotly, which is not installed; remedy: pip install 'holdfast[viewer]'"
-        ) from error
-    parts = groups(picture)
-    traces = [trace for group in parts for trace in group.traces]
-    views = _views(picture)
-    data = {"traces": traces, "layout": _layout(picture, views["front"]), "views": views, "badges": _badges(picture)}
-    return Template(PAGE).substitute(
+def page_of(picture: Picture) -> str:
+    """Return the page as text.
+
+    Its security policy allows the one script whose hash it names, and no request: names that pretend to be scripts
+    stay texts.
+    """
+    script = (_STATIC / "map.js").read_text(encoding="utf-8")
+    allowed = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
+    parts = layers(picture)
+    return Template((_STATIC / "map.html").read_text(encoding="utf-8")).substitute(
+        hash=allowed,
         title=escaped(picture.title),
         subtitle=escaped(picture.subtitle),
         switches=_switches(parts),
         weakest=_weakest(picture),
-        data=_json(data),
-        plotly=get_plotlyjs(),
+        scale=_scale(picture),
+        data=_packed(picture, parts),
+        script=script,
     )
 
 
-def _json(data: object) -> str:
-    # "</script>" inside a text would otherwise end the script that carries it.
-    return json.dumps(data, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
-
-
-def _switches(parts: list[Group]) -> str:
-    rows, first = [], 0
-    for group in parts:
-        numbers = ",".join(str(first + k) for k in range(len(group.traces)))
-        first += len(group.traces)
-        rows.append(
-            f'<label><input type="checkbox" data-traces="{numbers}" data-role="{group.role}" checked>'
-            f'<i style="background:{group.swatch}"></i>{escaped(group.name)}</label>'
-        )
-    return "\n".join(rows)
+def _switches(parts: list[Layer]) -> str:
+    return "\n".join(
+        f'<label><input type="checkbox" data-layer="{number}" data-role="{layer.role}" checked>'
+        f'<i style="background:{layer.swatch}"></i>{escaped(layer.name)}</label>'
+        for number, layer in enumerate(parts)
+    )
 
 
 def _weakest(picture: Picture) -> str:
@@ -77,77 +67,69 @@ def _weakest(picture: Picture) -> str:
     return f"<h2>Weakest pushes</h2><ol>{items}</ol>"
 
 
-def _bounds(picture: Picture) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    ends = [end for arrow in (*picture.weakest, *picture.contact_forces) for end in (arrow.tail, arrow.head)]
-    points = np.concatenate([heat_points(picture), stacked(ends)])
-    low, high = points.min(axis=0), points.max(axis=0)
-    margin = _MARGIN * (float((high - low).max()) or 1.0)
-    return low - margin, high + margin
-
-
-def _views(picture: Picture) -> dict[str, Any]:
-    low, high = _bounds(picture)
-    # Plotly measures its camera from the middle of the axis box, whose longest side the layout sets to 1.
-    tails = stacked([arrow.tail for arrow in picture.weakest])
-    points = (np.concatenate([heat_points(picture), tails]) - (low + high) / 2.0) / float((high - low).max())
-    front = front_view(picture)
-    return {"front": _camera(front, points), "back": _camera(back_view(picture, front), points)}
-
-
-def _camera(view: View, points: NDArray[np.float64]) -> dict[str, Any]:
-    flat = np.abs(view.flat(points)) / np.array([_OPENING * _WIDER, _OPENING])
-    reach = float((flat.max(axis=1) + points @ view.toward).max())
-    eye, up = (dict(zip("xyz", vector.tolist(), strict=True)) for vector in (reach * view.toward, view.up))
-    return {"eye": eye, "up": up, "center": {"x": 0, "y": 0, "z": 0}}
-
-
-def _layout(picture: Picture, camera: dict[str, Any]) -> dict[str, Any]:
-    low, high = _bounds(picture)
-    axes = {
-        f"{axis}axis": {"visible": False, "range": [float(low[k]), float(high[k])], "autorange": False}
-        for k, axis in enumerate("xyz")
-    }
-    # Aspect mode "data" would count the cropped parts of large floors; this keeps true proportions without them.
-    ratio = dict(zip("xyz", ((high - low) / (high - low).max()).tolist(), strict=True))
-    layout: dict[str, Any] = {
-        "scene": {**axes, "aspectmode": "manual", "aspectratio": ratio, "camera": camera, "dragmode": "orbit"},
-        "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
-        "showlegend": False,
-        "paper_bgcolor": "#ffffff",
-        "hoverlabel": {"bgcolor": "#ffffff", "bordercolor": INK, "align": "left", "font": {"size": 14}},
-    }
+def _scale(picture: Picture) -> str:
     scale = colours.scale_of(forces(picture))
-    if scale is not None:
-        layout["coloraxis"] = _coloraxis(scale, picture.value_name)
-    return layout
+    if scale is None:
+        return ""
+    marks = "".join(
+        f'<span style="left:{100 * mark.position:.2f}%">{escaped(mark.label)}</span>' for mark in colours.ticks(scale)
+    )
+    title = escaped(picture.value_name) + (" (logarithmic)" if scale.log else "")
+    bar = f'<div id="bar" style="background:{gradient()}"></div><div id="marks">{marks}</div>'
+    return f'<figure id="scale"><strong>{title}</strong>{bar}<figcaption>◂ weak: gives way first</figcaption></figure>'
 
 
-def _badges(picture: Picture) -> list[dict[str, Any]]:
-    look = {"showarrow": False, "bgcolor": INK, "bordercolor": "#ffffff", "borderpad": 3, "opacity": 0.92}
-    font = {"color": "#ffffff", "size": 13}
-    places = [arrow.tail + 0.15 * (arrow.tail - arrow.head) for arrow in picture.weakest]
-    return [
-        {**dict(zip("xyz", place.tolist(), strict=True)), "text": f"<b>{k + 1}</b>", "font": font, **look}
-        for k, place in enumerate(places)
-    ]
+def _packed(picture: Picture, parts: list[Layer]) -> str:
+    front = front_view(picture)
+    packer = Packer()
+    drawn = [{"role": layer.role, "parts": [_part(part, packer) for part in layer.parts]} for layer in parts]
+    tails, heads = (np.array([getattr(a, end) for a in picture.weakest]).reshape(-1, 3) for end in ("tail", "head"))
+    shown = heat_points(picture)
+    return packer.text(
+        {
+            "layers": drawn,
+            "up": picture.up.tolist(),
+            "views": {"front": _toward(front), "back": _toward(back_view(picture, front))},
+            "bounds": [shown.min(axis=0).tolist(), shown.max(axis=0).tolist()],
+            "shown": packer.put(np.concatenate([_corners(shown), tails]), "f4"),
+            "badges": (tails + 0.15 * (tails - heads)).tolist(),
+        }
+    )
 
 
-def _coloraxis(scale: colours.Scale, name: str) -> dict[str, Any]:
-    stops = np.linspace(0.0, 1.0, len(colours.TABLE))
-    marks = colours.ticks(scale)
-    title = escaped(name) + ("  (logarithmic)" if scale.log else "")
+def _corners(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a few points (N, 3) that fill the same part of any picture: the farthest ones in many directions."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    tilt = np.linspace(-np.pi / 2, np.pi / 2, 13)
+    level, above = (grid.ravel() for grid in np.meshgrid(turn, tilt))
+    ways = np.stack([np.cos(above) * np.cos(level), np.cos(above) * np.sin(level), np.sin(above)])
+    return np.asarray(points[np.unique(np.argmax(points @ ways, axis=0))])
+
+
+def _toward(view: View) -> list[float]:
+    return [float(v) for v in view.toward]
+
+
+def _part(part: Faces | Lines | Dots, packer: Packer) -> dict[str, Any]:
+    if isinstance(part, Faces):
+        marked = (part.rgb == colours.UNDECIDED).all(axis=1) * _HATCHED
+        paint = np.column_stack([np.rint(part.rgb * 255.0), marked])
+        return {
+            "shape": "faces",
+            "solid": part.solid,
+            "vertices": packer.put(part.vertices, "f4"),
+            "triangles": packer.put(part.triangles, "u4"),
+            "cell": packer.put(part.cell, "u4"),
+            "paint": packer.put(paint, "u1"),
+            "texts": part.texts,
+        }
+    if isinstance(part, Lines):
+        ends = packer.put(part.segments.reshape(-1, 3), "f4")
+        return {"shape": "lines", "vertices": ends, "colour": _bytes(part.colour), "width": part.width}
     return {
-        "cmin": 0.0,
-        "cmax": 1.0,
-        "colorscale": [[float(p), colours.hex_of(rgb)] for p, rgb in zip(stops, colours.TABLE, strict=True)],
-        "colorbar": {
-            "title": {"text": title, "side": "right"},
-            "tickmode": "array",
-            "tickvals": [mark.position for mark in marks],
-            "ticktext": [mark.label for mark in marks],
-            "thickness": 22,
-            "len": 0.8,
-            "outlinewidth": 0,
-            "ticks": "outside",
-        },
-    }
+        "shape": "dots", "vertices": packer.put(part.points, "f4"), "colour": _bytes(part.colour), "width": part.width
+    }  # fmt: skip
+
+
+def _bytes(colour: Rgb) -> list[float]:
+    return [float(c) for c in colour]

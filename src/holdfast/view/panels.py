@@ -13,7 +13,9 @@ from holdfast.view import colours
 from holdfast.view.camera import Camera, fit, front_view
 from holdfast.view.canvas import blank, paint, pixel_axes, png_of
 from holdfast.view.footer import GREY, Writer
+from holdfast.view.layout import Box
 from holdfast.view.marks import INK
+from holdfast.view.names import draw_axes
 from holdfast.view.picture import Arrow, Picture, legend
 from holdfast.view.shade import render
 from holdfast.view.soup import fixed, forces, movable
@@ -80,9 +82,9 @@ def _draw(
 ) -> None:
     view = front_view(replace(row[0].picture, weakest=()))
     soup = movable(one.picture, scale)
-    tails = [arrow.tail[None] for other in row for arrow in other.marks]
+    shown = [arrow.tail[None] for other in row for arrow in other.marks] + [other.points for other in row]
     around = [movable(other.picture, None).vertices for other in row]
-    camera = fit(view, np.concatenate([*around, *tails]), *size, 30.0)
+    camera = fit(view, np.concatenate([*around, *shown]), *size, 30.0)
     rgb = soup.rgb.copy()
     if not one.picture.heat:
         names = list(dict.fromkeys(solid.name for solid in one.picture.solids if not solid.fixed))  # as soups count
@@ -97,9 +99,10 @@ def _draw(
         faint = replace(faint, rgb=np.broadcast_to(_GHOST, faint.rgb.shape).copy())
         image = render(faint, fixed(one.ghost), camera, (size[1], size[0])).image
         page[y : y + size[1], x : x + size[0]] += _FAINT * (image - drawn.image)
-    writer.put(x + 6, y - 10, one.caption, 17)
+    writer.put(x + 6, y - 10, writer.clipped(one.caption, 17, size[0] - 12), 17)
+    draw_axes(writer.axes, Box(x, y, *size), view, 1.0)
     if len(one.points):
-        shift = _SHIFT * float(np.linalg.norm(np.ptp(soup.vertices, axis=0)))
+        shift = _SHIFT * float(np.linalg.norm(np.ptp(np.concatenate([soup.vertices, one.points]), axis=0)))
         pixels = camera.pixels(one.points + shift * one.normals)
         seen = _seen(pixels, one.normals @ view.toward, drawn.depth, camera)
         writer.axes.scatter(

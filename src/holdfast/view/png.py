@@ -15,6 +15,7 @@ from holdfast.view.canvas import blank, paint, pixel_axes, png_of
 from holdfast.view.footer import GREY, Writer, draw_footer, draw_header, paint_bar
 from holdfast.view.layout import Layout, Shot, layout_of
 from holdfast.view.marks import draw_contacts, draw_pushes, draw_scale_bar, visible
+from holdfast.view.names import block, draw_axes, draw_names
 from holdfast.view.picture import Picture
 from holdfast.view.shade import Panel, render
 from holdfast.view.soup import fixed, forces, movable
@@ -69,17 +70,39 @@ def _annotate(
     draw_header(writer, picture, layout.header)
     maps = [(shot, panel) for shot, panel in zip(layout.shots, panels, strict=True) if not shot.contacts]
     seen = [[visible(shot, panel.depth, arrow) for arrow in picture.weakest] for shot, panel in maps]
-    for index, (shot, _) in enumerate(maps):
+    for index, (shot, panel) in enumerate(maps):
         nowhere = {k: False for k in range(len(picture.weakest)) if index == 0 and not any(s[k] for s in seen)}
         here = {k: True for k, is_seen in enumerate(seen[index]) if is_seen}
         draw_pushes(writer.axes, shot, picture, here | nowhere, layout.unit)
+        draw_names(writer, shot.box, panel.body, _names(picture), _written_on(shot, picture, layout.unit))
     for shot in layout.shots:
         _frame(writer.axes, shot, layout.unit)
         writer.put(shot.box.left + 12 * layout.unit, shot.box.top + 23 * layout.unit, shot.caption, 14.0, colour=GREY)
         if shot.contacts:
             draw_contacts(writer.axes, shot, picture, layout.unit)
+        draw_axes(writer.axes, shot.box, shot.camera.view, layout.unit)
     draw_scale_bar(writer.axes, layout.shots[0], layout.unit)
     draw_footer(writer, picture, layout, scale)
+
+
+def _names(picture: Picture) -> list[str]:
+    """Return the names of the bodies that are not fixed, in the order in which a soup counts them."""
+    own = [surface.name for surface in picture.heat] + [solid.name for solid in picture.solids if not solid.fixed]
+    return list(dict.fromkeys(own))
+
+
+def _written_on(shot: Shot, picture: Picture, unit: float) -> NDArray[np.bool_]:
+    """Return where in a panel arrows with their numbers and the scale bar are, which names keep clear of."""
+    taken = np.zeros((shot.box.height, shot.box.width), dtype=bool)
+    size = round(34 * unit)
+    for arrow in picture.weakest:
+        for share in np.linspace(0.0, 1.6, 9):
+            place = arrow.head + share * (arrow.tail - arrow.head)
+            column, row, _ = shot.camera.pixels(place[None])[0]
+            if 0 <= column < shot.box.width and 0 <= row < shot.box.height:
+                block(taken, row, column, size, size)
+    block(taken, shot.box.height - 30 * unit, shot.box.width - 70 * unit, round(150 * unit), round(50 * unit))
+    return taken
 
 
 def _frame(axes: Axes, shot: Shot, unit: float) -> None:

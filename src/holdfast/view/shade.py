@@ -31,10 +31,15 @@ _FADE: Final = (0.10, 0.75)
 
 @dataclass(frozen=True)
 class Panel:
-    """A drawn panel: its image (H, W, 3) in 0..1, and the depth (H, W) [m] of movable bodies at each pixel."""
+    """A drawn panel: its image (H, W, 3) in 0..1, and what is at each pixel.
+
+    ``depth`` (H, W) [m] is that of movable bodies, inf where there is none; ``body`` (H, W) is the number of the
+    movable body, -1 where there is none.
+    """
 
     image: NDArray[np.float64]
     depth: NDArray[np.float64]
+    body: NDArray[np.int64]
 
 
 def render(
@@ -62,7 +67,8 @@ def render(
         image = _with_fixed(image, front, fixed, fine, movable.vertices if focus is None else focus)
     rows, columns = shape
     pooled = image.reshape(rows, _SAMPLES, columns, _SAMPLES, 3).mean(axis=(1, 3))
-    return Panel(pooled.astype(float), front.depth[::_SAMPLES, ::_SAMPLES])
+    body = np.append(movable.body, -1)[front.triangle]  # -1 picks the last one
+    return Panel(pooled.astype(float), front.depth[::_SAMPLES, ::_SAMPLES], body[::_SAMPLES, ::_SAMPLES])
 
 
 def light(normals: NDArray[np.float64], view: View) -> NDArray[np.float64]:
@@ -134,6 +140,8 @@ def _with_fixed(
 
 
 def _fade(world: NDArray[np.float64], focus: NDArray[np.float64]) -> NDArray[np.float64]:
+    if not len(focus):  # nothing movable: fixed bodies are all there is to see
+        return np.ones(len(world))
     low, high = focus.min(axis=0), focus.max(axis=0)
     beyond = np.maximum(np.maximum(low - world, world - high), 0.0)
     reach = np.linalg.norm(beyond, axis=1) / max(float(np.linalg.norm(high - low)), 1e-12)
