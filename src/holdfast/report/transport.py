@@ -37,18 +37,22 @@ def polar_picture(results: Sequence[TransportLimits], names: Sequence[str] | Non
     if not results:
         raise HoldfastError(message("polar plot", "has no answers", "give at least one"))
     first = results[0]
-    frame = np.array(tangents(first.assembly.scene.up))
-    plain = np.allclose(frame, np.eye(3)[:2])
     named = names or [result.engine for result in results]
     return PolarPicture(
         f"{first.assembly.scene.name or 'assembly'}: largest acceleration of the carrier [m/s²]",
         f"{_WORDS[first.verdict.status]} · {len(first.directions)} level directions, "
         "the distance from the centre is the largest acceleration that way",
-        ("+x", "+y", "−x", "−y") if plain else ("0°", "90°", "180°", "270°"),
+        frame_names(first.assembly),
         tuple(_curve(result, name) for result, name in zip(results, named, strict=True)),
-        _footprints(first.assembly, frame),
+        _footprints(first.assembly, np.array(tangents(first.assembly.scene.up))),
         first.undecided.text,
     )
+
+
+def frame_names(assembly: Assembly) -> tuple[str, str, str, str]:
+    """Return the names of the horizontal directions at 0, 90, 180 and 270 degrees."""
+    plain = np.allclose(np.array(tangents(assembly.scene.up)), np.eye(3)[:2])
+    return ("+x", "+y", "−x", "−y") if plain else ("0°", "90°", "180°", "270°")
 
 
 def level_angles(result: TransportLimits) -> Float:

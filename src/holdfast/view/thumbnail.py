@@ -10,10 +10,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from holdfast.view.camera import fit, front_view
+from holdfast.view import colours
+from holdfast.view.camera import fit, front_view, heat_points
 from holdfast.view.picture import Picture, Solid
 from holdfast.view.shade import render
-from holdfast.view.soup import soup_of
+from holdfast.view.soup import fixed, forces, movable, soup_of
 
 MOVABLE: Final = (0.83, 0.86, 0.91)
 MOVING: Final = (0.93, 0.45, 0.36)
@@ -39,10 +40,20 @@ def thumbnail(
     return png_bytes(np.rint(image * 255).astype(np.uint8))
 
 
+def map_thumbnail(picture: Picture, size: tuple[int, int]) -> bytes:
+    """Return the map of a picture from the front, in (width, height) pixels, as a PNG file."""
+    camera = fit(front_view(picture), heat_points(picture), size[0], size[1], MARGIN)
+    soup = movable(picture, colours.scale_of(forces(picture)))
+    image = render(soup, fixed(picture), camera, (size[1], size[0])).image
+    return png_bytes(np.rint(image * 255).astype(np.uint8))
+
+
 def png_bytes(image: NDArray[np.uint8]) -> bytes:
-    """Return an image (rows, columns, 3) as a PNG file: 8 bits for each of red, green and blue, no filter."""
+    """Return an image (rows, columns, 3) as a PNG file: 8 bits for each of red, green and blue."""
     rows, columns, _ = image.shape
-    lines = np.concatenate([np.zeros((rows, 1), dtype=np.uint8), image.reshape(rows, -1)], axis=1)
+    # Every line but the first as its difference to the one above (filter 2): flat areas become zeros.
+    step = np.diff(image.reshape(rows, -1), axis=0, prepend=np.zeros((1, image[0].size), dtype=np.uint8))
+    lines = np.concatenate([np.full((rows, 1), 2, dtype=np.uint8), step], axis=1)
     header = struct.pack(">IIBBBBB", columns, rows, 8, 2, 0, 0, 0)
     parts = ((b"IHDR", header), (b"IDAT", zlib.compress(lines.tobytes(), 9)), (b"IEND", b""))
     return b"\x89PNG\r\n\x1a\n" + b"".join(_chunk(kind, content) for kind, content in parts)
