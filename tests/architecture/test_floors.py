@@ -22,6 +22,7 @@ FLOORS = (
     {"batches"},
     {"view"},
     {"report"},
+    {"live"},
     {"validation"},
     {"cli"},
 )

@@ -59,7 +59,7 @@ def picture_of(result: RobustnessMap) -> Picture:
             ring for i in assembly.interfaces for patch in i.patches for ring in (patch.polygon, *patch.holes)
         ),
         contact_points=np.empty((0, 3)) if result.verdict.forces is None else result.verdict.forces.points,
-        contact_forces=() if result.verdict.forces is None else _force_arrows(assembly, result.verdict.forces),
+        contact_forces=() if result.verdict.forces is None else force_arrows(assembly, result.verdict.forces),
         weakest=_weak_arrows(result),
         up=assembly.scene.up,
     )
@@ -126,7 +126,7 @@ def _solids(result: RobustnessMap) -> tuple[Solid, ...]:
     return tuple(solids)
 
 
-def _force_arrows(assembly: Assembly, forces: ContactForces) -> tuple[Arrow, ...]:
+def force_arrows(assembly: Assembly, forces: ContactForces) -> tuple[Arrow, ...]:
     """Return one arrow for each interface: the total force on its second body, at the centre of pressure."""
     arrows: list[tuple[Float, Float, str]] = []
     for number, interface in enumerate(assembly.interfaces):

@@ -53,6 +53,23 @@ def write_glb(picture: Picture, path: str | os.PathLike[str]) -> None:
     write_atomically(path, file.content({KEY: legend_of(picture) | {"attributes": CODES}}))
 
 
+def unlit_glb(
+    vertices: NDArray[np.float64],
+    triangles: NDArray[np.int64],
+    rgb: NDArray[np.float64],
+    segments: NDArray[np.float64] | None = None,
+) -> bytes:
+    """Return triangles (T, 3) of vertices (V, 3) [m] with sRGB colours (V, 3) as binary glTF, shown without light.
+
+    ``segments`` (E, 2, 3) [m] are drawn over it in ink. As every glTF file it has y up.
+    """
+    file = Gltf()
+    _add(file, "surface", vertices, triangles, WHITE, None, rgb)
+    if segments is not None and len(segments):
+        _add(file, "edges", segments.reshape(-1, 3), np.arange(2 * len(segments)).reshape(-1, 2), rgb_of(INK))
+    return file.content({})
+
+
 def _add(
     file: Gltf,
     name: str,
