@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from holdfast.view.packed import unpacked
+from holdfast.drawing.packed import unpacked
 
 
 def data_of(text: str) -> dict[str, Any]:

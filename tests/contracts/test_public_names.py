@@ -292,7 +292,7 @@ def test_import_is_light() -> None:
         "pybullet",
         "typer",
         "rich",
-        "holdfast.view",
+        "holdfast.drawing",
         "holdfast.cli",
     )
     code = f"import sys, holdfast; print([m for m in {heavy!r} if m in sys.modules])"

@@ -1,11 +1,12 @@
 """Pictures of answers, drawn by painters that higher floors register here.
 
-An answer does not know how it is drawn: ``queries`` and ``applications`` lie below ``report`` and ``view`` and import
-neither. A painter is therefore registered for a class of answers and a file suffix, and ``answer.save_png(path)`` looks
-it up here. Drawing libraries are slow to import, but ``import holdfast`` has to be fast. ``holdfast/__init__``, which
-stands above all floors, therefore gives ``painters_come_from`` a function that imports the painters, and this function
-is called when the first picture is drawn. No module is looked up by its name in a string: the test of the floors can
-see every import, and code that uses the floors without ``holdfast/__init__`` can register painters of its own.
+An answer does not know how it is drawn: ``queries`` and ``applications`` lie below ``report`` and ``drawing`` and
+import neither. A painter is therefore registered for a class of answers and a file suffix, and
+``answer.save_png(path)`` looks it up here. Drawing libraries are slow to import, but ``import holdfast`` has to be
+fast. ``holdfast/__init__``, which stands above all floors, therefore gives ``painters_come_from`` a function that
+imports the painters, and this function is called when the first picture is drawn. No module is looked up by its name in
+a string: the test of the floors can see every import, and code that uses the floors without ``holdfast/__init__`` can
+register painters of its own.
 """
 
 from __future__ import annotations

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -13,22 +14,56 @@ from holdfast.assembly.assembly import assemble
 from holdfast.base.text import LONGEST_NAME, escaped, one_line
 from holdfast.live import scenery
 from holdfast.live.edits import Place, place_of, placed, rubbing, weighing
-from holdfast.live.model import STEEPEST
+from holdfast.live.model import STEEPEST, Model
 from holdfast.live.scenery import GROUPS, MAP
 from holdfast.live.steps import settling, taking_apart
+from holdfast.live.worker import Worker
 from holdfast.report.notebook import glimpse
 
-if TYPE_CHECKING:
-    from holdfast.live.window import Window
-
 DIRECTIONS = 36  # level directions of the limits of transport
+MARKED = (
+    '<div style="padding:2px 22px;font-size:12px">contacts that '
+    '<span style="color:#ff8c00">●</span> open, <span style="color:#c800c8">●</span> slide</div>'
+)
 NO_STEPS = "no answer with several states"
+
+
+class Shows(Protocol):
+    """What the controls ask of their window."""
+
+    model: Model
+    server: Any  # viser's
+    worker: Worker
+
+    def ask(self) -> None:
+        """Ask for the verdict and the map of what is shown."""
+
+    def draw(self) -> None:
+        """Draw everything anew."""
+
+    def draw_push(self) -> None:
+        """Draw the push anew."""
+
+    def place(self) -> None:
+        """Put bodies where the state on show has them."""
+
+    def play(self, on: bool) -> None:
+        """Let the mechanism go to and fro, or stop it."""
+
+    def edited(self, change: Callable[[], None]) -> None:
+        """Have the model changed."""
+
+    def aimed(self, turn: float, tilt: float) -> None:
+        """Turn the push to these angles [degrees]."""
+
+    def picture(self, client: Any) -> None:  # noqa: ANN401 - viser's own type
+        """Send what is shown as a file."""
 
 
 class Controls:
     """The controls of a window, which they tell of every change."""
 
-    def __init__(self, window: Window) -> None:
+    def __init__(self, window: Shows) -> None:
         self._window = window
         self._gui = window.server.gui
         self._quiet = False
@@ -72,17 +107,19 @@ class Controls:
         self._turn = self._gui.add_slider("towards [deg]", 0.0, 360.0, 1.0, 0.0)
         for slider in (self._tilt, self._turn):
             slider.on_update(self._heard(lambda: window.aimed(self._turn.value, self._tilt.value)))
-        self.play = self._gui.add_checkbox("play how it begins to move", False)
+        self.play = self._gui.add_checkbox("play the motion", False)
         self.play.on_update(lambda _: window.play(self.play.value))
-        self.marks = self._gui.add_checkbox("mark contacts that open (orange), slide (magenta)", True)
+        self._gui.add_html(MARKED)
+        self.marks = self._gui.add_checkbox("mark contacts", True)
         self.marks.on_update(lambda _: window.draw_push())
 
     def _show(self) -> None:
         window = self._window
         self._colour = self._gui.add_dropdown("colours", (MAP, GROUPS), initial_value=MAP)
+        self.surfaces = self._gui.add_checkbox("surfaces", True)
         self.contacts = self._gui.add_checkbox("contact patches", True)
-        self.forces = self._gui.add_checkbox("contact forces at rest", False)
-        for control in (self._colour, self.contacts, self.forces):
+        self.forces = self._gui.add_checkbox("contact forces", False)
+        for control in (self._colour, self.surfaces, self.contacts, self.forces):
             control.on_update(lambda _: window.draw())
         self._gui.add_button("save picture").on_click(lambda event: window.picture(event.client))
 

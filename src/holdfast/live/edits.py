@@ -42,7 +42,7 @@ def weighing(assembly: Assembly, name: str, mass: float) -> Assembly:
     """Return the assembly with another mass [kg] of a movable body, distributed as before; its contacts stay."""
     mass = checked_number(mass, f"mass of {name}", above=0, within=MASS)
     scene = assembly.scene
-    bodies = [replace(body, mass=mass, density=None) if body.name == name else body for body in scene.bodies]
+    bodies = tuple(replace(body, mass=mass, density=None) if body.name == name else body for body in scene.bodies)
     return replace(assembly, scene=replace(scene, bodies=bodies))
 
 

@@ -76,8 +76,9 @@ class Model:
     @property
     def mechanism(self) -> Mechanism | None:
         """How bodies begin to move: under the push that was asked or, if the assembly does not stand, without one."""
-        if self.push is not None and self.push.mechanism[0] is not None:
-            return self.push.mechanism[0]
+        pushed: Mechanism | None = None if self.push is None else self.push.mechanism[0]
+        if pushed is not None:
+            return pushed
         return None if self.verdict is None else self.verdict.mechanism
 
     def ask_verdict(self) -> None:
@@ -117,7 +118,7 @@ class Model:
         self.push = None
 
     def ask_push(self) -> None:
-        """Ask how hard the chosen point can be pushed in the chosen direction, with both bounds as far as there are any."""
+        """Ask how hard the chosen point can be pushed in the chosen direction, with bounds as far as there are any."""
         if self.pick is None or self.direction is None:
             return
         self.push = robustness(

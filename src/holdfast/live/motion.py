@@ -16,9 +16,9 @@ STILL: Final = 1e-4  # of the fastest contact: slower ones are not marked
 def moved_by(mechanism: Mechanism, amount: float) -> dict[str, Float]:
     """Return where the bodies of a mechanism are after a motion of size ``amount`` [m].
 
-    Each name of a moving body leads to a transform (4, 4) of the world that takes the body from where it rests: it turns
-    by ``amount`` times its angular velocity about its centre of mass, which travels ``amount`` times its velocity. The
-    fastest body has |velocity| + size |angular velocity| = 1.
+    Each name of a moving body leads to a transform (4, 4) of the world that takes the body from where it rests: it
+    turns by ``amount`` times its angular velocity about its centre of mass, which travels ``amount`` times its
+    velocity. The fastest body has |velocity| + size |angular velocity| = 1.
     """
     number = {name: k for k, name in enumerate(mechanism.kinematics.names)}
     places = {}

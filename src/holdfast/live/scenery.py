@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -10,17 +11,17 @@ from holdfast.base.arrays import Float, Int
 from holdfast.base.colour import Rgb, rgb_of
 from holdfast.base.public import number
 from holdfast.base.text import LONGEST_NAME, escaped
+from holdfast.drawing import colours
+from holdfast.drawing.arrows import arrow_mesh
+from holdfast.drawing.layers import gradient
+from holdfast.drawing.movers import COLOURS
+from holdfast.drawing.painted import Painted, painted
+from holdfast.drawing.picture import Arrow, Picture, Solid, legend
+from holdfast.drawing.soup import forces
 from holdfast.engines.verdict import Status
 from holdfast.live.model import Model
 from holdfast.queries.result import gives_way
 from holdfast.report.picture import force_arrows, picture_of
-from holdfast.view import colours
-from holdfast.view.arrows import arrow_mesh
-from holdfast.view.layers import gradient
-from holdfast.view.movers import COLOURS
-from holdfast.view.painted import Painted, painted
-from holdfast.view.picture import Arrow, Picture, Solid, legend
-from holdfast.view.soup import forces
 
 MAP, GROUPS = "largest push", "groups"
 PALE: Final = 0.55  # share of white in the colours of groups
@@ -39,16 +40,13 @@ def bodies(model: Model, colour_by: str) -> list[Painted]:
     ]
     found = painted(Picture("", "", (), tuple(solids), up=model.assembly.scene.up))
     rgb = group_colours(model)
-    return [
-        Painted(p.name, p.vertices, p.triangles, np.tile(rgb.get(p.name, colours.FIXED), (len(p.vertices), 1)), p.force, p.kind)
-        for p in found
-    ]  # fmt: skip
+    return [replace(p, rgb=np.tile(rgb.get(p.name, colours.FIXED), (len(p.vertices), 1))) for p in found]
 
 
 def group_colours(model: Model) -> dict[str, Rgb]:
     """Return the colour of each movable body: one for each group, and those of the legend where it does not stand."""
     status = model.status_of_groups()
-    found = {}
+    found: dict[str, Rgb] = {}
     for number_, names in enumerate(model.assembly.groups):
         own = rgb_of(COLOURS[number_ % len(COLOURS)])
         red, green, blue = ((1 - PALE) * c + PALE for c in own)
@@ -98,9 +96,9 @@ def legend_html(model: Model, colour_by: str) -> str:
     rows = [(colours.SPECIAL[kind], name) for kind, name in legend(picture).items()]
     if scale is None:
         return _legend(picture.value_name, "", rows, box)
+    mark_style = "position:absolute;white-space:nowrap;transform:translateX(-50%);"
     marks = "".join(
-        f'<span style="position:absolute;transform:translateX(-50%);left:{100 * mark.position:.2f}%">'
-        f"{escaped(mark.label)}</span>"
+        f'<span style="{mark_style}left:{100 * mark.position:.2f}%">{escaped(mark.label)}</span>'
         for mark in colours.ticks(scale)
     )
     bar = f'<div id="scale" style="height:16px;background:{gradient()}"></div>'

@@ -72,14 +72,15 @@ def view(
 ) -> LiveView:
     """Open a scene, an assembly or an answer in the browser, to turn it, push it and edit it.
 
-    The page is served at http://127.0.0.1 and a ``port`` from the given one on; nothing else than this machine can reach
-    it, and it asks nothing of other machines. ``browser`` opens it in the browser. The map of the bodies is computed by
-    ``engine`` at points ``spacing`` [m] apart, by default a fiftieth of the size of the assembly, while the view is open;
-    a RobustnessMap brings its own. A Settled, a Disassembly or a Placement brings the states that a slider goes through,
-    and TransportLimits their plot.
+    The page is served at http://127.0.0.1 and a ``port`` from the given one on; nothing else than this machine can
+    reach it, and it asks nothing of other machines. ``browser`` opens it in the browser. The map of the bodies is
+    computed by ``engine`` at points ``spacing`` [m] apart, by default a fiftieth of the size of the assembly, while the
+    view is open; a RobustnessMap brings its own. A Settled, a Disassembly or a Placement brings the states that a
+    slider goes through, and TransportLimits their plot.
 
     Raises HoldfastError if viser is not installed (``pip install 'holdfast[live]'``), or for anything else than these.
     """
+    _check(what)
     step = None if spacing is None else checked_number(spacing, "view: spacing", above=0, within=LENGTH)
     model = _model(what, engine, step)
     window = Window(model, port)
@@ -89,6 +90,12 @@ def view(
     if browser:
         webbrowser.open(found.url)
     return found
+
+
+def _check(what: object) -> None:
+    if not isinstance(what, Viewable):
+        known = "a Scene, an Assembly, a RobustnessMap, a Settled, TransportLimits, a Disassembly or a Placement"
+        raise HoldfastError(message("view", f"got a {type(what).__name__}", f"needs {known}"))
 
 
 def _model(what: Viewable, engine: EngineChoice, spacing: float | None) -> Model:
@@ -106,11 +113,8 @@ def _model(what: Viewable, engine: EngineChoice, spacing: float | None) -> Model
         assembly, steps = what.assembly, taking_apart(what)
     elif isinstance(what, TransportLimits):
         assembly = what.assembly
-    elif isinstance(what, Assembly | Scene):
-        assembly = what if isinstance(what, Assembly) else assemble(what)
     else:
-        known = "a Scene, an Assembly, a RobustnessMap, a Settled, TransportLimits, a Disassembly or a Placement"
-        raise HoldfastError(message("view", f"got a {type(what).__name__}", f"needs {known}"))
+        assembly = what if isinstance(what, Assembly) else assemble(what)
     model = Model(assembly, engine=engine, spacing=spacing, found=found)
     model.show(steps)
     return model

@@ -10,31 +10,39 @@ import io
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
-from holdfast.base.text import escaped, one_line
+from holdfast.base.text import escaped
+from holdfast.drawing.camera import front_view
+from holdfast.drawing.edges import feature_edges
+from holdfast.drawing.glb import lit_glb
+from holdfast.drawing.picture import Arrow, Picture, Solid
+from holdfast.drawing.soup import soup_of
+from holdfast.drawing.thumbnail import png_bytes
+from holdfast.drawing.tone import before_film
 from holdfast.live import scenery
 from holdfast.live.controls import Controls
 from holdfast.live.model import Model
 from holdfast.live.motion import moved_by, parting
 from holdfast.live.worker import Worker
-from holdfast.view.camera import front_view
-from holdfast.view.edges import feature_edges
-from holdfast.view.glb import unlit_glb
-from holdfast.view.picture import Arrow, Picture, Solid
-from holdfast.view.soup import soup_of
-from holdfast.view.thumbnail import png_bytes
 
 HERE: Final = "127.0.0.1"  # the only address that is listened on
 SWING: Final = 0.08  # of the assembly's size: how far the fastest body is moved
 FRAMES: Final = 30  # a second, while a mechanism is played
 PERIOD: Final = 2.0  # of a mechanism that is played [s]
-OPENING, SLIDING = (255, 140, 0), (200, 0, 200)  # colours of contacts that open and slide
-CONTACT, FORCE, PUSH = (11, 106, 168), "#1d8fd6", "#14171c"
+Colour = tuple[int, int, int]
+
+OPENING: Final[Colour] = (255, 140, 0)  # of contacts that open
+SLIDING: Final[Colour] = (200, 0, 200)  # of contacts that slide
+CONTACT: Final[Colour] = (11, 106, 168)
+INK: Final[Colour] = (20, 23, 28)  # of the edges of bodies
+FORCE: Final = "#1d8fd6"
+PUSH: Final = "#14171c"
 Z_UP: Final = (0.5**0.5, 0.5**0.5, 0.0, 0.0)  # glTF has y up; this quaternion turns it to z
 
 
@@ -191,28 +199,33 @@ class Window:
             frame = self.server.scene.add_frame(f"/bodies/{number}", show_axes=False)
             solid = Solid(body.name, body.vertices, body.triangles, fixed=False)
             edges = feature_edges(soup_of([solid], lambda _: (0.0, 0.0, 0.0)))
-            content = unlit_glb(body.vertices, body.triangles, body.rgb, edges)
-            self.server.scene.add_glb(f"/bodies/{number}/surface", content, wxyz=Z_UP)
+            content = lit_glb(body.vertices, body.triangles, before_film(body.rgb))
+            shown = self.controls.surfaces.value
+            self.server.scene.add_glb(f"/bodies/{number}/surface", content, wxyz=Z_UP, visible=shown)
+            if len(edges):
+                self._lines(f"/bodies/{number}/edges", edges, INK, 1.5)
             self._frames[body.name] = frame
 
     def _draw_contacts(self) -> None:
         sides = scenery.outlines(self.model) if self.controls.contacts.value else np.empty((0, 2, 3))
-        self._replace("/contacts", len(sides), lambda name: self.server.scene.add_line_segments(
-            name, sides, CONTACT, thickness=3.0, thickness_units="screen"
-        ))  # fmt: skip
+        self._replace("/contacts", len(sides), partial(self._lines, points=sides, colour=CONTACT, width=3.0))
         self._arrows("/forces", scenery.resting_forces(self.model) if self.controls.forces.value else (), FORCE)
 
     def _arrows(self, name: str, arrows: tuple[Arrow, ...], colour: str) -> None:
         vertices, triangles, rgb = scenery.arrows_mesh(arrows, self.model.assembly.size, colour)
-        self._replace(name, len(triangles), lambda name: self.server.scene.add_glb(
-            name, unlit_glb(vertices, triangles, rgb), wxyz=Z_UP
-        ))  # fmt: skip
+        content = lit_glb(vertices, triangles, before_film(rgb)) if len(triangles) else b""
+        self._replace(name, len(triangles), partial(self.server.scene.add_glb, glb_data=content, wxyz=Z_UP))
 
-    def _dots(self, name: str, points: Float, colour: tuple[int, int, int]) -> None:
+    def _dots(self, name: str, points: Float, colour: Colour) -> None:
         size = 0.012 * self.model.assembly.size
-        self._replace(name, len(points), lambda name: self.server.scene.add_point_cloud(
-            name, points, colour, point_size=size, point_shape="circle", precision="float32", point_shading="flat"
-        ))  # fmt: skip
+        add = partial(
+            self.server.scene.add_point_cloud, points=points, colors=colour, point_size=size, point_shape="circle",
+            precision="float32", point_shading="flat",
+        )  # fmt: skip
+        self._replace(name, len(points), add)
+
+    def _lines(self, name: str, points: Float, colour: Colour, width: float) -> None:
+        self.server.scene.add_line_segments(name, points, colour, thickness=width, thickness_units="screen")
 
     def _replace(self, name: str, count: int, add: Callable[[str], Any]) -> None:
         """Add a node in place of the one of this name, or remove that one if there is nothing to add."""
@@ -238,9 +251,7 @@ class Window:
         self.draw()
 
     def _tell(self, text: str) -> None:
-        self.controls.busy.content = (
-            f'<div style="padding:2px 22px;font-size:12px">{escaped(one_line(text))}&nbsp;</div>'
-        )
+        self.controls.busy.content = f'<div style="padding:2px 22px;font-size:12px">{escaped(text)}&nbsp;</div>'
 
     def _play(self) -> None:
         while True:

@@ -13,16 +13,16 @@ from holdfast.applications.settled import Settled
 from holdfast.applications.transport import TransportLimits
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.text import escaped
+from holdfast.drawing import colours
+from holdfast.drawing.layers import gradient
+from holdfast.drawing.picture import Solid, legend
+from holdfast.drawing.rose import rose
+from holdfast.drawing.soup import forces
+from holdfast.drawing.thumbnail import map_thumbnail, thumbnail
 from holdfast.queries.map import RobustnessMap
 from holdfast.report.picture import picture_of
 from holdfast.report.transport import LEVEL, frame_names, level_angles
 from holdfast.scene.scene import Scene
-from holdfast.view import colours
-from holdfast.view.layers import gradient
-from holdfast.view.picture import Solid, legend
-from holdfast.view.rose import rose
-from holdfast.view.soup import forces
-from holdfast.view.thumbnail import map_thumbnail, thumbnail
 
 SIZE = (300, 210)  # of a picture [px]
 

@@ -9,16 +9,16 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.text import LONGEST_NAME, escaped, listed, one_line
+from holdfast.drawing.colours import Kind
+from holdfast.drawing.glb import write_glb
+from holdfast.drawing.html import write_html
+from holdfast.drawing.picture import Arrow, HeatSurface, Picture, Solid
+from holdfast.drawing.ply import write_ply
+from holdfast.drawing.png import write_png
 from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import ContactForces, Status
 from holdfast.geometry.cells import Cells
 from holdfast.queries.map import RobustnessMap
-from holdfast.view.colours import Kind
-from holdfast.view.glb import write_glb
-from holdfast.view.html import write_html
-from holdfast.view.picture import Arrow, HeatSurface, Picture, Solid
-from holdfast.view.ply import write_ply
-from holdfast.view.png import write_png
 
 LONGEST_FORCE = 0.18  # of the assembly's size: the length of the arrow of the largest contact force
 WEAK_ARROW = 0.12  # of the assembly's size: the length of the arrows at the weakest points

@@ -13,11 +13,11 @@ from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.rigid import tangents
 from holdfast.base.text import listed
+from holdfast.drawing.polar import Curve, Footprint, PolarPicture, write_polar
 from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import Status
 from holdfast.geometry.hull import outline_numbers
 from holdfast.queries.result import Columns
-from holdfast.view.polar import Curve, Footprint, PolarPicture, write_polar
 
 LEVEL = 1e-6  # largest share of a direction along gravity at which it counts as horizontal
 SHOWN = 3  # the most names of moving bodies in a line
