@@ -9,7 +9,7 @@ import contextlib
 import io
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any, Final
 
@@ -62,8 +62,15 @@ def server_at(port: int) -> Any:  # noqa: ANN401 - viser's own type
         def request_share_url(self, verbose: bool = True) -> None:
             """Share nothing: a page may ask for a public tunnel by a message of its own."""
 
-    with contextlib.redirect_stdout(io.StringIO()):  # viser prints its address, also if told to be quiet
+    with _silent():
         return Local(host=HERE, port=port, label="holdfast", verbose=False)
+
+
+@contextlib.contextmanager
+def _silent() -> Iterator[None]:
+    """Keep what viser prints, also if it is told to be quiet, from the terminal of a command."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        yield
 
 
 class Window:
@@ -94,7 +101,8 @@ class Window:
         self._closed.set()
         self._playing.set()
         self.worker.close()
-        self.server.stop()
+        with _silent():
+            self.server.stop()
 
     def ask(self) -> None:
         """Ask for the verdict and the map of what is shown, as far as they are not known."""
@@ -129,7 +137,7 @@ class Window:
         image = np.asarray(client.get_render(*size, transport_format="png"), dtype=float)
         share = image[..., 3:] / 255.0
         flat = np.rint(image[..., :3] * share + 255.0 * (1.0 - share)).astype(np.uint8)
-        client.send_file_download("holdfast.png", png_bytes(flat))
+        client.send_file_download("holdfast.png", png_bytes(flat), save_immediately=True)
 
     def play(self, on: bool) -> None:
         """Let the mechanism go to and fro, or bring the bodies back to rest."""
@@ -192,11 +200,11 @@ class Window:
         self.server.gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
 
     def _draw_bodies(self) -> None:
-        for frame in self._frames.values():
-            frame.remove()
-        self._frames = {}
-        for number, body in enumerate(scenery.bodies(self.model, self.controls.colour_by)):
-            frame = self.server.scene.add_frame(f"/bodies/{number}", show_axes=False)
+        numbers = {body.name: number for number, body in enumerate(self.model.assembly.bodies)}
+        for body in scenery.bodies(self.model, self.controls.colour_by):
+            number = numbers[body.name]
+            if body.name not in self._frames:  # kept from then on: a page keeps the pose of a node that comes again
+                self._frames[body.name] = self.server.scene.add_frame(f"/bodies/{number}", show_axes=False)
             solid = Solid(body.name, body.vertices, body.triangles, fixed=False)
             edges = feature_edges(soup_of([solid], lambda _: (0.0, 0.0, 0.0)))
             content = lit_glb(body.vertices, body.triangles, before_film(body.rgb))
@@ -204,7 +212,6 @@ class Window:
             self.server.scene.add_glb(f"/bodies/{number}/surface", content, wxyz=Z_UP, visible=shown)
             if len(edges):
                 self._lines(f"/bodies/{number}/edges", edges, INK, 1.5)
-            self._frames[body.name] = frame
 
     def _draw_contacts(self) -> None:
         sides = scenery.outlines(self.model) if self.controls.contacts.value else np.empty((0, 2, 3))
