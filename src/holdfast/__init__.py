@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from holdfast.engines.imperfect import Imperfect
     from holdfast.engines.limit.engine import Limit
     from holdfast.engines.verdict import Status
+    from holdfast.live.start import LiveView, view
     from holdfast.queries.constraint import Constraint, constraint
     from holdfast.queries.map import RobustnessMap, robustness_map
     from holdfast.queries.push import LoadFactor, Robustness, load_factor, robustness
@@ -119,6 +120,7 @@ _NAMES = {
     "holdfast.engines.imperfect": ("Imperfect",),
     "holdfast.engines.limit.engine": ("Limit",),
     "holdfast.engines.verdict": ("Status",),
+    "holdfast.live.start": ("LiveView", "view"),
     "holdfast.queries.constraint": ("Constraint", "constraint"),
     "holdfast.queries.map": ("RobustnessMap", "robustness_map"),
     "holdfast.queries.push": ("LoadFactor", "Robustness", "load_factor", "robustness"),
@@ -171,6 +173,7 @@ __all__ = [
     "Imperfect",
     "Interface",
     "Limit",
+    "LiveView",
     "Load",
     "LoadFactor",
     "Mesh",
@@ -230,6 +233,7 @@ __all__ = [
     "tied",
     "tilted",
     "transport_limits",
+    "view",
     "worst_case",
 ]
 

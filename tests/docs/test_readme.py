@@ -34,7 +34,7 @@ def test_the_walk_through_works_as_printed(page: str, tmp_path: Path) -> None:
         code = re.search(r"exit code (\d)", said)
         assert done.returncode == (int(code[1]) if code else 0), f"{line}\n{done.stdout}{done.stderr}"
     assert (tmp_path / "shelf.png").stat().st_size > 10_000
-    assert "Plotly" in (tmp_path / "shelf.html").read_text(encoding="utf-8")
+    assert "largest push [N]" in (tmp_path / "shelf.html").read_text(encoding="utf-8")
 
 
 @WALKS

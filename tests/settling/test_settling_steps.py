@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -78,6 +80,37 @@ def test_contacts_join_when_they_would_be_violated(gaps: tuple[float, ...], befo
     assert answer is not None
     assert count == solved
     assert answer[0, :3] == pytest.approx([0, 0, -4e-4], abs=1e-8 if before is not None else 1e-10)
+
+
+def test_a_contact_joins_whose_friction_alone_would_be_violated() -> None:
+    """The chosen contact is smooth, so that the body would slide; the other one, at the same place, holds it."""
+    contacts = replace(two_contacts(0.0, 0.0), mu=np.array([0.0, 0.5]))
+    pull = np.array([0.3, 0, -1.0, 0, 0, 0])
+    answer, solved = small_motion(
+        contacts, np.zeros((1, 3)), np.ones(1), np.ones((1, 6)), pull, unit=1e-3, friction=True
+    )
+    assert answer is not None
+    assert solved == 3
+    assert answer[0, :3] == pytest.approx([0, 0, 0], abs=1e-9)
+
+
+def test_friction_does_not_hold_a_body_in_overlaps_that_it_can_only_leave_along_them() -> None:
+    """Between walls that close at 10 degrees each, both 0.1 mm into the body: it rises by 0.1 mm / sin 10.
+
+    The cones of friction admit no motion at all here, because the walls are steeper than the angle of friction.
+    """
+    lean = np.radians(10)
+    normals = np.array([[side * np.cos(lean), 0, np.sin(lean)] for side in (-1, 1)])
+    contacts = Contacts(
+        np.array([[1, 0]] * 2), 1, np.zeros((2, 3)), normals, np.full(2, -1e-4), np.full(2, 0.5), np.full(2, True)
+    )
+    pull = np.array([0, 0, -1.0, 0, 0, 0])
+    answer, solved = small_motion(
+        contacts, np.zeros((1, 3)), np.ones(1), np.ones((1, 6)), pull, unit=1e-3, friction=True
+    )
+    assert answer is not None
+    assert solved == 2
+    assert answer[0, :3] == pytest.approx([0, 0, 1e-4 / np.sin(lean)], abs=1e-9)
 
 
 def boxes(apart: float, **more: float) -> hf.Scene:

@@ -48,7 +48,7 @@ def quoted(value: object, most: int = LONGEST_NAME) -> str:
 def escaped(text: object, most: int = LONGEST_LINE) -> str:
     """Return ``one_line`` of a text for HTML, without anything that a page reads as markup.
 
-    It is for texts, not for attributes: quotes stay, as plotly shows the names of their entities.
+    It is for texts, not for attributes: quotes stay.
     """
     return html.escape(one_line(text, most), quote=False)
 

@@ -20,11 +20,11 @@ from holdfast.batches.folder import about, reading
 from holdfast.batches.result import BatchTables
 from holdfast.batches.schema import Row
 from holdfast.batches.words import ANSWERED, OUTCOMES
+from holdfast.drawing.charts import bar, histogram
+from holdfast.drawing.picture import Solid
+from holdfast.drawing.thumbnail import thumbnail
 from holdfast.report.batch_page import PAGE
 from holdfast.scene.formats.registry import load_scene
-from holdfast.view.charts import bar, histogram
-from holdfast.view.picture import Solid
-from holdfast.view.thumbnail import thumbnail
 
 SHOWN, PICTURED, FAILED, REASONS = 12, 12, 60, 12  # rows of the tables, and pictures
 ALIKE = 48  # characters of the reasons of one kind that are the same

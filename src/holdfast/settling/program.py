@@ -163,9 +163,14 @@ def small_motion(
 def _solved(
     contacts: Contacts, centres: Float, levers: Float, metric: Float, pull: Float, tolerance: float
 ) -> Float | None:
-    """Return the solution (6J,) of ``step_program``, in which contacts give way only if they must."""
-    for giving in (False, True):
-        answer = solve(step_program(contacts, centres, levers, metric, pull, giving), tolerance=tolerance)
+    """Return the solution (6J,) of ``step_program``.
+
+    Only if it must, friction does not hold in overlaps, which a body may have no way to leave but along them, and
+    only if that is not enough, contacts give way.
+    """
+    smooth = replace(contacts, mu=np.where(contacts.gaps < 0, 0.0, contacts.mu))
+    for tried, giving in ((contacts, False), (smooth, False), (smooth, True)):
+        answer = solve(step_program(tried, centres, levers, metric, pull, giving), tolerance=tolerance)
         if answer.outcome in (Outcome.SOLVED, Outcome.ALMOST_SOLVED):
             return answer.x[: 6 * len(centres)]
     return None
