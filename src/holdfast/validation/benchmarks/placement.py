@@ -10,8 +10,8 @@ from typing import BinaryIO
 import numpy as np
 
 import holdfast as hf
+from holdfast.applications.placement.faults import FALLEN, MARGINAL, REFUSED, UNSURE
 from holdfast.applications.placement.plan import planner
-from holdfast.applications.placement.planner import FALLEN, MARGINAL, REFUSED, UNSURE
 from holdfast.report.picture import picture_of
 from holdfast.validation.benchmarks.placement_scenes import TABLE_III, PlacementScene
 from holdfast.validation.benchmarks.placements import ENGINES
