@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -154,14 +155,7 @@ def planner(
     """Return a planner that can be asked with many seeds; the arguments are those of ``plan_placement``."""
     assembly = checked_assembly(assembly)
     where = "plan_placement"
-    if not isinstance(body, Body):
-        raise SceneError(message(where, f"body is a {type(body).__name__}", "needs a holdfast.Body with a mass"))
-    if body.fixed:
-        raise SceneError(message(where, f"body {quoted(body.name)} is fixed", "needs one that can be moved"))
-    if any(other.name == body.name for other in assembly.bodies):
-        raise SceneError(
-            message(where, f"the scene has a body named {quoted(body.name)}", "give the object another name")
-        )
+    _check_object(assembly, body)
     if weights is not None and not isinstance(weights, Weights):
         raise SceneError(message(f"{where}: weights", f"is {quoted(weights)}", "needs holdfast.Weights(...)"))
     method = engine_of(engine)
@@ -195,6 +189,19 @@ def planner(
     names = {body.name} if body.material is None else {body.name, body.material}
     assembly = replace(assembly, absent=tuple(sorted({*assembly.absent, *names})))  # engines may be told of the body
     return Planner(assembly, body, method, None if second == method else second, options)
+
+
+def _check_object(assembly: Assembly, body: Any) -> None:  # noqa: ANN401 - whatever the caller gave
+    """Raise SceneError unless ``body`` can be placed in the scene."""
+    where = "plan_placement"
+    if not isinstance(body, Body):
+        raise SceneError(message(where, f"body is a {type(body).__name__}", "needs a holdfast.Body with a mass"))
+    if body.fixed:
+        raise SceneError(message(where, f"body {quoted(body.name)} is fixed", "needs one that can be moved"))
+    if any(other.name == body.name for other in assembly.bodies):
+        raise SceneError(
+            message(where, f"the scene has a body named {quoted(body.name)}", "give the object another name")
+        )
 
 
 def _friction(assembly: Assembly, given: Friction | float | None) -> Friction:

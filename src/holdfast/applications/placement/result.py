@@ -179,7 +179,7 @@ class Placement(Result):
         if self.weakest is not None:
             weak = self.weakest
             what = f"{number(weak.force, 'N')} on {weak.body}: {gives_way(weak.mode, weak.moving)}"
-            facts.insert(0, ("anywhere in the scene", "undecided" if weak.status is Status.UNDECIDED else what))
+            facts.insert(0, ("least push afterwards", "undecided" if weak.status is Status.UNDECIDED else what))
         if self.rating is not None:
             facts[:0] = self.rating.facts(self.name, self.beneath)
         told = "; ".join([f"{self.name} stands at {place}", *filter(None, [self.answers.undecided.text])])
