@@ -8,6 +8,7 @@ from typing import Any
 from holdfast.applications.carrying.result import Carried
 from holdfast.applications.disassembly.order import Disassembly
 from holdfast.applications.placement.result import Placement
+from holdfast.applications.placement.several_result import Placements
 from holdfast.applications.settled import Settled
 from holdfast.applications.transport import TransportLimits
 from holdfast.base.archive import load
@@ -22,7 +23,7 @@ from holdfast.queries.worst_case import WorstCase
 
 ANSWERS: tuple[type, ...] = (  # all classes of answers that can be saved
     *(Stability, Robustness, LoadFactor, RobustnessMap, RobustnessUnder, Sensitivity, WorstCase, ConvexSet),
-    *(TransportLimits, Carried, Disassembly, Placement, Settled),
+    *(TransportLimits, Carried, Disassembly, Placement, Placements, Settled),
 )
 
 

@@ -138,7 +138,8 @@ class Checks:
         """Return the assembly with the object added, whose interfaces are ``contacts``."""
         scene = self.assembly.scene
         after = Scene([*scene.bodies, placed], self.options.friction, scene.gravity, scene.name, scene.excluded)
-        return replace(self.assembly, scene=after, interfaces=(*self.assembly.interfaces, *contacts))
+        whole = replace(self.assembly, scene=after, interfaces=(*self.assembly.interfaces, *contacts))
+        return self.assembly.heir(whole)
 
     def judged(self, after: Assembly) -> tuple[str, Assembly | None]:
         """Return the fault of an assembly with the object in place, and the assembly if everything stands."""

@@ -11,7 +11,7 @@ import numpy as np
 from holdfast.applications.placement.checks import Checks
 from holdfast.applications.placement.faces import Face, rolls_on
 from holdfast.applications.placement.margins import contacts_of, normals_into, rests_on, room_about
-from holdfast.applications.placement.rating import Rating, least_push, weakest_of
+from holdfast.applications.placement.rating import MOST_RATED, Rating, least_push, weakest_of
 from holdfast.applications.placement.refine import refined
 from holdfast.applications.placement.result import Candidate
 from holdfast.applications.placement.search import Clock
@@ -65,8 +65,18 @@ def compared(
     return in_order(ranked)
 
 
-def rated(checks: Checks, faces: Sequence[Face], candidate: Candidate, after: Assembly, clock: Clock) -> Compared:
-    """Rate a stable pose by coarse maps, in which ``lower`` counts where it covers imperfect faces, else the force."""
+def rated(
+    checks: Checks,
+    faces: Sequence[Face],
+    candidate: Candidate,
+    after: Assembly,
+    clock: Clock,
+    points: int = MOST_RATED,
+) -> Compared:
+    """Rate a stable pose by coarse maps, in which ``lower`` counts where it covers imperfect faces, else the force.
+
+    Each map has about ``points`` points at most.
+    """
     options, name = checks.options, checks.body.name
     beneath = rests_on(after, name)
     movable = [body.name for body in after.movable if body.name in beneath]
@@ -77,9 +87,9 @@ def rated(checks: Checks, faces: Sequence[Face], candidate: Candidate, after: As
     own = below = None
     try:
         with until(clock.by("compare")):
-            own = weakest_of(after, [name], options.spacing, checks.engine, options.imperfect)
+            own = weakest_of(after, [name], options.spacing, points, checks.engine, options.imperfect)
             if movable:
-                below = weakest_of(after, movable, options.spacing, checks.engine, options.imperfect)
+                below = weakest_of(after, movable, options.spacing, points, checks.engine, options.imperfect)
     except OutOfTimeError:
         own = below = None
     column: Literal["force", "lower"] = "force" if options.imperfect is None else "lower"

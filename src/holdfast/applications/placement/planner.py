@@ -103,12 +103,19 @@ class Planner:
         budget: float | None = None,
         candidates: int = 1,
         attempts: int = MOST_ATTEMPTS,
+        mapped: bool = True,
     ) -> Search:
         """Search for stable poses as ``plan`` does, but do not rate them.
 
-        The scene must stand, and there must be points to build on.
+        The scene must stand, and there must be points to build on. Without ``mapped`` nothing is asked about what these
+        withstand.
         """
-        proposals = self.proposals
+        if mapped:
+            proposals = self.proposals
+        else:
+            proposals = self._proposals(unmapped_points(self.assembly, self.options))
+            if not proposals.support.chance.any():
+                return Search()
         return self._searched(proposals, Clock.started(budget).by("end"), seed, candidates, attempts)
 
     @cached_property

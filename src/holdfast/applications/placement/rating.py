@@ -100,11 +100,11 @@ def _newtons(force: float | None) -> str:
 
 
 def weakest_of(
-    assembly: Assembly, names: Sequence[str], spacing: float, engine: Engine, imperfect: Imperfect | None = None
+    assembly: Assembly, names: Sequence[str], spacing: float, most: int, engine: Engine, imperfect: Imperfect | None
 ) -> RobustnessMap:
-    """Return a map of the bodies ``names`` by which poses are compared, of about MOST_RATED points at most."""
+    """Return a map of the bodies ``names`` by which poses are compared, of about ``most`` points at most."""
     area = sum(assembly.scene.body(name).surface_world.area for name in names)
-    step = max(ROUGHLY * spacing, float(np.sqrt(area / MOST_RATED)))
+    step = max(ROUGHLY * spacing, float(np.sqrt(area / most)))
     return robustness_map(assembly, names, spacing=step, engine=engine, imperfect=imperfect)
 
 
