@@ -8,7 +8,7 @@ from dataclasses import replace
 from numpy.typing import ArrayLike
 
 from holdfast.applications.placement.options import names_of
-from holdfast.applications.placement.plan import BUDGET, MASS_MARGIN, SPACING, planner
+from holdfast.applications.placement.plan import BUDGET, MASS_MARGIN, SPACING, checked_friction, planner
 from holdfast.applications.placement.planner import Planner
 from holdfast.applications.placement.search import Clock
 from holdfast.applications.placement.several import Placing
@@ -23,11 +23,11 @@ from holdfast.engines.groups import prepared
 from holdfast.engines.rest import undecided
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
-from holdfast.scene.body import Body
+from holdfast.scene.body import Body, materials_of
 from holdfast.scene.friction import Friction
 from holdfast.scene.scene import Scene
 
-GAP = 0.005  # [m] the least distance between objects beside each other
+APART = 0.005  # [m] the least distance between objects beside each other
 
 
 def place_all(
@@ -37,7 +37,7 @@ def place_all(
     engine: EngineChoice = DEFAULT_ENGINE,
     supports: Sequence[str] | None = None,
     stack: bool = False,
-    gap: float = GAP,
+    apart: float = APART,
     region: ArrayLike | None = None,
     keep_out: Sequence[ArrayLike] = (),
     avoid: Sequence[str] = (),
@@ -61,8 +61,8 @@ def place_all(
 
     - ``supports``: names of the bodies to place objects on; all bodies of the scene by default. With ``stack`` the
       objects are also put on each other, the lowest places first: layer by layer.
-    - ``gap`` [m]: the least distance between objects, and from whatever else is beside them. Four times and twice as
-      much are tried first. With 0 they may touch.
+    - ``apart`` [m]: the least distance between objects, and from edges and whatever else is beside them. Without
+      ``stack``, eight, four and two times as much are tried first. With 0 they may touch.
     - ``budget`` [s]: the longest time, but for what is compiled on first use; what has found no place by then is told.
       With None, which takes as long as it takes, the same call gives the same answer.
     - ``region``, ``keep_out``, ``avoid``, ``orientations``, ``approach``, ``cone``, ``gripper``, ``friction``,
@@ -76,15 +76,18 @@ def place_all(
     bodies = checked_items(objects, f"{where}: objects", "bodies")
     _check_objects(assembly, bodies)
     grounds = tuple(b.name for b in assembly.bodies) if supports is None else names_of(assembly, supports, "supports")
-    least = checked_number(gap, f"{where}: gap", minimum=0, within=LENGTH)
+    least = checked_number(apart, f"{where}: apart", minimum=0, within=LENGTH)
     clock = Clock.started(None if budget is None else checked_number(budget, f"{where}: budget", above=0))
+
+    table = Scene([*assembly.bodies, *bodies], checked_friction(assembly, friction)).friction
 
     def planner_of(now: Assembly, body: Body) -> Planner:
         placed = [other.name for other in now.bodies[len(assembly.bodies) :]]
+        known = {other.name for other in (*now.bodies, body)} | materials_of([*now.bodies, body])
         return planner(
             now, body, engine=engine, region=region, supports=[*grounds, *placed] if stack else grounds, avoid=avoid,
             keep_out=keep_out, orientations=orientations, approach=approach, cone=cone, gripper=gripper,
-            friction=friction, mass_margin=mass_margin, spacing=spacing, confirm=confirm,
+            friction=table.among(known), mass_margin=mass_margin, spacing=spacing, confirm=confirm,
         )  # fmt: skip
 
     for body in bodies:
@@ -108,18 +111,18 @@ def _answered(
         words = "does not stand" if verdict.status is Status.UNSTABLE else "is undecided"
         reason = f"the scene {words} before anything is put down: {verdict.reason}"
         return Placements(
-            assembly=assembly, status=verdict.status, steps=(), left=names, gap=placing.gap, tries=0,
+            assembly=assembly, status=verdict.status, steps=(), left=names, apart=placing.apart, tries=0,
             reason=reason, elapsed=clock.elapsed, engine=method.name, claim=method.claim,
         )  # fmt: skip
     best, tries = placing.best(assembly, bodies, clock)
-    reason = f"everything stands after each step, {1e3 * best.gap:.3g} mm apart"
+    reason = f"everything stands after each step, {1e3 * best.apart:.3g} mm apart"
     if best.left:
         reason = f"no place found for {listed(best.left)}"
         if clock.budget is not None and clock.elapsed > 0.9 * clock.budget:
             reason += ", the time was spent"
     return Placements(
         assembly=best.assembly, status=Status.UNDECIDED if best.left else Status.STABLE, reason=reason,
-        steps=best.steps, left=best.left, gap=best.gap, tries=tries, elapsed=clock.elapsed,
+        steps=best.steps, left=best.left, apart=best.apart, tries=tries, elapsed=clock.elapsed,
         engine=method.name, claim=method.claim,
     )  # fmt: skip
 

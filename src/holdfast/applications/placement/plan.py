@@ -177,7 +177,7 @@ def planner(
         cone=float(np.radians(checked_number(cone, f"{where}: cone", minimum=0, within=ANGLE))),
         gripper=checked_gripper(gripper),
         weights=Weights() if weights is None else weights,
-        friction=_friction(assembly, friction),
+        friction=checked_friction(assembly, friction),
         mass_margin=checked_number(mass_margin, f"{where}: mass_margin", minimum=0, within=SCALE),
         spacing=checked_number(spacing, f"{where}: spacing", above=0, within=LENGTH),
         imperfect=imperfect,
@@ -204,7 +204,8 @@ def _check_object(assembly: Assembly, body: Any) -> None:  # noqa: ANN401 - what
         )
 
 
-def _friction(assembly: Assembly, given: Friction | float | None) -> Friction:
+def checked_friction(assembly: Assembly, given: Friction | float | None) -> Friction:
+    """Return the friction table of the scene with the object: the one that is given, or the scene's own."""
     if given is None:
         return assembly.scene.friction
     return given if isinstance(given, Friction) else Friction(given)

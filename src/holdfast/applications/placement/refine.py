@@ -12,13 +12,15 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import tangents
 
-FIRST_STEP, LAST_STEP = 0.5, 0.05  # of the object's size: the longest and the shortest step
+FIRST_STEP, LAST_STEP = 2.0, 0.05  # of the object's size: the longest and the shortest step
 AROUND = 8  # directions of a step
 GAIN = 0.1  # of a step: the least gain of room for which it is made
 
 
 def refined(checks: Checks, after: Assembly, pose: Float, beneath: tuple[str, ...]) -> tuple[Float, Assembly]:
     """Return a pose with more room, and the assembly with the object in it: a pattern search over level steps.
+
+    The longest steps lead across neighbours to other free places.
 
     The object keeps its orientation, its height and the bodies that it rests on, and everything stands at each step.
     ``after`` is the assembly with the object at ``pose`` (4, 4), where it rests on the bodies ``beneath``.

@@ -37,9 +37,9 @@ class Clock:
         """The time since it began [s]."""
         return time.perf_counter() - self.start
 
-    def by(self, stage: str) -> float:
-        """Return when a stage has to end, in seconds of ``time.perf_counter``."""
-        return np.inf if self.budget is None else self.start + SHARES[stage] * self.budget
+    def by(self, stage: str, share: float = 1.0) -> float:
+        """Return when a stage, or a ``share`` of all that leads up to its end, has to end [s of perf_counter]."""
+        return np.inf if self.budget is None else self.start + share * SHARES[stage] * self.budget
 
 
 @dataclass(eq=False)

@@ -8,9 +8,11 @@ most objects, then the one whose weakest state is the strongest, and then the on
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby, islice
+from types import MappingProxyType
 
 import numpy as np
 
@@ -30,7 +32,9 @@ from holdfast.scene.body import Body
 COMPARED = 2  # places in which everything stands that are compared for each object and face
 MOST_FACES = 3  # faces of an object that are compared
 MOST_REFUSED = 12  # places that are refused one after the other before an object is given up
-WIDER = (4.0, 2.0, 1.0)  # distances that are tried, as multiples of the least one
+WIDER: Mapping[float, float] = MappingProxyType({8.0: 0.25, 4.0: 0.45, 2.0: 0.65, 1.0: 1.0})
+# distances that are tried, as multiples of the least one, each with the share of the time by which it has to end
+SLACK = 1.5  # of the time of the longest try that has to be left for another one
 POINTS = 40  # about the most points of the maps by which places are compared
 RANDOM = 25  # attempts of the random search for an object that has no level place
 _NONE = np.empty((0, 3))
@@ -70,7 +74,7 @@ class Try:
     steps: tuple[PlacedObject, ...]
     assembly: Assembly
     left: tuple[str, ...]
-    gap: float
+    apart: float
 
     @property
     def least(self) -> float:
@@ -81,7 +85,7 @@ class Try:
     @property
     def key(self) -> tuple[float, ...]:
         """What decides between two of them; the larger is the better."""
-        return len(self.steps), round(self.least, 6), self.gap
+        return len(self.steps), round(self.least, 6), self.apart
 
 
 @dataclass(eq=False)
@@ -89,13 +93,13 @@ class Placing:
     """Places several objects in one scene.
 
     ``planner_of`` makes a planner for an object in an assembly. ``grounds`` names the bodies to place objects on, which
-    also stand on each other if ``stack`` is True. ``gap`` [m] is the least distance between them.
+    also stand on each other if ``stack`` is True. ``apart`` [m] is the least distance between them.
     """
 
     planner_of: Callable[[Assembly, Body], Planner]
     grounds: tuple[str, ...]
     stack: bool
-    gap: float
+    apart: float
     seed: int
     _faces: dict[str, tuple[Face, ...]] = field(default_factory=dict)
     _outlines: dict[str, Outline] = field(default_factory=dict)
@@ -107,19 +111,15 @@ class Placing:
         found its place, all orders are compared, and narrower distances are not looked at.
         """
         best, count, longest = None, 0, 0.0
-        for wider in WIDER if self.gap > 0 else (1.0,):
+        for wider, share in WIDER.items() if self.apart > 0 and not self.stack else ((1.0, 1.0),):
+            least = wider == 1.0
             for order in ORDERS:
                 begun = clock.elapsed
-                if best is not None and begun + 1.5 * longest > (clock.budget or np.inf):
+                if best is not None and begun + SLACK * longest > (clock.budget or np.inf):
                     return best, count
-                first = best is None and wider == 1.0
-                with_largest_first = sorted(objects, key=order, reverse=True)
+                deadline = clock.by("end" if least else "compare", share)
                 one = self._tried(
-                    assembly,
-                    with_largest_first,
-                    wider * self.gap,
-                    clock.by("end" if first else "compare"),
-                    wider == 1.0,
+                    assembly, sorted(objects, key=order, reverse=True), wider * self.apart, deadline, least
                 )
                 count += 1
                 if one is None:
@@ -132,18 +132,21 @@ class Placing:
         return best, count
 
     def _tried(
-        self, assembly: Assembly, objects: Sequence[Body], gap: float, deadline: float, whole: bool
+        self, assembly: Assembly, objects: Sequence[Body], apart: float, deadline: float, whole: bool
     ) -> Try | None:
         """Place the objects in this order.
 
         Where one finds no place or the time is over, the result is None, unless ``whole`` asks for what there is.
         """
         steps, left, after = list[PlacedObject](), list[str](), assembly
+        begun = time.perf_counter()
         for number, body in enumerate(objects):
             report("objects placed", number, len(objects))
+            now = time.perf_counter()
+            hurry = number > 0 and (now - begun) / number * (len(objects) - number) > deadline - now
             try:
                 with until(deadline):
-                    found = self._placed(assembly, after, body, gap, whole)
+                    found = self._placed(assembly, after, body, apart, whole, hurry)
             except OutOfTimeError:
                 if not whole:
                     return None
@@ -158,16 +161,20 @@ class Placing:
             steps.append(
                 PlacedObject(body.name, found.candidate.pose, found.rating.own, found.rating.beneath, found.beneath)
             )
-        return Try(tuple(steps), after, tuple(left), gap)
+        return Try(tuple(steps), after, tuple(left), apart)
 
-    def _placed(self, before: Assembly, assembly: Assembly, body: Body, gap: float, whole: bool) -> Compared | None:
-        """Return the best of the first places in which everything stands, or None."""
+    def _placed(
+        self, before: Assembly, assembly: Assembly, body: Body, apart: float, whole: bool, hurry: bool
+    ) -> Compared | None:
+        """Return the best of the first places in which everything stands, or None; in a ``hurry`` the very first."""
         asked = self.planner_of(assembly, body)
         faces = self._faces.setdefault(body.name, asked.faces)
         found = list[Compared]()
-        by_face = groupby(self._spots(before, assembly, body, faces, gap, asked), key=lambda spot: spot.face)
+        by_face = groupby(self._spots(before, assembly, body, faces, apart, asked), key=lambda spot: spot.face)
         for _, alike in islice(by_face, MOST_FACES):
-            found += self._standing(alike, asked, faces)
+            found += self._standing(alike, asked, faces, 1 if hurry else COMPARED)
+            if found and hurry:
+                break
         if found:
             return max(found, key=worth)
         if not whole:
@@ -177,8 +184,8 @@ class Placing:
             return rated(asked.checks, faces, candidate, after, Clock.started(None), POINTS)
         return None
 
-    def _standing(self, spots: Iterable[Spot], asked: Planner, faces: Sequence[Face]) -> list[Compared]:
-        """Return the first few places in which everything stands, rated."""
+    def _standing(self, spots: Iterable[Spot], asked: Planner, faces: Sequence[Face], most: int) -> list[Compared]:
+        """Return the first places in which everything stands, ``most`` of them, rated."""
         found, refused = list[Compared](), 0
         for spot in spots:
             fault, after = asked.checks.fault(spot.pose)
@@ -186,12 +193,12 @@ class Placing:
             if after is not None:
                 candidate = Candidate(spot.pose, _NONE, _NONE, "")
                 found.append(rated(asked.checks, faces, candidate, after, Clock.started(None), POINTS))
-            if len(found) == COMPARED or refused == MOST_REFUSED:
+            if len(found) == most or refused == MOST_REFUSED:
                 break
         return found
 
     def _spots(
-        self, before: Assembly, assembly: Assembly, body: Body, faces: Sequence[Face], gap: float, asked: Planner
+        self, before: Assembly, assembly: Assembly, body: Body, faces: Sequence[Face], apart: float, asked: Planner
     ) -> list[Spot]:
         """Return all level places of an object, in the order in which they are looked at.
 
@@ -203,10 +210,10 @@ class Placing:
         placed = [b for b in assembly.bodies if b.name not in before.index and not b.fixed]
         levels = levels_of(first + (placed if self.stack else []), up, axes)
         outlines = [self._outline(b, up, axes) for b in asked.checks.frozen]
-        found = spots_for(body, turns_of(faces, asked.options, up, axes), levels, outlines, gap)
+        found = spots_for(body, turns_of(faces, asked.options, up, axes), levels, outlines, apart)
         return sorted(
             found,
-            key=lambda s: (s.face, round(s.height, 4), -round(s.support, 2), *np.round(s.corner[::-1], 6).tolist()),
+            key=lambda s: (s.face, round(s.height, 4), -round(s.support, 1), *np.round(s.corner[::-1], 6).tolist()),
         )
 
     def _outline(self, body: Body, up: Float, axes: Float) -> Outline:

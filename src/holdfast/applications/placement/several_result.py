@@ -54,7 +54,7 @@ class Placements(PublicValue):
     none; or it is not known whether the scene stands. ``reason`` explains the status.
 
     ``steps`` are those of the best of ``tries`` orders and distances, ``assembly`` is what stands at the end, and
-    ``gap`` [m] is the distance between the objects. ``engine`` and ``claim`` are those of all forces. ``elapsed`` [s]
+    ``apart`` [m] is the distance between the objects. ``engine`` and ``claim`` are those of all forces. ``elapsed`` [s]
     is the total time.
     """
 
@@ -63,7 +63,7 @@ class Placements(PublicValue):
     reason: str
     steps: tuple[PlacedObject, ...]
     left: tuple[str, ...]
-    gap: float
+    apart: float
     tries: int
     engine: str
     claim: Claim
@@ -96,7 +96,7 @@ class Placements(PublicValue):
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON."""
-        names = ("status", "reason", "engine", "claim", "order", "left", "gap", "least", "steps", "tries", "elapsed")
+        names = ("status", "reason", "engine", "claim", "order", "left", "apart", "least", "steps", "tries", "elapsed")
         return {"scene": self.assembly.scene.name} | {name: to_dict(getattr(self, name)) for name in names}
 
     def summary(self) -> Summary:

@@ -31,6 +31,7 @@ STEP = 1e-4  # [m] tops whose heights differ by less are one
 MOST_FACES = 6  # of the object that are tried, the steadiest
 SAME = 1e-9  # share of a length by which outlines that merely touch do not overlap
 HAIR = 1e-6  # [m] width of what is seen edge on
+LEAST_SUPPORT = 0.6  # share of a face that has to lie on the tops for a place to be looked at
 CONVEX = 1e-6  # of its hull's volume: by how much less a body that counts as convex may fill
 MOST_SPOTS = 40_000  # combinations of coordinates that are looked at for one face on one level
 
@@ -161,9 +162,9 @@ class Outline:
 
 
 def spots_for(
-    body: Body, turns: Sequence[Float], levels: Sequence[Level], others: Sequence[Outline], gap: float
+    body: Body, turns: Sequence[Float], levels: Sequence[Level], others: Sequence[Outline], apart: float
 ) -> list[Spot]:
-    """Return the places of an object in all ``turns`` (3, 3) on all levels, ``gap`` [m] away from all that is beside.
+    """Return the places of an object in all ``turns`` (3, 3) on all levels, ``apart`` [m] away from all that is beside.
 
     ``others`` are the bodies that may be in the way; there is one at least.
     """
@@ -178,14 +179,14 @@ def spots_for(
             shapes = [other.between(level.height, level.height + float(np.ptp(height))) for other in others]
             blocked = shapely.union_all([shape for shape in shapes if shape is not None])
             shapely.prepare(blocked)
-            corners = _corners(level.top, blocked, size, gap)
-            near = gap - SAME
+            corners = _corners(level.top, blocked, size, apart)
+            near = apart - SAME
             corners = corners[
                 ~shapely.intersects(blocked, shapely.box(*(corners - near).T, *(corners + size + near).T))
             ]
             standing = shapely.box(*(corners - low + sole.min(0)).T, *(corners - low + sole.max(0)).T)
             share = shapely.area(shapely.intersection(level.top, standing)) / shapely.area(standing)
-            for k in np.flatnonzero(share > SAME):
+            for k in np.flatnonzero(share > LEAST_SUPPORT):
                 pose = np.eye(4)
                 pose[:3, :3] = turn
                 pose[:3, 3] = (corners[k] - low) @ axes + (level.height - height.min()) * up
@@ -193,15 +194,15 @@ def spots_for(
     return found
 
 
-def _corners(top: shapely.Geometry, blocked: shapely.Geometry, size: Float, gap: float) -> Float:
+def _corners(top: shapely.Geometry, blocked: shapely.Geometry, size: Float, apart: float) -> Float:
     """Return the lowest corners (n, 2) [m] of rectangles of a ``size`` (2,) [m] that touch edges or outlines."""
     inside, beside = _bounds(top), _bounds(blocked)
     coordinates = []
     for axis in (0, 1):
         low, high = inside[:, axis], inside[:, 2 + axis]
-        at = [low + gap, high - gap - size[axis], (low + high - size[axis]) / 2]
-        at += [beside[:, 2 + axis] + gap, beside[:, axis] - gap - size[axis]]
-        if gap > 0:
+        at = [low + apart, high - apart - size[axis], (low + high - size[axis]) / 2]
+        at += [beside[:, 2 + axis] + apart, beside[:, axis] - apart - size[axis]]
+        if apart > 0:
             at += [low, high - size[axis]]
         each = np.unique(np.round(np.concatenate(at), 9))
         bounds = shapely.bounds(top)
