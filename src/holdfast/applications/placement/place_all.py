@@ -61,8 +61,8 @@ def place_all(
 
     - ``supports``: names of the bodies to place objects on; all bodies of the scene by default. With ``stack`` the
       objects are also put on each other, the lowest places first: layer by layer.
-    - ``apart`` [m]: the least distance between objects, and from edges and whatever else is beside them. Without
-      ``stack``, eight, four and two times as much are tried first. With 0 they may touch.
+    - ``apart`` [m]: the least distance between objects, and from whatever else is beside them. Without ``stack`` it is
+      also that from edges, and eight, four and two times as much are tried first. With 0 objects may touch.
     - ``budget`` [s]: the longest time, but for what is compiled on first use; what has found no place by then is told.
       With None, which takes as long as it takes, the same call gives the same answer.
     - ``region``, ``keep_out``, ``avoid``, ``orientations``, ``approach``, ``cone``, ``gripper``, ``friction``,

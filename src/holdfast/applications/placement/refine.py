@@ -12,7 +12,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import tangents
 
-FIRST_STEP, LAST_STEP = 2.0, 0.05  # of the object's size: the longest and the shortest step
+FIRST_STEP, LAST_STEP = 4.0, 0.05  # of the object's size: the longest and the shortest step
 AROUND = 8  # directions of a step
 GAIN = 0.1  # of a step: the least gain of room for which it is made
 

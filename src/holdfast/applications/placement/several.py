@@ -210,7 +210,8 @@ class Placing:
         placed = [b for b in assembly.bodies if b.name not in before.index and not b.fixed]
         levels = levels_of(first + (placed if self.stack else []), up, axes)
         outlines = [self._outline(b, up, axes) for b in asked.checks.frozen]
-        found = spots_for(body, turns_of(faces, asked.options, up, axes), levels, outlines, apart)
+        inset = 0.0 if self.stack else apart
+        found = spots_for(body, turns_of(faces, asked.options, up, axes), levels, outlines, apart, inset)
         return sorted(
             found,
             key=lambda s: (s.face, round(s.height, 4), -round(s.support, 1), *np.round(s.corner[::-1], 6).tolist()),

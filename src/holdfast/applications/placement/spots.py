@@ -32,6 +32,7 @@ MOST_FACES = 6  # of the object that are tried, the steadiest
 SAME = 1e-9  # share of a length by which outlines that merely touch do not overlap
 HAIR = 1e-6  # [m] width of what is seen edge on
 LEAST_SUPPORT = 0.6  # share of a face that has to lie on the tops for a place to be looked at
+WHOLLY = 0.999  # share of a face that lies on the tops wholly, but for slits between them
 CONVEX = 1e-6  # of its hull's volume: by how much less a body that counts as convex may fill
 MOST_SPOTS = 40_000  # combinations of coordinates that are looked at for one face on one level
 
@@ -162,11 +163,12 @@ class Outline:
 
 
 def spots_for(
-    body: Body, turns: Sequence[Float], levels: Sequence[Level], others: Sequence[Outline], apart: float
+    body: Body, turns: Sequence[Float], levels: Sequence[Level], others: Sequence[Outline], apart: float, inset: float
 ) -> list[Spot]:
     """Return the places of an object in all ``turns`` (3, 3) on all levels, ``apart`` [m] away from all that is beside.
 
-    ``others`` are the bodies that may be in the way; there is one at least.
+    ``others`` are the bodies that may be in the way; there is one at least. The object stands ``inset`` [m] inside the
+    edges of the tops at least, or with 0 on LEAST_SUPPORT of its face at least.
     """
     up, axes = others[0].up, others[0].axes
     found = []
@@ -179,14 +181,16 @@ def spots_for(
             shapes = [other.between(level.height, level.height + float(np.ptp(height))) for other in others]
             blocked = shapely.union_all([shape for shape in shapes if shape is not None])
             shapely.prepare(blocked)
-            corners = _corners(level.top, blocked, size, apart)
+            corners = _corners(level.top, blocked, size, apart, inset)
             near = apart - SAME
             corners = corners[
                 ~shapely.intersects(blocked, shapely.box(*(corners - near).T, *(corners + size + near).T))
             ]
-            standing = shapely.box(*(corners - low + sole.min(0)).T, *(corners - low + sole.max(0)).T)
+            within = max(inset - SAME, 0.0)
+            first, last = corners - low + sole.min(0) - within, corners - low + sole.max(0) + within
+            standing = shapely.box(*first.T, *last.T)
             share = shapely.area(shapely.intersection(level.top, standing)) / shapely.area(standing)
-            for k in np.flatnonzero(share > LEAST_SUPPORT):
+            for k in np.flatnonzero(share > (LEAST_SUPPORT if inset == 0 else WHOLLY)):
                 pose = np.eye(4)
                 pose[:3, :3] = turn
                 pose[:3, 3] = (corners[k] - low) @ axes + (level.height - height.min()) * up
@@ -194,16 +198,14 @@ def spots_for(
     return found
 
 
-def _corners(top: shapely.Geometry, blocked: shapely.Geometry, size: Float, apart: float) -> Float:
+def _corners(top: shapely.Geometry, blocked: shapely.Geometry, size: Float, apart: float, inset: float) -> Float:
     """Return the lowest corners (n, 2) [m] of rectangles of a ``size`` (2,) [m] that touch edges or outlines."""
     inside, beside = _bounds(top), _bounds(blocked)
     coordinates = []
     for axis in (0, 1):
         low, high = inside[:, axis], inside[:, 2 + axis]
-        at = [low + apart, high - apart - size[axis], (low + high - size[axis]) / 2]
+        at = [low + inset, high - inset - size[axis], (low + high - size[axis]) / 2]
         at += [beside[:, 2 + axis] + apart, beside[:, axis] - apart - size[axis]]
-        if apart > 0:
-            at += [low, high - size[axis]]
         each = np.unique(np.round(np.concatenate(at), 9))
         bounds = shapely.bounds(top)
         each = each[(each >= bounds[axis] - size[axis]) & (each <= bounds[2 + axis])]
