@@ -12,6 +12,7 @@ details are ours.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -90,7 +91,9 @@ class Planner:
             )
         if not support.chance.any():
             return self._nothing(Search(), f"no point to build on is sure to withstand a push{self._unknown()}", clock)
-        search = self._searched(self._proposals(support), clock.by("search"), seed, candidates, attempts)
+        search = self._searched(
+            self._proposals(support), [clock.by("search"), clock.by("end")], seed, candidates, attempts
+        )
         if not search.stable:
             spent = SPENT if search.out_of_time else "all attempts were spent"
             return self._nothing(search, f"no stable pose found, {spent}", clock)
@@ -116,7 +119,7 @@ class Planner:
             proposals = self._proposals(unmapped_points(self.assembly, self.options))
             if not proposals.support.chance.any():
                 return Search()
-        return self._searched(proposals, Clock.started(budget).by("end"), seed, candidates, attempts)
+        return self._searched(proposals, [Clock.started(budget).by("end")], seed, candidates, attempts)
 
     @cached_property
     def verdict(self) -> Verdict:
@@ -183,27 +186,38 @@ class Planner:
         except OutOfTimeError:
             return unmapped_points(self.assembly, self.options)
 
-    def _searched(self, proposals: Proposals, deadline: float, seed: int, candidates: int, attempts: int) -> Search:
+    def _searched(
+        self, proposals: Proposals, deadlines: Sequence[float], seed: int, candidates: int, attempts: int
+    ) -> Search:
+        """Search until the first of ``deadlines`` before which a stable pose is found."""
         rng = np.random.default_rng(seed)
         search, clock = Search(), Clock.started(None)
         flat = any(face.tilt > 0 and not face.rolls for face in self.faces)
-        try:
-            with until(deadline):
-                while len(search.found) < candidates and len(search.rolling) < max(candidates, CANDIDATES):
-                    if search.tried >= attempts:
-                        break
-                    report("attempts to place it", search.tried, attempts)
-                    candidate, after = self._attempted(proposals, rng)
-                    search.tried += 1
-                    if after is None:
-                        search.failed(candidate)
-                        continue
-                    rolls = flat and rolls_on(self.faces, candidate.pose, normals_into(after, self.body.name))
-                    (search.rolling if rolls else search.found).append((candidate, after))
-                    if search.first is None:
-                        search.first = clock.elapsed
-        except OutOfTimeError:
-            search.out_of_time = True
+
+        def look() -> None:
+            while len(search.found) < candidates and len(search.rolling) < max(candidates, CANDIDATES):
+                if search.tried >= attempts:
+                    return
+                report("attempts to place it", search.tried, attempts)
+                candidate, after = self._attempted(proposals, rng)
+                search.tried += 1
+                if after is None:
+                    search.failed(candidate)
+                    continue
+                rolls = flat and rolls_on(self.faces, candidate.pose, normals_into(after, self.body.name))
+                (search.rolling if rolls else search.found).append((candidate, after))
+                if search.first is None:
+                    search.first = clock.elapsed
+
+        for deadline in deadlines:
+            try:
+                with until(deadline):
+                    look()
+                    break
+            except OutOfTimeError:
+                search.out_of_time = True
+                if search.stable:
+                    break
         return search
 
     def _attempted(
@@ -227,7 +241,7 @@ class Planner:
         first = ranked[0]
         full, late = self._full_map(first, clock)
         reason = "everything stands with it"
-        if full.undecided.count:
+        if full.undecided.count and not late:
             least = least_push(full)
             others = "" if least is None else f"; the other points hold at least {least:.3g} N"
             reason += f"; points {full.undecided.text}{others}"
@@ -255,7 +269,9 @@ class Planner:
         except OutOfTimeError:
             if chosen.own is not None:
                 return chosen.own, f"; {SPENT}: its map is coarse and holds {self.body.name} alone"
-            return unasked_map(chosen.after, options.spacing, self.engine), f"; {SPENT} before anything was pushed"
+            return unasked_map(
+                chosen.after, self.body.name, options.spacing, self.engine
+            ), f"; {SPENT} before anything was pushed"
 
     def _unknown(self) -> str:
         """Say how many answers of the scene's maps are not known, or nothing if all are known."""

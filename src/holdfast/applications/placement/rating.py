@@ -113,23 +113,20 @@ def full_map(assembly: Assembly, spacing: float, engine: Engine, imperfect: Impe
     return robustness_map(assembly, None, spacing=spacing, engine=engine, imperfect=imperfect)
 
 
-def unasked_map(assembly: Assembly, spacing: float, engine: Engine) -> RobustnessMap:
-    """Return a map of a few points without answers, for an assembly that stands and that there was no time to push."""
-    bodies = [body.name for body in assembly.movable]
-    area = sum(assembly.scene.body(name).surface_world.area for name in bodies)
-    cells = {name: exposed_cells(assembly, name, max(spacing, float(np.sqrt(area / MOST_RATED)))) for name in bodies}
-    shown = {name: seen for name, (seen, _) in cells.items()}
-    points = np.vstack([seen.points for seen in shown.values()])
+def unasked_map(assembly: Assembly, name: str, spacing: float, engine: Engine) -> RobustnessMap:
+    """Return a map of a few points of one body without answers, for an assembly that there was no time to push."""
+    area = assembly.scene.body(name).surface_world.area
+    shown, hidden = exposed_cells(assembly, name, max(spacing, float(np.sqrt(area / MOST_RATED))))
     verdict = prepared(engine, assembly).verdict()
     known = {"engine": engine.name, "claim": engine.claim, "notes": (UNASKED,)}
     return RobustnessMap(
-        answers=Answers.not_standing(len(points), verdict=verdict, **known),
+        answers=Answers.not_standing(len(shown.points), verdict=verdict, **known),
         assembly=assembly,
-        points=points,
-        normals=np.vstack([seen.normals for seen in shown.values()]),
-        body=objects([name for name, seen in shown.items() for _ in seen.points]),
-        cells=Table(shown),
-        hidden=Table({name: hidden for name, (_, hidden) in cells.items()}),
+        points=shown.points,
+        normals=shown.normals,
+        body=objects([name] * len(shown.points)),
+        cells=Table({name: shown}),
+        hidden=Table({name: hidden}),
     )
 
 

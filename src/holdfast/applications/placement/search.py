@@ -16,7 +16,7 @@ from holdfast.assembly.assembly import Assembly
 
 # shares of a budget after which the stages of a plan have to end
 SHARES: Mapping[str, float] = MappingProxyType(
-    {"map": 0.2, "coarse map": 0.3, "search": 0.6, "compare": 0.75, "refine": 0.85, "end": 0.97}
+    {"map": 0.2, "coarse map": 0.25, "search": 0.55, "compare": 0.7, "refine": 0.8, "end": 0.92}
 )
 
 

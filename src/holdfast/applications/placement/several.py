@@ -170,7 +170,7 @@ class Placing:
         asked = self.planner_of(assembly, body)
         faces = self._faces.setdefault(body.name, asked.faces)
         found = list[Compared]()
-        by_face = groupby(self._spots(before, assembly, body, faces, apart, asked), key=lambda spot: spot.face)
+        by_face = groupby(self.spots(before, assembly, body, faces, apart, asked), key=lambda spot: spot.face)
         for _, alike in islice(by_face, MOST_FACES):
             found += self._standing(alike, asked, faces, 1 if hurry else COMPARED)
             if found and hurry:
@@ -197,7 +197,7 @@ class Placing:
                 break
         return found
 
-    def _spots(
+    def spots(
         self, before: Assembly, assembly: Assembly, body: Body, faces: Sequence[Face], apart: float, asked: Planner
     ) -> list[Spot]:
         """Return all level places of an object, in the order in which they are looked at.
