@@ -65,13 +65,13 @@ def tried(make: Callable[[], PlacementScene], name: str, engine: str) -> list[Ro
 
 
 def cases() -> Mapping[str, Case]:
-    """Scenes times engines; shelves and trays; several objects."""
+    """Shelves and trays; several objects; scenes times engines."""
     strongest = {
         f"{name}, {engine}": partial(tried, make, name, engine)
         for name, make in TABLE_III.items()
         for engine in ENGINES
     }
-    return strongest | dict(placement_random.cases()) | dict(placement_several.cases())
+    return dict(placement_random.cases()) | dict(placement_several.cases()) | strongest
 
 
 def written(rows: list[Row]) -> str:
