@@ -37,7 +37,9 @@ p = hf.plan_placement(
 if p.pose is None or p.rating is None or p.rating.own is None:
     sys.exit(f"no place was found: {p.reason}")
 print(f"{p.status} at {p.pose[:3, 3].round(3)}, its own axis up by {p.pose[2, 2]:.2f}")
-print(f"{p.rating.own:.2g} N move it, {1e3 * p.rating.room:.0f} mm of room; elsewhere {p.robustness:.2g} N move the vase")
+print(
+    f"{p.rating.own:.2g} N move it, {1e3 * p.rating.room:.0f} mm of room; elsewhere {p.robustness:.2g} N move the vase"
+)
 
 # six things on a tray, in an order that is chosen
 tray = hf.Scene([hf.Body("tray", hf.Box((0.35, 0.25, 0.02)), pose=at(0, 0, -0.01), fixed=True)], 0.5, name="tray")

@@ -38,12 +38,15 @@ def save_placement_png(result: Placement, path: str | os.PathLike[str], *, seed:
     carried = sorted((patch for i in result.contacts for patch in i.patches), key=lambda patch: -patch.measure)
     places = np.array([patch.centroid for patch in carried[:MOST_ARROWS]])
     arrows = tuple(Arrow(p - length * result.assembly.scene.up, p, "") for p in places)
+    asked = "no time to ask what they withstand" if np.isnan(support.force).all() else "sampled by what they withstand"
     before = PointsPanel(
-        "contact points, sampled by what they withstand", bare_picture(result.assembly, without=name),
+        f"contact points, {asked}", bare_picture(result.assembly, without=name),
         support.points[chosen], support.normals[chosen], support.force[chosen],
     )  # fmt: skip
     known = result.weakest is not None and result.weakest.status is not Status.UNDECIDED
-    told = "the best of the poses: " + (f"least push {result.robustness:.3g} N" if known else "undecided")
+    told = f"the best pose: least push {result.robustness:.3g} N" if known else "the best pose: undecided"
+    if known and result.rating is not None and result.rating.own is not None:
+        told += f", on {one_line(name, LONGEST_NAME)} {result.rating.own:.3g} N"
     after = PointsPanel(told, bare_picture(result.assembly), marks=arrows, accent=name)
     title = f"{result.assembly.scene.name or 'scene'}: where to put {name}"
     unknown = result.answers.undecided

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby, islice
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -77,15 +78,13 @@ class Try:
     apart: float
 
     @property
-    def least(self) -> float:
-        """The least push [N] of all states; 0 if it is not known of any."""
-        known = [step.least for step in self.steps if step.least is not None]
-        return min(known, default=0.0)
+    def key(self) -> tuple[Any, ...]:
+        """What decides between two of them; the larger is the better.
 
-    @property
-    def key(self) -> tuple[float, ...]:
-        """What decides between two of them; the larger is the better."""
-        return len(self.steps), round(self.least, 6), self.apart
+        The number of objects comes first, then the least pushes of the steps, the weakest first, so that an object that
+        any push moves, such as a ball, does not make all tries equal; then the distance.
+        """
+        return len(self.steps), sorted(round(step.least or 0.0, 6) for step in self.steps), self.apart
 
 
 @dataclass(eq=False)
