@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from holdfast.engines.imperfect import Imperfect
     from holdfast.engines.limit.engine import Limit
     from holdfast.engines.verdict import Status
+    from holdfast.live.start import LiveView, view
     from holdfast.queries.map import RobustnessMap, robustness_map
     from holdfast.queries.push import LoadFactor, Robustness, load_factor, robustness
     from holdfast.queries.request import Load
@@ -116,6 +117,7 @@ _NAMES = {
     "holdfast.engines.imperfect": ("Imperfect",),
     "holdfast.engines.limit.engine": ("Limit",),
     "holdfast.engines.verdict": ("Status",),
+    "holdfast.live.start": ("LiveView", "view"),
     "holdfast.queries.map": ("RobustnessMap", "robustness_map"),
     "holdfast.queries.push": ("LoadFactor", "Robustness", "load_factor", "robustness"),
     "holdfast.queries.request": ("Load",),
@@ -164,6 +166,7 @@ __all__ = [
     "Imperfect",
     "Interface",
     "Limit",
+    "LiveView",
     "Load",
     "LoadFactor",
     "Mesh",
@@ -222,6 +225,7 @@ __all__ = [
     "tied",
     "tilted",
     "transport_limits",
+    "view",
     "worst_case",
 ]
 

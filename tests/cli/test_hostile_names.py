@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from calling import called
+from paged import data_of, said
 from rich.console import Console
 
 import holdfast as hf
@@ -92,15 +93,13 @@ def test_d6_d21_pictures_and_pages(name: str, file: str, call: Call) -> None:
     assert_harmless(out)
     assert Path("m.png").read_bytes().startswith(b"\x89PNG")
     text = Path("m.html").read_text(encoding="utf-8")
-    page, data = re.split(r'<script id="data" type="application/json">', text)
-    traces = json.loads(data.split("</script>")[0])["traces"]
-    hovers = [hover for trace in traces for hover in trace.get("cell_texts", ())]
+    hovers = said(data_of(text))
     assert hovers
     allowed = re.compile(r"</?b>|<br>")
     for hover in hovers:
         assert "<" not in allowed.sub("", hover)
         assert html.unescape(allowed.sub("", hover)).isprintable()
-    head = page.split("<script>")[0]
+    head = text.split("<script")[0]
     assert head.count("<img") == head.count("<i>") == 0
     assert head.count("<b>") == 0
 

@@ -286,13 +286,13 @@ def test_import_is_light() -> None:
         "trimesh",
         "pydantic",
         "matplotlib",
-        "plotly",
+        "viser",
         "pyvista",
         "mujoco",
         "pybullet",
         "typer",
         "rich",
-        "holdfast.view",
+        "holdfast.drawing",
         "holdfast.cli",
     )
     code = f"import sys, holdfast; print([m for m in {heavy!r} if m in sys.modules])"

@@ -18,6 +18,7 @@ from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int, checked_items, checked_number, frozen
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.memory import Memory
+from holdfast.base.public import Summary, in_notebook, number
 from holdfast.base.ranges import ANGLE, FRICTION, TOLERANCE
 from holdfast.base.text import listed, quoted
 from holdfast.base.values import Value, cut
@@ -60,6 +61,17 @@ class Assembly(Value):
         found = self.tolerances.text if self.detected else "interfaces given"
         return f"Assembly(<Scene {cut(repr(self.scene.name), 60)}>, {counts}, {found})"
 
+    def _repr_html_(self) -> str:
+        """Return the assembly for notebooks: a small picture and a table of its interfaces, without scripts."""
+        overlaps = f", {len(self.overlaps)} overlaps" if self.overlaps else ""
+        counts = f"{len(self.movable)} movable bodies, {len(self.interfaces)} interfaces{overlaps}"
+        rows = [
+            [" - ".join(one.bodies), number(1e4 * one.area, "cm²"), number(mu), "" if one.certain else "may not exist"]
+            for one, mu in zip(self.interfaces, self.mu, strict=True)
+        ]
+        told = Summary(f"{self.scene.name or 'scene'}: {counts}", (), ("between", "area", "μ", ""), rows, self.notes)
+        return in_notebook(self, told)
+
     @property
     def bodies(self) -> tuple[Body, ...]:
         """All bodies of the scene."""
@@ -90,10 +102,10 @@ class Assembly(Value):
     def interfaces_of(self) -> tuple[tuple[int, ...], ...]:
         """The numbers of the interfaces of every movable body."""
         own: list[list[int]] = [[] for _ in self.movable]
-        for number, ends in enumerate(self.ends):
+        for interface, ends in enumerate(self.ends):
             for body in ends:
                 if body != FIXED:
-                    own[body].append(number)
+                    own[body].append(interface)
         return tuple(tuple(numbers) for numbers in own)
 
     @cached_property

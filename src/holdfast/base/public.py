@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from holdfast.base.archive import save, to_dict
+from holdfast.base.painters import glimpse
 from holdfast.base.text import escaped, one_line
 from holdfast.base.values import LONGEST, Value, items_of, seal
 
@@ -59,8 +60,16 @@ class PublicValue(Value):
         return f"{type(self).__name__}({one_line(self.summary().headline, LONGEST)})"
 
     def _repr_html_(self) -> str:
-        """Return the summary for notebooks: headline, facts, a few rows and notes as HTML without scripts."""
-        return as_html(type(self).__name__, self.summary())
+        """Return the answer for notebooks: a small picture, headline, facts, a few rows and notes, without scripts."""
+        return in_notebook(self, self.summary())
+
+
+def in_notebook(value: object, summary: Summary) -> str:
+    """Return a value as HTML for notebooks: its picture, if it has one, above its summary.
+
+    Letters have the colour of the page, and pictures their own ground, so that both are seen on light and on dark.
+    """
+    return f"<div>{glimpse(value)}{as_html(type(value).__name__, summary)}</div>"
 
 
 def as_html(kind: str, summary: Summary) -> str:

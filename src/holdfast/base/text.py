@@ -48,7 +48,7 @@ def quoted(value: object, most: int = LONGEST_NAME) -> str:
 def escaped(text: object, most: int = LONGEST_LINE) -> str:
     """Return ``one_line`` of a text for HTML, without anything that a page reads as markup.
 
-    It is for texts, not for attributes: quotes stay, as plotly shows the names of their entities.
+    It is for texts, not for attributes: quotes stay.
     """
     return html.escape(one_line(text, most), quote=False)
 
@@ -57,6 +57,11 @@ def listed(names: Collection[str], most: int = 6) -> str:
     """Return the first of some names, at most ``most``, each fit to be shown, and how many more there are."""
     more = f" and {len(names) - most:,} more" if len(names) > most else ""
     return ", ".join(one_line(name, LONGEST_ITEM) for name in islice(names, most)) + more
+
+
+def many(count: int, what: str) -> str:
+    """Return a number with its noun: "1 scene", "1,200 scenes"."""
+    return f"{count:,} {what}" + ("" if count == 1 else "s")
 
 
 def _ends(text: str, most: int) -> str:

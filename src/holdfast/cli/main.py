@@ -33,6 +33,7 @@ COMMANDS = {  # where each command lies, and what the help says of it: a command
     "assess": ("holdfast.cli.assess:assess", "Decide whether a scene stands, and explain why."),
     "push": ("holdfast.cli.push:push", "Compute how hard a body can be pushed at a point before anything moves."),
     "map": ("holdfast.cli.assess:map_surfaces", "Compute the largest push at points of all exposed surfaces."),
+    "view": ("holdfast.cli.view:view", "Open a live view of a scene: push, play and edit it in the browser."),
     "place": ("holdfast.cli.place:place", "Find a pose for an object in which everything stands."),
     "settle": ("holdfast.cli.settle:settle", "Bring a perceived or authored scene to rest near its poses."),
     "transport": ("holdfast.cli.transport:transport", "Compute how fast the carrier of a scene may accelerate."),
@@ -44,6 +45,7 @@ COMMANDS = {  # where each command lies, and what the help says of it: a command
     "benchmark": ("holdfast.cli.benchmark:benchmark", "Compare methods and their speed."),
     "convert": ("holdfast.cli.files:convert", "Read a scene in any known format and write it in another."),
     "schema": ("holdfast.cli.files:print_schema", "Print the JSON schema of the native scene file."),
+    "doctor": ("holdfast.cli.doctor:doctor", "Say what is installed here, what is missing, and where code is kept."),
     "warmup": ("holdfast.cli.warmup:warmup", "Compile everything that is compiled when it is first used."),
 }
 

@@ -33,8 +33,9 @@ _UNLIT = "KHR_materials_unlit"
 class Primitive:
     """Triangles (T, 3), or segments (E, 2), of vertices (V, 3) [m], drawn with a material by its number.
 
-    ``rgb`` (V, 3) are sRGB colours in 0..1 that multiply that of the material. ``values`` are further numbers (V,) of
-    the vertices; their names begin with an underscore.
+    ``rgb`` (V, 3) are sRGB colours in 0..1 that multiply that of the material; in their place, ``light`` (V, 3) are
+    amounts of light of any size. ``values`` are further numbers (V,) of the vertices; their names begin with an
+    underscore.
     """
 
     vertices: Float
@@ -42,6 +43,7 @@ class Primitive:
     material: int
     rgb: NDArray[np.float64] | None = None
     values: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    light: NDArray[np.float64] | None = None
 
 
 class Gltf:
@@ -94,6 +96,8 @@ class Gltf:
             light = np.column_stack([light_of(given.rgb), np.ones(len(places))])
             shorts = np.rint(light * 65535).astype("<u2")  # eight bits would change dark colours visibly
             attributes["COLOR_0"] = self._accessor(shorts, _UNSIGNED_SHORT, "VEC4", _CORNERS, normalized=True)
+        if given.light is not None:
+            attributes["COLOR_0"] = self._accessor(given.light.astype("<f4"), _FLOAT, "VEC3", _CORNERS)
         for name, values in given.values.items():
             attributes[name] = self._accessor(values.astype("<f4"), _FLOAT, "SCALAR", _CORNERS)
         indices = self._accessor(given.corners.ravel().astype("<u4"), _UNSIGNED, "SCALAR", _INDICES)

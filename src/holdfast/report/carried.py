@@ -11,11 +11,11 @@ from rich.table import Table
 
 from holdfast.applications.carrying.result import Carried
 from holdfast.base.public import number
+from holdfast.drawing.timeline import Timeline, write_timeline
 from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import Status
 from holdfast.report.texts import cell, headline, sentence
 from holdfast.report.transport import movers
-from holdfast.view.timeline import Timeline, write_timeline
 
 ROWS = 12  # the most times in the table
 

@@ -14,10 +14,11 @@ from holdfast.applications.placement.result import Placement
 from holdfast.applications.placement.several_result import Placements
 from holdfast.applications.settled import Settled
 from holdfast.applications.transport import TransportLimits
-from holdfast.base.painters import register_painter
+from holdfast.base.painters import register_glimpse, register_painter
 from holdfast.queries.map import RobustnessMap
 from holdfast.report.carried import save_carried_png
 from holdfast.report.disassembly import save_strip
+from holdfast.report.notebook import glimpse
 from holdfast.report.picture import save_glb, save_html, save_ply, save_png
 from holdfast.report.placement import save_placement_png
 from holdfast.report.placements import save_placements_png
@@ -37,6 +38,7 @@ def register() -> None:
     register_painter(Placement, ".png", save_placement_png)
     register_painter(Placements, ".png", save_placements_png)
     register_painter(Settled, ".png", save_settled_png)
+    register_glimpse(glimpse)
 
 
 def _polar(

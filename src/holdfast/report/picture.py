@@ -9,16 +9,16 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.text import LONGEST_NAME, escaped, listed, one_line
+from holdfast.drawing.colours import Kind
+from holdfast.drawing.glb import write_glb
+from holdfast.drawing.html import write_html
+from holdfast.drawing.picture import Arrow, HeatSurface, Picture, Solid
+from holdfast.drawing.ply import write_ply
+from holdfast.drawing.png import write_png
 from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import ContactForces, Status
 from holdfast.geometry.cells import Cells
 from holdfast.queries.map import RobustnessMap
-from holdfast.view.colours import Kind
-from holdfast.view.glb import write_glb
-from holdfast.view.html import write_html
-from holdfast.view.picture import Arrow, HeatSurface, Picture, Solid
-from holdfast.view.ply import write_ply
-from holdfast.view.png import write_png
 
 LONGEST_FORCE = 0.18  # of the assembly's size: the length of the arrow of the largest contact force
 WEAK_ARROW = 0.12  # of the assembly's size: the length of the arrows at the weakest points
@@ -59,7 +59,7 @@ def picture_of(result: RobustnessMap) -> Picture:
             ring for i in assembly.interfaces for patch in i.patches for ring in (patch.polygon, *patch.holes)
         ),
         contact_points=np.empty((0, 3)) if result.verdict.forces is None else result.verdict.forces.points,
-        contact_forces=() if result.verdict.forces is None else _force_arrows(assembly, result.verdict.forces),
+        contact_forces=() if result.verdict.forces is None else force_arrows(assembly, result.verdict.forces),
         weakest=_weak_arrows(result),
         up=assembly.scene.up,
     )
@@ -126,7 +126,7 @@ def _solids(result: RobustnessMap) -> tuple[Solid, ...]:
     return tuple(solids)
 
 
-def _force_arrows(assembly: Assembly, forces: ContactForces) -> tuple[Arrow, ...]:
+def force_arrows(assembly: Assembly, forces: ContactForces) -> tuple[Arrow, ...]:
     """Return one arrow for each interface: the total force on its second body, at the centre of pressure."""
     arrows: list[tuple[Float, Float, str]] = []
     for number, interface in enumerate(assembly.interfaces):

@@ -14,10 +14,10 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import write_atomically
 from holdfast.base.text import LONGEST_NAME, listed, one_line
+from holdfast.drawing.panels import PointsPanel, sheet_png
+from holdfast.drawing.picture import Arrow, Picture, Solid
 from holdfast.engines.verdict import Status
 from holdfast.report.texts import headline, sentence
-from holdfast.view.panels import PointsPanel, sheet_png
-from holdfast.view.picture import Arrow, Picture, Solid
 
 SHOWN = 160  # number of contact points that are sampled for the picture
 MOST_ARROWS = 6  # at the largest contact patches

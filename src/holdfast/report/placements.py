@@ -12,10 +12,10 @@ from rich.table import Table
 from holdfast.applications.placement.several_result import Placements
 from holdfast.base.public import number
 from holdfast.base.text import listed
+from holdfast.drawing.picture import Solid
+from holdfast.drawing.sequence import Frame, Sequence, write_sequence
 from holdfast.engines.verdict import Status
 from holdfast.report.texts import cell, headline, sentence
-from holdfast.view.picture import Solid
-from holdfast.view.sequence import Frame, Sequence, write_sequence
 
 MOST_FRAMES = 12  # the most states in a strip of pictures
 MOST_ROWS = 60  # the most rows in a table

@@ -11,11 +11,11 @@ from rich.table import Table
 from holdfast.applications.settled import Settled
 from holdfast.base.files import write_atomically
 from holdfast.base.text import LONGEST_NAME, one_line
+from holdfast.drawing.panels import PointsPanel, sheet_png
+from holdfast.drawing.picture import Arrow, Picture, Solid
 from holdfast.engines.verdict import Status
 from holdfast.report.texts import cell, headline, sentence
 from holdfast.scene.scene import Scene
-from holdfast.view.panels import PointsPanel, sheet_png
-from holdfast.view.picture import Arrow, Picture, Solid
 
 LONGEST = 0.12  # of the scene's size: the length of the longest arrow
 SHORTEST = 0.02  # of it: shorter arrows are left out

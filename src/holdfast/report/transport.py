@@ -13,11 +13,11 @@ from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.rigid import tangents
 from holdfast.base.text import listed
+from holdfast.drawing.polar import Curve, Footprint, PolarPicture, write_polar
 from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import Status
 from holdfast.geometry.hull import outline_numbers
 from holdfast.queries.result import Columns
-from holdfast.view.polar import Curve, Footprint, PolarPicture, write_polar
 
 LEVEL = 1e-6  # largest share of a direction along gravity at which it counts as horizontal
 SHOWN = 3  # the most names of moving bodies in a line
@@ -37,18 +37,22 @@ def polar_picture(results: Sequence[TransportLimits], names: Sequence[str] | Non
     if not results:
         raise HoldfastError(message("polar plot", "has no answers", "give at least one"))
     first = results[0]
-    frame = np.array(tangents(first.assembly.scene.up))
-    plain = np.allclose(frame, np.eye(3)[:2])
     named = names or [result.engine for result in results]
     return PolarPicture(
         f"{first.assembly.scene.name or 'assembly'}: largest acceleration of the carrier [m/s²]",
         f"{_WORDS[first.verdict.status]} · {len(first.directions)} level directions, "
         "the distance from the centre is the largest acceleration that way",
-        ("+x", "+y", "−x", "−y") if plain else ("0°", "90°", "180°", "270°"),
+        frame_names(first.assembly),
         tuple(_curve(result, name) for result, name in zip(results, named, strict=True)),
-        _footprints(first.assembly, frame),
+        _footprints(first.assembly, np.array(tangents(first.assembly.scene.up))),
         first.undecided.text,
     )
+
+
+def frame_names(assembly: Assembly) -> tuple[str, str, str, str]:
+    """Return the names of the horizontal directions at 0, 90, 180 and 270 degrees."""
+    plain = np.allclose(np.array(tangents(assembly.scene.up)), np.eye(3)[:2])
+    return ("+x", "+y", "−x", "−y") if plain else ("0°", "90°", "180°", "270°")
 
 
 def level_angles(result: TransportLimits) -> Float:

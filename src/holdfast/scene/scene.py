@@ -16,6 +16,7 @@ from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_items, checked_name, frozen, unit
 from holdfast.base.errors import SceneError, message, nearest_of
 from holdfast.base.kinds import shaped
+from holdfast.base.public import Summary, in_notebook, number
 from holdfast.base.ranges import ACCELERATION
 from holdfast.base.text import quoted
 from holdfast.base.values import Value
@@ -73,6 +74,21 @@ class Scene(Value):
         set_(self, "excluded", checked_excluded(excluded, self.bodies))
         if any(isinstance(body.shape, HalfSpace) for body in self.bodies):
             set_(self, "bodies", _under(self.bodies))
+
+    def _repr_html_(self) -> str:
+        """Return the scene for notebooks: a small picture and a table of its bodies, without scripts."""
+        count = len(self.movable)
+        headline = f"{self.name or 'scene'}: {count} movable, {len(self.bodies) - count} fixed"
+        rows = [
+            [
+                body.name,
+                "fixed" if body.fixed or body.mass is None else number(body.mass, "kg"),
+                type(body.shape).__name__,
+                body.material or "",
+            ]
+            for body in self.bodies
+        ]
+        return in_notebook(self, Summary(headline, (), ("body", "mass", "shape", "material"), rows, self.notes))
 
     def _check(self) -> None:
         for body in self.bodies:

@@ -189,7 +189,7 @@ class Planner:
     def _searched(
         self, proposals: Proposals, deadlines: Sequence[float], seed: int, candidates: int, attempts: int
     ) -> Search:
-        """Search until the first of ``deadlines`` before which a stable pose is found."""
+        """Search until the first of ``deadlines`` before which a stable pose on a flat face is found."""
         rng = np.random.default_rng(seed)
         search, clock = Search(), Clock.started(None)
         flat = any(face.tilt > 0 and not face.rolls for face in self.faces)
@@ -216,7 +216,7 @@ class Planner:
                     break
             except OutOfTimeError:
                 search.out_of_time = True
-                if search.stable:
+                if search.found:
                     break
         return search
 

@@ -12,12 +12,12 @@ import numpy as np
 import holdfast as hf
 from holdfast.applications.placement.faults import FALLEN, MARGINAL, REFUSED, UNSURE
 from holdfast.applications.placement.plan import planner
+from holdfast.drawing.panels import PointsPanel, sheet_png
 from holdfast.report.picture import picture_of
 from holdfast.validation.benchmarks import placement_random, placement_several
 from holdfast.validation.benchmarks.placement_scenes import TABLE_III, PlacementScene
 from holdfast.validation.benchmarks.placements import ENGINES
 from holdfast.validation.benchmarks.suite import Case, Row, Suite, table
-from holdfast.view.panels import PointsPanel, sheet_png
 
 TENTH = 0.9
 SAMPLE = 200  # points tried at most

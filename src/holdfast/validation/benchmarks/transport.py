@@ -12,12 +12,12 @@ import numpy as np
 import holdfast as hf
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError
+from holdfast.drawing.polar import Curve, PolarPicture, draw_curves
 from holdfast.engines.contract import Engine
 from holdfast.scene.shipped import shipped_scene
 from holdfast.validation.baselines.carrier import Carrier
 from holdfast.validation.baselines.search import grid_nodes
 from holdfast.validation.benchmarks.suite import Case, Row, Suite, table
-from holdfast.view.polar import Curve, PolarPicture, draw_curves
 
 SCENES = ("slope", "slope_two")
 RUNS = 5

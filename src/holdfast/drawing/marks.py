@@ -1,0 +1,194 @@
+"""Draw arrows, numbered badges and contact patches over a rendered panel, in page pixels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from holdfast.base.colour import rgb_of
+from holdfast.drawing.layout import Shot
+from holdfast.drawing.picture import Arrow, Picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+INK: Final = "#14171c"  # colour of text and of the arrows of pushes
+CONTACT: Final = "#0b6aa8"  # colour of contacts
+FONT: Final = "DejaVu Sans"  # font of all texts
+
+_HIDDEN_ALPHA: Final = 0.38  # opacity of an arrow whose point is hidden in this panel
+_RELAX_ROUNDS: Final = 200  # the most rounds in which badges are moved apart
+
+
+@dataclass(frozen=True)
+class Pen:
+    """The sizes of an arrow [px]: shaft width, head length, head width, and the least length with which it is drawn."""
+
+    shaft: float
+    head: float
+    wide: float
+    least: float
+
+
+PUSH: Final = Pen(5.0, 17.0, 16.0, 34.0)
+FORCE: Final = Pen(2.2, 10.0, 8.5, 3.0)
+
+
+def visible(shot: Shot, depth: NDArray[np.float64], arrow: Arrow) -> bool:
+    """Tell whether the pushed point is visible in this panel, whose depth image is ``depth`` (H, W) [m]."""
+    length = float(np.linalg.norm(arrow.tail - arrow.head))
+    outside = arrow.head + 0.02 * (arrow.tail - arrow.head)
+    column, row, z = shot.camera.pixels(outside[None])[0]
+    rows, columns = depth.shape
+    if not (0 <= column < columns and 0 <= row < rows):
+        return True
+    faces = float((arrow.tail - arrow.head) @ shot.camera.view.toward) > -1e-9 * length
+    return faces and bool(z <= depth[int(row), int(column)] + 2.0 / shot.camera.scale)
+
+
+def on_page(shot: Shot, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the page pixels (N, 2) of world points (N, 3) [m]."""
+    return np.asarray(shot.camera.pixels(points)[:, :2] + np.array([shot.box.left, shot.box.top]), dtype=float)
+
+
+def arrow_shapes(tails: NDArray[np.float64], heads: NDArray[np.float64], pen: Pen) -> list[NDArray[np.float64]]:
+    """Return the filled outlines (7, 2) [px] of arrows from tails to heads (N, 2).
+
+    Arrows that are seen end on are left out.
+    """
+    shapes = []
+    for tail, head in zip(tails, heads, strict=True):
+        length = float(np.linalg.norm(head - tail))
+        if length < 0.5:
+            continue
+        along = (head - tail) / length
+        reach = max(length, pen.least)
+        cap = min(pen.head, 0.6 * reach)
+        side = np.array([-along[1], along[0]])
+        wide = pen.wide / 2.0 * cap / pen.head
+        start, neck = head - reach * along, head - cap * along
+        thin = pen.shaft / 2.0 * min(1.0, cap / pen.head + 0.3)
+        corners = [start + thin * side, neck + thin * side, neck + wide * side, head]
+        mirrored = [neck - wide * side, neck - thin * side, start - thin * side]
+        shapes.append(np.array([*corners, *mirrored]))
+    return shapes
+
+
+def draw_pushes(axes: Axes, shot: Shot, picture: Picture, state: dict[int, bool], unit: float) -> None:
+    """Draw the weakest pushes in ``state`` with their numbers; it maps their index to whether they are visible."""
+    from matplotlib.collections import PolyCollection
+
+    if not state:
+        return
+    chosen = sorted(state)
+    tails = on_page(shot, np.array([picture.weakest[k].tail for k in chosen]))
+    heads = on_page(shot, np.array([picture.weakest[k].head for k in chosen]))
+    pen = Pen(PUSH.shaft * unit, PUSH.head * unit, PUSH.wide * unit, PUSH.least * unit)
+    for k, tail, head in zip(chosen, tails, heads, strict=True):
+        strength = 1.0 if state[k] else _HIDDEN_ALPHA
+        shapes = arrow_shapes(tail[None], head[None], pen)
+        axes.add_collection(
+            PolyCollection(shapes, facecolors=INK, edgecolors="white", linewidths=1.1 * unit, alpha=strength, zorder=5)
+        )
+        axes.plot(*head, "o", ms=4.0 * unit, mfc=INK, mec="white", mew=0.8 * unit, alpha=strength, zorder=6)
+    along = tails - heads
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    direction = np.divide(along, length, out=np.tile([0.0, -1.0], (len(along), 1)), where=length > 0.5)
+    ends = heads + direction * np.maximum(length, pen.least)
+    _badges(axes, chosen, _apart(shot, ends + direction * 13.0 * unit, unit), ends, unit)
+
+
+def draw_contacts(axes: Axes, shot: Shot, picture: Picture, unit: float) -> None:
+    """Draw contact patches, nodes and the contact forces at rest over a pale panel."""
+    from matplotlib.collections import PolyCollection
+
+    patches = [on_page(shot, outline) for outline in picture.outlines]
+    axes.add_collection(
+        PolyCollection(
+            patches,
+            facecolors=(*rgb_of(CONTACT), 0.16),
+            edgecolors=(*rgb_of(CONTACT), 0.75),
+            linewidths=0.9 * unit,
+            zorder=3,
+        )
+    )
+    nodes = on_page(shot, picture.contact_points)
+    axes.plot(nodes[:, 0], nodes[:, 1], "o", ms=2.6 * unit, mfc=CONTACT, mec="white", mew=0.4 * unit, zorder=4)
+    arrows = picture.contact_forces
+    tails = on_page(shot, np.array([a.tail for a in arrows]).reshape(-1, 3))
+    heads = on_page(shot, np.array([a.head for a in arrows]).reshape(-1, 3))
+    pen = Pen(FORCE.shaft * unit, FORCE.head * unit, FORCE.wide * unit, FORCE.least)
+    shapes = arrow_shapes(tails, heads, pen)
+    axes.add_collection(PolyCollection(shapes, facecolors=CONTACT, edgecolors="white", linewidths=0.5 * unit, zorder=5))
+
+
+def _apart(shot: Shot, places: NDArray[np.float64], unit: float) -> NDArray[np.float64]:
+    """Move places (N, 2) [px] so that their badges neither touch nor leave the panel, as far as there is room."""
+    apart = 27.0 * unit
+    box = shot.box
+    low = np.array([box.left, box.top]) + 14.0 * unit
+    high = np.array([box.left + box.width, box.top + box.height]) - 14.0 * unit
+    # Coinciding badges need some direction to part in: their own number gives one.
+    turn = np.arange(len(places)) * 2.4
+    places = places + 0.01 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    for _ in range(_RELAX_ROUNDS):
+        gap = places[:, None] - places[None]
+        distance = np.linalg.norm(gap, axis=2) + np.eye(len(places)) * 1e9
+        overlap = np.clip(apart - distance, 0.0, None)
+        if not overlap.any():
+            break
+        push = ((overlap / distance)[:, :, None] * gap).sum(axis=1)
+        touching = np.maximum((overlap > 0.0).sum(axis=1), 1)
+        places = np.clip(places + 0.55 * push / touching[:, None], low, high)
+    return np.asarray(np.clip(places, low, high), dtype=float)
+
+
+def _badges(axes: Axes, picks: list[int], places: NDArray[np.float64], tails: NDArray[np.float64], unit: float) -> None:
+    for pick, place, tail in zip(picks, places, tails, strict=True):
+        if np.linalg.norm(place - tail) > 24.0 * unit:
+            axes.plot(*np.stack([tail, place], axis=1), color=INK, lw=0.8 * unit, zorder=4)
+        badge(axes, place[0], place[1], str(pick + 1), unit)
+
+
+def draw_scale_bar(axes: Axes, shot: Shot, unit: float) -> None:
+    """Draw a bar of a round length [m] in the lower right corner, as a scale for lengths across the line of sight."""
+    raw = 0.16 * shot.box.width / shot.camera.scale
+    power = 10.0 ** np.floor(np.log10(raw))
+    length = max(step * power for step in (1.0, 2.0, 5.0) if step * power <= raw * (1 + 1e-9))
+    right, y = shot.box.left + shot.box.width - 18 * unit, shot.box.top + shot.box.height - 18 * unit
+    left = right - length * shot.camera.scale
+    axes.plot([left, left, right, right], [y - 5 * unit, y, y, y - 5 * unit], color=INK, lw=1.1 * unit, zorder=9)
+    text = f"{length:g} m" if length >= 0.1 else f"{1000 * length:g} mm"
+    axes.text(
+        (left + right) / 2,
+        y - 6 * unit,
+        text,
+        color=INK,
+        fontsize=10 * unit,
+        fontfamily=FONT,
+        ha="center",
+        va="baseline",
+        zorder=9,
+        parse_math=False,
+    )
+
+
+def badge(axes: Axes, x: float, y: float, text: str, unit: float) -> None:
+    """Draw a white number on a dark disc centred at page pixel (x, y)."""
+    axes.plot([x], [y], "o", ms=16.5 * unit, mfc=INK, mec="white", mew=1.2 * unit, zorder=7)
+    axes.text(
+        x,
+        y + 0.5 * unit,
+        text,
+        color="white",
+        fontsize=9.4 * unit,
+        fontweight="bold",
+        fontfamily=FONT,
+        ha="center",
+        va="center_baseline",
+        zorder=8,
+        parse_math=False,
+    )

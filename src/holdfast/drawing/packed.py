@@ -1,0 +1,59 @@
+"""Numbers and texts for a page in one deflated piece of text: a header as JSON, and the arrays it refers to."""
+
+from __future__ import annotations
+
+import base64
+import json
+import struct
+import zlib
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Place = dict[str, int | str]
+
+
+class Packer:
+    """Collects arrays, and returns them with a header that refers to them by their places."""
+
+    def __init__(self) -> None:
+        self._chunks: list[bytes] = []
+        self._length = 0
+
+    def put(self, values: NDArray[Any], kind: str) -> Place:
+        """Keep an array as little-endian ``kind`` ("f4", "u4" or "u1") and return what the header says of it."""
+        content = np.ascontiguousarray(values, dtype=np.dtype(kind).newbyteorder("<")).tobytes()
+        place: Place = {"at": self._length, "count": int(np.size(values)), "kind": kind}
+        padded = content + bytes(-len(content) % 4)
+        self._chunks.append(padded)
+        self._length += len(padded)
+        return place
+
+    def text(self, header: dict[str, Any]) -> str:
+        """Return the header and all arrays, deflated (zlib), in base 64.
+
+        Before that: the length of the header in bytes as a little-endian unsigned 32-bit number, the header as JSON
+        padded with spaces to a multiple of four bytes, the arrays one after the other, each at its ``at`` from the
+        first. Raises ValueError if a number of the header is not finite, which JSON does not have.
+        """
+        written = json.dumps(header, ensure_ascii=False, allow_nan=False).encode("utf-8")
+        written += b" " * (-len(written) % 4)
+        whole = struct.pack("<I", len(written)) + written + b"".join(self._chunks)
+        return base64.b64encode(zlib.compress(whole, 9)).decode("ascii")
+
+
+def unpacked(text: str) -> dict[str, Any]:
+    """Return the header of ``Packer.text`` with every array (N,) in the place of what refers to it."""
+    whole = zlib.decompress(base64.b64decode(text))
+    (length,) = struct.unpack_from("<I", whole)
+    arrays = whole[4 + length :]
+
+    def filled(value: Any) -> Any:  # noqa: ANN401
+        if isinstance(value, dict):
+            if value.keys() == {"at", "count", "kind"}:
+                return np.frombuffer(arrays, "<" + value["kind"], value["count"], value["at"])
+            return {name: filled(item) for name, item in value.items()}
+        return [filled(item) for item in value] if isinstance(value, list) else value
+
+    return dict(filled(json.loads(whole[4 : 4 + length])))

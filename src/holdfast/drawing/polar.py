@@ -1,0 +1,241 @@
+"""Draw the largest accelerations around the circle as a polar plot, in the style of Nadeau & Kelly, Fig. 15."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from holdfast.base.files import write_atomically
+from holdfast.drawing.canvas import blank, pixel_axes, png_of
+from holdfast.drawing.colours import COVERED, FIXED, UNDECIDED
+from holdfast.drawing.footer import GREY, Writer
+from holdfast.drawing.marks import FONT, INK
+from holdfast.drawing.movers import colours_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from matplotlib.projections.polar import PolarAxes
+
+_SIZE: Final = (1600, 1000)  # width and height of the page [px]
+_DPI: Final = 100  # resolution of the figure [pixels per inch]
+_COLOURS: Final = ("#b5173f", "#0b6aa8", "#14171c", "#d9820f", "#3d8f5f", "#7a4fa3")  # colours of the curves in turn
+# markers of the curves in turn: dots, none, none, then the octagons and squares of the paper
+_MARKERS: Final = ("o", "", "", "8", "s", "D")
+_LINES: Final = ("-", "-", "--", ":", ":", ":")  # line styles of the curves in turn
+_POLAR: Final = (60, 128, 850)  # left edge, top edge and side of the plot [px]
+_COLUMN: Final = 1010  # left edge of the column beside the plot [px]
+_VIEW: Final = (480, 290)  # width and height of the view from above [px]
+_MOVERS: Final = 9  # the most groups of movers in the legend
+
+
+@dataclass(frozen=True)
+class Curve:
+    """The answers of one method: ``radius`` (n,) [m/s²] at ``angle`` (n,) [rad]; the radius is inf where nothing moves.
+
+    ``lower`` (n,) [m/s²] is drawn as a band where it is above 0. ``lines`` are the texts of the legend. Where
+    ``decided`` (n,) is false, the radius is not known: the curve has a gap there. ``movers`` (n,) says in words what
+    gives way first; the marks of a curve that stands alone are coloured by it.
+    """
+
+    name: str
+    angle: NDArray[np.float64]
+    radius: NDArray[np.float64]
+    lower: NDArray[np.float64]
+    lines: tuple[str, ...]
+    decided: NDArray[np.bool_]
+    movers: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Footprint:
+    """A body seen from above: its outline (k, 2) [m] in the axes of the plot; lower bodies are drawn first."""
+
+    outline: NDArray[np.float64]
+    fixed: bool
+    height: float
+
+
+@dataclass(frozen=True)
+class PolarPicture:
+    """Several curves around one circle; ``axes`` names the directions at 0, 90, 180 and 270 degrees.
+
+    Sectors in which the first curve is not decided are hatched, and ``undecided`` says in words how many there are.
+    """
+
+    title: str
+    subtitle: str
+    axes: tuple[str, str, str, str]
+    curves: tuple[Curve, ...]
+    footprints: tuple[Footprint, ...] = ()
+    undecided: str = ""
+
+
+def write_polar(picture: PolarPicture, path: str | os.PathLike[str]) -> None:
+    """Write the picture as a PNG file; if this fails, an existing file is left unchanged."""
+    write_atomically(path, _png(picture))
+
+
+def _png(picture: PolarPicture) -> bytes:
+    width, height = _SIZE
+    figure, canvas = blank(width, height)
+    writer = Writer(pixel_axes(figure, width, height), canvas, 1.0)
+    writer.head(picture.title, picture.subtitle, width)
+    left, top, side = _POLAR
+    draw_curves(_box(figure, left + 40, top + 10, side - 80, side - 80, projection="polar"), picture)
+    below = _draw_footprints(figure, writer, picture) if picture.footprints else 150.0
+    _draw_legend(writer, picture, below)
+    return png_of(canvas)
+
+
+def _box(figure: Figure, left: float, top: float, width: float, height: float, **options: Any) -> Any:  # noqa: ANN401
+    """Return axes at a place given in pixels from the top left corner."""
+    w, h = _SIZE
+    return figure.add_axes((left / w, 1 - (top + height) / h, width / w, height / h), **options)
+
+
+def draw_curves(axes: PolarAxes, picture: PolarPicture) -> None:
+    """Draw all curves into polar axes, with the first one on top."""
+    axes.set_facecolor("none")
+    finite = np.concatenate([curve.radius[np.isfinite(curve.radius)] for curve in picture.curves])
+    end = 1.12 * float(finite.max(initial=0.0)) or 1.0
+    axes.set_ylim(0, end)
+    axes.grid(color="#dfe2e7", lw=0.8)
+    axes.spines["polar"].set_color("#c5cad2")
+    axes.set_xticks(np.arange(12) * np.pi / 6)
+    names = [f"{30 * k}°" for k in range(12)]
+    names[::3] = picture.axes
+    axes.set_xticklabels(names, fontfamily=FONT, fontsize=11.5, color=GREY)
+    for label in axes.get_xticklabels()[::3]:
+        label.set(color=INK, fontsize=13.5, fontweight="bold")
+    axes.tick_params(pad=7)
+    axes.set_rlabel_position(_free_angle(picture))
+    for label in axes.get_yticklabels():
+        label.set(color=GREY, fontfamily=FONT, fontsize=10.5)
+    _shade_undecided(axes, picture.curves[0], end)
+    only = len(picture.curves) == 1
+    for k, curve in reversed(list(enumerate(picture.curves))):
+        colour = _COLOURS[k % len(_COLOURS)]
+        radius = np.where(curve.decided, np.minimum(curve.radius, end), np.nan)
+        shown = np.append(radius, radius[:1])
+        angle = np.append(curve.angle, curve.angle[0] + 2 * np.pi)
+        if only:
+            axes.fill(angle, np.nan_to_num(shown), color=colour, alpha=0.08, lw=0)
+        marker, line = _MARKERS[k % len(_MARKERS)], _LINES[k % len(_LINES)]
+        if not marker:
+            axes.plot(angle, shown, line, color=colour, lw=1.6, alpha=0.9, label=curve.name)
+        if marker:
+            hollow = marker != "o"
+            face = "none" if hollow else colour
+            axes.plot(angle, shown, line, color=colour, lw=1.0, alpha=0.45)
+            dots: dict[str, Any] = {"ms": 5.5, "mfc": face, "mec": colour, "mew": 1.0, "ls": "none"}
+            axes.plot(angle[:-1], shown[:-1], marker, **dots, clip_on=False, label=curve.name)
+            if only:
+                for words, own in colours_of(curve.movers).items():
+                    mine = np.array([mover == words for mover in curve.movers])
+                    axes.plot(
+                        angle[:-1][mine], shown[:-1][mine], marker, **dots | {"mfc": own, "mec": own}, clip_on=False
+                    )
+
+
+def _shade_undecided(axes: PolarAxes, curve: Curve, end: float) -> None:
+    """Hatch the sectors around the directions in which a curve is not decided, from the centre to ``end``."""
+    if curve.decided.all():
+        return
+    single = np.full(1, 2 * np.pi)
+    before = (curve.angle - np.roll(curve.angle, 1)) % (2 * np.pi) if len(curve.angle) > 1 else single
+    after = np.roll(before, -1)
+    unknown = ~curve.decided
+    axes.bar(
+        (curve.angle + (after - before) / 4)[unknown], np.full(unknown.sum(), end), ((before + after) / 2)[unknown],
+        color=(*UNDECIDED, 0.35), edgecolor=(*UNDECIDED, 0.8), hatch="///", lw=0, zorder=0.5,
+    )  # fmt: skip
+
+
+def _free_angle(picture: PolarPicture) -> float:
+    """Return the angle [deg] at which the radial numbers cover the least.
+
+    It lies between the axes, where the answers are shortest.
+    """
+    candidates = np.array([15.0, 45.0, 75.0, 105.0, 135.0, 165.0, 195.0, 225.0, 255.0, 285.0, 315.0, 345.0])
+    curve = picture.curves[0]
+    apart = np.abs((np.degrees(curve.angle)[None] - candidates[:, None] + 180) % 360 - 180)
+    reach = np.where(np.isfinite(curve.radius), curve.radius, 0.0)[apart.argmin(1)]
+    return float(candidates[reach.argmin()])
+
+
+def _draw_footprints(figure: Figure, writer: Writer, picture: PolarPicture) -> float:
+    """Draw the bodies from above, in the orientation of the plot, and return the row below them."""
+    from matplotlib.patches import Polygon
+
+    width, height = _VIEW
+    top = 150.0
+    writer.put(_COLUMN, top, "seen from above", 16.0, bold=True)
+    axes = _box(figure, _COLUMN, top + 16, width, height)
+    axes.set_axis_off()
+    axes.set_aspect("equal")
+    moving = [f.outline for f in picture.footprints if not f.fixed] or [f.outline for f in picture.footprints]
+    points = np.vstack(moving)
+    low, high = points.min(0), points.max(0)
+    spare = 0.16 * float((high - low).max())
+    axes.set_xlim(low[0] - spare, high[0] + spare)
+    axes.set_ylim(low[1] - spare, high[1] + spare)
+    for foot in sorted(picture.footprints, key=lambda f: (not f.fixed, f.height)):
+        colour = FIXED if foot.fixed else COVERED
+        axes.add_patch(
+            Polygon(foot.outline, facecolor=colour, edgecolor=INK, lw=0.9, alpha=0.35 if foot.fixed else 0.8)
+        )
+    return top + height + 60
+
+
+def _draw_legend(writer: Writer, picture: PolarPicture, top: float) -> None:
+    from matplotlib.patches import Rectangle
+
+    y = top
+    room = _SIZE[0] - _COLUMN - 50.0
+    for k, curve in enumerate(picture.curves):
+        colour = _COLOURS[k % len(_COLOURS)]
+        marker, line = _MARKERS[k % len(_MARKERS)], _LINES[k % len(_LINES)]
+        x = np.array([_COLUMN, _COLUMN + 26.0])
+        writer.axes.plot(x, [y - 5, y - 5], line, color=colour, lw=1.8 if not marker else 1.0, alpha=0.9, zorder=9)
+        if marker:
+            face = colour if marker == "o" else "none"
+            writer.axes.plot(x.mean(), y - 5, marker, ms=6.5, mfc=face, mec=colour, mew=1.1, zorder=9)
+        writer.put(_COLUMN + 40, y, writer.clipped(curve.name, 16.0, room - 40, bold=True), 16.0, bold=True)
+        for text in curve.lines:
+            y += 23
+            writer.put(_COLUMN + 40, y, writer.clipped(text, 14.0, room - 40), 14.0, colour=GREY)
+        y += 38
+    if len(picture.curves) == 1:
+        y = _draw_movers(writer, picture.curves[0], y, room)
+    if picture.undecided:
+        look: dict[str, Any] = {
+            "facecolor": (*UNDECIDED, 0.35),
+            "edgecolor": UNDECIDED,
+            "hatch": "///",
+            "lw": 0.8,
+            "zorder": 9,
+        }
+        writer.axes.add_patch(Rectangle((_COLUMN, y - 13), 26, 16, **look))
+        for line in writer.wrapped(picture.undecided, 14.0, room - 40, 4):
+            writer.put(_COLUMN + 40, y, line, 14.0)
+            y += 21
+
+
+def _draw_movers(writer: Writer, curve: Curve, y: float, room: float) -> float:
+    """List what gives way first with its colour, and return the row below."""
+    colours = list(colours_of(curve.movers).items())
+    if not colours:
+        return y
+    writer.put(_COLUMN, y, "what gives way first", 16.0, bold=True)
+    for words, colour in colours[:_MOVERS]:
+        y += 25
+        writer.axes.plot(_COLUMN + 8, y - 5, "o", color=colour, ms=6.5, zorder=9)
+        writer.put(_COLUMN + 26, y, writer.clipped(words, 14.0, room - 26), 14.0)
+    if len(colours) > _MOVERS:
+        y += 25
+        writer.put(_COLUMN + 26, y, f"and {len(colours) - _MOVERS} more", 14.0, colour=GREY)
+    return y + 38

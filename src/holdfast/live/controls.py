@@ -1,0 +1,239 @@
+"""The controls beside the picture, in four tabs: what is shown, the push, edits, and answers with several states."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import numpy as np
+
+from holdfast.applications.disassembly.order import disassembly_order
+from holdfast.applications.settled import settle
+from holdfast.applications.transport import horizontal_directions, transport_limits
+from holdfast.assembly.assembly import assemble
+from holdfast.base.text import LONGEST_NAME, escaped, one_line
+from holdfast.live import scenery
+from holdfast.live.edits import Place, place_of, placed, rubbing, weighing
+from holdfast.live.model import STEEPEST, Model
+from holdfast.live.scenery import GROUPS, MAP
+from holdfast.live.steps import settling, taking_apart
+from holdfast.live.worker import Worker
+from holdfast.report.notebook import glimpse
+
+DIRECTIONS = 36  # level directions of the limits of transport
+MARKED = (
+    '<div style="padding:2px 22px;font-size:12px">contacts that '
+    '<span style="color:#ff8c00">●</span> open, <span style="color:#c800c8">●</span> slide</div>'
+)
+NO_STEPS = "no answer with several states"
+
+
+class Shows(Protocol):
+    """What the controls ask of their window."""
+
+    model: Model
+    server: Any  # viser's
+    worker: Worker
+
+    def ask(self) -> None:
+        """Ask for the verdict and the map of what is shown."""
+
+    def draw(self) -> None:
+        """Draw everything anew."""
+
+    def draw_push(self) -> None:
+        """Draw the push anew."""
+
+    def place(self) -> None:
+        """Put bodies where the state on show has them."""
+
+    def play(self, on: bool) -> None:
+        """Let the mechanism go to and fro, or stop it."""
+
+    def edited(self, change: Callable[[], None]) -> None:
+        """Have the model changed."""
+
+    def aimed(self, turn: float, tilt: float) -> None:
+        """Turn the push to these angles [degrees]."""
+
+    def picture(self, client: Any) -> None:  # noqa: ANN401 - viser's own type
+        """Send what is shown as a file."""
+
+
+class Controls:
+    """The controls of a window, which they tell of every change."""
+
+    def __init__(self, window: Shows) -> None:
+        self._window = window
+        self._gui = window.server.gui
+        self._quiet = False
+        self.verdict = self._gui.add_html("")
+        self.legend = self._gui.add_html("")
+        self.busy = self._gui.add_html("")
+        tabs = self._gui.add_tab_group()
+        for name, build in (
+            ("Push", self._push),
+            ("Show", self._show),
+            ("Edit", self._edit),
+            ("Answers", self._answers),
+        ):
+            with tabs.add_tab(name):
+                build()
+
+    @property
+    def colour_by(self) -> str:
+        """What the colours of the bodies say: MAP or GROUPS."""
+        return str(self._colour.value)
+
+    def refresh(self) -> None:
+        """Say again what the model says."""
+        self.verdict.content = scenery.verdict_html(self._window.model)
+        self.legend.content = scenery.legend_html(self._window.model, self.colour_by)
+        self._told_steps()
+        self._told_body()
+        self.tell_push()
+
+    def tell_push(self) -> None:
+        """Say what is known of the push, and where its sliders are."""
+        model = self._window.model
+        self.push.content = scenery.push_html(model)
+        self._set(self._turn, model.turn)
+        self._set(self._tilt, model.tilt)
+
+    def _push(self) -> None:
+        window = self._window
+        self.push = self._gui.add_html("")
+        self._tilt = self._gui.add_slider("lean [deg]", 0.0, STEEPEST, 1.0, 0.0)
+        self._turn = self._gui.add_slider("towards [deg]", 0.0, 360.0, 1.0, 0.0)
+        for slider in (self._tilt, self._turn):
+            slider.on_update(self._heard(lambda: window.aimed(self._turn.value, self._tilt.value)))
+        self.play = self._gui.add_checkbox("play the motion", False)
+        self.play.on_update(lambda _: window.play(self.play.value))
+        self._gui.add_html(MARKED)
+        self.marks = self._gui.add_checkbox("mark contacts", True)
+        self.marks.on_update(lambda _: window.draw_push())
+
+    def _show(self) -> None:
+        window = self._window
+        self._colour = self._gui.add_dropdown("colours", (MAP, GROUPS), initial_value=MAP)
+        self.surfaces = self._gui.add_checkbox("surfaces", True)
+        self.contacts = self._gui.add_checkbox("contact patches", True)
+        self.forces = self._gui.add_checkbox("contact forces", False)
+        for control in (self._colour, self.surfaces, self.contacts, self.forces):
+            control.on_update(lambda _: window.draw())
+        self._gui.add_button("save picture").on_click(lambda event: window.picture(event.client))
+
+    def _edit(self) -> None:
+        assembly = self._window.model.assembly
+        self._body = self._gui.add_dropdown("body", tuple(body.name for body in assembly.movable) or ("",))
+        self._position = self._gui.add_vector3("position [m]", (0.0, 0.0, 0.0), step=0.001)
+        self._turned = self._gui.add_vector3("turned [deg]", (0.0, 0.0, 0.0), step=0.1)
+        self._mass = self._gui.add_number("mass [kg]", 1.0, min=1e-6, step=0.001)
+        self._pair = self._gui.add_dropdown("between", self._pairs())
+        self._mu = self._gui.add_number("friction", 0.5, min=0.0, step=0.01)
+        self._body.on_update(self._heard(self._told_body))
+        self._pair.on_update(self._heard(self._told_body))
+        for control in (self._position, self._turned):
+            control.on_update(self._heard(self._moved))
+        self._mass.on_update(self._heard(self._weighed))
+        self._mu.on_update(self._heard(self._rubbed))
+        self._gui.add_button("as given").on_click(lambda _: self._changed(lambda: self._window.model.given))
+
+    def _answers(self) -> None:
+        window = self._window
+        self._step = self._gui.add_slider("state", 0, 100, 1, 0)
+        self._said = self._gui.add_html("")
+        self._step.on_update(self._heard(self._stepped))
+        self._gui.add_button("settle").on_click(lambda _: window.worker.ask("settle", self._settle))
+        self._gui.add_button("take apart").on_click(lambda _: window.worker.ask("take apart", self._take_apart))
+        self._gui.add_button("limits of transport").on_click(lambda _: window.worker.ask("transport", self._transport))
+        self.limits = self._gui.add_html("")
+
+    def _heard(self, act: Any) -> Any:  # noqa: ANN401 - functions without arguments, functions of viser's events
+        """Return a listener that does not hear what the program itself sets."""
+
+        def listener(_: object) -> None:
+            if not self._quiet:
+                act()
+
+        return listener
+
+    def _set(self, control: Any, value: Any) -> None:  # noqa: ANN401 - viser's controls and their values
+        if not np.array_equal(control.value, value):
+            was, self._quiet = self._quiet, True
+            control.value = value
+            self._quiet = was
+
+    def _pairs(self) -> tuple[str, ...]:
+        pairs = dict.fromkeys(one.bodies for one in self._window.model.assembly.interfaces)
+        self._named = {f"{one_line(a, LONGEST_NAME)} - {one_line(b, LONGEST_NAME)}": (a, b) for a, b in pairs}
+        return tuple(self._named) or ("",)
+
+    def _told_body(self) -> None:
+        assembly = self._window.model.assembly
+        name = self._body.value
+        if name in assembly.index:
+            place = place_of(assembly, name)
+            self._set(self._position, tuple(np.round(place.position, 9).tolist()))
+            self._set(self._turned, tuple(np.round(place.turn, 9).tolist()))
+            self._set(self._mass, assembly.scene.body(name).mass)
+        pairs = self._pairs()
+        if tuple(self._pair.options) != pairs:
+            self._pair.options = pairs
+        if self._pair.value in self._named:
+            pair = self._named[self._pair.value]
+            number = next(k for k, one in enumerate(assembly.interfaces) if one.bodies == pair)
+            self._set(self._mu, float(assembly.mu[number]))
+
+    def _changed(self, change: Any) -> None:  # noqa: ANN401 - a function that returns an assembly
+        window = self._window
+        window.edited(lambda: window.model.edit(change()))
+
+    def _moved(self) -> None:
+        name, place = self._body.value, Place(np.array(self._position.value), np.array(self._turned.value))
+        self._changed(lambda: placed(self._window.model.assembly, name, place))
+
+    def _weighed(self) -> None:
+        name, mass = self._body.value, float(self._mass.value)
+        self._changed(lambda: weighing(self._window.model.assembly, name, mass))
+
+    def _rubbed(self) -> None:
+        pair, mu = self._named[self._pair.value], float(self._mu.value)
+        self._changed(lambda: rubbing(self._window.model.assembly, pair, mu))
+
+    def _stepped(self) -> None:
+        model = self._window.model
+        model.step = min(int(self._step.value), max(len(model.steps) - 1, 0))
+        self._told_steps()
+        self._window.place()
+
+    def _told_steps(self) -> None:
+        model = self._window.model
+        self._step.disabled = not model.steps
+        self._step.max = max(len(model.steps) - 1, 1)
+        self._set(self._step, model.step)
+        text = escaped(model.state.text) if model.steps else NO_STEPS
+        self._said.content = f'<div style="padding:2px 22px;font-size:13px">{text}</div>'
+
+    def _settle(self) -> None:
+        window = self._window
+        result = settle(window.model.assembly.scene, engine=window.model.engine)
+        window.model.edit(assemble(result.scene))
+        window.model.show(settling(result))
+        window.draw()
+        window.ask()
+
+    def _take_apart(self) -> None:
+        window = self._window
+        window.model.show(taking_apart(disassembly_order(window.model.assembly, engine=window.model.engine)))
+        window.draw()
+
+    def _transport(self) -> None:
+        model = self._window.model
+        ways = horizontal_directions(model.assembly, DIRECTIONS)
+        limits = transport_limits(model.assembly, ways, engine=model.engine)
+        self.show_limits(glimpse(limits), limits.summary().headline)
+
+    def show_limits(self, drawing: str, headline: str) -> None:
+        """Show limits by direction, as SVG, with what they say."""
+        self.limits.content = f'<div style="padding:2px 22px;font-size:13px">{drawing}<br>{escaped(headline)}</div>'

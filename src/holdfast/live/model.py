@@ -1,0 +1,143 @@
+"""What the window shows, without the window: the assembly, what was asked of it, and what is chosen."""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Float
+from holdfast.base.rigid import tangents
+from holdfast.engines.mechanism import Mechanism
+from holdfast.engines.verdict import Status
+from holdfast.geometry.rays import first_hit
+from holdfast.live.steps import Step
+from holdfast.queries.map import RobustnessMap, robustness_map
+from holdfast.queries.push import Robustness, robustness
+from holdfast.queries.request import EngineChoice, engine_of
+from holdfast.queries.stability import Stability, stability
+
+POINTS_ACROSS: Final = 50  # of a map: points over the diagonal of the movable bodies, unless the spacing is given
+STEEPEST: Final = 85.0  # [degrees] largest angle between a push and the inward normal
+
+
+class Pick(NamedTuple):
+    """A chosen point (3,) [m] of a body, with the outward normal (3,) of its surface there, world frame."""
+
+    body: str
+    point: Float
+    normal: Float
+
+
+class Model:
+    """The state of a live view.
+
+    ``assembly`` is what is shown. ``verdict`` and ``map`` are the answers about it, None until they are asked; an edit
+    makes them None again. ``pick`` is the chosen point; the push there leans by ``tilt`` [degrees] from the inward
+    normal, towards ``turn`` [degrees] about it. ``push`` is the answer for that push, None until it is asked. ``steps``
+    are the states of an answer that a slider goes through, and ``step`` is the one on show.
+    """
+
+    def __init__(
+        self,
+        assembly: Assembly,
+        *,
+        engine: EngineChoice,
+        spacing: float | None = None,
+        found: RobustnessMap | None = None,
+    ) -> None:
+        self.given = self.assembly = assembly
+        self.engine = engine_of(engine)
+        self.spacing = assembly.size / POINTS_ACROSS if spacing is None else spacing
+        self.map = found
+        self.verdict: Stability | None = None
+        self.pick: Pick | None = None
+        self.turn = self.tilt = 0.0
+        self.push: Robustness | None = None
+        self.steps: tuple[Step, ...] = ()
+        self.step = 0
+
+    @property
+    def state(self) -> Step:
+        """The state on show: that of the slider, or the assembly as it is."""
+        return self.steps[min(self.step, len(self.steps) - 1)] if self.steps else Step("")
+
+    @property
+    def direction(self) -> Float | None:
+        """The unit direction (3,) of the push at the chosen point, or None if no point is chosen."""
+        if self.pick is None:
+            return None
+        first, second = tangents(self.pick.normal)
+        turn, tilt = np.deg2rad([self.turn, self.tilt])
+        level = np.cos(turn) * first + np.sin(turn) * second
+        return np.asarray(np.sin(tilt) * level - np.cos(tilt) * self.pick.normal)
+
+    @property
+    def mechanism(self) -> Mechanism | None:
+        """How bodies begin to move: under the push that was asked or, if the assembly does not stand, without one."""
+        pushed: Mechanism | None = None if self.push is None else self.push.mechanism[0]
+        if pushed is not None:
+            return pushed
+        return None if self.verdict is None else self.verdict.mechanism
+
+    def ask_verdict(self) -> None:
+        """Ask whether the assembly stands."""
+        self.verdict = stability(self.assembly, engine=self.engine)
+
+    def ask_map(self) -> None:
+        """Ask for the map of all movable bodies."""
+        self.map = robustness_map(self.assembly, spacing=self.spacing, engine=self.engine)
+
+    def choose(self, origin: Float, ray: Float) -> bool:
+        """Choose the first point that a ray meets on the bodies on show; return whether it is on a movable one.
+
+        What is chosen is forgotten if the ray meets nothing or a fixed body. Bodies count where they are drawn.
+        """
+        nearest, found = np.inf, None
+        for body in self.assembly.bodies:
+            if body.name in self.state.hidden:
+                continue
+            place = np.linalg.inv(self.state.moved.get(body.name, np.eye(4)))
+            surface = body.surface_world
+            start, along = place[:3, :3] @ origin + place[:3, 3], place[:3, :3] @ ray
+            hit = first_hit(surface.vertices, surface.faces, start, along)
+            if hit is not None and hit.distance < nearest:
+                nearest = hit.distance
+                a, b, c = surface.vertices[surface.faces[hit.triangle]]
+                normal = np.cross(b - a, c - a)
+                found = body, Pick(body.name, start + hit.distance * along, normal / np.linalg.norm(normal))
+        self.push = None
+        self.turn = self.tilt = 0.0
+        self.pick = found[1] if found is not None and not found[0].fixed else None
+        return self.pick is not None
+
+    def aim(self, turn: float, tilt: float) -> None:
+        """Turn the push at the chosen point to these angles [degrees]; its answer is forgotten."""
+        self.turn, self.tilt = turn % 360.0, min(max(tilt, 0.0), STEEPEST)
+        self.push = None
+
+    def ask_push(self) -> None:
+        """Ask how hard the chosen point can be pushed in the chosen direction, with bounds as far as there are any."""
+        if self.pick is None or self.direction is None:
+            return
+        self.push = robustness(
+            self.assembly, self.pick.body, self.pick.point, self.direction,
+            engine=self.engine, bound=self.engine.name == "compliant",
+        )  # fmt: skip
+
+    def edit(self, assembly: Assembly) -> None:
+        """Show another assembly; whatever was asked of the old one is forgotten."""
+        self.assembly = assembly
+        self.map = self.verdict = self.push = self.pick = None
+        self.steps, self.step = (), 0
+
+    def show(self, steps: tuple[Step, ...]) -> None:
+        """Go through the states of an answer, from the first."""
+        self.steps, self.step = steps, 0
+
+    def status_of_groups(self) -> dict[str, Status]:
+        """Return the status of each movable body: that of its group, undecided until the verdict was asked."""
+        if self.verdict is None:
+            return {body.name: Status.STABLE for body in self.assembly.movable}
+        return {name: group.verdict.status for group in self.verdict.groups for name in group.bodies}

@@ -1,0 +1,51 @@
+"""How bodies are shown to move: a mechanism as small finite motions, and the contacts that open and slide in it."""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from holdfast.base.arrays import Float
+from holdfast.engines.mechanism import Mechanism, modes_of, relative_velocity
+
+STILL: Final = 1e-4  # of the fastest contact: slower ones are not marked
+
+
+def moved_by(mechanism: Mechanism, amount: float) -> dict[str, Float]:
+    """Return where the bodies of a mechanism are after a motion of size ``amount`` [m].
+
+    Each name of a moving body leads to a transform (4, 4) of the world that takes the body from where it rests: it
+    turns by ``amount`` times its angular velocity about its centre of mass, which travels ``amount`` times its
+    velocity. The fastest body has |velocity| + size |angular velocity| = 1.
+    """
+    number = {name: k for k, name in enumerate(mechanism.kinematics.names)}
+    places = {}
+    for name in mechanism.moving:
+        k = number[name]
+        com, twist = mechanism.kinematics.com[k], mechanism.own[k]
+        place = np.eye(4)
+        place[:3, :3] = Rotation.from_rotvec(amount * twist[3:]).as_matrix()
+        place[:3, 3] = com + amount * twist[:3] - place[:3, :3] @ com
+        places[name] = place
+    return places
+
+
+class Parting(NamedTuple):
+    """The contact nodes (n, 3) [m] that open in a mechanism, and those that slide."""
+
+    opening: Float
+    sliding: Float
+
+
+def parting(mechanism: Mechanism) -> Parting:
+    """Return which contact nodes open and which slide as the bodies begin to move."""
+    nodes = mechanism.kinematics.nodes
+    velocity = relative_velocity(nodes, mechanism.kinematics.com, mechanism.own)
+    speed = np.linalg.norm(velocity, axis=1)
+    moving = np.flatnonzero((speed > STILL * speed.max(initial=0.0)) & (speed > 0))
+    rise = nodes.mu[moving] if mechanism.dual else np.zeros(len(moving))
+    modes = modes_of(velocity[moving][:, None], rise[:, None])
+    opens = np.array([mode == "topple" for mode in modes], dtype=bool)
+    return Parting(nodes.points[moving[opens]], nodes.points[moving[~opens]])

@@ -1,0 +1,153 @@
+"""What the window draws, as plain arrays: coloured bodies, contacts, forces, the push and what it says in words."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from holdfast.base.arrays import Float, Int
+from holdfast.base.colour import Rgb, rgb_of
+from holdfast.base.public import number
+from holdfast.base.text import LONGEST_NAME, escaped
+from holdfast.drawing import colours
+from holdfast.drawing.arrows import arrow_mesh
+from holdfast.drawing.layers import gradient
+from holdfast.drawing.movers import COLOURS
+from holdfast.drawing.painted import Painted, painted
+from holdfast.drawing.picture import Arrow, Picture, Solid, legend
+from holdfast.drawing.soup import forces
+from holdfast.engines.verdict import Status
+from holdfast.live.model import Model
+from holdfast.queries.result import gives_way
+from holdfast.report.picture import force_arrows, picture_of
+
+MAP, GROUPS = "largest push", "groups"
+PALE: Final = 0.55  # share of white in the colours of groups
+PUSH_LENGTH: Final = 0.2  # of the assembly's size: the arrow of the push
+STATUS: Final = {Status.UNDECIDED: colours.UNDECIDED, Status.UNSTABLE: colours.FALLS}
+WORDS: Final = {Status.STABLE: "stands", Status.UNSTABLE: "does not stand", Status.UNDECIDED: "is undecided"}
+
+
+def bodies(model: Model, colour_by: str) -> list[Painted]:
+    """Return the surface of every body in the colours of the map or, without one, of the groups."""
+    if colour_by == MAP and model.map is not None:
+        return painted(picture_of(model.map))
+    solids = [
+        Solid(body.name, body.surface_world.vertices, body.surface_world.faces, body.fixed)
+        for body in model.assembly.bodies
+    ]
+    found = painted(Picture("", "", (), tuple(solids), up=model.assembly.scene.up))
+    rgb = group_colours(model)
+    return [replace(p, rgb=np.tile(rgb.get(p.name, colours.FIXED), (len(p.vertices), 1))) for p in found]
+
+
+def group_colours(model: Model) -> dict[str, Rgb]:
+    """Return the colour of each movable body: one for each group, and those of the legend where it does not stand."""
+    status = model.status_of_groups()
+    found: dict[str, Rgb] = {}
+    for number_, names in enumerate(model.assembly.groups):
+        own = rgb_of(COLOURS[number_ % len(COLOURS)])
+        red, green, blue = ((1 - PALE) * c + PALE for c in own)
+        found |= {name: STATUS.get(status.get(name, Status.STABLE), (red, green, blue)) for name in names}
+    return found
+
+
+def outlines(model: Model) -> Float:
+    """Return the sides (E, 2, 3) [m] of all contact patches."""
+    rings = [ring for i in model.assembly.interfaces for patch in i.patches for ring in (patch.polygon, *patch.holes)]
+    sides = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in rings]
+    return np.concatenate([np.empty((0, 2, 3)), *sides])
+
+
+def resting_forces(model: Model) -> tuple[Arrow, ...]:
+    """Return the contact forces at rest as arrows, none if the assembly does not stand or nobody asked."""
+    verdict = model.map.verdict if model.map is not None else model.verdict
+    if verdict is None or verdict.forces is None:
+        return ()
+    return force_arrows(model.assembly, verdict.forces)
+
+
+def push_arrow(model: Model) -> tuple[Arrow, ...]:
+    """Return the arrow of the push at the chosen point; none if no point is chosen."""
+    if model.pick is None or model.direction is None:
+        return ()
+    tail = model.pick.point - PUSH_LENGTH * model.assembly.size * model.direction
+    return (Arrow(tail, model.pick.point, ""),)
+
+
+def arrows_mesh(arrows: tuple[Arrow, ...], size: float, colour: str) -> tuple[Float, Int, Float]:
+    """Return vertices (V, 3), triangles (T, 3) and colours (V, 3) of arrows in a scene of this ``size`` [m]."""
+    vertices, triangles = arrow_mesh(arrows, 0.005 * size)
+    return vertices, triangles, np.tile(rgb_of(colour), (len(vertices), 1))
+
+
+def legend_html(model: Model, colour_by: str) -> str:
+    """Return the legend of what is shown: the scale in newtons with its marks, and the colours beside it."""
+    box = "display:inline-block;width:14px;height:14px;margin:0 6px -2px 0;border:1px solid #8888;background:"
+    if colour_by != MAP or model.map is None:
+        names = [(STATUS[Status.UNDECIDED], "undecided"), (STATUS[Status.UNSTABLE], "falls")]
+        found = set(model.status_of_groups().values())
+        rows = [(c, text) for (c, text), s in zip(names, STATUS, strict=True) if s in found]
+        return _legend("one colour for each group of bodies", "", rows, box)
+    picture = picture_of(model.map)
+    scale = colours.scale_of(forces(picture))
+    rows = [(colours.SPECIAL[kind], name) for kind, name in legend(picture).items()]
+    if scale is None:
+        return _legend(picture.value_name, "", rows, box)
+    mark_style = "position:absolute;white-space:nowrap;transform:translateX(-50%);"
+    marks = "".join(
+        f'<span style="{mark_style}left:{100 * mark.position:.2f}%">{escaped(mark.label)}</span>'
+        for mark in colours.ticks(scale)
+    )
+    bar = f'<div id="scale" style="height:16px;background:{gradient()}"></div>'
+    bar += f'<div style="position:relative;height:18px;font-size:11px">{marks}</div>'
+    return _legend(picture.value_name + (" (logarithmic)" if scale.log else ""), bar, rows, box)
+
+
+def _legend(title: str, bar: str, rows: list[tuple[Rgb, str]], box: str) -> str:
+    swatches = "".join(
+        f'<div style="font-size:12px"><span style="{box}{colours.hex_of(rgb)}"></span>{escaped(text)}</div>'
+        for rgb, text in rows
+    )
+    return f'<div style="padding:2px 22px"><b style="font-size:13px">{escaped(title)}</b>{bar}{swatches}</div>'
+
+
+def verdict_html(model: Model) -> str:
+    """Return the verdict with its reason."""
+    if model.verdict is None:
+        return _said("<b>asking whether it stands ...</b>")
+    name = escaped(model.assembly.scene.name or "scene", LONGEST_NAME)
+    head = f"<b>{name} {WORDS[model.verdict.status]}</b> (engine {model.verdict.engine}: {model.verdict.claim})"
+    return _said(
+        head + f"<br>{escaped(model.verdict.reason)}" + "".join(f"<br>{escaped(n)}" for n in model.verdict.notes)
+    )
+
+
+def push_html(model: Model) -> str:
+    """Return what is known of the push at the chosen point: R, its bounds, and who moves."""
+    if model.pick is None:
+        return _said("Click a body to push it there.")
+    place = ", ".join(f"{v:.3f}" for v in model.pick.point)
+    lines = [f"<b>{escaped(model.pick.body, LONGEST_NAME)}</b> at ({place}) m"]
+    found = model.push
+    if found is None:
+        return _said("<br>".join([*lines, "asking ..."]))
+    status = found.status[0]
+    if status is Status.UNDECIDED:
+        lines += ["<b>undecided</b>", escaped(found.undecided.text)]
+    elif status is Status.UNSTABLE:
+        lines += ["<b>falls without a push</b>", escaped(found.verdict.reason)]
+    elif status is Status.INFINITE:
+        lines.append("<b>no push moves anything</b> in this direction")
+    else:
+        lines.append(f"R = <b>{number(float(found.force[0]), 'N')}</b>")
+        lines.append(f"holds {number(float(found.lower[0]), 'N')} ({found.lower_bound})")
+        lines.append(f"above {number(float(found.upper[0]), 'N')} something moves ({found.upper_bound})")
+        lines.append(escaped(gives_way(found.mode[0], found.moving[0])))
+    return _said("<br>".join(lines))
+
+
+def _said(html: str) -> str:
+    return f'<div style="padding:2px 22px;font-size:13px;line-height:1.45">{html}</div>'

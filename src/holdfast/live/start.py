@@ -1,0 +1,120 @@
+"""Open a live view of a scene or an answer."""
+
+from __future__ import annotations
+
+import time
+import webbrowser
+
+from holdfast.applications.disassembly.order import Disassembly
+from holdfast.applications.placement.result import Placement
+from holdfast.applications.settled import Settled
+from holdfast.applications.transport import TransportLimits
+from holdfast.assembly.assembly import Assembly, assemble
+from holdfast.base.arrays import checked_number
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.ranges import LENGTH
+from holdfast.live.model import Model
+from holdfast.live.steps import Step, places, settling, taking_apart
+from holdfast.live.window import Window
+from holdfast.queries.map import RobustnessMap
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice
+from holdfast.report.notebook import glimpse
+from holdfast.scene.scene import Scene
+
+PORT = 8765  # that is tried first
+
+Viewable = Scene | Assembly | RobustnessMap | Settled | TransportLimits | Disassembly | Placement
+
+
+class LiveView:
+    """A live view that is open at ``url``, on this machine alone, until ``close`` or the end of the program.
+
+    It is a context manager. In a notebook, the last value of a cell shows the view in the cell.
+    """
+
+    def __init__(self, window: Window) -> None:
+        self._window = window
+
+    @property
+    def url(self) -> str:
+        """The address of the view, http://127.0.0.1 with its port."""
+        return self._window.url
+
+    def wait(self) -> None:
+        """Keep the view open until Ctrl-C."""
+        while True:
+            time.sleep(0.2)
+
+    def close(self) -> None:
+        """Close the view and stop what is computed for it."""
+        self._window.close()
+
+    def __enter__(self) -> LiveView:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"LiveView({self.url})"
+
+    def _repr_html_(self) -> str:
+        return f'<iframe src="{self.url}" width="100%" height="600" style="border:0"></iframe>'
+
+
+def view(
+    what: Viewable,
+    *,
+    engine: EngineChoice = DEFAULT_ENGINE,
+    spacing: float | None = None,
+    port: int = PORT,
+    browser: bool = True,
+) -> LiveView:
+    """Open a scene, an assembly or an answer in the browser, to turn it, push it and edit it.
+
+    The page is served at http://127.0.0.1 and a ``port`` from the given one on; nothing else than this machine can
+    reach it, and it asks nothing of other machines. ``browser`` opens it in the browser. The map of the bodies is
+    computed by ``engine`` at points ``spacing`` [m] apart, by default a fiftieth of the size of the assembly, while the
+    view is open; a RobustnessMap brings its own. A Settled, a Disassembly or a Placement brings the states that a
+    slider goes through, and TransportLimits their plot.
+
+    Raises HoldfastError if viser is not installed (``pip install 'holdfast[live]'``), or for anything else than these.
+    """
+    _check(what)
+    step = None if spacing is None else checked_number(spacing, "view: spacing", above=0, within=LENGTH)
+    model = _model(what, engine, step)
+    window = Window(model, port)
+    if isinstance(what, TransportLimits):
+        window.controls.show_limits(glimpse(what), what.summary().headline)
+    found = LiveView(window)
+    if browser:
+        webbrowser.open(found.url)
+    return found
+
+
+def _check(what: object) -> None:
+    if not isinstance(what, Viewable):
+        known = "a Scene, an Assembly, a RobustnessMap, a Settled, TransportLimits, a Disassembly or a Placement"
+        raise HoldfastError(message("view", f"got a {type(what).__name__}", f"needs {known}"))
+
+
+def _model(what: Viewable, engine: EngineChoice, spacing: float | None) -> Model:
+    found: RobustnessMap | None = None
+    steps: tuple[Step, ...] = ()
+    if isinstance(what, RobustnessMap):
+        assembly, found = what.assembly, what
+    elif isinstance(what, Placement):
+        if what.map is None:
+            raise HoldfastError(message("view of a placement", "there is no pose to show", what.reason))
+        assembly, found, steps = what.map.assembly, what.map, places(what)
+    elif isinstance(what, Settled):
+        assembly, steps = assemble(what.scene), settling(what)
+    elif isinstance(what, Disassembly):
+        assembly, steps = what.assembly, taking_apart(what)
+    elif isinstance(what, TransportLimits):
+        assembly = what.assembly
+    else:
+        assembly = what if isinstance(what, Assembly) else assemble(what)
+    model = Model(assembly, engine=engine, spacing=spacing, found=found)
+    model.show(steps)
+    return model

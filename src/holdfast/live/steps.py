@@ -1,0 +1,83 @@
+"""Answers that are a sequence of states, as steps of a slider: settling, taking apart, places for a body."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from holdfast.applications.disassembly.order import Disassembly
+from holdfast.applications.placement.result import Placement
+from holdfast.applications.settled import Settled
+from holdfast.base.arrays import Float
+from holdfast.base.public import number
+from holdfast.base.text import LONGEST_NAME, one_line
+
+BETWEEN: Final = 10  # steps from the given poses to those at rest
+RAISED: Final = 0.15  # of the assembly's size: how far the body that leaves is drawn out
+
+
+@dataclass(frozen=True)
+class Step:
+    """One state: what it is in words, which bodies are not there, and which ones are elsewhere.
+
+    ``moved`` leads from the name of a body to the transform (4, 4) of the world that takes it from its pose in the
+    assembly on show to where it is drawn.
+    """
+
+    text: str
+    hidden: frozenset[str] = frozenset()
+    moved: Mapping[str, Float] = field(default_factory=dict)
+
+
+def settling(result: Settled) -> tuple[Step, ...]:
+    """Return the way of the bodies from where they were given to where they rest, both ends included."""
+    steps = []
+    for k in range(BETWEEN + 1):
+        back = 1.0 - k / BETWEEN
+        moved = {
+            name: _partly(result.given.body(name).pose, result.scene.body(name).pose, back) for name in result.names
+        }
+        ends = {0: "as given", BETWEEN: f"at rest: {result.status}, {result.reason}"}
+        steps.append(Step(ends.get(k, f"{k / BETWEEN:.0%} of the way"), moved=moved))
+    return tuple(steps)
+
+
+def taking_apart(result: Disassembly) -> tuple[Step, ...]:
+    """Return the states before every removal, with the body that leaves drawn out, and the one at the end."""
+    steps = []
+    away = np.eye(4)
+    away[:3, 3] = RAISED * result.assembly.size * result.lift
+    for k, step in enumerate(result.steps):
+        text = f"{k + 1}: take out {one_line(step.body, LONGEST_NAME)}; {one_line(step.reason)}"
+        steps.append(Step(text, frozenset(result.order[:k]), {step.body: away}))
+    left = "nothing is left" if not result.remaining else f"{len(result.remaining)} bodies stay"
+    return (*steps, Step(left, frozenset(result.order)))
+
+
+def places(result: Placement) -> tuple[Step, ...]:
+    """Return the stable poses that were found for the body, best first; none without a place."""
+    if result.body is None:
+        return ()
+    home = np.linalg.inv(result.body.pose)
+    return tuple(
+        Step(
+            f"place {k + 1} of {len(result.candidates)}: "
+            + ("stands" if one.robustness is None else f"least push {number(one.robustness, 'N')}"),
+            moved={result.name: one.pose @ home},
+        )
+        for k, one in enumerate(result.candidates)
+    )
+
+
+def _partly(given: Float, rest: Float, share: float) -> Float:
+    """Return the transform of the world that takes a body from ``rest`` this share of the way back to ``given``."""
+    turn = Rotation.from_matrix(given[:3, :3] @ rest[:3, :3].T).as_rotvec()
+    part = np.eye(4)
+    part[:3, :3] = Rotation.from_rotvec(share * turn).as_matrix()
+    place = rest[:3, 3] + share * (given[:3, 3] - rest[:3, 3])
+    part[:3, 3] = place - part[:3, :3] @ rest[:3, 3]
+    return part

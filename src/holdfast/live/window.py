@@ -1,0 +1,272 @@
+"""The window: a page of viser's that shows a model, and asks it what somebody clicks, drags and types.
+
+What is computed is in the model, what is drawn in the scenery; here both meet the controls.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import threading
+import time
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Any, Final
+
+import numpy as np
+
+from holdfast.base.arrays import Float
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.text import escaped
+from holdfast.drawing.camera import front_view
+from holdfast.drawing.edges import feature_edges
+from holdfast.drawing.glb import lit_glb
+from holdfast.drawing.picture import Arrow, Picture, Solid
+from holdfast.drawing.soup import soup_of
+from holdfast.drawing.thumbnail import png_bytes
+from holdfast.drawing.tone import before_film
+from holdfast.live import scenery
+from holdfast.live.controls import Controls
+from holdfast.live.model import Model
+from holdfast.live.motion import moved_by, parting
+from holdfast.live.worker import Worker
+
+HERE: Final = "127.0.0.1"  # the only address that is listened on
+SWING: Final = 0.08  # of the assembly's size: how far the fastest body is moved
+FRAMES: Final = 30  # a second, while a mechanism is played
+PERIOD: Final = 2.0  # of a mechanism that is played [s]
+Colour = tuple[int, int, int]
+
+OPENING: Final[Colour] = (255, 140, 0)  # of contacts that open
+SLIDING: Final[Colour] = (200, 0, 200)  # of contacts that slide
+CONTACT: Final[Colour] = (11, 106, 168)
+INK: Final[Colour] = (20, 23, 28)  # of the edges of bodies
+FORCE: Final = "#1d8fd6"
+PUSH: Final = "#14171c"
+Z_UP: Final = (0.5**0.5, 0.5**0.5, 0.0, 0.0)  # glTF has y up; this quaternion turns it to z
+
+
+def server_at(port: int) -> Any:  # noqa: ANN401 - viser's own type
+    """Return a server that listens on this machine's loopback alone and opens no tunnel, whatever a page asks.
+
+    Raises HoldfastError if viser is not installed.
+    """
+    try:
+        from viser import ViserServer
+    except ImportError as error:
+        raise HoldfastError(
+            message("the live view", "needs viser, which is not installed", "pip install 'holdfast[live]'")
+        ) from error
+
+    class Local(ViserServer):  # type: ignore[misc, unused-ignore]
+        def request_share_url(self, verbose: bool = True) -> None:
+            """Share nothing: a page may ask for a public tunnel by a message of its own."""
+
+    with _silent():
+        return Local(host=HERE, port=port, label="holdfast", verbose=False)
+
+
+@contextlib.contextmanager
+def _silent() -> Iterator[None]:
+    """Keep what viser prints, also if it is told to be quiet, from the terminal of a command."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        yield
+
+
+class Window:
+    """Shows a model until it is closed."""
+
+    def __init__(self, model: Model, port: int) -> None:
+        self.model = model
+        self.server = server_at(port)
+        self.worker = Worker(self._tell)
+        self._lock = threading.RLock()
+        self._frames: dict[str, Any] = {}
+        self._playing = threading.Event()
+        self._closed = threading.Event()
+        self._look()
+        self.controls = Controls(self)
+        self.server.scene.on_click()(self._clicked)
+        self.draw()
+        threading.Thread(target=self._play, name="holdfast play", daemon=True).start()
+        self.ask()
+
+    @property
+    def url(self) -> str:
+        """The address of the page."""
+        return f"http://{HERE}:{self.server.get_port()}"
+
+    def close(self) -> None:
+        """Stop the page and all that computes for it."""
+        self._closed.set()
+        self._playing.set()
+        self.worker.close()
+        with _silent():
+            self.server.stop()
+
+    def ask(self) -> None:
+        """Ask for the verdict and the map of what is shown, as far as they are not known."""
+        if self.model.verdict is None:
+            self.worker.ask("verdict", lambda: self._then(self.model.ask_verdict))
+        if self.model.map is None:
+            self.worker.ask("map", lambda: self._then(self.model.ask_map), patient=True)
+
+    def edited(self, change: Callable[[], None]) -> None:
+        """Have the model changed, and ask anew what was known of it."""
+
+        def job() -> None:
+            self._then(change)
+            self.ask()
+
+        self.worker.ask("edit", job)
+
+    def aimed(self, turn: float, tilt: float) -> None:
+        """Turn the push and ask for its answer."""
+
+        def job() -> None:
+            self.model.aim(turn, tilt)
+            self.draw_push()
+            self.model.ask_push()
+            self.draw_push()
+
+        self.worker.ask("push", job)
+
+    def picture(self, client: Any) -> None:  # noqa: ANN401 - viser's own type
+        """Send the page that asked what it shows as a PNG file."""
+        size = client.camera.image_height, client.camera.image_width
+        image = np.asarray(client.get_render(*size, transport_format="png"), dtype=float)
+        share = image[..., 3:] / 255.0
+        flat = np.rint(image[..., :3] * share + 255.0 * (1.0 - share)).astype(np.uint8)
+        client.send_file_download("holdfast.png", png_bytes(flat), save_immediately=True)
+
+    def play(self, on: bool) -> None:
+        """Let the mechanism go to and fro, or bring the bodies back to rest."""
+        if on:
+            self._playing.set()
+        else:
+            self._playing.clear()
+            self.place()
+
+    def draw(self) -> None:
+        """Draw everything anew."""
+        with self._lock, self.server.atomic():
+            self._draw_bodies()
+            self._draw_contacts()
+            self.draw_push()
+            self.controls.refresh()
+            self.place()
+
+    def draw_push(self) -> None:
+        """Draw the arrow of the push, the contacts that part, and say what is known."""
+        with self._lock, self.server.atomic():
+            self._arrows("/push", scenery.push_arrow(self.model), PUSH)
+            mechanism = self.model.mechanism
+            nowhere = np.empty((0, 3))
+            opening, sliding = (nowhere, nowhere) if mechanism is None else parting(mechanism)
+            shown = self.controls.marks.value and self.model.step == 0
+            for name, points, colour in (("opening", opening, OPENING), ("sliding", sliding, SLIDING)):
+                self._dots(f"/parting/{name}", points if shown else nowhere, colour)
+            self.controls.tell_push()
+
+    def place(self, moved: dict[str, Float] | None = None) -> None:
+        """Put bodies where these transforms (4, 4) or, without any, the state on show has them."""
+        from viser.transforms import SO3
+
+        state = self.model.state
+        places = state.moved if moved is None else moved
+        with self._lock, self.server.atomic():
+            for name, frame in self._frames.items():
+                place = places.get(name)
+                frame.visible = name not in state.hidden
+                frame.wxyz = (1.0, 0.0, 0.0, 0.0) if place is None else SO3.from_matrix(place[:3, :3]).wxyz
+                frame.position = (0.0, 0.0, 0.0) if place is None else place[:3, 3]
+
+    def _look(self) -> None:
+        solids = [
+            Solid(b.name, b.surface_world.vertices, b.surface_world.faces, b.fixed)
+            for b in self.model.assembly.movable or self.model.assembly.bodies
+        ]
+        up = self.model.assembly.scene.up
+        view = front_view(Picture("", "", (), tuple(solids), up=up))
+        points = np.concatenate([solid.vertices for solid in solids])
+        middle = (points.min(axis=0) + points.max(axis=0)) / 2
+        self.server.scene.set_up_direction(tuple(up))
+        camera = self.server.initial_camera
+        camera.look_at = tuple(middle)
+        camera.position = tuple(middle + 1.5 * self.model.assembly.size * view.toward)
+        camera.up = tuple(up)
+        camera.fov = np.deg2rad(45.0)
+        camera.near = 0.01 * self.model.assembly.size
+        self.server.gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
+
+    def _draw_bodies(self) -> None:
+        numbers = {body.name: number for number, body in enumerate(self.model.assembly.bodies)}
+        for body in scenery.bodies(self.model, self.controls.colour_by):
+            number = numbers[body.name]
+            if body.name not in self._frames:  # kept from then on: a page keeps the pose of a node that comes again
+                self._frames[body.name] = self.server.scene.add_frame(f"/bodies/{number}", show_axes=False)
+            solid = Solid(body.name, body.vertices, body.triangles, fixed=False)
+            edges = feature_edges(soup_of([solid], lambda _: (0.0, 0.0, 0.0)))
+            content = lit_glb(body.vertices, body.triangles, before_film(body.rgb))
+            shown = self.controls.surfaces.value
+            self.server.scene.add_glb(f"/bodies/{number}/surface", content, wxyz=Z_UP, visible=shown)
+            if len(edges):
+                self._lines(f"/bodies/{number}/edges", edges, INK, 1.5)
+
+    def _draw_contacts(self) -> None:
+        sides = scenery.outlines(self.model) if self.controls.contacts.value else np.empty((0, 2, 3))
+        self._replace("/contacts", len(sides), partial(self._lines, points=sides, colour=CONTACT, width=3.0))
+        self._arrows("/forces", scenery.resting_forces(self.model) if self.controls.forces.value else (), FORCE)
+
+    def _arrows(self, name: str, arrows: tuple[Arrow, ...], colour: str) -> None:
+        vertices, triangles, rgb = scenery.arrows_mesh(arrows, self.model.assembly.size, colour)
+        content = lit_glb(vertices, triangles, before_film(rgb)) if len(triangles) else b""
+        self._replace(name, len(triangles), partial(self.server.scene.add_glb, glb_data=content, wxyz=Z_UP))
+
+    def _dots(self, name: str, points: Float, colour: Colour) -> None:
+        size = 0.012 * self.model.assembly.size
+        add = partial(
+            self.server.scene.add_point_cloud, points=points, colors=colour, point_size=size, point_shape="circle",
+            precision="float32", point_shading="flat",
+        )  # fmt: skip
+        self._replace(name, len(points), add)
+
+    def _lines(self, name: str, points: Float, colour: Colour, width: float) -> None:
+        self.server.scene.add_line_segments(name, points, colour, thickness=width, thickness_units="screen")
+
+    def _replace(self, name: str, count: int, add: Callable[[str], Any]) -> None:
+        """Add a node in place of the one of this name, or remove that one if there is nothing to add."""
+        if count:
+            add(name)
+        elif self.server.scene.get_handle_by_name(name) is not None:
+            self.server.scene.remove_by_name(name)
+
+    def _clicked(self, event: Any) -> None:  # noqa: ANN401 - viser's own type
+        origin, ray = np.array(event.ray_origin), np.array(event.ray_direction)
+
+        def job() -> None:
+            self.model.choose(origin, ray)
+            self.controls.refresh()
+            self.draw_push()
+            self.model.ask_push()
+            self.draw_push()
+
+        self.worker.ask("push", job)
+
+    def _then(self, change: Callable[[], None]) -> None:
+        change()
+        self.draw()
+
+    def _tell(self, text: str) -> None:
+        self.controls.busy.content = f'<div style="padding:2px 22px;font-size:12px">{escaped(text)}&nbsp;</div>'
+
+    def _play(self) -> None:
+        while True:
+            self._playing.wait()
+            if self._closed.is_set():
+                return
+            mechanism = self.model.mechanism
+            if mechanism is not None:
+                share = (1.0 - np.cos(2.0 * np.pi * time.monotonic() / PERIOD)) / 2.0
+                self.place(moved_by(mechanism, share * SWING * self.model.assembly.size))
+            time.sleep(1.0 / FRAMES)

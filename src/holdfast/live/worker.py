@@ -1,0 +1,89 @@
+"""One thread that computes for the window: what was asked last comes first, and long work gives way."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+from holdfast.base.errors import HoldfastError
+from holdfast.base.progress import listening
+
+Job = Callable[[], None]
+Told = Callable[[str], None]
+
+
+class GaveWayError(Exception):
+    """Stops a long computation between two of its reports, because something else was asked."""
+
+
+class Worker:
+    """Does jobs one after the other in a thread of its own.
+
+    A job that waits is replaced by a newer one with the same name. A ``patient`` job is stopped as soon as another one
+    is asked, and begins again when nothing else waits. ``told`` is called with the progress of jobs and with the
+    words of a HoldfastError, which ends a job and nothing else; "" means that nothing is left to do.
+    """
+
+    def __init__(self, told: Told) -> None:
+        self._told = told
+        self._waiting: dict[str, tuple[Job, bool]] = {}
+        self._change = threading.Condition()
+        self._busy = False
+        self._closed = False
+        self._thread = threading.Thread(target=self._run, name="holdfast view", daemon=True)
+        self._thread.start()
+
+    def ask(self, name: str, job: Job, *, patient: bool = False) -> None:
+        """Have a job done."""
+        with self._change:
+            self._waiting.pop(name, None)
+            self._waiting[name] = (job, patient)
+            self._change.notify_all()
+
+    def rest(self, timeout: float = 60.0) -> bool:
+        """Wait until nothing is left to do, at most ``timeout`` [s]; return whether that came about."""
+        with self._change:
+            return self._change.wait_for(lambda: not self._waiting and not self._busy, timeout)
+
+    def close(self) -> None:
+        """Stop; a job that runs ends at its next report."""
+        with self._change:
+            self._closed = True
+            self._change.notify_all()
+        if threading.current_thread() is not self._thread:
+            self._thread.join(timeout=10.0)
+
+    def _run(self) -> None:
+        while True:
+            with self._change:
+                self._busy = False
+                self._change.notify_all()
+                self._change.wait_for(lambda: self._closed or bool(self._waiting))
+                if self._closed:
+                    return
+                name, job, patient = self._next()
+                self._busy = True
+            self._do(name, job, patient)
+
+    def _next(self) -> tuple[str, Job, bool]:
+        name = next((name for name, (_, patient) in self._waiting.items() if not patient), next(iter(self._waiting)))
+        job, patient = self._waiting.pop(name)
+        return name, job, patient
+
+    def _do(self, name: str, job: Job, patient: bool) -> None:
+        def listener(stage: str, done: int, total: int) -> None:
+            if self._closed or (patient and self._waiting):
+                raise GaveWayError
+            self._told(f"{stage}: {done} of {total}" if total else stage)
+
+        try:
+            with listening(listener):
+                job()
+        except GaveWayError:
+            with self._change:
+                self._waiting.setdefault(name, (job, patient))
+            return
+        except HoldfastError as error:
+            self._told(f"{name}: {error}")
+            return
+        self._told("")

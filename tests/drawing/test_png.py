@@ -1,0 +1,193 @@
+"""PNG files: colours as in the legend, panels, odd pictures, failures."""
+
+from __future__ import annotations
+
+import builtins
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+from holdfast.base import files
+from holdfast.base.errors import HoldfastError
+from holdfast.drawing import colours, png
+from holdfast.drawing.layout import layout_of
+from holdfast.drawing.marks import on_page, visible
+from holdfast.drawing.picture import Picture
+from holdfast.drawing.png import write_png
+from holdfast.drawing.shade import SHADE_LOSS, render
+from holdfast.drawing.soup import forces, movable
+
+SIZE = (1600, 1000)
+
+
+def drawn(picture: Picture, folder: Path, size: tuple[int, int] = SIZE) -> NDArray[np.float64]:
+    path = folder / "picture.png"
+    write_png(picture, path, size=size)
+    return np.asarray(Image.open(path).convert("RGB")) / 255.0
+
+
+def pixel(
+    image: NDArray[np.float64], picture: Picture, point: NDArray[np.float64], panel: int = 0
+) -> NDArray[np.float64]:
+    shot = layout_of(picture, (image.shape[1], image.shape[0])).shots[panel]
+    column, row = on_page(shot, point[None])[0]
+    return np.asarray(image[int(row), int(column)])
+
+
+def assert_shaded(seen: NDArray[np.float64], legend: object) -> None:
+    full = np.asarray(legend)
+    assert np.all(seen <= full + 2 / 255)
+    assert np.all(seen >= (1.0 - SHADE_LOSS) * full - 2 / 255)
+    brightness = seen.sum() / full.sum()
+    np.testing.assert_allclose(seen, brightness * full, atol=2 / 255)
+
+
+def test_cells_have_the_colour_of_the_legend(table: Picture, tmp_path: Path) -> None:
+    table = dataclasses.replace(table, weakest=())
+    image = drawn(table, tmp_path)
+    assert image.shape == (1000, 1600, 3)
+    slab = table.heat[0]
+    scale = colours.scale_of(forces(table))
+    on_top = np.flatnonzero((slab.points[:, 2] > 0.7799) & (np.abs(slab.points[:, 0]) < 0.6))
+    assert len(on_top) > 100
+    for cell in on_top[::7]:
+        legend = colours.colours(scale, slab.force[cell : cell + 1])[0]
+        assert_shaded(pixel(image, table, slab.points[cell]), legend)
+
+
+def test_the_colour_bar_runs_through_the_scale(table: Picture, tmp_path: Path) -> None:
+    image = drawn(table, tmp_path)
+    foot = layout_of(table, SIZE).footer
+    row = np.rint(image[foot.top + 60, foot.left + 20 : foot.left + round(0.37 * foot.width)] * 255)
+    expected = np.rint(colours.sample(np.linspace(0.0, 1.0, len(row))) * 255)
+    np.testing.assert_allclose(row, expected, atol=1)
+
+
+@pytest.mark.parametrize(
+    ("value", "colour"), [(np.inf, colours.INFINITE), (0.0, colours.ZERO), (7.0, colours.TABLE[128])]
+)
+def test_a_single_cell_shows_its_colour(
+    single: Callable[[float], Picture], tmp_path: Path, value: float, colour: object
+) -> None:
+    picture = single(value)
+    assert_shaded(pixel(drawn(picture, tmp_path), picture, picture.heat[0].points[0]), colour)
+
+
+def test_a_picture_without_finite_values_is_drawn_without_a_bar(table: Picture, tmp_path: Path) -> None:
+    heat = tuple(dataclasses.replace(surface, force=np.full_like(surface.force, np.inf)) for surface in table.heat)
+    picture = dataclasses.replace(table, heat=heat, weakest=())
+    image = drawn(picture, tmp_path)
+    assert_shaded(pixel(image, picture, np.array([0.3, 0.1, 0.78])), colours.INFINITE)
+    assert not np.any(np.all(np.abs(image - colours.TABLE[0]) < 2 / 255, axis=2))
+
+
+def test_faces_hidden_in_front_are_seen_from_behind(table: Picture, tmp_path: Path) -> None:
+    image = drawn(table, tmp_path)
+    scale = colours.scale_of(forces(table))
+    slab = table.heat[0]
+    below = np.flatnonzero((slab.points[:, 2] < 0.701) & (np.abs(slab.points[:, 0]) > 0.6))
+    toward = layout_of(table, SIZE).shots[1].camera.view.toward
+    cell = max(below, key=lambda k: float(slab.points[k] @ toward))
+    assert_shaded(pixel(image, table, slab.points[cell], panel=1), colours.colours(scale, slab.force[[cell]])[0])
+
+
+def test_a_push_is_seen_only_where_its_point_is(table: Picture) -> None:
+    shots = layout_of(table, SIZE).shots[:2]
+    depth = [render(movable(table, None), None, s.camera, (s.box.height, s.box.width)).depth for s in shots]
+    seen = [[visible(s, d, arrow) for arrow in table.weakest] for s, d in zip(shots, depth, strict=True)]
+    assert seen[0][:4] == [True] * 4
+    assert seen[0][5] is False
+    assert seen[1][5] is True
+    assert seen[1][:4] == [False] * 4
+
+
+def test_a_large_floor_does_not_shrink_the_bodies(table: Picture) -> None:
+    bare = dataclasses.replace(table, solids=())
+    assert layout_of(table, SIZE).shots[0].camera.scale == layout_of(bare, SIZE).shots[0].camera.scale
+
+
+def test_tall_pictures_stand_side_by_side(blocks: Picture, table: Picture) -> None:
+    assert len({shot.box.top for shot in layout_of(blocks, SIZE).shots}) == 1
+    assert len({shot.box.top for shot in layout_of(table, SIZE).shots}) == 2
+
+
+@pytest.mark.parametrize("size", [(480, 300), (1000, 1400), (2400, 900)])
+def test_other_sizes_are_kept(blocks: Picture, tmp_path: Path, size: tuple[int, int]) -> None:
+    assert drawn(blocks, tmp_path, size).shape == (size[1], size[0], 3)
+
+
+def test_the_vertical_may_be_any_axis(single: Callable[[float], Picture], table: Picture, tmp_path: Path) -> None:
+    for up in ([1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.6, 0.0, 0.8]):
+        image = drawn(dataclasses.replace(table, up=np.array(up), weakest=()), tmp_path)
+        assert 0.02 < np.mean(np.ptp(image, axis=2) > 0.2) < 0.9
+
+
+def test_nothing_to_show_is_still_a_picture(tmp_path: Path) -> None:
+    assert drawn(Picture("empty", "", (), ()), tmp_path).shape == (1000, 1600, 3)
+
+
+def test_dollar_signs_and_line_breaks_in_labels_are_plain_text(table: Picture, tmp_path: Path) -> None:
+    odd = tuple(dataclasses.replace(arrow, label="a $x_1$<br>b $") for arrow in table.weakest)
+    drawn(dataclasses.replace(table, weakest=odd * 3, title="$ \\frac{", subtitle="word " * 200), tmp_path)
+
+
+def test_arrows_without_length_are_passed_over(table: Picture, tmp_path: Path) -> None:
+    points = tuple(dataclasses.replace(arrow, tail=arrow.head) for arrow in table.weakest)
+    drawn(dataclasses.replace(table, weakest=points, contact_forces=points), tmp_path)
+
+
+def test_too_small_a_size_is_refused(table: Picture, tmp_path: Path) -> None:
+    with pytest.raises(HoldfastError, match="too small"):
+        write_png(table, tmp_path / "a.png", size=(100, 100))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_failure_while_drawing_leaves_the_old_file(
+    table: Picture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.png"
+    path.write_bytes(b"old")
+    monkeypatch.setattr(png, "draw_footer", lambda *_: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        write_png(table, path)
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_failure_while_writing_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "a.png"
+    path.write_bytes(b"old")
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    for broken in ("fsync", "replace"):
+        with monkeypatch.context() as patch:
+            patch.setattr(files.os, broken, full)
+            with pytest.raises(HoldfastError, match="No space left"):
+                files.write_atomically(path, b"new")
+        assert path.read_bytes() == b"old"
+        assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_missing_directory_is_named(table: Picture, tmp_path: Path) -> None:
+    with pytest.raises(HoldfastError, match="nowhere"):
+        write_png(table, tmp_path / "nowhere" / "a.png")
+
+
+def test_missing_matplotlib_is_explained(table: Picture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    real = builtins.__import__
+
+    def without(name: str, *more: object) -> object:
+        if name.startswith("matplotlib"):
+            raise ModuleNotFoundError(name)
+        return real(name, *more)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    with pytest.raises(HoldfastError, match=r"needs matplotlib.*pip install 'holdfast\[viewer\]'"):
+        write_png(table, tmp_path / "a.png")

@@ -1,0 +1,117 @@
+"""What the window draws and says, as plain arrays and texts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import holdfast as hf
+from holdfast.drawing import colours
+from holdfast.live import scenery
+from holdfast.live.model import Model
+from holdfast.live.scenery import GROUPS, MAP
+from holdfast.report.picture import picture_of
+from holdfast.scene.shipped.blocks import box, floor
+
+DOWN = np.array([0.0, 0.0, -1.0])
+
+
+@pytest.fixture(scope="module")
+def standing() -> Model:
+    model = Model(hf.assemble(hf.shipped_scene("stack")), engine="limit", spacing=0.03)
+    model.ask_verdict()
+    model.ask_map()
+    return model
+
+
+def falling() -> Model:
+    bodies = [box("steady", (0.1, 0.1, 0.1), 1.0, (0.0, 0.0, 0.05)), box("over", (0.1, 0.1, 0.1), 1.0, (0.06, 0, 0.15))]
+    apart = box("apart", (0.1, 0.1, 0.1), 1.0, (0.3, 0.0, 0.05))
+    model = Model(hf.assemble(hf.Scene([floor(), *bodies, apart], friction=0.5)), engine="limit")
+    model.ask_verdict()
+    return model
+
+
+def test_the_map_is_on_the_bodies_in_the_colours_of_the_legend(standing: Model) -> None:
+    assert standing.map is not None
+    scale = colours.scale_of(standing.map.force)
+    expected = colours.colours(scale, standing.map.force)
+    for body in scenery.bodies(standing, MAP):
+        own = expected[standing.map.body == body.name]
+        if len(own):
+            shown = np.unique(np.round(body.rgb, 6), axis=0)
+            allowed = np.unique(np.round([*own, colours.COVERED], 6), axis=0)
+            assert {tuple(rgb) for rgb in shown} <= {tuple(rgb) for rgb in allowed}
+
+
+def test_without_a_map_groups_have_colours_and_what_falls_that_of_falling() -> None:
+    model = falling()
+    rgb = {body.name: tuple(body.rgb[0]) for body in scenery.bodies(model, MAP)}
+    assert rgb["steady"] == rgb["over"] == pytest.approx(colours.FALLS)
+    assert rgb["apart"] != rgb["over"]
+    assert rgb["floor"] == pytest.approx(colours.FIXED)
+    assert "falls" in scenery.legend_html(model, MAP)
+    fresh = Model(model.assembly, engine="limit")
+    assert len({tuple(body.rgb[0]) for body in scenery.bodies(fresh, GROUPS)}) == 3
+
+
+def test_the_legend_has_the_marks_of_the_scale_in_newtons(standing: Model) -> None:
+    text = scenery.legend_html(standing, MAP)
+    assert standing.map is not None
+    scale = colours.scale_of(standing.map.force)
+    assert scale is not None
+    for mark in colours.ticks(scale):
+        assert f"left:{100 * mark.position:.2f}%" in text
+        assert mark.label in text
+    assert "largest push [N]" in text
+
+
+def test_forces_at_rest_are_those_of_the_picture(standing: Model) -> None:
+    assert standing.map is not None
+    shown, pictured = scenery.resting_forces(standing), picture_of(standing.map).contact_forces
+    assert [arrow.label for arrow in shown] == [arrow.label for arrow in pictured]
+    assert len(shown) == 3
+    assert scenery.resting_forces(falling()) == ()
+
+
+def test_outlines_close_every_patch(standing: Model) -> None:
+    sides = scenery.outlines(standing)
+    assert np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1).sum() == pytest.approx(3 * 0.4)
+
+
+def test_the_arrow_ends_at_the_chosen_point_and_comes_from_outside(standing: Model) -> None:
+    assert scenery.push_arrow(Model(standing.assembly, engine="limit")) == ()
+    model = Model(standing.assembly, engine="limit")
+    assert model.choose(np.array([0.0, 0.0, 5.0]), DOWN)
+    (arrow,) = scenery.push_arrow(model)
+    assert arrow.head == pytest.approx([0, 0, 0.3])
+    assert arrow.tail[2] > 0.3
+    vertices, _, rgb = scenery.arrows_mesh((arrow,), model.assembly.size, "#14171c")
+    assert rgb.shape == vertices.shape
+
+
+def test_what_is_said_of_a_push(standing: Model) -> None:
+    model = Model(standing.assembly, engine="limit")
+    assert "Click a body" in scenery.push_html(model)
+    assert model.choose(np.array([0.0, 0.0, 5.0]), DOWN)
+    assert "asking" in scenery.push_html(model)
+    model.ask_push()
+    assert "no push moves anything" in scenery.push_html(model)
+    assert model.choose(np.array([-1.0, 0.0, 0.05]), np.array([1.0, 0.0, 0.0]))
+    model.ask_push()
+    assert model.push is not None
+    told = scenery.push_html(model)
+    assert f"R = <b>{model.push.force[0]:.4g} N</b>" in told
+    assert "(proved)" in told
+    assert "cube1" in told
+
+
+def test_names_are_no_markup() -> None:
+    scene = hf.Scene([floor(), box("<img src=x>", (0.1, 0.1, 0.1), 1.0, (0, 0, 0.05))], friction=0.5, name="<b>n</b>")
+    model = Model(hf.assemble(scene), engine="limit")
+    model.ask_verdict()
+    assert model.choose(np.array([-1.0, 0.0, 0.05]), np.array([1.0, 0.0, 0.0]))
+    model.ask_push()
+    for text in (scenery.push_html(model), scenery.verdict_html(model), scenery.legend_html(model, GROUPS)):
+        assert "<img" not in text
+        assert "<b>n</b>" not in text
