@@ -14,6 +14,7 @@ from holdfast.applications.placement.plan import BUDGET, plan_placement
 from holdfast.applications.placement.planner import CANDIDATES, MOST_ATTEMPTS
 from holdfast.applications.placement.result import Placement
 from holdfast.applications.placement.several_result import Placements
+from holdfast.assembly.assembly import Assembly
 from holdfast.base.errors import HoldfastError, message
 from holdfast.cli.common import (
     WRITTEN_SUFFIXES,
@@ -26,6 +27,7 @@ from holdfast.cli.common import (
 from holdfast.cli.output import out, print_json
 from holdfast.cli.scenes import AssemblyGiven, scene_named, takes_scene
 from holdfast.cli.terminal import progress
+from holdfast.engines.contract import Engine
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.report.data import placement_data
@@ -111,16 +113,26 @@ def place(
     }
     for_one = {"least_supports": least_supports, "next_to": next_to, "candidates": candidates, "attempts": attempts}
     for_many = {"stack": stack or None, "apart": apart}
-    asked |= _only(for_many, for_one, "one object") if len(bodies) == 1 else _only(for_one, for_many, "several objects")
-    method = engine_with(engine)
-    with progress():
-        assembly = scene.assembled(rest)
-        result: Placement | Placements
-        if len(bodies) == 1:
-            result = plan_placement(assembly, bodies[0], engine=method, **asked)
-        else:
-            result = place_all(assembly, bodies, engine=method, **asked)
+    result = _placed(scene.assembled(rest), bodies, engine_with(engine), asked, for_one, for_many)
     _tell(result, _written(result, png, save), rest.name or scene.scene, as_json)
+
+
+def _placed(
+    assembly: Assembly,
+    bodies: list[Body],
+    engine: Engine,
+    asked: dict[str, Any],
+    for_one: dict[str, Any],
+    for_many: dict[str, Any],
+) -> Placement | Placements:
+    """Ask for a place for one body or for several; ``for_one`` and ``for_many`` are options of one of these alone."""
+    if len(bodies) == 1:
+        asked |= _only(for_many, for_one, "one object")
+        with progress():
+            return plan_placement(assembly, bodies[0], engine=engine, **asked)
+    asked |= _only(for_one, for_many, "several objects")
+    with progress():
+        return place_all(assembly, bodies, engine=engine, **asked)
 
 
 def _only(others: dict[str, Any], own: dict[str, Any], what: str) -> dict[str, Any]:
