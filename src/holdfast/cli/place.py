@@ -52,36 +52,36 @@ class Orientation(StrEnum):
     ANY = "any"
 
 
+KeepOut = Annotated[list[str] | None, typer.Option(help=f"keep out of this box: {CORNERS} (may be repeated)")]
+WayUp = Annotated[Orientation | None, typer.Option(help="as it was modelled, or any; by default upright counts double")]
+Hand = Annotated[str | None, typer.Option(help=f"room for a gripper about the middle of the top, third axis up: {BOX}")]
+Things = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="OBJECT...",
+        help="a mesh file (with --mass), FILE:BODY of another scene, or a body of SCENE to move; if there are "
+        "several, their order is chosen",
+    ),
+]
+
+
 @takes_scene
 def place(
     scene: AssemblyGiven,
-    things: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="OBJECT...",
-            help="a mesh file (with --mass), FILE:BODY of another scene, or a body of SCENE to move; if there are "
-            "several, their order is chosen",
-        ),
-    ],
+    things: Things,
     mass: Annotated[float | None, typer.Option(help="mass of the mesh in kg")] = None,
     material: Annotated[str | None, typer.Option(help="material of the mesh, a name in the friction table")] = None,
     engine: EngineName = DEFAULT_ENGINE,
     region: Region = None,
-    keep_out: Annotated[
-        list[str] | None, typer.Option(help=f"keep out of this box: {CORNERS} (may be repeated)")
-    ] = None,
+    keep_out: KeepOut = None,
     support: Annotated[list[str] | None, typer.Option(help="place it on this body only (may be repeated)")] = None,
     least_supports: Annotated[int | None, typer.Option(help="number of supports that it must touch [1]")] = None,
     next_to: Annotated[str | None, typer.Option(help="place it beside this body")] = None,
     avoid: Annotated[list[str] | None, typer.Option(help="it must not touch this body (may be repeated)")] = None,
-    orientation: Annotated[
-        Orientation | None, typer.Option(help="as it was modelled, or any; by default upright counts double")
-    ] = None,
+    orientation: WayUp = None,
     from_above: Annotated[bool, typer.Option("--from-above", help="the straight way down must be free")] = False,
     cone: Annotated[float, typer.Option(help="the way in may lean by so many degrees")] = 0.0,
-    gripper: Annotated[
-        str | None, typer.Option(help=f"room for a gripper about the middle of the top, third axis up: {BOX}")
-    ] = None,
+    gripper: Hand = None,
     stack: Annotated[bool, typer.Option("--stack", help="place several objects on each other too")] = False,
     apart: Annotated[float | None, typer.Option(help=f"least distance between several objects in m [{APART}]")] = None,
     candidates: Annotated[int | None, typer.Option(help=f"compare this many stable poses [{CANDIDATES}]")] = None,
