@@ -1,4 +1,9 @@
-"""13. A planner's constraint: a hand that pushes as hard as it may, kept inside what a body can take by scipy."""
+"""
+13. A planner's constraint
+==========================
+
+A hand that pushes as hard as it may, kept inside what a body can take by scipy.
+"""
 
 import time
 

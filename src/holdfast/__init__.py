@@ -19,8 +19,11 @@ if TYPE_CHECKING:
     from holdfast.applications.disassembly.removal import Removal
     from holdfast.applications.inertia import inertial_loads
     from holdfast.applications.placement.options import Weights
+    from holdfast.applications.placement.place_all import place_all
     from holdfast.applications.placement.plan import plan_placement
+    from holdfast.applications.placement.rating import Rating
     from holdfast.applications.placement.result import Placement
+    from holdfast.applications.placement.several_result import PlacedObject, Placements
     from holdfast.applications.pushing.result import Effect, SafePushes
     from holdfast.applications.pushing.safe import safe_pushes
     from holdfast.applications.saved import load_answer
@@ -87,10 +90,13 @@ _NAMES = {
     "holdfast.applications.disassembly.removal": ("Removal",),
     "holdfast.applications.inertia": ("inertial_loads",),
     "holdfast.applications.placement.options": ("Weights",),
+    "holdfast.applications.placement.place_all": ("place_all",),
     "holdfast.applications.placement.plan": ("plan_placement",),
+    "holdfast.applications.placement.rating": ("Rating",),
     "holdfast.applications.placement.result": ("Placement",),
     "holdfast.applications.pushing.result": ("Effect", "SafePushes"),
     "holdfast.applications.pushing.safe": ("safe_pushes",),
+    "holdfast.applications.placement.several_result": ("PlacedObject", "Placements"),
     "holdfast.applications.saved": ("load_answer",),
     "holdfast.applications.settled": ("Fall", "Settled", "settle"),
     "holdfast.applications.strap": ("Strap", "tied"),
@@ -179,8 +185,11 @@ __all__ = [
     "Mesh",
     "Part",
     "Patch",
+    "PlacedObject",
     "Placement",
+    "Placements",
     "Profile",
+    "Rating",
     "Removal",
     "Robustness",
     "RobustnessMap",
@@ -215,6 +224,7 @@ __all__ = [
     "load_factor",
     "load_scene",
     "load_straps",
+    "place_all",
     "plan_placement",
     "read_batch",
     "robustness",

@@ -132,8 +132,8 @@ def test_the_best_of_several() -> None:
     one = hf.plan_placement(cube_scene(), thing((0.03, 0.03, 0.09)), engine="graph", candidates=1)
     best = hf.plan_placement(cube_scene(), thing((0.03, 0.03, 0.09)), engine="graph", candidates=8)
     assert len(best.candidates) == 8
-    coarse = [candidate.robustness for candidate in best.candidates]
-    assert coarse == sorted(coarse, reverse=True)
+    keys = [candidate.rating.key for candidate in best.candidates]
+    assert keys == sorted(keys, reverse=True)
     assert best.robustness >= one.robustness
     assert (best.pose == best.candidates[0].pose).all()
 
@@ -200,7 +200,7 @@ def test_a_spent_budget_is_told() -> None:
     p = hf.plan_placement(cube_scene(), thing((2, 2, 2), 5), engine="graph", budget=1e-9)
     assert p.pose is None
     assert "the time was spent" in p.reason
-    assert p.attempts == 1
+    assert p.attempts == 0
 
 
 def test_no_point_in_the_region() -> None:

@@ -14,8 +14,14 @@ WOODEN = hf.Imperfect(5e-5, 2e9, samples=3)
 
 def placed(imperfect: hf.Imperfect | None) -> hf.Placement:
     return hf.plan_placement(
-        ASSEMBLY, THING, supports=["cube"], spacing=0.02, seed=3, candidates=3, imperfect=imperfect
-    )
+        *(ASSEMBLY, THING),
+        supports=["cube"],
+        spacing=0.02,
+        seed=6,
+        candidates=3,
+        orientations="any",
+        imperfect=imperfect,
+    )  # fmt: skip
 
 
 def test_the_best_pose_is_that_with_the_largest_lower() -> None:

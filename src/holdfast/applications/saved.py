@@ -10,6 +10,7 @@ from holdfast.applications.disassembly.build import BuildOrder
 from holdfast.applications.disassembly.order import Disassembly
 from holdfast.applications.disassembly.removal import Removal
 from holdfast.applications.placement.result import Placement
+from holdfast.applications.placement.several_result import Placements
 from holdfast.applications.pushing.result import SafePushes
 from holdfast.applications.settled import Settled
 from holdfast.applications.transport import TransportLimits
@@ -27,7 +28,7 @@ from holdfast.queries.worst_case import WorstCase
 ANSWERS: tuple[type, ...] = (  # all classes of answers that can be saved
     *(Stability, Robustness, LoadFactor, RobustnessMap, RobustnessUnder, Sensitivity, WorstCase),
     *(ConvexSet, Constraint),
-    *(TransportLimits, Carried, Disassembly, Removal, BuildOrder, SafePushes, Placement, Settled),
+    *(TransportLimits, Carried, Disassembly, Removal, BuildOrder, SafePushes, Placement, Placements, Settled),
 )
 
 

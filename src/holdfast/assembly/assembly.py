@@ -306,9 +306,9 @@ class Assembly(Value):
             raise HoldfastError(message(f"Assembly.{what}", problem, remedy))
         tolerances = self.tolerances.on(scene)
         edited = _search(scene, tolerances, self.overlaps, stacklevel=4, before=self.found, absent=self.absent)
-        return self._heir(edited)
+        return self.heir(edited)
 
-    def _heir(self, edited: Assembly) -> Assembly:
+    def heir(self, edited: Assembly) -> Assembly:
         """Return an edit of this assembly that shares what was prepared for it."""
         edited.__dict__["memory"] = self.memory
         return edited
@@ -328,14 +328,14 @@ class Assembly(Value):
         tolerances = self.tolerances.on(scene)
         shown_anew = any(scene.body(body.name) is not body for body in self.bodies if body.name not in gone)
         if self.detected and (shown_anew or self._uncovers(gone)):
-            return self._heir(_search(scene, tolerances, self.overlaps, 3, before=self.found, absent=absent))
+            return self.heir(_search(scene, tolerances, self.overlaps, 3, before=self.found, absent=absent))
         overlaps = tuple(o for o in self.overlaps if gone.isdisjoint(o.bodies))
         kept = tuple(i for i in self.interfaces if gone.isdisjoint(i.bodies))
         occluded = tuple(pair for pair in self.occluded if gone.isdisjoint(pair))
         left = Assembly(scene, kept, tolerances, overlaps, occluded, self.detected, absent)
         if "found" in self.__dict__:
             left.__dict__["found"] = self.found.without(gone)
-        return self._heir(left)
+        return self.heir(left)
 
     def _uncovers(self, gone: Collection[str]) -> bool:
         """Tell whether a removed body may have hidden a contact between two bodies that remain.

@@ -1,10 +1,12 @@
 """Progress reports of long computations: whatever may take seconds reports, and the command line shows it.
 
-What a listener raises stops the computation, which leaves nothing half done behind: that is how it is cancelled.
+What a listener raises stops the computation, which leaves nothing half done behind: that is how it is cancelled. A
+deadline stops it the same way.
 """
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -14,13 +16,38 @@ T = TypeVar("T")
 Listener = Callable[[str, int, int], None]
 
 _listener: ContextVar[Listener | None] = ContextVar("holdfast_progress", default=None)
+_deadline: ContextVar[float] = ContextVar("holdfast_deadline", default=float("inf"))
+
+
+class OutOfTimeError(Exception):
+    """The deadline set by ``until`` has passed; whoever set it catches this."""
 
 
 def report(stage: str, done: int, total: int) -> None:
     """Tell the listener, if any, that ``done`` of ``total`` steps of ``stage`` are finished."""
+    keep_to_time()
     listener = _listener.get()
     if listener is not None:
         listener(stage, done, total)
+
+
+def keep_to_time() -> None:
+    """Raise OutOfTimeError if a deadline has passed; for work between reports that has no stage of its own."""
+    if time.perf_counter() > _deadline.get():
+        raise OutOfTimeError
+
+
+@contextmanager
+def until(deadline: float) -> Iterator[None]:
+    """Let the next report or ``keep_to_time`` raise OutOfTimeError once ``time.perf_counter()`` passes ``deadline``.
+
+    Within another such block the earlier deadline holds.
+    """
+    token = _deadline.set(min(deadline, _deadline.get()))
+    try:
+        yield
+    finally:
+        _deadline.reset(token)
 
 
 def reported(stage: str, items: Sequence[T]) -> Iterator[T]:

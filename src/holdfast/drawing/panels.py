@@ -118,11 +118,12 @@ def _draw(
 def _seen(
     pixels: NDArray[np.float64], toward: NDArray[np.float64], depth: NDArray[np.float64], camera: Camera
 ) -> NDArray[np.bool_]:
-    """Tell which points face the viewer and have nothing movable in front of them."""
+    """Tell which points are in the panel, face the viewer and have nothing movable in front of them."""
     rows, columns = depth.shape
+    inside = ((pixels[:, :2] >= 0) & (pixels[:, :2] < [columns, rows])).all(1)
     column = np.clip(pixels[:, 0].astype(int), 0, columns - 1)
     row = np.clip(pixels[:, 1].astype(int), 0, rows - 1)
-    return np.asarray((toward > 0) & (pixels[:, 2] <= depth[row, column] + 2.0 / camera.scale))
+    return np.asarray(inside & (toward > 0) & (pixels[:, 2] <= depth[row, column] + 2.0 / camera.scale))
 
 
 def _bar(

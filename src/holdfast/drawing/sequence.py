@@ -1,6 +1,6 @@
 """Draw a sequence of states as one PNG, with one panel for each state.
 
-The body that leaves next is coloured and has an arrow.
+The body that leaves next, or that arrived last, is coloured and has an arrow.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _SMALLEST_ASPECT, _LARGEST_ASPECT = 0.75, 1.8  # limits of a panel's width divid
 class Frame:
     """One state of a sequence: the bodies that are present, with a caption and a note below it.
 
-    ``next`` is the name of the body that leaves next, or "" if there is none.
+    ``next`` is the name of the body that leaves next or arrived last, or "" if there is none.
     """
 
     solids: tuple[Solid, ...]
@@ -51,7 +51,8 @@ class Frame:
 class Sequence:
     """The states of an assembly in order.
 
-    ``along`` (3,) is the unit direction in which bodies leave, and ``up`` (3,) is opposite to gravity.
+    ``along`` (3,) is the unit direction in which bodies leave, or from where they arrive if ``arriving``, and ``up``
+    (3,) is opposite to gravity.
     """
 
     title: str
@@ -59,6 +60,7 @@ class Sequence:
     frames: tuple[Frame, ...]
     along: NDArray[np.float64]
     up: NDArray[np.float64]
+    arriving: bool = False
 
 
 def write_sequence(sequence: Sequence, path: str | os.PathLike[str]) -> None:
@@ -71,7 +73,7 @@ def _png(sequence: Sequence) -> bytes:
     columns = max(-(-len(sequence.frames) // rows), _LEAST)
     camera, (wide, high), length = _camera(sequence)
     size = (2 * _PAD + columns * (wide + _GUTTER) - _GUTTER, _HEADER + rows * (high + _CAPTION) + _FOOT)
-    focus = np.concatenate([s.vertices for s in sequence.frames[0].solids if not s.fixed] or [np.zeros((1, 3))])
+    focus = np.concatenate([s.vertices for s in _fullest(sequence) if not s.fixed] or [np.zeros((1, 3))])
     page = np.ones((size[1], size[0], 3))
     figure, canvas = blank(*size)
     from matplotlib.collections import PolyCollection
@@ -93,8 +95,9 @@ def _png(sequence: Sequence) -> bytes:
             tail = leaving.vertices.mean(0)
             tail = tail + (leaving.vertices - tail).dot(sequence.along).max() * sequence.along
             ends = camera.pixels(np.array([tail, tail + length * sequence.along]))[:, :2] + [left, top]
+            first, last = (ends[1:], ends[:1]) if sequence.arriving else (ends[:1], ends[1:])
             axes.add_collection(
-                PolyCollection(arrow_shapes(ends[:1], ends[1:], PUSH), facecolors=ARROW, edgecolors="white", zorder=6)
+                PolyCollection(arrow_shapes(first, last, PUSH), facecolors=ARROW, edgecolors="white", zorder=6)
             )
         writer.put(
             left + 12, top + high + 22, writer.clipped(frame.caption, 16.0, wide - 16, bold=True), 16.0, bold=True
@@ -109,7 +112,7 @@ def _camera(sequence: Sequence) -> tuple[Camera, tuple[int, int], float]:
 
     There is room for all bodies and their arrows.
     """
-    solids = sequence.frames[0].solids
+    solids = _fullest(sequence)
     picture = Picture("", "", (), tuple(s for s in solids if not s.fixed), up=sequence.up)
     view = front_view(picture)
     points = np.concatenate([*(s.vertices for s in picture.solids), np.empty((0, 3))])
@@ -122,6 +125,11 @@ def _camera(sequence: Sequence) -> tuple[Camera, tuple[int, int], float]:
     wide = round(_PANEL[0] * np.sqrt(aspect))
     high = round(_PANEL[1] / np.sqrt(aspect))
     return fit(view, around, wide, high, 16.0), (wide, high), length
+
+
+def _fullest(sequence: Sequence) -> tuple[Solid, ...]:
+    """Return the bodies of the frame that shows most of them."""
+    return max(sequence.frames, key=lambda frame: len(frame.solids)).solids
 
 
 def _colour(solid: Solid, coloured: str) -> Rgb:

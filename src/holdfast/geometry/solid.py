@@ -19,3 +19,10 @@ def closed_solid(vertices: Float, faces: Int) -> manifold3d.Manifold | None:
     mesh = manifold3d.Mesh64(np.array(vertices, order="C"), np.array(faces, dtype=np.uint64, order="C"))
     solid = manifold3d.Manifold(mesh)
     return None if solid.status() != manifold3d.Error.NoError or solid.is_empty() else solid
+
+
+def hull_solid(points: Float) -> manifold3d.Manifold:
+    """Return the convex hull of points (n, 3) [m] as a solid."""
+    import manifold3d
+
+    return manifold3d.Manifold.hull_points(np.array(points, order="C"))

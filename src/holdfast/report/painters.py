@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from holdfast.applications.carrying.result import Carried
 from holdfast.applications.disassembly.order import Disassembly
 from holdfast.applications.placement.result import Placement
+from holdfast.applications.placement.several_result import Placements
 from holdfast.applications.settled import Settled
 from holdfast.applications.transport import TransportLimits
 from holdfast.base.painters import register_glimpse, register_painter
@@ -20,6 +21,7 @@ from holdfast.report.disassembly import save_strip
 from holdfast.report.notebook import glimpse
 from holdfast.report.picture import save_glb, save_html, save_ply, save_png
 from holdfast.report.placement import save_placement_png
+from holdfast.report.placements import save_placements_png
 from holdfast.report.settled import save_settled_png
 from holdfast.report.transport import save_polar
 
@@ -34,6 +36,7 @@ def register() -> None:
     register_painter(Carried, ".png", save_carried_png)
     register_painter(Disassembly, ".png", save_strip)
     register_painter(Placement, ".png", save_placement_png)
+    register_painter(Placements, ".png", save_placements_png)
     register_painter(Settled, ".png", save_settled_png)
     register_glimpse(glimpse)
 

@@ -20,24 +20,33 @@ from holdfast.engines.verdict import Status
 from holdfast.report.texts import headline, sentence
 
 SHOWN = 160  # number of contact points that are sampled for the picture
+MOST_ARROWS = 6  # at the largest contact patches
 ARROW = 0.1  # of the assembly's size: the length of the arrows
 
 
 def save_placement_png(result: Placement, path: str | os.PathLike[str], *, seed: int = 0) -> None:
-    """Draw two pictures: sampled contact points, coloured by what they withstand, and the pose (Fig. 12)."""
+    """Draw two pictures: sampled contact points, coloured by what they withstand, and the pose (Fig. 12).
+
+    Arrows show where the scene carries the object.
+    """
     if result.assembly is None or result.body is None or result.support is None:
         raise HoldfastError(message("picture of a placement", "there is no pose to show", result.reason))
     support, name = result.support, result.body.name
     rng = np.random.default_rng(seed)
     chosen = np.unique(rng.choice(len(support.points), SHOWN, p=support.chance))
     length = ARROW * result.assembly.size
-    arrows = tuple(Arrow(p + length * n, p, "") for p, n in zip(result.points, result.normals, strict=True))
+    carried = sorted((patch for i in result.contacts for patch in i.patches), key=lambda patch: -patch.measure)
+    places = np.array([patch.centroid for patch in carried[:MOST_ARROWS]])
+    arrows = tuple(Arrow(p - length * result.assembly.scene.up, p, "") for p in places)
+    asked = "no time to ask what they withstand" if np.isnan(support.force).all() else "sampled by what they withstand"
     before = PointsPanel(
-        "contact points, sampled by what they withstand", bare_picture(result.assembly, without=name),
+        f"contact points, {asked}", bare_picture(result.assembly, without=name),
         support.points[chosen], support.normals[chosen], support.force[chosen],
     )  # fmt: skip
     known = result.weakest is not None and result.weakest.status is not Status.UNDECIDED
-    told = "the pose they define: " + (f"least push {result.robustness:.3g} N" if known else "undecided")
+    told = f"the best pose: least push {result.robustness:.3g} N" if known else "the best pose: undecided"
+    if known and result.rating is not None and result.rating.own is not None:
+        told += f", on {one_line(name, LONGEST_NAME)} {result.rating.own:.3g} N"
     after = PointsPanel(told, bare_picture(result.assembly), marks=arrows, accent=name)
     title = f"{result.assembly.scene.name or 'scene'}: where to put {name}"
     unknown = result.answers.undecided
@@ -75,6 +84,9 @@ def placement_report(result: Placement, scene: str, body: str) -> RenderableType
         how = weak.status if weak.mode == "none" else weak.mode
         what = f"{result.robustness:.3g} N on {one_line(weak.body, LONGEST_NAME)}, {how}"
         lines.append(Text(f"least push afterwards: {'undecided' if weak.status is Status.UNDECIDED else what}"))
+    if result.rating is not None:
+        told = [f"{what} {value}" for what, value in result.rating.facts(body, result.beneath)]
+        lines.insert(3, sentence("; ".join(told)))
     lines.append(sentence(f"{result.reason}; {result.attempts} attempts, {result.elapsed:.2g} s", "dim"))
     return Group(*lines)
 

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Float, unit
 from holdfast.base.rigid import tangents
 from holdfast.geometry.hull import convex_hull, hull_facets, smallest_rectangle
 from holdfast.scene.body import Body
 
 COPLANAR = 1e-3  # [rad] hull triangles whose normals differ by less belong to one face
+ROLLED = np.radians(np.arange(5.0, 31.0, 5.0))  # [rad] turns by which a face of a round side is told
+LEVEL = 0.02  # share of its height by which the centre of mass rises or sinks at most on a round side
+ONE_FACE = np.radians(1.0)  # [rad] contact normals that differ by less are those of one face
+STEADY = np.radians(20.0)  # [rad] a face that stands up to this tilt is no facet of a round side, where it rises more
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +26,8 @@ class Face:
     ``normal`` (3,) points outwards. ``foot`` (3,) [m] is the centre of mass projected into the plane of the face, and
     ``corners`` (k, 3) [m] are the corners of the face. ``along`` (3,) is the direction of its longer side. ``tilt``
     [rad] is how far a plane can be tilted, in the worst direction, before the object tips over on this face; it is 0 if
-    the object does not stand on it even on a horizontal plane.
+    the object does not stand on it even on a horizontal plane. ``rolls`` is True for a facet of a round side: a true
+    round side would roll from there, because its centre of mass neither rises nor sinks on the way.
     """
 
     normal: Float
@@ -29,17 +35,37 @@ class Face:
     corners: Float
     along: Float
     tilt: float
+    rolls: bool
 
 
 def faces_of(body: Body) -> tuple[Face, ...]:
     """Return all faces of the body's convex hull, the steadiest first."""
     vertices = body.shape.surface.vertices
     facets = hull_facets(vertices, COPLANAR)
-    faces = [_face(normal, vertices[corners], body.com_body) for normal, corners in facets]
+    outer = vertices[np.unique(np.concatenate([corners for _, corners in facets]))] - body.com_body
+    spun = np.linalg.eigh(body.inertia_com)[1].T
+    faces = [_face(normal, vertices[corners], body.com_body, outer, spun) for normal, corners in facets]
     return tuple(sorted(faces, key=lambda face: -round(face.tilt, 9)))
 
 
-def _face(normal: Float, points: Float, com: Float) -> Face:
+def rolls_on(faces: Sequence[Face], pose: Float, normals: Float) -> bool:
+    """Tell whether an object at ``pose`` (4, 4) touches everything with one facet of a round side.
+
+    ``normals`` (n, 3) are those of its contacts, which point into it, world frame.
+    """
+    if not len(normals):
+        return False
+    local = -normals @ pose[:3, :3]
+    touching = faces[int(np.argmax([float(face.normal @ local[0]) for face in faces]))]
+    return touching.rolls and bool((local @ local[0] > np.cos(ONE_FACE)).all())
+
+
+def _face(normal: Float, points: Float, com: Float, outer: Float, spun: Float) -> Face:
+    """Describe one facet.
+
+    ``points`` (k, 3) [m] are its corners. ``outer`` (n, 3) [m] are the corners of the whole hull relative to the centre
+    of mass ``com``, and the rows of ``spun`` (3, 3) are the principal axes of inertia.
+    """
     frame = np.array(tangents(normal))
     level = float((points @ normal).max())
     size = float(np.ptp(points, axis=0).max())
@@ -50,10 +76,28 @@ def _face(normal: Float, points: Float, com: Float) -> Face:
     inside = (edges[:, 0] * (foot - ring)[:, 1] - edges[:, 1] * (foot - ring)[:, 0]) / length
     margin, height = float(inside.min()), max(level - float(com @ normal), 1e-9 * size)
     axes, _, _ = smallest_rectangle(ring)
+    tilt = float(np.arctan2(max(margin, 0.0), height))
+    weakest = edges[int(np.argmin(inside))] @ frame
     return Face(
         normal,
         foot @ frame + level * normal,
         ring @ frame + level * normal,
         axes[0] @ frame,
-        float(np.arctan2(max(margin, 0.0), height)),
+        tilt,
+        tilt < STEADY and rolls(normal, np.vstack([weakest, spun]), outer),
     )
+
+
+def rolls(normal: Float, axes: Float, outer: Float) -> bool:
+    """Tell whether a body on its face with outward ``normal`` (3,) would roll about one of the directions ``axes``.
+
+    ``axes`` (m, 3) are projected into the face. As the body turns by an angle a, its centre of mass is at the height
+    H(a) = max over the corners ``outer`` (n, 3) of corner . n(a), where n(a) is the direction that points down, in the
+    body frame. On a round side H stays the same; where a body stands, H first rises, or it sinks as the body topples.
+    """
+    flat = axes - (axes @ normal)[:, None] * normal
+    flat = unit(flat[np.linalg.norm(flat, axis=1) > 0.5 * np.linalg.norm(axes, axis=1)])
+    across = np.cross(np.vstack([flat, -flat]), normal)
+    down = np.cos(ROLLED)[:, None] * normal + np.sin(ROLLED)[:, None] * across[:, None, :]
+    height = (down @ outer.T).max(2)
+    return bool((np.abs(height / (outer @ normal).max() - 1) <= LEVEL).all(1).any())

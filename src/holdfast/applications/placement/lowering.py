@@ -19,6 +19,7 @@ from scipy import sparse
 
 from holdfast.base.arrays import Float, unit
 from holdfast.base.errors import SceneError, message
+from holdfast.base.progress import keep_to_time
 from holdfast.base.rigid import tangents, transform
 from holdfast.base.values import sealed
 from holdfast.conic.program import ConeKind, ConeProgram
@@ -134,6 +135,7 @@ def lowered(moved: Moved, pose: Float, stills: Sequence[Still], up: Float) -> Fl
     step = STEP * half
     pose = np.array(pose)
     for _ in range(MOST_STEPS):
+        keep_to_time()
         touches = touching(moved, pose, stills, REACH * step)
         if not len(touches.gaps) or touches.gaps.min() > TOUCHING * moved.size:
             fall = height_above(moved, pose, stills, up)

@@ -11,11 +11,13 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, checked, checked_items, checked_number, checked_whole
 from holdfast.base.errors import SceneError, message
-from holdfast.base.ranges import EXPONENT, MANY
-from holdfast.base.rigid import checked_pose
+from holdfast.base.ranges import EXPONENT, LENGTH, MANY
+from holdfast.base.rigid import checked_pose, tangents
 from holdfast.base.text import quoted
 from holdfast.engines.imperfect import Imperfect
 from holdfast.scene.friction import Friction
+
+UPRIGHT, ANY = "upright", "any"  # words for orientations
 
 
 @dataclass(frozen=True)
@@ -53,16 +55,25 @@ class Options:
     mass_margin: float
     spacing: float
     imperfect: Imperfect | None = None
+    prefer_upright: bool = True
+    keep_out: tuple[Float, ...] = ()
+    next_to: str | None = None
+    cone: float = 0.0
+    gripper: Float | None = None
+
+    @property
+    def from_afar(self) -> bool:
+        """Whether the object comes from above the scene, because its way in matters."""
+        return self.approach is not None or self.gripper is not None
 
 
-def checked_region(region: object, up: Float) -> Float:
+def checked_region(region: object, up: Float, where: str = "plan_placement: region") -> Float:
     """Return the low and the high corner (2, 3) [m] of the region.
 
     A region (2, 2) is horizontal and reaches from minus to plus infinity along the vertical.
     """
     if region is None:
         return np.array([[-np.inf] * 3, [np.inf] * 3])
-    where = "plan_placement: region"
     try:
         box = np.array(region, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
@@ -86,11 +97,20 @@ def names_of(assembly: Assembly, names: Sequence[str], option: str) -> tuple[str
     return tuple(assembly.scene.body(name).name for name in found)
 
 
-def checked_orientations(value: Any) -> Float | None:  # noqa: ANN401
-    """Return the allowed rotations (k, 3, 3), or None if every rotation is allowed."""
-    if value is None:
+def checked_orientations(value: Any, up: Float) -> Float | None:  # noqa: ANN401
+    """Return the allowed rotations (k, 3, 3), or None if every rotation is allowed.
+
+    "upright" allows those in which the object's own third axis points along ``up`` (3,).
+    """
+    if value is None or (isinstance(value, str) and value == ANY):
         return None
     where = "plan_placement: orientations"
+    if isinstance(value, str):
+        if value != UPRIGHT:
+            raise SceneError(
+                message(where, f"is {quoted(value)}", f"needs {UPRIGHT!r}, {ANY!r} or rotations (k, 3, 3)")
+            )
+        return np.array([np.column_stack([*tangents(up), up])])
     single = np.asarray(value, dtype=object).ndim == 2
     turns = checked([value] if single else value, (None, 3, 3), where)
     if not len(turns):
@@ -98,6 +118,24 @@ def checked_orientations(value: Any) -> Float | None:  # noqa: ANN401
     poses = np.tile(np.eye(4), (len(turns), 1, 1))
     poses[:, :3, :3] = turns
     return np.array([checked_pose(pose, f"{where}[{k}]")[:3, :3] for k, pose in enumerate(poses)])
+
+
+def checked_keep_out(value: Any, up: Float) -> tuple[Float, ...]:  # noqa: ANN401
+    """Return the regions to keep out of, each with its low and high corner (2, 3) [m]."""
+    where = "plan_placement: keep_out"
+    regions = checked_items(value, where, "regions, each with a low and a high corner")
+    return tuple(checked_region(region, up, f"{where}[{k}]") for k, region in enumerate(regions))
+
+
+def checked_gripper(value: Any) -> Float | None:  # noqa: ANN401
+    """Return the low and the high corner (2, 3) [m] of the gripper's box, or None."""
+    if value is None:
+        return None
+    where = "plan_placement: gripper"
+    box = checked(value, (2, 3), where, within=LENGTH)
+    if not (box[0] < box[1]).all():
+        raise SceneError(message(where, f"low {box[0].tolist()}, high {box[1].tolist()}", "needs low < high"))
+    return box
 
 
 def counted(value: Any, name: str) -> int:  # noqa: ANN401

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.applications.placement.options import (
     Options,
     Weights,
+    checked_gripper,
+    checked_keep_out,
     checked_orientations,
     checked_region,
     counted,
     names_of,
 )
-from holdfast.applications.placement.planner import MOST_ATTEMPTS, Planner
+from holdfast.applications.placement.planner import CANDIDATES, MOST_ATTEMPTS, Planner
 from holdfast.applications.placement.result import Placement
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import checked_direction, checked_number, checked_whole
@@ -30,6 +34,7 @@ from holdfast.scene.friction import Friction
 from holdfast.scene.scene import Scene
 
 SPACING = 0.01  # [m] distance between the points of a robustness map
+BUDGET = 60.0  # [s] the longest time that a plan takes by default
 MASS_MARGIN = 0.1  # share of its weight by which the object may be heavier than stated
 
 
@@ -39,17 +44,21 @@ def plan_placement(
     *,
     engine: EngineChoice = DEFAULT_ENGINE,
     region: ArrayLike | None = None,
-    budget: float | None = None,
+    budget: float | None = BUDGET,
     seed: int = 0,
-    candidates: int = 1,
+    candidates: int = CANDIDATES,
     attempts: int = MOST_ATTEMPTS,
     supports: Sequence[str] | None = None,
     least_supports: int = 1,
     avoid: Sequence[str] = (),
-    orientations: ArrayLike | None = None,
+    keep_out: Sequence[ArrayLike] = (),
+    next_to: str | None = None,
+    orientations: ArrayLike | str | None = None,
     turn: bool = True,
     tilt: float = 5.0,
     approach: ArrayLike | None = None,
+    cone: float = 0.0,
+    gripper: ArrayLike | None = None,
     weights: Weights | None = None,
     friction: Friction | float | None = None,
     mass_margin: float = MASS_MARGIN,
@@ -57,7 +66,11 @@ def plan_placement(
     confirm: EngineChoice | None = DEFAULT_ENGINE,
     imperfect: Imperfect | None = None,
 ) -> Placement:
-    """Find a pose for ``body`` in which everything stands; the pose that it already has is ignored.
+    """Find a good pose for ``body`` in which everything stands; the pose that it already has is ignored.
+
+    Several stable poses are compared: by the least push on the object and on what it rests on, and by the room about it
+    to edges and neighbours (``Placement.rating``). A pose on a flat face comes before one on a facet of a round side,
+    from which a round body would roll.
 
     Where it may be placed:
 
@@ -66,15 +79,26 @@ def plan_placement(
     - ``supports``: names of the bodies on which the object may be placed; all by default. The pose is built on 1 to 3
       points of these bodies, and the object must touch ``least_supports`` of them. It may also lean on other bodies,
       but must not touch those named in ``avoid``.
-    - ``orientations`` (k, 3, 3): the allowed rotations, body frame to world, to within ``tilt`` [deg]. Each may also be
-      turned about the vertical, unless ``turn`` is False.
-    - ``approach`` (3,): the straight way in along this direction, for example (0, 0, -1), must be free.
+    - ``keep_out``: regions [m], each given as ``region`` is, into which the object's convex hull must not reach.
+    - ``next_to``: the name of a body beside which it must stand: at the same height, half its own size away at most.
+    - ``orientations``: "upright" if the object's own third axis must point up, "any", or the allowed rotations
+      (k, 3, 3), body frame to world, to within ``tilt`` [deg]. Each may also be turned about the vertical, unless
+      ``turn`` is False. By default any orientation will do, but an upright one counts double.
+
+    How it gets there:
+
+    - ``approach`` (3,): the straight way in along this direction, for example (0, 0, -1), or along one within ``cone``
+      [deg] of it, must be free.
+    - ``gripper`` (2, 3) [m]: the low and the high corner of a box about the middle of the object's top, with the third
+      coordinate up, which holds a gripper or a suction cup. On the same way in, straight down if none is given, it must
+      meet nothing; it may be turned by quarter turns.
 
     How the search runs:
 
-    - ``budget`` [s], which includes the maps of the scene, and ``attempts`` end the search, but not before one attempt.
-    - ``seed``: the same seed gives the same answer, unless the search ran out of time.
-    - ``candidates``: the search stops after this many stable poses and returns the best of them.
+    - ``budget`` [s]: the longest time, everything included but what is compiled on first use. What there was no time
+      for is left out, and the result says so. None means as long as it takes.
+    - ``attempts`` end the search, and so do ``candidates`` stable poses; the best of them is returned.
+    - ``seed``: the same seed gives the same answer, unless the budget ended the search.
     - ``weights`` bias the choice; see Weights.
     - ``spacing`` [m]: the distance between the points of all maps.
     - ``imperfect`` faces, as in ``robustness``: stable poses are then compared by ``lower``, which covers the samples,
@@ -93,8 +117,9 @@ def plan_placement(
     """
     return planner(
         assembly, body, engine=engine, region=region, supports=supports, least_supports=least_supports, avoid=avoid,
-        orientations=orientations, turn=turn, tilt=tilt, approach=approach, weights=weights,
-        friction=friction, mass_margin=mass_margin, spacing=spacing, confirm=confirm, imperfect=imperfect,
+        keep_out=keep_out, next_to=next_to, orientations=orientations, turn=turn, tilt=tilt, approach=approach,
+        cone=cone, gripper=gripper, weights=weights, friction=friction,
+        mass_margin=mass_margin, spacing=spacing, confirm=confirm, imperfect=imperfect,
     ).plan(
         seed=checked_whole(seed, "plan_placement: seed", 0, MOST_SEED),
         budget=None if budget is None else checked_number(budget, "plan_placement: budget", above=0),
@@ -112,10 +137,14 @@ def planner(
     supports: Sequence[str] | None = None,
     least_supports: int = 1,
     avoid: Sequence[str] = (),
-    orientations: ArrayLike | None = None,
+    keep_out: Sequence[ArrayLike] = (),
+    next_to: str | None = None,
+    orientations: ArrayLike | str | None = None,
     turn: bool = True,
     tilt: float = 5.0,
     approach: ArrayLike | None = None,
+    cone: float = 0.0,
+    gripper: ArrayLike | None = None,
     weights: Weights | None = None,
     friction: Friction | float | None = None,
     mass_margin: float = MASS_MARGIN,
@@ -126,14 +155,7 @@ def planner(
     """Return a planner that can be asked with many seeds; the arguments are those of ``plan_placement``."""
     assembly = checked_assembly(assembly)
     where = "plan_placement"
-    if not isinstance(body, Body):
-        raise SceneError(message(where, f"body is a {type(body).__name__}", "needs a holdfast.Body with a mass"))
-    if body.fixed:
-        raise SceneError(message(where, f"body {quoted(body.name)} is fixed", "needs one that can be moved"))
-    if any(other.name == body.name for other in assembly.bodies):
-        raise SceneError(
-            message(where, f"the scene has a body named {quoted(body.name)}", "give the object another name")
-        )
+    _check_object(assembly, body)
     if weights is not None and not isinstance(weights, Weights):
         raise SceneError(message(f"{where}: weights", f"is {quoted(weights)}", "needs holdfast.Weights(...)"))
     method = engine_of(engine)
@@ -145,12 +167,17 @@ def planner(
         supports=every if supports is None else names_of(assembly, supports, "supports"),
         least_supports=counted(least_supports, "least_supports"),
         avoid=names_of(assembly, avoid, "avoid"),
-        orientations=checked_orientations(orientations),
+        orientations=checked_orientations(orientations, up),
         turn=bool(turn),
         tilt=checked_number(tilt, f"{where}: tilt", minimum=0, within=ANGLE),
         approach=None if approach is None else checked_direction(approach, f"{where}: approach"),
+        prefer_upright=orientations is None,
+        keep_out=checked_keep_out(keep_out, up),
+        next_to=None if next_to is None else names_of(assembly, [next_to], "next_to")[0],
+        cone=float(np.radians(checked_number(cone, f"{where}: cone", minimum=0, within=ANGLE))),
+        gripper=checked_gripper(gripper),
         weights=Weights() if weights is None else weights,
-        friction=_friction(assembly, friction),
+        friction=checked_friction(assembly, friction),
         mass_margin=checked_number(mass_margin, f"{where}: mass_margin", minimum=0, within=SCALE),
         spacing=checked_number(spacing, f"{where}: spacing", above=0, within=LENGTH),
         imperfect=imperfect,
@@ -164,7 +191,21 @@ def planner(
     return Planner(assembly, body, method, None if second == method else second, options)
 
 
-def _friction(assembly: Assembly, given: Friction | float | None) -> Friction:
+def _check_object(assembly: Assembly, body: Any) -> None:  # noqa: ANN401 - whatever the caller gave
+    """Raise SceneError unless ``body`` can be placed in the scene."""
+    where = "plan_placement"
+    if not isinstance(body, Body):
+        raise SceneError(message(where, f"body is a {type(body).__name__}", "needs a holdfast.Body with a mass"))
+    if body.fixed:
+        raise SceneError(message(where, f"body {quoted(body.name)} is fixed", "needs one that can be moved"))
+    if any(other.name == body.name for other in assembly.bodies):
+        raise SceneError(
+            message(where, f"the scene has a body named {quoted(body.name)}", "give the object another name")
+        )
+
+
+def checked_friction(assembly: Assembly, given: Friction | float | None) -> Friction:
+    """Return the friction table of the scene with the object: the one that is given, or the scene's own."""
     if given is None:
         return assembly.scene.friction
     return given if isinstance(given, Friction) else Friction(given)

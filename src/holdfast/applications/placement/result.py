@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from holdfast.applications.placement.rating import least_push
+from holdfast.applications.placement.rating import Rating, least_push
 from holdfast.applications.placement.support import SupportPoints
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived, to_dict
@@ -32,9 +32,10 @@ class Candidate(Value):
     """A pose (4, 4), body frame to world, that was tried.
 
     ``fault`` says in words why it was rejected; it is empty for a stable pose. ``robustness`` [N] of a stable pose is
-    that of the decided points of a coarse map, or None if no point was decided or no map was needed; ``lower`` [N] is
-    the least lower bound there if it covers imperfect faces, else None. ``points`` (k, 3) [m] are the points of the
-    scene on which the pose was built, with outward ``normals`` (k, 3), world frame.
+    what the object and what it rests on withstand, by the decided points of coarse maps, or None if no point was
+    decided; ``lower`` [N] is the least lower bound there if it covers imperfect faces, else None. ``rating`` says what
+    makes a stable pose good or bad. ``points`` (k, 3) [m] are the points of the scene on which the pose was built, with
+    outward ``normals`` (k, 3), world frame; afterwards the pose may have been moved to where there is more room.
     """
 
     pose: Float
@@ -43,6 +44,7 @@ class Candidate(Value):
     fault: str
     robustness: float | None = None
     lower: float | None = None
+    rating: Rating | None = None
 
     def __post_init__(self) -> None:
         seal(self)
@@ -66,6 +68,9 @@ class Placement(Result):
     Otherwise ``pose``, ``map`` and what follows from them are None, ``robustness`` is 0, and ``best`` is the attempt
     that passed the most checks.
 
+    The pose is the best by its ``rating``: by what the object withstands, what the bodies that it rests on withstand,
+    which ``beneath`` names, and the room about it; a weak point elsewhere in the scene has no part in it.
+
     ``candidates`` are all stable poses found, the returned one first. ``attempts`` counts all attempts, and ``faults``
     counts the failed ones by their fault. ``time_to_stable`` [s] is the time until the first stable pose, and
     ``elapsed`` [s] the total time. ``answers`` are those of ``map``; without a map they are empty, and ``verdict`` is
@@ -78,6 +83,7 @@ class Placement(Result):
     map: RobustnessMap | None = None
     candidates: tuple[Candidate, ...] = ()
     best: Candidate | None = None
+    beneath: tuple[str, ...] = ()
     attempts: int
     faults: Table[str, int]
     support: SupportPoints | None = None
@@ -98,6 +104,11 @@ class Placement(Result):
     def pose(self) -> Float | None:
         """The pose (4, 4) of the object, body frame to world, or None without a place."""
         return self.candidates[0].pose if self.candidates else None
+
+    @property
+    def rating(self) -> Rating | None:
+        """What makes the pose good, or None without a place."""
+        return self.candidates[0].rating if self.candidates else None
 
     @property
     def points(self) -> Float:
@@ -152,8 +163,8 @@ class Placement(Result):
                 "weakest",
                 "attempts",
                 "faults",
-                "candidates",
-                "best",
+                "rating",
+                "beneath",
             ),
             *("candidates", "best", "points", "normals", "time_to_stable", "elapsed"),
         )
@@ -169,6 +180,8 @@ class Placement(Result):
             weak = self.weakest
             what = f"{number(weak.force, 'N')} on {weak.body}: {gives_way(weak.mode, weak.moving)}"
             facts.insert(0, ("least push afterwards", "undecided" if weak.status is Status.UNDECIDED else what))
+        if self.rating is not None:
+            facts[:0] = self.rating.facts(self.name, self.beneath)
         told = "; ".join([f"{self.name} stands at {place}", *filter(None, [self.answers.undecided.text])])
         return Summary(told, facts, notes=self.notes)
 

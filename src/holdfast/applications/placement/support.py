@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from holdfast.applications.placement.options import Weights
+from holdfast.applications.placement.options import Options, Weights
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, Objects
+from holdfast.base.arrays import Float, Objects, objects
 from holdfast.base.kinds import shaped
 from holdfast.base.values import Value, seal
+from holdfast.queries.exposed import exposed_cells
 from holdfast.queries.map import RobustnessMap, robustness_map
 from holdfast.queries.request import EngineChoice
 
@@ -27,7 +28,8 @@ class SupportPoints(Value):
     """The n exposed points of the scene that face up and can carry an object.
 
     ``points`` (n, 3) [m] and outward ``normals`` (n, 3) are in the world frame; ``body`` (n,) holds names. ``force``
-    (n,) [N] is the inward push that each point withstands, and ``area`` (n,) [m²] the area that it represents.
+    (n,) [N] is the inward push that each point withstands, nan where there was no
+    time to ask, and ``area`` (n,) [m²] the area that it represents.
     ``chance`` (n,) is the probability of choosing it; the probabilities add up to 1.
     """
 
@@ -65,14 +67,57 @@ def support_points(
 
     ``weight`` [N] is the weight of the object, and ``up`` (3,) the unit vector opposite to gravity.
     """
-    points = np.vstack([m.points for m in maps])
-    normals = np.vstack([m.normals for m in maps])
-    body = np.concatenate([m.body for m in maps])
-    force = np.concatenate([m.force for m in maps])
-    area = np.concatenate([cells.areas for m in maps for cells in m.cells.values()])
+    return _chosen(
+        np.vstack([m.points for m in maps]),
+        np.vstack([m.normals for m in maps]),
+        np.concatenate([m.body for m in maps]),
+        np.concatenate([m.force for m in maps]),
+        np.concatenate([cells.areas for m in maps for cells in m.cells.values()]),
+        weight,
+        up,
+        weights,
+        region,
+    )
+
+
+def unmapped_points(assembly: Assembly, options: Options) -> SupportPoints:
+    """Return the points of the supports without asking what they withstand: all count as if they withstood anything.
+
+    Their ``force`` is nan.
+    """
+    names = [body.name for body in assembly.bodies if body.name in options.supports]
+    area = sum(assembly.scene.body(name).surface_world.area for name in names)
+    step = max(options.spacing, float(np.sqrt(area / MOST_FIXED)))
+    cells = {name: exposed_cells(assembly, name, step)[0] for name in names}
+    points = np.vstack([seen.points for seen in cells.values()])
+    return _chosen(
+        points,
+        np.vstack([seen.normals for seen in cells.values()]),
+        objects([name for name, seen in cells.items() for _ in seen.points]),
+        np.full(len(points), np.nan),
+        np.concatenate([seen.areas for seen in cells.values()]),
+        0.0,
+        assembly.scene.up,
+        options.weights,
+        options.region,
+    )
+
+
+def _chosen(
+    points: Float,
+    normals: Float,
+    body: Objects,
+    force: Float,
+    area: Float,
+    weight: float,
+    up: Float,
+    weights: Weights,
+    region: Float,
+) -> SupportPoints:
     level = normals @ up
     kept = (level > STEEPEST) & ((points >= region[0]) & (points <= region[1])).all(1)
-    share = np.where(np.isinf(force), 1.0, force / (np.where(np.isinf(force), 0.0, force) + weight))
+    sure = ~np.isfinite(force)
+    share = np.where(sure, 1.0, force / (np.where(sure, 1.0, force) + weight))
     chance = np.where(kept, area * share**weights.robustness * np.maximum(level, 0.0) ** weights.level, 0.0)[kept]
     total = chance.sum()
     if total > 0:

@@ -1,4 +1,4 @@
-"""Where the strongest points of each engine's map lead: placements on the strongest tenth that let the scene fall."""
+"""Placements on shelves, trays and pallets, how sensible they are, and where the strongest points of a map lead."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ from typing import BinaryIO
 import numpy as np
 
 import holdfast as hf
+from holdfast.applications.placement.faults import FALLEN, MARGINAL, REFUSED, UNSURE
 from holdfast.applications.placement.plan import planner
-from holdfast.applications.placement.planner import FALLEN, MARGINAL, REFUSED, UNSURE
 from holdfast.drawing.panels import PointsPanel, sheet_png
 from holdfast.report.picture import picture_of
+from holdfast.validation.benchmarks import placement_random, placement_several
 from holdfast.validation.benchmarks.placement_scenes import TABLE_III, PlacementScene
 from holdfast.validation.benchmarks.placements import ENGINES
-from holdfast.validation.benchmarks.suite import Case, Row, Suite
+from holdfast.validation.benchmarks.suite import Case, Row, Suite, table
 
 TENTH = 0.9
 SAMPLE = 200  # points tried at most
@@ -64,17 +65,29 @@ def tried(make: Callable[[], PlacementScene], name: str, engine: str) -> list[Ro
 
 
 def cases() -> Mapping[str, Case]:
-    """Scenes times engines."""
-    return {
+    """Shelves and trays; several objects; scenes times engines."""
+    strongest = {
         f"{name}, {engine}": partial(tried, make, name, engine)
         for name, make in TABLE_III.items()
         for engine in ENGINES
     }
+    return dict(placement_random.cases()) | dict(placement_several.cases()) | strongest
+
+
+def written(rows: list[Row]) -> str:
+    """One table for each kind of rows."""
+    kinds = (
+        ("Single objects: README's shelf, random shelves and trays", "plans"),
+        ("Several objects, in every state", "objects"),
+        ("Where the strongest tenth of each map leads", "points"),
+    )
+    parts = [f"### {title}\n\n{table([row for row in rows if key in row])}" for title, key in kinds]
+    return "\n\n".join(parts)
 
 
 def plot(rows: list[Row], file: BinaryIO) -> None:
     """The maps side by side, as Fig. 13."""
-    share = {row["case"]: row["fall %"] for row in rows}
+    share = {row["case"]: row["fall %"] for row in rows if "fall %" in row}
     sheet = []
     for name, make in TABLE_III.items():
         assembly = hf.assemble(make().scene)
@@ -88,4 +101,4 @@ def plot(rows: list[Row], file: BinaryIO) -> None:
     file.write(sheet_png(sheet, title, about, panel=(560, 400)))
 
 
-SUITE = Suite("placement", __doc__ or "", cases, plot)
+SUITE = Suite("placement", __doc__ or "", cases, plot, written)

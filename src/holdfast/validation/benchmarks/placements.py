@@ -22,7 +22,7 @@ from holdfast.applications.placement.rating import least_push
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.errors import HoldfastError
 from holdfast.engines.contract import Engine
-from holdfast.validation.baselines.drop import Drop, drop
+from holdfast.validation.baselines.drop import SECONDS, Drop, drop
 from holdfast.validation.benchmarks.placement_scenes import PlacementScene
 from holdfast.validation.benchmarks.suite import Case, Row
 
@@ -103,10 +103,10 @@ def prepared_planner(scene: PlacementScene, engine: str) -> Planner:
     return asked
 
 
-def dropped(after: Assembly, name: str) -> Drop | None:
-    """The drop test; None where MuJoCo is not installed."""
+def dropped(after: Assembly, name: str, seconds: float = SECONDS) -> Drop | None:
+    """The drop test of ``seconds``; None where MuJoCo is not installed."""
     try:
-        return drop(after, name)
+        return drop(after, name, seconds=seconds)
     except HoldfastError as error:
         if "not installed" in str(error):
             return None

@@ -1,0 +1,200 @@
+"""Decide whether an object may be left in a pose: first by geometry, and then by whether everything stands."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import manifold3d
+import numpy as np
+
+from holdfast.applications.placement.faults import (
+    AWAY,
+    FALLEN,
+    FORBIDDEN,
+    GRIPPED,
+    KEPT_OUT,
+    MARGINAL,
+    OUTSIDE,
+    OVERLAPS,
+    REFUSED,
+    SHUT_IN,
+    TURNED,
+    UNSUPPORTED,
+    UNSURE,
+)
+from holdfast.applications.placement.margins import clearance
+from holdfast.applications.placement.options import Options
+from holdfast.applications.placement.reach import Reach
+from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Float
+from holdfast.base.progress import keep_to_time
+from holdfast.base.rigid import transform
+from holdfast.contacts.detect import find_contacts
+from holdfast.contacts.interface import Interface
+from holdfast.contacts.overlap import find_overlaps, solid_of
+from holdfast.engines.contract import Engine
+from holdfast.engines.groups import prepared
+from holdfast.engines.verdict import Status
+from holdfast.geometry.solid import hull_solid
+from holdfast.scene.body import Body
+from holdfast.scene.scene import Scene
+
+SHARED = 1e-9  # of the object's volume: a smaller shared volume is no overlap
+BESIDE = 0.5  # of the object's size: what stands next to something is no further away from it
+
+
+@dataclass(frozen=True, eq=False)
+class Checks:
+    """The checks of poses of one object in one scene.
+
+    ``confirm`` is a second engine that must also find every pose stable, or None.
+    """
+
+    assembly: Assembly
+    body: Body
+    engine: Engine
+    confirm: Engine | None
+    options: Options
+
+    @cached_property
+    def frozen(self) -> tuple[Body, ...]:
+        """The bodies of the scene, all made fixed, because contacts are only searched between them and the object."""
+        return tuple(replace_fixed(body) for body in self.assembly.bodies)
+
+    @cached_property
+    def reach(self) -> Reach:
+        """The check of the way in."""
+        options = self.options
+        return Reach(self.frozen, self.assembly.tolerances, self.up, options.approach, options.cone, options.gripper)
+
+    @property
+    def up(self) -> Float:
+        """The unit vector (3,) opposite to gravity, world frame."""
+        return self.assembly.scene.up
+
+    @cached_property
+    def _solids(self) -> list[tuple[Body, manifold3d.Manifold]]:
+        """The closed bodies of the scene as solids; overlaps with the other bodies are only checked at the end."""
+        solids = [(body, solid_of(body)) for body in self.frozen]
+        return [(body, solid) for body, solid in solids if solid is not None]
+
+    @cached_property
+    def _solid(self) -> manifold3d.Manifold | None:
+        """The object as a solid in its own frame, or None if its surface is not closed."""
+        return solid_of(self.body.moved(np.eye(4)))
+
+    def free(self, pose: Float) -> bool:
+        """Tell whether the object shares no volume with the scene."""
+        if self._solid is None:
+            return True
+        vertices = transform(pose, self.body.shape.surface.vertices)
+        low, high = vertices.min(0), vertices.max(0)
+        least = SHARED * float(self._solid.volume())
+        moved = None
+        for body, solid in self._solids:
+            if (body.box[0] < high).all() and (body.box[1] > low).all():
+                moved = self._solid.transform(pose[:3]) if moved is None else moved
+                if (moved ^ solid).volume() > least:
+                    return False
+        return True
+
+    def fits(self, pose: Float) -> tuple[str, Body, tuple[Interface, ...]]:
+        """Return the fault of a pose by geometry alone, the object in it, and its interfaces if it has no fault."""
+        keep_to_time()
+        options, placed = self.options, self.body.moved(pose)
+        com = placed.com_world
+        level = np.abs(self.up) < 1 - 1e-9  # the region does not limit the height of the centre of mass
+        if not ((com >= options.region[0]) & (com <= options.region[1]))[level].all():
+            return OUTSIDE, placed, ()
+        if not self._allowed(pose):
+            return TURNED, placed, ()
+        if self._kept_out(placed):
+            return KEPT_OUT, placed, ()
+        if options.next_to is not None and not self._beside(placed, options.next_to):
+            return AWAY, placed, ()
+        beside = Scene([*self.frozen, placed], options.friction, self.assembly.scene.gravity)
+        if find_overlaps(beside, self.assembly.tolerances):
+            return OVERLAPS, placed, ()
+        contacts = find_contacts(beside, self.assembly.tolerances).interfaces
+        touched = {name for interface in contacts for name in interface.bodies}
+        if len(touched.intersection(options.supports)) < options.least_supports:
+            return UNSUPPORTED, placed, ()
+        if touched.intersection(options.avoid):
+            return FORBIDDEN, placed, ()
+        if not self.reach.object_fits(placed):
+            return SHUT_IN, placed, ()
+        if not self.reach.gripper_fits(placed):
+            return GRIPPED, placed, ()
+        return "", placed, contacts
+
+    def fault(self, pose: Float) -> tuple[str, Assembly | None]:
+        """Return the fault of a pose, and the assembly with the object in that pose if it has no fault."""
+        fault, placed, contacts = self.fits(pose)
+        return (fault, None) if fault else self.judged(self.with_object(placed, contacts))
+
+    def with_object(self, placed: Body, contacts: Sequence[Interface]) -> Assembly:
+        """Return the assembly with the object added, whose interfaces are ``contacts``."""
+        scene = self.assembly.scene
+        after = Scene([*scene.bodies, placed], self.options.friction, scene.gravity, scene.name, scene.excluded)
+        whole = replace(self.assembly, scene=after, interfaces=(*self.assembly.interfaces, *contacts))
+        return self.assembly.heir(whole)
+
+    def judged(self, after: Assembly) -> tuple[str, Assembly | None]:
+        """Return the fault of an assembly with the object in place, and the assembly if everything stands."""
+        keep_to_time()
+        status = prepared(self.engine, after).verdict().status
+        if status is not Status.STABLE:
+            return FALLEN if status is Status.UNSTABLE else UNSURE, None
+        if self.confirm is not None and prepared(self.confirm, after).verdict().status is not Status.STABLE:
+            return REFUSED, None
+        margin = self.options.mass_margin
+        if margin > 0:
+            assert self.body.mass is not None
+            more = np.zeros((len(after.movable), 6))
+            more[after.index[self.body.name], :3] = margin * self.body.mass * after.scene.gravity
+            heavier = prepared(self.confirm or self.engine, after, more.reshape(-1))
+            if heavier.verdict().status is not Status.STABLE:
+                return MARGINAL, None
+        return "", after
+
+    def _allowed(self, pose: Float) -> bool:
+        allowed = self.options.orientations
+        if allowed is None:
+            return True
+        turns = pose[:3, :3]
+        if self.options.turn:  # compare which direction of the body points up
+            cosine = (np.swapaxes(allowed, 1, 2) @ self.up) @ (turns.T @ self.up)
+        else:
+            cosine = (np.einsum("kij,ij->k", allowed, turns) - 1) / 2
+        return bool(cosine.max() >= np.cos(np.radians(self.options.tilt)) - 1e-12)
+
+    def _kept_out(self, placed: Body) -> bool:
+        """Tell whether the object's convex hull shares volume with a region to keep out of."""
+        low, high = placed.box
+        near = [box for box in self.options.keep_out if (box[0] < high).all() and (box[1] > low).all()]
+        if not near:
+            return False
+        solid = hull_solid(placed.surface_world.vertices)
+        for box in near:
+            inner = np.clip(box, low - placed.size, high + placed.size)  # which may reach to infinity
+            corners = np.array(
+                [[inner[i, 0], inner[j, 1], inner[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
+            )
+            if (solid ^ hull_solid(corners)).volume() > SHARED * solid.volume():
+                return True
+        return False
+
+    def _beside(self, placed: Body, name: str) -> bool:
+        """Tell whether the object stands next to a body: near it, and with a part of both at one height."""
+        other = next(body for body in self.frozen if body.name == name)
+        ours, theirs = placed.surface_world.vertices @ self.up, other.surface_world.vertices @ self.up
+        level = min(ours.max(), theirs.max()) - max(ours.min(), theirs.min())
+        near = BESIDE * placed.size
+        return bool(level > SHARED * placed.size) and clearance(placed, [other], 2 * near) <= near
+
+
+def replace_fixed(body: Body) -> Body:
+    """Return the same body, made fixed."""
+    return body if body.fixed else Body(body.name, body.shape, pose=body.pose, material=body.material, fixed=True)

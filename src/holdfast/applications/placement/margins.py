@@ -1,0 +1,116 @@
+"""How much room there is about a placed object: to the edges of what it stands on, and to what stands beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+
+from holdfast.applications.placement.support import STEEPEST
+from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Float
+from holdfast.base.rigid import tangents
+from holdfast.contacts.detect import box_distance
+from holdfast.contacts.interface import Interface
+from holdfast.contacts.overlap import distance
+from holdfast.geometry.area import normals_of
+from holdfast.scene.body import Body
+
+ALIKE = 0.9  # cosine; triangles of a support whose normal is this close to that of the contact belong to its top
+SLIT = 0.02  # of the object's size: narrower slits between the tops of several supports are no edges
+
+
+def contacts_of(name: str, interfaces: Sequence[Interface]) -> list[Interface]:
+    """Return the interfaces of one body."""
+    return [interface for interface in interfaces if name in interface.bodies]
+
+
+def normals_into(assembly: Assembly, name: str) -> Float:
+    """Return the normals (n, 3) of all contact patches of a body, which point into it."""
+    sides = [(1.0 if i.bodies[1] == name else -1.0, i) for i in contacts_of(name, assembly.interfaces)]
+    return np.array([side * patch.normal for side, i in sides for patch in i.patches]).reshape(-1, 3)
+
+
+def edge_margin(placed: Body, beside: Sequence[Body], interfaces: Sequence[Interface], up: Float) -> float:
+    """Return how far inside the edges of what it stands on the object touches it [m], seen along ``up`` (3,).
+
+    This is the smallest distance of a contact patch that carries the object from the edge of the supports' tops, taken
+    together. It is 0 for an object that juts out over an edge, and if no patch carries it from below. ``interfaces``
+    are those of ``placed`` with the bodies ``beside``.
+    """
+    axes = np.array(tangents(up))
+    bodies = {body.name: body for body in beside}
+    tops, feet = [], []
+    for interface in interfaces:
+        first, second = interface.bodies
+        sense, other = (1.0, first) if second == placed.name else (-1.0, second)
+        carrying = [patch for patch in interface.patches if sense * float(patch.normal @ up) > STEEPEST]
+        for patch in carrying:
+            tops.append(_top(bodies[other], patch.polygon, sense * patch.normal, up, SLIT * placed.size))
+            feet.append(shapely.MultiPoint(patch.polygon @ axes.T).convex_hull)
+    if not feet:
+        return 0.0
+    slit = SLIT * placed.size
+    edge = shapely.union_all(tops).buffer(slit, join_style="mitre").buffer(-slit, join_style="mitre").boundary
+    return float(min(edge.distance(foot) for foot in feet)) if not edge.is_empty else 0.0
+
+
+def _top(support: Body, corners: Float, normal: Float, up: Float, slack: float) -> shapely.Geometry:
+    """Return the outline, seen along ``up``, of the part of a support's surface on which a patch lies.
+
+    It consists of the triangles that face like ``normal`` (3,) and reach the heights of the ``corners`` (k, 3) to
+    within ``slack`` [m].
+    """
+    surface, axes = support.reduced_world, np.array(tangents(up))
+    triangles = surface.vertices[surface.faces]
+    heights, level = triangles @ up, corners @ up
+    alike = normals_of(surface.vertices, surface.faces) @ normal > ALIKE
+    near = (heights.min(1) <= level.max() + slack) & (heights.max(1) >= level.min() - slack)
+    flat = triangles[alike & near] @ axes.T
+    return shapely.union_all(shapely.make_valid(shapely.polygons(flat)))
+
+
+def clearance(placed: Body, others: Sequence[Body], search: float) -> float:
+    """Return the distance of the object from the nearest of ``others`` [m]; ``search`` [m] if none is that near."""
+    least = search
+    for gap, body in sorted(((box_distance(placed, body), body) for body in others), key=lambda pair: pair[0]):
+        if gap >= least:
+            break
+        found = distance(placed, body, least)
+        least = least if found is None else min(least, found)
+    return least
+
+
+def rests_on(assembly: Assembly, name: str) -> tuple[str, ...]:
+    """Return the names of what a body touches and of all that carries those bodies, down to the ground.
+
+    One body carries another if a contact between them faces upwards. Bodies that merely stand on the same ground are
+    not among them.
+    """
+    carriers: dict[str, set[str]] = {body.name: set() for body in assembly.bodies}
+    touched = set()
+    for interface in assembly.interfaces:
+        first, second = interface.bodies
+        rise = max(float(patch.normal @ assembly.scene.up) for patch in interface.patches)
+        fall = min(float(patch.normal @ assembly.scene.up) for patch in interface.patches)
+        if rise > STEEPEST:
+            carriers[second].add(first)
+        if fall < -STEEPEST:
+            carriers[first].add(second)
+        if name in interface.bodies:
+            touched |= {first, second}
+    found, waiting = set[str](), sorted(touched - {name})
+    while waiting:
+        body = waiting.pop()
+        if body not in found:
+            found.add(body)
+            waiting += sorted(carriers[body] - {name})
+    return tuple(body.name for body in assembly.bodies if body.name in found)
+
+
+def room_about(
+    placed: Body, beneath: Sequence[Body], others: Sequence[Body], interfaces: Sequence[Interface], up: Float
+) -> tuple[float, float]:
+    """Return ``edge_margin`` on the bodies ``beneath`` and the ``clearance`` from all ``others``, each [m]."""
+    return edge_margin(placed, beneath, interfaces, up), clearance(placed, others, placed.size)

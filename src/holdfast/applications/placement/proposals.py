@@ -1,0 +1,139 @@
+"""Propose poses: a face of the object on points of the scene that withstand much, let down until it rests."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from holdfast.applications.placement.faces import Face
+from holdfast.applications.placement.lowering import Moved, Still, lowered
+from holdfast.applications.placement.options import Options
+from holdfast.applications.placement.poses import choose_points, direction_in, plane_of, pose_on
+from holdfast.applications.placement.support import SupportPoints
+from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Bool, Float, Int, unit
+from holdfast.base.errors import SceneError
+from holdfast.scene.body import Body
+from holdfast.scene.scene import Scene
+
+CLEARANCE = 0.02  # of the object's size: the height above its place from which the object is lowered
+SEVERAL = (0.5, 0.35, 0.15)  # probabilities of building a pose on one, two and three points
+UPRIGHT = 15.0  # [deg] an object stands upright if its own third axis is no further from the vertical
+UPRIGHT_SHARE = 0.5  # of the proposals put the object upright, where it can stand like that
+ROUND_SHARE = 0.25  # of the proposals put it on a facet of a round side, where it has a flat face as well
+
+
+@dataclass(frozen=True, eq=False)
+class Proposals:
+    """Poses of one object in one scene, at random.
+
+    ``support`` holds the points to build on, ``faces`` those of the object, ``still`` the bodies of the scene, all
+    fixed, and ``free`` tells whether the object shares no volume with the scene in a pose (4, 4).
+    """
+
+    assembly: Assembly
+    body: Body
+    options: Options
+    support: SupportPoints
+    faces: tuple[Face, ...]
+    still: tuple[Body, ...]
+    free: Callable[[Float], bool]
+
+    @property
+    def up(self) -> Float:
+        """The unit vector (3,) opposite to gravity, world frame."""
+        return self.assembly.scene.up
+
+    @cached_property
+    def moved(self) -> Moved:
+        """The object, prepared to be put into any pose."""
+        return Moved(self.body)
+
+    @cached_property
+    def chances(self) -> Float:
+        """The probability (n,) of choosing each face.
+
+        It grows with the tilt at which the object still stands on the face. Where orientations have not been asked for,
+        faces on which it stands upright have UPRIGHT_SHARE of it, and round sides ROUND_SHARE at most.
+        """
+        tilt = np.array([face.tilt for face in self.faces])
+        chance = np.where(tilt > 0, np.maximum(tilt, 0.0) ** self.options.weights.steadiness, 0.0)
+        if not chance.sum() > 0:
+            return np.full(len(tilt), 1 / len(tilt))
+        rolls = np.array([face.rolls for face in self.faces])
+        if chance[~rolls].sum() > 0:
+            chance = _at_most(chance, rolls, ROUND_SHARE)
+        if self.options.prefer_upright:
+            upright = np.array([face.normal[2] <= -np.cos(np.radians(UPRIGHT)) for face in self.faces])
+            if (chance[upright] > 0).any():
+                chance = _at_most(chance, ~upright, 1 - UPRIGHT_SHARE)
+        return np.asarray(chance / chance.sum())
+
+    @cached_property
+    def _stills(self) -> tuple[Still, ...]:
+        with_object = Scene([*self.assembly.bodies, self.body], self.options.friction)
+
+        def mu(name: str) -> float | None:
+            try:
+                return with_object.mu(name, self.body.name)
+            except SceneError:
+                return None
+
+        return tuple(Still(body, mu(body.name), self.up) for body in self.still)
+
+    @cached_property
+    def _edges(self) -> Float:
+        """The directions (n, 3) of the axes of all bodies of the scene."""
+        axes = [body.pose[:3, :3].T for body in self.assembly.bodies]
+        return np.unique(np.round(np.vstack(axes), 6), axis=0)
+
+    @cached_property
+    def _top(self) -> float:
+        """The highest coordinate of the whole scene along ``up`` [m]."""
+        return max(float((body.surface_world.vertices @ self.up).max()) for body in self.assembly.bodies)
+
+    def points(self, rng: np.random.Generator) -> Int:
+        """Choose points of ``support`` to build a pose on, and return their numbers."""
+        least = min(self.options.least_supports, 3)
+        chance = np.array(SEVERAL[least - 1 :])
+        count = least + int(rng.choice(len(chance), p=chance / chance.sum()))
+        return choose_points(self.support, count, self.moved.size, self.up, self.options.least_supports > 1, rng)
+
+    def pose(self, places: Float, normals: Float, rng: np.random.Generator) -> Float:
+        """Return a pose (4, 4) in which a face of the object lies on points (k, 3) [m] with ``normals`` (k, 3)."""
+        normal = plane_of(places, normals, self.up)
+        allowed = self.options.orientations
+        if allowed is None:
+            face = self.faces[int(rng.choice(len(self.faces), p=self.chances))]
+            along = direction_in(places, normal, self._edges, rng)
+        else:
+            turn = allowed[rng.integers(len(allowed))]
+            face = min(self.faces, key=lambda f: float((turn @ f.normal) @ normal))
+            along = direction_in(places, normal, self._edges, rng)
+            if not self.options.turn:
+                level = turn @ face.along
+                along = unit(level - (level @ normal) * normal)
+        return pose_on(places, normal, face, along, rng)
+
+    def let_down(self, pose: Float) -> Float | None:
+        """Return the pose at rest, or None.
+
+        The object is released just above its place if there is room, and otherwise from above the scene.
+        """
+        lifted = pose.copy()
+        lifted[:3, 3] += CLEARANCE * self.moved.size * self.up
+        if self.options.from_afar or not self.free(lifted):
+            lowest = float((self.moved.surface(lifted).vertices @ self.up).min())
+            lifted[:3, 3] += max(self._top - lowest, 0.0) * self.up
+        return lowered(self.moved, lifted, self._stills, self.up)
+
+
+def _at_most(chance: Float, which: Bool, share: float) -> Float:
+    """Return the chances (n,) scaled so that those of ``which`` (n,) make up ``share`` of them at most."""
+    some, rest = float(chance[which].sum()), float(chance[~which].sum())
+    if some <= share * (some + rest):
+        return chance
+    return np.where(which, chance * (share / (1 - share)) * rest / some, chance)

@@ -1,0 +1,58 @@
+"""Move a stable pose about on its support, towards where there is more room about the object."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from holdfast.applications.placement.checks import Checks
+from holdfast.applications.placement.margins import contacts_of, room_about
+from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Float
+from holdfast.base.rigid import tangents
+
+FIRST_STEP, LAST_STEP = 4.0, 0.05  # of the object's size: the longest and the shortest step
+AROUND = 8  # directions of a step
+GAIN = 0.1  # of a step: the least gain of room for which it is made
+
+
+def refined(checks: Checks, after: Assembly, pose: Float, beneath: tuple[str, ...]) -> tuple[Float, Assembly]:
+    """Return a pose with more room, and the assembly with the object in it: a pattern search over level steps.
+
+    The longest steps lead across neighbours to other free places.
+
+    The object keeps its orientation, its height and the bodies that it rests on, and everything stands at each step.
+    ``after`` is the assembly with the object at ``pose`` (4, 4), where it rests on the bodies ``beneath``.
+    """
+    axes = np.array(tangents(checks.up))
+    angles = 2 * np.pi * np.arange(AROUND) / AROUND
+    ways = np.column_stack([np.cos(angles), np.sin(angles)]) @ axes
+    name, size = checks.body.name, checks.body.size
+    others = [body for body in checks.frozen if body.name not in beneath]
+    under = [body for body in checks.frozen if body.name in beneath]
+    touched = {other for i in contacts_of(name, after.interfaces) for other in i.bodies}
+
+    def room(new: Float) -> tuple[float, Callable[[], Assembly | None]]:
+        fault, placed, contacts = checks.fits(new)
+        if fault or {other for i in contacts for other in i.bodies} != touched:
+            return -1.0, lambda: None
+        least = min(room_about(placed, under, others, contacts, checks.up))
+        return least, lambda: checks.judged(checks.with_object(placed, contacts))[1]
+
+    best, _ = room(pose)
+    step = FIRST_STEP * size
+    while step >= LAST_STEP * size:
+        moved = False
+        for way in ways:
+            new = pose.copy()
+            new[:3, 3] += step * way
+            found, judge = room(new)
+            if found > best + GAIN * step:
+                stands = judge()
+                if stands is not None:
+                    pose, after, best, moved = new, stands, found, True
+                    break
+        if not moved:
+            step /= 2
+    return pose, after

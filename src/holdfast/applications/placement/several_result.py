@@ -1,0 +1,119 @@
+"""The result of placing several objects."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any
+
+from holdfast.assembly.assembly import Assembly
+from holdfast.base.archive import archived, to_dict
+from holdfast.base.arrays import Float
+from holdfast.base.kinds import shaped
+from holdfast.base.painters import paint
+from holdfast.base.public import PublicValue, Summary, number
+from holdfast.base.text import listed
+from holdfast.base.values import Value, seal
+from holdfast.engines.answers import Claim
+from holdfast.engines.verdict import Status
+
+
+@archived
+@shaped(pose="4 4")
+@dataclass(frozen=True, eq=False, repr=False)
+class PlacedObject(Value):
+    """One step: the ``body`` that is placed and its ``pose`` (4, 4), body frame to world.
+
+    ``own`` [N] is the least push on it that moves something right after this step, and ``beneath`` [N] the least push
+    on the movable bodies among those that it touches or rests on, down to the ground, which ``rests_on`` names; inf if
+    all of these are fixed. Both are those of the decided points of a coarse map, and None if no point was decided.
+    """
+
+    body: str
+    pose: Float
+    own: float | None
+    beneath: float | None
+    rests_on: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+    @property
+    def least(self) -> float | None:
+        """The lesser of ``own`` and ``beneath`` [N], or None if nothing is known of either."""
+        return min((force for force in (self.own, self.beneath) if force is not None), default=None)
+
+
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Placements(PublicValue):
+    """Where several objects can be put down, one after the other, so that everything stands after each step.
+
+    ``status`` is one of three. STABLE: every object has a place. UNSTABLE: the scene does not stand before anything is
+    put down. UNDECIDED: some objects, which ``left`` names, have found no place, which does not prove that there is
+    none; or it is not known whether the scene stands. ``reason`` explains the status.
+
+    ``steps`` are those of the best of ``tries`` orders and distances, ``assembly`` is what stands at the end, and
+    ``apart`` [m] is the distance between the objects. ``engine`` and ``claim`` are those of all forces. ``elapsed`` [s]
+    is the total time.
+    """
+
+    assembly: Assembly
+    status: Status
+    reason: str
+    steps: tuple[PlacedObject, ...]
+    left: tuple[str, ...]
+    apart: float
+    tries: int
+    engine: str
+    claim: Claim
+    elapsed: float
+
+    @property
+    def order(self) -> tuple[str, ...]:
+        """The names of the objects in the order in which they are placed."""
+        return tuple(step.body for step in self.steps)
+
+    @property
+    def poses(self) -> dict[str, Float]:
+        """The poses (4, 4) of the objects by their names, body frame to world."""
+        return {step.body: step.pose for step in self.steps}
+
+    @property
+    def weakest(self) -> PlacedObject | None:
+        """The step after which the least push moves something, or None if no force is known."""
+        known = [(step.least, k) for k, step in enumerate(self.steps) if step.least is not None]
+        return self.steps[min(known)[1]] if known else None
+
+    @property
+    def least(self) -> float:
+        """The least push [N] of all steps; 0 if none is known."""
+        return 0.0 if self.weakest is None or self.weakest.least is None else self.weakest.least
+
+    def save_png(self, path: str | os.PathLike[str]) -> None:
+        """Draw the states after the steps as a PNG, with what was placed last in colour."""
+        paint(self, path, ".png")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON."""
+        names = ("status", "reason", "engine", "claim", "order", "left", "apart", "least", "steps", "tries", "elapsed")
+        return {"scene": self.assembly.scene.name} | {name: to_dict(getattr(self, name)) for name in names}
+
+    def summary(self) -> Summary:
+        """Summarise where every object goes, in order."""
+        whole = len(self.steps) + len(self.left)
+        headline = f"{len(self.steps)} of {whole} objects placed: {self.reason}"
+        facts = [("engine", f"{self.engine} ({self.claim})"), ("tried", f"{self.tries} in {self.elapsed:.2g} s")]
+        if self.weakest is not None:
+            facts.insert(0, ("least push of all steps", f"{number(self.least, 'N')}, after {self.weakest.body}"))
+        rows = [
+            [
+                str(k + 1),
+                step.body,
+                "(" + ", ".join(f"{v + 0.0:.4g}" for v in step.pose[:3, 3]) + ") m",
+                listed(step.rests_on),
+                "undecided" if step.least is None else number(step.least, "N"),
+            ]
+            for k, step in enumerate(self.steps)
+        ]
+        return Summary(headline, facts, ("step", "put down", "at", "on", "least push"), rows)

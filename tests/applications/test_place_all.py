@@ -1,0 +1,144 @@
+"""Several objects one after the other: everything stands after each step, and the answer is a value."""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+import holdfast as hf
+from holdfast.scene.shipped.blocks import at, box, floor
+
+TRAY = hf.Scene([hf.Body("tray", hf.Box((0.3, 0.2, 0.02)), pose=at(0, 0, -0.01), fixed=True)], 0.5, name="tray")
+THINGS = (
+    hf.Body("cup", hf.Cylinder(0.03, 0.09), mass=0.2),
+    hf.Body("tin", hf.Cylinder(0.04, 0.05), mass=0.4),
+    hf.Body("box", hf.Box((0.06, 0.05, 0.04)), mass=0.1),
+    hf.Body("book", hf.Box((0.09, 0.06, 0.02)), mass=0.3),
+)
+
+
+@cache
+def laid() -> hf.Placements:
+    return hf.place_all(TRAY, THINGS, engine="graph", budget=None)
+
+
+def states(p: hf.Placements) -> list[hf.Scene]:
+    """The scenes after the steps, from the poses alone."""
+    fixed = [body for body in p.assembly.bodies if body.name not in p.poses]
+    placed = [p.assembly.scene.body(step.body).moved(step.pose) for step in p.steps]
+    return [hf.Scene([*fixed, *placed[: k + 1]], p.assembly.scene.friction) for k in range(len(placed))]
+
+
+def test_everything_stands_after_each_step() -> None:
+    p = laid()
+    assert p.status is hf.Status.STABLE
+    assert sorted(p.order) == sorted(thing.name for thing in THINGS)
+    assert p.left == ()
+    for scene in states(p):
+        again = hf.assemble(scene)
+        assert not again.overlaps
+        assert hf.stability(again).status is hf.Status.STABLE
+
+
+def test_objects_keep_their_distance_from_each_other_and_from_the_edges() -> None:
+    p = laid()
+    boxes = {b.name: b.surface_world.vertices for b in p.assembly.movable}
+    for one, other in combinations(boxes.values(), 2):
+        apart = np.maximum(one.min(0) - other.max(0), other.min(0) - one.max(0))[:2].max()
+        assert apart >= p.apart - 1e-6
+    for vertices in boxes.values():
+        assert (np.abs(vertices[:, :2]) <= np.array([0.15, 0.1]) - p.apart + 1e-6).all()
+    assert p.apart >= 0.005
+
+
+def test_cups_stand_upright_and_the_forces_are_those_of_the_states() -> None:
+    p = laid()
+    assert p.poses["cup"][2, 2] == pytest.approx(1)
+    assert p.least == min(step.least for step in p.steps)
+    assert p.weakest.least == p.least
+    step, scene = p.steps[-1], states(p)[-1]
+    full = hf.robustness_map(hf.assemble(scene), [step.body], engine="graph", spacing=0.02)
+    assert step.own >= full.force.min() - 1e-9, "a coarse map is no lower than a fine one by much"
+    assert step.own <= 2 * full.force.min()
+
+
+def test_boxes_are_stacked_layer_by_layer() -> None:
+    """Twelve boxes of half the size of the base each way: three layers of four."""
+    base = hf.Scene([hf.Body("base", hf.Box((0.2, 0.2, 0.02)), pose=at(0, 0, -0.01), fixed=True)], 0.5)
+    boxes = [hf.Body(f"b{k:02d}", hf.Box((0.098, 0.098, 0.05)), mass=1) for k in range(12)]
+    p = hf.place_all(base, boxes, engine="graph", stack=True, apart=0.002, orientations="upright", budget=None)
+    assert p.left == ()
+    heights = [step.pose[2, 3] for step in p.steps]
+    assert heights == pytest.approx(np.repeat([0.025, 0.075, 0.125], 4).tolist(), abs=1e-4)
+    assert p.steps[-1].rests_on[0] == "base"
+    alone = hf.place_all(base, boxes, engine="graph", apart=0.002, orientations="upright", budget=None)
+    assert len(alone.order) == 4, "without stacking one layer is all"
+    assert len(alone.left) == 8
+    assert alone.status is hf.Status.UNDECIDED
+    assert "no place found for" in alone.reason
+
+
+def test_the_same_call_gives_the_same_answer_and_the_poses_of_the_objects_do_not_matter() -> None:
+    elsewhere = [body.moved(at(1, 2, 3)) for body in THINGS]
+    again = hf.place_all(TRAY, elsewhere, engine="graph", budget=None)
+    assert again.order == laid().order
+    assert all((again.poses[name] == pose).all() for name, pose in laid().poses.items())
+
+
+def test_friction_of_objects_that_are_not_there_yet() -> None:
+    friction = hf.Friction(default=0.5, pairs={("cup", "tray"): 0.3, ("cup", "tin"): 0.1})
+    p = hf.place_all(TRAY, THINGS[:2], engine="graph", friction=friction, budget=None)
+    assert p.left == ()
+    assert p.assembly.scene.mu("cup", "tray") == 0.3
+    with pytest.raises(hf.SceneError, match="unknown name"):
+        hf.place_all(TRAY, THINGS[:1], engine="graph", friction=friction)
+
+
+def test_a_scene_that_does_not_stand_is_refused() -> None:
+    over = box("over", (0.1, 0.1, 0.1), 1, (0.18, 0, 0.05))
+    p = hf.place_all(hf.Scene([floor(0.3, 0.3), over], 0.5), THINGS[:1])
+    assert p.status is hf.Status.UNSTABLE
+    assert p.steps == ()
+    assert p.left == ("cup",)
+    assert "does not stand" in p.reason
+
+
+def test_no_time_at_all_is_told() -> None:
+    p = hf.place_all(TRAY, THINGS, engine="graph", budget=1e-9)
+    assert p.status is hf.Status.UNDECIDED
+    assert "the time was spent" in p.reason
+
+
+def test_the_answer_is_a_value(tmp_path) -> None:
+    p = laid()
+    p.save(tmp_path / "p.npz")
+    assert hf.load_answer(tmp_path / "p.npz") == p
+    data = p.to_dict()
+    assert [step["body"] for step in data["steps"]] == list(p.order)
+    assert "4 of 4 objects placed" in repr(p)
+    p.save_png(tmp_path / "p.png")
+    assert (tmp_path / "p.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("objects", "asked", "words"),
+    [
+        ([], {}, "is empty"),
+        ("cup", {}, "list of bodies"),
+        ([THINGS[0], THINGS[0]], {}, "two bodies are named"),
+        ([hf.Body("tray", hf.Box((1, 1, 1)), mass=1)], {}, "two bodies are named"),
+        ([3], {}, "needs a list of holdfast.Body"),
+        (THINGS, {"apart": -1}, "apart"),
+        (THINGS, {"supports": ["tra"]}, "did you mean 'tray'"),
+        (THINGS, {"budget": 0}, "budget"),
+        (THINGS, {"gripper": [[0, 0, 0], [0, 1, 1]]}, "low < high"),
+        (THINGS, {"orientations": "up"}, "upright"),
+        (THINGS, {"keep_out": [(1, 2)]}, "low and high corner"),
+    ],
+)
+def test_bad_arguments_say_what_is_wrong(objects, asked, words: str) -> None:
+    with pytest.raises(hf.HoldfastError, match=words):
+        hf.place_all(TRAY, objects, engine="graph", **asked)

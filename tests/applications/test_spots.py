@@ -1,0 +1,103 @@
+"""Level places of a rectangle: in corners, beside what stands there, never over it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import holdfast as hf
+from holdfast.applications.placement.faces import faces_of
+from holdfast.applications.placement.options import Options, Weights
+from holdfast.applications.placement.spots import Outline, Spot, frame_of, levels_of, spots_for, turns_of
+from holdfast.base.arrays import Float
+from holdfast.base.rigid import pose_from
+from holdfast.scene.shipped.blocks import at, box
+
+UP = np.array([0, 0, 1.0])
+TURNED = pose_from(np.zeros(3), np.array([np.cos(0.3), 0, 0, np.sin(0.3)]))
+ANYWHERE = np.array([[-np.inf] * 3, [np.inf] * 3])
+
+
+def options(orientations: Float | None = None, prefer_upright: bool = True) -> Options:
+    return Options(
+        region=ANYWHERE, supports=("tray",), least_supports=1, avoid=(), orientations=orientations, turn=True, tilt=5.0,
+        approach=None, weights=Weights(), friction=hf.Friction(0.5), mass_margin=0.1, spacing=0.01,
+        prefer_upright=prefer_upright,
+    )  # fmt: skip
+
+
+def tray(pose: Float = TURNED) -> hf.Body:
+    return hf.Body("tray", hf.Box((0.4, 0.3, 0.02)), pose=pose, fixed=True)
+
+
+def found(thing: hf.Body, *others: hf.Body, apart: float = 0.01, inset: float = 0.01) -> list[Spot]:
+    ground = tray()
+    axes = frame_of([ground], UP)
+    outlines = [Outline(body, UP, axes) for body in (ground, *others)]
+    upright = options(np.eye(3)[None])
+    return spots_for(
+        thing, turns_of(faces_of(thing), upright, UP, axes), levels_of([ground], UP, axes), outlines, apart, inset
+    )
+
+
+def corners(spot: Spot, thing: hf.Body) -> Float:
+    """The corners of the object in the axes of the tray."""
+    world = thing.moved(spot.pose).surface_world.vertices
+    return np.asarray((np.linalg.inv(TURNED) @ np.column_stack([world, np.ones(len(world))]).T)[:3].T)
+
+
+def test_an_empty_tray_has_a_place_in_every_corner_and_in_the_middle() -> None:
+    thing = box("thing", (0.1, 0.06, 0.05), 1, (0, 0, 0))
+    spots = found(thing)
+    assert len(spots) == 2 * 9
+    for spot in spots:
+        at_ = corners(spot, thing)
+        assert at_[:, 2].min() == pytest.approx(0.01, abs=1e-9), "it stands on the top"
+        assert (np.abs(at_[:, 0]) <= 0.2 - 0.01 + 1e-9).all()
+        assert (np.abs(at_[:, 1]) <= 0.15 - 0.01 + 1e-9).all()
+        assert spot.support == 1
+
+
+def test_no_place_is_closer_to_a_neighbour_than_asked_and_one_is_just_so_close() -> None:
+    other = box("other", (0.1, 0.1, 0.1), 1, (0, 0, 0)).moved(TURNED @ at(0, 0, 0.06))
+    thing = box("thing", (0.06, 0.06, 0.05), 1, (0, 0, 0))
+    gaps = []
+    for spot in found(thing, other, apart=0.02):
+        middle = (np.linalg.inv(TURNED) @ spot.pose)[:2, 3]
+        gaps.append(np.max(np.abs(middle) - 0.05 - 0.03))
+    assert min(gaps) == pytest.approx(0.02, abs=1e-6)
+    full = box("full", (0.4, 0.3, 0.1), 1, (0, 0, 0)).moved(TURNED @ at(0, 0, 0.06))
+    assert not found(thing, full)
+
+
+def test_what_is_higher_than_the_object_is_not_in_the_way() -> None:
+    thing = box("thing", (0.06, 0.06, 0.05), 1, (0, 0, 0))
+    for height, free in ((0.045, False), (0.055, True)):
+        board = box("board", (0.4, 0.3, 0.02), 1, (0, 0, 0)).moved(TURNED @ at(0, 0, 0.01 + height + 0.01))
+        assert bool(found(thing, board)) is free
+
+
+def test_the_rim_of_a_tray_keeps_its_distance() -> None:
+    """A tray of one piece: its rim is part of the body on which the object stands."""
+    parts = [hf.Part(hf.Box((0.4, 0.3, 0.02)))]
+    parts += [hf.Part(hf.Box((0.4, 0.01, 0.05)), pose=at(0, s * 0.145, 0.015)) for s in (-1, 1)]
+    parts += [hf.Part(hf.Box((0.01, 0.3, 0.05)), pose=at(s * 0.195, 0, 0.015)) for s in (-1, 1)]
+    rimmed = hf.Body("tray", hf.Compound(parts), fixed=True)
+    thing = box("thing", (0.1, 0.06, 0.08), 1, (0, 0, 0))
+    axes = frame_of([rimmed], UP)
+    levels = [level for level in levels_of([rimmed], UP, axes) if level.height < 0.02]
+    turns = turns_of(faces_of(thing), options(np.eye(3)[None]), UP, axes)
+    spots = spots_for(thing, turns, levels, [Outline(rimmed, UP, axes)], 0.005, 0.005)
+    assert spots
+    for spot in spots:
+        world = thing.moved(spot.pose).surface_world.vertices
+        assert (np.abs(world[:, 0]) <= 0.19 - 0.005 + 1e-6).all()
+        assert (np.abs(world[:, 1]) <= 0.14 - 0.005 + 1e-6).all()
+
+
+def test_the_faces_on_which_a_cup_is_put() -> None:
+    cup = hf.Body("cup", hf.Cylinder(0.03, 0.1), mass=1)
+    axes = np.eye(3)[:2]
+    turns = turns_of(faces_of(cup), options(), UP, axes)
+    assert [turn[2, 2].round(9) for turn in turns] == [1, 1, -1, -1], "upright first, never on a round side"
+    assert len(turns_of(faces_of(cup), options(np.eye(3)[None]), UP, axes)) == 2
