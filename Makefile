@@ -10,7 +10,7 @@ OUT ?= out
 # Where compiled loops are kept (src/holdfast/base/compiled.py)
 COMPILED := $(or $(HOLDFAST_CACHE_DIR),$(or $(XDG_CACHE_HOME),$(HOME)/.cache)/holdfast)
 
-.PHONY: demo test test-slow test-referees test-kernels fuzz benchmark figures lint clean
+.PHONY: demo test test-slow test-referees test-kernels test-wheels fuzz benchmark figures docs lint clean
 
 # On all cores, in the order of the files: neighbours share what they assembled. No threads beside the processes
 PARALLEL := OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n auto --dist worksteal
@@ -59,6 +59,10 @@ test-kernels: $(VENV)/.simulators
 	    -m "not slow and not referee" $(addprefix tests/,$(NUMERIC)) || exit 1; \
 	done; done
 
+# Wheel and sdist in a clean environment of every Python at hand; PYTHONS names more, separated by colons
+test-wheels: $(VENV)/.ready
+	$(BIN)/python tools/wheels.py $(OUT)/dist
+
 # Random scenes, files and names: N more of them after those of earlier runs with this seed (state: $(OUT)/fuzz)
 N ?= 1000
 SEED ?= 0
@@ -72,6 +76,13 @@ benchmark: $(VENV)/.simulators
 figures: $(VENV)/.ready
 	$(BIN)/python tools/figures.py write
 
+# The site: pages, docstrings, examples as they run, saved benchmarks; nothing is asked of the network, any warning is an error
+docs: $(VENV)/.ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,docs]'
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m sphinx --builder html --fail-on-warning --keep-going --quiet \
+	  --doctree-dir $(OUT)/doctrees docs $(OUT)/site
+	@echo "open $(OUT)/site/index.html"
+
 clean:
-	rm -rf $(VENV) $(OUT) build dist src/*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(OUT) docs/api docs/benchmarks docs/gallery build dist src/*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	rm -rf $(COMPILED)/compiled-*

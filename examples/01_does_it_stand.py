@@ -1,4 +1,9 @@
-"""1. Does it stand, and why? Three cubes, then the same with the middle one pushed half way out."""
+"""
+1. Does it stand, and why?
+==========================
+
+Three cubes, then the same with the middle one pushed half way out.
+"""
 
 import numpy as np
 

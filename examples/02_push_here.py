@@ -1,4 +1,9 @@
-"""2. How hard may one push here? The answer names its kind, its bounds and what gives way."""
+"""
+2. How hard may one push here?
+==============================
+
+The answer names its kind, its bounds and what gives way.
+"""
 
 import holdfast as hf
 

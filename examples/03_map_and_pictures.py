@@ -1,4 +1,9 @@
-"""3. A map over every exposed surface, with pictures: a bottle on an overhanging book is the weak spot."""
+"""
+3. A map over every exposed surface, with pictures
+==================================================
+
+A bottle on an overhanging book is the weak spot.
+"""
 
 import sys
 from pathlib import Path
@@ -13,4 +18,4 @@ for weak in m.weakest_of_each_body():
 m.save_png(folder / "tabletop.png")
 m.save_html(folder / "tabletop.html")
 m.save_glb(folder / "tabletop.glb")  # for three.js, Blender, a game engine; save_ply for MeshLab or CloudCompare
-print("pictures in", folder)
+print("pictures in", folder.name)

@@ -1,4 +1,9 @@
-"""4. Bodies from meshes, friction by material, a scene file to keep: everything in one round trip."""
+"""
+4. Bodies from meshes, friction by material, a scene file to keep
+=================================================================
+
+Everything in one round trip.
+"""
 
 import sys
 from pathlib import Path

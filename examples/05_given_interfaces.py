@@ -1,4 +1,9 @@
-"""5. Interfaces from elsewhere: where contacts are known better than the meshes, give them."""
+"""
+5. Interfaces from elsewhere
+============================
+
+Where contacts are known better than the meshes, give them.
+"""
 
 import numpy as np
 

@@ -1,4 +1,9 @@
-"""6. Several loads at once: a tray that accelerates, with somebody leaning on the stack it carries."""
+"""
+6. Several loads at once
+========================
+
+A tray that accelerates, with somebody leaning on the stack it carries.
+"""
 
 import numpy as np
 

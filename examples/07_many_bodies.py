@@ -1,4 +1,9 @@
-"""7. Many bodies: cuts grow exponentially; the engine refuses in good time and says what can be done."""
+"""
+7. Many bodies
+==============
+
+Cuts grow exponentially; the engine refuses in good time and says what can be done.
+"""
 
 import holdfast as hf
 

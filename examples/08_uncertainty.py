@@ -1,4 +1,9 @@
-"""8. Poses and friction are known only roughly: what may one count on, and how often does it stand at all."""
+"""
+8. Poses and friction are known only roughly
+============================================
+
+What may one count on, and how often does it stand at all.
+"""
 
 import numpy as np
 

@@ -1,4 +1,9 @@
-"""9. How fast may a robot drive off with this on its tray? Then a path that is too fast, slowed down."""
+"""
+9. How fast may a robot drive off with this on its tray?
+========================================================
+
+Then a path that is too fast, slowed down.
+"""
 
 import sys
 from pathlib import Path

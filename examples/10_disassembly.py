@@ -1,4 +1,9 @@
-"""10. Taking apart: which bodies may go now, in which order, and with the fewest removals to a certain one."""
+"""
+10. Taking apart
+================
+
+Which bodies may go now, in which order, and with the fewest removals to a certain one.
+"""
 
 import sys
 from pathlib import Path

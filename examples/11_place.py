@@ -1,4 +1,9 @@
-"""11. Where to put the next thing: points that withstand much are built on, the pose is let down, judged and rated."""
+"""
+11. Where to put the next thing
+===============================
+
+Points that withstand much are built on, the pose is let down, judged and rated.
+"""
 
 import sys
 from pathlib import Path

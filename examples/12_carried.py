@@ -1,4 +1,9 @@
-"""12. Carried: whether a pallet holds on the road, what gives way first, and what straps change."""
+"""
+12. Carried
+===========
+
+Whether a pallet holds on the road, what gives way first, and what straps change.
+"""
 
 import numpy as np
 

@@ -42,7 +42,7 @@ def figures(results: Path) -> dict[str, str]:
 
 def pages(root: Path) -> list[Path]:
     """The pages that may hold figures."""
-    return [root / "README.md", *sorted((root / "docs").rglob("*.md"))]
+    return [root / "README.md", *sorted((root / "docs").glob("*.md"))]
 
 
 def same(one: str, other: str) -> bool:

@@ -12,6 +12,7 @@ import pytest
 import holdfast as hf
 from holdfast.contacts.overlap import find_overlaps
 from holdfast.contacts.tolerances import Tolerances
+from holdfast.settling.motion import come_to_rest
 from holdfast.settling.poses import rotation_of
 from holdfast.validation.benchmarks.settle import apart, noisy
 from holdfast.validation.truth.falling import falling_scenes
@@ -48,7 +49,7 @@ def test_noisy_scenes_come_to_rest(name: str) -> None:
     assert result.status is hf.Status.STABLE
     assert hf.stability(hf.assemble(result.scene)).status is hf.Status.STABLE
     assert max((o.depth for o in find_overlaps(result.scene, Tolerances(1e-5, 1.0))), default=0.0) <= 5e-5
-    assert np.median(apart(result.scene, true)) < 1.5 * np.median(apart(start, true))
+    assert np.median(apart(result.scene, true)) < 2 * np.median(apart(start, true))
     assert np.array_equal(result.moved, apart(result.scene, start))
 
 
@@ -206,6 +207,65 @@ def test_bodies_that_still_move_after_all_steps_are_undecided(monkeypatch: pytes
     assert result.status is hf.Status.UNDECIDED
     assert "a: the bodies still move" in result.reason
     assert result.notes
+
+
+def test_so_are_bodies_that_cost_too_much(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The scene reached is given, and what stands beside them is settled."""
+    monkeypatch.setattr("holdfast.settling.motion.EFFORT", -1)
+    result = hf.settle(hf.Scene([floor(), box("a", at(0, 0, 0.07)), box("b", at(0.5, 0, 0.05))], 0.5))
+    assert result.status is hf.Status.UNDECIDED
+    assert "a: the bodies still move after programs with a million contacts" in result.reason
+    assert 0 < result.moved[0] < 0.02
+    assert result.moved[1] == 0
+
+
+def test_a_body_with_room_on_both_sides_falls_between_walls() -> None:
+    """The cones of friction alone would let it down by 2 * 0.02 / 0.5 mm a step at most, until the steps end."""
+    walls = [hf.Body(n, hf.Box((0.1, 0.1, 0.6)), pose=at(x, 0, 0), fixed=True) for n, x in (("l", -0.1), ("r", 0.1))]
+    block = hf.Body("a", hf.Box((0.09996, 0.1, 0.1)), mass=1.0)
+    result = hf.settle(hf.Scene([*walls, block], 0.5))
+    assert [fall.body for fall in result.fell] == ["a"]
+    assert result.fell[0].direction == pytest.approx([0, 0, -1], abs=1e-2)
+    assert result.steps < 60
+
+
+@pytest.mark.parametrize("hover", [0.5e-3, 2e-3, 10e-3])
+def test_a_body_that_falls_onto_a_rough_slope_stays_where_it_lands(hover: float) -> None:
+    """Straight down, at most: a fall along the normal is what the cones of friction alone would make of it."""
+    slope = np.radians(20)
+    turn = at(0, 0, 0, (0, slope, 0))
+    ramp = hf.Body("ramp", hf.Box((1, 1, 0.1)), pose=turn @ at(0, 0, -0.05), fixed=True)
+    above = turn @ at(0, 0, 0.05)
+    above[2, 3] += hover / np.cos(slope)  # along the vertical, so that it lands where it began
+    result = hf.settle(hf.Scene([ramp, box("a", above)], 0.5))
+    assert result.status is hf.Status.STABLE
+    downhill = np.array([np.cos(slope), 0, -np.sin(slope)])
+    slid = (result.scene.body("a").com_world - (turn @ at(0, 0, 0.05))[:3, 3]) @ downhill
+    assert -1.05 * hover * np.tan(slope) <= slid <= 1e-3
+
+
+def test_only_wedged_groups_sink_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = noisy(hf.shipped_scene("wedged_floor"), 1.5, 0.5, 0)
+    far = scene.movable[0].com_world + np.array([2.0, 0, 0])
+    support = hf.Body("support", hf.Box((0.2, 0.2, 0.1)), pose=at(far[0], far[1], -0.05), fixed=True)
+    both = hf.Scene([*scene.bodies, support, box("far", at(far[0], far[1], 0.051))], scene.friction)
+    sank: list[tuple[tuple[str, ...], bool]] = []
+
+    def told(scene: hf.Scene, names: tuple[str, ...], *arguments: object, smooth: bool, **more: object) -> object:
+        sank.append((names, smooth))
+        return come_to_rest(scene, names, *arguments, smooth=smooth, **more)  # type: ignore[arg-type]
+
+    monkeypatch.setattr("holdfast.applications.settled.come_to_rest", told)
+    for seed in range(6):
+        sank.clear()
+        start = both.moved({b.name: b.pose for b in noisy(scene, 1.5, 0.5, seed).movable})
+        assert hf.settle(start).status is hf.Status.STABLE
+        if any(smooth for _, smooth in sank):
+            break
+    else:
+        raise AssertionError("no seed wedges the body")
+    assert [names for names, _ in sank].count(("far",)) == 1
+    assert len(sank) == 3
 
 
 def test_upright_bodies_are_turned_first() -> None:

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from holdfast.base.errors import SceneError, located, message
-from holdfast.base.text import DOTS, escaped, is_text, listed, one_line, quoted
+from holdfast.base.text import DOTS, escaped, is_text, listed, many, one_line, quoted
 
 ANY = st.text(st.characters(), max_size=300)  # lone surrogates among them
 
@@ -88,3 +88,7 @@ def test_what_counts_as_a_text_can_be_written(text: str) -> None:
         assert not is_text(text)
     else:
         assert is_text(text)
+
+
+def test_a_number_with_its_noun() -> None:
+    assert [many(count, "scene") for count in (0, 1, 1200)] == ["0 scenes", "1 scene", "1,200 scenes"]

@@ -22,14 +22,16 @@ def answered(job: Any, tell: Any) -> dict[str, list[dict[str, Any]]]:
     text = Path(job.place).read_text()
     files = [Path(job.place).name]
     known = {"key": key_of_files(job, files, Digests()), "files": files}
-    tell(known)
+    scene = {"number": job.number, "scene": job.name, "path": job.path} | known
+    tables = {"scenes": [scene], "bodies": [], "interfaces": [], "pushes": [], "transports": []}
+    tell(tables)
     done(text.split()[0] if text.split() else "")
-    scene = {"number": job.number, "scene": job.name, "path": job.path, "outcome": "answered", "reason": text} | known
+    scene |= {"outcome": "answered", "reason": text}
     pushes = [
         {"number": job.number, "scene": job.name, "body": f"{job.name} {k}", "force": float("inf"), "lower": 0.1 * k}
         for k in range(3)
     ]
-    return {"scenes": [scene], "bodies": [], "interfaces": [], "pushes": pushes, "transports": []}
+    return tables | {"pushes": pushes}
 
 
 def done(word: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 from pathlib import Path
 from typing import Any
@@ -12,8 +13,11 @@ from scipy.spatial.transform import Rotation
 
 import holdfast as hf
 from holdfast.batches.job import Job, Question
+from holdfast.batches.keeper import Reply
 from holdfast.batches.rows import answered
-from holdfast.batches.schema import TABLES, reproducible
+from holdfast.batches.run import record_of
+from holdfast.batches.schema import TABLES, Tables, reproducible
+from holdfast.batches.words import TIME
 
 CUBE = """
 format: holdfast-scene/1
@@ -91,11 +95,31 @@ def compare(rows: list[dict[str, Any]], found: Any, points: Any, ways: Any) -> N
 
 def asked(path: Path, **options: Any) -> dict[str, Any]:
     """The row of a scene file, asked in this process."""
-    told: list[dict[str, Any]] = []
+    told: list[Tables] = []
     job = Job(0, path.name, Question(("stability",), options), path=str(path), place=str(path))
     (row,) = answered(job, told.append)["scenes"]
-    assert told == [{"key": row["key"], "files": row["files"]}]
+    first = told[0]["scenes"][0]
+    assert {name: first.get(name) for name in row} == dict.fromkeys(row) | first
+    assert (first["key"], first["files"]) == (row["key"], row["files"])
     return row
+
+
+def test_what_was_answered_before_a_scene_ended_its_worker_is_kept(folder: Path) -> None:
+    """The rows of a scene of which the map takes too long: those of its verdict, of its bodies and interfaces."""
+    path = str(folder / "in" / "cube.yaml")
+    job = Job(0, path, Question(("stability", "map"), OPTIONS), path=path, place=path)
+    told: list[Tables] = []
+    whole = answered(job, lambda part: told.append(copy.deepcopy(part)))
+    assert [len(part["bodies"]) for part in told] == [0, 2, 2]
+    kept = record_of(job, Reply(TIME, "", "no answer within 60 s", tuple(told), 60.0))
+    assert (kept["scenes"][0]["outcome"], kept["scenes"][0]["status"]) == ("time", "stable")
+    assert kept["scenes"][0]["told"] == "no answer within 60 s"
+    assert kept["interfaces"] == whole["interfaces"]
+    assert kept["interfaces"][0]["normal_force"] == pytest.approx(9.81, rel=1e-6)
+    assert whole["pushes"]
+    assert kept["pushes"] == []
+    unread = record_of(job, Reply(TIME, "", "no answer within 60 s"))
+    assert [len(unread[table]) for table in TABLES] == [1, 0, 0, 0, 0]
 
 
 def test_a_key_sees_every_byte_of_every_file(folder: Path) -> None:

@@ -63,3 +63,21 @@ def test_a_map_of_many_bodies_says_what_engine_limit_would_cost(
     assert f"{len(many.movable)} bodies hold each other here: --engine limit takes about" in told
     assert called(monkeypatch, capsys, "map", path, *options, "--engine", "limit")[2] == ""
     assert called(monkeypatch, capsys, "map", "table", "--spacing", 0.5)[2] == ""
+
+
+def test_doctor_tells_versions_extras_and_the_folder(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """An extra whose package is missing is named with the command that installs it."""
+    monkeypatch.setenv("HOLDFAST_CACHE_DIR", str(tmp_path / "code"))
+    monkeypatch.setattr("holdfast.cli.doctor._version", lambda name: None if name == "pyarrow" else "1.2.3")
+    code, out, _ = called(monkeypatch, capsys, "doctor", "--json")
+    found = json.loads(out)
+    assert code == 0
+    assert found["cache"] == {"folder": str(tmp_path / "code"), "writable": True, "megabytes": 0.0}
+    assert {"core", "viewer", "tables"} <= set(found["packages"])
+    assert "test" not in found["packages"]
+    assert found["packages"]["core"]["numpy"] == "1.2.3"
+    assert found["packages"]["tables"] == {"pyarrow": None}
+    monkeypatch.setenv("COLUMNS", "120")
+    assert "missing: pip install 'holdfast[tables]'" in called(monkeypatch, capsys, "doctor")[1]

@@ -82,11 +82,11 @@ def test_the_command_checks_and_writes(tmp_path: Path, capsys: pytest.CaptureFix
     (tmp_path / "benchmarks" / "results").symlink_to(ROOT / "benchmarks" / "results")
     for page in figures.pages(ROOT):
         (tmp_path / page.relative_to(ROOT)).write_text(page.read_text(encoding="utf-8"), encoding="utf-8")
-    page = tmp_path / "README.md"
+    page = tmp_path / "docs" / "promises.md"
     right = page.read_text(encoding="utf-8")
     page.write_text(right.replace("-->500<!--", "-->400<!--"), encoding="utf-8")
     assert figures.main(["check", "--root", str(tmp_path)]) == 1
-    assert "README.md: figure 'scaling.bricks'" in capsys.readouterr().err
+    assert "promises.md: figure 'scaling.bricks'" in capsys.readouterr().err
     assert figures.main(["write", "--root", str(tmp_path)]) == 0
     assert page.read_text(encoding="utf-8") == right
     assert figures.main(["check", "--root", str(tmp_path)]) == 0

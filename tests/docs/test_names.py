@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
 FOLDERS = ("src", "tests", "examples", "tools")
 DOTTED = re.compile(r"(?<![\w./-])(?:holdfast|hf)(?:\.[A-Za-z_]\w*)+(?![\w/])")
 IMPORTED = re.compile(r"^\s*from (holdfast[\w.]*) import ([\w, ]+)", re.MULTILINE)

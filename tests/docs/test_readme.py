@@ -1,4 +1,4 @@
-"""The README is run: its scene file is written, its Python and its commands are executed in order."""
+"""README and the first page are run: the scene file is written, Python and commands are executed in order."""
 
 from __future__ import annotations
 
@@ -8,18 +8,24 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+WALKS = pytest.mark.parametrize(
+    "page", [README, (ROOT / "docs" / "five_minutes.md").read_text(encoding="utf-8")], ids=["README", "five minutes"]
+)
 
 
-def blocks(language: str) -> list[str]:
-    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
+def blocks(page: str, language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", page, re.DOTALL)
 
 
-def test_the_walk_through_works_as_printed(tmp_path: Path) -> None:
-    (scene,) = blocks("yaml")
+@WALKS
+def test_the_walk_through_works_as_printed(page: str, tmp_path: Path) -> None:
+    (scene,) = blocks(page, "yaml")
     (tmp_path / "shelf.yaml").write_text(scene, encoding="utf-8")
-    commands = [line for block in blocks("bash") for line in block.splitlines() if line.startswith("holdfast ")]
+    commands = [line for block in blocks(page, "bash") for line in block.splitlines() if line.startswith("holdfast ")]
     assert len(commands) >= 4
     environment = dict(os.environ, PATH=f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
     for command in commands:
@@ -31,10 +37,11 @@ def test_the_walk_through_works_as_printed(tmp_path: Path) -> None:
     assert "Plotly" in (tmp_path / "shelf.html").read_text(encoding="utf-8")
 
 
-def test_python_snippets_run_and_print_what_they_say(tmp_path: Path) -> None:
-    (scene,) = blocks("yaml")
+@WALKS
+def test_python_snippets_run_and_print_what_they_say(page: str, tmp_path: Path) -> None:
+    (scene,) = blocks(page, "yaml")
     (tmp_path / "shelf.yaml").write_text(scene, encoding="utf-8")
-    code = "\n".join(blocks("python"))
+    code = "\n".join(blocks(page, "python"))
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     promised = re.findall(r"print\(.*?\)\s+# (.*)", code)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -23,11 +25,12 @@ def one_contact(gap: float, mu: float, normal: tuple[float, float, float]) -> Co
 
 def moved(gap: float, mu: float, slope: float) -> np.ndarray:
     normal = (np.sin(slope), 0.0, np.cos(slope))
-    answer = small_motion(
+    answer, solved = small_motion(
         one_contact(gap, mu, normal), np.zeros((1, 3)), np.ones(1), np.ones((1, 6)),
         np.array([0, 0, -1.0, 0, 0, 0]), unit=1e-3, friction=True,
     )  # fmt: skip
     assert answer is not None
+    assert solved == 1
     return answer[0, :3]
 
 
@@ -56,21 +59,58 @@ def test_beyond_it_the_body_slides_along_the_edge_of_the_cone(mu: float) -> None
     assert moved(0.0, mu, slope) == pytest.approx(1e-3 * (np.array([0, 0, -1.0]) @ along) * along, abs=1e-9)
 
 
-def test_a_contact_that_was_not_chosen_joins_when_it_would_be_violated() -> None:
-    up = np.array([[0.0, 0.0, 1.0]] * 2)
+def two_contacts(*gaps: float) -> Contacts:
+    """A single body over two fixed ones, like ``one_contact``; only the first contact is chosen."""
+    up, chosen = np.array([[0.0, 0.0, 1.0]] * 2), np.array([True, False])
+    return Contacts(np.array([[1, 0]] * 2), 1, np.zeros((2, 3)), up, np.array(gaps), np.full(2, 0.5), chosen)
+
+
+@pytest.mark.parametrize(("gaps", "before", "solved"), [
+    ((5e-3, 4e-4), None, 3),  # the first contact alone, then both
+    ((4e-4, 5e-4), None, 1),  # the second is not violated
+    ((5e-3, 4e-4), 0.0, 1),  # both are far away, the second one joins
+    ((5e-3, 4e-4), -1e-3, 1),  # going on like that would violate the second one
+])  # fmt: skip
+def test_contacts_join_when_they_would_be_violated(gaps: tuple[float, ...], before: float | None, solved: int) -> None:
+    pull = np.array([0, 0, -1.0, 0, 0, 0])
+    last = None if before is None else np.array([[0, 0, before, 0, 0, 0]])
+    answer, count = small_motion(
+        two_contacts(*gaps), np.zeros((1, 3)), np.ones(1), np.ones((1, 6)), pull, unit=1e-3, friction=True, before=last
+    )
+    assert answer is not None
+    assert count == solved
+    assert answer[0, :3] == pytest.approx([0, 0, -4e-4], abs=1e-8 if before is not None else 1e-10)
+
+
+def test_a_contact_joins_whose_friction_alone_would_be_violated() -> None:
+    """The chosen contact is smooth, so that the body would slide; the other one, at the same place, holds it."""
+    contacts = replace(two_contacts(0.0, 0.0), mu=np.array([0.0, 0.5]))
+    pull = np.array([0.3, 0, -1.0, 0, 0, 0])
+    answer, solved = small_motion(
+        contacts, np.zeros((1, 3)), np.ones(1), np.ones((1, 6)), pull, unit=1e-3, friction=True
+    )
+    assert answer is not None
+    assert solved == 3
+    assert answer[0, :3] == pytest.approx([0, 0, 0], abs=1e-9)
+
+
+def test_friction_does_not_hold_a_body_in_overlaps_that_it_can_only_leave_along_them() -> None:
+    """Between walls that close at 10 degrees each, both 0.1 mm into the body: it rises by 0.1 mm / sin 10.
+
+    The cones of friction admit no motion at all here, because the walls are steeper than the angle of friction.
+    """
+    lean = np.radians(10)
+    normals = np.array([[side * np.cos(lean), 0, np.sin(lean)] for side in (-1, 1)])
     contacts = Contacts(
-        np.array([[1, 0]] * 2),
-        1,
-        np.zeros((2, 3)),
-        up,
-        np.array([5e-3, 4e-4]),
-        np.full(2, 0.5),
-        np.array([True, False]),
+        np.array([[1, 0]] * 2), 1, np.zeros((2, 3)), normals, np.full(2, -1e-4), np.full(2, 0.5), np.full(2, True)
     )
     pull = np.array([0, 0, -1.0, 0, 0, 0])
-    answer = small_motion(contacts, np.zeros((1, 3)), np.ones(1), np.ones((1, 6)), pull, unit=1e-3, friction=True)
+    answer, solved = small_motion(
+        contacts, np.zeros((1, 3)), np.ones(1), np.ones((1, 6)), pull, unit=1e-3, friction=True
+    )
     assert answer is not None
-    assert answer[0, :3] == pytest.approx([0, 0, -4e-4], abs=1e-10)
+    assert solved == 2
+    assert answer[0, :3] == pytest.approx([0, 0, 1e-4 / np.sin(lean)], abs=1e-9)
 
 
 def boxes(apart: float, **more: float) -> hf.Scene:

@@ -33,6 +33,9 @@ from holdfast.settling.poses import turn_between, upright_pose
 
 SEEN = 0.0067  # of the reach: overlaps up to this deep are found by the motion itself
 MEETING = 3.3e-3  # of the reach: groups whose bodies end up so near to each other are settled again, as one
+UNFINISHED = (End.GOING, End.EFFORT, End.TROUBLE)
+
+Done = Mapping[tuple[str, ...], Motion]  # what became of each group
 
 
 @archived
@@ -158,20 +161,20 @@ def settle(
     overlaps = find_overlaps(start, Tolerances(SEEN * limits.reach, 1.0))
     deep = tuple(o for o in overlaps if o.depth > limits.reach)
 
-    def attempt(smooth: frozenset[tuple[str, ...]]) -> tuple[Settled, dict[tuple[str, ...], Motion]]:
-        result, done = _brought_to_rest(start, overlaps, deep, limits, exact, sigma, smooth)
+    def attempt(kept: Done, smooth: frozenset[tuple[str, ...]]) -> tuple[Settled, Done]:
+        result, done = _brought_to_rest(start, overlaps, deep, limits, exact, sigma, kept, smooth)
         return _judged(scene, result, done, deep, limits, (gap, angle), engine), done
 
-    found, done = attempt(frozenset())
+    found, done = attempt({}, frozenset())
     wedged = _wedged(found, done)
     if wedged:
-        again, _ = attempt(wedged)
+        again, _ = attempt({group: motion for group, motion in done.items() if group not in wedged}, wedged)
         if again.status is Status.STABLE:
             return again
     return found
 
 
-def _wedged(found: Settled, done: Mapping[tuple[str, ...], Motion]) -> frozenset[tuple[str, ...]]:
+def _wedged(found: Settled, done: Done) -> frozenset[tuple[str, ...]]:
     """Return the groups that came to rest in the motion and yet do not stand: friction holds them by self-stress."""
     groups = () if found.stability is None else found.stability.groups
     loose = {name for g in groups if g.verdict.status is not Status.STABLE for name in g.bodies}
@@ -185,11 +188,16 @@ def _brought_to_rest(
     limits: Limits,
     exact: frozenset[str],
     sigma: Mapping[str, float],
+    kept: Done,
     smooth: frozenset[tuple[str, ...]],
-) -> tuple[Scene, dict[tuple[str, ...], Motion]]:
-    """Return the scene at rest, and the motion of each group; those in ``smooth`` first sink without friction."""
-    groups = groups_within(start, 2 * limits.reach)
-    done: dict[tuple[str, ...], Motion] = {}
+) -> tuple[Scene, Done]:
+    """Return the scene at rest, and the motion of each group.
+
+    That of groups in ``kept`` is known. Those in ``smooth`` first sink without friction.
+    """
+    near = groups_within(start, 2 * limits.reach)
+    groups = joined([body.name for body in start.movable], _links((*near, *kept, *smooth)))
+    done = dict(kept)
     while True:
         for group in groups:
             if group not in done and not _among(deep, group):
@@ -208,7 +216,7 @@ def _brought_to_rest(
 def _judged(
     given: Scene,
     result: Scene,
-    done: Mapping[tuple[str, ...], Motion],
+    done: Done,
     deep: tuple[Overlap, ...],
     limits: Limits,
     tolerances: tuple[float | None, float | None],
@@ -224,7 +232,7 @@ def _judged(
         assembly = assemble(alone(result, resting), gap=tolerances[0], angle=tolerances[1])
         verdict = stability(assembly, engine=engine)
         faults = [f"{quoted(a)} and {quoted(b)} overlap" for a, b in (o.bodies for o in assembly.overlaps)]
-    notes = [f"{listed(g)}: {m.end.value}" for g, m in done.items() if m.end in (End.GOING, End.TROUBLE)]
+    notes = [f"{listed(g)}: {m.end.value}" for g, m in done.items() if m.end in UNFINISHED]
     status, reason = told(verdict, [f.body for f in fell], deep, faults, notes, limits)
     words = {name: word for fate in fates for name, word in fate.words.items()}
     for o in deep:
@@ -256,9 +264,13 @@ def _merged(scene: Scene, groups: tuple[tuple[str, ...], ...], gap: float) -> tu
     """Return the groups, those joined of which bodies have come within ``gap`` [m]."""
     home = {name: k for k, group in enumerate(groups) for name in group}
     movable = [(a.name, b.name) for a, b in neighbours(scene, gap) if not (a.fixed or b.fixed)]
-    inside = [(group[0], name) for group in groups for name in group[1:]]
     meeting = [pair for pair in movable if home[pair[0]] != home[pair[1]]]
-    return joined([body.name for body in scene.movable], [*inside, *meeting])
+    return joined([body.name for body in scene.movable], [*_links(groups), *meeting])
+
+
+def _links(groups: Iterable[tuple[str, ...]]) -> list[tuple[str, str]]:
+    """Return pairs of names that join each group."""
+    return [(group[0], name) for group in groups for name in group[1:]]
 
 
 def _checked_sigma(scene: Scene, value: float | Mapping[str, float] | None) -> dict[str, float]:

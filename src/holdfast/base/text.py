@@ -59,6 +59,11 @@ def listed(names: Collection[str], most: int = 6) -> str:
     return ", ".join(one_line(name, LONGEST_ITEM) for name in islice(names, most)) + more
 
 
+def many(count: int, what: str) -> str:
+    """Return a number with its noun: "1 scene", "1,200 scenes"."""
+    return f"{count:,} {what}" + ("" if count == 1 else "s")
+
+
 def _ends(text: str, most: int) -> str:
     if len(text) <= most:
         return text

@@ -25,20 +25,34 @@ def cores() -> int:
 
 
 def answered_here(jobs: Iterator[Job], question: Question, limits: Limits, workers: int) -> Iterator[tuple[Job, Reply]]:
-    """Yield every job with its reply. A job is drawn when a worker is free for it."""
+    """Yield every job with its reply. One job more than there are workers is drawn.
+
+    It waits for the first worker that ends its own, which is given it before the reply is yielded: neither what becomes
+    of replies nor the drawing of jobs costs a worker its time.
+    """
     with ExitStack() as stack:
         idle = [stack.enter_context(keeper_for(question, limits)) for _ in range(workers)]
         busy: list[Keeper] = []
-        while True:
-            while idle and (job := next(jobs, None)) is not None:
-                idle[-1].give(job)
+        waiting: Job | None = None
+
+        def give() -> None:
+            nonlocal waiting
+            if idle and waiting is not None:
+                idle[-1].give(waiting)
                 busy.append(idle.pop())
+                waiting = None
+
+        while True:
+            while waiting is None and (waiting := next(jobs, None)) is not None:
+                give()
             if not busy:
                 return
             wait([keeper.answers for keeper in busy], min(keeper.left for keeper in busy))
             for keeper in list(busy):
                 reply = keeper.take()
                 if reply is not None:
+                    job = keeper.item
                     busy.remove(keeper)
                     idle.append(keeper)
-                    yield keeper.item, reply
+                    give()
+                    yield job, reply

@@ -11,6 +11,7 @@ from typing import Any
 from holdfast.base.archive import archived
 from holdfast.base.errors import HoldfastError, message, nearest_of
 from holdfast.base.public import PublicValue, Summary
+from holdfast.base.text import many
 from holdfast.base.values import Table
 from holdfast.batches.folder import Folder, reading
 from holdfast.batches.schema import TABLES, Row
@@ -50,7 +51,7 @@ class BatchReport(PublicValue):
         parts = [f"{count:,} {name}" for counts in (self.outcomes, self.verdicts) for name, count in counts.items()]
         facts = [("folder", self.folder), ("this run", f"{self.asked:,} asked, {self.kept:,} kept")]
         rows = [list(failure) for failure in self.failures]
-        return Summary(f"{self.scenes:,} scenes: {', '.join(parts)}", facts, ("scene", "outcome", "told"), rows)
+        return Summary(f"{many(self.scenes, 'scene')}: {', '.join(parts)}", facts, ("scene", "outcome", "told"), rows)
 
 
 def counted(folder: Folder) -> BatchReport:

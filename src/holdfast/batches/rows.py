@@ -5,7 +5,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -31,30 +30,32 @@ from holdfast.scene.scene import Scene
 from holdfast.scene.shipped import shipped_scene
 
 COMPILED = "compiled-for-batches"  # a file in the folder of machine code which says that nothing is missing there
-Tell = Callable[[dict[str, Any]], None]
+Tell = Callable[[Tables], None]
 
 
 def answered(job: Job, tell: Tell) -> Tables:
     """Ask a scene and return its rows.
 
-    ``tell`` is called with the key and the files of the scene as soon as it is read, in case the rest never ends.
-    Errors that holdfast raises become the outcome of the scene, beside all that was answered before.
+    ``tell`` is called with the rows so far, as soon as the scene is read and before each verb, in case the rest never
+    ends. Errors that holdfast raises become the outcome of the scene, beside all that was answered before.
     """
     scenes: Row = {"number": job.number, "scene": job.name, "path": job.path}
     tables: Tables = {"scenes": [scenes], "bodies": [], "interfaces": [], "pushes": [], "transports": []}
-    with _warned() as told:
+    with _warned() as warned:
+
+        def so_far() -> Tables:
+            scenes["warnings"] = warned()
+            _sum_up(tables)
+            where = {"number": job.number, "scene": job.name}
+            return {name: [where | row for row in rows] for name, rows in tables.items()}
+
         try:
-            _ask(job, tell, tables)
+            _ask(job, lambda: tell(so_far()), tables)
             scenes["outcome"] = ANSWERED
         except HoldfastError as error:
             lacking = lacks_memory(error)
             scenes["outcome"], scenes["told"] = (MEMORY if lacking else ERROR), str(error)
-    scenes["warnings"] = told
-    _sum_up(tables)
-    where = {"number": job.number, "scene": job.name}
-    for name in tables:
-        tables[name] = [where | row for row in tables[name]]
-    return tables
+        return so_far()
 
 
 def warm(job: Job) -> None:
@@ -80,15 +81,19 @@ def lacks_memory(error: BaseException) -> bool:
     return False
 
 
-def _ask(job: Job, tell: Tell, tables: Tables) -> None:
-    """Read and ask a scene; what was answered stands in the tables, whatever is raised."""
+def _ask(job: Job, told: Callable[[], None], tables: Tables) -> None:
+    """Read and ask a scene; what was answered stands in the tables, whatever is raised.
+
+    ``told`` is called whenever something that takes long follows.
+    """
     scenes, question = tables["scenes"][0], job.question
-    scene = _read(job, tell, scenes)
+    scene = _read(job, told, scenes)
     assembly = assemble(scene, **question.of("assemble"))
     scenes |= _counted(assembly)
     tables["bodies"] = [_body(assembly, k) for k in range(len(assembly.bodies))]
     tables["interfaces"] = _interfaces(assembly)
     for verb in question.verbs:
+        told()
         match verb:
             case "stability":
                 _add_verdict(stability(assembly, **question.of(verb)), tables)
@@ -105,11 +110,11 @@ def _ask(job: Job, tell: Tell, tables: Tables) -> None:
                     tables["pushes"] += _push_rows("push", found, [body] * len(pushes), found.directions)
 
 
-def _read(job: Job, tell: Tell, scenes: Row) -> Scene:
-    """Return the scene of a job; its key and files are told and noted even if it cannot be read."""
+def _read(job: Job, told: Callable[[], None], scenes: Row) -> Scene:
+    """Return the scene of a job; its key and files are noted and told even if it cannot be read."""
     if job.scene is not None:
         scenes |= {"key": job.key, "files": []}
-        tell({"key": job.key, "files": []})
+        told()
         return job.scene
     touched = Touched()
     try:
@@ -117,9 +122,8 @@ def _read(job: Job, tell: Tell, scenes: Row) -> Scene:
             scene = load_scene(job.place, **job.question.of("load"))
     finally:
         files = touched.relative_to(job.place)
-        known = {"key": key_of_files(job, files, Digests()), "files": list(files)}
-        scenes |= known
-        tell(known)
+        scenes |= {"key": key_of_files(job, files, Digests()), "files": list(files)}
+        told()
     try:
         touched.check()
     except HoldfastError:
@@ -258,13 +262,13 @@ def _sum_up(tables: Tables) -> None:
 
 
 @contextmanager
-def _warned() -> Iterator[list[str]]:
-    """Collect the warnings of holdfast in this block, each once."""
-    told: list[str] = []
+def _warned() -> Iterator[Callable[[], list[str]]]:
+    """Collect the warnings of holdfast in this block: what is yielded returns those so far, each once."""
     with warnings.catch_warnings(record=True) as raised:
         warnings.simplefilter("always", HoldfastWarning)
-        try:
-            yield told
-        finally:
+
+        def so_far() -> list[str]:
             texts = [str(each.message) for each in raised if issubclass(each.category, HoldfastWarning)]
-            told.extend(dict.fromkeys(texts))
+            return list(dict.fromkeys(texts))
+
+        yield so_far

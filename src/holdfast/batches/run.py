@@ -211,23 +211,22 @@ class Driver:
 
 
 def record_of(job: Job, reply: Reply) -> Record:
-    """Return the rows of a scene that ended in any way."""
-    record: Record = reply.value if reply.outcome == DONE else {table: [] for table in TABLES}
-    row: Row = record["scenes"][0] if record["scenes"] else {"number": job.number, "scene": job.name, "path": job.path}
+    """Return the rows of a scene that ended in any way: if its worker did not live to the end, what it told before."""
+    record: Record = reply.value if reply.outcome == DONE else reply.parts[-1] if reply.parts else _unread(job)
+    row: Row = record["scenes"][0]
     if reply.outcome != DONE:
         row |= {"outcome": reply.outcome, "told": reply.told.encode("utf-8", "backslashreplace").decode()}
-        row |= reply.parts[-1] if reply.parts else _unread(job)
-        record["scenes"] = [row]
     row |= {"seconds": reply.seconds, "peak_mb": reply.peak}
     return record
 
 
-def _unread(job: Job) -> Row:
-    """Return the key of a scene whose worker did not live to tell it: that of its file alone."""
-    if job.scene is not None:
-        return {"key": job.key, "files": []}
-    files = [os.path.basename(job.place)]
-    return {"key": key_of_files(job, files, Digests()), "files": files}
+def _unread(job: Job) -> Record:
+    """Return the rows of a scene whose worker did not live to read it; its key is that of its file alone."""
+    row: Row = {"number": job.number, "scene": job.name, "path": job.path, "key": job.key, "files": []}
+    if job.scene is None:
+        files = [os.path.basename(job.place)]
+        row |= {"key": key_of_files(job, files, Digests()), "files": files}
+    return {table: [row] if table == "scenes" else [] for table in TABLES}
 
 
 def _part(shard: str | None) -> Part:

@@ -44,6 +44,7 @@ COMMANDS = {  # where each command lies, and what the help says of it: a command
     "benchmark": ("holdfast.cli.benchmark:benchmark", "Compare methods and their speed."),
     "convert": ("holdfast.cli.files:convert", "Read a scene in any known format and write it in another."),
     "schema": ("holdfast.cli.files:print_schema", "Print the JSON schema of the native scene file."),
+    "doctor": ("holdfast.cli.doctor:doctor", "Say what is installed here, what is missing, and where code is kept."),
     "warmup": ("holdfast.cli.warmup:warmup", "Compile everything that is compiled when it is first used."),
 }
 

@@ -10,12 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Int
 from holdfast.base.progress import reported
 from holdfast.base.values import Value
 from holdfast.contacts.clipping import clip_faces
 from holdfast.contacts.cuboids import Near, patches_of
-from holdfast.contacts.facing import facing_polygons
+from holdfast.contacts.facing import facing_pairs, facing_polygons
 from holdfast.contacts.features import touching_features
 from holdfast.contacts.flags import flags_of, is_certain
 from holdfast.contacts.flush import lie_flat
@@ -25,7 +24,7 @@ from holdfast.contacts.merging import merged
 from holdfast.contacts.occlusion import Fronts, Pair
 from holdfast.contacts.patches import face_patches, line_patches, point_patches
 from holdfast.contacts.round import feet, not_at
-from holdfast.contacts.skin import LARGE, Skin, near_boxes, near_but_facets, near_faces, near_facets
+from holdfast.contacts.skin import LARGE, Skin, in_reach, near_boxes, near_but_facets, near_faces, near_facets
 from holdfast.contacts.tolerances import Tolerances, plain_gap
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
@@ -257,26 +256,10 @@ def find_patches(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Toler
     Faces come first, then lines where no face touches, then points where neither touches.
     """
     gap, depth, size = tolerances.gap, tolerances.depth, min(a.size, b.size)
-    negligible, breadth = NEGLIGIBLE_WIDTH * size, NOMINAL_BREADTH * size
-    pairs, facets = near_but_facets(skin_a, skin_b, gap), near_facets(skin_a, skin_b, gap)
-    if not len(pairs) and not facets:
+    breadth = NOMINAL_BREADTH * size
+    found = _on_triangles(a, b, skin_a, skin_b, tolerances)
+    if found is None:
         return ()
-    cos_angle, sin_angle = (float(f(np.radians(tolerances.angle))) for f in (np.cos, np.sin))
-    locals_ = a.shape.surface.reduced, b.shape.surface.reduced
-    large, small, left = facing_polygons(
-        skin_a, skin_b, *locals_, pairs, facets, gap=gap, depth=depth, cos_angle=cos_angle
-    )
-    pairs = np.concatenate([pairs, *(near_faces(skin_a, skin_b, gap, two) for two in left)])
-    pieces = [*large, *clip_faces(skin_a, skin_b, small, gap=gap, depth=depth, cos_angle=cos_angle)]
-    faces = face_patches(pieces, gap, cos_angle, negligible)
-    found = faces
-    near_a, near_b = (_near(skin, pairs[:, k], {two[k] for two in facets}) for k, skin in enumerate((skin_a, skin_b)))
-    if not lie_flat(skin_a, skin_b, near_a, near_b, faces, gap=gap, size=size):
-        lines, points = touching_features(
-            skin_a, skin_b, pairs, gap=gap, depth=depth, sin_angle=sin_angle, size=size, strict=negligible
-        )
-        along = line_patches(lines, faces, gap, negligible, breadth)
-        found = [*faces, *along, *point_patches(points, [*faces, *along], gap, breadth)]
     exact = feet(a, b, gap=gap, depth=depth, breadth=breadth)
     if not exact:
         return tuple(found)
@@ -285,6 +268,41 @@ def find_patches(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Toler
     return (*touching, *not_at(exact, found))
 
 
-def _near(skin: Skin, faces: Int, facets: Set[int]) -> Int:
-    """Return the numbers (n,) of these ``faces`` and of all that the large flat faces ``facets`` consist of."""
-    return np.union1d(faces, np.flatnonzero(np.isin(skin.facet, sorted(facets))))
+def _on_triangles(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Tolerances) -> list[Patch] | None:
+    """Find the patches of two bodies as they are tessellated, None where no faces come near.
+
+    Bodies of many triangles mostly lie on each other by large flat faces. If these answer for all others, nobody has to
+    look at triangles.
+    """
+    gap, depth, size = tolerances.gap, tolerances.depth, min(a.size, b.size)
+    negligible, breadth = NEGLIGIBLE_WIDTH * size, NOMINAL_BREADTH * size
+    cos_angle, sin_angle = (float(f(np.radians(tolerances.angle))) for f in (np.cos, np.sin))
+    locals_ = a.shape.surface.reduced, b.shape.surface.reduced
+    facets = near_facets(skin_a, skin_b, gap)
+    facing, left = facing_polygons(skin_a, skin_b, *locals_, facets, gap=gap, depth=depth, cos_angle=cos_angle)
+    of_facets = tuple(
+        np.isin(skin.facet, sorted({two[k] for two in facets})) for k, skin in enumerate((skin_a, skin_b))
+    )
+    if any(facing.values()) and not left:
+        faces = face_patches([piece for pieces in facing.values() for piece in pieces], gap, cos_angle, negligible)
+        near_a, near_b = (one | two for one, two in zip(in_reach(skin_a, skin_b, gap), of_facets, strict=True))
+        if lie_flat(skin_a, skin_b, near_a, near_b, faces, gap=gap, size=size, by_large=True):
+            return faces
+    pairs = near_but_facets(skin_a, skin_b, gap)
+    if not len(pairs) and not facets:
+        return None
+    mixed, small = facing_pairs(skin_a, skin_b, pairs, cos_angle=cos_angle)
+    also, _ = facing_polygons(skin_a, skin_b, *locals_, mixed, gap=gap, depth=depth, cos_angle=cos_angle)
+    large = [piece for _, pieces in sorted({**facing, **also}.items()) for piece in pieces]
+    pairs = np.concatenate([pairs, *(near_faces(skin_a, skin_b, gap, two) for two in left)])
+    pieces = [*large, *clip_faces(skin_a, skin_b, small, gap=gap, depth=depth, cos_angle=cos_angle)]
+    faces = face_patches(pieces, gap, cos_angle, negligible)
+    near_a, near_b = of_facets
+    near_a[pairs[:, 0]] = near_b[pairs[:, 1]] = True
+    if lie_flat(skin_a, skin_b, near_a, near_b, faces, gap=gap, size=size):
+        return faces
+    lines, points = touching_features(
+        skin_a, skin_b, pairs, gap=gap, depth=depth, sin_angle=sin_angle, size=size, strict=negligible
+    )
+    along = line_patches(lines, faces, gap, negligible, breadth)
+    return [*faces, *along, *point_patches(points, [*faces, *along], gap, breadth)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,39 +35,47 @@ class Piece(Value):
         seal(self)
 
 
+def facing_pairs(a: Skin, b: Skin, pairs: Int, *, cos_angle: float) -> tuple[set[tuple[int, int]], Int]:
+    """Split ``pairs`` (m, 2) of triangles: faces of which one is large and that are opposed, and what is left (n, 2).
+
+    A large face meets a triangle of a small one as a whole. Large faces have their numbers, triangles -1 downwards.
+    """
+    large_a, large_b = a.facet[pairs[:, 0]], b.facet[pairs[:, 1]]
+    whole = (large_a >= 0) | (large_b >= 0)
+    small = pairs[~whole]
+    pairs, large_a, large_b = pairs[whole], large_a[whole], large_b[whole]
+    opposed = (a.normals[pairs[:, 0]] * b.normals[pairs[:, 1]]).sum(1) <= -cos_angle
+    keys_a = np.where(large_a >= 0, large_a, -1 - pairs[:, 0])[opposed]
+    keys_b = np.where(large_b >= 0, large_b, -1 - pairs[:, 1])[opposed]
+    return set(zip(keys_a.tolist(), keys_b.tolist(), strict=True)), small
+
+
 def facing_polygons(
     a: Skin,
     b: Skin,
     local_a: Surface,
     local_b: Surface,
-    pairs: Int,
-    facets: Sequence[tuple[int, int]],
+    faces: Iterable[tuple[int, int]],
     *,
     gap: float,
     depth: float,
     cos_angle: float,
-) -> tuple[list[Piece], Int, list[tuple[int, int]]]:
-    """Where large faces lie opposite each other; ``pairs`` (m, 2) of triangles and ``facets`` that are left to look at.
+) -> tuple[dict[tuple[int, int], list[Piece]], list[tuple[int, int]]]:
+    """Where pairs of ``faces``, numbered as by ``facing_pairs``, lie opposite each other, and the pairs left to search.
 
-    A large face meets a large face as a whole, and the triangles of small faces one by one. Of two large faces that lie
-    along each other, the polygon answers for all edges and corners between them.
+    Of two large faces that lie along each other, the polygon answers for all edges and corners between them. All other
+    pairs of large faces are left: their triangles have to be looked at.
     """
-    large_a, large_b = a.facet[pairs[:, 0]], b.facet[pairs[:, 1]]
-    whole = (large_a >= 0) | (large_b >= 0)
-    opposed = (a.normals[pairs[:, 0]] * b.normals[pairs[:, 1]]).sum(1) <= -cos_angle
-    keys_a = np.where(large_a >= 0, large_a, -1 - pairs[:, 0])[whole & opposed]
-    keys_b = np.where(large_b >= 0, large_b, -1 - pairs[:, 1])[whole & opposed]
-    met = {*zip(keys_a.tolist(), keys_b.tolist(), strict=True), *facets}
-    pieces, left = [], []
-    for key_a, key_b in sorted(met):
+    pieces, left = {}, []
+    for key_a, key_b in sorted(faces):
         rings_a, normal_a = _outline(a, local_a, key_a)
         rings_b, normal_b = _outline(b, local_b, key_b)
         along = -float(normal_a @ normal_b)
         found = _shared(rings_a, normal_a, rings_b, normal_b, gap, depth) if along >= cos_angle else []
-        pieces += found
+        pieces[key_a, key_b] = found
         if min(key_a, key_b) >= 0 and (along < ALONG or not _broad(found, gap)):
             left.append((key_a, key_b))
-    return pieces, pairs[~whole], left
+    return pieces, left
 
 
 def _broad(pieces: Sequence[Piece], gap: float) -> bool:

@@ -17,10 +17,22 @@ STEEP = 0.01  # sine of the angle at which the edges of a triangle that stands o
 WIDE = 1e-6  # least gap over the size of the smaller body: patches cover what lies within the gap of them
 
 
-def lie_flat(a: Skin, b: Skin, near_a: Int, near_b: Int, faces: Sequence[Patch], *, gap: float, size: float) -> bool:
+def lie_flat(
+    a: Skin,
+    b: Skin,
+    near_a: Bool,
+    near_b: Bool,
+    faces: Sequence[Patch],
+    *,
+    gap: float,
+    size: float,
+    by_large: bool = False,
+) -> bool:
     """Tell whether the patches ``faces`` answer for every edge and corner that touches.
 
-    ``near_a`` (n,) and ``near_b`` (m,) are the numbers of the faces of either body that come near the other.
+    ``near_a`` (F,) and ``near_b`` (G,) mark the faces of either body that come near the other, and may mark more. With
+    ``by_large``, ``faces`` are the patches of large flat faces alone, and it is asked whether they answer for all
+    other faces, too: whether none of these lies in the plane where they meet.
 
     That is certain if one plane separates the bodies as follows. What comes near of either lies in the plane, or leaves
     it at a right angle by a sharp rim, or is more than ``gap`` [m] beyond it. Then
@@ -40,12 +52,14 @@ def lie_flat(a: Skin, b: Skin, near_a: Int, near_b: Int, faces: Sequence[Patch],
         if np.abs(patch.normal - normal).max() > UPRIGHT or np.abs((patch.polygon - origin) @ normal).max() > tiny:
             return False
     return all(
-        _leaves_squarely(skin, near, away, origin, gap, tiny)
+        _leaves_squarely(skin, np.flatnonzero(near), away, origin, gap, tiny, by_large=by_large)
         for skin, near, away in ((a, near_a, -normal), (b, near_b, normal))
     )
 
 
-def _leaves_squarely(skin: Skin, near: Int, away: Float, origin: Float, gap: float, tiny: float) -> bool:
+def _leaves_squarely(
+    skin: Skin, near: Int, away: Float, origin: Float, gap: float, tiny: float, *, by_large: bool
+) -> bool:
     """Whether faces ``near`` (n,) of a body leave the plane through ``origin`` (3,) as told, the way of ``away``."""
     heights = (skin.vertices - origin) @ away
     level, beyond = np.abs(heights) <= tiny, heights > gap + tiny
@@ -53,6 +67,8 @@ def _leaves_squarely(skin: Skin, near: Int, away: Float, origin: Float, gap: flo
     if not (level | beyond)[corners].all():
         return False
     flat = level[corners].all(1)
+    if by_large and (skin.facet[near[flat]] < 0).any():
+        return False
     upright = level[corners].any(1) & ~flat
     slopes = skin.normals[near] @ away
     if (slopes[flat] > UPRIGHT - 1).any() or (np.abs(slopes[upright]) > UPRIGHT).any():

@@ -109,13 +109,27 @@ def near_but_facets(a: Skin, b: Skin, gap: float) -> Int:
     return _near_faces(a, b, gap, apart=(a.facet >= 0, b.facet >= 0))
 
 
+def in_reach(a: Skin, b: Skin, gap: float) -> tuple[Bool, Bool]:
+    """Mark the faces (F,) of a and of b that come within ``gap`` of the box that the boxes of both bodies share."""
+    low, high = _common(a, b, gap)
+    of_a, of_b = (np.ones(len(skin.low), dtype=bool) for skin in (a, b))
+    for skin, of in ((a, of_a), (b, of_b)):
+        for k in range(3):  # by columns: numpy is slow along short rows
+            of &= (skin.high[:, k] >= low[k]) & (skin.low[:, k] <= high[k])
+    return of_a, of_b
+
+
+def _common(a: Skin, b: Skin, gap: float) -> tuple[Float, Float]:
+    """The lowest and the highest corner (3,) of what the boxes of both bodies share, wider by ``gap`` on all sides."""
+    return np.maximum(a.low.min(0), b.low.min(0)) - gap, np.minimum(a.high.max(0), b.high.max(0)) + gap
+
+
 def _near_faces(
     a: Skin, b: Skin, gap: float, among: tuple[Bool, Bool] | None = None, apart: tuple[Bool, Bool] | None = None
 ) -> Int:
     """(m, 2) near faces, if given only ``among`` some of a and of b, and without those that are both in ``apart``."""
-    low = np.maximum(a.low.min(0), b.low.min(0)) - gap
-    high = np.minimum(a.high.max(0), b.high.max(0)) + gap
-    of_a, of_b = (((skin.high >= low) & (skin.low <= high)).all(1) for skin in (a, b))
+    low, high = _common(a, b, gap)
+    of_a, of_b = in_reach(a, b, gap)
     if among is not None:
         of_a, of_b = of_a & among[0], of_b & among[1]
     in_a, in_b = np.flatnonzero(of_a), np.flatnonzero(of_b)

@@ -47,7 +47,7 @@ class ConvexSet(PublicValue):
     """A convex set between two polyhedra: it contains every point of ``inner`` and no point outside ``outer``.
 
     ``inner`` and ``outer`` are pairs of arrays A (m, d) and b (m,) for the half-spaces A x <= b, scaled to b = 1; the
-    origin is inside both. ``inner`` is cut off by the box |x_k| <= ``bound[k]``, with ``bound`` (d,). ``outer`` is not
+    origin is inside both. ``inner`` is cut off by the box ``|x_k| <= bound[k]``, with ``bound`` (d,). ``outer`` is not
     cut off and is valid everywhere; if the set is unbounded, ``outer`` is unbounded too. ``vertices`` (k, d) are those
     of ``inner``.
 

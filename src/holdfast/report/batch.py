@@ -15,7 +15,7 @@ from typing import Any
 from holdfast.base.errors import HoldfastError
 from holdfast.base.files import write_atomically
 from holdfast.base.public import number
-from holdfast.base.text import escaped, listed
+from holdfast.base.text import escaped, listed, many
 from holdfast.batches.folder import about, reading
 from holdfast.batches.result import BatchTables
 from holdfast.batches.schema import Row
@@ -44,11 +44,11 @@ def write_report(folder: str | os.PathLike[str], path: str | os.PathLike[str]) -
 
 def _page(folder: Path, told: Mapping[str, Any], rows: Sequence[Row]) -> str:
     outcomes = Counter(row["outcome"] for row in rows)
-    verdicts = Counter(row["status"] or "not asked" for row in rows if row["outcome"] == ANSWERED)
+    verdicts = Counter(row["status"] or "not asked" for row in rows if row["status"] or row["outcome"] == ANSWERED)
     seconds = sum(row["seconds"] or 0.0 for row in rows)
     ask = f"asked: {listed(told['ask'])}; options: {told['options'] or 'none'}; holdfast {told['version']}"
     return Template(PAGE).substitute(
-        title=escaped(f"{len(rows):,} scenes in {folder}"),
+        title=escaped(f"{many(len(rows), 'scene')} in {folder}"),
         subtitle=escaped(f"{ask}; {number(seconds, 's')} of work"),
         outcomes=bar({name: outcomes[name] for name in OUTCOMES if outcomes[name]}, ENDINGS),
         verdicts=bar({name: verdicts[name] for name in VERDICTS if verdicts[name]}, VERDICTS),

@@ -17,7 +17,7 @@ from holdfast.scene.scene import Scene
 from holdfast.settling.near import Near, near_points
 from holdfast.settling.pairs import FacePairs
 from holdfast.settling.poses import Posed, pairs_near
-from holdfast.settling.program import Contacts, small_motion
+from holdfast.settling.program import LEFT, Contacts, slips, small_motion
 
 # Lengths are shares of the reach, so that a scene in another unit of length moves alike.
 STRIDE = 0.033  # how far any point moves in one step at most
@@ -35,6 +35,7 @@ RESTING = 0.017  # how far apart surfaces may be that are looked at then
 OVERLAP = TOUCH  # a larger overlap is undone before gravity acts
 UNDOING = 12  # steps at most that undo overlaps
 STEPS = 150  # steps at most under gravity
+EFFORT = 1_000_000  # contacts in all cone programs of a group at most: about two minutes of them
 BALL = 0.4  # inertia of a ball over its mass and squared radius
 EAGER = 4.0  # how much stronger gravity gets, against what holds back motion, where bodies move slowly
 STRONGEST = 4.0**5  # times what it was at first, at most; nothing may move under it before a group rests
@@ -49,6 +50,7 @@ class End(Enum):
     REST = "nothing moves"
     LEFT = "a body leaves the reach"
     GOING = "the bodies still move after 150 steps"
+    EFFORT = "the bodies still move after programs with a million contacts together"
     TROUBLE = "a step has no solution"
 
 
@@ -127,17 +129,20 @@ def _undo_overlaps(group: Group, weight: Float, depth: float, limits: Limits) ->
 def _sink(group: Group, limits: Limits) -> tuple[End, int, Float]:
     """Let the bodies sink, slide and tip; returns how that ended, after how many steps, and the last motions (J, 3)."""
     stride, eager, damped = FIRST * limits.reach, 1.0, 1.0
-    last, going = np.zeros((group.count, 6)), np.zeros((group.count, 3))
+    last = made = np.zeros((group.count, 6))
+    going = np.zeros((group.count, 3))
     calm, travelled = 0, np.inf
     for step in range(STEPS):
         report("settling", step, STEPS)
-        motion = group.sinking(group.contacts(_margin(stride, limits)), stride, eager)
+        contacts = group.sliding(group.contacts(_margin(stride, limits)), made, TOUCH * limits.reach, stride)
+        motion = group.sinking(contacts, stride, eager, made)
         if motion is None:
             return End.TROUBLE, step, going
         back = float((motion * last).sum()) < -BACK * float(np.linalg.norm(motion) * np.linalg.norm(last))
         damped, last = (damped / 2 if back else min(1.0, RECOVERY * damped)), motion
         before = group.centres()
         travelled, before_that = group.apply(damped * motion, stride), travelled
+        made = motion * (travelled / max(group.farthest(motion), 1e-300))
         going = group.centres() - before
         if group.beyond(limits):
             return End.LEFT, step + 1, going
@@ -148,6 +153,8 @@ def _sink(group: Group, limits: Limits) -> tuple[End, int, Float]:
             eager = max(eager / EAGER, 1.0)
         elif travelled < stride / 2:
             eager = min(EAGER * eager, STRONGEST)
+        if group.effort > EFFORT:
+            return End.EFFORT, step + 1, going
         stride = float(np.clip(GROWTH * travelled, NARROW * limits.reach, STRIDE * limits.reach))
     return End.GOING, STEPS, going
 
@@ -159,7 +166,10 @@ def _margin(stride: float, limits: Limits) -> float:
 
 
 class Group:
-    """Bodies that may touch: ``bodies``, of which the first ``count`` are movable; with friction if ``rough``."""
+    """Bodies that may touch: ``bodies``, of which the first ``count`` are movable; with friction if ``rough``.
+
+    ``effort`` is the number of contacts in all cone programs so far.
+    """
 
     def __init__(self, scene: Scene, names: Sequence[str]) -> None:
         self.scene, self.count = scene, len(names)
@@ -170,7 +180,7 @@ class Group:
         mass = np.array([body.mass for body in movable], dtype=float)
         self.levers = np.array([posed.radius for posed in self.bodies[: self.count]])
         self.share = mass / mass.max()
-        self.rough = True
+        self.rough, self.effort = True, 0
         self._faces: defaultdict[tuple[int, int], FacePairs] = defaultdict(FacePairs)
         self._near: dict[tuple[int, int], tuple[Body, Body, float, Near]] = {}
 
@@ -214,25 +224,56 @@ class Group:
         least = np.minimum(weight, 1e9 * weight.min())
         unit = float(-contacts.gaps.min())
         pull = np.zeros(6 * self.count)
-        return small_motion(contacts, self.centres(), self.levers, self._metric(least), pull, unit=unit, friction=False)
+        return self._solved(contacts, self._metric(least), pull, unit, friction=False)
 
     def at_rest(self, reach: float) -> bool:
         """Tell whether nothing moves under gravity and friction if surfaces as near as TOUCH of the reach touch."""
         contacts = self.contacts(RESTING * reach)
         if len(contacts) and contacts.gaps.min() < -TOUCH * reach:
             return False
-        gaps = np.where(contacts.gaps < TOUCH * reach, 0.0, contacts.gaps)
-        motion = self.sinking(replace(contacts, gaps=gaps), RESTING * reach, STRONGEST)
+        touching = contacts.only(contacts.gaps < TOUCH * reach)
+        motion = self.sinking(replace(touching, gaps=np.zeros(len(touching))), RESTING * reach, STRONGEST)
         return motion is not None and self.farthest(motion) < STILL * reach
 
-    def sinking(self, contacts: Contacts, stride: float, eager: float) -> Float | None:
-        """Return motions (J, 6) under gravity and friction, in which a free body sinks by ``eager * stride`` [m]."""
+    def sinking(self, contacts: Contacts, stride: float, eager: float, before: Float | None = None) -> Float | None:
+        """Return motions (J, 6) under gravity and friction, in which a free body sinks by ``eager * stride`` [m].
+
+        With the motions ``before`` (J, 6) they are found as one of many steps (``small_motion``).
+        """
         pull = np.zeros((self.count, 6))
         pull[:, :3] = -eager * self.share[:, None] * self.scene.up
-        metric = self._metric(np.ones(self.count))
-        return small_motion(
-            contacts, self.centres(), self.levers, metric, pull.ravel(), unit=stride, friction=self.rough
+        weight = self._metric(np.ones(self.count))
+        return self._solved(contacts, weight, pull.ravel(), stride, friction=self.rough, before=before)
+
+    def _solved(
+        self,
+        contacts: Contacts,
+        metric: Float,
+        pull: Float,
+        unit: float,
+        *,
+        friction: bool,
+        before: Float | None = None,
+    ) -> Float | None:
+        """Return the motions (J, 6) of ``small_motion``, and count what they cost."""
+        motion, solved = small_motion(
+            contacts, self.centres(), self.levers, metric, pull, unit=unit, friction=friction, before=before
         )
+        self.effort += solved
+        return motion
+
+    def sliding(self, contacts: Contacts, before: Float, touch: float, stride: float) -> Contacts:
+        """Return the contacts of a step of ``stride`` [m] in which what fell or slid in the motions ``before`` goes on.
+
+        A cone g + n·v >= μ |t·v| drives surfaces apart that slide, so that a body between two walls would fall by their
+        distance over μ in a step. Nothing presses surfaces that are more than ``touch`` [m] apart: they slide as far
+        as before with g + n·v >= 0 alone, and the cone begins there.
+        """
+        _, across = slips(contacts, self.centres(), before)
+        room = contacts.mu * across
+        loose = (contacts.gaps > touch) & (room > LEFT * stride)
+        smooth = replace(contacts.only(loose), mu=np.zeros(int(loose.sum())))
+        return replace(contacts, gaps=contacts.gaps + np.where(loose, room, 0.0)).with_(smooth)
 
     def apply(self, motion: Float, most: float) -> float:
         """Move the bodies by ``motion`` (J, 6), shortened so that no point moves farther than ``most`` [m].

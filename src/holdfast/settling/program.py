@@ -14,8 +14,11 @@ from holdfast.conic.solve import Outcome, solve
 
 GIVING = 1e4  # weights of the heaviest body: the force at which an overlap that cannot be undone gives way
 TOLERANCE = 1e-11
+ROUGHLY = 1e-8  # that of steps that the next one corrects
 ROUNDS = 8  # solutions at most of one step: after each, contacts that it violates join those that were chosen
-VIOLATED = 1e-4  # of the unit of length: a smaller violation is left to the next step
+VIOLATED = 1e-4  # of the unit of length: a smaller violation does not count
+LEFT = 1e-2  # of the unit of length: a smaller violation is left to the next step
+SOON = 0.3  # of the unit of length: contacts that the motions before would leave farther apart wait until violated
 MORE = 3  # contacts of a pair of bodies that join at a time
 
 
@@ -39,6 +42,18 @@ class Contacts:
         """Return those contacts for which ``which`` (n,) is true."""
         points, normals, gaps, mu = (c[which] for c in (self.points, self.normals, self.gaps, self.mu))
         return Contacts(self.ends[which], self.movable, points, normals, gaps, mu, self.chosen[which])
+
+    def with_(self, others: Contacts) -> Contacts:
+        """Return these contacts and others of the same bodies."""
+        return Contacts(
+            np.concatenate([self.ends, others.ends]),
+            self.movable,
+            np.concatenate([self.points, others.points]),
+            np.concatenate([self.normals, others.normals]),
+            np.concatenate([self.gaps, others.gaps]),
+            np.concatenate([self.mu, others.mu]),
+            np.concatenate([self.chosen, others.chosen]),
+        )
 
     def __len__(self) -> int:
         return len(self.gaps)
@@ -102,58 +117,93 @@ def step_program(
 
 
 def small_motion(
-    contacts: Contacts, centres: Float, levers: Float, metric: Float, pull: Float, *, unit: float, friction: bool
-) -> Float | None:
+    contacts: Contacts,
+    centres: Float,
+    levers: Float,
+    metric: Float,
+    pull: Float,
+    *,
+    unit: float,
+    friction: bool,
+    before: Float | None = None,
+) -> tuple[Float | None, int]:
     """Return the motions (J, 6) that solve ``step_program`` with lengths in ``unit`` [m], or None if none is found.
 
-    The first three numbers of a motion are in metres, the others in radians. ``pull`` (6J,) is such that a free body
-    moves by ``unit`` times its first three entries over its mass.
+    With them comes the number of contacts in all programs that were solved for it. The first three numbers of a motion
+    are in metres, the others in radians. ``pull`` (6J,) is such that a free body moves by ``unit`` times its first
+    three entries over its mass. With the motions ``before`` (J, 6) of the last step it is solved roughly, because
+    the next step corrects it, and begins with the contacts that matter if the bodies go on like that.
     """
     scaled = replace(contacts, points=contacts.points / unit, gaps=contacts.gaps / unit)
     if not friction:
         scaled = replace(scaled, mu=np.zeros(len(contacts)))
-    active = contacts.chosen.copy()
+    centres, levers = centres / unit, levers / unit
+    active, tolerance, least = contacts.chosen.copy(), TOLERANCE, VIOLATED
+    if before is not None:
+        tolerance, least = ROUGHLY, LEFT
+        going = before / np.array([unit] * 3 + [1.0] * 3)
+        active &= _slack(scaled, centres, going) < SOON
+        active |= _violated(scaled, centres, going, least)
+    solved = 0
     for _ in range(ROUNDS):
-        found = _solved(scaled.only(active), centres / unit, levers / unit, metric, pull)
+        solved += int(active.sum())
+        found = _solved(scaled.only(active), centres, levers, metric, pull, tolerance)
         if found is None:
-            return None
-        motion = found
-        more = _violated(scaled, centres / unit, levers / unit, motion) & ~active
+            return None, solved
+        motion = found.reshape(-1, 6)
+        motion[:, 3:] /= levers[:, None]
+        more = _violated(scaled, centres, motion, least) & ~active
         if not more.any():
             break
         active |= more
-    motion = motion.reshape(-1, 6) * unit
-    motion[:, 3:] /= levers[:, None]
-    return motion
+    motion[:, :3] *= unit
+    return motion, solved
 
 
-def _solved(contacts: Contacts, centres: Float, levers: Float, metric: Float, pull: Float) -> Float | None:
-    """Return the solution (6J,) of ``step_program``, in which contacts give way only if they must."""
-    for giving in (False, True):
-        answer = solve(step_program(contacts, centres, levers, metric, pull, giving), tolerance=TOLERANCE)
+def _solved(
+    contacts: Contacts, centres: Float, levers: Float, metric: Float, pull: Float, tolerance: float
+) -> Float | None:
+    """Return the solution (6J,) of ``step_program``.
+
+    Only if it must, friction does not hold in overlaps, which a body may have no way to leave but along them, and
+    only if that is not enough, contacts give way.
+    """
+    smooth = replace(contacts, mu=np.where(contacts.gaps < 0, 0.0, contacts.mu))
+    for tried, giving in ((contacts, False), (smooth, False), (smooth, True)):
+        answer = solve(step_program(tried, centres, levers, metric, pull, giving), tolerance=tolerance)
         if answer.outcome in (Outcome.SOLVED, Outcome.ALMOST_SOLVED):
             return answer.x[: 6 * len(centres)]
     return None
 
 
-def _moved_apart(contacts: Contacts, centres: Float, levers: Float, motion: Float) -> Float:
+def moved_apart(contacts: Contacts, centres: Float, motion: Float) -> Float:
     """Return how far the second body moves away from the first at every contact (n, 3), of motions (J, 6)."""
     fixed = np.zeros((1, 3))  # of all bodies that are
-    shift, turn = np.concatenate([motion[:, :3], fixed]), np.concatenate([motion[:, 3:] / levers[:, None], fixed])
+    shift, turn = np.concatenate([motion[:, :3], fixed]), np.concatenate([motion[:, 3:], fixed])
     bodies = np.minimum(contacts.ends, len(centres))
     arms = contacts.points[:, None] - np.concatenate([centres, fixed])[bodies]
     moved = shift[bodies] + np.cross(turn[bodies], arms)
     return np.asarray(moved[:, 1] - moved[:, 0])
 
 
-def _violated(contacts: Contacts, centres: Float, levers: Float, motion: Float) -> Bool:
-    """Tell which contacts (n,) a motion (6J,) violates, of every pair of bodies only the worst few."""
-    away = _moved_apart(contacts, centres, levers, motion.reshape(-1, 6))
+def slips(contacts: Contacts, centres: Float, motion: Float) -> tuple[Float, Float]:
+    """Return how far the surfaces move apart along the normals (n,), and across them (n,), of motions (J, 6)."""
+    away = moved_apart(contacts, centres, motion)
     along = (away * contacts.normals).sum(1)
-    across = np.linalg.norm(away - along[:, None] * contacts.normals, axis=1)
-    slack = contacts.gaps + along - contacts.mu * across
+    return along, np.linalg.norm(away - along[:, None] * contacts.normals, axis=1)
+
+
+def _slack(contacts: Contacts, centres: Float, motion: Float) -> Float:
+    """Return g + n·v - μ |t·v| at every contact (n,), of motions (J, 6)."""
+    along, across = slips(contacts, centres, motion)
+    return np.asarray(contacts.gaps + along - contacts.mu * across)
+
+
+def _violated(contacts: Contacts, centres: Float, motion: Float, least: float) -> Bool:
+    """Tell which contacts (n,) motions (J, 6) violate by more than ``least``, of every pair of bodies the worst few."""
+    slack = _slack(contacts, centres, motion)
     worst = np.zeros(len(contacts), dtype=bool)
-    order = np.flatnonzero(slack < -VIOLATED)
+    order = np.flatnonzero(slack < -least)
     order = order[np.lexsort((slack[order], contacts.ends[order, 1], contacts.ends[order, 0]))]
     if len(order):
         pair = contacts.ends[order]

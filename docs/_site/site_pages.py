@@ -1,0 +1,69 @@
+"""Pages of the site that are made of other files: benchmarks from their results, and links that mean files elsewhere.
+
+The pages of docs/ are read on their own, too, where links lead to files beside the folder. On the site these lead to
+the pages that were made of them.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+from sphinx.application import Sphinx
+
+DOCS = Path(__file__).parents[1]
+ROOT = DOCS.parent
+RESULTS = ROOT / "benchmarks" / "results"
+MADE = DOCS / "benchmarks"
+HEAD = """# Benchmarks
+
+What was measured, each with one command: `holdfast benchmark NAME` measures it again, `--compare` shows both beside
+each other. Times are those of two cores of a shared machine; ratios mean more than seconds.
+
+```{toctree}
+:maxdepth: 1
+
+"""
+# Links of the pages, and where they lead on the site
+LINKS = (
+    (re.compile(r"\]\(\.\./benchmarks/results/(\w+)\.(md|png)\)"), r"](/benchmarks/\1.\2)"),
+    (re.compile(r"\]\((?:\.\./)?CONTRIBUTING\.md\)"), "](/contributing.md)"),
+    (re.compile(r"\]\((?:\.\./)?CHANGELOG\.md\)"), "](/changelog.md)"),
+)
+
+
+def make_benchmarks(app: Sphinx) -> None:
+    """Write a page for every saved benchmark, and one that lists them."""
+    shutil.rmtree(MADE, ignore_errors=True)
+    MADE.mkdir()
+    names = sorted(path.stem for path in RESULTS.glob("*.md"))
+    for name in names:
+        text = (RESULTS / f"{name}.md").read_text(encoding="utf-8")
+        picture = RESULTS / f"{name}.png"
+        if picture.exists():
+            shutil.copy(picture, MADE / picture.name)
+            text += f"\n![{name}]({picture.name})\n"
+        (MADE / f"{name}.md").write_text(text, encoding="utf-8")
+    (MADE / "index.md").write_text(HEAD + "\n".join(names) + "\n```\n", encoding="utf-8")
+
+
+def lead_on_site(app: Sphinx, name: str, source: list[str]) -> None:
+    """Turn links to files beside the folder of the pages into links to pages of the site."""
+    for pattern, target in LINKS:
+        source[0] = pattern.sub(target, source[0])
+
+
+def lead_from_root(app: Sphinx, path: Path, parent: str, source: list[str]) -> None:
+    """Do so in files that a page includes, whose links begin at the root of the repository."""
+    lead_on_site(app, parent, source)
+    source[0] = re.sub(r"\]\(docs/", "](", source[0])
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Join the making of the site."""
+    app.connect("builder-inited", make_benchmarks)
+    app.connect("source-read", lead_on_site)
+    app.connect("include-read", lead_from_root)
+    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

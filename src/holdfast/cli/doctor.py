@@ -1,0 +1,94 @@
+"""The command ``doctor``: what is installed here, what is missing, and where machine code is kept."""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+import sys
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from rich.table import Table as RichTable
+
+from holdfast import __version__
+from holdfast.base.code_store import FOLDER_VARIABLE, machine_code_folder
+from holdfast.base.text import many
+from holdfast.cli.common import AsJson
+from holdfast.cli.output import out, print_json
+
+PROJECT = "holdfast"
+NOT_FOR_USE = ("test", "dev", "docs")  # extras of those who work on holdfast
+_NAME = re.compile(r"[\w.-]+")
+_EXTRA = re.compile(r"extra == ['\"]([\w-]+)['\"]")
+
+
+def doctor(as_json: AsJson = False) -> None:
+    """Say what is installed here, which extras are missing, and where machine code is kept.
+
+    Put what it says into a report of a defect.
+    """
+    found = examined()
+    if as_json:
+        print_json(found)
+        return
+    out.say(
+        f"holdfast {found['holdfast']}, Python {found['python']}, {found['system']}, {many(found['cores'], 'core')}"
+    )
+    cache = found["cache"]
+    state = (
+        "cannot be written"
+        if not cache["writable"]
+        else f"{cache['megabytes']:.0f} MB"
+        if cache["megabytes"]
+        else "empty"
+    )
+    out.say(f"machine code: {cache['folder']} ({state}; {FOLDER_VARIABLE} names another)")
+    table = RichTable("needed for", "package", "version", box=None, pad_edge=False)
+    for extra, packages in found["packages"].items():
+        for name, version in packages.items():
+            table.add_row(extra, name, version or f"missing: pip install '{PROJECT}[{extra}]'")
+    out.print(table)
+
+
+def examined() -> dict[str, Any]:
+    """Return versions by what they are needed for, None where a package is missing; the system; and the cache."""
+    return {
+        "holdfast": __version__,
+        "python": platform.python_version(),
+        "system": f"{platform.system()} {platform.machine()}",
+        "executable": sys.executable,
+        "cores": os.cpu_count() or 1,
+        "cache": _cache(machine_code_folder()),
+        "packages": {extra: {name: _version(name) for name in names} for extra, names in _needed().items()},
+    }
+
+
+def _needed() -> dict[str, list[str]]:
+    """Return the packages that this installation of holdfast asks for, by extra; "core" are those of every call."""
+    try:
+        lines = metadata.requires(PROJECT) or []
+    except metadata.PackageNotFoundError:  # run from its sources
+        lines = []
+    found: dict[str, list[str]] = {"core": []}
+    for line in lines:
+        name, extra = _NAME.match(line), _EXTRA.search(line)
+        group = extra[1] if extra else "core"
+        if name and name[0] != PROJECT and group not in NOT_FOR_USE:
+            found.setdefault(group, []).append(name[0])
+    return found
+
+
+def _version(name: str) -> str | None:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return None
+
+
+def _cache(folder: Path) -> dict[str, Any]:
+    """Return where machine code is kept, whether it can be, and how much there is [MB]."""
+    nearest = next(path for path in (folder, *folder.parents) if path.exists())
+    size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file()) if folder.is_dir() else 0
+    return {"folder": str(folder), "writable": os.access(nearest, os.W_OK), "megabytes": round(size / 1e6, 1)}

@@ -1,0 +1,83 @@
+"""Build wheel and sdist, and try each in a clean environment of every Python that this machine has.
+
+    python tools/wheels.py [FOLDER]
+
+Pythons are python3.11 to python3.14 on the PATH, and those that PYTHONS names, separated by colons. Tried is the core
+without extras: a verdict, a push, and that a picture says which extra it needs.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+TRIED = """
+import holdfast as hf
+assembly = hf.assemble(hf.shipped_scene("table"))
+assert hf.stability(assembly).status == "stable"
+push = hf.robustness(assembly, "slab", (-0.25, 0.0, 0.225), (1, 0, 0))
+surfaces = hf.robustness_map(assembly, spacing=0.1)
+try:
+    surfaces.save_png("map.png")
+except hf.HoldfastError as error:
+    assert "holdfast[viewer]" in str(error), error
+else:
+    raise SystemExit("a picture without matplotlib?")
+print(f"holdfast {hf.__version__}: {push.force[0]:.2f} N")
+"""
+
+
+def main() -> int:
+    """Build, try, and say what came out; return 1 if anything failed."""
+    folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out/dist").resolve()
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    builder = environment(sys.executable, Path(tempfile.mkdtemp()))
+    called(builder, "-m", "pip", "install", "--quiet", "build")
+    called(builder, "-m", "build", "--outdir", str(folder), str(ROOT))
+    failed = False
+    for python in pythons():
+        for package in sorted(folder.iterdir()):
+            with tempfile.TemporaryDirectory() as clean:
+                try:
+                    own = environment(python, Path(clean))
+                    called(own, "-m", "pip", "install", "--quiet", "-c", str(ROOT / "constraints.txt"), str(package))
+                    said = called(own, "-W", "error::DeprecationWarning:holdfast", "-c", TRIED, folder=Path(clean))
+                except subprocess.CalledProcessError as error:
+                    failed, said = True, f"FAILED: {error.stderr.strip()[-600:]}"
+                print(f"{Path(python).name} {package.name}: {said}", flush=True)
+    return int(failed)
+
+
+def pythons() -> list[str]:
+    """Return the Pythons of this machine, each version once."""
+    named = [name for name in os.environ.get("PYTHONS", "").split(":") if name]
+    found = [*named, *(shutil.which(f"python3.{minor}") or "" for minor in range(11, 15))]
+    versions: dict[str, str] = {}
+    for python in filter(None, found):
+        done = subprocess.run([python, "-c", "import sys; print(sys.version_info[:2])"], capture_output=True, text=True)
+        if done.returncode == 0:
+            versions.setdefault(done.stdout, python)
+    return list(versions.values())
+
+
+def environment(python: str, folder: Path) -> str:
+    """Make a clean environment, and return its Python."""
+    subprocess.run([python, "-m", "venv", str(folder / "venv")], check=True)
+    return str(folder / "venv" / "bin" / "python")
+
+
+def called(python: str, *arguments: str, folder: Path | None = None) -> str:
+    """Return what a call of Python printed; nothing of this environment leads it to other packages."""
+    kept = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "PYTHONHOME")}
+    done = subprocess.run([python, *arguments], cwd=folder, env=kept, capture_output=True, text=True, check=True)
+    return done.stdout.strip()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
