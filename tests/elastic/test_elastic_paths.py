@@ -11,7 +11,7 @@ from holdfast.elastic.linear import make_work
 from holdfast.elastic.outcome import Event, PathOutcome, RestOutcome, goes_on, outcome_of
 from holdfast.elastic.path import CLOSE, PathResult
 from holdfast.elastic.stepper import MOST_CHANGES, advance, appraise, begin, cross_change, torn
-from holdfast.elastic.system import System
+from holdfast.elastic.system import LEAST_PATIENCE, MOST_PATIENCE, System, patience
 from holdfast.elastic.walk import Progress, make_stepper
 
 X, DOWN, UP = (1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)
@@ -54,12 +54,6 @@ def test_machine_code_and_python_give_the_same_path(name: str) -> None:
     np.testing.assert_allclose(one.cut, two.cut, rtol=1e-2, atol=1e-2 * np.abs(one.cut).max())
 
 
-def hurry(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let every path ask for its ceiling at once."""
-    monkeypatch.setattr("holdfast.elastic.system.PATIENCE", 1)
-    monkeypatch.setattr("holdfast.elastic.system.DEAR", 0)
-
-
 @pytest.mark.parametrize("make", [System.dense, System.by_fronts])
 @pytest.mark.parametrize("name", ["slides", "tilts", "pressed", "slanted"])
 def test_a_path_that_halted_goes_on_as_if_it_had_not(make: object, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -67,15 +61,13 @@ def test_a_path_that_halted_goes_on_as_if_it_had_not(make: object, name: str, mo
     system = make(block(mu))
     rest = system.come_to_rest().q
     at_once = system.paths(rest, load[None])
+    monkeypatch.setattr("holdfast.elastic.system.patience", lambda _: 1)
     asked: list[int] = []
 
     def ceiling(row: int) -> float:
         asked.append(row)
         return np.inf
 
-    system.paths(rest, load[None], ceiling=ceiling)
-    assert not asked, "the paths of one block are cheap"
-    hurry(monkeypatch)
     halted = system.paths(rest, load[None], ceiling=ceiling)
     assert asked == [0]
     for one, other in zip(at_once, halted, strict=True):
@@ -89,7 +81,7 @@ def test_a_path_ends_close_to_its_ceiling_and_says_how_close(make: object, monke
     rest, peak = system.come_to_rest().q, HALF / HEIGHT
     loads = np.array([push(X), 0.5 * push(X)])
     whole = system.paths(rest, loads)
-    hurry(monkeypatch)
+    monkeypatch.setattr("holdfast.elastic.system.patience", lambda _: 1)
     cut = system.paths(rest, loads, ceiling=lambda row: peak * (1 + row))
     assert (cut.outcome == PathOutcome.PEAK).all()
     assert (cut.systems < whole.systems).all()
@@ -97,6 +89,11 @@ def test_a_path_ends_close_to_its_ceiling_and_says_how_close(make: object, monke
     np.testing.assert_allclose(cut.peak + cut.short, peak * np.array([1, 2]), rtol=1e-6)
     far = system.paths(rest, loads, ceiling=lambda row: 2 * peak * (1 + row))  # a ceiling that is never met
     np.testing.assert_allclose(far.peak, whole.peak, rtol=1e-9)
+
+
+def test_the_dearer_a_system_is_the_sooner_a_ceiling_is_asked_for() -> None:
+    assert patience(6) == MOST_PATIENCE
+    assert MOST_PATIENCE > patience(1500) > patience(2500) > patience(6000) == LEAST_PATIENCE
 
 
 def test_what_has_no_weight_to_rest_on_drifts() -> None:

@@ -27,13 +27,16 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 MOST_DENSE = 150  # displacements up to which dense elimination in compiled code is faster than fronts
-PATIENCE = 25  # linear systems that a dear path may take before it asks what it is proved not to pass
-DEAR = (
-    1500  # displacements from which as many systems cost what a solve of limit analysis does; below it is 100 of them
-)
+LEAST_PATIENCE, MOST_PATIENCE = 25, 100  # linear systems that a path may take before its ceiling is asked for
+SHARED_PATIENCE = 75_000  # the same, times the number of displacements
 LEAST_COLUMNS = 8  # for which another thread pays
 LONG = 60  # displacements from which coming to rest may take longer than a user who stops it waits
 STAGE = "load paths"
+
+
+def patience(n: int) -> int:
+    """Linear systems of n displacements that cost about as much as the limit analysis that tells a path's ceiling."""
+    return max(LEAST_PATIENCE, min(MOST_PATIENCE, SHARED_PATIENCE // n))
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,13 +108,13 @@ class System:
         """Follow the paths of ``loads`` (k, n), none of them zero, from the state of rest ``start`` (n,).
 
         Loads are in the model's units; ``cuts``: say how peaks answer to other loads. ``ceiling``: what s is proved not
-        to pass on the path with this number. Where paths are DEAR it is asked after PATIENCE linear systems, by
-        whichever thread, and the path ends where s is CLOSE to it.
+        to pass on the path with this number. It is asked, by whichever thread, where a path takes more linear systems
+        than ``patience`` allows; the path then ends where s is CLOSE to it.
         """
         count, n = loads.shape
         found = PathResult.lost(count, n, cuts=cuts)
         walk = self._compiled(follow)
-        most = UNLIMITED if ceiling is None or n < DEAR else PATIENCE
+        most = UNLIMITED if ceiling is None else patience(n)
 
         def run(rows: Iterable[int], work: Work) -> None:
             stepper = make_stepper(n, dense=self.fronts is None)

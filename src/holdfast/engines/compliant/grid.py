@@ -96,8 +96,8 @@ class Grid:
         """Follow the load paths of columns W (6J, k) [N, N m], none of which may be zero.
 
         All paths are lost if the assembly does not rest on this grid. If ``cuts`` is True, the result also holds the
-        derivatives of the peaks by the load, in the units of W. Otherwise long paths of large groups end close to what
-        limit analysis proves that they do not pass.
+        derivatives of the peaks by the load, in the units of W. Otherwise long paths end close to what limit analysis
+        proves that they do not pass; nearly all of them end on a long level piece, on which s rises by that little.
         """
         loads = self.loads(W)
         if self.settled.outcome is not RestOutcome.RESTS:
