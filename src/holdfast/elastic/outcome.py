@@ -43,7 +43,6 @@ class Event(IntEnum):
     FAR = 11  # so far from rest that rounding would show
     FLAT = 12  # the load does not rise any more
     ENDLESS = 13  # forces that balance the load alone were found
-    AT_CEILING = 14  # the load can hardly rise any more, whatever the path does: something else proves that
 
 
 LAST_TO_GO_ON = Event.NODE_CHANGED
@@ -60,6 +59,6 @@ def outcome_of(event: Event) -> PathOutcome:
     """How a path ends whose last step met ``event``."""
     if event == Event.ENDLESS:
         return PathOutcome.ENDLESS
-    if event == Event.FALLEN or event == Event.FAR or event == Event.FLAT or event == Event.AT_CEILING:
+    if event == Event.FALLEN or event == Event.FAR or event == Event.FLAT:
         return PathOutcome.PEAK
     return PathOutcome.LOST

@@ -14,7 +14,9 @@ from holdfast.elastic.linear import SINGULAR, Work
 from holdfast.elastic.newton import newton, on_path, unbalance, worst
 from holdfast.elastic.outcome import Event, PathOutcome, goes_on, outcome_of
 from holdfast.elastic.stepper import (
+    STATIONS,
     TOLERANCE,
+    Stepper,
     advance,
     appraise,
     begin,
@@ -24,14 +26,11 @@ from holdfast.elastic.stepper import (
     turn,
 )
 from holdfast.elastic.vectors import dot, go, mix, put
-from holdfast.elastic.walk import STATIONS, Stepper
 
 REFINED = 5e-5  # relative accuracy of the peak
 REFINEMENTS = 20  # points that are tried to reach it
 MOST_FAILURES = 5  # of them in a row that are not found
 MOST_POINTS = 400  # on a path
-UNLIMITED = 1 << 60  # linear systems
-CLOSE = 1e-3  # share of a proved ceiling by which a path that halted may end below it
 
 
 class PathResult(NamedTuple):
@@ -99,29 +98,16 @@ def follow(
     load: Float,
     into: PathResult,
     row: int,
-    ceiling: float,
-    most: int,
-    halted: bool,
     fronts: Fronts | None,
-) -> bool:
+) -> None:
     """Raise s from 0 at the rest state ``start`` (n,) along the path r(q) + s load = 0; the result goes ``into`` a row.
 
     1. Find the direction in which the path begins. 2. Step along it until it falls, is flat, far or endless, or is
-    lost, or until s is CLOSE to a ``ceiling`` that it is proved not to pass. 3. If it has a peak, refine that. 4. If
-    asked for, find how the peak answers to other loads.
-
-    Returns False if it halts after more than ``most`` linear systems. If called again, ``halted``, it goes on there.
+    lost. 3. If it has a peak, refine that. 4. If asked for, find how the peak answers to other loads.
     """
-    event = Event.ADVANCED
-    if not halted:
-        event = begin(m, work, stepper, start, load, fronts)
     now = stepper.now
+    event = begin(m, work, stepper, start, load, fronts)
     while goes_on(event) and now.points < MOST_POINTS:
-        if now.highest >= (1 - CLOSE) * ceiling:
-            event = Event.AT_CEILING
-            break
-        if now.systems > most:
-            return False
         event = advance(m, work, stepper, fronts)
         if event == Event.STUCK:
             event = cross_change(m, work, stepper, fronts)
@@ -133,25 +119,13 @@ def follow(
                 event = cross_change(m, work, stepper, fronts)
             else:
                 set_next_step(now)
-    if event == Event.AT_CEILING:
-        now.short = max(ceiling - now.highest, 0.0)
-    end(m, work, stepper, event, into, row, fronts)
-    return True
-
-
-@compilable
-def end(
-    m: Elastic, work: Work, stepper: Stepper, event: Event, into: PathResult, row: int, fronts: Fronts | None
-) -> None:
-    """Write what a path that ended with ``event`` gave into a row."""
-    now, outcome = stepper.now, outcome_of(event)
+    outcome = outcome_of(event)
     put(into.q[row], stepper.peak_q)
     if event == Event.NO_BEGINNING:
         return
     put(into.motion[row], stepper.tangent)
     if outcome == PathOutcome.PEAK:
-        if event != Event.AT_CEILING:
-            refine(m, work, stepper, fronts)
+        refine(m, work, stepper, fronts)
         put(into.q[row], stepper.peak_q)
         if into.cut.shape[1] > 0:
             answer_to_loads(m, work, stepper, into.cut[row], fronts)

@@ -1,10 +1,12 @@
-"""Steps along a load path, and what a single step meets.
+"""Steps along a load path: the state of the walk, and what a single step meets.
 
 The path is walked plane by plane across its direction (pseudo-arc-length), so that neither a falling load nor a point
 that moves back stops it. Its length ℓ is that of the motion of the body that moves most.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -16,11 +18,11 @@ from holdfast.elastic.linear import SINGULAR, Work
 from holdfast.elastic.newton import SHORTEST, Balance, newton, on_path, unbalance, worst
 from holdfast.elastic.outcome import Event
 from holdfast.elastic.vectors import divide, dot, farthest, go, largest, put
-from holdfast.elastic.walk import STATIONS, Progress, Stepper, before_peak, behind_peak, keep_station
 
 TOLERANCE = 1e-7  # unbalance of points on the path, each body's in units of its own weight
 FALLEN = 0.99  # share of the peak below which the path has clearly fallen
 NEW_PEAK = 1e-4  # relative rise above the peak so far that counts as a new peak
+STATIONS = 4  # points before the peak that are kept
 APART = 3e-3  # relative rise of the load from one of them to the next
 FAINT = 1e-8  # drag while forces that balance the load alone are sought
 FLAT = 1e-4  # relative rise still to come, if the slope fell as 1/ℓ², below which the path counts as flat
@@ -41,6 +43,103 @@ SHORTENINGS = 4  # of one step, after which the path is continued behind the nex
 MOST_CHANGES = 200  # of nodes that a path may be continued behind
 LATE, FARTHER = 12, 1.5  # points without a new peak, and growth of the length, after which none is expected
 TOO_LATE = 40  # points without a new peak after which none is waited for, however near
+
+
+class Progress:
+    """The numbers of a walk along a path.
+
+    Constants: ``orientation``, the sign of the stiffness's determinant at rest; ``strength``, the largest component of
+    the load, each body's in its own weight and size; ``elastic``, the largest displacement at rest.
+
+    Where it is: ``s`` and the ``slope`` ds/dℓ; what the faint hold has ``carried``, of each body's own weight; the
+    ``step`` Δℓ to be tried; the ``length`` ℓ so far; ``last``, s of the last regular point; ``turned``, the last
+    correction as a share of its step; ``points`` found, linear ``systems`` solved, node ``changes`` crossed; how often
+    this step was ``shortened``, and whether that was because it was ``doubted`` to lie on the same branch; the
+    ``fastest`` growth of the step for now; whether a ``corner`` lies just behind the step, and the step to be tried
+    ``beyond`` it.
+
+    Of the peak: ``highest`` s; ``noted``, the last s that counted as a new peak, at the length ``at_peak``, and the
+    points since (``late``); ``short``, by how much it may be too low. It lies between a point where s rises
+    (``rising_s``, ``rising_slope``) and one where it does not (``falling_s``, ``falling_slope``), once the latter is
+    known: ``closed``. The number of ``stations`` kept on the way to it.
+
+    Of the end: the lengths since which the path has been flat (``flat_since``) and since which s has grown in
+    proportion to ℓ (``similar_since``); inf if it is not.
+    """
+
+    orientation: float = 0.0
+    strength: float = 0.0
+    elastic: float = 0.0
+    s: float = 0.0
+    slope: float = 0.0
+    carried: float = 0.0
+    step: float = 0.0
+    length: float = 0.0
+    last: float = 0.0
+    turned: float = 0.0
+    points: int = 0
+    systems: int = 0
+    changes: int = 0
+    shortened: int = 0
+    fastest: float = 4.0
+    beyond: float = 0.0
+    corner: bool = False
+    doubted: bool = False
+    highest: float = 0.0
+    noted: float = 0.0
+    at_peak: float = 0.0
+    late: int = 0
+    short: float = 0.0
+    rising_s: float = 0.0
+    rising_slope: float = 0.0
+    falling_s: float = 0.0
+    falling_slope: float = 0.0
+    closed: bool = False
+    stations: int = 0
+    flat_since: float = 0.0
+    similar_since: float = 0.0
+
+
+class Stepper(NamedTuple):
+    """A walk along a load path: all that one step hands on to the next; ``now`` is written to, and so are all arrays.
+
+    The point ``q`` (n,) with the path's direction ``tangent``, dq/dℓ; the point ``trial`` that is being tried and where
+    it was ``aimed``; displacement and plane of the highest point so far (``peak_q``, ``peak_plane``); displacement,
+    tangent and plane of the point before the peak, displacement and tangent of the one behind it; ``origin``, zeros.
+
+    Of some points on the way to the peak, each higher than the one before: the load (STATIONS,), displacement and plane
+    (STATIONS, n); the last ones are kept, and those that are not there yet have the load 0.
+    """
+
+    now: Progress
+    q: Float
+    tangent: Float
+    trial: Float
+    aimed: Float
+    peak_q: Float
+    peak_plane: Float
+    rising_q: Float
+    rising_tangent: Float
+    rising_plane: Float
+    falling_q: Float
+    falling_tangent: Float
+    origin: Float
+    station_s: Float
+    station_q: Float
+    station_plane: Float
+
+
+RECORD = np.dtype(
+    [(name, {"float": "f8", "int": "i8", "bool": "?"}[kind]) for name, kind in Progress.__annotations__.items()],
+    align=True,
+)
+
+
+def make_stepper(n: int, *, dense: bool) -> Stepper:
+    """A walk among n = 6J displacements; if ``dense`` its numbers are a record that compiled code can write."""
+    now = cast(Progress, np.zeros(1, RECORD)[0]) if dense else Progress()
+    vectors = np.zeros((len(Stepper._fields) - 4, n))
+    return Stepper._make([now, *vectors, np.zeros(STATIONS), *np.zeros((2, STATIONS, n))])
 
 
 @compiled
@@ -122,6 +221,35 @@ def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, f
     put(stepper.peak_plane, work.c)
     now.rising_s, now.falling_s, now.falling_slope, now.closed = 0.0, 0.0, 0.0, now.slope <= 0
     return Event.BEGUN
+
+
+@compilable
+def before_peak(work: Work, stepper: Stepper) -> None:
+    """Let the present point be the one before the peak."""
+    now = stepper.now
+    put(stepper.rising_q, stepper.q)
+    put(stepper.rising_tangent, stepper.tangent)
+    put(stepper.rising_plane, work.c)
+    now.rising_s, now.rising_slope = now.s, now.slope
+
+
+@compilable
+def keep_station(work: Work, stepper: Stepper) -> None:
+    """Keep the present point in the place of the oldest one that is kept."""
+    at = stepper.now.stations % STATIONS
+    stepper.station_s[at] = stepper.now.s
+    put(stepper.station_q[at], stepper.q)
+    put(stepper.station_plane[at], work.c)
+    stepper.now.stations += 1
+
+
+@compilable
+def behind_peak(stepper: Stepper) -> None:
+    """Let the present point be the one behind the peak."""
+    now = stepper.now
+    put(stepper.falling_q, stepper.q)
+    put(stepper.falling_tangent, stepper.tangent)
+    now.falling_s, now.falling_slope, now.closed = now.s, now.slope, True
 
 
 @compilable

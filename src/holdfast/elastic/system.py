@@ -19,24 +19,17 @@ from holdfast.elastic.fronts import Fronts, fronts_of
 from holdfast.elastic.law import Elastic
 from holdfast.elastic.linear import Work, make_work
 from holdfast.elastic.outcome import RestOutcome
-from holdfast.elastic.path import UNLIMITED, PathResult, follow, load_nearby
+from holdfast.elastic.path import PathResult, follow, load_nearby
 from holdfast.elastic.resting import MOST_STEPS, bond_all, lessen_drag, move
-from holdfast.elastic.walk import make_stepper
+from holdfast.elastic.stepper import make_stepper
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
 MOST_DENSE = 150  # displacements up to which dense elimination in compiled code is faster than fronts
-LEAST_PATIENCE, MOST_PATIENCE = 25, 100  # linear systems that a path may take before its ceiling is asked for
-SHARED_PATIENCE = 75_000  # the same, times the number of displacements
 LEAST_COLUMNS = 8  # for which another thread pays
 LONG = 60  # displacements from which coming to rest may take longer than a user who stops it waits
 STAGE = "load paths"
-
-
-def patience(n: int) -> int:
-    """Linear systems of n displacements that cost about as much as the limit analysis that tells a path's ceiling."""
-    return max(LEAST_PATIENCE, min(MOST_PATIENCE, SHARED_PATIENCE // n))
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,27 +95,19 @@ class System:
         moved = travel(self.model, self.work, 1.0, bonded, drift, most, self.fronts)
         return Settled(moved.outcome, bonded, drift, found.steps + moved.steps, moved.drag)
 
-    def paths(
-        self, start: Float, loads: Float, *, cuts: bool = False, ceiling: Callable[[int], float] | None = None
-    ) -> PathResult:
+    def paths(self, start: Float, loads: Float, *, cuts: bool = False) -> PathResult:
         """Follow the paths of ``loads`` (k, n), none of them zero, from the state of rest ``start`` (n,).
 
-        Loads are in the model's units; ``cuts``: say how peaks answer to other loads. ``ceiling``: what s is proved not
-        to pass on the path with this number. It is asked, by whichever thread, where a path takes more linear systems
-        than ``patience`` allows; the path then ends where s is CLOSE to it.
+        Loads are in the model's units; ``cuts``: say how peaks answer to other loads.
         """
         count, n = loads.shape
         found = PathResult.lost(count, n, cuts=cuts)
         walk = self._compiled(follow)
-        most = UNLIMITED if ceiling is None else patience(n)
 
         def run(rows: Iterable[int], work: Work) -> None:
             stepper = make_stepper(n, dense=self.fronts is None)
             for row in rows:
-                known = (self.model, work, stepper, start, loads[row], found, row)
-                ended = walk(*known, np.inf, most, False, self.fronts)
-                if not ended and ceiling is not None:
-                    walk(*known, ceiling(row), UNLIMITED, True, self.fronts)
+                walk(self.model, work, stepper, start, loads[row], found, row, self.fronts)
 
         self._in_threads(count, run)
         return found.sealed()

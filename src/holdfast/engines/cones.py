@@ -9,7 +9,7 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.nodes import ContactNodes
-from holdfast.base.arrays import Float, checked_whole
+from holdfast.base.arrays import Float, Int, checked_whole
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.text import quoted
 from holdfast.conic.program import ConeKind
@@ -40,20 +40,20 @@ class FrictionCone:
         In order: f_t = 0 of nodes without friction, f_n >= 0 of those, then the cones (μ f_n, f_t) of the others. The
         rows of a node with μ > 1 are divided by μ, so that no entry is large.
         """
-        count = len(nodes)
         smooth, rough = np.flatnonzero(nodes.mu == 0), np.flatnonzero(nodes.mu > 0)
-        unit = -sparse.eye(3 * count, format="csr")
-        tangential = unit[np.sort(np.r_[3 * smooth + 1, 3 * smooth + 2])]
+        single = np.concatenate([np.sort(np.r_[3 * smooth + 1, 3 * smooth + 2]), 3 * smooth])  # -1 in a row each
         free: list[tuple[ConeKind, int]] = [("zero", 2 * len(smooth)), ("nonnegative", len(smooth))]
         if self.kind == "exact":
-            scale = np.ones((count, 3)) / np.maximum(nodes.mu, 1.0)[:, None]
-            scale[:, 0] = np.minimum(nodes.mu, 1.0)
-            friction = sparse.csr_matrix(-sparse.diags(scale.ravel()))[(3 * rough[:, None] + np.arange(3)).ravel()]
+            scale = np.ones((len(rough), 3)) / np.maximum(nodes.mu[rough], 1.0)[:, None]
+            scale[:, 0] = np.minimum(nodes.mu[rough], 1.0)
             held: list[tuple[ConeKind, int]] = [("second_order", 3)] * len(rough)
+            columns = np.concatenate([single, (3 * rough[:, None] + np.arange(3)).ravel()])
+            rows = diagonal_rows(columns, -np.append(np.ones(len(single)), scale.ravel()), 3 * len(nodes))
         else:
             friction = self._polygon(nodes, rough)
             held = [("nonnegative", friction.shape[0])]
-        rows = sparse.csr_matrix(sparse.vstack([tangential, unit[3 * smooth], friction]))
+            none = diagonal_rows(single, -np.ones(len(single)), 3 * len(nodes))
+            rows = sparse.csr_matrix(sparse.vstack([none, friction]))
         return rows, tuple((kind, size) for kind, size in (*free, *held) if size)
 
     @property
@@ -105,6 +105,11 @@ class FrictionCone:
         columns = np.broadcast_to(3 * rough[:, None, None] + np.arange(3), block.shape)
         shape = (len(rough) * self.sides, 3 * len(nodes))
         return sparse.csr_matrix((block.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
+
+
+def diagonal_rows(columns: Int, values: Float, width: int) -> sparse.csr_matrix:
+    """Return the matrix (n, ``width``) whose row k holds ``values[k]`` in column ``columns[k]`` and nothing else."""
+    return sparse.csr_matrix((values, columns, np.arange(len(columns) + 1)), shape=(len(columns), width))
 
 
 EXACT = FrictionCone()

@@ -53,14 +53,18 @@ def force_program(
     b = np.zeros(G.shape[0] + C.shape[0])
     b[: G.shape[0]] = -scaled_wrench(assembly, wrench)
     share = nodes.weights / nodes.weights.mean() if len(nodes) else nodes.weights
-    P = sparse.diags(np.repeat(1 / share, 3), format="csc")
+    count = 3 * len(nodes)
+    P = sparse.csc_matrix((np.repeat(1 / share, 3), np.arange(count), np.arange(count + 1)), shape=(count, count))
     A = sparse.csc_matrix(sparse.vstack([G, C]))
     return ConeProgram(P, np.zeros(A.shape[1]), A, b, (("zero", G.shape[0]), *cones)), G
 
 
 def scaled_operator(assembly: Assembly, G: sparse.csc_matrix) -> sparse.csc_matrix:
     """Return G with the rows of every body in units of its own weight and size, so that all are of order one."""
-    return sparse.csc_matrix(sparse.diags(assembly.equation_scale) @ G)
+    scaled = G.copy()
+    scaled.data *= assembly.equation_scale[G.indices]
+    scaled.eliminate_zeros()
+    return scaled
 
 
 def scaled_wrench(assembly: Assembly, wrench: Float) -> Float:

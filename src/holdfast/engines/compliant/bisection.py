@@ -64,7 +64,7 @@ def _bracket(grid: Grid, column: Float, paths: PathResult, k: int) -> Peak:
     If the path was lost at once, the assembly holds no more than its weight. Bodies move with the mechanism of limit
     analysis, or with the path's last motion where limit analysis has none.
     """
-    certain = grid.certain.state.load_factor(column[:, None])
+    certain = grid.certain.load_factor(column[:, None])
     begun = paths.peak[k] > 0
     holds, q = (float(paths.peak[k]), paths.q[k]) if begun else (0.0, grid.settled.q)
     mechanism = certain.mechanism[0]

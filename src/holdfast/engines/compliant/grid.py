@@ -14,9 +14,9 @@ from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.elastic.sparse import held
 from holdfast.elastic.system import Settled, System
-from holdfast.engines.compliant.certain import Certain
 from holdfast.engines.compliant.model import Springs, force_unit, own_rows, world_rows
 from holdfast.engines.compliant.places import Places
+from holdfast.engines.limit.engine import Limit, LimitState
 from holdfast.engines.mechanism import Mechanism, describe, modes_of
 
 FINER = 2  # number of nodes along a side on the next finer grid, as a multiple of this grid's
@@ -29,8 +29,7 @@ class Grid:
     """An assembly under ``wrench`` (6J,) [N, N m] on contact ``places`` with ``springs``, and its state of rest.
 
     ``system`` is the elastic system in the units of the model, and ``settled`` the end of the search for rest. ``held``
-    tells whether a faint hold keeps every body in its place where no contact resists its motion. ``certain`` is limit
-    analysis of the same assembly under the same wrench, which other grids share.
+    tells whether a faint hold keeps every body in its place where no contact resists its motion.
     """
 
     places: Places
@@ -38,7 +37,6 @@ class Grid:
     springs: Springs
     system: System
     settled: Settled
-    certain: Certain
     held: bool = False
 
     @classmethod
@@ -48,16 +46,21 @@ class Grid:
         wrench: Float,
         springs: Springs,
         nodes: ContactNodes | None = None,
+        *,
+        hold: bool = False,
     ) -> Grid:
-        """Find the state of rest on ``nodes`` or, if None, on a grid with ``springs.nodes`` along a side."""
+        """Find the state of rest on ``nodes`` or, if None, on a grid with ``springs.nodes`` along a side.
+
+        With ``hold``, a faint hold keeps every body in its place.
+        """
         places = Places.of(assembly, springs.nodes) if nodes is None else Places(assembly, nodes)
-        return cls._on(places, wrench, springs, Certain(assembly, wrench), hold=False)
+        return cls._on(places, wrench, springs, hold=hold)
 
     @classmethod
-    def _on(cls, places: Places, wrench: Float, springs: Springs, certain: Certain, *, hold: bool) -> Grid:
+    def _on(cls, places: Places, wrench: Float, springs: Springs, *, hold: bool) -> Grid:
         model = springs.model(places, wrench)
         system = System.of(held(model) if hold else model)
-        return cls(places, wrench, springs, system, system.come_to_rest(), certain, hold)
+        return cls(places, wrench, springs, system, system.come_to_rest(), hold)
 
     @property
     def assembly(self) -> Assembly:
@@ -69,19 +72,20 @@ class Grid:
         """The contact nodes."""
         return self.places.nodes
 
-    def on(self, springs: Springs) -> Grid:
-        """Return the grid of the same assembly under the same wrench with other springs, held as this one is."""
-        return Grid._on(Places.of(self.assembly, springs.nodes), self.wrench, springs, self.certain, hold=self.held)
-
     @cached_property
     def finer(self) -> Grid:
         """The grid with FINER times as many nodes along a side."""
-        return self.on(self.springs.finer(FINER))
+        return Grid.of(self.assembly, self.wrench, self.springs.finer(FINER), hold=self.held)
 
     @cached_property
     def with_hold(self) -> Grid:
         """The grid on the same nodes with a faint hold of every body."""
-        return Grid._on(self.places, self.wrench, self.springs, self.certain, hold=True)
+        return Grid._on(self.places, self.wrench, self.springs, hold=True)
+
+    @cached_property
+    def certain(self) -> LimitState:
+        """Limit analysis of the same assembly under the same wrench, which proves above which load bodies move."""
+        return Limit().on(self.assembly, self.wrench)
 
     @property
     def unit(self) -> float:
@@ -96,14 +100,12 @@ class Grid:
         """Follow the load paths of columns W (6J, k) [N, N m], none of which may be zero.
 
         All paths are lost if the assembly does not rest on this grid. If ``cuts`` is True, the result also holds the
-        derivatives of the peaks by the load, in the units of W. Otherwise long paths end close to what limit analysis
-        proves that they do not pass; nearly all of them end on a long level piece, on which s rises by that little.
+        derivatives of the peaks by the load, in the units of W.
         """
         loads = self.loads(W)
         if self.settled.outcome is not RestOutcome.RESTS:
             return PathResult.lost(*loads.shape, cuts=cuts).sealed()
-        ceiling = None if cuts else lambda row: self.certain.highest(W[:, row])
-        found = self._followed.paths(self.settled.q, loads, cuts=cuts, ceiling=ceiling)
+        found = self._followed.paths(self.settled.q, loads, cuts=cuts)
         return found._replace(cut=world_rows(self.assembly, found.cut) / self.unit).sealed() if cuts else found
 
     @cached_property

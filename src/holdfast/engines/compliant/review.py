@@ -49,10 +49,10 @@ class Review:
         size, own = self._sizes(W), self._own(W)
         bounded = not isinstance(accuracy, ForcesOnly)
         doubtful = np.flatnonzero(self._doubtful(found, size, accuracy))
-        if not len(doubtful) or not self.grid.certain.state.verdict().equilibrium_exists:
+        if not len(doubtful) or not self.grid.certain.verdict().equilibrium_exists:
             return found
         wanted = accuracy if isinstance(accuracy, Within) else EXACT
-        certain = self.grid.certain.state.anew().load_factor(W[:, doubtful], wanted)
+        certain = self.grid.certain.anew().load_factor(W[:, doubtful], wanted)
         force, lower, upper = (np.array(column) for column in (found.force, found.lower, found.upper))
         status, mechanism = np.array(found.status), np.array(found.mechanism)
         upper[doubtful] = top = np.minimum(upper[doubtful], certain.upper)

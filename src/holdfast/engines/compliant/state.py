@@ -96,7 +96,6 @@ class Standing:
             return self._load_factor(W, accuracy)
 
     def _load_factor(self, W: Float, accuracy: Accuracy) -> Answers:
-        self.grid.certain.forget()
         loaded = _loaded(W)
         asked = W[:, loaded]
         bodies = np.flatnonzero((asked != 0).reshape(len(W) // 6, 6, len(loaded)).any((1, 2)))

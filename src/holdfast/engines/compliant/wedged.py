@@ -17,6 +17,7 @@ from holdfast.base.arrays import Float
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.engines.answers import Answers
 from holdfast.engines.compliant.grid import FINER, Grid
+from holdfast.engines.compliant.model import Springs
 from holdfast.engines.cones import EXACT
 from holdfast.engines.self_stress import self_stressed_nodes
 from holdfast.engines.verdict import Status
@@ -72,4 +73,7 @@ class Wedged:
         springs = self.grid.springs
         each = [replace(springs, ratio=factor * springs.ratio) for factor in RATIOS]
         each += [replace(springs, nodes=min(COARSER, springs.nodes)), springs.finer(FINER)]
-        return tuple(self.grid.on(one) for one in each)
+        return tuple(self._on(one) for one in each)
+
+    def _on(self, springs: Springs) -> Grid:
+        return Grid.of(self.grid.assembly, self.grid.wrench, springs, hold=self.grid.held)

