@@ -52,7 +52,8 @@ sphinx_gallery_conf = {
 
 html_theme = "furo"
 html_title = "holdfast"
-html_static_path: list[str] = []
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
 html_show_copyright = False
 html_show_sphinx = False
 html_copy_source = False

@@ -184,3 +184,14 @@ def test_an_interface_says_whether_it_is_certain() -> None:
     assert certain != doubted
     assert doubted.bodies == certain.bodies
     assert hf.Interface(certain.bodies, patches=certain.patches).certain is True
+
+
+def test_poses_without_degrees_are_told_of() -> None:
+    """Else `lower` beside an uncertain position would look as if leaning were covered."""
+    scene = hf.shipped_scene("table")
+    told = [
+        hf.robustness(hf.assemble(scene, pose_sigma=sigma), "slab", (0.2, -0.1, 0.225), (0, 1, 0)).notes
+        for sigma in (0.002, (0.002, 0.3))
+    ]
+    assert any("pose_sigma=(metres, degrees)" in note for note in told[0])
+    assert not any("pose_sigma=(metres, degrees)" in note for note in told[1])

@@ -393,15 +393,31 @@ def placement_topic() -> Plain:
     return {
         "cantilever": told(
             hf.plan_placement(
-                cantilever, box, engine="graph", supports=["B", "C", "D"], candidates=2, spacing=0.03, seed=3
+                cantilever,
+                box,
+                engine="graph",
+                supports=["B", "C", "D"],
+                candidates=2,
+                spacing=0.03,
+                seed=3,
+                budget=None,
             )
         ),
         "cantilever: too heavy": told(
-            hf.plan_placement(cantilever, brick, engine="graph", supports=["C"], avoid=["floor"], attempts=4, seed=3)
+            hf.plan_placement(
+                cantilever, brick, engine="graph", supports=["C"], avoid=["floor"], attempts=4, seed=3, budget=None
+            )
         ),
         "table": told(
             hf.plan_placement(
-                table, box, engine="limit", region=[[-0.2, -0.1], [0.2, 0.1]], spacing=0.04, attempts=30, seed=5
+                table,
+                box,
+                engine="limit",
+                region=[[-0.2, -0.1], [0.2, 0.1]],
+                spacing=0.04,
+                attempts=30,
+                seed=5,
+                budget=None,
             )
         ),
     }

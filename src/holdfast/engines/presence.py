@@ -25,6 +25,7 @@ from holdfast.engines.verdict import Status, Verdict
 LEANS = 1e-3  # relative drop of ``lower`` above which an answer leans on the contacts that were taken away
 CARRIES = 1e-6  # speed at a contact, relative to the fastest body, above which a motion passes through the contact
 NAMED = 8  # the most pairs that one note names
+LEVEL = "poses are uncertain in position alone: give pose_sigma=(metres, degrees), or lower does not allow for leaning"
 
 
 def prepared(
@@ -169,7 +170,8 @@ class Doubtful:
 
     def _told(self, found: Answers, cases: Sequence[tuple[Absent, Answers]]) -> tuple[str, ...]:
         """Say on which of the contacts the answers lean, and what was not settled."""
-        notes = []
+        tolerances = self.absences.assembly.tolerances
+        notes = [LEVEL] if tolerances.capped and not tolerances.tilt else []
         leaned = self._leaned(found, cases)
         if leaned:
             words = "answers lean on contacts that may not exist, and lower is without them"
