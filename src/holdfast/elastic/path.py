@@ -107,6 +107,7 @@ def follow(
     """
     now = stepper.now
     event = begin(m, work, stepper, start, load, fronts)
+    rises = now.slope > 0
     while goes_on(event) and now.points < MOST_POINTS:
         event = advance(m, work, stepper, fronts)
         if event == Event.STUCK:
@@ -120,6 +121,8 @@ def follow(
             else:
                 set_next_step(now)
     outcome = outcome_of(event)
+    if outcome == PathOutcome.PEAK and rises and now.highest <= 0:  # it was left at the first step
+        outcome = PathOutcome.LOST
     put(into.q[row], stepper.peak_q)
     if event == Event.NO_BEGINNING:
         return

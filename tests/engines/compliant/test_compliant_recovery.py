@@ -79,3 +79,16 @@ def test_without_a_load_that_holds_near_the_proved_bound_nothing_is_said(monkeyp
     monkeypatch.setattr("holdfast.engines.compliant.bisection.MOST_TRIALS", 0)
     found = hf.robustness(hf.assemble(shipped_scene("stack")), *PUSH)
     assert (found.status[0], found.force[0], found.lower[0]) == (hf.Status.UNDECIDED, 0.0, 0.0)
+
+
+def test_a_push_above_the_middle_third_of_a_face_that_bears_nothing_at_rest() -> None:
+    """Two blocks side by side: at rest every node between them is on the verge, and the first step may leave the path.
+
+    Such a path is lost, it has no peak of 0: both blocks slide at mu m g, wherever the push acts.
+    """
+    whole = hf.shipped_scene("wall2x2")
+    row = hf.assemble(hf.Scene([b for b in whole.bodies if b.name in ("floor", "b0_0", "b0_1")], whole.friction))
+    points = [(-0.2, y, z) for y in (0.0, -0.0125) for z in (0.08, 0.085, 0.0875, 0.095)]
+    force = hf.robustness(row, "b0_0", points, [(1, 0, 0)] * len(points)).force
+    assert force[:4] == pytest.approx(0.6 * 8 * 9.81, rel=1e-4)
+    assert force[4:] == pytest.approx(0.6 * 8 * 9.81, rel=0.01)
