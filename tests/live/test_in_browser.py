@@ -19,7 +19,11 @@ from PIL import Image
 
 import holdfast as hf
 from holdfast.drawing import colours
+from holdfast.drawing.colours import Kind
+from holdfast.engines.verdict import Status
 from holdfast.geometry.rays import first_hit
+from holdfast.validation.benchmarks.cargo import pallet, pallets
+from holdfast.validation.benchmarks.checkout import checkout
 
 pytestmark = pytest.mark.slow
 
@@ -27,6 +31,7 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shuti
 SOFTWARE = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 SIZE = (1400, 850)
 NOTICE = "button[aria-label=Close], .mantine-Notification-closeButton"  # of viser's, that there is no graphics card
+KINDS = {Status.INFINITE: Kind.ENDLESS, Status.UNSTABLE: Kind.FALLS, Status.UNDECIDED: Kind.UNDECIDED}
 PATIENCE = 60_000  # [ms]
 
 
@@ -57,18 +62,30 @@ def test_colours_are_those_of_the_legend_and_nothing_is_asked_of_others(page: An
         page.goto(live.url)
         page.get_by_text("largest push [N]").wait_for(timeout=PATIENCE)
         page.wait_for_timeout(4000)  # the picture follows the words
-        if page.locator(NOTICE).count():
-            page.locator(NOTICE).first.click()
-        page.wait_for_timeout(1000)
-        (client,) = live._window.server.get_clients().values()
-        pixels = np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB")) / 255.0
-        expected = colours.colours(colours.scale_of(found.force), found.force)
-        shown = seen(found, pixels, client.camera)
-        assert len(shown) >= 20
-        for number, colour in shown[:20]:
-            assert np.abs(colour - expected[number]).max() < 0.02
+        check_colours(page, live)
         assert page.hosts - {None} == {"127.0.0.1"}, "blobs have no host"
         assert page.said == []
+
+
+def check_colours(page: Any, live: hf.LiveView) -> None:
+    """Compare at least 20 points of the picture with the scale of the legend: within 2 %."""
+    if page.locator(NOTICE).count():
+        page.locator(NOTICE).first.click()
+        page.wait_for_timeout(1000)
+    (client,) = live._window.server.get_clients().values()
+    for _ in range(20):  # until no portion of the map came in between
+        found = live._window.model.map
+        page.wait_for_timeout(1500)
+        pixels = np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB")) / 255.0
+        if live._window.model.map is found:
+            break
+    assert found is not None
+    kinds = [KINDS.get(status, Kind.FORCE) for status in found.status]
+    expected = colours.colours(colours.scale_of(found.force), found.force, np.array(kinds))
+    shown = seen(found, pixels, client.camera)
+    assert len(shown) >= 20
+    for number, colour in shown[:20]:
+        assert np.abs(colour - expected[number]).max() < 0.02
 
 
 def seen(found: hf.RobustnessMap, pixels: np.ndarray, camera: Any) -> list[tuple[int, np.ndarray]]:
@@ -112,6 +129,26 @@ def test_a_click_is_answered_and_the_motion_is_played(page: Any) -> None:
         page.get_by_role("checkbox").first.click()
         page.wait_for_timeout(500)
         assert tuple(moving.position) == (0.0, 0.0, 0.0)
+
+
+def test_on_a_pallet_all_boxes_have_colours_soon_and_a_click_goes_first(page: Any) -> None:
+    pytest.importorskip("viser", reason="needs viser: pip install 'holdfast[live]'")
+    boxes = next((boxes for boxes in pallets(checkout()) if len(boxes) == 40), None)
+    if boxes is None:
+        pytest.skip("needs the pallets beside the checkout")
+    with hf.view(pallet(boxes), browser=False) as live:
+        model = live._window.model
+        page.goto(live.url)
+        page.get_by_text("engine compliant (holds)").wait_for(timeout=PATIENCE)
+        while model.map is None or len(model.map.cells) < 40:
+            page.wait_for_timeout(500)
+        check_colours(page, live)
+        known = model.portions
+        page.mouse.click(520, 420)
+        page.get_by_text("R =").wait_for(timeout=PATIENCE)
+        assert not model.mapped, "the click did not wait for the map"
+        assert model.portions is known, "and the map goes on"
+        assert page.said == []
 
 
 def test_the_page_of_a_map_tells_the_push_under_the_pointer(page: Any, found: hf.RobustnessMap, tmp_path: Path) -> None:

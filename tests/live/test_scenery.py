@@ -20,7 +20,8 @@ DOWN = np.array([0.0, 0.0, -1.0])
 def standing() -> Model:
     model = Model(hf.assemble(hf.shipped_scene("stack")), engine="limit", spacing=0.03)
     model.ask_verdict()
-    model.ask_map()
+    while not model.mapped:
+        model.ask_map()
     return model
 
 

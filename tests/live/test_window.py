@@ -5,6 +5,7 @@ from __future__ import annotations
 import builtins
 import json
 import socket
+import threading
 import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
@@ -111,6 +112,50 @@ def test_a_click_pushes_and_the_sliders_turn_the_push(live: hf.LiveView) -> None
     assert live._window.worker.rest()
     assert controls._tilt.value == 30.0
     assert f"R = <b>{MU * MASS * G:.4g} N</b>" not in controls.push.content
+
+
+def test_a_slider_stays_where_it_was_dragged_while_older_angles_are_answered(live: hf.LiveView) -> None:
+    click_left(live)
+    window = live._window
+    began, go_on = threading.Event(), threading.Event()
+    ask = window.model.ask_push
+
+    def slow() -> None:
+        began.set()
+        go_on.wait(10)
+        ask()
+
+    window.model.ask_push = slow  # type: ignore[method-assign]
+    window.aimed(0.0, 10.0)
+    assert began.wait(10)
+    window.aimed(0.0, 40.0)
+    window.controls._quiet = True
+    window.controls._tilt.value = 40.0
+    window.controls._quiet = False
+    window.draw_push()
+    assert window.controls._tilt.value == 40.0
+    go_on.set()
+    assert window.worker.rest()
+    assert window.model.tilt == window.controls._tilt.value == 40.0
+
+
+def test_a_click_while_the_map_comes_goes_first_and_the_map_goes_on(live: hf.LiveView) -> None:
+    window = live._window
+    window.model.edit(window.model.given)
+    asked: list[str] = []
+    ask_map = window.model.ask_map
+
+    def ask() -> None:
+        ask_map()
+        asked.append(",".join(window.model.map.cells))  # type: ignore[union-attr]
+        if len(asked) == 1:
+            window._clicked(Event((-1.0, 0.0, 0.02), (1.0, 0.0, 0.0)))
+
+    window.model.ask_map = ask  # type: ignore[method-assign]
+    window.ask()
+    assert window.worker.rest()
+    assert asked == ["left", "left,right"]
+    assert window.model.push is not None
 
 
 def test_the_mechanism_moves_the_body_that_it_moves(live: hf.LiveView) -> None:

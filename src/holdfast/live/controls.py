@@ -34,6 +34,7 @@ class Shows(Protocol):
     model: Model
     server: Any  # viser's
     worker: Worker
+    aim: tuple[float, float]  # turn and tilt of the push that were asked for last [degrees]
 
     def ask(self) -> None:
         """Ask for the verdict and the map of what is shown."""
@@ -94,11 +95,11 @@ class Controls:
         self.tell_push()
 
     def tell_push(self) -> None:
-        """Say what is known of the push, and where its sliders are."""
-        model = self._window.model
-        self.push.content = scenery.push_html(model)
-        self._set(self._turn, model.turn)
-        self._set(self._tilt, model.tilt)
+        """Say what is known of the push, and where its sliders are: not where they were when its answer was asked."""
+        self.push.content = scenery.push_html(self._window.model)
+        turn, tilt = self._window.aim
+        self._set(self._turn, turn)
+        self._set(self._tilt, tilt)
 
     def _push(self) -> None:
         window = self._window

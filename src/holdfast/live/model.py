@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -12,13 +13,15 @@ from holdfast.base.rigid import tangents
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.verdict import Status
 from holdfast.geometry.rays import first_hit
+from holdfast.live.portions import Portions
 from holdfast.live.steps import Step
-from holdfast.queries.map import RobustnessMap, robustness_map
+from holdfast.queries.map import RobustnessMap
 from holdfast.queries.push import Robustness, robustness
 from holdfast.queries.request import EngineChoice, engine_of
 from holdfast.queries.stability import Stability, stability
 
 POINTS_ACROSS: Final = 50  # of a map: points over the diagonal of the movable bodies, unless the spacing is given
+PORTION: Final = 2.0  # [s] about as long a portion of the map is computed before it is shown
 STEEPEST: Final = 85.0  # [degrees] largest angle between a push and the inward normal
 
 
@@ -34,9 +37,10 @@ class Model:
     """The state of a live view.
 
     ``assembly`` is what is shown. ``verdict`` and ``map`` are the answers about it, None until they are asked; an edit
-    makes them None again. ``pick`` is the chosen point; the push there leans by ``tilt`` [degrees] from the inward
-    normal, towards ``turn`` [degrees] about it. ``push`` is the answer for that push, None until it is asked. ``steps``
-    are the states of an answer that a slider goes through, and ``step`` is the one on show.
+    makes them None again. The map comes in ``portions``, which are None before the first. ``pick`` is the chosen point;
+    the push there leans by ``tilt`` [degrees] from the inward normal, towards ``turn`` [degrees] about it. ``push`` is
+    the answer for that push, None until it is asked. ``steps`` are the states of an answer that a slider goes through,
+    and ``step`` is the one on show.
     """
 
     def __init__(
@@ -51,6 +55,7 @@ class Model:
         self.engine = engine_of(engine)
         self.spacing = assembly.size / POINTS_ACROSS if spacing is None else spacing
         self.map = found
+        self.portions: Portions | None = None
         self.verdict: Stability | None = None
         self.pick: Pick | None = None
         self.turn = self.tilt = 0.0
@@ -85,9 +90,21 @@ class Model:
         """Ask whether the assembly stands."""
         self.verdict = stability(self.assembly, engine=self.engine)
 
+    @property
+    def mapped(self) -> bool:
+        """Whether the map is known as it was asked for: of all movable bodies, at points ``spacing`` apart."""
+        return self.map is not None and (self.portions is None or self.portions.done)
+
     def ask_map(self) -> None:
-        """Ask for the map of all movable bodies."""
-        self.map = robustness_map(self.assembly, spacing=self.spacing, engine=self.engine)
+        """Ask for one more portion of the map: of more bodies, or of the same at more points."""
+        if self.portions is None:
+            self.portions = Portions(self.assembly, self.engine, self.spacing)
+        until = time.monotonic() + (PORTION if self.map is not None else 0.0)
+        while True:
+            self.portions.go_on(None if self.pick is None else self.pick.body)
+            if self.portions.done or time.monotonic() > until:
+                break
+        self.map = self.portions.map
 
     def choose(self, origin: Float, ray: Float) -> bool:
         """Choose the first point that a ray meets on the bodies on show; return whether it is on a movable one.
@@ -129,7 +146,7 @@ class Model:
     def edit(self, assembly: Assembly) -> None:
         """Show another assembly; whatever was asked of the old one is forgotten."""
         self.assembly = assembly
-        self.map = self.verdict = self.push = self.pick = None
+        self.map = self.portions = self.verdict = self.push = self.pick = None
         self.steps, self.step = (), 0
 
     def show(self, steps: tuple[Step, ...]) -> None:

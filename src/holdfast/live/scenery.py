@@ -20,6 +20,7 @@ from holdfast.drawing.picture import Arrow, Picture, Solid, legend
 from holdfast.drawing.soup import forces
 from holdfast.engines.verdict import Status
 from holdfast.live.model import Model
+from holdfast.queries.map import RobustnessMap
 from holdfast.queries.result import gives_way
 from holdfast.report.picture import force_arrows, picture_of
 
@@ -31,16 +32,17 @@ WORDS: Final = {Status.STABLE: "stands", Status.UNSTABLE: "does not stand", Stat
 
 
 def bodies(model: Model, colour_by: str) -> list[Painted]:
-    """Return the surface of every body in the colours of the map or, without one, of the groups."""
+    """Return the surface of every body in the colours of the map or, as far as there is none, of the groups."""
     if colour_by == MAP and model.map is not None:
-        return painted(picture_of(model.map))
-    solids = [
-        Solid(body.name, body.surface_world.vertices, body.surface_world.faces, body.fixed)
-        for body in model.assembly.bodies
-    ]
-    found = painted(Picture("", "", (), tuple(solids), up=model.assembly.scene.up))
-    rgb = group_colours(model)
-    return [replace(p, rgb=np.tile(rgb.get(p.name, colours.FIXED), (len(p.vertices), 1))) for p in found]
+        found, asked = painted(picture_of(model.map)), set(model.map.cells)
+    else:
+        solids = [
+            Solid(body.name, body.surface_world.vertices, body.surface_world.faces, body.fixed)
+            for body in model.assembly.bodies
+        ]
+        found, asked = painted(Picture("", "", (), tuple(solids), up=model.assembly.scene.up)), set()
+    rgb = {body.name: colours.FIXED for body in model.assembly.bodies if body.fixed} | group_colours(model)
+    return [p if p.name in asked else replace(p, rgb=np.tile(rgb[p.name], (len(p.vertices), 1))) for p in found]
 
 
 def group_colours(model: Model) -> dict[str, Rgb]:
@@ -94,16 +96,27 @@ def legend_html(model: Model, colour_by: str) -> str:
     picture = picture_of(model.map)
     scale = colours.scale_of(forces(picture))
     rows = [(colours.SPECIAL[kind], name) for kind, name in legend(picture).items()]
+    said = f'<div style="font-size:12px">{escaped(told_map(model, model.map))}</div>'
     if scale is None:
-        return _legend(picture.value_name, "", rows, box)
+        return _legend(picture.value_name, said, rows, box)
     mark_style = "position:absolute;white-space:nowrap;transform:translateX(-50%);"
     marks = "".join(
         f'<span style="{mark_style}left:{100 * mark.position:.2f}%">{escaped(mark.label)}</span>'
         for mark in colours.ticks(scale)
     )
     bar = f'<div id="scale" style="height:16px;background:{gradient()}"></div>'
-    bar += f'<div style="position:relative;height:18px;font-size:11px">{marks}</div>'
+    bar += f'<div style="position:relative;height:18px;font-size:11px">{marks}</div>' + said
     return _legend(picture.value_name + (" (logarithmic)" if scale.log else ""), bar, rows, box)
+
+
+def told_map(model: Model, found: RobustnessMap) -> str:
+    """Say what the colours of a map rest on: engine, claim, pushes and, until it is complete, how far it is."""
+    text = f"engine {found.engine} ({found.claim}), {len(found.force):,} inward pushes"
+    if model.mapped or model.portions is None:
+        return text
+    left = len(model.assembly.movable) - len(found.cells)
+    pale = f", {left} pale ones not asked yet" if left else ""
+    return f"{text}: {model.portions.text}{pale}"
 
 
 def _legend(title: str, bar: str, rows: list[tuple[Rgb, str]], box: str) -> str:

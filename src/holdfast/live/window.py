@@ -74,7 +74,10 @@ def _silent() -> Iterator[None]:
 
 
 class Window:
-    """Shows a model until it is closed."""
+    """Shows a model until it is closed.
+
+    ``aim`` are the angles [degrees] that were asked for last, to which the model may not have come yet.
+    """
 
     def __init__(self, model: Model, port: int) -> None:
         self.model = model
@@ -84,6 +87,7 @@ class Window:
         self._frames: dict[str, Any] = {}
         self._playing = threading.Event()
         self._closed = threading.Event()
+        self.aim = (0.0, 0.0)
         self._look()
         self.controls = Controls(self)
         self.server.scene.on_click()(self._clicked)
@@ -108,8 +112,8 @@ class Window:
         """Ask for the verdict and the map of what is shown, as far as they are not known."""
         if self.model.verdict is None:
             self.worker.ask("verdict", lambda: self._then(self.model.ask_verdict))
-        if self.model.map is None:
-            self.worker.ask("map", lambda: self._then(self.model.ask_map), patient=True)
+        if not self.model.mapped:
+            self.worker.ask("map", self._map, patient=True)
 
     def edited(self, change: Callable[[], None]) -> None:
         """Have the model changed, and ask anew what was known of it."""
@@ -122,6 +126,7 @@ class Window:
 
     def aimed(self, turn: float, tilt: float) -> None:
         """Turn the push and ask for its answer."""
+        self.aim = (turn, tilt)
 
         def job() -> None:
             self.model.aim(turn, tilt)
@@ -155,6 +160,12 @@ class Window:
             self.draw_push()
             self.controls.refresh()
             self.place()
+
+    def draw_map(self) -> None:
+        """Draw anew what a portion of the map changes: the colours and their legend."""
+        with self._lock, self.server.atomic():
+            self._draw_bodies()
+            self.controls.refresh()
 
     def draw_push(self) -> None:
         """Draw the arrow of the push, the contacts that part, and say what is known."""
@@ -242,6 +253,7 @@ class Window:
             self.server.scene.remove_by_name(name)
 
     def _clicked(self, event: Any) -> None:  # noqa: ANN401 - viser's own type
+        self.aim = (0.0, 0.0)
         origin, ray = np.array(event.ray_origin), np.array(event.ray_direction)
 
         def job() -> None:
@@ -252,6 +264,11 @@ class Window:
             self.draw_push()
 
         self.worker.ask("push", job)
+
+    def _map(self) -> None:
+        while not self.model.mapped:
+            self.model.ask_map()
+            self.draw_map()
 
     def _then(self, change: Callable[[], None]) -> None:
         change()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -21,12 +21,12 @@ from holdfast.base.public import Summary
 from holdfast.base.ranges import LENGTH
 from holdfast.base.text import quoted
 from holdfast.base.values import Table, Value
-from holdfast.engines.answers import joined
+from holdfast.engines.answers import Answers, joined
 from holdfast.engines.contract import EXACT, FORCES_ONLY, Within
 from holdfast.engines.groups import prepared
 from holdfast.engines.imperfect import Imperfect
 from holdfast.engines.mechanism import Mode
-from holdfast.engines.verdict import Status
+from holdfast.engines.verdict import Status, Verdict
 from holdfast.geometry.cells import Cells
 from holdfast.queries.exposed import exposed_cells
 from holdfast.queries.imperfect import covering
@@ -246,7 +246,7 @@ def robustness_map(
         problem = "there is no movable body" if bodies is None else "bodies is empty"
         raise SceneError(message("robustness_map", problem, "name bodies, or free one"))
     numbers = {name: body_number(assembly, name) for name in names}
-    _check_count(assembly, names, step)
+    check_count(assembly, names, step)
     method = engine_of(engine)
     state, covers = prepared(method, assembly), covering(imperfect, method, assembly)
     shown: dict[str, Cells] = {}
@@ -259,8 +259,15 @@ def robustness_map(
         found = state.load_factor(columns, accuracy)
         answers.append(found if covers is None else covers.over_surface(found, columns, accuracy))
     movable = [number for number in numbers.values() if number != FIXED]
+    verdict = state.verdict_on(movable)
+    return _map_of(assembly, replace(joined(answers), verdict=verdict), shown, hidden)
+
+
+def _map_of(
+    assembly: Assembly, answers: Answers, shown: Mapping[str, Cells], hidden: Mapping[str, Cells]
+) -> RobustnessMap:
     return RobustnessMap(
-        answers=replace(joined(answers), verdict=state.verdict_on(movable)),
+        answers=answers,
         assembly=assembly,
         points=np.vstack([cells.points for cells in shown.values()]),
         normals=np.vstack([cells.normals for cells in shown.values()]),
@@ -268,6 +275,18 @@ def robustness_map(
         cells=Table(shown),
         hidden=Table(hidden),
     )
+
+
+def joined_maps(parts: Sequence[RobustnessMap], verdict: Verdict) -> RobustnessMap:
+    """Join maps of different bodies of one assembly into one, in order, with this ``verdict``.
+
+    Of maps of one body each that were asked with the same spacing, engine and gap, it is the map of all these bodies.
+    Raises HoldfastError if there are no parts.
+    """
+    answers = replace(joined([part.answers for part in parts]), verdict=verdict)
+    shown = {name: cells for part in parts for name, cells in part.cells.items()}
+    hidden = {name: cells for part in parts for name, cells in part.hidden.items()}
+    return _map_of(parts[0].assembly, answers, shown, hidden)
 
 
 def expected_points(assembly: Assembly, names: Sequence[str], spacing: float) -> float:
@@ -279,7 +298,7 @@ def _area(assembly: Assembly, names: Sequence[str]) -> float:
     return float(sum(assembly.scene.body(name).surface_world.area for name in names))
 
 
-def _check_count(assembly: Assembly, names: Sequence[str], spacing: float) -> None:
+def check_count(assembly: Assembly, names: Sequence[str], spacing: float) -> None:
     """Raise SceneError if ``spacing`` [m] would give too many points, before any point is computed."""
     area, expected = _area(assembly, names), expected_points(assembly, names, spacing)
     if expected > MAX_POINTS:
