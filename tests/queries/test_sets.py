@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import re
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -182,12 +179,3 @@ def test_usage_is_the_share_of_the_reach(cube_accelerations: ConvexSet) -> None:
     assert (used[:2] >= np.array([2, 3]) / (0.6 * 9.81)).all()
     assert found.usage(x[0]) == used[0]
     assert found.usage(2 * x) == pytest.approx(2 * used)
-
-
-def test_the_documentation_prints_what_it_says(capsys: pytest.CaptureFixture[str]) -> None:
-    text = (Path(__file__).parents[2] / "docs" / "sets.md").read_text(encoding="utf-8")
-    (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    exec(code, {})
-    promised = re.findall(r"print\(.*\)\s+# (.*)", code)
-    assert len(promised) == 3
-    assert capsys.readouterr().out.splitlines() == promised
