@@ -133,7 +133,7 @@ def survey(loads: Float, follow: Follow, gap: float) -> Survey:
         for face, added in open_faces:
             for k in added.tolist():
                 number = face.members[k]
-                if outcome[number] == PathOutcome.PEAK and np.isfinite(error[number]):
+                if outcome[number] == PathOutcome.PEAK and value[number] > 0 and np.isfinite(error[number]):
                     off = max(miss[number] / value[number] - FLOOR / 2, 0.0)
                     estimated = (error[number] - FLOOR) / face.wider
                     if off > estimated > 0:
