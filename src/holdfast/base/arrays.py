@@ -89,6 +89,21 @@ def checked_sizes(
     return array
 
 
+def checked_rows(
+    value: Any,  # noqa: ANN401 - anything a caller may pass
+    size: int,
+    where: str,
+    *,
+    within: Range | None = None,
+) -> tuple[Float, bool]:
+    """Return ``checked`` numbers (size,) or (n, size) as rows (n, size), and whether a single row was given."""
+    try:
+        single = np.ndim(value) == 1
+    except ValueError:  # no array at all: told of below
+        single = False
+    return checked(value, (size,) if single else (None, size), where, within=within).reshape(-1, size), single
+
+
 def checked_pushes(
     points: Any,  # noqa: ANN401 - anything a caller may pass
     directions: Any,  # noqa: ANN401 - anything a caller may pass
@@ -99,7 +114,8 @@ def checked_pushes(
     Both arguments have the shape (n, 3) or (3,). A single point or direction is repeated to match the other. Raises
     SceneError if the numbers differ, a direction is zero, or something is not a finite number.
     """
-    p, e = _rows(points, f"{where}: points", PLACE), checked_directions(directions, f"{where}: directions")
+    p = checked_rows(points, 3, f"{where}: points", within=PLACE)[0]
+    e = checked_directions(directions, f"{where}: directions")
     count = max(len(p), len(e))
     if len(p) not in (1, count) or len(e) not in (1, count):
         problem = f"{len(p)} points and {len(e)} directions"
@@ -112,7 +128,7 @@ def checked_directions(value: Any, where: str) -> Float:  # noqa: ANN401 - anyth
 
     Their lengths do not matter, however large or small. Raises SceneError if one of them is zero.
     """
-    rows = _rows(value, where)
+    rows = checked_rows(value, 3, where)[0]
     if not rows.any(1).all():
         raise SceneError(message(where, "a direction is zero", "needs vectors with a length"))
     return frozen(unit(rows))
@@ -237,14 +253,6 @@ def _numbers(value: Any) -> Float:  # noqa: ANN401
     if array.dtype.kind == "O" and any(isinstance(part, NO_NUMBERS) for part in array.flat):
         raise TypeError("no numbers")
     return np.array(array, dtype=np.float64)
-
-
-def _rows(value: Any, where: str, within: Range | None = None) -> Float:  # noqa: ANN401
-    array = value if isinstance(value, np.ndarray) else np.asarray(value, dtype=object)
-    single = array.ndim == 1
-    return (
-        checked(value, (3,), where, within=within)[None] if single else checked(value, (None, 3), where, within=within)
-    )
 
 
 def _first(array: Float, wrong: Bool) -> str:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.archive import archived, to_dict
-from holdfast.base.arrays import Float, checked, checked_number, checked_whole, frozen
+from holdfast.base.arrays import Float, checked, checked_number, checked_rows, checked_whole, frozen
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.kinds import shaped
 from holdfast.base.public import PublicValue, Summary, number
@@ -111,8 +111,8 @@ class Constraint(PublicValue):
 
         A single point is used with all forces and a single force with all points.
         """
-        p = np.atleast_2d(_placed(points, "points", PLACE))
-        f = np.atleast_2d(_placed(forces, "forces", FORCE))
+        p = checked_rows(points, 3, "constraint: points", within=PLACE)[0]
+        f = checked_rows(forces, 3, "constraint: forces", within=FORCE)[0]
         several = {len(p), len(f)} - {1}
         if len(several) > 1:
             problem = f"{len(p)} points and {len(f)} forces"
@@ -150,8 +150,7 @@ class Constraint(PublicValue):
 
     def _used(self, wrenches: ArrayLike, where: str) -> tuple[Float, Float, bool]:
         """Return the usages (n,), the cuts (n, 6), and whether there is a single wrench."""
-        single = _is_row(wrenches)
-        given = checked(wrenches, (6,) if single else (None, 6), where).reshape(-1, 6)
+        given, single = checked_rows(wrenches, 6, where)
         used, cut = hull_gauge(self.known, self.price, np.ascontiguousarray(given))
         return used, cut, single
 
@@ -218,16 +217,3 @@ def _pushes(assembly: Assembly, body: str, com: Float) -> Float:
     surface = assembly.scene.body(body).surface_world
     cells = surface_cells(surface, float(np.sqrt(surface.area / PUSHES)))
     return wrench_at(-cells.normals, cells.points, com)
-
-
-def _placed(value: ArrayLike, name: str, within: Any) -> Float:  # noqa: ANN401 - a range of base/ranges.py
-    shape = (3,) if _is_row(value) else (None, 3)
-    return checked(value, shape, f"constraint: {name}", within=within)
-
-
-def _is_row(value: ArrayLike) -> bool:
-    """Tell whether a value is a single row of numbers; what is no array at all is for the check of arrays to refuse."""
-    try:
-        return np.ndim(value) == 1
-    except ValueError:
-        return False

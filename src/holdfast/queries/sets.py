@@ -14,7 +14,17 @@ from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import FIXED, Assembly, body_forces
 from holdfast.base.archive import archived, to_dict
-from holdfast.base.arrays import Bool, Float, Objects, checked, checked_number, checked_whole, frozen, objects
+from holdfast.base.arrays import (
+    Bool,
+    Float,
+    Objects,
+    checked,
+    checked_number,
+    checked_rows,
+    checked_whole,
+    frozen,
+    objects,
+)
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.kinds import shaped
 from holdfast.base.public import PublicValue, Summary, number
@@ -80,7 +90,7 @@ class ConvexSet(PublicValue):
         None means that ``x`` lies between the two polyhedra or beyond the box. ``x`` is (d,), or (n, d) for an object
         array (n,) of answers.
         """
-        points, single = self._points(x, "contains: x")
+        points, single = checked_rows(x, len(self.bound), "contains: x")
         inside, possible = _satisfied(self.inner, points), _satisfied(self.outer, points)
         answers = [True if yes else None if maybe else False for yes, maybe in zip(inside, possible, strict=True)]
         return answers[0] if single else objects(answers)
@@ -90,7 +100,7 @@ class ConvexSet(PublicValue):
 
         If the share is at most 1, ``x`` is certainly in the set. ``x`` is (d,), or (n, d) for an array (n,) of shares.
         """
-        points, single = self._points(x, "usage: x")
+        points, single = checked_rows(x, len(self.bound), "usage: x")
         A, b = self.inner
         used = np.maximum(largest_row(A / b[:, None], points), 0.0)
         return float(used[0]) if single else used
@@ -121,12 +131,6 @@ class ConvexSet(PublicValue):
         rows = [[f"{k + 1}", number(far, unit)] for k, (far, unit) in enumerate(zip(reach, self.units, strict=True))]
         facts = [("engine", f"{self.engine} ({self.claim})"), ("frame", self.frame)]
         return Summary(headline, facts, ("coordinate", "reaches at most"), rows, self.notes)
-
-    def _points(self, x: Any, where: str) -> tuple[Float, bool]:  # noqa: ANN401
-        dimension = len(self.bound)
-        single = np.asarray(x, dtype=object).ndim == 1
-        points = checked(x, (dimension,) if single else (None, dimension), where).reshape(-1, dimension)
-        return points, single
 
 
 def admissible_wrenches(
