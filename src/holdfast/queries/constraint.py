@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float, checked, checked_number, checked_rows, checked_whole, frozen
-from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.errors import HoldfastError, message
 from holdfast.base.kinds import shaped
 from holdfast.base.public import PublicValue, Summary, number
 from holdfast.base.ranges import FORCE, MANY, PLACE, SCALE
@@ -21,19 +21,17 @@ from holdfast.base.text import quoted
 from holdfast.engines.answers import Claim
 from holdfast.engines.capabilities import HULLS
 from holdfast.engines.groups import prepared
-from holdfast.engines.verdict import Status
 from holdfast.geometry.cells import surface_cells
 from holdfast.geometry.hull_gauge import hull_gauge
 from holdfast.queries.request import (
     CERTAIN_ENGINE,
     EngineChoice,
     Load,
-    body_number,
     checked_assembly,
     engine_of,
     total_wrench,
 )
-from holdfast.queries.sets import wrench_bound, wrench_columns
+from holdfast.queries.sets import notes_of, wrench_bound, wrench_columns
 from holdfast.scene.scene import Scene
 
 SOLVES = 1000  # default budget
@@ -181,11 +179,9 @@ def constraint(
     where = f"constraint on {quoted(body)}"
     wanted = checked_number(gap, f"{where}: gap", above=0, within=SCALE)
     checked_whole(budget, f"{where}: budget", 0, MANY)
-    index = body_number(assembly, body)
-    if index == FIXED:
-        raise SceneError(message(where, "the body is fixed: it takes every wrench", "name a movable body"))
+    columns = wrench_columns(assembly, body, where)
     limits = wrench_bound(assembly, bound, where)
-    columns = wrench_columns(assembly, index)
+    index = assembly.index[body]
     com = np.array(assembly.com[index])
     asked = _pushes(assembly, body, com) if near is None else checked(near, (None, 6), f"{where}: near", within=FORCE)
     method = engine_of(engine)
@@ -193,8 +189,7 @@ def constraint(
     found = HULLS.of(state, engine=method.name, where=where).load_hull(
         columns[rows] * limits, asked / limits, wanted, budget, where
     )
-    verdict = state.verdict()
-    notes = state.notes if verdict.status is Status.STABLE else (*state.notes, verdict.reason)
+    notes = notes_of(state)
     if found.gap > wanted:
         notes += (f"of the last wrenches looked at, one in ten is farther than {found.gap:.1%} below the true factor",)
     return Constraint(

@@ -31,6 +31,7 @@ from holdfast.base.public import PublicValue, Summary, number
 from holdfast.base.ranges import ACCELERATION, FORCE, MANY, SCALE
 from holdfast.engines.answers import Claim
 from holdfast.engines.capabilities import SETS, LoadSet
+from holdfast.engines.contract import State
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
 from holdfast.geometry.half_spaces import largest_row
@@ -159,10 +160,8 @@ def admissible_wrenches(
     """
     assembly = checked_assembly(assembly)
     where = f"admissible wrenches of {body!r}"
-    index = body_number(assembly, body)
-    if index == FIXED:
-        raise SceneError(message(where, "the body is fixed: it takes every wrench", "name a movable body"))
-    limits, columns = wrench_bound(assembly, bound, where), wrench_columns(assembly, index)
+    columns = wrench_columns(assembly, body, where)
+    limits = wrench_bound(assembly, bound, where)
     units = ("N",) * 3 + ("N m",) * 3
     frame = f"world axes; torque about the centre of mass of {body!r}"
     return _convex_set(where, assembly, engine, standing, columns, limits, gap, budget, units, frame)
@@ -179,11 +178,20 @@ def wrench_bound(assembly: Assembly, bound: ArrayLike | None, where: str) -> Flo
     return np.repeat(limits, 3)
 
 
-def wrench_columns(assembly: Assembly, number: int) -> Float:
-    """Return the load columns (6J, 6) of unit forces and torques on the movable body with this number."""
+def wrench_columns(assembly: Assembly, body: str, where: str) -> Float:
+    """Return the load columns (6J, 6) of unit forces and torques on ``body``. Raises SceneError if it is fixed."""
+    number = body_number(assembly, body)
+    if number == FIXED:
+        raise SceneError(message(where, "the body is fixed: it takes every wrench", "name a movable body"))
     columns = np.zeros((6 * len(assembly.movable), 6))
     columns[6 * number : 6 * number + 6] = np.eye(6)
     return columns
+
+
+def notes_of(state: State) -> tuple[str, ...]:
+    """Return the notes of a state and, unless it certainly stands, why not."""
+    verdict = state.verdict()
+    return state.notes if verdict.status is Status.STABLE else (*state.notes, verdict.reason)
 
 
 def sustainable_accelerations(
@@ -248,10 +256,9 @@ def _convex_set(
     loaded = np.flatnonzero(columns.reshape(-1, 6, columns.shape[1]).any((1, 2))).tolist()
     state, rows = prepared(method, assembly, total_wrench(assembly, standing)).together(loaded, where)
     found = SETS.of(state, engine=method.name, where=where).load_set(columns[rows] * bound, wanted, most, where)
-    verdict = state.verdict()
-    notes = state.notes if verdict.status is Status.STABLE else (*state.notes, verdict.reason)
+    notes = notes_of(state)
     if found.gap > wanted:
-        notes = (*notes, _why_wide(found, bound, units))
+        notes += (_why_wide(found, bound, units),)
     return ConvexSet(
         engine=method.name,
         claim=method.claim,
