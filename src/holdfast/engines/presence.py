@@ -170,8 +170,7 @@ class Doubtful:
 
     def _told(self, found: Answers, cases: Sequence[tuple[Absent, Answers]]) -> tuple[str, ...]:
         """Say on which of the contacts the answers lean, and what was not settled."""
-        tolerances = self.absences.assembly.tolerances
-        notes = [LEVEL] if tolerances.capped and not tolerances.tilt else []
+        notes = [LEVEL] if self._posed and not self.absences.assembly.tolerances.tilt else []
         leaned = self._leaned(found, cases)
         if leaned:
             words = "answers lean on contacts that may not exist, and lower is without them"
