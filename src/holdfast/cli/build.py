@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from holdfast.applications.disassembly.build import PUSHES, build_order
 from holdfast.applications.disassembly.order import BUDGET
-from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, engine_with
+from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, SaveAnswer, engine_with
 from holdfast.cli.output import out, print_json
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
@@ -29,7 +28,7 @@ def build(
     pushes: Annotated[int, typer.Option(help="about as many pushes on each state; 0: none")] = PUSHES,
     budget: Annotated[int, typer.Option(help="stop after this many answers by contact forces")] = BUDGET,
     engine: EngineName = DEFAULT_ENGINE,
-    save: Annotated[Path | None, typer.Option(help="write the answer to this file (.json or .npz)")] = None,
+    save: SaveAnswer = None,
     nodes: Nodes = None,
     as_json: AsJson = False,
 ) -> None:

@@ -11,7 +11,7 @@ from holdfast.applications.carrying.carry import carry as carried
 from holdfast.applications.carrying.profile import Profile
 from holdfast.applications.carrying.standards import STANDARDS
 from holdfast.applications.transport import tilted
-from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, check_suffix, engine_with
+from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, SaveAnswer, check_suffix, engine_with
 from holdfast.cli.output import out, print_json
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.straps import Straps, strap_loads
@@ -36,7 +36,7 @@ def carry(
     engine: EngineName = DEFAULT_ENGINE,
     bound: Annotated[bool, typer.Option("--bound", help="also compute upper bounds by engine limit")] = False,
     png: Annotated[Path | None, typer.Option(help="write a PNG of the motion and of what is left to this file")] = None,
-    save: Annotated[Path | None, typer.Option(help="write the answer to this file (.json or .npz)")] = None,
+    save: SaveAnswer = None,
     nodes: Nodes = None,
     as_json: AsJson = False,
 ) -> None:

@@ -25,6 +25,7 @@ Nodes = Annotated[int | None, typer.Option(help="contact nodes: graph per interf
 Immobile = Annotated[float | None, typer.Option(help="treat bodies heavier than this (kg) as immobile; optimistic")]
 Margin = Annotated[float, typer.Option(help="reduce all masses by this share, 0 to 1")]
 MaxCuts = Annotated[int, typer.Option(help="refuse scenes with more feasible cuts than this")]
+SaveAnswer = Annotated[Path | None, typer.Option("--save", help="write the answer to this file (.json or .npz)")]
 AsJson = Annotated[bool, typer.Option("--json", help="print JSON; infinity is the text inf")]
 
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from holdfast.applications.pushing.result import Effect
 from holdfast.applications.pushing.safe import DOUBT, TRAVEL, safe_pushes
-from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, engine_with
+from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, SaveAnswer, engine_with
 from holdfast.cli.output import out, print_json
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
@@ -31,7 +30,7 @@ def safe(
     travel: Annotated[float, typer.Option(help="how far the body is pushed, in m")] = TRAVEL,
     doubt: Annotated[float, typer.Option(help="share by which friction may be off")] = DOUBT,
     engine: EngineName = DEFAULT_ENGINE,
-    save: Annotated[Path | None, typer.Option(help="write the answer to this file (.json or .npz)")] = None,
+    save: SaveAnswer = None,
     nodes: Nodes = None,
     as_json: AsJson = False,
 ) -> None:
