@@ -71,6 +71,17 @@ def test_what_the_body_would_run_into_is_told() -> None:
     assert set(near.effect) == {hf.Effect.ALONE}
 
 
+@pytest.mark.parametrize("end", [-1, 1])
+def test_a_bar_pushed_at_one_end_turns_into_what_stands_before_that_end_alone(end: int) -> None:
+    """The pushed end goes ahead and the other one back, wherever the bar lies: a block is 3 mm before one end."""
+    block = hf.Body("block", hf.Box((0.03, 0.03, 0.04)), pose=at(0.3 + end * 0.077, 0.038, 0.02), fixed=True)
+    scene = hf.Scene([floor(), box("bar", (0.2, 0.04, 0.04), 1, (0.3, 0, 0.02)), block], 0.3)
+    found = hf.safe_pushes(scene, "bar", 2.4, directions=(0, 1, 0), spacing=0.05, doubt=0.1)
+    before, other = (int(np.argmin(np.abs(found.points[:, 0] - 0.3 - side * 0.075))) for side in (end, -end))
+    assert found.effect[[before, other]].tolist() == [hf.Effect.UNKNOWN, hf.Effect.ALONE]
+    assert "bar and block overlap" in found.reason[before]
+
+
 def test_what_rests_on_the_body_goes_with_it_and_what_it_rests_on_may() -> None:
     stack = shipped_scene("stack")
     assert not hf.safe_pushes(stack, "cube2", 15.0).alone.any()

@@ -10,6 +10,8 @@ from scipy.spatial.transform import Rotation
 
 import holdfast as hf
 from holdfast.engines.limit.engine import Limit
+from holdfast.geometry.cells import surface_cells
+from holdfast.queries.constraint import PUSHES
 from holdfast.scene.shipped import shipped_scene
 from holdfast.scene.shipped.blocks import at, box, floor
 
@@ -114,6 +116,20 @@ def test_wrenches_near_those_asked_for_are_closer() -> None:
     near = drawn(blind, 5, seed=11)
     told = hf.constraint(scene, "v3", budget=120, near=near)
     assert np.median(np.asarray(told.value(near)) / blind.value(near)) > 1.02
+
+
+def test_unless_told_it_is_close_to_inward_pushes_on_the_surface() -> None:
+    """On a voussoir; on a box, pulls on one face are pushes on the opposite one."""
+    assembly = hf.assemble(shipped_scene("arch"))
+    surface = assembly.scene.body("v3").surface_world
+    cells = surface_cells(surface, float(np.sqrt(surface.area / PUSHES)))
+    usual = hf.constraint(assembly, "v3", budget=60)
+    pushed, pulled = (
+        hf.constraint(assembly, "v3", budget=60, near=usual.wrenches(cells.points, sign * cells.normals))
+        for sign in (-1, 1)
+    )
+    np.testing.assert_array_equal(usual.known, pushed.known)
+    assert not np.array_equal(usual.known, pulled.known)
 
 
 def test_standing_loads_count(cube: hf.Constraint) -> None:
