@@ -19,6 +19,7 @@ from holdfast.base.arrays import (
     checked_directions,
     checked_name,
     checked_number,
+    checked_rows,
     checked_sizes,
     checked_whole,
     unit,
@@ -152,6 +153,19 @@ def test_d10_unit_vectors_neither_overflow_nor_vanish(vector: list[float]) -> No
 def test_units_of_ordinary_vectors_are_what_they_were() -> None:
     vectors = np.random.default_rng(0).normal(size=(100, 3))
     np.testing.assert_array_equal(unit(vectors), vectors / np.linalg.norm(vectors, axis=-1, keepdims=True))
+
+
+@pytest.mark.parametrize(("value", "single"), [((1, 2, 3), True), ([(1, 2, 3)], False)])
+def test_one_row_is_told_from_a_list_of_one(value: object, single: bool) -> None:
+    rows, alone = checked_rows(value, 3, "x")
+    assert rows.tolist() == [[1, 2, 3]]
+    assert alone == single
+
+
+@pytest.mark.parametrize("value", [[(1, 2, 3), (1, 2)], [np.zeros((2, 3)), np.zeros((2, 4))], "abc", None])
+def test_what_is_no_array_has_no_rows(value: object) -> None:
+    with pytest.raises(SceneError, match=r"x: got .*; needs numbers of shape \(n, 3\)"):
+        checked_rows(value, 3, "x")
 
 
 def test_a_zero_among_directions_is_refused() -> None:
