@@ -41,6 +41,13 @@ def test_build_lists_the_steps_and_what_each_state_holds(build: Call) -> None:
     assert hf.load_answer("b.json") == hf.build_order(hf.shipped_scene("stack"), pushes=50)
 
 
+def test_build_says_how_many_steps_it_leaves_out(build: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("holdfast.report.handled.MOST_ROWS", 1)
+    code, out, _ = build("stack")
+    assert code == 0
+    assert "... and 2 more" in out
+
+
 def test_build_tells_what_must_stand_before(build: Call) -> None:
     code, out, _ = build("arch", "--pushes", 0)
     assert code == 1

@@ -44,11 +44,11 @@ def build_report(result: BuildOrder) -> RenderableType:
     if result.steps:
         rows = [
             (str(k + 1), step.body, shown(step), step.weakest.body if step.weakest else "", step.reason)
-            for k, step in enumerate(result.steps[:MOST_ROWS])
+            for k, step in enumerate(result.steps)
         ]
         parts.append(_table(("step", "put in", "least push then", "on", "why it may go in"), rows))
     if result.stuck:
-        why = [(removal.body, str(removal.answer), removal.reason) for removal in result.stuck[:MOST_ROWS]]
+        why = [(removal.body, str(removal.answer), removal.reason) for removal in result.stuck]
         parts.append(_table(("body", "last", "why it cannot be put in last"), why))
     return Group(*parts)
 
@@ -62,7 +62,7 @@ def pushes_report(result: SafePushes) -> RenderableType:
     rest = f"  (up to {number(result.force, 'N')}, engine {result.engine}: {result.claim})"
     unknown = int(result.are(Effect.UNKNOWN).sum())
     left = f"{result.unreached} more are out of the tool's reach; of {unknown} it is not known"
-    rows = [tuple(row) for row in summary.rows[:MOST_ROWS]]
+    rows = [tuple(row) for row in summary.rows]
     return Group(headline(result.body, outcome, rest), sentence(left), _table(tuple(summary.heads), rows))
 
 
@@ -70,6 +70,8 @@ def _table(heads: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> Table:
     made = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for head in heads:
         made.add_column(head)
-    for row in rows:
+    for row in rows[:MOST_ROWS]:
         made.add_row(*(cell(text) for text in row[:-1]), sentence(row[-1]))
+    if len(rows) > MOST_ROWS:
+        made.add_row("", f"... and {len(rows) - MOST_ROWS} more", *[""] * (len(heads) - 2))
     return made
