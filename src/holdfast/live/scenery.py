@@ -16,12 +16,13 @@ from holdfast.drawing.arrows import arrow_mesh
 from holdfast.drawing.layers import gradient
 from holdfast.drawing.movers import COLOURS
 from holdfast.drawing.painted import Painted, painted
-from holdfast.drawing.picture import Arrow, Picture, Solid, legend
+from holdfast.drawing.picture import Arrow, legend
 from holdfast.drawing.soup import forces
 from holdfast.engines.verdict import Status
 from holdfast.live.model import Model
 from holdfast.queries.map import RobustnessMap
 from holdfast.queries.result import gives_way
+from holdfast.report.bodies import bare_picture
 from holdfast.report.picture import force_arrows, picture_of
 
 MAP, GROUPS = "largest push", "groups"
@@ -36,11 +37,7 @@ def bodies(model: Model, colour_by: str) -> list[Painted]:
     if colour_by == MAP and model.map is not None:
         found, asked = painted(picture_of(model.map)), set(model.map.cells)
     else:
-        solids = [
-            Solid(body.name, body.surface_world.vertices, body.surface_world.faces, body.fixed)
-            for body in model.assembly.bodies
-        ]
-        found, asked = painted(Picture("", "", (), tuple(solids), up=model.assembly.scene.up)), set()
+        found, asked = painted(bare_picture(model.assembly.scene)), set()
     rgb = {body.name: colours.FIXED for body in model.assembly.bodies if body.fixed} | group_colours(model)
     return [p if p.name in asked else replace(p, rgb=np.tile(rgb[p.name], (len(p.vertices), 1))) for p in found]
 

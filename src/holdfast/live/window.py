@@ -30,6 +30,7 @@ from holdfast.live.controls import Controls
 from holdfast.live.model import Model
 from holdfast.live.motion import moved_by, parting
 from holdfast.live.worker import Worker
+from holdfast.report.bodies import solids_of
 
 HERE: Final = "127.0.0.1"  # the only address that is listened on
 SWING: Final = 0.08  # of the assembly's size: how far the fastest body is moved
@@ -193,12 +194,9 @@ class Window:
                 frame.position = (0.0, 0.0, 0.0) if place is None else place[:3, 3]
 
     def _look(self) -> None:
-        solids = [
-            Solid(b.name, b.surface_world.vertices, b.surface_world.faces, b.fixed)
-            for b in self.model.assembly.movable or self.model.assembly.bodies
-        ]
+        solids = solids_of(self.model.assembly.movable or self.model.assembly.bodies)
         up = self.model.assembly.scene.up
-        view = front_view(Picture("", "", (), tuple(solids), up=up))
+        view = front_view(Picture("", "", (), solids, up=up))
         points = np.concatenate([solid.vertices for solid in solids])
         middle = (points.min(axis=0) + points.max(axis=0)) / 2
         self.server.scene.set_up_direction(tuple(up))

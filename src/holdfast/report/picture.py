@@ -19,6 +19,7 @@ from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import ContactForces, Status
 from holdfast.geometry.cells import Cells
 from holdfast.queries.map import RobustnessMap
+from holdfast.report.bodies import solids_of
 
 LONGEST_FORCE = 0.18  # of the assembly's size: the length of the arrow of the largest contact force
 WEAK_ARROW = 0.12  # of the assembly's size: the length of the arrows at the weakest points
@@ -113,17 +114,13 @@ def _newton(force: float) -> str:
 
 
 def _solids(result: RobustnessMap) -> tuple[Solid, ...]:
-    solids = [
-        Solid(body.name, body.surface_world.vertices, body.surface_world.faces, body.fixed)
-        for body in result.assembly.bodies
-        if body.name not in result.cells
-    ]
-    solids += [
+    whole = solids_of(body for body in result.assembly.bodies if body.name not in result.cells)
+    covered = (
         Solid(name, cells.vertices, cells.triangles, False)
         for name, cells in result.hidden.items()
         if len(cells.points)
-    ]
-    return tuple(solids)
+    )
+    return (*whole, *covered)
 
 
 def force_arrows(assembly: Assembly, forces: ContactForces) -> tuple[Arrow, ...]:
