@@ -26,6 +26,8 @@ from holdfast.report.bodies import bare_picture
 from holdfast.report.picture import force_arrows, picture_of
 
 MAP, GROUPS = "largest push", "groups"
+OPENING: Final = "#ff8c00"  # colour of contacts that open
+SLIDING: Final = "#c800c8"  # colour of contacts that slide
 PALE: Final = 0.55  # share of white in the colours of groups
 PUSH_LENGTH: Final = 0.2  # of the assembly's size: the arrow of the push
 STATUS: Final = {Status.UNDECIDED: colours.UNDECIDED, Status.UNSTABLE: colours.FALLS}
