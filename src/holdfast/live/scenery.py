@@ -46,13 +46,13 @@ def bodies(model: Model, colour_by: str) -> list[Painted]:
 
 def group_colours(model: Model) -> dict[str, Rgb]:
     """Return the colour of each movable body: one for each group, and those of the legend where it does not stand."""
-    status = model.status_of_groups()
     found: dict[str, Rgb] = {}
     for number_, names in enumerate(model.assembly.groups):
         own = rgb_of(COLOURS[number_ % len(COLOURS)])
         red, green, blue = ((1 - PALE) * c + PALE for c in own)
-        found |= {name: STATUS.get(status.get(name, Status.STABLE), (red, green, blue)) for name in names}
-    return found
+        found |= dict.fromkeys(names, (red, green, blue))
+    told = model.status_of_groups().items()
+    return found | {name: STATUS[status] for name, status in told if status in STATUS}
 
 
 def outlines(model: Model) -> Float:
@@ -88,9 +88,9 @@ def legend_html(model: Model, colour_by: str) -> str:
     """Return the legend of what is shown: the scale in newtons with its marks, and the colours beside it."""
     box = "display:inline-block;width:14px;height:14px;margin:0 6px -2px 0;border:1px solid #8888;background:"
     if colour_by != MAP or model.map is None:
-        names = [(STATUS[Status.UNDECIDED], "undecided"), (STATUS[Status.UNSTABLE], "falls")]
-        found = set(model.status_of_groups().values())
-        rows = [(c, text) for (c, text), s in zip(names, STATUS, strict=True) if s in found]
+        found = model.status_of_groups().values()
+        names = {Status.UNDECIDED: "undecided", Status.UNSTABLE: "falls"}
+        rows = [(STATUS[status], text) for status, text in names.items() if status in found]
         return _legend("one colour for each group of bodies", "", rows, box)
     picture = picture_of(model.map)
     scale = colours.scale_of(forces(picture))
