@@ -13,7 +13,7 @@ from holdfast.base.public import number
 from holdfast.base.text import LONGEST_NAME, escaped
 from holdfast.drawing import colours
 from holdfast.drawing.arrows import arrow_mesh
-from holdfast.drawing.layers import gradient
+from holdfast.drawing.layers import gradient, sides_of
 from holdfast.drawing.movers import COLOURS
 from holdfast.drawing.painted import Painted, painted
 from holdfast.drawing.picture import Arrow, legend
@@ -23,7 +23,7 @@ from holdfast.live.model import Model
 from holdfast.queries.map import RobustnessMap
 from holdfast.queries.result import gives_way
 from holdfast.report.bodies import bare_picture
-from holdfast.report.picture import force_arrows, picture_of
+from holdfast.report.picture import force_arrows, outlines_of, picture_of
 
 MAP, GROUPS = "largest push", "groups"
 OPENING: Final = "#ff8c00"  # colour of contacts that open
@@ -57,9 +57,7 @@ def group_colours(model: Model) -> dict[str, Rgb]:
 
 def outlines(model: Model) -> Float:
     """Return the sides (E, 2, 3) [m] of all contact patches."""
-    rings = [ring for i in model.assembly.interfaces for patch in i.patches for ring in (patch.polygon, *patch.holes)]
-    sides = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in rings]
-    return np.concatenate([np.empty((0, 2, 3)), *sides])
+    return sides_of(outlines_of(model.assembly))
 
 
 def resting_forces(model: Model) -> tuple[Arrow, ...]:

@@ -56,9 +56,7 @@ def picture_of(result: RobustnessMap) -> Picture:
         subtitle=_subtitle(result),
         heat=tuple(heat),
         solids=_solids(result),
-        outlines=tuple(
-            ring for i in assembly.interfaces for patch in i.patches for ring in (patch.polygon, *patch.holes)
-        ),
+        outlines=outlines_of(assembly),
         contact_points=np.empty((0, 3)) if result.verdict.forces is None else result.verdict.forces.points,
         contact_forces=() if result.verdict.forces is None else force_arrows(assembly, result.verdict.forces),
         weakest=_weak_arrows(result),
@@ -121,6 +119,11 @@ def _solids(result: RobustnessMap) -> tuple[Solid, ...]:
         if len(cells.points)
     )
     return (*whole, *covered)
+
+
+def outlines_of(assembly: Assembly) -> tuple[Float, ...]:
+    """Return the borders (k, 3) [m] of all contact patches and of their holes."""
+    return tuple(ring for i in assembly.interfaces for patch in i.patches for ring in (patch.polygon, *patch.holes))
 
 
 def force_arrows(assembly: Assembly, forces: ContactForces) -> tuple[Arrow, ...]:
