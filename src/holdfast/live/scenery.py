@@ -24,6 +24,7 @@ from holdfast.queries.map import RobustnessMap
 from holdfast.queries.result import gives_way
 from holdfast.report.bodies import bare_picture
 from holdfast.report.picture import force_arrows, outlines_of, picture_of
+from holdfast.report.texts import WORDS
 
 MAP, GROUPS = "largest push", "groups"
 OPENING: Final = "#ff8c00"  # colour of contacts that open
@@ -31,7 +32,6 @@ SLIDING: Final = "#c800c8"  # colour of contacts that slide
 PALE: Final = 0.55  # share of white in the colours of groups
 PUSH_LENGTH: Final = 0.2  # of the assembly's size: the arrow of the push
 STATUS: Final = {Status.UNDECIDED: colours.UNDECIDED, Status.UNSTABLE: colours.FALLS}
-WORDS: Final = {Status.STABLE: "stands", Status.UNSTABLE: "does not stand", Status.UNDECIDED: "is undecided"}
 
 
 def bodies(model: Model, colour_by: str) -> list[Painted]:

@@ -13,13 +13,11 @@ from holdfast.applications.placement.several_result import Placements
 from holdfast.base.public import number
 from holdfast.base.text import listed
 from holdfast.drawing.sequence import Frame, Sequence, write_sequence
-from holdfast.engines.verdict import Status
 from holdfast.report.bodies import solids_of
-from holdfast.report.texts import cell, headline, sentence
+from holdfast.report.texts import STYLES, cell, headline, sentence
 
 MOST_FRAMES = 12  # the most states in a strip of pictures
 MOST_ROWS = 60  # the most rows in a table
-STYLES = {Status.STABLE: "bold green", Status.UNSTABLE: "bold red", Status.UNDECIDED: "bold yellow"}
 
 
 def placements_report(result: Placements, scene: str) -> RenderableType:

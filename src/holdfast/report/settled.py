@@ -13,14 +13,12 @@ from holdfast.base.files import write_atomically
 from holdfast.base.text import LONGEST_NAME, one_line
 from holdfast.drawing.panels import PointsPanel, sheet_png
 from holdfast.drawing.picture import Arrow
-from holdfast.engines.verdict import Status
 from holdfast.report.bodies import bare_picture
-from holdfast.report.texts import cell, headline, sentence
+from holdfast.report.texts import STYLES, cell, headline, sentence
 
 LONGEST = 0.12  # of the scene's size: the length of the longest arrow
 SHORTEST = 0.02  # of it: shorter arrows are left out
 MOST = 100.0  # times that displacements are drawn larger at most
-STYLES = {Status.STABLE: "bold green", Status.UNSTABLE: "bold red", Status.UNDECIDED: "bold yellow"}
 
 
 def save_settled_png(result: Settled, path: str | os.PathLike[str]) -> None:
