@@ -37,11 +37,12 @@ def main() -> int:
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out/dist").resolve()
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    builder = environment(sys.executable, Path(tempfile.mkdtemp()))
-    called(builder, "-m", "pip", "install", "--quiet", "build")
-    called(builder, "-m", "build", "--outdir", str(folder), str(ROOT))
+    with tempfile.TemporaryDirectory() as clean:
+        builder = environment(sys.executable, Path(clean))
+        called(builder, "-m", "pip", "install", "--quiet", "build")
+        called(builder, "-m", "build", "--outdir", str(folder), str(ROOT))
     failed = False
-    for python in pythons():
+    for version, python in pythons().items():
         for package in sorted(folder.iterdir()):
             with tempfile.TemporaryDirectory() as clean:
                 try:
@@ -50,20 +51,21 @@ def main() -> int:
                     said = called(own, "-W", "error::DeprecationWarning:holdfast", "-c", TRIED, folder=Path(clean))
                 except subprocess.CalledProcessError as error:
                     failed, said = True, f"FAILED: {error.stderr.strip()[-600:]}"
-                print(f"{Path(python).name} {package.name}: {said}", flush=True)
+                print(f"Python {version}, {package.name}: {said}", flush=True)
     return int(failed)
 
 
-def pythons() -> list[str]:
-    """Return the Pythons of this machine, each version once."""
+def pythons() -> dict[str, str]:
+    """Return the Pythons of this machine by their versions, each version once."""
     named = [name for name in os.environ.get("PYTHONS", "").split(":") if name]
     found = [*named, *(shutil.which(f"python3.{minor}") or "" for minor in range(11, 15))]
+    asked = "import platform; print(platform.python_version())"
     versions: dict[str, str] = {}
     for python in filter(None, found):
-        done = subprocess.run([python, "-c", "import sys; print(sys.version_info[:2])"], capture_output=True, text=True)
+        done = subprocess.run([python, "-c", asked], capture_output=True, text=True)
         if done.returncode == 0:
-            versions.setdefault(done.stdout, python)
-    return list(versions.values())
+            versions.setdefault(done.stdout.strip(), python)
+    return versions
 
 
 def environment(python: str, folder: Path) -> str:

@@ -15,6 +15,7 @@ from rich.table import Table as RichTable
 from holdfast import __version__
 from holdfast.base.code_store import FOLDER_VARIABLE, machine_code_folder
 from holdfast.base.text import many
+from holdfast.batches.crew import cores
 from holdfast.cli.common import AsJson
 from holdfast.cli.output import out, print_json
 
@@ -59,7 +60,7 @@ def examined() -> dict[str, Any]:
         "python": platform.python_version(),
         "system": f"{platform.system()} {platform.machine()}",
         "executable": sys.executable,
-        "cores": os.cpu_count() or 1,
+        "cores": cores(),
         "cache": _cache(machine_code_folder()),
         "packages": {extra: {name: _version(name) for name in names} for extra, names in _needed().items()},
     }

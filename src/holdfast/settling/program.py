@@ -176,7 +176,7 @@ def _solved(
     return None
 
 
-def moved_apart(contacts: Contacts, centres: Float, motion: Float) -> Float:
+def _moved_apart(contacts: Contacts, centres: Float, motion: Float) -> Float:
     """Return how far the second body moves away from the first at every contact (n, 3), of motions (J, 6)."""
     fixed = np.zeros((1, 3))  # of all bodies that are
     shift, turn = np.concatenate([motion[:, :3], fixed]), np.concatenate([motion[:, 3:], fixed])
@@ -188,7 +188,7 @@ def moved_apart(contacts: Contacts, centres: Float, motion: Float) -> Float:
 
 def slips(contacts: Contacts, centres: Float, motion: Float) -> tuple[Float, Float]:
     """Return how far the surfaces move apart along the normals (n,), and across them (n,), of motions (J, 6)."""
-    away = moved_apart(contacts, centres, motion)
+    away = _moved_apart(contacts, centres, motion)
     along = (away * contacts.normals).sum(1)
     return along, np.linalg.norm(away - along[:, None] * contacts.normals, axis=1)
 
