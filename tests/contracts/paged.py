@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import base64
+import json
 import re
+import struct
+import zlib
 from typing import Any
 
-from holdfast.drawing.packed import unpacked
+import numpy as np
 
 
 def data_of(text: str) -> dict[str, Any]:
@@ -13,6 +17,22 @@ def data_of(text: str) -> dict[str, Any]:
     found = re.search(r'<script id="data" type="text/plain">(.*?)</script>', text, re.DOTALL)
     assert found
     return unpacked(found.group(1))
+
+
+def unpacked(text: str) -> dict[str, Any]:
+    """Return the header of ``Packer.text`` with every array (N,) in the place of what refers to it."""
+    whole = zlib.decompress(base64.b64decode(text))
+    (length,) = struct.unpack_from("<I", whole)
+    arrays = whole[4 + length :]
+
+    def filled(value: Any) -> Any:
+        if isinstance(value, dict):
+            if value.keys() == {"at", "count", "kind"}:
+                return np.frombuffer(arrays, "<" + value["kind"], value["count"], value["at"])
+            return {name: filled(item) for name, item in value.items()}
+        return [filled(item) for item in value] if isinstance(value, list) else value
+
+    return dict(filled(json.loads(whole[4 : 4 + length])))
 
 
 def faces(data: dict[str, Any]) -> list[dict[str, Any]]:

@@ -93,6 +93,18 @@ def test_no_page_can_have_it_shared(live: hf.LiveView) -> None:
     assert live._window.server._share_tunnel is None
 
 
+def test_the_view_begins_above_the_bodies_and_turned_to_their_middle(live: hf.LiveView) -> None:
+    """Both cubes are within its 45 degrees; the floor, which is far larger, does not count."""
+    camera = live._window.server.initial_camera
+    middle = np.array([0.15, 0.0, 0.05])
+    np.testing.assert_allclose(camera.look_at, middle, atol=1e-9)
+    np.testing.assert_array_equal(camera.up, [0.0, 0.0, 1.0])
+    away = np.array(camera.position) - middle
+    assert away[2] > 0.3 * np.linalg.norm(away)
+    radius = np.linalg.norm([0.2, 0.05, 0.05])
+    assert radius < np.sin(np.deg2rad(22.5)) * np.linalg.norm(away) < 3.0 * radius
+
+
 def test_verdict_and_map_come_by_themselves(live: hf.LiveView) -> None:
     model, controls = live._window.model, live._window.controls
     assert model.verdict is not None

@@ -12,11 +12,10 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from holdfast.base.colour import Rgb
 from holdfast.base.files import write_atomically
 from holdfast.base.text import escaped
 from holdfast.drawing import colours
-from holdfast.drawing.camera import View, back_view, front_view, heat_points
+from holdfast.drawing.camera import back_view, front_view, heat_points
 from holdfast.drawing.layers import Dots, Faces, Layer, Lines, gradient, layers
 from holdfast.drawing.packed import Packer
 from holdfast.drawing.picture import Picture
@@ -89,7 +88,7 @@ def _packed(picture: Picture, parts: list[Layer]) -> str:
         {
             "layers": drawn,
             "up": picture.up.tolist(),
-            "views": {"front": _toward(front), "back": _toward(back_view(picture, front))},
+            "views": {"front": front.toward.tolist(), "back": back_view(picture, front).toward.tolist()},
             "bounds": [shown.min(axis=0).tolist(), shown.max(axis=0).tolist()],
             "shown": packer.put(np.concatenate([_corners(shown), tails]), "f4"),
             "badges": (tails + 0.15 * (tails - heads)).tolist(),
@@ -104,10 +103,6 @@ def _corners(points: NDArray[np.float64]) -> NDArray[np.float64]:
     level, above = (grid.ravel() for grid in np.meshgrid(turn, tilt))
     ways = np.stack([np.cos(above) * np.cos(level), np.cos(above) * np.sin(level), np.sin(above)])
     return np.asarray(points[np.unique(np.argmax(points @ ways, axis=0))])
-
-
-def _toward(view: View) -> list[float]:
-    return [float(v) for v in view.toward]
 
 
 def _part(part: Faces | Lines | Dots, packer: Packer) -> dict[str, Any]:
@@ -125,11 +120,7 @@ def _part(part: Faces | Lines | Dots, packer: Packer) -> dict[str, Any]:
         }
     if isinstance(part, Lines):
         ends = packer.put(part.segments.reshape(-1, 3), "f4")
-        return {"shape": "lines", "vertices": ends, "colour": _bytes(part.colour), "width": part.width}
+        return {"shape": "lines", "vertices": ends, "colour": part.colour, "width": part.width}
     return {
-        "shape": "dots", "vertices": packer.put(part.points, "f4"), "colour": _bytes(part.colour), "width": part.width
+        "shape": "dots", "vertices": packer.put(part.points, "f4"), "colour": part.colour, "width": part.width
     }  # fmt: skip
-
-
-def _bytes(colour: Rgb) -> list[float]:
-    return [float(c) for c in colour]

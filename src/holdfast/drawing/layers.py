@@ -84,6 +84,12 @@ def gradient() -> str:
     )
 
 
+def sides_of(rings: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """Return the sides (E, 2, 3) [m] of closed polylines (k, 3) [m], none if there are none."""
+    sides = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in rings]
+    return np.concatenate([np.empty((0, 2, 3)), *sides])
+
+
 def _heat(picture: Picture) -> list[Layer]:
     scale = colours.scale_of(forces(picture))
     named = {colours.Kind.FORCE: ("largest push, by colour", gradient())}
@@ -159,8 +165,7 @@ def _contacts(picture: Picture) -> list[Layer]:
     blue = rgb_of(CONTACT)
     parts: list[Lines | Dots] = []
     if picture.outlines:
-        sides = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in picture.outlines]
-        parts.append(Lines(np.concatenate(sides), blue, 2.5))
+        parts.append(Lines(sides_of(picture.outlines), blue, 2.5))
     if len(picture.contact_points):
         parts.append(Dots(picture.contact_points, blue, 5.0))
     arrows = _arrows(picture.contact_forces, FORCE_COLOUR, FORCE_RADIUS * size_of(picture))

@@ -41,19 +41,3 @@ class Packer:
         written += b" " * (-len(written) % 4)
         whole = struct.pack("<I", len(written)) + written + b"".join(self._chunks)
         return base64.b64encode(zlib.compress(whole, 9)).decode("ascii")
-
-
-def unpacked(text: str) -> dict[str, Any]:
-    """Return the header of ``Packer.text`` with every array (N,) in the place of what refers to it."""
-    whole = zlib.decompress(base64.b64decode(text))
-    (length,) = struct.unpack_from("<I", whole)
-    arrays = whole[4 + length :]
-
-    def filled(value: Any) -> Any:  # noqa: ANN401
-        if isinstance(value, dict):
-            if value.keys() == {"at", "count", "kind"}:
-                return np.frombuffer(arrays, "<" + value["kind"], value["count"], value["at"])
-            return {name: filled(item) for name, item in value.items()}
-        return [filled(item) for item in value] if isinstance(value, list) else value
-
-    return dict(filled(json.loads(whole[4 : 4 + length])))

@@ -18,7 +18,7 @@ from holdfast.drawing.marks import INK
 from holdfast.drawing.names import draw_axes
 from holdfast.drawing.picture import Arrow, Picture, legend
 from holdfast.drawing.shade import render
-from holdfast.drawing.soup import fixed, forces, movable
+from holdfast.drawing.soup import fixed, forces, movable, movable_names
 
 _HEAD, _CAPTION, _FOOT, _PAD = 92, 34, 96, 26
 _PALE = (0.90, 0.905, 0.915)  # colour of bodies without a map
@@ -87,7 +87,7 @@ def _draw(
     camera = fit(view, np.concatenate([*around, *shown]), *size, 30.0)
     rgb = soup.rgb.copy()
     if not one.picture.heat:
-        names = list(dict.fromkeys(solid.name for solid in one.picture.solids if not solid.fixed))  # as soups count
+        names = movable_names(one.picture)
         rgb[:] = _PALE
         if one.accent in names:
             rgb[soup.body == names.index(one.accent)] = _ACCENT

@@ -18,7 +18,7 @@ from holdfast.drawing.marks import draw_contacts, draw_pushes, draw_scale_bar, v
 from holdfast.drawing.names import block, draw_axes, draw_names
 from holdfast.drawing.picture import Picture
 from holdfast.drawing.shade import Panel, render
-from holdfast.drawing.soup import fixed, forces, movable
+from holdfast.drawing.soup import fixed, forces, movable, movable_names
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -74,7 +74,7 @@ def _annotate(
         nowhere = {k: False for k in range(len(picture.weakest)) if index == 0 and not any(s[k] for s in seen)}
         here = {k: True for k, is_seen in enumerate(seen[index]) if is_seen}
         draw_pushes(writer.axes, shot, picture, here | nowhere, layout.unit)
-        draw_names(writer, shot.box, panel.body, _names(picture), _written_on(shot, picture, layout.unit))
+        draw_names(writer, shot.box, panel.body, movable_names(picture), _written_on(shot, picture, layout.unit))
     for shot in layout.shots:
         _frame(writer.axes, shot, layout.unit)
         writer.put(shot.box.left + 12 * layout.unit, shot.box.top + 23 * layout.unit, shot.caption, 14.0, colour=GREY)
@@ -83,12 +83,6 @@ def _annotate(
         draw_axes(writer.axes, shot.box, shot.camera.view, layout.unit)
     draw_scale_bar(writer.axes, layout.shots[0], layout.unit)
     draw_footer(writer, picture, layout, scale)
-
-
-def _names(picture: Picture) -> list[str]:
-    """Return the names of the bodies that are not fixed, in the order in which a soup counts them."""
-    own = [surface.name for surface in picture.heat] + [solid.name for solid in picture.solids if not solid.fixed]
-    return list(dict.fromkeys(own))
 
 
 def _written_on(shot: Shot, picture: Picture, unit: float) -> NDArray[np.bool_]:

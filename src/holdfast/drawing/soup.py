@@ -37,8 +37,12 @@ def forces(picture: Picture) -> NDArray[np.float64]:
 
 def movable(picture: Picture, scale: colours.Scale | None) -> Soup:
     """Return the coloured surfaces and the covered parts of the same bodies."""
-    parts: list[HeatSurface | Solid] = [*picture.heat, *(solid for solid in picture.solids if not solid.fixed)]
-    return soup_of(parts, lambda part: _rgb(part, scale))
+    return soup_of(_movable_parts(picture), lambda part: _rgb(part, scale))
+
+
+def movable_names(picture: Picture) -> list[str]:
+    """Return the names of the bodies of ``movable``, in the order of their numbers."""
+    return list(dict.fromkeys(part.name for part in _movable_parts(picture)))
 
 
 def fixed(picture: Picture) -> Soup:
@@ -82,6 +86,10 @@ def corners_of(surface: HeatSurface, shown: NDArray[np.bool_] | None = None) -> 
     keys = surface.cell[kept][:, None] * len(surface.vertices) + surface.triangles[kept]
     unique, inverse = np.unique(keys.ravel(), return_inverse=True)
     return Corners(unique % len(surface.vertices), unique // len(surface.vertices), inverse.reshape(-1, 3))
+
+
+def _movable_parts(picture: Picture) -> list[HeatSurface | Solid]:
+    return [*picture.heat, *(solid for solid in picture.solids if not solid.fixed)]
 
 
 def _rgb(part: HeatSurface | Solid, scale: colours.Scale | None) -> ArrayLike:

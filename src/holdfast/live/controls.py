@@ -15,7 +15,7 @@ from holdfast.base.text import LONGEST_NAME, escaped, one_line
 from holdfast.live import scenery
 from holdfast.live.edits import Place, place_of, placed, rubbing, weighing
 from holdfast.live.model import STEEPEST, Model
-from holdfast.live.scenery import GROUPS, MAP
+from holdfast.live.scenery import GROUPS, MAP, OPENING, SLIDING
 from holdfast.live.steps import settling, taking_apart
 from holdfast.live.worker import Worker
 from holdfast.report.notebook import glimpse
@@ -23,7 +23,7 @@ from holdfast.report.notebook import glimpse
 DIRECTIONS = 36  # level directions of the limits of transport
 MARKED = (
     '<div style="padding:2px 22px;font-size:12px">contacts that '
-    '<span style="color:#ff8c00">●</span> open, <span style="color:#c800c8">●</span> slide</div>'
+    f'<span style="color:{OPENING}">●</span> open, <span style="color:{SLIDING}">●</span> slide</div>'
 )
 NO_STEPS = "no answer with several states"
 

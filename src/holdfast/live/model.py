@@ -154,7 +154,7 @@ class Model:
         self.steps, self.step = steps, 0
 
     def status_of_groups(self) -> dict[str, Status]:
-        """Return the status of each movable body: that of its group, undecided until the verdict was asked."""
+        """Return the status of each movable body, that of its group; of none before the verdict was asked."""
         if self.verdict is None:
-            return {body.name: Status.STABLE for body in self.assembly.movable}
+            return {}
         return {name: group.verdict.status for group in self.verdict.groups for name in group.bodies}

@@ -13,22 +13,25 @@ from holdfast.base.public import number
 from holdfast.base.text import LONGEST_NAME, escaped
 from holdfast.drawing import colours
 from holdfast.drawing.arrows import arrow_mesh
-from holdfast.drawing.layers import gradient
+from holdfast.drawing.layers import gradient, sides_of
 from holdfast.drawing.movers import COLOURS
 from holdfast.drawing.painted import Painted, painted
-from holdfast.drawing.picture import Arrow, Picture, Solid, legend
+from holdfast.drawing.picture import Arrow, legend
 from holdfast.drawing.soup import forces
 from holdfast.engines.verdict import Status
 from holdfast.live.model import Model
 from holdfast.queries.map import RobustnessMap
 from holdfast.queries.result import gives_way
-from holdfast.report.picture import force_arrows, picture_of
+from holdfast.report.bodies import bare_picture
+from holdfast.report.picture import force_arrows, outlines_of, picture_of
+from holdfast.report.texts import WORDS
 
 MAP, GROUPS = "largest push", "groups"
+OPENING: Final = "#ff8c00"  # colour of contacts that open
+SLIDING: Final = "#c800c8"  # colour of contacts that slide
 PALE: Final = 0.55  # share of white in the colours of groups
 PUSH_LENGTH: Final = 0.2  # of the assembly's size: the arrow of the push
 STATUS: Final = {Status.UNDECIDED: colours.UNDECIDED, Status.UNSTABLE: colours.FALLS}
-WORDS: Final = {Status.STABLE: "stands", Status.UNSTABLE: "does not stand", Status.UNDECIDED: "is undecided"}
 
 
 def bodies(model: Model, colour_by: str) -> list[Painted]:
@@ -36,31 +39,25 @@ def bodies(model: Model, colour_by: str) -> list[Painted]:
     if colour_by == MAP and model.map is not None:
         found, asked = painted(picture_of(model.map)), set(model.map.cells)
     else:
-        solids = [
-            Solid(body.name, body.surface_world.vertices, body.surface_world.faces, body.fixed)
-            for body in model.assembly.bodies
-        ]
-        found, asked = painted(Picture("", "", (), tuple(solids), up=model.assembly.scene.up)), set()
+        found, asked = painted(bare_picture(model.assembly.scene)), set()
     rgb = {body.name: colours.FIXED for body in model.assembly.bodies if body.fixed} | group_colours(model)
     return [p if p.name in asked else replace(p, rgb=np.tile(rgb[p.name], (len(p.vertices), 1))) for p in found]
 
 
 def group_colours(model: Model) -> dict[str, Rgb]:
     """Return the colour of each movable body: one for each group, and those of the legend where it does not stand."""
-    status = model.status_of_groups()
     found: dict[str, Rgb] = {}
     for number_, names in enumerate(model.assembly.groups):
         own = rgb_of(COLOURS[number_ % len(COLOURS)])
         red, green, blue = ((1 - PALE) * c + PALE for c in own)
-        found |= {name: STATUS.get(status.get(name, Status.STABLE), (red, green, blue)) for name in names}
-    return found
+        found |= dict.fromkeys(names, (red, green, blue))
+    told = model.status_of_groups().items()
+    return found | {name: STATUS[status] for name, status in told if status in STATUS}
 
 
 def outlines(model: Model) -> Float:
     """Return the sides (E, 2, 3) [m] of all contact patches."""
-    rings = [ring for i in model.assembly.interfaces for patch in i.patches for ring in (patch.polygon, *patch.holes)]
-    sides = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in rings]
-    return np.concatenate([np.empty((0, 2, 3)), *sides])
+    return sides_of(outlines_of(model.assembly))
 
 
 def resting_forces(model: Model) -> tuple[Arrow, ...]:
@@ -89,9 +86,9 @@ def legend_html(model: Model, colour_by: str) -> str:
     """Return the legend of what is shown: the scale in newtons with its marks, and the colours beside it."""
     box = "display:inline-block;width:14px;height:14px;margin:0 6px -2px 0;border:1px solid #8888;background:"
     if colour_by != MAP or model.map is None:
-        names = [(STATUS[Status.UNDECIDED], "undecided"), (STATUS[Status.UNSTABLE], "falls")]
-        found = set(model.status_of_groups().values())
-        rows = [(c, text) for (c, text), s in zip(names, STATUS, strict=True) if s in found]
+        found = model.status_of_groups().values()
+        names = {Status.UNDECIDED: "undecided", Status.UNSTABLE: "falls"}
+        rows = [(STATUS[status], text) for status, text in names.items() if status in found]
         return _legend("one colour for each group of bodies", "", rows, box)
     picture = picture_of(model.map)
     scale = colours.scale_of(forces(picture))

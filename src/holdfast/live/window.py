@@ -16,11 +16,14 @@ from typing import Any, Final
 import numpy as np
 
 from holdfast.base.arrays import Float
+from holdfast.base.colour import rgb_of
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.text import escaped
 from holdfast.drawing.camera import front_view
 from holdfast.drawing.edges import feature_edges
 from holdfast.drawing.glb import lit_glb
+from holdfast.drawing.layers import FORCE_COLOUR
+from holdfast.drawing.marks import CONTACT, INK
 from holdfast.drawing.picture import Arrow, Picture, Solid
 from holdfast.drawing.soup import soup_of
 from holdfast.drawing.thumbnail import png_bytes
@@ -30,19 +33,12 @@ from holdfast.live.controls import Controls
 from holdfast.live.model import Model
 from holdfast.live.motion import moved_by, parting
 from holdfast.live.worker import Worker
+from holdfast.report.bodies import solids_of
 
 HERE: Final = "127.0.0.1"  # the only address that is listened on
 SWING: Final = 0.08  # of the assembly's size: how far the fastest body is moved
 FRAMES: Final = 30  # a second, while a mechanism is played
 PERIOD: Final = 2.0  # of a mechanism that is played [s]
-Colour = tuple[int, int, int]
-
-OPENING: Final[Colour] = (255, 140, 0)  # of contacts that open
-SLIDING: Final[Colour] = (200, 0, 200)  # of contacts that slide
-CONTACT: Final[Colour] = (11, 106, 168)
-INK: Final[Colour] = (20, 23, 28)  # of the edges of bodies
-FORCE: Final = "#1d8fd6"
-PUSH: Final = "#14171c"
 Z_UP: Final = (0.5**0.5, 0.5**0.5, 0.0, 0.0)  # glTF has y up; this quaternion turns it to z
 
 
@@ -170,12 +166,12 @@ class Window:
     def draw_push(self) -> None:
         """Draw the arrow of the push, the contacts that part, and say what is known."""
         with self._lock, self.server.atomic():
-            self._arrows("/push", scenery.push_arrow(self.model), PUSH)
+            self._arrows("/push", scenery.push_arrow(self.model), INK)
             mechanism = self.model.mechanism
             nowhere = np.empty((0, 3))
             opening, sliding = (nowhere, nowhere) if mechanism is None else parting(mechanism)
             shown = self.controls.marks.value and self.model.step == 0
-            for name, points, colour in (("opening", opening, OPENING), ("sliding", sliding, SLIDING)):
+            for name, points, colour in (("opening", opening, scenery.OPENING), ("sliding", sliding, scenery.SLIDING)):
                 self._dots(f"/parting/{name}", points if shown else nowhere, colour)
             self.controls.tell_push()
 
@@ -193,12 +189,9 @@ class Window:
                 frame.position = (0.0, 0.0, 0.0) if place is None else place[:3, 3]
 
     def _look(self) -> None:
-        solids = [
-            Solid(b.name, b.surface_world.vertices, b.surface_world.faces, b.fixed)
-            for b in self.model.assembly.movable or self.model.assembly.bodies
-        ]
+        solids = solids_of(self.model.assembly.movable or self.model.assembly.bodies)
         up = self.model.assembly.scene.up
-        view = front_view(Picture("", "", (), tuple(solids), up=up))
+        view = front_view(Picture("", "", (), solids, up=up))
         points = np.concatenate([solid.vertices for solid in solids])
         middle = (points.min(axis=0) + points.max(axis=0)) / 2
         self.server.scene.set_up_direction(tuple(up))
@@ -227,23 +220,23 @@ class Window:
     def _draw_contacts(self) -> None:
         sides = scenery.outlines(self.model) if self.controls.contacts.value else np.empty((0, 2, 3))
         self._replace("/contacts", len(sides), partial(self._lines, points=sides, colour=CONTACT, width=3.0))
-        self._arrows("/forces", scenery.resting_forces(self.model) if self.controls.forces.value else (), FORCE)
+        self._arrows("/forces", scenery.resting_forces(self.model) if self.controls.forces.value else (), FORCE_COLOUR)
 
     def _arrows(self, name: str, arrows: tuple[Arrow, ...], colour: str) -> None:
         vertices, triangles, rgb = scenery.arrows_mesh(arrows, self.model.assembly.size, colour)
         content = lit_glb(vertices, triangles, before_film(rgb)) if len(triangles) else b""
         self._replace(name, len(triangles), partial(self.server.scene.add_glb, glb_data=content, wxyz=Z_UP))
 
-    def _dots(self, name: str, points: Float, colour: Colour) -> None:
+    def _dots(self, name: str, points: Float, colour: str) -> None:
         size = 0.012 * self.model.assembly.size
         add = partial(
-            self.server.scene.add_point_cloud, points=points, colors=colour, point_size=size, point_shape="circle",
-            precision="float32", point_shading="flat",
+            self.server.scene.add_point_cloud, points=points, colors=_bytes(colour), point_size=size,
+            point_shape="circle", precision="float32", point_shading="flat",
         )  # fmt: skip
         self._replace(name, len(points), add)
 
-    def _lines(self, name: str, points: Float, colour: Colour, width: float) -> None:
-        self.server.scene.add_line_segments(name, points, colour, thickness=width, thickness_units="screen")
+    def _lines(self, name: str, points: Float, colour: str, width: float) -> None:
+        self.server.scene.add_line_segments(name, points, _bytes(colour), thickness=width, thickness_units="screen")
 
     def _replace(self, name: str, count: int, add: Callable[[str], Any]) -> None:
         """Add a node in place of the one of this name, or remove that one if there is nothing to add."""
@@ -287,3 +280,9 @@ class Window:
                 share = (1.0 - np.cos(2.0 * np.pi * time.monotonic() / PERIOD)) / 2.0
                 self.place(moved_by(mechanism, share * SWING * self.model.assembly.size))
             time.sleep(1.0 / FRAMES)
+
+
+def _bytes(colour: str) -> tuple[int, int, int]:
+    """Return the red, green and blue components, in 0..255, of a colour "#rrggbb"."""
+    red, green, blue = (round(255 * c) for c in rgb_of(colour))
+    return red, green, blue

@@ -21,9 +21,9 @@ from holdfast.batches.result import BatchTables
 from holdfast.batches.schema import Row
 from holdfast.batches.words import ANSWERED, OUTCOMES
 from holdfast.drawing.charts import bar, histogram
-from holdfast.drawing.picture import Solid
 from holdfast.drawing.thumbnail import thumbnail
 from holdfast.report.batch_page import PAGE
+from holdfast.report.bodies import solids_of
 from holdfast.scene.formats.registry import load_scene
 
 SHOWN, PICTURED, FAILED, REASONS = 12, 12, 60, 12  # rows of the tables, and pictures
@@ -110,8 +110,7 @@ def _picture(row: Row, options: Mapping[str, Any]) -> bytes | None:
         scene = load_scene(row["path"], **options)
     except HoldfastError:
         return None
-    solids = [Solid(b.name, b.surface_world.vertices, b.surface_world.faces, b.fixed) for b in scene.bodies]
-    return thumbnail(solids, scene.up, row["moving"] or ())
+    return thumbnail(solids_of(scene.bodies), scene.up, row["moving"] or ())
 
 
 def _strength(row: Row) -> str:

@@ -14,16 +14,12 @@ from holdfast.base.public import number
 from holdfast.drawing.timeline import Timeline, write_timeline
 from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import Status
-from holdfast.report.texts import cell, headline, sentence
+from holdfast.report.texts import STYLES, cell, headline, sentence
 from holdfast.report.transport import movers
 
 ROWS = 12  # the most times in the table
 
-WORDS = {
-    Status.STABLE: ("holds", "bold green"),
-    Status.UNSTABLE: ("gives way", "bold red"),
-    Status.UNDECIDED: ("is undecided", "bold yellow"),
-}
+WORDS = {Status.STABLE: "holds", Status.UNSTABLE: "gives way", Status.UNDECIDED: "is undecided"}
 
 
 def save_carried_png(result: Carried, path: str | os.PathLike[str]) -> None:
@@ -34,7 +30,7 @@ def save_carried_png(result: Carried, path: str | os.PathLike[str]) -> None:
 def timeline(result: Carried) -> Timeline:
     """Return the content of the picture."""
     name, motion = result.assembly.scene.name or "load", result.profile
-    word = WORDS[result.outcome][0]
+    word = WORDS[result.outcome]
     lines = [f"{word}: {result.reason}"]
     if result.claim is not Claim.ESTIMATED:
         lines.append(_safe_speed(result))
@@ -65,7 +61,7 @@ def _safe_speed(result: Carried) -> str:
 
 def carried_report(result: Carried) -> RenderableType:
     """Return a table of the times at which the least is left, in the order of time."""
-    word, style = WORDS[result.outcome]
+    word, style = WORDS[result.outcome], STYLES[result.outcome]
     head = headline(
         result.assembly.scene.name or "assembly",
         (word, style),

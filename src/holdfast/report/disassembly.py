@@ -11,8 +11,8 @@ from rich.table import Table
 
 from holdfast.applications.disassembly.order import Disassembly
 from holdfast.base.text import listed
-from holdfast.drawing.picture import Solid
 from holdfast.drawing.sequence import Frame, Sequence, write_sequence
+from holdfast.report.bodies import solids_of
 from holdfast.report.texts import cell, headline, sentence
 
 MOST_FRAMES = 24  # the most states in a strip of pictures
@@ -56,7 +56,7 @@ def save_strip(result: Disassembly, path: str | os.PathLike[str]) -> None:
 def strip_of(result: Disassembly) -> Sequence:
     """Return the states as a sequence of panels; if bodies remain, the last panel shows them."""
     assembly, count = result.assembly, len(result.steps)
-    solids = {b.name: Solid(b.name, b.surface_world.vertices, b.surface_world.faces, b.fixed) for b in assembly.bodies}
+    solids = {solid.name: solid for solid in solids_of(assembly.bodies)}
     chosen = np.unique(np.linspace(0, max(count - 1, 0), min(count, MOST_FRAMES)).round().astype(int)).tolist()
     frames = []
     for k in chosen[:count]:

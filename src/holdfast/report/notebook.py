@@ -15,11 +15,12 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.text import escaped
 from holdfast.drawing import colours
 from holdfast.drawing.layers import gradient
-from holdfast.drawing.picture import Solid, legend
+from holdfast.drawing.picture import legend
 from holdfast.drawing.rose import rose
 from holdfast.drawing.soup import forces
 from holdfast.drawing.thumbnail import map_thumbnail, thumbnail
 from holdfast.queries.map import RobustnessMap
+from holdfast.report.bodies import solids_of
 from holdfast.report.picture import picture_of
 from holdfast.report.transport import LEVEL, frame_names, level_angles
 from holdfast.scene.scene import Scene
@@ -45,10 +46,7 @@ def glimpse(value: object) -> str:
 
 
 def _scene(scene: Scene, coloured: Collection[str] = ()) -> str:
-    solids = [
-        Solid(body.name, body.surface_world.vertices, body.surface_world.faces, body.fixed) for body in scene.bodies
-    ]
-    return _picture(thumbnail(solids, scene.up, coloured, SIZE), "the bodies of the scene")
+    return _picture(thumbnail(solids_of(scene.bodies), scene.up, coloured, SIZE), "the bodies of the scene")
 
 
 def _map(result: RobustnessMap) -> str:

@@ -19,6 +19,7 @@ from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import ContactForces, Status
 from holdfast.geometry.cells import Cells
 from holdfast.queries.map import RobustnessMap
+from holdfast.report.bodies import solids_of
 
 LONGEST_FORCE = 0.18  # of the assembly's size: the length of the arrow of the largest contact force
 WEAK_ARROW = 0.12  # of the assembly's size: the length of the arrows at the weakest points
@@ -55,9 +56,7 @@ def picture_of(result: RobustnessMap) -> Picture:
         subtitle=_subtitle(result),
         heat=tuple(heat),
         solids=_solids(result),
-        outlines=tuple(
-            ring for i in assembly.interfaces for patch in i.patches for ring in (patch.polygon, *patch.holes)
-        ),
+        outlines=outlines_of(assembly),
         contact_points=np.empty((0, 3)) if result.verdict.forces is None else result.verdict.forces.points,
         contact_forces=() if result.verdict.forces is None else force_arrows(assembly, result.verdict.forces),
         weakest=_weak_arrows(result),
@@ -113,17 +112,18 @@ def _newton(force: float) -> str:
 
 
 def _solids(result: RobustnessMap) -> tuple[Solid, ...]:
-    solids = [
-        Solid(body.name, body.surface_world.vertices, body.surface_world.faces, body.fixed)
-        for body in result.assembly.bodies
-        if body.name not in result.cells
-    ]
-    solids += [
+    whole = solids_of(body for body in result.assembly.bodies if body.name not in result.cells)
+    covered = (
         Solid(name, cells.vertices, cells.triangles, False)
         for name, cells in result.hidden.items()
         if len(cells.points)
-    ]
-    return tuple(solids)
+    )
+    return (*whole, *covered)
+
+
+def outlines_of(assembly: Assembly) -> tuple[Float, ...]:
+    """Return the borders (k, 3) [m] of all contact patches and of their holes."""
+    return tuple(ring for i in assembly.interfaces for patch in i.patches for ring in (patch.polygon, *patch.holes))
 
 
 def force_arrows(assembly: Assembly, forces: ContactForces) -> tuple[Arrow, ...]:

@@ -10,13 +10,13 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from holdfast.applications.placement.result import Placement
-from holdfast.assembly.assembly import Assembly
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import write_atomically
 from holdfast.base.text import LONGEST_NAME, listed, one_line
 from holdfast.drawing.panels import PointsPanel, sheet_png
-from holdfast.drawing.picture import Arrow, Picture, Solid
+from holdfast.drawing.picture import Arrow
 from holdfast.engines.verdict import Status
+from holdfast.report.bodies import bare_picture
 from holdfast.report.texts import headline, sentence
 
 SHOWN = 160  # number of contact points that are sampled for the picture
@@ -40,28 +40,18 @@ def save_placement_png(result: Placement, path: str | os.PathLike[str], *, seed:
     arrows = tuple(Arrow(p - length * result.assembly.scene.up, p, "") for p in places)
     asked = "no time to ask what they withstand" if np.isnan(support.force).all() else "sampled by what they withstand"
     before = PointsPanel(
-        f"contact points, {asked}", bare_picture(result.assembly, without=name),
+        f"contact points, {asked}", bare_picture(result.assembly.scene, without=name),
         support.points[chosen], support.normals[chosen], support.force[chosen],
     )  # fmt: skip
     known = result.weakest is not None and result.weakest.status is not Status.UNDECIDED
     told = f"the best pose: least push {result.robustness:.3g} N" if known else "the best pose: undecided"
     if known and result.rating is not None and result.rating.own is not None:
         told += f", on {one_line(name, LONGEST_NAME)} {result.rating.own:.3g} N"
-    after = PointsPanel(told, bare_picture(result.assembly), marks=arrows, accent=name)
+    after = PointsPanel(told, bare_picture(result.assembly.scene), marks=arrows, accent=name)
     title = f"{result.assembly.scene.name or 'scene'}: where to put {name}"
     unknown = result.answers.undecided
     about = f"engine {result.engine} ({result.claim})" + (f" · points {unknown.text}" if unknown.count else "")
     write_atomically(path, sheet_png([[before, after]], title, about))
-
-
-def bare_picture(assembly: Assembly, without: str = "") -> Picture:
-    """Return a picture of the bodies without a map."""
-    solids = [
-        Solid(body.name, body.surface_world.vertices, body.surface_world.faces, body.fixed)
-        for body in assembly.bodies
-        if body.name != without
-    ]
-    return Picture("", "", (), tuple(solids), up=assembly.scene.up)
 
 
 def placement_report(result: Placement, scene: str, body: str) -> RenderableType:

@@ -12,14 +12,12 @@ from rich.table import Table
 from holdfast.applications.placement.several_result import Placements
 from holdfast.base.public import number
 from holdfast.base.text import listed
-from holdfast.drawing.picture import Solid
 from holdfast.drawing.sequence import Frame, Sequence, write_sequence
-from holdfast.engines.verdict import Status
-from holdfast.report.texts import cell, headline, sentence
+from holdfast.report.bodies import solids_of
+from holdfast.report.texts import STYLES, cell, headline, sentence
 
 MOST_FRAMES = 12  # the most states in a strip of pictures
 MOST_ROWS = 60  # the most rows in a table
-STYLES = {Status.STABLE: "bold green", Status.UNSTABLE: "bold red", Status.UNDECIDED: "bold yellow"}
 
 
 def placements_report(result: Placements, scene: str) -> RenderableType:
@@ -45,7 +43,7 @@ def placements_report(result: Placements, scene: str) -> RenderableType:
 def save_placements_png(result: Placements, path: str | os.PathLike[str]) -> None:
     """Write the states after the steps as a PNG, with what was placed last in colour; of many, every n-th is drawn."""
     assembly, count = result.assembly, len(result.steps)
-    solids = {b.name: Solid(b.name, b.surface_world.vertices, b.surface_world.faces, b.fixed) for b in assembly.bodies}
+    solids = {solid.name: solid for solid in solids_of(assembly.bodies)}
     frames = []
     for k in np.unique(np.linspace(0, max(count - 1, 0), min(count, MOST_FRAMES)).round().astype(int))[:count].tolist():
         step, later = result.steps[k], set(result.order[k + 1 :])

@@ -12,20 +12,18 @@ from holdfast.applications.settled import Settled
 from holdfast.base.files import write_atomically
 from holdfast.base.text import LONGEST_NAME, one_line
 from holdfast.drawing.panels import PointsPanel, sheet_png
-from holdfast.drawing.picture import Arrow, Picture, Solid
-from holdfast.engines.verdict import Status
-from holdfast.report.texts import cell, headline, sentence
-from holdfast.scene.scene import Scene
+from holdfast.drawing.picture import Arrow
+from holdfast.report.bodies import bare_picture
+from holdfast.report.texts import STYLES, cell, headline, sentence
 
 LONGEST = 0.12  # of the scene's size: the length of the longest arrow
 SHORTEST = 0.02  # of it: shorter arrows are left out
 MOST = 100.0  # times that displacements are drawn larger at most
-STYLES = {Status.STABLE: "bold green", Status.UNSTABLE: "bold red", Status.UNDECIDED: "bold yellow"}
 
 
 def save_settled_png(result: Settled, path: str | os.PathLike[str]) -> None:
     """Draw the bodies at rest, faintly where they were, with arrows along which they moved or fall."""
-    before, after = _bodies(result.given), _bodies(result.scene)
+    before, after = bare_picture(result.given), bare_picture(result.scene)
     corners = np.vstack([body.surface_world.vertices for body in result.given.movable] or [np.zeros((1, 3))])
     size = float(np.linalg.norm(np.ptp(corners, axis=0)))
     farthest = float(result.moved.max(initial=0.0))
@@ -41,13 +39,6 @@ def save_settled_png(result: Settled, path: str | os.PathLike[str]) -> None:
     panel = PointsPanel(caption, after, marks=tuple(arrows), accent=next(iter(falls), ""), ghost=before)
     title = f"{result.given.name or 'scene'}: {result.status}"
     write_atomically(path, sheet_png([[panel]], title, result.reason, panel=(1100, 760)))
-
-
-def _bodies(scene: Scene) -> Picture:
-    solids = [
-        Solid(body.name, body.surface_world.vertices, body.surface_world.faces, body.fixed) for body in scene.bodies
-    ]
-    return Picture("", "", (), tuple(solids), up=scene.up)
 
 
 def settled_report(result: Settled, scene: str) -> RenderableType:

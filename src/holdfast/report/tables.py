@@ -15,22 +15,16 @@ from holdfast.base.text import LONGEST_NAME, listed, one_line
 from holdfast.engines.verdict import Status
 from holdfast.queries.map import MapPoint, RobustnessMap
 from holdfast.queries.stability import Stability
-from holdfast.report.texts import cell, headline, sentence
+from holdfast.report.texts import STYLES, WORDS, cell, headline, sentence
 from holdfast.report.transport import level_angles
 
 SHOWN = 5  # the most names in a cell
 ARCS = 12  # the most rows of directions in a table
 
-_WORDS = {
-    Status.STABLE: ("stands", "bold green"),
-    Status.UNSTABLE: ("does not stand", "bold red"),
-    Status.UNDECIDED: ("is undecided", "bold yellow"),
-}
-
 
 def stability_report(assembly: Assembly, result: Stability) -> RenderableType:
     """Return a table with the verdict, its reason and the contacts."""
-    word, style = _WORDS[result.status]
+    word, style = WORDS[result.status], STYLES[result.status]
     name = assembly.scene.name or "scene"
     head = headline(name, (word, style), f"  (engine {result.engine}: {result.claim})")
     lines: list[RenderableType] = [head, sentence(result.reason, "dim")]
@@ -76,7 +70,7 @@ def _along(result: Stability, here: Bool) -> Float:
 
 def map_report(result: RobustnessMap) -> RenderableType:
     """Return a table with the weakest point of every body."""
-    word, style = _WORDS[result.verdict.status]
+    word, style = WORDS[result.verdict.status], STYLES[result.verdict.status]
     name = result.assembly.scene.name or "scene"
     head = headline(
         name, (word, style), f"  {len(result.force):,} inward pushes  (engine {result.engine}: {result.claim})"
@@ -130,7 +124,7 @@ def transport_report(result: TransportLimits) -> RenderableType:
     Directions in which the same bodies give way together form one arc. If there are more than ARCS of these, the circle
     is divided into ARCS equal parts instead.
     """
-    word, style = _WORDS[result.verdict.status]
+    word, style = WORDS[result.verdict.status], STYLES[result.verdict.status]
     count = len(result.directions)
     head = headline(
         result.assembly.scene.name or "assembly",

@@ -5,9 +5,13 @@ from __future__ import annotations
 from rich.text import Text
 
 from holdfast.base.text import one_line
+from holdfast.engines.verdict import Status
 
 LONGEST_CELL = 120  # largest number of characters in a cell of a table
 LONGEST_REASON = 2000  # largest number of characters of a reason or a note
+# what is said of an assembly, and the style of the terminal in which answers are given
+WORDS = {Status.STABLE: "stands", Status.UNSTABLE: "does not stand", Status.UNDECIDED: "is undecided"}
+STYLES = {Status.STABLE: "bold green", Status.UNSTABLE: "bold red", Status.UNDECIDED: "bold yellow"}
 
 
 def cell(text: object) -> Text:
