@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 import holdfast as hf
+from holdfast.applications.placement import refine
+from holdfast.applications.placement.checks import Checks
 from holdfast.applications.placement.comparing import rated
 from holdfast.applications.placement.plan import planner
 from holdfast.applications.placement.refine import refined
@@ -78,6 +81,28 @@ def test_away_from_a_neighbour_and_across_it() -> None:
     pose, after = moved(slab_with(wall), 0.15, 0)
     assert pose[0, 3] < 0.05
     assert hf.stability(after).status is hf.Status.STABLE
+
+
+def test_every_step_leads_to_more_room(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whether everything stands is only asked of poses with more room than the last one in which it did."""
+    rooms, stood = list[float](), list[float]()
+    room_about, judged = refine.room_about, Checks.judged
+
+    def seen(*given: Any) -> tuple[float, float]:
+        rooms.append(min(room_about(*given)))
+        return room_about(*given)
+
+    def asked(checks: Checks, after: hf.Assembly) -> tuple[str, hf.Assembly | None]:
+        assert not stood or rooms[-1] > max(stood), "a step to where there is less room"
+        fault, stands = judged(checks, after)
+        if stands is not None:
+            stood.append(rooms[-1] if rooms else 0.0)
+        return fault, stands
+
+    monkeypatch.setattr(refine, "room_about", seen)
+    monkeypatch.setattr(Checks, "judged", asked)
+    moved(slab_with(), 0.17, 0.12)
+    assert len(stood) > 1, "the pose from which it starts, and steps"
 
 
 def test_a_weak_neighbour_does_not_change_the_rating() -> None:
