@@ -106,10 +106,3 @@ def rests_on(assembly: Assembly, name: str) -> tuple[str, ...]:
             found.add(body)
             waiting += sorted(carriers[body] - {name})
     return tuple(body.name for body in assembly.bodies if body.name in found)
-
-
-def room_about(
-    placed: Body, beneath: Sequence[Body], others: Sequence[Body], interfaces: Sequence[Interface], up: Float
-) -> tuple[float, float]:
-    """Return ``edge_margin`` on the bodies ``beneath`` and the ``clearance`` from all ``others``, each [m]."""
-    return edge_margin(placed, beneath, interfaces, up), clearance(placed, others, placed.size)
