@@ -10,10 +10,11 @@ import pytest
 
 import holdfast as hf
 from holdfast.applications.placement.faces import faces_of
+from holdfast.applications.placement.faults import MARGINAL
 from holdfast.applications.placement.plan import planner
 from holdfast.base.rigid import pose_from
 from holdfast.scene.shipped import shipped_scene
-from holdfast.scene.shipped.blocks import about_y, box, floor
+from holdfast.scene.shipped.blocks import about_y, at, box, floor
 from holdfast.validation.benchmarks.placement_scenes import TABLE_II, TABLE_III
 
 ENGINES = ("compliant", "limit", "graph", hf.Graph(isolated=True))
@@ -282,6 +283,17 @@ def test_the_margin_keeps_away_from_the_brink() -> None:
     assert max(reach[0.0]) < 0.04 + spare / 0.8 + 1e-6
     assert max(reach[3.0]) < 0.04 + spare / 3.2 + 1e-6
     assert max(reach[0.0]) > 0.04 + spare / 3.2
+
+
+@pytest.mark.parametrize(("margin", "fault"), [(0.2, ""), (0.5, MARGINAL)])
+def test_the_margin_makes_the_object_heavier(margin: float, fault: str) -> None:
+    """A plank of 1 kg juts out 0.1 m over a block; 0.05 m past the edge it carries 2 kg and not more."""
+    block = hf.Body("block", hf.Box((0.2, 0.1, 0.1)), pose=at(0, 0, -0.05), fixed=True)
+    plank = hf.Body("plank", hf.Box((0.4, 0.1, 0.02)), mass=1, pose=at(0, 0, 0.01))
+    assembly = hf.assemble(hf.Scene([block, plank], 0.5))
+    body = hf.Body("object", hf.Box((0.04, 0.04, 0.04)), mass=1.5)
+    asked = planner(assembly, body, engine="graph", supports=["plank"], mass_margin=margin)
+    assert asked.checks.fault(at(0.15, 0, 0.04))[0] == fault
 
 
 def bracket() -> hf.Mesh:

@@ -21,6 +21,7 @@ def placed(imperfect: hf.Imperfect | None) -> hf.Placement:
         candidates=3,
         orientations="any",
         imperfect=imperfect,
+        budget=None,
     )  # fmt: skip
 
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 import holdfast as hf
+from holdfast.applications.placement.checks import Checks
 from holdfast.applications.placement.comparing import rated
 from holdfast.applications.placement.plan import planner
 from holdfast.applications.placement.refine import refined
@@ -53,10 +55,10 @@ def slab_with(*others: hf.Body) -> hf.Assembly:
     return hf.assemble(hf.Scene([floor(), box("slab", (0.4, 0.3, 0.02), 3, (0, 0, 0.01)), *others], 0.5))
 
 
-def moved(assembly: hf.Assembly, x: float, y: float) -> tuple[np.ndarray, hf.Assembly]:
+def moved(assembly: hf.Assembly, x: float, y: float, next_to: str | None = None) -> tuple[np.ndarray, hf.Assembly]:
     """A cube of 5 cm put on the slab at x, y, and moved from there to where there is more room."""
     thing = hf.Body("thing", hf.Box((0.05, 0.05, 0.05)), mass=0.3)
-    checks = planner(assembly, thing, engine="graph", supports=["slab"]).checks
+    checks = planner(assembly, thing, engine="graph", supports=["slab"], next_to=next_to).checks
     fault, after = checks.fault(at(x, y, 0.045))
     assert fault == ""
     return refined(checks, after, at(x, y, 0.045), ("floor", "slab"))
@@ -78,6 +80,36 @@ def test_away_from_a_neighbour_and_across_it() -> None:
     pose, after = moved(slab_with(wall), 0.15, 0)
     assert pose[0, 3] < 0.05
     assert hf.stability(after).status is hf.Status.STABLE
+
+
+def test_not_away_from_what_it_is_next_to() -> None:
+    """In the middle of the slab the edges are farthest; only a post beside it would drive the object from there."""
+    beside = slab_with(box("post", (0.02, 0.02, 0.1), 1, (-0.05, 0, 0.07)))
+    assert moved(beside, 0, 0)[0][0, 3] > 0.01
+    assert moved(beside, 0, 0, next_to="post")[0][:2, 3].tolist() == [0, 0]
+
+
+def test_every_step_leads_to_more_room(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whether everything stands is only asked of poses with more room than the last one in which it did."""
+    rooms, stood = list[float](), list[float]()
+    room, judged = Checks.room, Checks.judged
+
+    def seen(*given: Any) -> tuple[float, float]:
+        found = room(*given)
+        rooms.append(min(found))
+        return found
+
+    def asked(checks: Checks, after: hf.Assembly) -> tuple[str, hf.Assembly | None]:
+        assert not stood or rooms[-1] > max(stood), "a step to where there is less room"
+        fault, stands = judged(checks, after)
+        if stands is not None:
+            stood.append(rooms[-1] if rooms else 0.0)
+        return fault, stands
+
+    monkeypatch.setattr(Checks, "room", seen)
+    monkeypatch.setattr(Checks, "judged", asked)
+    moved(slab_with(), 0.17, 0.12)
+    assert len(stood) > 1, "the pose from which it starts, and steps"
 
 
 def test_a_weak_neighbour_does_not_change_the_rating() -> None:

@@ -70,6 +70,17 @@ def test_no_place_is_closer_to_a_neighbour_than_asked_and_one_is_just_so_close()
     assert not found(thing, full)
 
 
+@pytest.mark.parametrize(("slot", "free"), [(0.101, True), (0.09, False)])
+def test_a_place_beside_one_neighbour_is_no_place_if_it_is_too_near_to_another(slot: float, free: bool) -> None:
+    """Between two walls a cube of 6 cm has 2 cm to either side, or 2 cm to one side and 1 cm to the other."""
+    left, right = (
+        box(name, (0.1, 0.3, 0.1), 1, (0, 0, 0)).moved(TURNED @ at(side * (slot + 0.1) / 2, 0, 0.06))
+        for name, side in (("left", -1), ("right", 1))
+    )
+    thing = box("thing", (0.06, 0.06, 0.05), 1, (0, 0, 0))
+    assert bool(found(thing, left, right, apart=0.02)) is free
+
+
 def test_what_is_higher_than_the_object_is_not_in_the_way() -> None:
     thing = box("thing", (0.06, 0.06, 0.05), 1, (0, 0, 0))
     for height, free in ((0.045, False), (0.055, True)):

@@ -17,6 +17,7 @@ from holdfast.applications.placement.several_result import Placements
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.errors import HoldfastError, message
 from holdfast.cli.common import (
+    EXIT,
     WRITTEN_SUFFIXES,
     AsJson,
     EngineName,
@@ -28,7 +29,6 @@ from holdfast.cli.output import out, print_json
 from holdfast.cli.scenes import AssemblyGiven, scene_named, takes_scene
 from holdfast.cli.terminal import progress
 from holdfast.engines.contract import Engine
-from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.report.data import placement_data
 from holdfast.report.placement import placement_report
@@ -154,7 +154,7 @@ def _tell(result: Placement | Placements, written: list[Path], name: str, as_jso
             out.say(f"wrote {path}")
     if isinstance(result, Placement):
         raise typer.Exit(exit_code(result.status, result.answers))
-    raise typer.Exit({Status.STABLE: 0, Status.UNSTABLE: 1, Status.UNDECIDED: 3}[result.status])
+    raise typer.Exit(EXIT[result.status])
 
 
 def _written(result: Placement | Placements, png: Path | None, save: Path | None) -> list[Path]:

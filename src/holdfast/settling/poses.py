@@ -6,10 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from holdfast.base.arrays import Float, Int
-from holdfast.base.compiled import compiled
-from holdfast.base.values import sealed
-from holdfast.contacts.skin import Skin
+from holdfast.base.arrays import Float
+from holdfast.contacts.skin import Skin, moved_skin
 from holdfast.scene.body import Body
 
 LEVER = 0.5  # of a body's size: a rotation by one radian moves its ends by this
@@ -69,44 +67,6 @@ def rotation_of(turn: Float) -> Float:
 def nearest_rotation(matrix: Float) -> Float:
     """Return the rotation nearest to a matrix (3, 3) that is one but for rounding."""
     return np.asarray(1.5 * matrix - 0.5 * matrix @ matrix.T @ matrix)
-
-
-def moved_skin(local: Skin, pose: Float) -> Skin:
-    """Return the skin of a body in its own frame as it is in ``pose`` (4, 4)."""
-    faces = local.faces
-    vertices, triangles = np.empty_like(local.vertices), np.empty_like(local.triangles)
-    low, high = np.empty_like(local.low), np.empty_like(local.high)
-    _place(local.vertices, faces, pose[:3, :3], pose[:3, 3], vertices, triangles, low, high)
-    turn = pose[:3, :3].T
-    moved = local._replace(
-        vertices=vertices,
-        triangles=triangles,
-        normals=np.ascontiguousarray(local.normals @ turn),
-        low=low,
-        high=high,
-        mean=np.ascontiguousarray(local.mean @ turn),
-        outward=np.ascontiguousarray((local.outward.reshape(-1, 3) @ turn).reshape(-1, 3, 3)),
-    )
-    return sealed(moved)
-
-
-@compiled
-def _place(
-    points: Float, faces: Int, turn: Float, shift: Float, vertices: Float, triangles: Float, low: Float, high: Float
-) -> None:
-    """Write vertices (V, 3), triangles (F, 3, 3) and their boxes (F, 3), of ``points`` (V, 3) turned and shifted."""
-    for v in range(len(points)):
-        for k in range(3):
-            vertices[v, k] = shift[k]
-            for m in range(3):
-                vertices[v, k] += turn[k, m] * points[v, m]
-    for f in range(len(faces)):
-        for k in range(3):
-            low[f, k], high[f, k] = np.inf, -np.inf
-            for corner in range(3):
-                x = vertices[faces[f, corner], k]
-                triangles[f, corner, k] = x
-                low[f, k], high[f, k] = min(low[f, k], x), max(high[f, k], x)
 
 
 def pairs_near(bodies: Sequence[Posed], gap: float, excluded: frozenset[frozenset[str]]) -> list[tuple[int, int]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -24,7 +24,7 @@ from holdfast.applications.placement.faults import (
     UNSUPPORTED,
     UNSURE,
 )
-from holdfast.applications.placement.margins import clearance
+from holdfast.applications.placement.margins import clearance, edge_margin
 from holdfast.applications.placement.options import Options
 from holdfast.applications.placement.reach import Reach
 from holdfast.assembly.assembly import Assembly
@@ -159,6 +159,15 @@ class Checks:
                 return MARGINAL, None
         return "", after
 
+    def room(self, placed: Body, interfaces: Sequence[Interface], beneath: Collection[str]) -> tuple[float, float]:
+        """Return how far inside the edges of the bodies ``beneath`` the object is, and how far from all others, [m].
+
+        ``interfaces`` are those of the object. What it is asked to stand next to may be near, and does not count.
+        """
+        under = [body for body in self.frozen if body.name in beneath]
+        others = [body for body in self.frozen if body.name not in (*beneath, self.options.next_to)]
+        return edge_margin(placed, under, interfaces, self.up), clearance(placed, others, placed.size)
+
     def _allowed(self, pose: Float) -> bool:
         allowed = self.options.orientations
         if allowed is None:
@@ -188,7 +197,7 @@ class Checks:
 
     def _beside(self, placed: Body, name: str) -> bool:
         """Tell whether the object stands next to a body: near it, and with a part of both at one height."""
-        other = next(body for body in self.frozen if body.name == name)
+        other = self.assembly.scene.body(name)
         ours, theirs = placed.surface_world.vertices @ self.up, other.surface_world.vertices @ self.up
         level = min(ours.max(), theirs.max()) - max(ours.min(), theirs.min())
         near = BESIDE * placed.size

@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 
 from holdfast.applications.placement.checks import Checks
-from holdfast.applications.placement.faces import Face, rolls_on
-from holdfast.applications.placement.margins import contacts_of, normals_into, rests_on, room_about
+from holdfast.applications.placement.faces import UPRIGHT, Face, rolls_on
+from holdfast.applications.placement.margins import contacts_of, normals_into, rests_on
 from holdfast.applications.placement.rating import MOST_RATED, Rating, least_push, weakest_of
 from holdfast.applications.placement.refine import refined
 from holdfast.applications.placement.result import Candidate
@@ -20,7 +20,6 @@ from holdfast.base.progress import OutOfTimeError, reported, until
 from holdfast.queries.map import RobustnessMap
 
 REFINED = 3  # the best so many poses are moved about
-UPRIGHT = np.cos(np.radians(15.0))  # an object stands upright if its own third axis is no further from the vertical
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,9 +80,7 @@ def rated(
     beneath = rests_on(after, name)
     movable = [body.name for body in after.movable if body.name in beneath]
     placed = after.scene.body(name)
-    others = [body for body in checks.frozen if body.name not in (*beneath, options.next_to)]
-    under = [body for body in checks.frozen if body.name in beneath]
-    edge, clear = room_about(placed, under, others, contacts_of(name, after.interfaces), checks.up)
+    edge, clear = checks.room(placed, contacts_of(name, after.interfaces), beneath)
     own = below = None
     try:
         with until(clock.by("compare")):

@@ -16,6 +16,7 @@ COPLANAR = 1e-3  # [rad] hull triangles whose normals differ by less belong to o
 ROLLED = np.radians(np.arange(5.0, 31.0, 5.0))  # [rad] turns by which a face of a round side is told
 LEVEL = 0.02  # share of its height by which the centre of mass rises or sinks at most on a round side
 ONE_FACE = np.radians(1.0)  # [rad] contact normals that differ by less are those of one face
+UPRIGHT = np.cos(np.radians(15.0))  # an object stands upright if its own third axis is no further from the vertical
 STEADY = np.radians(20.0)  # [rad] a face that stands up to this tilt is no facet of a round side, where it rises more
 
 
@@ -36,6 +37,11 @@ class Face:
     along: Float
     tilt: float
     rolls: bool
+
+    @property
+    def upright(self) -> bool:
+        """Whether the object stands upright on it."""
+        return bool(self.normal[2] <= -UPRIGHT)
 
 
 def faces_of(body: Body) -> tuple[Face, ...]:

@@ -21,11 +21,10 @@ from holdfast.base.arrays import Float, unit
 from holdfast.base.errors import SceneError, message
 from holdfast.base.progress import keep_to_time
 from holdfast.base.rigid import tangents, transform
-from holdfast.base.values import sealed
 from holdfast.conic.program import ConeKind, ConeProgram
 from holdfast.conic.solve import Outcome, solve
 from holdfast.contacts.features import Features, touching_features
-from holdfast.contacts.skin import Skin, near_faces
+from holdfast.contacts.skin import Skin, moved_skin, near_faces
 from holdfast.geometry.surface import Surface
 from holdfast.geometry.sweep import Swept, hit_distance
 from holdfast.scene.body import Body
@@ -89,21 +88,6 @@ class Moved:
         local = self.body.shape.surface.reduced
         return Surface(transform(pose, local.vertices), local.faces, local.sagitta, local.oriented)
 
-    def skin_at(self, pose: Float) -> Skin:
-        """Return the prepared surface at ``pose`` (4, 4), in the world frame."""
-        turn, skin = pose[:3, :3], self.skin
-        triangles = transform(pose, skin.triangles.reshape(-1, 3)).reshape(-1, 3, 3)
-        placed = skin._replace(
-            vertices=transform(pose, skin.vertices),
-            triangles=triangles,
-            normals=np.ascontiguousarray(skin.normals @ turn.T),
-            low=triangles.min(1),
-            high=triangles.max(1),
-            mean=np.ascontiguousarray(skin.mean @ turn.T),
-            outward=np.ascontiguousarray(skin.outward @ turn.T),
-        )
-        return sealed(placed)
-
 
 @dataclass(frozen=True, eq=False)
 class Touches:
@@ -159,7 +143,7 @@ def touching(moved: Moved, pose: Float, stills: Sequence[Still], reach: float) -
 
     Raises SceneError if the friction coefficient there is not known.
     """
-    skin = moved.skin_at(pose)
+    skin = moved_skin(moved.skin, pose)
     low, high = skin.low.min(0) - reach, skin.high.max(0) + reach
     points, normals, gaps, mu = [np.empty((0, 3))], [np.empty((0, 3))], [np.empty(0)], [np.empty(0)]
     for still in stills:

@@ -14,7 +14,6 @@ from holdfast.base.rigid import tangents
 from holdfast.contacts.detect import box_distance
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import distance
-from holdfast.geometry.area import normals_of
 from holdfast.scene.body import Body
 
 ALIKE = 0.9  # cosine; triangles of a support whose normal is this close to that of the contact belong to its top
@@ -41,17 +40,17 @@ def edge_margin(placed: Body, beside: Sequence[Body], interfaces: Sequence[Inter
     """
     axes = np.array(tangents(up))
     bodies = {body.name: body for body in beside}
+    slit = SLIT * placed.size
     tops, feet = [], []
     for interface in interfaces:
         first, second = interface.bodies
         sense, other = (1.0, first) if second == placed.name else (-1.0, second)
         carrying = [patch for patch in interface.patches if sense * float(patch.normal @ up) > STEEPEST]
         for patch in carrying:
-            tops.append(_top(bodies[other], patch.polygon, sense * patch.normal, up, SLIT * placed.size))
+            tops.append(_top(bodies[other], patch.polygon, sense * patch.normal, up, slit))
             feet.append(shapely.MultiPoint(patch.polygon @ axes.T).convex_hull)
     if not feet:
         return 0.0
-    slit = SLIT * placed.size
     edge = shapely.union_all(tops).buffer(slit, join_style="mitre").buffer(-slit, join_style="mitre").boundary
     return float(min(edge.distance(foot) for foot in feet)) if not edge.is_empty else 0.0
 
@@ -65,7 +64,7 @@ def _top(support: Body, corners: Float, normal: Float, up: Float, slack: float) 
     surface, axes = support.reduced_world, np.array(tangents(up))
     triangles = surface.vertices[surface.faces]
     heights, level = triangles @ up, corners @ up
-    alike = normals_of(surface.vertices, surface.faces) @ normal > ALIKE
+    alike = surface.normals @ normal > ALIKE
     near = (heights.min(1) <= level.max() + slack) & (heights.max(1) >= level.min() - slack)
     flat = triangles[alike & near] @ axes.T
     return shapely.union_all(shapely.make_valid(shapely.polygons(flat)))
@@ -107,10 +106,3 @@ def rests_on(assembly: Assembly, name: str) -> tuple[str, ...]:
             found.add(body)
             waiting += sorted(carriers[body] - {name})
     return tuple(body.name for body in assembly.bodies if body.name in found)
-
-
-def room_about(
-    placed: Body, beneath: Sequence[Body], others: Sequence[Body], interfaces: Sequence[Interface], up: Float
-) -> tuple[float, float]:
-    """Return ``edge_margin`` on the bodies ``beneath`` and the ``clearance`` from all ``others``, each [m]."""
-    return edge_margin(placed, beneath, interfaces, up), clearance(placed, others, placed.size)

@@ -21,7 +21,6 @@ from holdfast.scene.scene import Scene
 
 CLEARANCE = 0.02  # of the object's size: the height above its place from which the object is lowered
 SEVERAL = (0.5, 0.35, 0.15)  # probabilities of building a pose on one, two and three points
-UPRIGHT = 15.0  # [deg] an object stands upright if its own third axis is no further from the vertical
 UPRIGHT_SHARE = 0.5  # of the proposals put the object upright, where it can stand like that
 ROUND_SHARE = 0.25  # of the proposals put it on a facet of a round side, where it has a flat face as well
 
@@ -67,7 +66,7 @@ class Proposals:
         if chance[~rolls].sum() > 0:
             chance = _at_most(chance, rolls, ROUND_SHARE)
         if self.options.prefer_upright:
-            upright = np.array([face.normal[2] <= -np.cos(np.radians(UPRIGHT)) for face in self.faces])
+            upright = np.array([face.upright for face in self.faces])
             if (chance[upright] > 0).any():
                 chance = _at_most(chance, ~upright, 1 - UPRIGHT_SHARE)
         return np.asarray(chance / chance.sum())

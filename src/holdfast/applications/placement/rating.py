@@ -130,10 +130,8 @@ def unasked_map(assembly: Assembly, name: str, spacing: float, engine: Engine) -
     )
 
 
-def least_push(
-    found: RobustnessMap, body: str | None = None, column: Literal["force", "lower"] = "force"
-) -> float | None:
-    """Return the least push [N] of a map, or of one body in it, over its decided points; None if there is none."""
-    known = found.answers.decided if body is None else found.answers.decided & (found.body == body)
+def least_push(found: RobustnessMap, column: Literal["force", "lower"] = "force") -> float | None:
+    """Return the least push [N] of a map over its decided points; None if there is none."""
+    known = found.answers.decided
     values = found.force if column == "force" else found.lower
     return float(values[known].min()) if known.any() else None

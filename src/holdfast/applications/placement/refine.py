@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from holdfast.applications.placement.checks import Checks
-from holdfast.applications.placement.margins import contacts_of, room_about
+from holdfast.applications.placement.margins import contacts_of
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import tangents
@@ -29,15 +29,13 @@ def refined(checks: Checks, after: Assembly, pose: Float, beneath: tuple[str, ..
     angles = 2 * np.pi * np.arange(AROUND) / AROUND
     ways = np.column_stack([np.cos(angles), np.sin(angles)]) @ axes
     name, size = checks.body.name, checks.body.size
-    others = [body for body in checks.frozen if body.name not in beneath]
-    under = [body for body in checks.frozen if body.name in beneath]
     touched = {other for i in contacts_of(name, after.interfaces) for other in i.bodies}
 
     def room(new: Float) -> tuple[float, Callable[[], Assembly | None]]:
         fault, placed, contacts = checks.fits(new)
         if fault or {other for i in contacts for other in i.bodies} != touched:
             return -1.0, lambda: None
-        least = min(room_about(placed, under, others, contacts, checks.up))
+        least = min(checks.room(placed, contacts, beneath))
         return least, lambda: checks.judged(checks.with_object(placed, contacts))[1]
 
     best, _ = room(pose)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from holdfast.applications.placement.margins import contacts_of
 from holdfast.applications.placement.rating import Rating, least_push
 from holdfast.applications.placement.support import SupportPoints
 from holdfast.assembly.assembly import Assembly
@@ -141,7 +142,7 @@ class Placement(Result):
     @property
     def contacts(self) -> tuple[Interface, ...]:
         """The interfaces of the object in place."""
-        return () if self.assembly is None else tuple(i for i in self.assembly.interfaces if self.name in i.bodies)
+        return () if self.assembly is None else tuple(contacts_of(self.name, self.assembly.interfaces))
 
     def save_png(self, path: str | os.PathLike[str], *, seed: int = 0) -> None:
         """Draw the points on which the pose was built and the pose itself as a PNG.

@@ -167,7 +167,9 @@ class Placing:
     ) -> Compared | None:
         """Return the best of the first places in which everything stands, or None; in a ``hurry`` the very first."""
         asked = self.planner_of(assembly, body)
-        faces = self._faces.setdefault(body.name, asked.faces)
+        if body.name not in self._faces:
+            self._faces[body.name] = asked.faces
+        faces = self._faces[body.name]
         found = list[Compared]()
         by_face = groupby(self.spots(before, assembly, body, faces, apart, asked), key=lambda spot: spot.face)
         for _, alike in islice(by_face, MOST_FACES):

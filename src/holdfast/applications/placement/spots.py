@@ -17,7 +17,6 @@ import shapely
 
 from holdfast.applications.placement.faces import Face
 from holdfast.applications.placement.options import Options
-from holdfast.applications.placement.proposals import UPRIGHT
 from holdfast.base.arrays import Float
 from holdfast.base.progress import keep_to_time
 from holdfast.base.rigid import tangents
@@ -81,13 +80,8 @@ def frame_of(bodies: Sequence[Body], up: Float) -> Float:
 
 def levels_of(bodies: Sequence[Body], up: Float, axes: Float) -> list[Level]:
     """Return the level tops of ``bodies``, those at one height joined, the lowest first."""
-    heights, tops = [], []
-    for body in bodies:
-        triangles = _level_triangles(body, up)
-        heights.append(triangles.reshape(-1, 3) @ up)
-        tops.append(triangles)
-    every = np.concatenate(heights).reshape(-1, 3).mean(1)
-    triangles = np.vstack(tops)
+    triangles = np.vstack([_level_triangles(body, up) for body in bodies])
+    every = (triangles.reshape(-1, 3) @ up).reshape(-1, 3).mean(1)
     order = np.argsort(every, kind="stable")
     cuts = np.flatnonzero(np.diff(every[order]) > STEP) + 1
     found = []
@@ -115,7 +109,7 @@ def turns_of(faces: Sequence[Face], options: Options, up: Float, axes: Float) ->
         if not options.turn:
             return list(options.orientations)
     elif options.prefer_upright:
-        steady = sorted(steady, key=lambda face: face.normal[2] > -np.cos(np.radians(UPRIGHT)))
+        steady = sorted(steady, key=lambda face: not face.upright)
     turns = []
     for face in steady[:MOST_FACES]:
         own = np.column_stack([face.normal, face.along, np.cross(face.normal, face.along)])
