@@ -193,7 +193,7 @@ def test_edits_reach_the_model_and_the_verdict_follows(live: hf.LiveView) -> Non
     assert window.worker.rest()
     assert "does not stand" in controls.verdict.content
     assert "falls" in controls.legend.content
-    controls._changed(lambda: window.model.given)
+    controls._changed("as given", lambda: window.model.given)
     assert window.worker.rest()
     assert "<b>scene stands</b>" in controls.verdict.content
     assert controls._position.value == pytest.approx((0.0, 0.0, 0.05))
@@ -232,7 +232,7 @@ def test_steps_move_and_hide_bodies_until_an_edit(live: hf.LiveView) -> None:
     window.controls._stepped()
     assert not window._frames["left"].visible
     assert "nothing is left" in window.controls._said.content
-    window.edited(lambda: window.model.edit(window.model.given))
+    window.edited("as given", lambda: window.model.edit(window.model.given))
     assert window.worker.rest()
     assert window._frames["left"].visible
     assert np.allclose(window._frames[leaving].position, 0.0)

@@ -10,10 +10,10 @@ import numpy as np
 from holdfast.applications.disassembly.order import disassembly_order
 from holdfast.applications.settled import settle
 from holdfast.applications.transport import horizontal_directions, transport_limits
-from holdfast.assembly.assembly import assemble
+from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.text import LONGEST_NAME, escaped, one_line
 from holdfast.live import scenery
-from holdfast.live.edits import Place, place_of, placed, rubbing, weighing
+from holdfast.live.edits import Place, place_of, placed, pose_of, rubbing, weighing
 from holdfast.live.model import STEEPEST, Model
 from holdfast.live.scenery import GROUPS, MAP, OPENING, SLIDING
 from holdfast.live.steps import settling, taking_apart
@@ -51,7 +51,13 @@ class Shows(Protocol):
     def play(self, on: bool) -> None:
         """Let the mechanism go to and fro, or stop it."""
 
-    def edited(self, change: Callable[[], None]) -> None:
+    def grip(self) -> None:
+        """Bring the arrows to drag by to the body that is chosen, or take them away."""
+
+    def request(self, name: str, job: Callable[[], None]) -> None:
+        """Have a job done that somebody asked for."""
+
+    def edited(self, name: str, change: Callable[[], None]) -> None:
         """Have the model changed."""
 
     def aimed(self, turn: float, tilt: float) -> None:
@@ -68,9 +74,11 @@ class Controls:
         self._window = window
         self._gui = window.server.gui
         self._quiet = False
+        self._undos = 0
         self.verdict = self._gui.add_html("")
         self.legend = self._gui.add_html("")
         self.busy = self._gui.add_html("")
+        self.refused = self._gui.add_html("")
         tabs = self._gui.add_tab_group()
         for name, build in (
             ("Push", self._push),
@@ -85,6 +93,15 @@ class Controls:
     def colour_by(self) -> str:
         """What the colours of the bodies say: MAP or GROUPS."""
         return str(self._colour.value)
+
+    @property
+    def body(self) -> str:
+        """The name of the body that is chosen to be edited."""
+        return str(self._body.value)
+
+    def choose(self, name: str) -> None:
+        """Choose a body to be edited."""
+        self._set(self._body, name)
 
     def refresh(self) -> None:
         """Say again what the model says."""
@@ -127,27 +144,30 @@ class Controls:
     def _edit(self) -> None:
         assembly = self._window.model.assembly
         self._body = self._gui.add_dropdown("body", tuple(body.name for body in assembly.movable) or ("",))
+        self.drag = self._gui.add_checkbox("drag it in the picture", False)
         self._position = self._gui.add_vector3("position [m]", (0.0, 0.0, 0.0), step=0.001)
         self._turned = self._gui.add_vector3("turned [deg]", (0.0, 0.0, 0.0), step=0.1)
         self._mass = self._gui.add_number("mass [kg]", 1.0, min=1e-6, step=0.001)
         self._pair = self._gui.add_dropdown("between", self._pairs())
         self._mu = self._gui.add_number("friction", 0.5, min=0.0, step=0.01)
-        self._body.on_update(self._heard(self._told_body))
+        self._body.on_update(self._heard(self._chosen))
+        self.drag.on_update(self._heard(self._window.grip))
         self._pair.on_update(self._heard(self._told_body))
         for control in (self._position, self._turned):
             control.on_update(self._heard(self._moved))
         self._mass.on_update(self._heard(self._weighed))
         self._mu.on_update(self._heard(self._rubbed))
-        self._gui.add_button("as given").on_click(lambda _: self._changed(lambda: self._window.model.given))
+        self._gui.add_button("undo").on_click(lambda _: self._undone())
+        self._gui.add_button("as given").on_click(lambda _: self._changed("as given", lambda: self._window.model.given))
 
     def _answers(self) -> None:
         window = self._window
         self._step = self._gui.add_slider("state", 0, 100, 1, 0)
         self._said = self._gui.add_html("")
         self._step.on_update(self._heard(self._stepped))
-        self._gui.add_button("settle").on_click(lambda _: window.worker.ask("settle", self._settle))
-        self._gui.add_button("take apart").on_click(lambda _: window.worker.ask("take apart", self._take_apart))
-        self._gui.add_button("limits of transport").on_click(lambda _: window.worker.ask("transport", self._transport))
+        self._gui.add_button("settle").on_click(lambda _: window.request("settle", self._settle))
+        self._gui.add_button("take apart").on_click(lambda _: window.request("take apart", self._take_apart))
+        self._gui.add_button("limits of transport").on_click(lambda _: window.request("transport", self._transport))
         self.limits = self._gui.add_html("")
 
     def _heard(self, act: Any) -> Any:  # noqa: ANN401 - functions without arguments, functions of viser's events
@@ -186,21 +206,31 @@ class Controls:
             number = next(k for k, one in enumerate(assembly.interfaces) if one.bodies == pair)
             self._set(self._mu, float(assembly.mu[number]))
 
-    def _changed(self, change: Any) -> None:  # noqa: ANN401 - a function that returns an assembly
+    def _chosen(self) -> None:
+        """Show what is known of the body that was chosen, with the arrows to drag it by."""
+        self._told_body()
+        self._set(self.drag, True)
+        self._window.grip()
+
+    def _changed(self, name: str, change: Callable[[], Assembly]) -> None:
         window = self._window
-        window.edited(lambda: window.model.edit(change()))
+        window.edited(name, lambda: window.model.edit(change()))
 
     def _moved(self) -> None:
         name, place = self._body.value, Place(np.array(self._position.value), np.array(self._turned.value))
-        self._changed(lambda: placed(self._window.model.assembly, name, place))
+        self._changed(f"move {name}", lambda: placed(self._window.model.assembly, name, pose_of(place)))
 
     def _weighed(self) -> None:
         name, mass = self._body.value, float(self._mass.value)
-        self._changed(lambda: weighing(self._window.model.assembly, name, mass))
+        self._changed(f"weigh {name}", lambda: weighing(self._window.model.assembly, name, mass))
 
     def _rubbed(self) -> None:
         pair, mu = self._named[self._pair.value], float(self._mu.value)
-        self._changed(lambda: rubbing(self._window.model.assembly, pair, mu))
+        self._changed(f"friction of {pair}", lambda: rubbing(self._window.model.assembly, pair, mu))
+
+    def _undone(self) -> None:
+        self._undos += 1  # each has a name of its own: two that wait are two
+        self._window.edited(f"undo {self._undos}", self._window.model.undo)
 
     def _stepped(self) -> None:
         model = self._window.model

@@ -1,9 +1,9 @@
-"""Edits of an assembly by numbers that somebody types: a body's pose and mass, and the friction of a pair."""
+"""Edits of an assembly by somebody who looks at it: a body's pose and mass, and the friction of a pair."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -11,6 +11,8 @@ from scipy.spatial.transform import Rotation
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, checked, checked_number
 from holdfast.base.ranges import MASS, PLACE
+
+UPRIGHT: Final = 1e-7  # [-] below this the level part of a body's x axis has no direction
 
 
 class Place(NamedTuple):
@@ -27,14 +29,19 @@ class Place(NamedTuple):
 def place_of(assembly: Assembly, name: str) -> Place:
     """Return where a body of the assembly is."""
     pose = assembly.scene.body(name).pose
-    return Place(pose[:3, 3].copy(), Rotation.from_matrix(pose[:3, :3]).as_euler("xyz", degrees=True))
+    return Place(pose[:3, 3].copy(), _turn_of(pose[:3, :3]))
 
 
-def placed(assembly: Assembly, name: str, place: Place) -> Assembly:
-    """Return the assembly with a body at another place; contacts are sought anew where it was and is."""
+def pose_of(place: Place) -> Float:
+    """Return the pose (4, 4) of a body at this place."""
     pose = np.eye(4)
     pose[:3, :3] = Rotation.from_euler("xyz", checked(place.turn, (3,), "turn"), degrees=True).as_matrix()
     pose[:3, 3] = checked(place.position, (3,), "position", within=PLACE)
+    return pose
+
+
+def placed(assembly: Assembly, name: str, pose: Float) -> Assembly:
+    """Return the assembly with a body at another pose (4, 4); contacts are sought anew where it was and is."""
     return assembly.moved({name: pose})
 
 
@@ -49,3 +56,17 @@ def weighing(assembly: Assembly, name: str, mass: float) -> Assembly:
 def rubbing(assembly: Assembly, pair: tuple[str, str], mu: float) -> Assembly:
     """Return the assembly with another friction coefficient between two bodies; its contacts stay."""
     return assembly.with_friction({pair: mu})
+
+
+def _turn_of(rotation: Float) -> Float:
+    """Return the angles (3,) [degrees] about x, then y, then z of a rotation (3, 3).
+
+    Turned by 90 degrees about y, a body turns about x and z alike, and the angle about z is 0.
+    """
+    level = np.hypot(rotation[0, 0], rotation[1, 0])
+    about_y = np.arctan2(-rotation[2, 0], level)
+    if level > UPRIGHT:
+        about_x, about_z = np.arctan2(rotation[2, 1], rotation[2, 2]), np.arctan2(rotation[1, 0], rotation[0, 0])
+    else:
+        about_x, about_z = np.arctan2(-rotation[1, 2], rotation[1, 1]), 0.0
+    return np.degrees([about_x, about_y, about_z])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ from holdfast.queries.stability import Stability, stability
 
 POINTS_ACROSS: Final = 50  # of a map: points over the diagonal of the movable bodies, unless the spacing is given
 PORTION: Final = 2.0  # [s] about as long a portion of the map is computed before it is shown
+REMEMBERED: Final = 100  # edits that can be undone
 STEEPEST: Final = 85.0  # [degrees] largest angle between a push and the inward normal
 
 
@@ -40,7 +42,7 @@ class Model:
     makes them None again. The map comes in ``portions``, which are None before the first. ``pick`` is the chosen point;
     the push there leans by ``tilt`` [degrees] from the inward normal, towards ``turn`` [degrees] about it. ``push`` is
     the answer for that push, None until it is asked. ``steps`` are the states of an answer that a slider goes through,
-    and ``step`` is the one on show.
+    and ``step`` is the one on show. ``past`` are the assemblies before the last edits, the newest last.
     """
 
     def __init__(
@@ -62,6 +64,7 @@ class Model:
         self.push: Robustness | None = None
         self.steps: tuple[Step, ...] = ()
         self.step = 0
+        self.past: deque[Assembly] = deque(maxlen=REMEMBERED)
 
     @property
     def state(self) -> Step:
@@ -144,7 +147,16 @@ class Model:
         )  # fmt: skip
 
     def edit(self, assembly: Assembly) -> None:
-        """Show another assembly; whatever was asked of the old one is forgotten."""
+        """Show another assembly; whatever was asked of the old one is forgotten, but not that it was."""
+        self.past.append(self.assembly)
+        self._begin(assembly)
+
+    def undo(self) -> None:
+        """Show the assembly before the last edit; without any, leave all as it is."""
+        if self.past:
+            self._begin(self.past.pop())
+
+    def _begin(self, assembly: Assembly) -> None:
         self.assembly = assembly
         self.map = self.portions = self.verdict = self.push = self.pick = None
         self.steps, self.step = (), 0

@@ -14,6 +14,7 @@ from functools import partial
 from typing import Any, Final
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from holdfast.base.arrays import Float
 from holdfast.base.colour import rgb_of
@@ -30,6 +31,8 @@ from holdfast.drawing.thumbnail import png_bytes
 from holdfast.drawing.tone import before_film
 from holdfast.live import scenery
 from holdfast.live.controls import Controls
+from holdfast.live.edits import placed
+from holdfast.live.gizmo import Gizmo
 from holdfast.live.model import Model
 from holdfast.live.motion import moved_by, parting
 from holdfast.live.worker import Worker
@@ -39,6 +42,9 @@ HERE: Final = "127.0.0.1"  # the only address that is listened on
 SWING: Final = 0.08  # of the assembly's size: how far the fastest body is moved
 FRAMES: Final = 30  # a second, while a mechanism is played
 PERIOD: Final = 2.0  # of a mechanism that is played [s]
+REACHING: Final = 0.6  # of a body's diagonal: the arrows to drag it by, which begin in its middle
+SEEN: Final = 0.08  # of the assembly's size: the shortest of these arrows
+UNMOVED: Final = np.eye(4)
 Z_UP: Final = (0.5**0.5, 0.5**0.5, 0.0, 0.0)  # glTF has y up; this quaternion turns it to z
 
 
@@ -78,15 +84,17 @@ class Window:
     def __init__(self, model: Model, port: int) -> None:
         self.model = model
         self.server = server_at(port)
-        self.worker = Worker(self._tell)
+        self.worker = Worker(self._tell, self._refuse)
         self._lock = threading.RLock()
         self._frames: dict[str, Any] = {}
         self._playing = threading.Event()
         self._closed = threading.Event()
         self.aim = (0.0, 0.0)
         self._look()
+        self.gizmo = Gizmo(self.server.scene, self._put, self._dropped)
         self.controls = Controls(self)
         self.server.scene.on_click()(self._clicked)
+        self.server.on_client_disconnect(self._left)
         self.draw()
         threading.Thread(target=self._play, name="holdfast play", daemon=True).start()
         self.ask()
@@ -107,18 +115,44 @@ class Window:
     def ask(self) -> None:
         """Ask for the verdict and the map of what is shown, as far as they are not known."""
         if self.model.verdict is None:
-            self.worker.ask("verdict", lambda: self._then(self.model.ask_verdict))
+            self.worker.ask("verdict", self._verdict)
         if not self.model.mapped:
             self.worker.ask("map", self._map, patient=True)
 
-    def edited(self, change: Callable[[], None]) -> None:
-        """Have the model changed, and ask anew what was known of it."""
+    def request(self, name: str, job: Callable[[], None]) -> None:
+        """Have a job done that somebody asked for; what was said of an earlier one that failed is forgotten."""
+        self._refuse("")
+        self.worker.ask(name, job)
+
+    def edited(self, name: str, change: Callable[[], None]) -> None:
+        """Have the model changed, and ask anew what was known of it; a change that fails leaves all as it was.
+
+        Of changes with one name that wait, only the newest is made.
+        """
 
         def job() -> None:
-            self._then(change)
+            try:
+                change()
+            except HoldfastError:
+                self.gizmo.back()
+                self.place()
+                raise
+            self.draw()
             self.ask()
 
-        self.worker.ask("edit", job)
+        self.request(name, job)
+
+    def grip(self) -> None:
+        """Bring the arrows to drag by to the body that is chosen, if they are asked for and it is where it rests."""
+        name, state, assembly = self.controls.body, self.model.state, self.model.assembly
+        with self._lock, self.server.atomic():
+            if self.controls.drag.value and name in assembly.index and name not in state.hidden | state.moved.keys():
+                body = assembly.scene.body(name)
+                low, high = (end(body.surface_world.vertices, axis=0) for end in (np.min, np.max))
+                length = max(REACHING * float(np.linalg.norm(high - low)), SEEN * assembly.size)
+                self.gizmo.show(name, body.pose, (low + high) / 2, length)
+            else:
+                self.gizmo.hide()
 
     def aimed(self, turn: float, tilt: float) -> None:
         """Turn the push and ask for its answer."""
@@ -130,7 +164,7 @@ class Window:
             self.model.ask_push()
             self.draw_push()
 
-        self.worker.ask("push", job)
+        self.request("push", job)
 
     def picture(self, client: Any) -> None:  # noqa: ANN401 - viser's own type
         """Send the page that asked what it shows as a PNG file."""
@@ -155,6 +189,7 @@ class Window:
             self._draw_contacts()
             self.draw_push()
             self.controls.refresh()
+            self.grip()
             self.place()
 
     def draw_map(self) -> None:
@@ -176,17 +211,28 @@ class Window:
             self.controls.tell_push()
 
     def place(self, moved: dict[str, Float] | None = None) -> None:
-        """Put bodies where these transforms (4, 4) or, without any, the state on show has them."""
-        from viser.transforms import SO3
-
-        state = self.model.state
-        places = state.moved if moved is None else moved
+        """Put bodies where these transforms (4, 4) or, without any, the state on show has them; or a drag, if any."""
         with self._lock, self.server.atomic():
+            state = self.model.state
+            places = {**(state.moved if moved is None else moved), **self.gizmo.held}
             for name, frame in self._frames.items():
-                place = places.get(name)
                 frame.visible = name not in state.hidden
-                frame.wxyz = (1.0, 0.0, 0.0, 0.0) if place is None else SO3.from_matrix(place[:3, :3]).wxyz
-                frame.position = (0.0, 0.0, 0.0) if place is None else place[:3, 3]
+                self._put(name, places.get(name, UNMOVED))
+
+    def _put(self, name: str, place: Float) -> None:
+        """Put a body where this transform (4, 4) of the world takes it."""
+        frame = self._frames[name]
+        frame.wxyz = np.roll(Rotation.from_matrix(place[:3, :3]).as_quat(), 1)
+        frame.position = place[:3, 3]
+
+    def _dropped(self, name: str, pose: Float) -> None:
+        """Have a body moved to where it was dragged."""
+        self.edited(f"move {name}", lambda: self.model.edit(placed(self.model.assembly, name, pose)))
+
+    def _left(self, _: object) -> None:
+        """Take a body back that a page had in hand when it was closed."""
+        self.gizmo.back()
+        self.place()
 
     def _look(self) -> None:
         solids = solids_of(self.model.assembly.movable or self.model.assembly.bodies)
@@ -251,24 +297,32 @@ class Window:
 
         def job() -> None:
             self.model.choose(origin, ray)
+            if self.model.pick is not None:
+                self.controls.choose(self.model.pick.body)
             self.controls.refresh()
+            self.grip()
             self.draw_push()
             self.model.ask_push()
             self.draw_push()
 
-        self.worker.ask("push", job)
+        self.request("push", job)
 
     def _map(self) -> None:
         while not self.model.mapped:
             self.model.ask_map()
             self.draw_map()
 
-    def _then(self, change: Callable[[], None]) -> None:
-        change()
+    def _verdict(self) -> None:
+        self.model.ask_verdict()
         self.draw()
 
     def _tell(self, text: str) -> None:
         self.controls.busy.content = f'<div style="padding:2px 22px;font-size:12px">{escaped(text)}&nbsp;</div>'
+
+    def _refuse(self, text: str) -> None:
+        """Say what failed and why, until somebody asks for something else."""
+        said = f'<div style="padding:2px 22px;font-size:13px">&#9888; {escaped(text)}</div>'
+        self.controls.refused.content = said if text else ""
 
     def _play(self) -> None:
         while True:

@@ -20,12 +20,12 @@ class Worker:
     """Does jobs one after the other in a thread of its own.
 
     A job that waits is replaced by a newer one with the same name. A ``patient`` job is stopped as soon as another one
-    is asked, and begins again when nothing else waits. ``told`` is called with the progress of jobs and with the
-    words of a HoldfastError, which ends a job and nothing else; "" means that nothing is left to do.
+    is asked, and begins again when nothing else waits. ``told`` is called with the progress of jobs; "" means that a
+    job is done. ``failed`` is called with the words of a HoldfastError, which ends a job and nothing else.
     """
 
-    def __init__(self, told: Told) -> None:
-        self._told = told
+    def __init__(self, told: Told, failed: Told) -> None:
+        self._told, self._failed = told, failed
         self._waiting: dict[str, tuple[Job, bool]] = {}
         self._change = threading.Condition()
         self._busy = False
@@ -84,6 +84,5 @@ class Worker:
                 self._waiting.setdefault(name, (job, patient))
             return
         except HoldfastError as error:
-            self._told(f"{name}: {error}")
-            return
+            self._failed(f"{name}: {error}")
         self._told("")
