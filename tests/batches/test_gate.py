@@ -43,6 +43,13 @@ def test_a_scene_is_judged_by_itself(given: dict[str, Any], rules: Rules, result
     assert (told == "") == (result == PASSED)
 
 
+def test_who_moves_is_told_not_only_who_is_pushed() -> None:
+    wanted = Rules(min_force=6.0)
+    told = judged(row(weakest_mode="topple", weakest_moving=["can", "jar"]), wanted)[1]
+    assert told == "5 N on cup moves can, jar, 6 N is wanted"
+    assert judged(row(), wanted)[1] == "5 N on cup moves something, 6 N is wanted", "a table of an older version"
+
+
 def compared(now: dict[str, Any], body: dict[str, float], **rules: float) -> str:
     scenes = Scenes({"a": now}, {"a": {"cup": body}})
     before = Scenes({"a": ROW, "b": ROW}, {"a": {"cup": BODY}})

@@ -72,6 +72,10 @@ def test_rows_equal_single_calls_bit_for_bit(folder: Path) -> None:
         push = hf.robustness(assembly, body, point, way)
         compare([r for r in own["pushes"] if r["source"] == "push"], push, push.points, push.directions)
         assert own["scenes"][0]["weakest"] == min(*surfaces.force, *push.force)
+        weak = min((row for row in own["pushes"]), key=lambda row: row["force"])
+        assert own["scenes"][0]["weakest_body"] == weak["body"]
+        assert own["scenes"][0]["weakest_mode"] == weak["mode"]
+        assert own["scenes"][0]["weakest_moving"] == weak["moving"]
         poses = [[r[key] for key in ("x", "y", "z", "qx", "qy", "qz", "qw")] for r in own["bodies"]]
         for body, pose in zip(scene.bodies, poses, strict=True):
             assert pose[:3] == body.pose[:3, 3].tolist()

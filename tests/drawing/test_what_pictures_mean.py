@@ -23,6 +23,7 @@ from holdfast.drawing.marks import PUSH, arrow_shapes, draw_contacts, draw_pushe
 from holdfast.drawing.picture import Arrow, Picture
 from holdfast.report.picture import picture_of
 from holdfast.scene.shipped import shipped_scene
+from holdfast.scene.shipped.blocks import box, floor
 
 G = 9.81
 TIP = 3  # number of the corner of an arrow's outline that is its point
@@ -157,3 +158,16 @@ def test_the_arrows_of_the_page_stay_outside_of_what_they_push(
         assert np.linalg.norm(own - arrow.head, axis=1).min() < 1e-6
         inside = ((own > low + 1e-5) & (own < high - 1e-5)).all(1)
         assert not inside.any()
+
+
+def test_the_list_of_weakest_pushes_names_who_moves_besides_the_pushed_body() -> None:
+    """A box under a lighter one is pushed: both slide, or the upper one falls off, and the list says so."""
+    bodies = [box("lower", (0.1, 0.1, 0.1), 1.0, (0, 0, 0.05)), box("upper", (0.1, 0.1, 0.02), 0.1, (0, 0, 0.11))]
+    scene = hf.Scene([floor(), *bodies], friction=0.5)
+    found = hf.robustness_map(scene, spacing=0.03, engine="limit")
+    weak = {one.body: one for one in found.weakest_of_each_body()}
+    labels = {arrow.label.partition(":")[0]: arrow.label for arrow in picture_of(found).weakest}
+    assert weak["lower"].moving == ("lower", "upper")
+    assert labels["lower"].endswith(f"{weak['lower'].mode} of lower, upper")
+    assert weak["upper"].moving == ("upper",)
+    assert labels["upper"].endswith(f", {weak['upper'].mode}")

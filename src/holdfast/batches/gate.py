@@ -14,6 +14,7 @@ from holdfast.base.text import listed
 from holdfast.batches.result import BatchTables
 from holdfast.batches.schema import Row
 from holdfast.batches.words import ANSWERED
+from holdfast.queries.result import NAMED
 
 Result = Literal["passed", "failed", "undecided"]
 PASSED: Final = "passed"
@@ -92,9 +93,10 @@ def judged(row: Row, rules: Rules) -> tuple[Result, str]:
         return PASSED, ""
     wanted, weakest, lower = rules.min_force, row["weakest"], row["weakest_lower"]
     if weakest is not None and weakest < wanted:
+        what = listed(row.get("weakest_moving") or ["something"], NAMED)
         return (
             FAILED,
-            f"{number(weakest, 'N')} on {row['weakest_body']} moves something, {number(wanted, 'N')} is wanted",
+            f"{number(weakest, 'N')} on {row['weakest_body']} moves {what}, {number(wanted, 'N')} is wanted",
         )
     if row["undecided"]:
         return UNDECIDED, f"{row['undecided']:,} answers are not known"

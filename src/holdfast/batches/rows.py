@@ -249,6 +249,7 @@ def _sum_up(tables: Tables) -> None:
     if decided:
         least = min(decided, key=lambda row: float(row["force"]))
         scenes |= {"weakest": least["force"], "weakest_body": least["body"]}
+        scenes |= {"weakest_mode": least["mode"], "weakest_moving": least["moving"]}
     if pushes:
         scenes["weakest_lower"] = min(row["lower"] for row in pushes)
     ways = [row for row in transports if row["status"] != Status.UNDECIDED]

@@ -74,6 +74,8 @@ SCENES = (
     Column("weakest", "number", "N", "the smallest decided force of all pushes and map points; null without one"),
     Column("weakest_lower", "number", "N", "the smallest lower bound of all pushes and map points"),
     Column("weakest_body", "text", "", "the body at which the smallest decided force acts"),
+    Column("weakest_mode", "text", "", "what the contacts do then: slip, topple ..."),
+    Column("weakest_moving", "texts", "", "names of the bodies that move then, maybe others than the pushed one"),
     Column("undecided", "whole", "", "number of pushes, map points and accelerations without an answer"),
     Column("acceleration", "number", "m/s²", "the smallest decided acceleration of the carrier; null without one"),
     Column("acceleration_lower", "number", "m/s²", "the smallest lower bound of the accelerations"),

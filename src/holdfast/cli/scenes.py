@@ -132,7 +132,11 @@ class AssemblyGiven(SceneGiven):
     """A scene as SceneGiven, and the tolerances with which its contacts are found."""
 
     gap: Annotated[
-        float | None, _touching("--gap", "contact tolerance in m; default: 1/1000 of the usual body size")
+        float | None,
+        _touching(
+            "--gap",
+            "surfaces touch if they are this near, or overlap no deeper, in m; default: 1/1000 of the bodies' size",
+        ),
     ] = None
     angle: Annotated[
         float | None, _touching("--angle", "largest angle between touching faces in degrees; default: 1")

@@ -25,6 +25,7 @@ _PALE = (0.90, 0.905, 0.915)  # colour of bodies without a map
 _ACCENT = rgb_of("#5b8fd6")  # colour of the body named ``accent``
 _GHOST = rgb_of("#d9822b")  # colour of bodies that shine through
 _FAINT = 0.35  # share of their colour in the picture
+_KEY = 150  # where the key to the arrows is, beside the axes [px]
 _SHIFT = 0.004  # of the scene's size: points are drawn this far in front of their surface
 
 
@@ -32,9 +33,9 @@ _SHIFT = 0.004  # of the scene's size: points are drawn this far in front of the
 class PointsPanel:
     """One picture of a sheet: a scene, and points on it that are coloured by their force.
 
-    ``points`` (n, 3) [m] have outward ``normals`` (n, 3) and ``force`` (n,) [N]; ``marks`` are drawn as arrows. Bodies
-    without a map are pale, and the body named ``accent`` is blue. Movable bodies of ``ghost`` shine through faintly,
-    where they are in that picture.
+    ``points`` (n, 3) [m] have outward ``normals`` (n, 3) and ``force`` (n,) [N]; ``marks`` are drawn as arrows, which
+    ``marked`` explains. Bodies without a map are pale, and the body named ``accent`` is blue. Movable bodies of
+    ``ghost`` shine through faintly, where they are in that picture.
     """
 
     caption: str
@@ -43,6 +44,7 @@ class PointsPanel:
     normals: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
     force: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     marks: tuple[Arrow, ...] = ()
+    marked: str = ""
     accent: str = ""
     ghost: Picture | None = None
 
@@ -109,10 +111,14 @@ def _draw(
             x + pixels[seen, 0], y + pixels[seen, 1], s=26, c=colours.colours(scale, one.force)[seen],
             edgecolors=INK, linewidths=0.5, zorder=4,
         )  # fmt: skip
-    for arrow in one.marks:
-        (x0, y0, _), (x1, y1, _) = camera.pixels(np.array([arrow.tail, arrow.head]))
-        style = {"arrowstyle": "-|>", "color": INK, "lw": 2.2, "mutation_scale": 17}
-        writer.axes.annotate("", xy=(x + x1, y + y1), xytext=(x + x0, y + y0), arrowprops=style, zorder=6)
+    style = {"arrowstyle": "-|>", "color": INK, "lw": 2.2, "mutation_scale": 17}
+    ends = [camera.pixels(np.array([arrow.tail, arrow.head]))[:, :2] + [x, y] for arrow in one.marks]
+    if one.marks and one.marked:
+        low = y + size[1] - 24
+        ends.append(np.array([[x + _KEY, low + 10], [x + _KEY, low - 22]]))
+        writer.put(x + _KEY + 16, low, writer.clipped(one.marked, 14, size[0] - _KEY - 30), 14)
+    for tail, head in ends:
+        writer.axes.annotate("", xy=tuple(head), xytext=tuple(tail), arrowprops=style, zorder=6)
 
 
 def _seen(

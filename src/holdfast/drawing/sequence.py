@@ -30,7 +30,7 @@ ARROW: Final = "#b5173f"  # colour of the arrows
 _ROW, _LEAST = 6, 3  # the most panels in a row, and the number of panels for which a row always has room
 _PANEL: Final = (300, 300)  # width and height of a panel of aspect 1 [px]
 _CAPTION: Final = 64  # height of a panel's caption [px]
-_PAD, _GUTTER, _HEADER, _FOOT = 30, 12, 92, 12  # margin, distance between panels, height of header and of footer [px]
+_PAD, _GUTTER, _HEADER, _FOOT = 30, 12, 92, 44  # margin, distance between panels, height of header and of footer [px]
 _SMALLEST_ASPECT, _LARGEST_ASPECT = 0.75, 1.8  # limits of a panel's width divided by its height
 
 
@@ -52,7 +52,7 @@ class Sequence:
     """The states of an assembly in order.
 
     ``along`` (3,) is the unit direction in which bodies leave, or from where they arrive if ``arriving``, and ``up``
-    (3,) is opposite to gravity.
+    (3,) is opposite to gravity. ``marked`` says what the body in colour and its arrow are.
     """
 
     title: str
@@ -61,6 +61,7 @@ class Sequence:
     along: NDArray[np.float64]
     up: NDArray[np.float64]
     arriving: bool = False
+    marked: str = ""
 
 
 def write_sequence(sequence: Sequence, path: str | os.PathLike[str]) -> None:
@@ -103,6 +104,14 @@ def _png(sequence: Sequence) -> bytes:
             left + 12, top + high + 22, writer.clipped(frame.caption, 16.0, wide - 16, bold=True), 16.0, bold=True
         )
         writer.put(left + 12, top + high + 42, writer.clipped(frame.note, 12.5, wide - 16), 12.5, colour=GREY)
+    if sequence.marked and any(frame.next for frame in sequence.frames):
+        base = size[1] - 18
+        axes.add_patch(Rectangle((_PAD + 12, base - 12), 14, 14, facecolor=NEXT, edgecolor="none"))
+        ends = np.array([[[_PAD + 40.0, base - 22.0]], [[_PAD + 40.0, base + 11.0]]])
+        first, last = ends if sequence.arriving else ends[::-1]
+        key = PolyCollection(arrow_shapes(first, last, PUSH), facecolors=ARROW, edgecolors="white", zorder=6)
+        axes.add_collection(key)
+        writer.put(_PAD + 58, base, writer.clipped(sequence.marked, 14.0, size[0] - 2 * _PAD - 58), 14.0)
     paint(figure, page)
     return png_of(canvas)
 

@@ -22,6 +22,7 @@ from holdfast.batches.schema import Row
 from holdfast.batches.words import ANSWERED, OUTCOMES
 from holdfast.drawing.charts import bar, histogram
 from holdfast.drawing.thumbnail import thumbnail
+from holdfast.queries.result import gives_way
 from holdfast.report.batch_page import PAGE
 from holdfast.report.bodies import solids_of
 from holdfast.scene.formats.registry import load_scene
@@ -122,6 +123,12 @@ def _strength(row: Row) -> str:
     return ", ".join(parts)
 
 
+def _gives_way(row: Row) -> str:
+    """Say what moves under the weakest push, which need not be the body that is pushed; "" where it is not known."""
+    moving = tuple(row.get("weakest_moving") or ())  # tables of older versions do not have it
+    return gives_way(row["weakest_mode"], moving) if moving else ""
+
+
 def _weakest(rows: Sequence[Row]) -> str:
     cells = [
         (
@@ -129,11 +136,12 @@ def _weakest(rows: Sequence[Row]) -> str:
             row["status"] or "",
             _amount(row["weakest"]),
             row["weakest_body"] or "",
+            _gives_way(row),
             _amount(row["acceleration"]),
         )
         for row in _weakest_first(rows, SHOWN)
     ]
-    return _table(("scene", "verdict", "weakest push [N]", "on", "acceleration [m/s²]"), cells)
+    return _table(("scene", "verdict", "weakest push [N]", "on", "what gives way", "acceleration [m/s²]"), cells)
 
 
 def _slowest(rows: Sequence[Row]) -> str:

@@ -76,6 +76,7 @@ def strip_of(result: Disassembly) -> Sequence:
         tuple(frames),
         np.asarray(result.lift),
         assembly.scene.up,
+        marked="what is taken out next, and which way",
     )
 
 

@@ -20,6 +20,7 @@ from holdfast.engines.verdict import ContactForces, Status
 from holdfast.geometry.cells import Cells
 from holdfast.queries.map import RobustnessMap
 from holdfast.report.bodies import solids_of
+from holdfast.report.texts import what_moves
 
 LONGEST_FORCE = 0.18  # of the assembly's size: the length of the arrow of the largest contact force
 WEAK_ARROW = 0.12  # of the assembly's size: the length of the arrows at the weakest points
@@ -151,7 +152,8 @@ def _weak_arrows(result: RobustnessMap) -> tuple[Arrow, ...]:
             np.array(weak.point) - length * np.array(weak.direction),
             np.array(weak.point),
             f"{one_line(weak.body, LONGEST_NAME)}: "
-            f"{_newton(weak.force) if weak.force > 0 else 'the least push'}, {weak.mode}",
+            f"{_newton(weak.force) if weak.force > 0 else 'the least push'}, "
+            f"{what_moves(weak.body, weak.mode, weak.moving)}",
         )
         for weak in weakest[:SHOWN_WEAKEST]
     )

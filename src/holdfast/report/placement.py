@@ -17,7 +17,7 @@ from holdfast.drawing.panels import PointsPanel, sheet_png
 from holdfast.drawing.picture import Arrow
 from holdfast.engines.verdict import Status
 from holdfast.report.bodies import bare_picture
-from holdfast.report.texts import headline, sentence
+from holdfast.report.texts import headline, sentence, what_moves
 
 SHOWN = 160  # number of contact points that are sampled for the picture
 MOST_ARROWS = 6  # at the largest contact patches
@@ -47,7 +47,10 @@ def save_placement_png(result: Placement, path: str | os.PathLike[str], *, seed:
     told = f"the best pose: least push {result.robustness:.3g} N" if known else "the best pose: undecided"
     if known and result.rating is not None and result.rating.own is not None:
         told += f", on {one_line(name, LONGEST_NAME)} {result.rating.own:.3g} N"
-    after = PointsPanel(told, bare_picture(result.assembly.scene), marks=arrows, accent=name)
+    after = PointsPanel(
+        told, bare_picture(result.assembly.scene), marks=arrows, accent=name,
+        marked=f"here {one_line(name, LONGEST_NAME)} is carried",
+    )  # fmt: skip
     title = f"{result.assembly.scene.name or 'scene'}: where to put {name}"
     unknown = result.answers.undecided
     about = f"engine {result.engine} ({result.claim})" + (f" · points {unknown.text}" if unknown.count else "")
@@ -71,13 +74,14 @@ def placement_report(result: Placement, scene: str, body: str) -> RenderableType
     weak = result.weakest
     lines = [head, Text(f"pose, body to world [m]:\n{rows}"), sentence(f"touches {listed(others)}")]
     if weak is not None:
-        how = weak.status if weak.mode == "none" else weak.mode
+        how = weak.status if weak.mode == "none" else what_moves(weak.body, weak.mode, weak.moving)
         what = f"{result.robustness:.3g} N on {one_line(weak.body, LONGEST_NAME)}, {how}"
-        lines.append(Text(f"least push afterwards: {'undecided' if weak.status is Status.UNDECIDED else what}"))
+        lines.append(Text(f"least push afterwards: {'not known' if weak.status is Status.UNDECIDED else what}"))
     if result.rating is not None:
         told = [f"{what} {value}" for what, value in result.rating.facts(body, result.beneath)]
         lines.insert(3, sentence("; ".join(told)))
-    lines.append(sentence(f"{result.reason}; {result.attempts} attempts, {result.elapsed:.2g} s", "dim"))
+    tried = f"{result.attempts} attempt{'s' if result.attempts != 1 else ''}"
+    lines.append(sentence(f"{result.reason}; {tried}, {result.elapsed:.2g} s", "dim"))
     return Group(*lines)
 
 

@@ -17,6 +17,7 @@ from holdfast.report.bodies import solids_of
 from holdfast.report.texts import STYLES, cell, headline, sentence
 
 MOST_FRAMES = 12  # the most states in a strip of pictures
+MARKED = "what is put down, from the side on which it comes"
 MOST_ROWS = 60  # the most rows in a table
 
 
@@ -55,4 +56,4 @@ def save_placements_png(result: Placements, path: str | os.PathLike[str]) -> Non
     title = f"{assembly.scene.name or 'assembly'}: {count} of {count + len(result.left)} objects placed"
     told = f"{result.reason} · engine {result.engine} ({result.claim})"
     up = assembly.scene.up
-    write_sequence(Sequence(title, told, tuple(frames), up, up, arriving=True), path)
+    write_sequence(Sequence(title, told, tuple(frames), up, up, arriving=True, marked=MARKED), path)

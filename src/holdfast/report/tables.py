@@ -11,12 +11,13 @@ from rich.text import Text
 from holdfast.applications.transport import TransportLimits
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Bool, Float
+from holdfast.base.public import number
 from holdfast.base.text import LONGEST_NAME, listed, one_line
 from holdfast.engines.verdict import Status
 from holdfast.queries.map import MapPoint, RobustnessMap
 from holdfast.queries.stability import Stability
 from holdfast.report.texts import STYLES, WORDS, cell, headline, sentence
-from holdfast.report.transport import level_angles
+from holdfast.report.transport import frame_names, level_angles
 
 SHOWN = 5  # the most names in a cell
 ARCS = 12  # the most rows of directions in a table
@@ -129,13 +130,13 @@ def transport_report(result: TransportLimits) -> RenderableType:
     head = headline(
         result.assembly.scene.name or "assembly",
         (word, style),
-        f" on its carrier, {count} directions  (engine {result.engine}: {result.claim})",
+        f" on its carrier, {count} directions, {_round(result)}  (engine {result.engine}: {result.claim})",
     )
     table = Table(title="largest acceleration of the carrier", title_justify="left", box=SIMPLE_HEAD)
     for heading in ("from", "to", "least [m/s²]", "lower", "at", "what moves"):
         name = heading == "what moves"
         table.add_column(cell(heading), justify="left" if name else "right", no_wrap=not name)
-    angle = np.round(np.degrees(level_angles(result)), 1)
+    angle = np.asarray(np.round(np.degrees(level_angles(result)), 1), dtype=np.float64)
     arcs = _arcs(result)
     if len(arcs) > ARCS:
         arcs = [part.tolist() for part in np.array_split(np.arange(count), ARCS)]
@@ -150,7 +151,29 @@ def transport_report(result: TransportLimits) -> RenderableType:
         unknown = int((~result.answers.decided[arc]).sum())
         partly = f"; {unknown} of {len(arc)} undecided" if 0 < unknown < len(arc) else ""
         table.add_row(*map(cell, (first, last, answer, lower, at, _gives_way(result, least) + partly)))
-    return Group(head, *_remarks(result), table)
+    return Group(head, *_remarks(result), sentence(_slowest(result, angle)), table)
+
+
+def _round(result: TransportLimits) -> str:
+    """Say where the angles of level directions begin and which way they go."""
+    first, second, *_ = frame_names(result.assembly)
+    return f"{first} is 0°, {second} is 90°" if first != "0°" else "0° is the first of hf.horizontal_directions"
+
+
+def _slowest(result: TransportLimits, angle: Float) -> str:
+    """Say in one sentence how fast the carrier may accelerate whichever way it goes, as far as it is known."""
+    if not result.answers.decided.any():
+        return "how fast it may accelerate is not known in any direction"
+    least = int(result.answers.ranking[0])
+    if result.status[least] is Status.INFINITE:
+        return "nothing moves on it, however fast it accelerates"
+    if result.status[least] is Status.UNSTABLE:
+        return "it does not stand even at rest"
+    where = "in every direction" if result.answers.decided.all() else "in every direction with an answer"
+    fastest, lower = (number(float(value), "m/s²") for value in (result.acceleration[least], result.lower.min()))
+    holds = f" (holds {lower}, {result.lower_bound})" if result.lower.min() > 0 else ""
+    moving = f"{result.mode[least]} of {listed(result.moving[least], SHOWN)}"
+    return f"{where} up to {fastest}{holds}; beyond that, when it accelerates towards {angle[least]:g}°, {moving}"
 
 
 def _arcs(result: TransportLimits) -> list[list[int]]:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from rich.text import Text
 
-from holdfast.base.text import one_line
+from holdfast.base.text import listed, one_line
 from holdfast.engines.verdict import Status
+from holdfast.queries.result import NAMED
 
 LONGEST_CELL = 120  # largest number of characters in a cell of a table
 LONGEST_REASON = 2000  # largest number of characters of a reason or a note
@@ -27,3 +28,8 @@ def sentence(text: str, style: str = "") -> Text:
 def headline(name: str, verdict: tuple[str, str], rest: str) -> Text:
     """Return the first line of a report: the name of the scene, the verdict with its style, and the rest."""
     return Text.assemble((one_line(name, LONGEST_CELL), "bold"), ": ", verdict, one_line(rest))
+
+
+def what_moves(pushed: str, mode: str, moving: tuple[str, ...]) -> str:
+    """Say what a push does, and to whom if that is not the ``pushed`` body alone."""
+    return mode if moving in ((), (pushed,)) else f"{mode} of {listed(moving, NAMED)}"

@@ -26,7 +26,7 @@ from holdfast.applications.placement.faults import FALLS, OVERLAPS
 from holdfast.applications.placement.margins import normals_into
 from holdfast.applications.placement.options import Options
 from holdfast.applications.placement.proposals import Proposals
-from holdfast.applications.placement.rating import full_map, least_push, unasked_map
+from holdfast.applications.placement.rating import UNASKED, full_map, least_push, unasked_map
 from holdfast.applications.placement.result import Candidate, Placement
 from holdfast.applications.placement.search import Clock, Search
 from holdfast.applications.placement.support import SupportPoints, scene_map, support_points, unmapped_points
@@ -268,10 +268,8 @@ class Planner:
                 return full_map(chosen.after, options.spacing, self.engine, options.imperfect), ""
         except OutOfTimeError:
             if chosen.own is not None:
-                return chosen.own, f"; {SPENT}: its map is coarse and holds {self.body.name} alone"
-            return unasked_map(
-                chosen.after, self.body.name, options.spacing, self.engine
-            ), f"; {SPENT} before anything was pushed"
+                return chosen.own, f"; {SPENT}: only {self.body.name} was pushed, at few points"
+            return unasked_map(chosen.after, self.body.name, options.spacing, self.engine), f"; {UNASKED}"
 
     def _unknown(self) -> str:
         """Say how many answers of the scene's maps are not known, or nothing if all are known."""

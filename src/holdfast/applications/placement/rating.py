@@ -23,9 +23,10 @@ from holdfast.queries.map import RobustnessMap, robustness_map
 
 ROUGHLY = 3  # spacing of the coarse maps by which poses are compared, as a multiple of the spacing of the full map
 MOST_RATED = 150  # about the most points of such a map
-UNASKED = "the budget was spent before anything was pushed"
+UNASKED = "the time was spent before it was asked how hard anything can be pushed: give a larger budget"
 NARROW = 0.25  # worth of a pose without any room about it, as a share of that of one with all the room in the world
 USUAL = 0.25  # of the object's size: the room at which the worth is midway between these
+LEAST_ROOM = 1e-6  # [m] less than this is told as no room
 TOPPLED = 0.5  # worth of a pose in which the object does not stand the way up in which it was modelled
 
 
@@ -81,7 +82,7 @@ class Rating(Value):
         told = [(f"least push on {name}", _newtons(self.own))]
         if self.beneath is None or np.isfinite(self.beneath):
             told.append(("on what it rests on", f"{_newtons(self.beneath)} ({listed(beneath)})"))
-        told.append(("room", f"{1e3 * self.edge:.3g} mm to the edges, {1e3 * self.clearance:.3g} mm to the next body"))
+        told.append(("room", f"{_room(self.edge)} to the edges, {_room(self.clearance)} to the next body"))
         return told
 
     @property
@@ -96,7 +97,11 @@ class Rating(Value):
 
 
 def _newtons(force: float | None) -> str:
-    return "undecided" if force is None else number(force, "N")
+    return "not known" if force is None else number(force, "N")
+
+
+def _room(distance: float) -> str:
+    return f"{1e3 * distance if distance > LEAST_ROOM else 0.0:.3g} mm"
 
 
 def weakest_of(
