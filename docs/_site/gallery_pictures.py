@@ -1,14 +1,17 @@
-"""Pictures of the gallery: the examples save them to the folder that they are given, and from there they are taken."""
+"""Pictures of the gallery: those that an example saves, or else the bodies that it asked about and what moves there."""
 
 from __future__ import annotations
 
 import shutil
 import tempfile
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
+from gallery_bodies import bodies_and_movers
 from sphinx_gallery.scrapers import figure_rst
 
+COLOURED: Final = "\nThe bodies of the example, those in red as they move in its last answer.\n\n"
+BARE: Final = "\nThe bodies of the example.\n\n"
 _folders: dict[str, Path] = {}  # by example
 _taken: set[Path] = set()
 
@@ -25,10 +28,17 @@ def arguments(gallery: dict[str, Any], script: dict[str, Any]) -> list[str]:
 def pictures(block: Any, variables: dict[str, Any], gallery: dict[str, Any]) -> str:  # noqa: ANN401 - Sphinx-Gallery's
     """Take the pictures that the example saved since the last block, and return the text that shows them."""
     folder = _folders.get(variables["src_file"])
-    fresh = [] if folder is None else sorted(path for path in folder.glob("*.png") if path not in _taken)
+    saved = [] if folder is None else sorted(folder.glob("*.png"))
     shown = []
-    for path in fresh:
-        _taken.add(path)
+    for path in saved:
+        if path not in _taken:
+            _taken.add(path)
+            shown.append(next(variables["image_path_iterator"]))
+            shutil.copy(path, shown[-1])
+    said = ""
+    if not saved:
+        content, moving = bodies_and_movers(variables["example_globals"])
         shown.append(next(variables["image_path_iterator"]))
-        shutil.copy(path, shown[-1])
-    return figure_rst(shown, gallery["src_dir"])
+        Path(shown[-1]).write_bytes(content)
+        said = COLOURED if moving else BARE
+    return figure_rst(shown, gallery["src_dir"]) + said

@@ -1,0 +1,33 @@
+"""Pictures of examples that save none: the bodies that they asked about, and what moves there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any, Final
+
+import numpy as np
+
+import holdfast as hf
+from holdfast.drawing.thumbnail import thumbnail
+from holdfast.report.bodies import solids_of
+
+SIZE: Final = (640, 480)  # [px]
+
+
+def bodies_and_movers(values: Mapping[str, Any]) -> tuple[bytes, frozenset[str]]:
+    """Draw the assembly that an example made last, as a PNG, and tell which bodies move in the last answer about it."""
+    assembly = [value for value in values.values() if isinstance(value, hf.Assembly)][-1]
+    names = {body.name for body in assembly.movable}
+    found = [movers(value) & names for value in values.values()]
+    moving = next((each for each in reversed(found) if each), frozenset())
+    return thumbnail(solids_of(assembly.bodies), assembly.scene.up, moving, SIZE), moving
+
+
+def movers(answer: Any) -> frozenset[str]:  # noqa: ANN401 - any value of an example
+    """Return the names of the bodies that move in an answer, of several rows in the weakest; none of other values."""
+    if isinstance(answer, hf.Stability):
+        return frozenset(() if answer.mechanism is None else answer.mechanism.moving)
+    moving: Iterable[Any] = getattr(answer, "moving", ())
+    if isinstance(moving, np.ndarray) and len(moving):
+        return frozenset(moving[int(answer.answers.ranking[0])])
+    return frozenset(name for name in moving if isinstance(name, str))
