@@ -27,6 +27,9 @@ def unpacked(text: str) -> dict[str, Any]:
 
     def filled(value: Any) -> Any:
         if isinstance(value, dict):
+            if value.keys() == {"at", "count", "kind"} and value["kind"] == "u4":  # all lowest bytes first
+                planes = np.frombuffer(arrays, "u1", 4 * value["count"], value["at"])
+                return np.ascontiguousarray(planes.reshape(4, -1).T).view("<u4").ravel()
             if value.keys() == {"at", "count", "kind"}:
                 return np.frombuffer(arrays, "<" + value["kind"], value["count"], value["at"])
             return {name: filled(item) for name, item in value.items()}

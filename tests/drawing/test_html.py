@@ -146,3 +146,12 @@ def test_the_page_of_a_map_is_small(tmp_path: Path) -> None:
     found.save_html(tmp_path / "map.html")
     assert len(found.force) > 4000
     assert (tmp_path / "map.html").stat().st_size < LARGEST / 5
+
+
+def test_a_corner_that_triangles_of_a_cell_share_is_in_the_page_once(table: Picture) -> None:
+    coloured = faces(data_of(page_of(table)))[0]
+    corners = np.column_stack([triples(coloured["vertices"]), coloured["cell"]])
+    assert len(np.unique(corners, axis=0)) == len(corners)
+    assert len(corners) < len(coloured["triangles"])
+    of_triangle = coloured["cell"][triples(coloured["triangles"])]
+    assert (of_triangle == of_triangle[:, :1]).all(), "no triangle lies in two cells"

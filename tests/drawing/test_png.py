@@ -16,7 +16,7 @@ from holdfast.base import files
 from holdfast.base.errors import HoldfastError
 from holdfast.drawing import colours, png
 from holdfast.drawing.layout import layout_of
-from holdfast.drawing.marks import on_page, visible
+from holdfast.drawing.marks import badge_places, on_page, room_of_axes, visible
 from holdfast.drawing.picture import Picture
 from holdfast.drawing.png import write_png
 from holdfast.drawing.shade import SHADE_LOSS, render
@@ -191,3 +191,17 @@ def test_missing_matplotlib_is_explained(table: Picture, tmp_path: Path, monkeyp
     monkeypatch.setattr(builtins, "__import__", without)
     with pytest.raises(HoldfastError, match=r"needs matplotlib.*pip install 'holdfast\[viewer\]'"):
         write_png(table, tmp_path / "a.png")
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_numbers_of_pushes_keep_clear_of_the_axes(table: Picture, count: int) -> None:
+    shot = layout_of(table, SIZE).shots[0]
+    middle, radius = room_of_axes(shot.box, 1.0)
+    for offset in (0.0, 20.0, radius):
+        places = np.tile(middle + offset, (count, 1))
+        apart = badge_places(shot, places, 1.0)
+        assert (np.linalg.norm(apart - middle, axis=1) >= radius + 12.0).all(), "the radius of a badge is 12"
+        assert (apart >= [shot.box.left, shot.box.top]).all()
+        assert (apart <= [shot.box.left + shot.box.width, shot.box.top + shot.box.height]).all()
+    elsewhere = np.array([[shot.box.left + shot.box.width / 2, shot.box.top + shot.box.height / 2]])
+    np.testing.assert_allclose(badge_places(shot, elsewhere, 1.0), elsewhere, atol=0.02)

@@ -29,6 +29,7 @@ pytestmark = pytest.mark.slow
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 SOFTWARE = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+SOFTWARE += ["--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"]
 SIZE = (1400, 850)
 NOTICE = "button[aria-label=Close], .mantine-Notification-closeButton"  # of viser's, that there is no graphics card
 KINDS = {Status.INFINITE: Kind.ENDLESS, Status.UNSTABLE: Kind.FALLS, Status.UNDECIDED: Kind.UNDECIDED}
@@ -90,16 +91,14 @@ def check_colours(page: Any, live: hf.LiveView) -> None:
 
 def seen(found: hf.RobustnessMap, pixels: np.ndarray, camera: Any) -> list[tuple[int, np.ndarray]]:
     """The points of a map that are seen away from edges and from borders of cells, with their colours."""
-    turned = pytest.importorskip("viser.transforms").SO3(np.array(camera.wxyz)).as_matrix()
-    eye, focal = np.array(camera.position), SIZE[1] / 2 / np.tan(camera.fov / 2)
+    eye = np.array(camera.position)
     surfaces = [body.surface_world for body in found.assembly.bodies]
     starts = np.cumsum([0, *(len(one.vertices) for one in surfaces)])
     vertices = np.concatenate([one.vertices for one in surfaces])
     faces = np.concatenate([one.faces + start for one, start in zip(surfaces, starts, strict=False)])
     shown = []
     for number in np.random.default_rng(5).permutation(len(found.force)):
-        right, down, away = (found.points[number] - eye) @ turned
-        x, y = SIZE[0] / 2 + focal * right / away, SIZE[1] / 2 + focal * down / away
+        x, y = on_screen(camera, found.points[number])
         hit = first_hit(vertices, faces, eye, found.points[number] - eye)
         if not (20 < x < 980 and 20 < y < SIZE[1] - 20) or hit is None or abs(hit.distance - 1) > 1e-3:
             continue
@@ -107,6 +106,50 @@ def seen(found: hf.RobustnessMap, pixels: np.ndarray, camera: Any) -> list[tuple
         if np.ptp(block, axis=0).max() < 0.02:
             shown.append((int(number), block[4]))
     return shown
+
+
+def on_screen(camera: Any, point: np.ndarray) -> tuple[float, float]:
+    """Where a point (3,) [m] of the world is seen [px]."""
+    turned = pytest.importorskip("viser.transforms").SO3(np.array(camera.wxyz)).as_matrix()
+    focal = SIZE[1] / 2 / np.tan(camera.fov / 2)
+    right, down, away = (point - np.array(camera.position)) @ turned
+    return SIZE[0] / 2 + focal * right / away, SIZE[1] / 2 + focal * down / away
+
+
+def test_a_body_is_dragged_by_the_arrows_and_taken_back(page: Any) -> None:
+    """The first half of the slab's arrow along x is grabbed and drawn along: it moves along x alone."""
+    pytest.importorskip("viser", reason="needs viser: pip install 'holdfast[live]'")
+    with hf.view(hf.shipped_scene("table"), engine="limit", spacing=0.05, browser=False) as live:
+        window = live._window
+        page.goto(live.url)
+        page.get_by_text("largest push [N]").wait_for(timeout=PATIENCE)
+        page.get_by_role("tab", name="Edit").click()
+        page.get_by_label("drag it in the picture").click()
+        while window.gizmo._node is None or not window.gizmo._node.visible:
+            page.wait_for_timeout(200)
+        page.wait_for_timeout(3000)
+        name, given = window.controls.body, window.model.assembly
+        (client,) = window.server.get_clients().values()
+        home, along = np.array(window.gizmo._node.position), np.array([window.gizmo._node.scale, 0.0, 0.0])
+        start, end = (np.array(on_screen(client.camera, home + share * along)) for share in (0.75, 0.95))
+        page.mouse.move(*start)
+        page.wait_for_timeout(1000)
+        page.mouse.down()
+        for share in np.linspace(0.0, 1.0, 6):
+            page.mouse.move(*(start + share * (end - start)))
+            page.wait_for_timeout(400)
+        assert name in window.gizmo.held
+        assert window.model.assembly is given, "nothing is asked before the body is let go"
+        page.mouse.up()
+        while window.model.assembly is given or window.model.verdict is None:
+            page.wait_for_timeout(200)
+        moved = window.model.assembly.scene.body(name).pose - given.scene.body(name).pose
+        assert 0.1 * along[0] < moved[0, 3] < 0.3 * along[0]
+        np.testing.assert_allclose(np.delete(moved.ravel(), 3), 0.0, atol=1e-12)
+        page.get_by_text("undo").click()
+        while window.model.assembly is not given:
+            page.wait_for_timeout(200)
+        assert page.said == []
 
 
 def test_a_click_is_answered_and_the_motion_is_played(page: Any) -> None:

@@ -16,7 +16,7 @@ from holdfast.base.files import write_atomically
 from holdfast.base.text import escaped
 from holdfast.drawing import colours
 from holdfast.drawing.camera import back_view, front_view, heat_points
-from holdfast.drawing.layers import Dots, Faces, Layer, Lines, gradient, layers
+from holdfast.drawing.layers import Dots, Faces, Layer, Lines, gradient, layers, welded
 from holdfast.drawing.packed import Packer
 from holdfast.drawing.picture import Picture
 from holdfast.drawing.soup import forces
@@ -75,7 +75,8 @@ def _scale(picture: Picture) -> str:
     )
     title = escaped(picture.value_name) + (" (logarithmic)" if scale.log else "")
     bar = f'<div id="bar" style="background:{gradient()}"></div><div id="marks">{marks}</div>'
-    return f'<figure id="scale"><strong>{title}</strong>{bar}<figcaption>◂ weak: gives way first</figcaption></figure>'
+    ends = "<figcaption>◂ weak: gives way first<span>strong ▸</span></figcaption>"
+    return f'<figure id="scale"><strong>{title}</strong>{bar}{ends}</figure>'
 
 
 def _packed(picture: Picture, parts: list[Layer]) -> str:
@@ -107,6 +108,7 @@ def _corners(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _part(part: Faces | Lines | Dots, packer: Packer) -> dict[str, Any]:
     if isinstance(part, Faces):
+        part = welded(part)
         marked = (part.rgb == colours.UNDECIDED).all(axis=1) * _HATCHED
         paint = np.column_stack([np.rint(part.rgb * 255.0), marked])
         return {

@@ -123,6 +123,22 @@ def _joined(parts: list[Faces]) -> Faces:
     )
 
 
+def welded(part: Faces) -> Faces:
+    """Return the same triangles with every corner that several triangles of one cell share kept once.
+
+    Corners count as one that single precision does not tell apart.
+    """
+    place = np.ascontiguousarray(part.vertices, dtype=np.float32) + np.float32(0.0)  # -0 becomes 0
+    rows = np.column_stack([place.view(np.uint32).astype(np.int64), part.cell])
+    _, first, number = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first)  # as they came: neighbours stay neighbours, which packs well
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    kept = first[order]
+    triangles = rank[number.ravel()][part.triangles]
+    return Faces(part.vertices[kept], triangles, part.cell[kept], part.rgb, part.texts, part.solid)
+
+
 def _neutral(picture: Picture) -> list[Layer]:
     covered = tuple(solid for solid in picture.solids if not solid.fixed)
     masked, still = movable(Picture("", "", (), covered), None), _without_undersides(fixed(picture), picture)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from holdfast.base.colour import rgb_of
-from holdfast.drawing.layout import Shot
+from holdfast.drawing.layout import Box, Shot
 from holdfast.drawing.picture import Arrow, Picture
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ CONTACT: Final = "#0b6aa8"  # colour of contacts
 FONT: Final = "DejaVu Sans"  # font of all texts
 
 _HIDDEN_ALPHA: Final = 0.38  # opacity of an arrow whose point is hidden in this panel
+AXIS: Final = 30.0  # length of the world's axes [px] at the design size
 _RELAX_ROUNDS: Final = 200  # the most rounds in which badges are moved apart
 
 
@@ -98,7 +99,7 @@ def draw_pushes(axes: Axes, shot: Shot, picture: Picture, state: dict[int, bool]
     length = np.linalg.norm(along, axis=1, keepdims=True)
     direction = np.divide(along, length, out=np.tile([0.0, -1.0], (len(along), 1)), where=length > 0.5)
     ends = heads + direction * np.maximum(length, pen.least)
-    _badges(axes, chosen, _apart(shot, ends + direction * 13.0 * unit, unit), ends, unit)
+    _badges(axes, chosen, badge_places(shot, ends + direction * 13.0 * unit, unit), ends, unit)
 
 
 def draw_contacts(axes: Axes, shot: Shot, picture: Picture, unit: float) -> None:
@@ -125,25 +126,47 @@ def draw_contacts(axes: Axes, shot: Shot, picture: Picture, unit: float) -> None
     axes.add_collection(PolyCollection(shapes, facecolors=CONTACT, edgecolors="white", linewidths=0.5 * unit, zorder=5))
 
 
-def _apart(shot: Shot, places: NDArray[np.float64], unit: float) -> NDArray[np.float64]:
-    """Move places (N, 2) [px] so that their badges neither touch nor leave the panel, as far as there is room."""
+def room_of_axes(box: Box, unit: float) -> tuple[NDArray[np.float64], float]:
+    """Return the middle (2,) and the radius [px] of the disc that the world's axes and their letters take."""
+    middle = np.array([box.left + 1.6 * AXIS * unit, box.top + box.height - 1.6 * AXIS * unit])
+    return middle, (AXIS + 15.0) * unit
+
+
+def badge_places(shot: Shot, places: NDArray[np.float64], unit: float) -> NDArray[np.float64]:
+    """Move places (N, 2) [px] so that their badges touch neither each other nor the axes, nor leave the panel.
+
+    They do as far as there is room.
+    """
     apart = 27.0 * unit
     box = shot.box
     low = np.array([box.left, box.top]) + 14.0 * unit
     high = np.array([box.left + box.width, box.top + box.height]) - 14.0 * unit
     # Coinciding badges need some direction to part in: their own number gives one.
     turn = np.arange(len(places)) * 2.4
-    places = places + 0.01 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    own = 0.01 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    places = np.clip(places + own, low, high)
+    middle, radius = room_of_axes(box, unit)
+    radius += 14.0 * unit
     for _ in range(_RELAX_ROUNDS):
         gap = places[:, None] - places[None]
         distance = np.linalg.norm(gap, axis=2) + np.eye(len(places)) * 1e9
         overlap = np.clip(apart - distance, 0.0, None)
-        if not overlap.any():
+        inside = np.linalg.norm(places - middle, axis=1) < radius
+        if not overlap.any() and not inside.any():
             break
         push = ((overlap / distance)[:, :, None] * gap).sum(axis=1)
         touching = np.maximum((overlap > 0.0).sum(axis=1), 1)
-        places = np.clip(places + 0.55 * push / touching[:, None], low, high)
+        places = places + 0.55 * push / touching[:, None]
+        places[inside] = middle + (radius + 1.0) * _out_of_the_corner(places[inside] - middle) + own[inside]
+        places = np.clip(places, low, high)
     return np.asarray(np.clip(places, low, high), dtype=float)
+
+
+def _out_of_the_corner(ways: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the unit directions (N, 2) nearest to ``ways`` that lead to the right or up, where there is room."""
+    ways = np.column_stack([ways[:, 0].clip(min=0.0), ways[:, 1].clip(max=0.0)])
+    length = np.linalg.norm(ways, axis=1, keepdims=True)
+    return np.where(length > 1e-6, ways / np.maximum(length, 1e-6), np.array([0.8, -0.6]))
 
 
 def _badges(axes: Axes, picks: list[int], places: NDArray[np.float64], tails: NDArray[np.float64], unit: float) -> None:

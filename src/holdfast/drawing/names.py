@@ -12,7 +12,7 @@ from scipy.ndimage import uniform_filter
 from holdfast.base.text import one_line
 from holdfast.drawing.camera import View
 from holdfast.drawing.layout import Box
-from holdfast.drawing.marks import FONT, INK
+from holdfast.drawing.marks import AXIS, FONT, INK, room_of_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,7 +23,6 @@ LETTERS: Final = 13.0  # height of a name's letters [px] at the design size
 LONGEST: Final = 24  # largest number of characters of a name in a picture
 _MOST: Final = 40  # the most names in a panel
 _ON_BODY: Final = 0.5  # a name is written only if this share of it lies on what is seen of its body
-_AXIS: Final = 30.0  # length of an axis [px] at the design size
 _HALO: Final = 2.6  # width of the white rim of letters [px] at the design size
 
 
@@ -89,8 +88,8 @@ def draw_names(
 
 def draw_axes(axes: Axes, box: Box, view: View, unit: float) -> None:
     """Draw the directions of the world's axes as this view sees them in the lower left corner of a panel."""
-    x, y = box.left + 1.6 * _AXIS * unit, box.top + box.height - 1.6 * _AXIS * unit
-    ends = view.flat(np.eye(3)) * _AXIS * unit * np.array([1.0, -1.0])
+    x, y = room_of_axes(box, unit)[0]
+    ends = view.flat(np.eye(3)) * AXIS * unit * np.array([1.0, -1.0])
     for letter, (right, down) in zip("xyz", ends, strict=True):
         axes.plot([x, x + right], [y, y + down], color=INK, lw=1.3 * unit, zorder=9, gid=f"axis {letter}")
         reach = max(float(np.hypot(right, down)), 1e-9)

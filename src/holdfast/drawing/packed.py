@@ -22,8 +22,12 @@ class Packer:
         self._length = 0
 
     def put(self, values: NDArray[Any], kind: str) -> Place:
-        """Keep an array as little-endian ``kind`` ("f4", "u4" or "u1") and return what the header says of it."""
-        content = np.ascontiguousarray(values, dtype=np.dtype(kind).newbyteorder("<")).tobytes()
+        """Keep an array as little-endian ``kind`` ("f4", "u4" or "u1") and return what the header says of it.
+
+        Of "u4" all lowest bytes come first, then all second ones and so on: so numbers of neighbours deflate to a half.
+        """
+        raw = np.ascontiguousarray(values, dtype=np.dtype(kind).newbyteorder("<"))
+        content = raw.view(np.uint8).reshape(-1, 4).T.tobytes() if kind == "u4" else raw.tobytes()
         place: Place = {"at": self._length, "count": int(np.size(values)), "kind": kind}
         padded = content + bytes(-len(content) % 4)
         self._chunks.append(padded)

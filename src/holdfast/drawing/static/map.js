@@ -11,11 +11,16 @@
     const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
     const whole = await new Response(stream).arrayBuffer();
     const length = new DataView(whole).getUint32(0, true);
-    const kinds = {f4: Float32Array, u4: Uint32Array, u1: Uint8Array};
+    const kinds = {f4: Float32Array, u1: Uint8Array};
     const header = JSON.parse(new TextDecoder().decode(new Uint8Array(whole, 4, length)));
     const filled = value => {
       if (Array.isArray(value)) return value.map(filled);
       if (value === null || typeof value !== "object") return value;
+      if (value.kind === "u4") { // all lowest bytes first
+        const n = value.count, bytes = new Uint8Array(whole, 4 + length + value.at, 4 * n), found = new Uint32Array(n);
+        for (let k = 0; k < n; k++) found[k] = bytes[k] | bytes[n + k] << 8 | bytes[2 * n + k] << 16 | bytes[3 * n + k] << 24;
+        return found;
+      }
       if ("at" in value && "kind" in value) return new kinds[value.kind](whole, 4 + length + value.at, value.count);
       return Object.fromEntries(Object.entries(value).map(([name, item]) => [name, filled(item)]));
     };
