@@ -112,7 +112,7 @@ def told_map(model: Model, found: RobustnessMap) -> str:
     if model.mapped or model.portions is None:
         return text
     left = len(model.assembly.movable) - len(found.cells)
-    pale = f", {left} pale ones not asked yet" if left else ""
+    pale = f", {left} pale {'one' if left == 1 else 'ones'} not asked yet" if left else ""
     return f"{text}: {model.portions.text}{pale}"
 
 
