@@ -11,8 +11,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Generic, NamedTuple, Protocol, TypeVar, cast, runtime_checkable
 
+import numpy as np
+
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Bool, Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.engines.answers import Answers
 from holdfast.engines.contract import State
@@ -176,12 +178,29 @@ class Releases(Protocol):
 
 
 @runtime_checkable
+class Holding(Protocol):
+    """A state that can tell of loads that they move nothing for less than it takes to say what would."""
+
+    def held(self, W: Float) -> Bool:
+        """Tell which loads, columns of W (6J, n), certainly move nothing: those of which ``load_factor`` is above 1.
+
+        Where False, that is not known.
+        """
+        ...
+
+
+@runtime_checkable
 class Remembering(Protocol):
     """A state whose answers draw on what it was asked before."""
 
     def anew(self) -> State:
         """Return the same prepared state as it was before it was asked anything."""
         ...
+
+
+def held_by(state: State, W: Float) -> Bool:
+    """Tell which loads, columns of W (6J, n), certainly move nothing; False where that is not known without asking."""
+    return state.held(W) if isinstance(state, Holding) else np.zeros(W.shape[1], dtype=bool)
 
 
 def anew(state: State) -> State:

@@ -86,7 +86,7 @@ def run(kind: str, count: int, method: str) -> list[Row]:
         state = hf.Scene([*scene.bodies, *(named[name].moved(pose) for name, pose in poses[: k + 1])], scene.friction)
         after = hf.assemble(state)
         standing += hf.stability(after).status is hf.Status.STABLE
-        least.append(least_push(hf.assemble(scene), after, poses[k][0], ground))
+        least.append(least_push(after, poses[k][0], ground))
     return [
         {
             "case": f"{kind} of {count}, {method}",
@@ -125,12 +125,12 @@ def by_rule(assembly: Assembly, bodies: Sequence[Body], kind: str, rule: Rule) -
     return poses
 
 
-def least_push(before: Assembly, after: Assembly, name: str, ground: str) -> float:
+def least_push(after: Assembly, name: str, ground: str) -> float:
     """The least push [N] on what was placed last and on what it rests on; 0 where that does not stand."""
     if hf.stability(after).status is not hf.Status.STABLE:
         return 0.0
     body = after.scene.body(name)
-    asked = planner(before, body, supports=[ground])
+    asked = planner(after.without([name]), body, supports=[ground])
     found = rated(asked.checks, asked.faces, Candidate(body.pose, *_NONE, ""), after, Clock.started(None), POINTS)
     return found.rating.least or 0.0
 
