@@ -18,7 +18,7 @@ LEAST_ERROR = 2e-3  # minimum relative discretisation error
 LARGE = 0.05  # relative change of the load at a peak above which the whole path is followed on the finer grid
 COARSE = 0.02  # relative change of the peak of the whole path above which the answer is taken from the finer grid
 REFINEMENTS = 3  # largest number of re-solves on ever finer grids
-AMPLE = 1.05  # times a load, to which its path is followed to tell that it is held: what errors may take is left
+AMPLE = 1.02  # times a load, to which its path is followed to tell that it is held: what errors may take is left
 MOST_NODES = 20_000  # largest number of nodes of a finer grid from which answers are taken
 
 
