@@ -189,7 +189,7 @@ def constraint(
     limits = wrench_bound(assembly, bound, where)
     index = assembly.index[body]
     com = np.array(assembly.com[index])
-    asked = _pushes(assembly, body, com) if near is None else checked(near, (None, 6), f"{where}: near", within=FORCE)
+    asked = inward_pushes(assembly, body, com) if near is None else checked(near, (None, 6), f"{where}: near", within=FORCE)
     method = engine_of(engine)
     state, rows = prepared(method, assembly, total_wrench(assembly, standing)).together([index], where)
     found = HULLS.of(state, engine=method.name, where=where).load_hull(
@@ -214,7 +214,7 @@ def constraint(
     )
 
 
-def _pushes(assembly: Assembly, body: str, com: Float) -> Float:
+def inward_pushes(assembly: Assembly, body: str, com: Float) -> Float:
     """Return wrenches (n, 6) of inward pushes of about 1 N all over the surface of a body, each along its own way.
 
     Many different ones: what is close to a few of them need not be close to those that lie between.
