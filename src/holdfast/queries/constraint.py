@@ -189,7 +189,9 @@ def constraint(
     limits = wrench_bound(assembly, bound, where)
     index = assembly.index[body]
     com = np.array(assembly.com[index])
-    asked = inward_pushes(assembly, body, com) if near is None else checked(near, (None, 6), f"{where}: near", within=FORCE)
+    asked = (
+        inward_pushes(assembly, body, com) if near is None else checked(near, (None, 6), f"{where}: near", within=FORCE)
+    )
     method = engine_of(engine)
     state, rows = prepared(method, assembly, total_wrench(assembly, standing)).together([index], where)
     found = HULLS.of(state, engine=method.name, where=where).load_hull(

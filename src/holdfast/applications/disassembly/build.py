@@ -188,4 +188,3 @@ def build_order(
         proven=plan.proven,
         stuck=stuck,
     )
-

@@ -98,7 +98,9 @@ def _pushed(asked: Groups, name: str, spacing: float, least: float) -> _Known:
             held = asked.held(CLOSE * least * columns[:, rows])
             rows, screened, several = rows[~held], least, 1 if held.any() else len(rows)
         answers = asked.load_factor(columns[:, rows[:several]])
-        points += [map_point(answers, k, name, cells.points[row], cells.normals[row]) for k, row in enumerate(rows[:several])]
+        points += [
+            map_point(answers, k, name, cells.points[row], cells.normals[row]) for k, row in enumerate(rows[:several])
+        ]
         least = min([least, *(p.force for p in points if p.status is not Status.UNDECIDED)])
         rows = rows[several:]
     return _Known(CLOSE * least, min(points, key=_rank, default=None))
