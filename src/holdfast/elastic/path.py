@@ -37,11 +37,12 @@ class PathResult(NamedTuple):
     """What k load paths gave, among n = 6J displacements.
 
     ``outcome`` (k,) of PathOutcome; ``peak`` (k,) the largest s found, inf where the path is endless, that of the last
-    point where it was not followed further; ``last`` (k,) s where it ended (residual strength); ``short`` (k,) by how much s of the peak may be too low; ``systems`` (k,) linear
-    systems solved; ``q`` (k, n) at the peak, of endless paths under the load alone; ``motion`` (k, n) the direction of
-    the path at its end; ``plane`` (k, n) across which the peak was found; ``cut`` (k, n), or (k, 0) if it was not asked
-    for: peak / peak' = cut · load' to first order for another load. Of a few points on the way to the peak:
-    ``station_s`` (k, STATIONS), 0 for those that are not there; ``station_q`` and ``station_plane`` (k, STATIONS, n).
+    point where it was not followed further; ``last`` (k,) s where it ended (residual strength); ``short`` (k,) by how
+    much s of the peak may be too low; ``systems`` (k,) linear systems solved; ``q`` (k, n) at the peak, of endless
+    paths under the load alone; ``motion`` (k, n) the direction of the path at its end; ``plane`` (k, n) across which
+    the peak was found; ``cut`` (k, n), or (k, 0) if it was not asked for: peak / peak' = cut · load' to first order for
+    another load. Of a few points on the way to the peak: ``station_s`` (k, STATIONS), 0 for those that are not there;
+    ``station_q`` and ``station_plane`` (k, STATIONS, n).
     """
 
     outcome: Int

@@ -173,10 +173,10 @@ def constraint(
     """Find a function that gives the load factor of any wrench on ``body``, never above the true one; see Constraint.
 
     It answers tens of thousands of wrenches in a second, whatever the assembly. ``near`` (n, 6) are wrenches like those
-    that will be asked, by direction; by default, pushes on the body's surface, somewhat off its normals. ``gap`` is only
-    a target: half of the wrenches are to be so close, and ``budget`` bounds the number of solves. ``bound`` (2,) holds the largest force [N]
-    and torque [N m] components that will be asked, with the defaults of ``admissible_wrenches``. The weight and the
-    ``standing`` loads act throughout.
+    that will be asked, by direction; by default, pushes on the body's surface, somewhat off its normals. ``gap`` is
+    only a target: half of the wrenches are to be so close, and nine in ten within three times that; ``budget`` bounds
+    the number of solves. ``bound`` (2,) holds the largest force [N] and torque [N m] components that will be asked,
+    with the defaults of ``admissible_wrenches``. The weight and the ``standing`` loads act throughout.
 
     Raises SceneError if the body is fixed or unknown. Raises HoldfastError if the assembly does not stand, or if the
     body is about to move, so that some direction takes no wrench at all.

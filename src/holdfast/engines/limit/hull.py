@@ -35,7 +35,7 @@ FINER = 0.25  # a ray whose gap is this share of the wanted one is left as it is
 
 
 def find_hull(family: Family, support: Support, near: Float, gap: float, budget: int) -> LoadHull:
-    """Find points that the ``family`` carries, until half of the loads that are drawn are within ``gap`` of the true set.
+    """Find points that the ``family`` carries, until half of the loads that are drawn are within ``gap`` of the set.
 
     Half of the loads that are drawn point anywhere, and half are among ``near`` (n, d). ``budget`` bounds the solves.
     """

@@ -125,9 +125,7 @@ def _pushes(name: str, make: Make) -> list[Row]:
     spent, count, seen = 0.0, Counter[str](), Counter[str]()
     bodies = rng.permutation([body.name for body in assembly.movable])[:BODIES].tolist()
     for body in bodies:
-        force = (
-            MORE * float(assembly.scene.body(body).mass or 0.0) * 0.5 * float(np.linalg.norm(assembly.scene.gravity))
-        )
+        force = 0.5 * MORE * float(np.linalg.norm(assembly.weight_wrench().reshape(-1, 6)[assembly.index[body], :3]))
         start = time.process_time()
         try:
             found = hf.safe_pushes(assembly, body, force)
