@@ -27,7 +27,7 @@ from holdfast.scene.shipped.blocks import at
 from holdfast.validation.benchmarks.placement_random import MU, thing
 from holdfast.validation.benchmarks.suite import Case, Row
 
-BUDGET = 100.0  # [s] of one call of place_all
+BUDGET = 300.0  # [s] of one call of place_all; of wall clock, so that others on the machine take from it
 TRAYS = (10, 15, 20)  # objects on a tray
 BOXES = 30  # on a pallet
 KINDS = ((0.4, 0.3, 0.2), (0.3, 0.2, 0.2), (0.4, 0.2, 0.2), (0.3, 0.3, 0.25))  # [m] of the boxes, less a slit
