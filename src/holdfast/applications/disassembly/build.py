@@ -34,7 +34,7 @@ from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assem
 from holdfast.queries.result import amount
 from holdfast.scene.scene import Scene
 
-PUSHES = 40  # about as many points are pushed in every state
+PUSHES = 200  # about as many points on all bodies of a state
 NOTHING = float("nan")
 SAFE = "everything stands with it, and while its weight is set down"
 

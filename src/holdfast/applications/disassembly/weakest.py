@@ -39,7 +39,7 @@ class _Known:
 class WeakestPoints:
     """The weakest points of the states of a building, asked in turn: ``after`` each body that is put in.
 
-    About ``pushes`` points are pushed after each, all on the body and on what it touches.
+    The points are as far apart as ``pushes`` of them on all bodies; only the body and what it touches are pushed anew.
     """
 
     engine: Engine
@@ -52,7 +52,7 @@ class WeakestPoints:
         If no push is decided, it is a point that is UNDECIDED.
         """
         near = [name, *touched(state, name)]
-        area = sum(state.scene.body(each).surface_world.area for each in near)
+        area = sum(body.surface_world.area for body in state.movable)
         spacing = float(np.sqrt(area / self.pushes))
         asked = prepared(self.engine, state)
         for each in near:
