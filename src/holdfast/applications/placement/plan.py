@@ -164,10 +164,9 @@ def planner(
     second = None if confirm is None else engine_of(confirm)
     up = assembly.scene.up
     every = tuple(body.name for body in assembly.bodies)
-    supported = every if supports is None else names_of(assembly, supports, "supports")
     options = Options(
         region=checked_region(region, up),
-        supports=supported,
+        supports=every if supports is None else names_of(assembly, supports, "supports"),
         least_supports=counted(least_supports, "least_supports"),
         avoid=names_of(assembly, avoid, "avoid"),
         orientations=checked_orientations(orientations, up),
@@ -180,7 +179,7 @@ def planner(
         cone=float(np.radians(checked_number(cone, f"{where}: cone", minimum=0, within=ANGLE))),
         gripper=checked_gripper(gripper),
         weights=Weights() if weights is None else weights,
-        friction=friction_with(assembly, [body], friction, supported),
+        friction=friction_with(assembly, [body], friction, every if supports is None else supports),
         mass_margin=checked_number(mass_margin, f"{where}: mass_margin", minimum=0, within=SCALE),
         spacing=checked_number(spacing, f"{where}: spacing", above=0, within=LENGTH),
         imperfect=imperfect,
