@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from figures_saved import Saved, mean, rounded, significant, table, whole
+from figures_saved import Saved, mean, rounded, significant, span, table, whole
 
 NOTHING = "–"
 SCENES = ("cube", "stack", "table")
@@ -221,6 +221,40 @@ def _count(value: Any) -> str:  # noqa: ANN401 - a number, or the text of one
     return NOTHING if value == "nan" else whole(value) if isinstance(value, int) else rounded(float(value), 3)
 
 
+def placement_tables(saved: Saved) -> dict[str, str]:
+    """Plans on the shelf of the README; those on random shelves and trays by kind; several objects by method."""
+    plans = []
+    for kind in ("shelves", "trays"):
+        rows = [row for row in saved.rows if row["case"].startswith(kind)]
+        counted = ("plans", "placed", "stand", "rolling needlessly", "late", "dropped", "stay dropped")
+        total = {key: sum(row[key] for row in rows) for key in counted}
+        loads = span([f"{pick(row['load'] for row in rows):.0f}" for pick in (min, max)])
+        counts = [whole(total[key]) for key in counted[:5]]
+        plans.append([f"random {kind}", *counts, f"{total['stay dropped']} of {total['dropped']}", loads])
+    heads = ["plans on", "plans", "placed", "stand", "needlessly on a facet", "late", "stay released", "load"]
+    several = [
+        [
+            row["case"],
+            f"{row['placed']} of {row['objects']}",
+            whole(row["states that stand"]),
+            f"{row['least push of all states N']:.3g}",
+            f"{row['median over states N']:.3g}",
+            f"{row['time s']:.3g}",
+            f"{row['processor time s']:.3g}",
+        ]
+        for row in saved.rows
+        if "objects" in row
+    ]
+    columns = ["several", "placed", "states that stand", "least push N", "median N", "time s", "processor time s"]
+    shelf = saved.row("README's shelf")
+    told = f"{shelf['upright']} of {shelf['plans']} plans stand the cup upright"
+    told += f", {shelf['least edge mm']:.0f} mm inside the edges or more"
+    more = (
+        f"its median least push is {shelf['median N']:.2f} N, {shelf['median over 0.1']:.1f} times that of version 0.1"
+    )
+    return {"plans": table(heads, plans), "several": table(columns, several), "readme": f"{told}; {more}"}
+
+
 def carriage(saved: Saved) -> dict[str, str]:
     """How often rules of packing err on real pallets, what questions cost, and MuJoCo beside the engines."""
     asked = [row for row in saved.rows if "directions" in row]
@@ -291,4 +325,5 @@ TABLES: Mapping[str, Callable[[Saved], dict[str, str]]] = {
     "carriage": carriage,
     "constraint": constraint,
     "questions": questions,
+    "placement": placement_tables,
 }

@@ -7,11 +7,12 @@ from functools import partial
 
 import numpy as np
 import pytest
-from edit_scenes import ENGINES, SHARED, anew, answers, pallet, same_contacts, shelf, turned
+from edit_scenes import ENGINES, SHARED, anew, answers, pallet, same_contacts, turned
 
 import holdfast as hf
 from holdfast.scene.shipped import shipped_scene
 from holdfast.scene.shipped.blocks import at, box
+from holdfast.validation.benchmarks.shelf import shelf
 
 pytestmark = pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")
 

@@ -39,12 +39,20 @@ CALL = """
 from holdfast.toy import inner, one, rows
 print(rows(3.0)[0], [sum(each.stats.cache_misses.values()) for each in (inner, one, rows)], len(inner.overloads))
 """
+NAMES = """
+from holdfast.toy import inner, one, rows
+rows(3.0)
+print(*(found.fndesc.llvm_func_name for each in (inner, one, rows) for found in each.overloads.values()))
+"""
 
 
 @pytest.fixture
 def package(tmp_path: Path) -> Path:
     """A copy of ``base``, in which no function is short, with functions that call each other."""
-    copy = tmp_path / "src" / "holdfast"
+    return copied(tmp_path / "src" / "holdfast")
+
+
+def copied(copy: Path) -> Path:
     shutil.copytree(PACKAGE / "base", copy / "base", ignore=shutil.ignore_patterns("__pycache__"))
     (copy / "__init__.py").write_text("")
     linking = copy / "base" / "linking.py"
@@ -53,10 +61,15 @@ def package(tmp_path: Path) -> Path:
     return copy
 
 
-def call(package: Path) -> str:
+def call(package: Path, code: str = CALL) -> str:
     known = dict(os.environ, PYTHONPATH=str(package.parent), HOLDFAST_CACHE_DIR=str(package.parent / "cache"))
-    done = subprocess.run([sys.executable, "-c", CALL], env=known, capture_output=True, text=True, check=True)
+    done = subprocess.run([sys.executable, "-c", code], env=known, capture_output=True, text=True, check=True)
     return done.stdout.strip()
+
+
+def test_machine_code_is_named_alike_wherever_the_package_lies(package: Path, tmp_path: Path) -> None:
+    """Two installations that compiled at the same time shared a folder, and one called what only the other had."""
+    assert call(package, NAMES) == call(copied(tmp_path / "other" / "holdfast"), NAMES)
 
 
 def test_a_function_is_compiled_once_for_all_constants_and_found_by_the_next_process(package: Path) -> None:

@@ -93,3 +93,41 @@ def test_the_picture_shows_the_object(place: Any) -> None:
     blue = (pixels[..., 2] > pixels[..., 0] + 0.2) & (pixels[..., 2] > 0.6)
     assert blue[:, pixels.shape[1] // 2 :].mean() > 0.005
     assert blue[:, pixels.shape[1] // 2 :].sum() > 3 * blue[:, : pixels.shape[1] // 2].sum()
+
+
+BARE = """
+format: holdfast-scene/1
+bodies:
+  - {name: shelf, shape: {type: box, size: [0.6, 0.3, 0.02]}, position: [0, 0, -0.01], fixed: true, material: oak}
+  - {name: book, shape: {type: box, size: [0.15, 0.21, 0.03]}, mass: 0.7, position: [-0.1, 0, 0.015]}
+friction: {pairs: [{between: [oak, book], mu: 0.4}]}
+"""
+CUP = """
+format: holdfast-scene/1
+bodies:
+  - {name: cup, shape: {type: cylinder, radius: 0.03, height: 0.08}, mass: 0.2, material: clay}
+  - {name: foot, shape: {type: box, size: [1, 1, 1]}, position: [0, 0, -2], fixed: true}
+friction: {default: 0.9}
+"""
+
+
+@pytest.mark.parametrize(
+    ("said", "on_the_shelf", "on_the_book"),
+    [(["0.3"], 0.3, 0.3), (["cup:oak=0.2", "0.3"], 0.2, 0.3), (["clay:oak=0.2", "clay:book=0.5"], 0.2, 0.5)],
+)
+def test_an_object_that_the_table_does_not_know_brings_its_friction(
+    place: Any, said: list[str], on_the_shelf: float, on_the_book: float
+) -> None:
+    Path("bare.yaml").write_text(BARE)
+    Path("cup.yaml").write_text(CUP)
+    options = [part for each in said for part in ("--object-friction", each)]
+    asked = ("bare.yaml", "cup.yaml:cup", "--candidates", 1, "--spacing", 0.04)
+    code, _, told = place(*asked)
+    assert code == 2, told
+    assert "no friction of 'cup' with 'shelf'" in told
+    assert "--object-friction MU" in told
+    assert place(*asked, *options, "--save", "after.yaml")[0] == 0
+    after = hf.load_scene("after.yaml")
+    assert after.mu("cup", "shelf") == on_the_shelf
+    assert after.mu("cup", "book") == on_the_book
+    assert after.mu("book", "shelf") == 0.4

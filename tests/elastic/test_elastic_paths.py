@@ -81,7 +81,7 @@ def test_factors_say_how_paths_end() -> None:
 @pytest.mark.parametrize("event", Event)
 def test_a_path_goes_on_or_has_an_outcome(event: Event) -> None:
     ends = {Event.FALLEN: PathOutcome.PEAK, Event.FAR: PathOutcome.PEAK, Event.FLAT: PathOutcome.PEAK}
-    ends[Event.ENDLESS] = PathOutcome.ENDLESS
+    ends |= {Event.ENDLESS: PathOutcome.ENDLESS, Event.REACHED: PathOutcome.REACHED}
     assert outcome_of(event) == ends.get(event, PathOutcome.LOST)
     if event in ends:
         assert not goes_on(event)

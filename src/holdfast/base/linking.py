@@ -86,11 +86,15 @@ class _EntryLibrary(JITCodeLibrary):  # type: ignore[misc]
 
 
 class _Pipeline(Compiler):  # type: ignore[misc]
-    """Numba's, but the name of the machine code is the same in every process: a hash, not a running number."""
+    """Numba's, but the name of the machine code is the same in every process: a hash, not a running number.
+
+    It does not depend on where the package lies: two installations of one version share their machine code, and what
+    one of them has kept may refer to what the other has.
+    """
 
     def compile_extra(self, func: Callable[..., Any]) -> Any:  # noqa: ANN401 - Numba's own types
         identity = FunctionIdentity.from_function(func)
-        text = f"{func.__code__.co_filename} {func.__code__.co_firstlineno} {self.state.args}"
+        text = f"{func.__module__} {func.__code__.co_firstlineno} {self.state.args}"
         identity.unique_id = hashlib.sha256(text.encode()).hexdigest()[:12]
         identity.unique_name = f"{identity.func_qualname}${identity.unique_id}"
         self.state.func_id = identity

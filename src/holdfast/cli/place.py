@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+from holdfast.applications.placement.friction import with_own
 from holdfast.applications.placement.place_all import APART, place_all
 from holdfast.applications.placement.plan import BUDGET, plan_placement
 from holdfast.applications.placement.planner import CANDIDATES, MOST_ATTEMPTS
@@ -16,6 +17,7 @@ from holdfast.applications.placement.result import Placement
 from holdfast.applications.placement.several_result import Placements
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.errors import HoldfastError, message
+from holdfast.cli.assignments import of_all_and_each
 from holdfast.cli.common import (
     EXIT,
     WRITTEN_SUFFIXES,
@@ -26,7 +28,7 @@ from holdfast.cli.common import (
     exit_code,
 )
 from holdfast.cli.output import out, print_json
-from holdfast.cli.scenes import AssemblyGiven, scene_named, takes_scene
+from holdfast.cli.scenes import PAIR, AssemblyGiven, paired, scene_named, takes_scene
 from holdfast.cli.terminal import progress
 from holdfast.engines.contract import Engine
 from holdfast.queries.request import DEFAULT_ENGINE
@@ -35,6 +37,7 @@ from holdfast.report.placement import placement_report
 from holdfast.report.placements import placements_report
 from holdfast.scene.body import Body
 from holdfast.scene.formats.registry import save_scene
+from holdfast.scene.friction import Friction
 from holdfast.scene.meshes.read import SUFFIXES as MESH_SUFFIXES
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Mesh
@@ -55,6 +58,14 @@ class Orientation(StrEnum):
 KeepOut = Annotated[list[str] | None, typer.Option(help=f"keep out of this box: {CORNERS} (may be repeated)")]
 WayUp = Annotated[Orientation | None, typer.Option(help="as it was modelled, or any; by default upright counts double")]
 Hand = Annotated[str | None, typer.Option(help=f"room for a gripper about the middle of the top, third axis up: {BOX}")]
+Rub = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--object-friction",
+        metavar=PAIR,
+        help="coefficient of the objects with all that the scene's table does not pair them with; or of a pair",
+    ),
+]
 Things = Annotated[
     list[str],
     typer.Argument(
@@ -71,6 +82,7 @@ def place(
     things: Things,
     mass: Annotated[float | None, typer.Option(help="mass of the mesh in kg")] = None,
     material: Annotated[str | None, typer.Option(help="material of the mesh, a name in the friction table")] = None,
+    object_friction: Rub = None,
     engine: EngineName = DEFAULT_ENGINE,
     region: Region = None,
     keep_out: KeepOut = None,
@@ -109,12 +121,19 @@ def place(
         "budget": budget,
         "seed": seed,
         "spacing": spacing,
-        "friction": whole.friction,
+        "friction": _friction(rest, bodies, whole.friction, object_friction or ()),
     }
     for_one = {"least_supports": least_supports, "next_to": next_to, "candidates": candidates, "attempts": attempts}
     for_many = {"stack": stack or None, "apart": apart}
     result = _placed(scene.assembled(rest), bodies, engine_with(engine), asked, for_one, for_many)
     _tell(result, _written(result, png, save), rest.name or scene.scene, as_json)
+
+
+def _friction(rest: Scene, bodies: list[Body], known: Friction, given: Sequence[str]) -> Friction:
+    """Return the friction table of the scene with the objects, in which what the command line says comes first."""
+    mu, pairs = of_all_and_each("--object-friction", given, PAIR)
+    whole = paired(Scene([*rest.bodies, *bodies], known), pairs, "--object-friction")
+    return whole.friction if mu is None else with_own(whole.friction, whole.bodies, bodies, mu)
 
 
 def _placed(

@@ -124,7 +124,7 @@ class SceneGiven:
             options["poses"], moved = moved, {}
         if "fixed" in chosen.options and held:
             options["fixed"], held = held, []
-        return options, lambda scene: _paired(_fixed(scene, held).moved(moved), pairs)
+        return options, lambda scene: paired(_fixed(scene, held).moved(moved), pairs, "--friction")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -197,18 +197,18 @@ def _fixed(scene: Scene, names: list[str]) -> Scene:
     return replace(scene, bodies=bodies)
 
 
-def _paired(scene: Scene, given: dict[str, float]) -> Scene:
-    """Return the scene with other coefficients for pairs ``A:B`` of bodies or materials."""
+def paired(scene: Scene, given: dict[str, float], option: str) -> Scene:
+    """Return the scene with other coefficients for pairs ``A:B`` of bodies or materials, given by an ``option``."""
     if not given:
         return scene
     old = scene.friction
     pairs = dict(old.pairs)
     for text, mu in given.items():
-        pairs[_pair(text, scene)] = mu
+        pairs[_pair(text, scene, option)] = mu
     return replace(scene, friction=Friction(old.default, pairs, old.values, old.combine))
 
 
-def _pair(text: str, scene: Scene) -> tuple[str, str]:
+def _pair(text: str, scene: Scene, option: str) -> tuple[str, str]:
     """Return the two names of ``A:B``, in alphabetical order; they may hold colons themselves."""
     ends = [k for k, character in enumerate(text) if character == ":"]
     found = {(text[:k], text[k + 1 :]) for k in ends if {text[:k], text[k + 1 :]} <= scene.names}
@@ -216,10 +216,10 @@ def _pair(text: str, scene: Scene) -> tuple[str, str]:
         a, b = sorted(found.pop())
         return a, b
     if found:
-        raise SceneError(message("--friction", f"{quoted(text)} may be several pairs", "write it in the scene file"))
+        raise SceneError(message(option, f"{quoted(text)} may be several pairs", "write it in the scene file"))
     unknown = next((name for name in (text.partition(":")[::2]) if name not in scene.names), text)
     remedy = nearest_of(unknown, sorted(scene.names)) if ends else f"needs {PAIR}"
-    raise SceneError(message("--friction", f"{quoted(text)} names no pair of bodies or materials", remedy))
+    raise SceneError(message(option, f"{quoted(text)} names no pair of bodies or materials", remedy))
 
 
 def _standard_input() -> bytes:

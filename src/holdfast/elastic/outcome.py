@@ -16,6 +16,7 @@ class PathOutcome(IntEnum):
     LOST = 0  # no further point was found before the end was clear
     PEAK = 1  # the load has a largest value
     ENDLESS = 2  # contact forces balance any multiple of the load
+    REACHED = 3  # it leads to the load up to which it was to be followed
 
 
 class RestOutcome(IntEnum):
@@ -43,6 +44,7 @@ class Event(IntEnum):
     FAR = 11  # so far from rest that rounding would show
     FLAT = 12  # the load does not rise any more
     ENDLESS = 13  # forces that balance the load alone were found
+    REACHED = 14  # the load is as large as was asked for
 
 
 LAST_TO_GO_ON = Event.NODE_CHANGED
@@ -59,6 +61,8 @@ def outcome_of(event: Event) -> PathOutcome:
     """How a path ends whose last step met ``event``."""
     if event == Event.ENDLESS:
         return PathOutcome.ENDLESS
+    if event == Event.REACHED:
+        return PathOutcome.REACHED
     if event == Event.FALLEN or event == Event.FAR or event == Event.FLAT:
         return PathOutcome.PEAK
     return PathOutcome.LOST

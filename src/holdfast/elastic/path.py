@@ -36,12 +36,13 @@ MOST_POINTS = 400  # on a path
 class PathResult(NamedTuple):
     """What k load paths gave, among n = 6J displacements.
 
-    ``outcome`` (k,) of PathOutcome; ``peak`` (k,) the largest s found, inf where the path is endless; ``last`` (k,) s
-    where it ended (residual strength); ``short`` (k,) by how much s of the peak may be too low; ``systems`` (k,) linear
-    systems solved; ``q`` (k, n) at the peak, of endless paths under the load alone; ``motion`` (k, n) the direction of
-    the path at its end; ``plane`` (k, n) across which the peak was found; ``cut`` (k, n), or (k, 0) if it was not asked
-    for: peak / peak' = cut · load' to first order for another load. Of a few points on the way to the peak:
-    ``station_s`` (k, STATIONS), 0 for those that are not there; ``station_q`` and ``station_plane`` (k, STATIONS, n).
+    ``outcome`` (k,) of PathOutcome; ``peak`` (k,) the largest s found, inf where the path is endless, that of the last
+    point where it was not followed further; ``last`` (k,) s where it ended (residual strength); ``short`` (k,) by how
+    much s of the peak may be too low; ``systems`` (k,) linear systems solved; ``q`` (k, n) at the peak, of endless
+    paths under the load alone; ``motion`` (k, n) the direction of the path at its end; ``plane`` (k, n) across which
+    the peak was found; ``cut`` (k, n), or (k, 0) if it was not asked for: peak / peak' = cut · load' to first order for
+    another load. Of a few points on the way to the peak: ``station_s`` (k, STATIONS), 0 for those that are not there;
+    ``station_q`` and ``station_plane`` (k, STATIONS, n).
     """
 
     outcome: Int
@@ -98,12 +99,14 @@ def follow(
     load: Float,
     into: PathResult,
     row: int,
+    most: float,
     fronts: Fronts | None,
 ) -> None:
     """Raise s from 0 at the rest state ``start`` (n,) along the path r(q) + s load = 0; the result goes ``into`` a row.
 
-    1. Find the direction in which the path begins. 2. Step along it until it falls, is flat, far or endless, or is
-    lost. 3. If it has a peak, refine that. 4. If asked for, find how the peak answers to other loads.
+    1. Find the direction in which the path begins. 2. Step along it until it falls, is flat, far or endless, is lost,
+    or leads to ``most`` times the load. 3. If it has a peak, refine that. 4. If asked for, find how the peak answers to
+    other loads.
     """
     now = stepper.now
     event = begin(m, work, stepper, start, load, fronts)
@@ -113,7 +116,7 @@ def follow(
         if event == Event.STUCK:
             event = cross_change(m, work, stepper, fronts)
         elif event == Event.ADVANCED:
-            event = appraise(now)
+            event = appraise(now) if now.s < most else Event.REACHED
             if event == Event.PROPORTIONAL:
                 event = sought_alone(m, work, stepper, fronts)
             if event == Event.ADVANCED and now.corner:

@@ -95,10 +95,11 @@ class System:
         moved = travel(self.model, self.work, 1.0, bonded, drift, most, self.fronts)
         return Settled(moved.outcome, bonded, drift, found.steps + moved.steps, moved.drag)
 
-    def paths(self, start: Float, loads: Float, *, cuts: bool = False) -> PathResult:
+    def paths(self, start: Float, loads: Float, *, cuts: bool = False, most: float = np.inf) -> PathResult:
         """Follow the paths of ``loads`` (k, n), none of them zero, from the state of rest ``start`` (n,).
 
-        Loads are in the model's units; ``cuts``: say how peaks answer to other loads.
+        Loads are in the model's units; ``cuts``: say how peaks answer to other loads. No path is followed beyond
+        ``most`` times its load.
         """
         count, n = loads.shape
         found = PathResult.lost(count, n, cuts=cuts)
@@ -107,7 +108,7 @@ class System:
         def run(rows: Iterable[int], work: Work) -> None:
             stepper = make_stepper(n, dense=self.fronts is None)
             for row in rows:
-                walk(self.model, work, stepper, start, loads[row], found, row, self.fronts)
+                walk(self.model, work, stepper, start, loads[row], found, row, most, self.fronts)
 
         self._in_threads(count, run)
         return found.sealed()

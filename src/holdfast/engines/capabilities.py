@@ -11,8 +11,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Generic, NamedTuple, Protocol, TypeVar, cast, runtime_checkable
 
+import numpy as np
+
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Bool, Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.engines.answers import Answers
 from holdfast.engines.contract import State
@@ -43,13 +45,15 @@ class LoadHull:
     """Points of a convex set of loads, whose hull is inside the set, in units of the box |x_k| <= 1.
 
     The gauge of the set, 1/R, is at most ``price`` (m,) at the points ``known`` (m, d). The first 2 d points lie along
-    the positive and then the negative axes. Of the last loads whose rays were looked at, nine in ten leave the hull at
-    (1 - ``gap``) of the largest factor or later. ``solves`` is the number of programs that were solved.
+    the positive and then the negative axes. Of the last loads whose rays were looked at, half leave the hull at
+    (1 - ``gap``) of the largest factor or later, and nine in ten at (1 - ``gap_of_most``). ``solves`` is the number of
+    programs that were solved.
     """
 
     known: Float
     price: Float
     gap: float
+    gap_of_most: float
     solves: int
 
 
@@ -120,7 +124,8 @@ class Hulls(Protocol):
     def load_hull(self, columns: Float, near: Float, gap: float, budget: int, where: str) -> LoadHull:
         """Find points of the set of x (d,) for which ``columns`` @ x is carried, where ``columns`` is (6J, d).
 
-        They are found until the hull is within ``gap`` of the set for most loads, or ``budget`` solves are used up.
+        They are found until the hull is within ``gap`` of the set for half of the loads, or ``budget`` solves are used
+        up.
         Loads are drawn anywhere and, if there are any, among ``near`` (n, d), in units of the box. ``where`` names the
         query in error messages and progress reports. Raises HoldfastError if 0 is not inside the set.
         """
@@ -176,12 +181,29 @@ class Releases(Protocol):
 
 
 @runtime_checkable
+class Holding(Protocol):
+    """A state that can tell of loads that they move nothing for less than it takes to say what would."""
+
+    def held(self, W: Float) -> Bool:
+        """Tell which loads, columns of W (6J, n), certainly move nothing: those of which ``load_factor`` is above 1.
+
+        Where False, that is not known.
+        """
+        ...
+
+
+@runtime_checkable
 class Remembering(Protocol):
     """A state whose answers draw on what it was asked before."""
 
     def anew(self) -> State:
         """Return the same prepared state as it was before it was asked anything."""
         ...
+
+
+def held_by(state: State, W: Float) -> Bool:
+    """Tell which loads, columns of W (6J, n), certainly move nothing; False where that is not known without asking."""
+    return state.held(W) if isinstance(state, Holding) else np.zeros(W.shape[1], dtype=bool)
 
 
 def anew(state: State) -> State:

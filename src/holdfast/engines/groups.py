@@ -7,7 +7,8 @@ factor of a load is the smallest over the groups that it loads.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from threading import RLock
@@ -23,6 +24,7 @@ from holdfast.base.progress import reported
 from holdfast.base.text import listed
 from holdfast.engines import kept, presence
 from holdfast.engines.answers import ONLY_BALANCED, Answers, joined_notes, only_balanced, weakest_bound
+from holdfast.engines.capabilities import held_by
 from holdfast.engines.contract import EXACT, Accuracy, Engine, State
 from holdfast.engines.mechanism import Kinematics, Mechanism
 from holdfast.engines.reach import Reach
@@ -175,6 +177,23 @@ class Groups:
             table.add(columns, self._answers(group, W[:, columns], accuracy))
         return table.answers(self.engine, self.verdict_on(bodies), self.reasons(bodies))
 
+    def held(self, W: Float) -> Bool:
+        """Tell which loads, columns of W (6J, n), certainly move nothing; False where ``load_factor`` has to be asked.
+
+        All groups that a load reaches must stand, all their contacts be certain, and their engine be able to tell.
+        """
+        loaded = (W.reshape(len(W) // 6, 6, W.shape[1]) != 0).any(1)
+        held = np.ones(W.shape[1], dtype=bool)
+        for number in self._groups_of(np.flatnonzero(loaded.any(1))):
+            group = self.group(number)
+            at = np.flatnonzero(loaded[self.assembly.group_of == number].any(0) & held)
+            if group.verdict.status is not Status.STABLE or group.part is None or group.state is None:
+                held[at] = False
+            elif len(at):
+                with self._stopped_anew(group.part):
+                    held[at] = held_by(group.state, W[group.part.rows][:, at])
+        return held
+
     def _groups_of(self, bodies: Iterable[int]) -> list[int]:
         return sorted({int(number) for number in self.assembly.group_of[list(bodies)]})
 
@@ -185,15 +204,21 @@ class Groups:
                 W.shape[1], engine=self.engine.name, claim=self.engine.claim, verdict=group.verdict
             )
         W = W[group.part.rows]
-        try:
+        with self._stopped_anew(group.part):
             found = group.state.load_factor(W, accuracy)
-        except BaseException:  # it was stopped half way: the next question begins anew
-            kept.forget(self.engine, self.assembly, group.part, self.standing, self.acceleration)
-            raise
         if found.verdict.status is not group.verdict.status:  # the whole assembly raised a doubt about its fall
             known = {"engine": found.engine, "claim": found.claim, "notes": found.notes}
             return Answers.not_standing(W.shape[1], verdict=group.verdict, **known)
         return self._in_whole(group.part, _balanced(found, W, group.part.assembly))
+
+    @contextmanager
+    def _stopped_anew(self, part: Part) -> Iterator[None]:
+        """Let the next question about a part begin anew if this one is stopped half way."""
+        try:
+            yield
+        except BaseException:
+            kept.forget(self.engine, self.assembly, part, self.standing, self.acceleration)
+            raise
 
     def in_whole(self, body: int, found: Answers) -> Answers:
         """Return answers of the state of one body's group with mechanisms of the whole assembly."""

@@ -176,21 +176,26 @@ class RobustnessMap(Forces):
 
     def at(self, index: int) -> MapPoint:
         """Return the point with number ``index``."""
-        px, py, pz = (float(v) for v in self.points[index])
-        dx, dy, dz = (float(-v) for v in self.normals[index])
-        motion = self.mechanism[index]
-        return MapPoint(
-            body=self.body[index],
-            point=(px, py, pz),
-            direction=(dx, dy, dz),
-            force=float(self.force[index]),
-            status=self.status[index],
-            mode=self.mode[index],
-            moving=self.moving[index],
-            mechanism="" if motion is None else motion.text,
-            solved=bool(self.solved[index]),
-            error=float(self.error[index]),
-        )
+        return map_point(self.answers, index, self.body[index], self.points[index], self.normals[index])
+
+
+def map_point(answers: Answers, row: int, body: str, point: Float, normal: Float) -> MapPoint:
+    """Return one ``row`` of answers as an inward push at a ``point`` (3,) [m] of a body with the outward ``normal``."""
+    px, py, pz = (float(v) for v in point)
+    dx, dy, dz = (float(-v) for v in normal)
+    motion = answers.mechanism[row]
+    return MapPoint(
+        body=body,
+        point=(px, py, pz),
+        direction=(dx, dy, dz),
+        force=float(answers.force[row]),
+        status=answers.status[row],
+        mode=answers.mode[row],
+        moving=answers.moving[row],
+        mechanism="" if motion is None else motion.text,
+        solved=bool(answers.solved[row]),
+        error=float(answers.error[row]),
+    )
 
 
 def _whole(cells: Cells) -> bool:

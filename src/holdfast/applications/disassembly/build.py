@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from holdfast.applications.disassembly.order import BUDGET, SHOWN, check_stands
 from holdfast.applications.disassembly.removal import Answer, Removal, Removals
 from holdfast.applications.disassembly.search import everything
+from holdfast.applications.disassembly.weakest import WeakestPoints
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float, checked_direction, checked_whole
@@ -28,12 +29,12 @@ from holdfast.base.values import Value
 from holdfast.engines.answers import Claim
 from holdfast.engines.contract import Engine
 from holdfast.engines.verdict import Status
-from holdfast.queries.map import MapPoint, robustness_map
+from holdfast.queries.map import MapPoint
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
 from holdfast.queries.result import amount
 from holdfast.scene.scene import Scene
 
-PUSHES = 200  # about as many points are pushed in every state
+PUSHES = 200  # about as many points on all bodies of a state
 NOTHING = float("nan")
 SAFE = "everything stands with it, and while its weight is set down"
 
@@ -172,11 +173,12 @@ def build_order(
     steps = plan.steps[::-1]
     there = frozenset(placings.names) - {step.body for step in steps}
     stuck = tuple(placings.answer(name, there, exit_first=False) for name in placings.names if name in there)
+    weakest = WeakestPoints(method, pushes)
     made = []
     for step in reported("states of the building", steps):
         there |= {step.body}
-        weakest = _weakest(placings.reduced(there), pushes, method) if pushes else None
-        made.append(BuildStep(step.body, step.reason, step.hold, weakest))
+        point = weakest.after(placings.reduced(there), step.body) if pushes else None
+        made.append(BuildStep(step.body, step.reason, step.hold, point))
     return BuildOrder(
         assembly=assembly,
         method=method,
@@ -186,10 +188,3 @@ def build_order(
         proven=plan.proven,
         stuck=stuck,
     )
-
-
-def _weakest(state: Assembly, pushes: int, engine: Engine) -> MapPoint | None:
-    """Return the point of the exposed surfaces of a state at which the least push moves something."""
-    area = sum(body.surface_world.area for body in state.movable)
-    found = robustness_map(state, spacing=float(np.sqrt(area / pushes)), engine=engine)
-    return found.weakest() if len(found.force) else None

@@ -24,7 +24,7 @@ from holdfast.applications.placement.faults import (
     UNSUPPORTED,
     UNSURE,
 )
-from holdfast.applications.placement.margins import clearance, edge_margin
+from holdfast.applications.placement.margins import carriers_of, clearance, edge_margin
 from holdfast.applications.placement.options import Options
 from holdfast.applications.placement.reach import Reach
 from holdfast.assembly.assembly import Assembly
@@ -162,10 +162,14 @@ class Checks:
     def room(self, placed: Body, interfaces: Sequence[Interface], beneath: Collection[str]) -> tuple[float, float]:
         """Return how far inside the edges of the bodies ``beneath`` the object is, and how far from all others, [m].
 
-        ``interfaces`` are those of the object. What it is asked to stand next to may be near, and does not count.
+        ``interfaces`` are those of the object. What it touches from the side does not carry it: it has no room there.
+        What it is asked to stand next to may be near, and does not count.
         """
         under = [body for body in self.frozen if body.name in beneath]
-        others = [body for body in self.frozen if body.name not in (*beneath, self.options.next_to)]
+        beside = {name for interface in interfaces for name in interface.bodies} - {placed.name}
+        beside -= carriers_of(placed.name, interfaces, self.up)
+        apart = (set(beneath) - beside) | {self.options.next_to}
+        others = [body for body in self.frozen if body.name not in apart]
         return edge_margin(placed, under, interfaces, self.up), clearance(placed, others, placed.size)
 
     def _allowed(self, pose: Float) -> bool:

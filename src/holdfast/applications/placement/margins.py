@@ -25,6 +25,17 @@ def contacts_of(name: str, interfaces: Sequence[Interface]) -> list[Interface]:
     return [interface for interface in interfaces if name in interface.bodies]
 
 
+def carriers_of(name: str, interfaces: Sequence[Interface], up: Float) -> set[str]:
+    """Return the names of the bodies that carry one from below: whose contacts with it face along ``up`` (3,)."""
+    found = set()
+    for interface in contacts_of(name, interfaces):
+        first, second = interface.bodies
+        sense, other = (1.0, first) if second == name else (-1.0, second)
+        if any(sense * float(patch.normal @ up) > STEEPEST for patch in interface.patches):
+            found.add(other)
+    return found
+
+
 def normals_into(assembly: Assembly, name: str) -> Float:
     """Return the normals (n, 3) of all contact patches of a body, which point into it."""
     sides = [(1.0 if i.bodies[1] == name else -1.0, i) for i in contacts_of(name, assembly.interfaces)]

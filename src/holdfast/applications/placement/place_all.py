@@ -7,8 +7,9 @@ from dataclasses import replace
 
 from numpy.typing import ArrayLike
 
+from holdfast.applications.placement.friction import friction_with
 from holdfast.applications.placement.options import names_of
-from holdfast.applications.placement.plan import BUDGET, MASS_MARGIN, SPACING, checked_friction, planner
+from holdfast.applications.placement.plan import BUDGET, MASS_MARGIN, SPACING, planner
 from holdfast.applications.placement.planner import Planner
 from holdfast.applications.placement.search import Clock
 from holdfast.applications.placement.several import Placing
@@ -79,7 +80,7 @@ def place_all(
     least = checked_number(apart, f"{where}: apart", minimum=0, within=LENGTH)
     clock = Clock.started(None if budget is None else checked_number(budget, f"{where}: budget", above=0))
 
-    table = Scene([*assembly.bodies, *bodies], checked_friction(assembly, friction)).friction
+    table = Scene([*assembly.bodies, *bodies], friction_with(assembly, bodies, friction, grounds)).friction
 
     def planner_of(now: Assembly, body: Body) -> Planner:
         placed = [other.name for other in now.bodies[len(assembly.bodies) :]]

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from holdfast.applications.placement.friction import friction_with
 from holdfast.applications.placement.options import (
     Options,
     Weights,
@@ -107,7 +108,8 @@ def plan_placement(
 
     What must hold at the end:
 
-    - ``friction``: the table of the scene with the object. By default it is the scene's own table.
+    - ``friction``: the coefficient of the object with all bodies with which the scene's table does not pair it, or
+      the whole table of the scene with the object. By default it is the scene's own table.
     - ``mass_margin``: everything must stand even if the object were heavier by this share.
     - ``confirm``: a second engine that must also find the pose stable, or None.
 
@@ -177,7 +179,7 @@ def planner(
         cone=float(np.radians(checked_number(cone, f"{where}: cone", minimum=0, within=ANGLE))),
         gripper=checked_gripper(gripper),
         weights=Weights() if weights is None else weights,
-        friction=checked_friction(assembly, friction),
+        friction=friction_with(assembly, [body], friction, every if supports is None else supports),
         mass_margin=checked_number(mass_margin, f"{where}: mass_margin", minimum=0, within=SCALE),
         spacing=checked_number(spacing, f"{where}: spacing", above=0, within=LENGTH),
         imperfect=imperfect,
@@ -202,10 +204,3 @@ def _check_object(assembly: Assembly, body: Any) -> None:  # noqa: ANN401 - what
         raise SceneError(
             message(where, f"the scene has a body named {quoted(body.name)}", "give the object another name")
         )
-
-
-def checked_friction(assembly: Assembly, given: Friction | float | None) -> Friction:
-    """Return the friction table of the scene with the object: the one that is given, or the scene's own."""
-    if given is None:
-        return assembly.scene.friction
-    return given if isinstance(given, Friction) else Friction(given)

@@ -38,10 +38,10 @@ class Rating(Value):
     ``own`` [N] is the least push on the object that moves something, and ``beneath`` [N] the least push on the movable
     bodies that it touches or rests on, down to the ground; inf if there are none. Both are those of the decided points
     of a coarse map, and None if no point was decided. ``edge`` [m] is how far inside the edges of its supports the
-    object stands, and ``clearance`` [m] its distance from the nearest body that it neither touches nor rests on, at
-    most its size. ``rolls`` says that it balances on one facet of a round side, and ``upright`` that it stands the way
-    up in which it was modelled. ``room`` [m] is the lesser of ``edge`` and ``clearance``. ``size`` [m] is that of the
-    object. ``score`` [N] is what the pose is worth.
+    object stands, and ``clearance`` [m] its distance from the nearest body that does not carry it, 0 where it touches
+    one, at most its size. ``rolls`` says that it balances on one facet of a round side, and ``upright`` that it stands
+    the way up in which it was modelled. ``room`` [m] is the lesser of ``edge`` and ``clearance``. ``size`` [m] is that
+    of the object. ``score`` [N] is what the pose is worth.
     """
 
     own: float | None

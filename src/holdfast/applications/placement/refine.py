@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from holdfast.applications.placement.checks import Checks
-from holdfast.applications.placement.margins import contacts_of
+from holdfast.applications.placement.margins import carriers_of
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import tangents
@@ -22,18 +22,19 @@ def refined(checks: Checks, after: Assembly, pose: Float, beneath: tuple[str, ..
 
     The longest steps lead across neighbours to other free places.
 
-    The object keeps its orientation, its height and the bodies that it rests on, and everything stands at each step.
+    The object keeps its orientation, its height and the bodies that carry it, and everything stands at each step. What
+    it touches from the side it may leave.
     ``after`` is the assembly with the object at ``pose`` (4, 4), where it rests on the bodies ``beneath``.
     """
     axes = np.array(tangents(checks.up))
     angles = 2 * np.pi * np.arange(AROUND) / AROUND
     ways = np.column_stack([np.cos(angles), np.sin(angles)]) @ axes
     name, size = checks.body.name, checks.body.size
-    touched = {other for i in contacts_of(name, after.interfaces) for other in i.bodies}
+    carriers = carriers_of(name, after.interfaces, checks.up)
 
     def room(new: Float) -> tuple[float, Callable[[], Assembly | None]]:
         fault, placed, contacts = checks.fits(new)
-        if fault or {other for i in contacts for other in i.bodies} != touched:
+        if fault or carriers_of(name, contacts, checks.up) != carriers:
             return -1.0, lambda: None
         least = min(checks.room(placed, contacts, beneath))
         return least, lambda: checks.judged(checks.with_object(placed, contacts))[1]

@@ -10,6 +10,7 @@ no new neighbour.
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +20,7 @@ from scipy.spatial.transform import Rotation
 from holdfast.applications.pushing.result import Effect, SafePushes
 from holdfast.applications.pushing.tool import reached
 from holdfast.assembly.assembly import FIXED, Assembly
-from holdfast.base.arrays import Float, checked_directions, checked_number, objects
+from holdfast.base.arrays import Bool, Float, checked_directions, checked_number, objects
 from holdfast.base.errors import HoldfastError, HoldfastWarning, SceneError, message
 from holdfast.base.progress import reported
 from holdfast.base.ranges import FORCE, LENGTH
@@ -140,23 +141,43 @@ class _Trials:
     def judged(self, points: Float, along: Float) -> tuple[list[Effect], list[str], Float, Float, tuple[str, ...]]:
         """Return effects and reasons, the least lower and the largest upper bounds (n,), and the notes."""
         columns = push_columns(self.assembly, self.assembly.index[self.body], points, along)
-        held = np.zeros(len(columns))
+        frictions = self._frictions()
+        still = self._still(frictions, columns)
+        rest = np.flatnonzero(~still)
         found = [
-            asked(self.engine, each, columns, held, bound=True)
-            for each in reported("pushes with other friction", self._frictions())
+            asked(self.engine, each, columns[:, rest], np.zeros(len(columns)), bound=True)
+            for each in reported("pushes with other friction", frictions)
         ]
-        lower = np.min([answers.lower for answers in found], axis=0, initial=np.inf)
-        upper = np.max([answers.upper for answers in found], axis=0, initial=0.0)
+        lower, upper = np.full(len(points), self.force), np.full(len(points), np.inf)
+        lower[rest] = np.min([answers.lower for answers in found], axis=0, initial=np.inf)
+        upper[rest] = np.max([answers.upper for answers in found], axis=0, initial=0.0)
         effect, reason = [], []
         states: dict[bytes, str] = {}
+        row = np.cumsum(~still) - 1
         for k in reported("pushes", range(len(points))):
-            one, why = self._effect(found, k, float(lower[k]), float(upper[k]))
+            if still[k]:
+                one, why = Effect.NOTHING, _still(self.force)
+            else:
+                one, why = self._effect(found, int(row[k]), float(lower[k]), float(upper[k]))
             if one is Effect.ALONE:
-                trouble = self._moved(found, k, states)
+                trouble = self._moved(found, int(row[k]), states)
                 one, why = (Effect.UNKNOWN, trouble) if trouble else (one, why)
             effect.append(one)
             reason.append(why)
         return effect, reason, lower, upper, joined_notes(answers.notes for answers in found)
+
+    def _still(self, frictions: Sequence[Assembly], columns: Float) -> Bool:
+        """Tell which pushes (n,) certainly move nothing up to the force, whatever the friction among these.
+
+        That takes paths up to the force and no farther. A push that is held with one friction only has to be asked in
+        full all the same, for what it does otherwise.
+        """
+        still = np.ones(columns.shape[1], dtype=bool)
+        for each in reported("pushes that move nothing", frictions[::-1]):  # the weakest friction first
+            rows = np.flatnonzero(still)
+            if len(rows):
+                still[rows] = prepared(self.engine, each).held(self.force * columns[:, rows])
+        return still
 
     def _frictions(self) -> list[Assembly]:
         """Return the assembly with friction as given, and with that of all contacts off by the doubt."""
@@ -174,7 +195,7 @@ class _Trials:
             if answers.status[k] is Status.UNDECIDED:
                 return Effect.UNKNOWN, answers.undecided.text
         if lower >= self.force:
-            return Effect.NOTHING, f"nothing moves below {lower:.3g} N"
+            return Effect.NOTHING, _still(lower)
         if upper > self.force:
             return Effect.UNKNOWN, f"something may move from {lower:.3g} N on, and must only from {upper:.3g} N on"
         others = [tuple(name for name in answers.moving[k] if name != self.body) for answers in found]
@@ -237,3 +258,7 @@ class _Trials:
             return ""
         falls = () if verdict.mechanism is None else verdict.mechanism.moving
         return f"{listed(falls)} would move on" if falls else f"is not known to stand: {verdict.reason}"
+
+
+def _still(force: float) -> str:
+    return f"nothing moves below {force:.3g} N"

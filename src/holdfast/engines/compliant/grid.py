@@ -96,16 +96,16 @@ class Grid:
         """Convert load columns W (6J, k) [N, N m] to rows (k, 6J) in the units of the model."""
         return own_rows(self.assembly, np.ascontiguousarray(W.T) / self.unit)
 
-    def paths(self, W: Float, *, cuts: bool = False) -> PathResult:
+    def paths(self, W: Float, *, cuts: bool = False, most: float = np.inf) -> PathResult:
         """Follow the load paths of columns W (6J, k) [N, N m], none of which may be zero.
 
         All paths are lost if the assembly does not rest on this grid. If ``cuts`` is True, the result also holds the
-        derivatives of the peaks by the load, in the units of W.
+        derivatives of the peaks by the load, in the units of W. No path is followed beyond ``most`` times its load.
         """
         loads = self.loads(W)
         if self.settled.outcome is not RestOutcome.RESTS:
             return PathResult.lost(*loads.shape, cuts=cuts).sealed()
-        found = self._followed.paths(self.settled.q, loads, cuts=cuts)
+        found = self._followed.paths(self.settled.q, loads, cuts=cuts, most=most)
         return found._replace(cut=world_rows(self.assembly, found.cut) / self.unit).sealed() if cuts else found
 
     @cached_property

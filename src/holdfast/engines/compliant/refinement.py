@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from holdfast.base.arrays import Float, Int
+from holdfast.base.arrays import Bool, Float, Int
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.engines.compliant.bisection import with_bisected_peaks
@@ -18,6 +18,7 @@ LEAST_ERROR = 2e-3  # minimum relative discretisation error
 LARGE = 0.05  # relative change of the load at a peak above which the whole path is followed on the finer grid
 COARSE = 0.02  # relative change of the peak of the whole path above which the answer is taken from the finer grid
 REFINEMENTS = 3  # largest number of re-solves on ever finer grids
+AMPLE = 1.02  # times a load, to which its path is followed to tell that it is held: what errors may take is left
 MOST_NODES = 20_000  # largest number of nodes of a finer grid from which answers are taken
 
 
@@ -69,6 +70,24 @@ class Refined:
         if not len(lost):
             return found
         return found.replaced(lost, self._recovered(W[:, lost], found.paths.chosen(lost), cuts=cuts, bounds=bounds))
+
+    def held(self, W: Float) -> Bool:
+        """Tell which columns of W (6J, k) certainly move nothing, from paths that are not followed beyond them.
+
+        That is so where the path leads to the load and the discretisation error there, estimated as for a peak by the
+        load that the finer grid has at the same displacement, leaves at least the load.
+        """
+        paths = self.grid.paths(W, most=AMPLE)
+        held = paths.outcome == PathOutcome.ENDLESS
+        there = np.flatnonzero(paths.outcome == PathOutcome.REACHED)
+        if not len(there):  # no finer grid is made for nothing
+            return np.asarray(held)
+        load = paths.peak[there]
+        finer = self._on_finer_grid(W[:, there], paths.chosen(there))
+        change = np.abs(finer - load)
+        sure = (finer > 0) & (change <= LARGE * load)
+        held[there] = sure & (load - SAFETY * change - LEAST_ERROR * load >= 1)
+        return np.asarray(held)
 
     def _recovered(self, W: Float, lost: PathResult, *, cuts: bool, bounds: bool) -> Bounded:
         """Recover paths of columns W (6J, k) that are ``lost`` on this grid.

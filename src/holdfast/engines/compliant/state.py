@@ -9,13 +9,13 @@ from typing import TypeAlias
 
 import numpy as np
 
-from holdfast.base.arrays import Float, Int
+from holdfast.base.arrays import Bool, Float, Int
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.engines.answers import Answers, Bound, Claim
 from holdfast.engines.compliant.columns import Columns, followed, surveyed
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.refinement import Refined
-from holdfast.engines.compliant.review import Review
+from holdfast.engines.compliant.review import HUGE, Review
 from holdfast.engines.compliant.wedged import Wedged
 from holdfast.engines.contract import EXACT, Accuracy, ForcesOnly, Within
 from holdfast.engines.mechanism import Mechanism
@@ -107,6 +107,22 @@ class Standing:
             columns = followed(self.refined, asked, bounds=not isinstance(accuracy, ForcesOnly))
         found = self._review.of(_answers(W.shape[1], loaded, columns, self.decided, accuracy), W, accuracy)
         return found if isinstance(accuracy, ForcesOnly) else self._wedged.covered(found, W)
+
+    def held(self, W: Float) -> Bool:
+        """Tell which loads, columns of W (6J, n), certainly move nothing; False where more has to be asked.
+
+        Where bodies are only balanced or wedged, and where loads are so large that paths may leave their branch, it
+        takes what ``load_factor`` does: no path that ends at the load tells.
+        """
+        small = np.abs(self.grid.loads(W)).max(axis=1, initial=0.0) <= HUGE
+        rows = np.flatnonzero(small & (W != 0).any(axis=0))
+        held = ~(W != 0).any(axis=0)
+        if self.grid.held or self.grid.springs.faces is not None or not len(rows):
+            return np.asarray(held)
+        with self._asking:
+            if not self._wedged.possible:
+                held[rows] = self.refined.held(W[:, rows])
+        return np.asarray(held)
 
     @cached_property
     def _wedged(self) -> Wedged:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Mapping
 from functools import partial
@@ -51,11 +52,13 @@ def readme() -> list[Row]:
     scene, cup = readme_scene()
     assembly = hf.assemble(scene)
     hf.plan_placement(assembly, cup, supports=["shelf"])  # compiles
-    upright, inside, forces, own, seconds, drops = 0, list[float](), list[float](), list[float](), list[float](), 0
+    upright, inside, forces, own, drops = 0, list[float](), list[float](), list[float](), 0
+    seconds, worked = list[float](), list[float]()
     for seed in range(SEEDS):
-        start = time.perf_counter()
+        start, begun = time.perf_counter(), time.process_time()
         p = hf.plan_placement(assembly, cup, supports=["shelf"], seed=seed)
         seconds.append(time.perf_counter() - start)
+        worked.append(time.process_time() - begun)
         assert p.pose is not None
         assert p.assembly is not None
         upright += bool(p.pose[2, 2] > 1 - 1e-6)
@@ -79,24 +82,32 @@ def readme() -> list[Row]:
             "stay dropped": drops,
             "median s": float(np.median(seconds)),
             "longest s": max(seconds),
+            "median processor s": float(np.median(worked)),
+            "load": os.getloadavg()[0],
         }
     ]
 
 
 def chunk(kind: str, first: int) -> list[Row]:
-    """Plans in CHUNK random scenes of one kind, each judged again from the scene alone and dropped in MuJoCo."""
+    """Plans in CHUNK random scenes of one kind, each judged again from the scene alone and dropped in MuJoCo.
+
+    A budget is one of wall clock. What others do on the machine makes plans late that are not by processor time, so
+    both are told, and the load of the machine.
+    """
     make = {"shelves": shelf, "trays": tray}[kind]
-    found, again, rolling, needless, late, worst, seconds = 0, 0, 0, 0, 0, 0.0, list[float]()
+    found, again, rolling, needless = 0, 0, 0, 0
+    taken, worked = list[float](), list[float]()  # shares of their budgets, by wall clock and by processor time
+    seconds = list[float]()
     drops = list[Drop]()
     for seed in range(first, first + CHUNK):
         scene, body, asked = make(np.random.default_rng(seed))
         assembly = hf.assemble(scene)
         budget = BUDGETS[seed % len(BUDGETS)]
-        start = time.perf_counter()
+        start, begun = time.perf_counter(), time.process_time()
         p = hf.plan_placement(assembly, body, supports=asked, seed=seed, budget=budget)
         seconds.append(time.perf_counter() - start)
-        worst = max(worst, seconds[-1] / budget)
-        late += bool(seconds[-1] > LATE * budget)
+        taken.append(seconds[-1] / budget)
+        worked.append((time.process_time() - begun) / budget)
         if p.assembly is None or p.rating is None:
             continue
         found += 1
@@ -116,10 +127,13 @@ def chunk(kind: str, first: int) -> list[Row]:
             "dropped": len(drops),
             "stay dropped": sum(fall.stands for fall in drops),
             "worst moved mm": 1e3 * max((fall.moved for fall in drops), default=0.0),
-            "late": late,
-            "worst time over budget": worst,
+            "late": sum(share > LATE for share in taken),
+            "worst time over budget": max(taken),
+            "late by processor time": sum(share > LATE for share in worked),
+            "worst processor time over budget": max(worked),
             "median s": float(np.median(seconds)),
             "longest s": max(seconds),
+            "load": os.getloadavg()[0],
         }
     ]
 

@@ -27,7 +27,7 @@ from holdfast.scene.shipped.blocks import at
 from holdfast.validation.benchmarks.placement_random import MU, thing
 from holdfast.validation.benchmarks.suite import Case, Row
 
-BUDGET = 100.0  # [s] of one call of place_all
+BUDGET = 300.0  # [s] of one call of place_all; of wall clock, so that others on the machine take from it
 TRAYS = (10, 15, 20)  # objects on a tray
 BOXES = 30  # on a pallet
 KINDS = ((0.4, 0.3, 0.2), (0.3, 0.2, 0.2), (0.4, 0.2, 0.2), (0.3, 0.3, 0.25))  # [m] of the boxes, less a slit
@@ -70,7 +70,7 @@ def run(kind: str, count: int, method: str) -> list[Row]:
     scene, bodies = load(kind, count)
     ground = scene.bodies[0].name
     hf.place_all(scene, bodies[:2], apart=APART[kind])  # compiles
-    start = time.perf_counter()
+    start, begun = time.perf_counter(), time.process_time()
     if method == "place_all":
         p = hf.place_all(
             scene, bodies, stack=kind == "pallet", apart=APART[kind], budget=BUDGET,
@@ -79,14 +79,14 @@ def run(kind: str, count: int, method: str) -> list[Row]:
         poses = [(step.body, step.pose) for step in p.steps]
     else:
         poses = by_rule(hf.assemble(scene), bodies, kind, RULES[method])
-    seconds = time.perf_counter() - start
+    seconds, worked = time.perf_counter() - start, time.process_time() - begun
     named = {body.name: body for body in bodies}
     standing, least = 0, list[float]()
     for k in range(len(poses)):
         state = hf.Scene([*scene.bodies, *(named[name].moved(pose) for name, pose in poses[: k + 1])], scene.friction)
         after = hf.assemble(state)
         standing += hf.stability(after).status is hf.Status.STABLE
-        least.append(least_push(hf.assemble(scene), after, poses[k][0], ground))
+        least.append(least_push(after, poses[k][0], ground))
     return [
         {
             "case": f"{kind} of {count}, {method}",
@@ -96,6 +96,7 @@ def run(kind: str, count: int, method: str) -> list[Row]:
             "least push of all states N": min(least, default=0.0),
             "median over states N": float(np.median(least)) if least else 0.0,
             "time s": seconds,
+            "processor time s": worked,
         }
     ]
 
@@ -124,12 +125,12 @@ def by_rule(assembly: Assembly, bodies: Sequence[Body], kind: str, rule: Rule) -
     return poses
 
 
-def least_push(before: Assembly, after: Assembly, name: str, ground: str) -> float:
+def least_push(after: Assembly, name: str, ground: str) -> float:
     """The least push [N] on what was placed last and on what it rests on; 0 where that does not stand."""
     if hf.stability(after).status is not hf.Status.STABLE:
         return 0.0
     body = after.scene.body(name)
-    asked = planner(before, body, supports=[ground])
+    asked = planner(after.without([name]), body, supports=[ground])
     found = rated(asked.checks, asked.faces, Candidate(body.pose, *_NONE, ""), after, Clock.started(None), POINTS)
     return found.rating.least or 0.0
 
