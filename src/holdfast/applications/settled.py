@@ -201,9 +201,9 @@ def _brought_to_rest(
     while True:
         for group in groups:
             if group not in done and not _among(deep, group):
-                depth = max((o.depth for o in _among(overlaps, group)), default=0.0)
+                inside = _among(overlaps, group)
                 done[group] = come_to_rest(
-                    alone(start, group), group, limits, known=exact, sigma=sigma, depth=depth, smooth=group in smooth
+                    alone(start, group), group, limits, known=exact, sigma=sigma, overlaps=inside, smooth=group in smooth
                 )
         done = {group: motion for group, motion in done.items() if group in groups}
         result = start.moved({p.start.name: p.body.pose for m in done.values() for p in m.bodies if not p.start.fixed})

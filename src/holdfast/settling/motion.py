@@ -11,6 +11,7 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.progress import report
+from holdfast.contacts.overlap import Overlap
 from holdfast.scene.body import Body
 from holdfast.scene.excluded import body_of
 from holdfast.scene.scene import Scene
@@ -18,6 +19,7 @@ from holdfast.settling.near import Near, near_points
 from holdfast.settling.pairs import FacePairs
 from holdfast.settling.poses import Posed, pairs_near
 from holdfast.settling.program import LEFT, Contacts, slips, small_motion
+from holdfast.settling.shared import shared_solids
 
 # Lengths are shares of the reach, so that a scene in another unit of length moves alike.
 STRIDE = 0.033  # how far any point moves in one step at most
@@ -87,20 +89,20 @@ def come_to_rest(
     *,
     known: frozenset[str],
     sigma: Mapping[str, float],
-    depth: float,
+    overlaps: Sequence[Overlap],
     smooth: bool = False,
 ) -> Motion:
     """Bring the movable bodies with these ``names`` to rest among each other and the fixed bodies of the scene.
 
     Bodies in ``known`` do not move while overlaps are undone. ``sigma`` [m] are standard deviations of the positions of
-    bodies, which then move in proportion to their squares. ``depth`` [m] is that of the deepest overlap, 0 if none
-    is deeper than RESTING of the reach. If ``smooth``, they first sink without friction, so that none is wedged.
+    bodies, which then move in proportion to their squares. ``overlaps`` are those that are deeper than RESTING of
+    the reach. If ``smooth``, they first sink without friction, so that none is wedged.
     """
     group = Group(scene, names)
-    if not depth and not smooth and group.at_rest(limits.reach):
+    if not overlaps and not smooth and group.at_rest(limits.reach):
         return group.report(End.REST, 0, np.zeros((group.count, 3)), np.zeros((group.count, 3)), limits)
     weight = np.array([np.inf if n in known else (SPREAD / sigma.get(n, SPREAD)) ** 2 for n in names])
-    steps = _undo_overlaps(group, weight, depth, limits)
+    steps = _undo_overlaps(group, weight, overlaps, limits)
     pushed = np.array([posed.moved for posed in group.bodies[: group.count]])
     if smooth:
         group.rough = False
@@ -112,13 +114,21 @@ def come_to_rest(
     return group.report(end, steps + sunk, pushed, going, limits)
 
 
-def _undo_overlaps(group: Group, weight: Float, depth: float, limits: Limits) -> int:
-    """Undo overlaps up to ``depth`` [m] by least motions, those of infinite ``weight`` (J,) none; returns the steps."""
-    margin = max(WIDE * FIRST * limits.reach, 1.5 * depth)
+def _undo_overlaps(group: Group, weight: Float, overlaps: Sequence[Overlap], limits: Limits) -> int:
+    """Undo ``overlaps`` and shallower ones by least motions, those of infinite ``weight`` (J,) none; returns the steps.
+
+    What bodies share is looked at until they are apart.
+    """
+    margin = max(WIDE * FIRST * limits.reach, 1.5 * max((o.depth for o in overlaps), default=0.0))
+    group.overlapping = {frozenset(o.bodies) for o in overlaps}
+    group.touch = TOUCH * limits.reach
     for step in range(UNDOING):
         contacts = group.contacts(margin)
-        if not len(contacts) or contacts.gaps.min() >= -OVERLAP * limits.reach:
+        deep = contacts.gaps < -OVERLAP * limits.reach
+        if not deep.any():
+            group.overlapping.clear()
             return step
+        group.overlapping |= {frozenset(group.bodies[k].start.name for k in pair) for pair in contacts.ends[deep]}
         motion = group.undoing(contacts, weight)
         if motion is None or group.apply(motion, limits.reach / 2) < STILL * limits.reach:
             return step
@@ -181,6 +191,8 @@ class Group:
         self.levers = np.array([posed.radius for posed in self.bodies[: self.count]])
         self.share = mass / mass.max()
         self.rough, self.effort = True, 0
+        self.overlapping: set[frozenset[str]] = set()
+        self.touch = 0.0
         self._faces: defaultdict[tuple[int, int], FacePairs] = defaultdict(FacePairs)
         self._near: dict[tuple[int, int], tuple[Body, Body, float, Near]] = {}
 
@@ -207,7 +219,9 @@ class Group:
         a, b = self.bodies[i], self.bodies[j]
         known = self._near.get((i, j))
         if known is None or known[0] is not a.body or known[1] is not b.body or known[2] != margin:
-            near = near_points(a, b, self._faces[i, j], margin=margin)
+            pair = frozenset((a.start.name, b.start.name))
+            shared = (shared_solids(a, b) if pair in self.overlapping else None) or ()
+            near = near_points(a, b, self._faces[i, j], margin=margin, shared=shared, least=self.touch)
             self._near[i, j] = known = (a.body, b.body, margin, near)
         return known[3]
 

@@ -14,6 +14,7 @@ from holdfast.contacts.round import feet
 from holdfast.settling.facing import ROW, facing_corners
 from holdfast.settling.pairs import FacePairs
 from holdfast.settling.poses import Posed
+from holdfast.settling.shared import Shared, ways_out
 
 FACING = 15.0  # [deg] faces that enclose a smaller angle meet as faces, others by their edges and vertices
 SHARP = 3.0  # [deg] an edge or a vertex touches if nothing beside it falls towards the other body by more
@@ -44,14 +45,18 @@ class Near(NamedTuple):
     chosen: Bool
 
 
-def near_points(one: Posed, other: Posed, faces: FacePairs, *, margin: float) -> Near:
+def near_points(
+    one: Posed, other: Posed, faces: FacePairs, *, margin: float, shared: tuple[Shared, ...] = (), least: float = 0.0
+) -> Near:
     """Find the near points of two bodies that are up to ``margin`` apart or into each other [m].
 
-    ``faces`` are those of these two bodies, which it keeps up to date.
+    ``faces`` are those of these two bodies, which it keeps up to date. ``shared`` are the solids that they share, if
+    these are known: overlaps of more than ``least`` [m] are then looked for as deep as gaps are wide, and only those
+    that lead out of a solid are given, at least one for each solid whose way out is known.
     """
     a, b, skin_a, skin_b = one.body, other.body, one.skin, other.skin
     size = min(a.size, b.size)
-    depth = min(margin, THIN * min(a.shape.surface.thickness, b.shape.surface.thickness))
+    depth = margin if shared else min(margin, THIN * min(a.shape.surface.thickness, b.shape.surface.thickness))
     found = [np.empty((0, ROW))]
     exact = feet(a, b, gap=margin, depth=depth, breadth=NOMINAL_BREADTH * size)
     for foot in exact:
@@ -70,7 +75,31 @@ def near_points(one: Posed, other: Posed, faces: FacePairs, *, margin: float) ->
         for foot in exact:
             rows = rows[np.linalg.norm(rows[:, None, :3] - foot.ends, axis=2).min(1) > foot.reach]
         found.append(rows)
-    return _kept(np.concatenate(found), size)
+    return _kept(_leading_out(np.concatenate(found), shared, least), size)
+
+
+def _leading_out(rows: Float, shared: tuple[Shared, ...], least: float) -> Float:
+    """Return the rows without overlaps of more than ``least`` that do not lead out of what two bodies share.
+
+    A solid that none leads out of gets one: in its middle, as deep as it extends along the way in which it shrinks.
+    """
+    if not shared:
+        return rows
+    deep = rows[:, 6] < -least
+    fits = ways_out(shared, *_overlaps(rows))
+    kept = [rows[~deep | fits]]
+    for solid in shared:
+        if solid.way is not None and not ways_out((solid,), *_overlaps(rows[deep])).any():
+            extent = float(solid.extent(solid.way[None])[0])
+            middle = (solid.points.min(0) + solid.points.max(0)) / 2
+            if extent > least:
+                kept.append(np.concatenate([middle, solid.way, [-extent]])[None])
+    return np.concatenate(kept)
+
+
+def _overlaps(rows: Float) -> tuple[Float, Float, Float]:
+    """Return points (n, 3), normals (n, 3) and depths (n,) of rows."""
+    return rows[:, :3], rows[:, 3:6], -rows[:, 6]
 
 
 def _rows(features: Features) -> Float:

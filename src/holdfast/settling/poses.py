@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
+import manifold3d
 import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.contacts.skin import Skin, moved_skin
+from holdfast.geometry.solid import closed_solid
 from holdfast.scene.body import Body
 
 LEVER = 0.5  # of a body's size: a rotation by one radian moves its ends by this
@@ -36,6 +39,23 @@ class Posed:
         pose[:3, 3] = com + shift + rotation @ (self.body.pose[:3, 3] - com)
         self.body = self.start.moved(pose)
         self.skin = moved_skin(self._local, pose)
+
+    @cached_property
+    def _solid(self) -> manifold3d.Manifold | None:
+        """The body as a solid in its own frame, or None if its surface is not closed."""
+        local = self.start.shape.surface.reduced
+        solid = closed_solid(local.vertices, local.faces)
+        return None if solid is None else solid.as_original()
+
+    @property
+    def solid(self) -> manifold3d.Manifold | None:
+        """The body as a solid in its current pose, or None if its surface is not closed."""
+        return None if self._solid is None else self._solid.transform(self.body.pose[:3])
+
+    @property
+    def number(self) -> int:
+        """The number that faces of ``solid`` bear in what is cut out of it."""
+        return -1 if self._solid is None else self._solid.original_id()
 
     @property
     def moved(self) -> Float:
