@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 import holdfast as hf
+from holdfast.contacts.overlap import find_overlaps
+from holdfast.contacts.tolerances import Tolerances
 from holdfast.settling.groups import joined
-from holdfast.settling.motion import Limits, come_to_rest
+from holdfast.settling.motion import Limits, Motion, come_to_rest
 from holdfast.settling.near import near_points
 from holdfast.settling.pairs import FacePairs
 from holdfast.settling.poses import Posed, rotation_of, turn_between
@@ -121,6 +123,11 @@ def boxes(apart: float, **more: float) -> hf.Scene:
     return hf.Scene([floor, a, b], 0.5)
 
 
+def resting(scene: hf.Scene, *names: str, known: frozenset[str] = frozenset(), **sigma: float) -> Motion:
+    overlaps = find_overlaps(scene, Tolerances(6.7e-5, 1.0))
+    return come_to_rest(scene, names, Limits(0.01, 15), known=known, sigma=sigma, overlaps=overlaps)
+
+
 def at(x: float, y: float, z: float, turn: tuple[float, float, float] = (0, 0, 0)) -> np.ndarray:
     pose = np.eye(4)
     pose[:3, :3] = rotation_of(np.array(turn, dtype=float))
@@ -133,15 +140,13 @@ def at(x: float, y: float, z: float, turn: tuple[float, float, float] = (0, 0, 0
 )
 def test_overlaps_are_shared_out_by_mass_and_confidence(mass: float, sigma: dict[str, float], share: float) -> None:
     """The share of a is (sigma_a² / m_a) over the sum of both."""
-    motion = come_to_rest(
-        boxes(-2e-3, mass=mass), ["a", "b"], Limits(0.01, 15), known=frozenset(), sigma=sigma, depth=2e-3
-    )
+    motion = resting(boxes(-2e-3, mass=mass), "a", "b", **sigma)
     assert -motion.pushed[0, 0] == pytest.approx(share * 2e-3, abs=2e-6)
     assert motion.pushed[1, 0] == pytest.approx((1 - share) * 2e-3, abs=2e-6)
 
 
 def test_a_known_body_stays_where_others_give_way() -> None:
-    motion = come_to_rest(boxes(-2e-3), ["a", "b"], Limits(0.01, 15), known=frozenset({"a"}), sigma={}, depth=2e-3)
+    motion = resting(boxes(-2e-3), "a", "b", known=frozenset({"a"}))
     assert motion.pushed[:, 0] == pytest.approx([0, 2e-3], abs=2e-6)
 
 
@@ -196,6 +201,6 @@ def test_the_far_side_of_a_thin_plate_is_no_overlap() -> None:
 def test_a_box_that_leans_by_a_twentieth_of_a_millimetre_comes_down() -> None:
     scene = hf.Scene([boxes(0.0).body("floor"), hf.Body("a", hf.Box((0.1, 0.1, 0.1)), mass=1.0)], 0.5)
     scene = scene.moved({"a": at(0, 0, 0.050025, (5e-4, 0, 0))})
-    motion = come_to_rest(scene, ["a"], Limits(0.01, 15), known=frozenset(), sigma={}, depth=0)
+    motion = resting(scene, "a")
     corners = motion.bodies[0].body.surface_world.vertices
     assert abs(np.sort(corners[:, 2])[:4]).max() < 1.1e-5

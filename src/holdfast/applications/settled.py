@@ -203,7 +203,13 @@ def _brought_to_rest(
             if group not in done and not _among(deep, group):
                 inside = _among(overlaps, group)
                 done[group] = come_to_rest(
-                    alone(start, group), group, limits, known=exact, sigma=sigma, overlaps=inside, smooth=group in smooth
+                    alone(start, group),
+                    group,
+                    limits,
+                    known=exact,
+                    sigma=sigma,
+                    overlaps=inside,
+                    smooth=group in smooth,
                 )
         done = {group: motion for group, motion in done.items() if group in groups}
         result = start.moved({p.start.name: p.body.pose for m in done.values() for p in m.bodies if not p.start.fixed})

@@ -19,7 +19,6 @@ from holdfast.settling.near import Near, near_points
 from holdfast.settling.pairs import FacePairs
 from holdfast.settling.poses import Posed, pairs_near
 from holdfast.settling.program import LEFT, Contacts, slips, small_motion
-from holdfast.settling.shared import shared_solids
 
 # Lengths are shares of the reach, so that a scene in another unit of length moves alike.
 STRIDE = 0.033  # how far any point moves in one step at most
@@ -35,6 +34,9 @@ POLISH = 4  # more steps at most that bodies at rest make: a body that balances 
 SHRINKING = 0.6  # of the motion in a step: larger motions (than TOUCH) in the next one approach nothing, it is the last
 RESTING = 0.017  # how far apart surfaces may be that are looked at then
 OVERLAP = TOUCH  # a larger overlap is undone before gravity acts
+
+FLUNG = 2.0  # depths of the deepest overlap: motions that undo it and go farther are not all made
+YIELDING = 3.0  # weights of the heaviest body, moved by that depth: the force at which overlaps then give way
 UNDOING = 12  # steps at most that undo overlaps
 STEPS = 150  # steps at most under gravity
 EFFORT = 1_000_000  # contacts in all cone programs of a group at most: about two minutes of them
@@ -98,7 +100,7 @@ def come_to_rest(
     bodies, which then move in proportion to their squares. ``overlaps`` are those that are deeper than RESTING of
     the reach. If ``smooth``, they first sink without friction, so that none is wedged.
     """
-    group = Group(scene, names)
+    group = Group(scene, names, TOUCH * limits.reach)
     if not overlaps and not smooth and group.at_rest(limits.reach):
         return group.report(End.REST, 0, np.zeros((group.count, 3)), np.zeros((group.count, 3)), limits)
     weight = np.array([np.inf if n in known else (SPREAD / sigma.get(n, SPREAD)) ** 2 for n in names])
@@ -121,7 +123,6 @@ def _undo_overlaps(group: Group, weight: Float, overlaps: Sequence[Overlap], lim
     """
     margin = max(WIDE * FIRST * limits.reach, 1.5 * max((o.depth for o in overlaps), default=0.0))
     group.overlapping = {frozenset(o.bodies) for o in overlaps}
-    group.touch = TOUCH * limits.reach
     for step in range(UNDOING):
         contacts = group.contacts(margin)
         deep = contacts.gaps < -OVERLAP * limits.reach
@@ -181,7 +182,7 @@ class Group:
     ``effort`` is the number of contacts in all cone programs so far.
     """
 
-    def __init__(self, scene: Scene, names: Sequence[str]) -> None:
+    def __init__(self, scene: Scene, names: Sequence[str], least: float) -> None:
         self.scene, self.count = scene, len(names)
         fixed = [body for body in scene.bodies if body.fixed]
         self.bodies = [Posed(body) for body in [*(scene.body(name) for name in names), *fixed]]
@@ -192,7 +193,7 @@ class Group:
         self.share = mass / mass.max()
         self.rough, self.effort = True, 0
         self.overlapping: set[frozenset[str]] = set()
-        self.touch = 0.0
+        self.least = least
         self._faces: defaultdict[tuple[int, int], FacePairs] = defaultdict(FacePairs)
         self._near: dict[tuple[int, int], tuple[Body, Body, float, Near]] = {}
 
@@ -220,8 +221,8 @@ class Group:
         known = self._near.get((i, j))
         if known is None or known[0] is not a.body or known[1] is not b.body or known[2] != margin:
             pair = frozenset((a.start.name, b.start.name))
-            shared = (shared_solids(a, b) if pair in self.overlapping else None) or ()
-            near = near_points(a, b, self._faces[i, j], margin=margin, shared=shared, least=self.touch)
+            overlapping = pair in self.overlapping
+            near = near_points(a, b, self._faces[i, j], margin=margin, least=self.least, overlapping=overlapping)
             self._near[i, j] = known = (a.body, b.body, margin, near)
         return known[3]
 
@@ -238,7 +239,11 @@ class Group:
         least = np.minimum(weight, 1e9 * weight.min())
         unit = float(-contacts.gaps.min())
         pull = np.zeros(6 * self.count)
-        return self._solved(contacts, self._metric(least), pull, unit, friction=False)
+        metric = self._metric(least)
+        motion = self._solved(contacts, metric, pull, unit, friction=False)
+        if motion is None or self.farthest(motion) > FLUNG * unit:
+            motion = self._solved(contacts, metric, pull, unit, friction=False, giving=YIELDING)
+        return motion
 
     def at_rest(self, reach: float) -> bool:
         """Tell whether nothing moves under gravity and friction if surfaces as near as TOUCH of the reach touch."""
@@ -268,10 +273,19 @@ class Group:
         *,
         friction: bool,
         before: Float | None = None,
+        giving: float | None = None,
     ) -> Float | None:
         """Return the motions (J, 6) of ``small_motion``, and count what they cost."""
         motion, solved = small_motion(
-            contacts, self.centres(), self.levers, metric, pull, unit=unit, friction=friction, before=before
+            contacts,
+            self.centres(),
+            self.levers,
+            metric,
+            pull,
+            unit=unit,
+            friction=friction,
+            before=before,
+            giving=giving,
         )
         self.effort += solved
         return motion

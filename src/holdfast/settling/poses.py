@@ -8,11 +8,13 @@ from functools import cached_property
 import manifold3d
 import numpy as np
 
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Bool, Float
 from holdfast.contacts.skin import Skin, moved_skin
+from holdfast.geometry.distance import winding_number
 from holdfast.geometry.solid import closed_solid
 from holdfast.scene.body import Body
 
+CLOSED = 1e-3  # of the area of a surface: the normals of one without large holes do not sum up to more
 LEVER = 0.5  # of a body's size: a rotation by one radian moves its ends by this
 
 
@@ -56,6 +58,21 @@ class Posed:
     def number(self) -> int:
         """The number that faces of ``solid`` bear in what is cut out of it."""
         return -1 if self._solid is None else self._solid.original_id()
+
+    @cached_property
+    def _closed(self) -> bool:
+        """Tell whether the surface has an inside although it may be folded: its normals sum up to nothing."""
+        local = self.start.shape.surface.reduced
+        corners = local.vertices[local.faces]
+        areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        return float(np.linalg.norm(areas.sum(0))) <= CLOSED * float(np.linalg.norm(areas, axis=1).sum())
+
+    def encloses(self, points: Float) -> Bool:
+        """Tell which points (n,) are inside the body; all, if its surface is so open that it has no inside."""
+        if not len(points) or not self._closed:
+            return np.ones(len(points), dtype=bool)
+        local = (points - self.body.pose[:3, 3]) @ self.body.pose[:3, :3]
+        return np.asarray(winding_number(local, self.start.shape.surface.reduced) > 0.5)
 
     @property
     def moved(self) -> Float:
