@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
+import manifold3d
 import numpy as np
 import pytest
 
@@ -204,3 +206,72 @@ def test_a_box_that_leans_by_a_twentieth_of_a_millimetre_comes_down() -> None:
     motion = resting(scene, "a")
     corners = motion.bodies[0].body.surface_world.vertices
     assert abs(np.sort(corners[:, 2])[:4]).max() < 1.1e-5
+
+
+LEAST = 5e-6  # [m] the least overlap that is compared with what the bodies share
+
+
+@pytest.mark.parametrize(("sunk", "up"), [(0.001, 1.0), (0.0032, 1.0), (0.0058, -1.0), (0.0068, -1.0)])
+def test_a_plate_leaves_another_on_the_nearer_side_though_that_is_more_than_half_its_thickness(
+    sunk: float, up: float
+) -> None:
+    """A plate of 5 mm that sinks into one of 3 mm: from 4 mm on it is nearer to the other side."""
+    a, b = pair((0.2, 0.2, 0.003), (0.1, 0.1, 0.005), (0, 0, 0.004 - sunk))
+    near = near_points(a, b, FacePairs(), margin=0.01, least=LEAST, overlapping=True)
+    deep = near.gaps < -LEAST
+    assert deep.any()
+    depth = sunk if up > 0 else 0.008 - sunk
+    assert near.gaps[deep] == pytest.approx(np.full(deep.sum(), -depth), abs=1e-9)
+    assert near.normals[deep] == pytest.approx(np.tile([0, 0, up], (deep.sum(), 1)))
+
+
+def covered(name: str, z: float) -> hf.Body:
+    """Two covers, 3 mm thick, that reach over a thicker block between them on all sides, as those of a book do."""
+    parts = [Box((0.2, 0.2, 0.003), 0.0135), Box((0.16, 0.16, 0.024), 0.0), Box((0.2, 0.2, 0.003), -0.0135)]
+    solid = manifold3d.Manifold.batch_boolean([part.solid() for part in parts], manifold3d.OpType.Add)
+    mesh = solid.to_mesh64()
+    return hf.Body(
+        name, hf.Mesh(np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts)), 1.0, pose=at(0, 0, z)
+    )
+
+
+class Box(NamedTuple):
+    size: tuple[float, float, float]
+    z: float
+
+    def solid(self) -> manifold3d.Manifold:
+        return manifold3d.Manifold.cube(self.size, True).translate((0, 0, self.z))
+
+
+def test_covers_that_overlap_by_almost_their_thickness_leave_as_the_whole_book_does() -> None:
+    """Where covers overhang, the nearer way out of 3.5 mm is 2.5 mm downwards; what the books share says upwards."""
+    a, b = Posed(covered("a", 0.015)), Posed(covered("b", 0.0415).moved(at(0.01, 0.005, 0.0415)))
+    near = near_points(a, b, FacePairs(), margin=0.01, least=LEAST, overlapping=True)
+    deep = near.gaps < -LEAST
+    assert near.gaps[deep].min() == pytest.approx(-3.5e-3, abs=1e-6)
+    assert (near.normals[deep][:, 2] > -0.5).all()
+
+
+def test_overlaps_of_folded_triangles_outside_of_a_body_are_none() -> None:
+    """A triangle that faces inwards, above the top of a box: what hovers over it does not overlap with anything."""
+    box = hf.Box((0.1, 0.1, 0.1)).surface
+    fold = np.array([[-0.002, -0.002, 0.05], [0.002, -0.002, 0.05], [0, 0.002, 0.0502]])
+    vertices = np.concatenate([box.vertices, fold])
+    faces = np.concatenate([box.faces, [[8, 10, 9]]])
+    folded = Posed(hf.Body("a", hf.Mesh(vertices, faces), mass=1.0, com=(0, 0, 0), inertia=np.eye(3)))
+    above = Posed(hf.Body("b", hf.Box((0.1, 0.1, 0.1)), mass=1.0, pose=at(0, 0, 0.1004)))
+    assert folded.solid is None
+    inside = folded.encloses(np.array([[0, 0, 0.049], [0, 0, 0.0501], [0.03, 0.03, 0.0501]]))
+    assert inside.tolist() == [True, False, False]
+    near = near_points(folded, above, FacePairs(), margin=0.002, least=LEAST)
+    assert near.gaps.min() > 0
+
+
+def test_motions_that_contradictory_overlaps_ask_for_are_not_made() -> None:
+    """A tilted box is too wide for the slot between two walls; only far up, where these end, it would be free."""
+    walls = [
+        hf.Body(n, hf.Box((0.05, 0.2, 0.2)), pose=at(x, 0, 0.15), fixed=True) for n, x in (("l", -0.075), ("r", 0.075))
+    ]
+    box = hf.Body("a", hf.Box((0.1002, 0.1, 0.1)), mass=1.0, pose=at(0, 0, 0.0512, (0, 0.002, 0.05)))
+    motion = resting(hf.Scene([boxes(0.0).body("floor"), *walls, box], 0.5), "a")
+    assert np.linalg.norm(motion.pushed[0]) < 0.01

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import manifold3d
 import numpy as np
 
-from holdfast.base.arrays import Bool, Float
+from holdfast.base.arrays import Bool, Float, Int
 from holdfast.settling.poses import Posed
 
 CLEAR = 0.3  # of the area of the second body in a shared solid: less of it facing one way in sum says nothing
@@ -43,8 +43,8 @@ def shared_solids(a: Posed, b: Posed) -> tuple[Shared, ...] | None:
 def _shared(part: manifold3d.Manifold, second: int) -> Shared:
     mesh = part.to_mesh64()
     points, triangles = np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, dtype=np.int64)
-    runs = np.diff(np.asarray(mesh.run_index, dtype=np.int64)) // 3
-    own = triangles[np.repeat(np.asarray(mesh.run_original_id, dtype=np.int64), runs) == second]
+    ends: Int = np.asarray(mesh.run_index, dtype=np.int64) // 3
+    own = triangles[np.repeat(np.asarray(mesh.run_original_id, dtype=np.int64), ends[1:] - ends[:-1]) == second]
     area = np.cross(points[own[:, 1]] - points[own[:, 0]], points[own[:, 2]] - points[own[:, 0]])
     total, sizes = -area.sum(0), float(np.linalg.norm(area, axis=1).sum())
     length = float(np.linalg.norm(total))
@@ -54,16 +54,15 @@ def _shared(part: manifold3d.Manifold, second: int) -> Shared:
 def ways_out(shared: tuple[Shared, ...], points: Float, normals: Float, depths: Float) -> Bool:
     """Tell which near points (n,) of overlapping bodies, ``depths`` (n,) [m] in each other, are ways out of a solid.
 
-    Such a point lies at the solid, no deeper than this extends along the normal, and its normal does not go against the
-    way in which the solid shrinks. All others belong to other sides of walls, or to folded triangles.
+    Such a point lies at the solid. If the way in which this shrinks is known, it is no deeper than the solid extends
+    along the normal, which does not go against that way. All others belong to other sides of walls, or to folds.
     """
     fits = np.zeros(len(points), dtype=bool)
     for solid in shared:
         low, high = solid.points.min(0), solid.points.max(0)
         around = AROUND * depths[:, None]
         here = ((points >= low - around) & (points <= high + around)).all(1)
-        here &= depths <= DEEPER * solid.extent(normals)
         if solid.way is not None:
-            here &= normals @ solid.way > AGAINST
+            here &= (depths <= DEEPER * solid.extent(normals)) & (normals @ solid.way > AGAINST)
         fits |= here
     return fits
