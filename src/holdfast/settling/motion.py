@@ -143,6 +143,7 @@ def _sink(group: Group, limits: Limits) -> tuple[End, int, Float]:
     last = made = np.zeros((group.count, 6))
     going = np.zeros((group.count, 3))
     calm, travelled = 0, np.inf
+    rest: list[Body] = []
     for step in range(STEPS):
         report("settling", step, STEPS)
         contacts = group.sliding(group.contacts(_margin(stride, limits)), made, TOUCH * limits.reach, stride)
@@ -157,9 +158,13 @@ def _sink(group: Group, limits: Limits) -> tuple[End, int, Float]:
         going = group.centres() - before
         if group.beyond(limits):
             return End.LEFT, step + 1, going
+        if calm and not group.at_rest(limits.reach):  # a step too many
+            group.place(rest)
+            return End.REST, step + 1, going
         calm = calm + 1 if travelled < CALM * limits.reach and (calm or group.at_rest(limits.reach)) else 0
         if calm > POLISH or (calm > 1 and travelled > max(SHRINKING * before_that, TOUCH * limits.reach)):
             return End.REST, step + 1, going
+        rest = [posed.body for posed in group.bodies]
         if back:
             eager = max(eager / EAGER, 1.0)
         elif travelled < stride / 2:
@@ -314,6 +319,12 @@ class Group:
             if way > NOTHING * most:
                 posed.move(twist[:3], twist[3:])
         return share * farthest
+
+    def place(self, bodies: Sequence[Body]) -> None:
+        """Put all bodies where ``bodies`` are."""
+        for posed, body in zip(self.bodies, bodies, strict=True):
+            if posed.body is not body:
+                posed.place(body)
 
     def report(self, end: End, steps: int, pushed: Float, going: Float, limits: Limits) -> Motion:
         """Return what became of the group."""

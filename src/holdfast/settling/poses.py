@@ -39,8 +39,12 @@ class Posed:
         pose = np.eye(4)
         pose[:3, :3] = nearest_rotation(rotation @ self.body.pose[:3, :3])
         pose[:3, 3] = com + shift + rotation @ (self.body.pose[:3, 3] - com)
-        self.body = self.start.moved(pose)
-        self.skin = moved_skin(self._local, pose)
+        self.place(self.start.moved(pose))
+
+    def place(self, body: Body) -> None:
+        """Put the body where ``body``, the same one in another pose, is."""
+        self.body = body
+        self.skin = moved_skin(self._local, body.pose)
 
     @cached_property
     def _solid(self) -> manifold3d.Manifold | None:
