@@ -21,6 +21,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")
 
 FALLING = falling_scenes()
 QUICK = (0, 4, 8, 10, 14, 17)
+IDEMPOTENT = [("table", 1.5, 16), ("arch", 3.0, 1), ("arch", 3.0, 17)]
 TURN = np.eye(4)
 TURN[:3, :3] = rotation_of(np.array([0.4, -0.7, 1.1]))
 TURN[:3, 3] = 0.3, -0.2, 0.5
@@ -119,6 +120,14 @@ def test_a_scene_at_rest_stays_and_settling_twice_moves_nothing() -> None:
         assert hf.settle(once.scene).moved.max() <= 1e-6
 
 
+@pytest.mark.parametrize(("name", "millimetres", "seed"), IDEMPOTENT)
+def test_the_last_steps_do_not_leave_rest(name: str, millimetres: float, seed: int) -> None:
+    """Steps that bring bodies that balance closer to where they do have moved these ones from where they rest."""
+    once = hf.settle(noisy(hf.shipped_scene(name), millimetres, millimetres / 3, seed))
+    assert once.status is hf.Status.STABLE
+    assert hf.settle(once.scene).moved.max() <= 1e-6
+
+
 def test_an_orange_and_an_egg_are_only_balanced() -> None:
     egg = hf.Body("egg", hf.Ellipsoid((0.03, 0.022, 0.022)), mass=0.06, pose=at(0.2, 0, 0.0235, (0, 0.02, 0)))
     orange = hf.Body("orange", hf.Sphere(0.04), mass=0.2, pose=at(0, 0, 0.043))
@@ -207,6 +216,15 @@ def test_bodies_that_still_move_after_all_steps_are_undecided(monkeypatch: pytes
     assert result.status is hf.Status.UNDECIDED
     assert "a: the bodies still move" in result.reason
     assert result.notes
+
+
+def test_only_bodies_that_move_are_said_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The box beside the ball that rolls, within the reach of it, stays where it is."""
+    monkeypatch.setattr("holdfast.settling.motion.STEPS", 8)
+    ball = hf.Body("ball", hf.Sphere(0.04), mass=0.2, pose=at(0.1, 0, 0.04))
+    result = hf.settle(hf.Scene([floor(), box("still", at(0, 0, 0.05)), ball], 0.5, gravity=(0.5, 0, -9.8)))
+    assert result.status is hf.Status.UNDECIDED
+    assert result.reason.startswith("ball: the bodies still move")
 
 
 def test_so_are_bodies_that_cost_too_much(monkeypatch: pytest.MonkeyPatch) -> None:

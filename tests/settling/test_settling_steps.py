@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
+import manifold3d
 import numpy as np
 import pytest
 
 import holdfast as hf
+from holdfast.contacts.overlap import find_overlaps
+from holdfast.contacts.tolerances import Tolerances
 from holdfast.settling.groups import joined
-from holdfast.settling.motion import Limits, come_to_rest
+from holdfast.settling.motion import Limits, Motion, come_to_rest
 from holdfast.settling.near import near_points
 from holdfast.settling.pairs import FacePairs
 from holdfast.settling.poses import Posed, rotation_of, turn_between
@@ -121,6 +125,11 @@ def boxes(apart: float, **more: float) -> hf.Scene:
     return hf.Scene([floor, a, b], 0.5)
 
 
+def resting(scene: hf.Scene, *names: str, known: frozenset[str] = frozenset(), **sigma: float) -> Motion:
+    overlaps = find_overlaps(scene, Tolerances(6.7e-5, 1.0))
+    return come_to_rest(scene, names, Limits(0.01, 15), known=known, sigma=sigma, overlaps=overlaps)
+
+
 def at(x: float, y: float, z: float, turn: tuple[float, float, float] = (0, 0, 0)) -> np.ndarray:
     pose = np.eye(4)
     pose[:3, :3] = rotation_of(np.array(turn, dtype=float))
@@ -133,15 +142,13 @@ def at(x: float, y: float, z: float, turn: tuple[float, float, float] = (0, 0, 0
 )
 def test_overlaps_are_shared_out_by_mass_and_confidence(mass: float, sigma: dict[str, float], share: float) -> None:
     """The share of a is (sigma_a² / m_a) over the sum of both."""
-    motion = come_to_rest(
-        boxes(-2e-3, mass=mass), ["a", "b"], Limits(0.01, 15), known=frozenset(), sigma=sigma, depth=2e-3
-    )
+    motion = resting(boxes(-2e-3, mass=mass), "a", "b", **sigma)
     assert -motion.pushed[0, 0] == pytest.approx(share * 2e-3, abs=2e-6)
     assert motion.pushed[1, 0] == pytest.approx((1 - share) * 2e-3, abs=2e-6)
 
 
 def test_a_known_body_stays_where_others_give_way() -> None:
-    motion = come_to_rest(boxes(-2e-3), ["a", "b"], Limits(0.01, 15), known=frozenset({"a"}), sigma={}, depth=2e-3)
+    motion = resting(boxes(-2e-3), "a", "b", known=frozenset({"a"}))
     assert motion.pushed[:, 0] == pytest.approx([0, 2e-3], abs=2e-6)
 
 
@@ -196,6 +203,75 @@ def test_the_far_side_of_a_thin_plate_is_no_overlap() -> None:
 def test_a_box_that_leans_by_a_twentieth_of_a_millimetre_comes_down() -> None:
     scene = hf.Scene([boxes(0.0).body("floor"), hf.Body("a", hf.Box((0.1, 0.1, 0.1)), mass=1.0)], 0.5)
     scene = scene.moved({"a": at(0, 0, 0.050025, (5e-4, 0, 0))})
-    motion = come_to_rest(scene, ["a"], Limits(0.01, 15), known=frozenset(), sigma={}, depth=0)
+    motion = resting(scene, "a")
     corners = motion.bodies[0].body.surface_world.vertices
     assert abs(np.sort(corners[:, 2])[:4]).max() < 1.1e-5
+
+
+LEAST = 5e-6  # [m] the least overlap that is compared with what the bodies share
+
+
+@pytest.mark.parametrize(("sunk", "up"), [(0.001, 1.0), (0.0032, 1.0), (0.0058, -1.0), (0.0068, -1.0)])
+def test_a_plate_leaves_another_on_the_nearer_side_though_that_is_more_than_half_its_thickness(
+    sunk: float, up: float
+) -> None:
+    """A plate of 5 mm that sinks into one of 3 mm: from 4 mm on it is nearer to the other side."""
+    a, b = pair((0.2, 0.2, 0.003), (0.1, 0.1, 0.005), (0, 0, 0.004 - sunk))
+    near = near_points(a, b, FacePairs(), margin=0.01, least=LEAST, overlapping=True)
+    deep = near.gaps < -LEAST
+    assert deep.any()
+    depth = sunk if up > 0 else 0.008 - sunk
+    assert near.gaps[deep] == pytest.approx(np.full(deep.sum(), -depth), abs=1e-9)
+    assert near.normals[deep] == pytest.approx(np.tile([0, 0, up], (deep.sum(), 1)))
+
+
+def covered(name: str, z: float) -> hf.Body:
+    """Two covers, 3 mm thick, that reach over a thicker block between them on all sides, as those of a book do."""
+    parts = [Box((0.2, 0.2, 0.003), 0.0135), Box((0.16, 0.16, 0.024), 0.0), Box((0.2, 0.2, 0.003), -0.0135)]
+    solid = manifold3d.Manifold.batch_boolean([part.solid() for part in parts], manifold3d.OpType.Add)
+    mesh = solid.to_mesh64()
+    return hf.Body(
+        name, hf.Mesh(np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts)), 1.0, pose=at(0, 0, z)
+    )
+
+
+class Box(NamedTuple):
+    size: tuple[float, float, float]
+    z: float
+
+    def solid(self) -> manifold3d.Manifold:
+        return manifold3d.Manifold.cube(self.size, True).translate((0, 0, self.z))
+
+
+def test_covers_that_overlap_by_almost_their_thickness_leave_as_the_whole_book_does() -> None:
+    """Where covers overhang, the nearer way out of 3.5 mm is 2.5 mm downwards; what the books share says upwards."""
+    a, b = Posed(covered("a", 0.015)), Posed(covered("b", 0.0415).moved(at(0.01, 0.005, 0.0415)))
+    near = near_points(a, b, FacePairs(), margin=0.01, least=LEAST, overlapping=True)
+    deep = near.gaps < -LEAST
+    assert near.gaps[deep].min() == pytest.approx(-3.5e-3, abs=1e-6)
+    assert (near.normals[deep][:, 2] > -0.5).all()
+
+
+def test_overlaps_of_folded_triangles_outside_of_a_body_are_none() -> None:
+    """A triangle that faces inwards, above the top of a box: what hovers over it does not overlap with anything."""
+    box = hf.Box((0.1, 0.1, 0.1)).surface
+    fold = np.array([[-0.002, -0.002, 0.05], [0.002, -0.002, 0.05], [0, 0.002, 0.0502]])
+    vertices = np.concatenate([box.vertices, fold])
+    faces = np.concatenate([box.faces, [[8, 10, 9]]])
+    folded = Posed(hf.Body("a", hf.Mesh(vertices, faces), mass=1.0, com=(0, 0, 0), inertia=np.eye(3)))
+    above = Posed(hf.Body("b", hf.Box((0.1, 0.1, 0.1)), mass=1.0, pose=at(0, 0, 0.1004)))
+    assert folded.solid is None
+    inside = folded.encloses(np.array([[0, 0, 0.049], [0, 0, 0.0501], [0.03, 0.03, 0.0501]]))
+    assert inside.tolist() == [True, False, False]
+    near = near_points(folded, above, FacePairs(), margin=0.002, least=LEAST)
+    assert near.gaps.min() > 0
+
+
+def test_motions_that_contradictory_overlaps_ask_for_are_not_made() -> None:
+    """A tilted box is too wide for the slot between two walls; only far up, where these end, it would be free."""
+    walls = [
+        hf.Body(n, hf.Box((0.05, 0.2, 0.2)), pose=at(x, 0, 0.15), fixed=True) for n, x in (("l", -0.075), ("r", 0.075))
+    ]
+    box = hf.Body("a", hf.Box((0.1002, 0.1, 0.1)), mass=1.0, pose=at(0, 0, 0.0512, (0, 0.002, 0.05)))
+    motion = resting(hf.Scene([boxes(0.0).body("floor"), *walls, box], 0.5), "a")
+    assert np.linalg.norm(motion.pushed[0]) < 0.01

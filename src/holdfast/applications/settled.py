@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from holdfast.applications.settled_words import fate_of, told
+from holdfast.applications.settled_words import fate_of, moving, told
 from holdfast.assembly.assembly import assemble
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float, checked_number
@@ -201,9 +201,15 @@ def _brought_to_rest(
     while True:
         for group in groups:
             if group not in done and not _among(deep, group):
-                depth = max((o.depth for o in _among(overlaps, group)), default=0.0)
+                inside = _among(overlaps, group)
                 done[group] = come_to_rest(
-                    alone(start, group), group, limits, known=exact, sigma=sigma, depth=depth, smooth=group in smooth
+                    alone(start, group),
+                    group,
+                    limits,
+                    known=exact,
+                    sigma=sigma,
+                    overlaps=inside,
+                    smooth=group in smooth,
                 )
         done = {group: motion for group, motion in done.items() if group in groups}
         result = start.moved({p.start.name: p.body.pose for m in done.values() for p in m.bodies if not p.start.fixed})
@@ -232,7 +238,7 @@ def _judged(
         assembly = assemble(alone(result, resting), gap=tolerances[0], angle=tolerances[1])
         verdict = stability(assembly, engine=engine)
         faults = [f"{quoted(a)} and {quoted(b)} overlap" for a, b in (o.bodies for o in assembly.overlaps)]
-    notes = [f"{listed(g)}: {m.end.value}" for g, m in done.items() if m.end in UNFINISHED]
+    notes = [f"{listed(moving(g, m))}: {m.end.value}" for g, m in done.items() if m.end in UNFINISHED]
     status, reason = told(verdict, [f.body for f in fell], deep, faults, notes, limits)
     words = {name: word for fate in fates for name, word in fate.words.items()}
     for o in deep:

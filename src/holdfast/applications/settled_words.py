@@ -15,6 +15,7 @@ from holdfast.queries.stability import Stability
 from holdfast.settling.motion import TOUCH, End, Limits, Motion
 
 LEAST = 1e-6  # [m] smaller motions are none
+STILL_GOING = 0.1  # of the motion of the body that moves most in the last step: what moves less is only carried along
 UPWARD = 0.01  # cosine of the angle between the vertical and a normal from which a contact carries weight
 
 
@@ -46,6 +47,12 @@ def fate_of(group: Sequence[str], motion: Motion, limits: Limits, up: Float) -> 
         else:
             words[name] = _why(motion, k, way, limits, up)
     return Fate(tuple(left), words)
+
+
+def moving(group: Sequence[str], motion: Motion) -> list[str]:
+    """Return the names of the bodies of a group that still moved in the last step, of all if none of them did."""
+    ways = np.linalg.norm(motion.going, axis=1)
+    return [name for name, way in zip(group, ways, strict=True) if way >= STILL_GOING * float(ways.max())]
 
 
 def _why(motion: Motion, k: int, way: float, limits: Limits, up: Float) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.progress import report
+from holdfast.contacts.overlap import Overlap
 from holdfast.scene.body import Body
 from holdfast.scene.excluded import body_of
 from holdfast.scene.scene import Scene
@@ -33,6 +34,9 @@ POLISH = 4  # more steps at most that bodies at rest make: a body that balances 
 SHRINKING = 0.6  # of the motion in a step: larger motions (than TOUCH) in the next one approach nothing, it is the last
 RESTING = 0.017  # how far apart surfaces may be that are looked at then
 OVERLAP = TOUCH  # a larger overlap is undone before gravity acts
+
+FLUNG = 2.0  # depths of the deepest overlap: motions that undo it and go farther are not all made
+YIELDING = 3.0  # weights of the heaviest body, moved by that depth: the force at which overlaps then give way
 UNDOING = 12  # steps at most that undo overlaps
 STEPS = 150  # steps at most under gravity
 EFFORT = 1_000_000  # contacts in all cone programs of a group at most: about two minutes of them
@@ -87,20 +91,20 @@ def come_to_rest(
     *,
     known: frozenset[str],
     sigma: Mapping[str, float],
-    depth: float,
+    overlaps: Sequence[Overlap],
     smooth: bool = False,
 ) -> Motion:
     """Bring the movable bodies with these ``names`` to rest among each other and the fixed bodies of the scene.
 
     Bodies in ``known`` do not move while overlaps are undone. ``sigma`` [m] are standard deviations of the positions of
-    bodies, which then move in proportion to their squares. ``depth`` [m] is that of the deepest overlap, 0 if none
-    is deeper than RESTING of the reach. If ``smooth``, they first sink without friction, so that none is wedged.
+    bodies, which then move in proportion to their squares. ``overlaps`` are those that are deeper than RESTING of
+    the reach. If ``smooth``, they first sink without friction, so that none is wedged.
     """
-    group = Group(scene, names)
-    if not depth and not smooth and group.at_rest(limits.reach):
+    group = Group(scene, names, TOUCH * limits.reach)
+    if not overlaps and not smooth and group.at_rest(limits.reach):
         return group.report(End.REST, 0, np.zeros((group.count, 3)), np.zeros((group.count, 3)), limits)
     weight = np.array([np.inf if n in known else (SPREAD / sigma.get(n, SPREAD)) ** 2 for n in names])
-    steps = _undo_overlaps(group, weight, depth, limits)
+    steps = _undo_overlaps(group, weight, overlaps, limits)
     pushed = np.array([posed.moved for posed in group.bodies[: group.count]])
     if smooth:
         group.rough = False
@@ -112,13 +116,20 @@ def come_to_rest(
     return group.report(end, steps + sunk, pushed, going, limits)
 
 
-def _undo_overlaps(group: Group, weight: Float, depth: float, limits: Limits) -> int:
-    """Undo overlaps up to ``depth`` [m] by least motions, those of infinite ``weight`` (J,) none; returns the steps."""
-    margin = max(WIDE * FIRST * limits.reach, 1.5 * depth)
+def _undo_overlaps(group: Group, weight: Float, overlaps: Sequence[Overlap], limits: Limits) -> int:
+    """Undo ``overlaps`` and shallower ones by least motions, those of infinite ``weight`` (J,) none; returns the steps.
+
+    What bodies share is looked at until they are apart.
+    """
+    margin = max(WIDE * FIRST * limits.reach, 1.5 * max((o.depth for o in overlaps), default=0.0))
+    group.overlapping = {frozenset(o.bodies) for o in overlaps}
     for step in range(UNDOING):
         contacts = group.contacts(margin)
-        if not len(contacts) or contacts.gaps.min() >= -OVERLAP * limits.reach:
+        deep = contacts.gaps < -OVERLAP * limits.reach
+        if not deep.any():
+            group.overlapping.clear()
             return step
+        group.overlapping |= {frozenset(group.bodies[k].start.name for k in pair) for pair in contacts.ends[deep]}
         motion = group.undoing(contacts, weight)
         if motion is None or group.apply(motion, limits.reach / 2) < STILL * limits.reach:
             return step
@@ -132,6 +143,7 @@ def _sink(group: Group, limits: Limits) -> tuple[End, int, Float]:
     last = made = np.zeros((group.count, 6))
     going = np.zeros((group.count, 3))
     calm, travelled = 0, np.inf
+    rest: list[Body] = []
     for step in range(STEPS):
         report("settling", step, STEPS)
         contacts = group.sliding(group.contacts(_margin(stride, limits)), made, TOUCH * limits.reach, stride)
@@ -146,9 +158,13 @@ def _sink(group: Group, limits: Limits) -> tuple[End, int, Float]:
         going = group.centres() - before
         if group.beyond(limits):
             return End.LEFT, step + 1, going
+        if calm and not group.at_rest(limits.reach):  # a step too many
+            group.place(rest)
+            return End.REST, step + 1, going
         calm = calm + 1 if travelled < CALM * limits.reach and (calm or group.at_rest(limits.reach)) else 0
         if calm > POLISH or (calm > 1 and travelled > max(SHRINKING * before_that, TOUCH * limits.reach)):
             return End.REST, step + 1, going
+        rest = [posed.body for posed in group.bodies]
         if back:
             eager = max(eager / EAGER, 1.0)
         elif travelled < stride / 2:
@@ -171,7 +187,7 @@ class Group:
     ``effort`` is the number of contacts in all cone programs so far.
     """
 
-    def __init__(self, scene: Scene, names: Sequence[str]) -> None:
+    def __init__(self, scene: Scene, names: Sequence[str], least: float) -> None:
         self.scene, self.count = scene, len(names)
         fixed = [body for body in scene.bodies if body.fixed]
         self.bodies = [Posed(body) for body in [*(scene.body(name) for name in names), *fixed]]
@@ -181,6 +197,8 @@ class Group:
         self.levers = np.array([posed.radius for posed in self.bodies[: self.count]])
         self.share = mass / mass.max()
         self.rough, self.effort = True, 0
+        self.overlapping: set[frozenset[str]] = set()
+        self.least = least
         self._faces: defaultdict[tuple[int, int], FacePairs] = defaultdict(FacePairs)
         self._near: dict[tuple[int, int], tuple[Body, Body, float, Near]] = {}
 
@@ -207,7 +225,9 @@ class Group:
         a, b = self.bodies[i], self.bodies[j]
         known = self._near.get((i, j))
         if known is None or known[0] is not a.body or known[1] is not b.body or known[2] != margin:
-            near = near_points(a, b, self._faces[i, j], margin=margin)
+            pair = frozenset((a.start.name, b.start.name))
+            overlapping = pair in self.overlapping
+            near = near_points(a, b, self._faces[i, j], margin=margin, least=self.least, overlapping=overlapping)
             self._near[i, j] = known = (a.body, b.body, margin, near)
         return known[3]
 
@@ -224,7 +244,11 @@ class Group:
         least = np.minimum(weight, 1e9 * weight.min())
         unit = float(-contacts.gaps.min())
         pull = np.zeros(6 * self.count)
-        return self._solved(contacts, self._metric(least), pull, unit, friction=False)
+        metric = self._metric(least)
+        motion = self._solved(contacts, metric, pull, unit, friction=False)
+        if motion is None or self.farthest(motion) > FLUNG * unit:
+            motion = self._solved(contacts, metric, pull, unit, friction=False, giving=YIELDING)
+        return motion
 
     def at_rest(self, reach: float) -> bool:
         """Tell whether nothing moves under gravity and friction if surfaces as near as TOUCH of the reach touch."""
@@ -254,10 +278,19 @@ class Group:
         *,
         friction: bool,
         before: Float | None = None,
+        giving: float | None = None,
     ) -> Float | None:
         """Return the motions (J, 6) of ``small_motion``, and count what they cost."""
         motion, solved = small_motion(
-            contacts, self.centres(), self.levers, metric, pull, unit=unit, friction=friction, before=before
+            contacts,
+            self.centres(),
+            self.levers,
+            metric,
+            pull,
+            unit=unit,
+            friction=friction,
+            before=before,
+            giving=giving,
         )
         self.effort += solved
         return motion
@@ -286,6 +319,12 @@ class Group:
             if way > NOTHING * most:
                 posed.move(twist[:3], twist[3:])
         return share * farthest
+
+    def place(self, bodies: Sequence[Body]) -> None:
+        """Put all bodies where ``bodies`` are."""
+        for posed, body in zip(self.bodies, bodies, strict=True):
+            if posed.body is not body:
+                posed.place(body)
 
     def report(self, end: End, steps: int, pushed: Float, going: Float, limits: Limits) -> Motion:
         """Return what became of the group."""

@@ -14,6 +14,7 @@ from holdfast.contacts.round import feet
 from holdfast.settling.facing import ROW, facing_corners
 from holdfast.settling.pairs import FacePairs
 from holdfast.settling.poses import Posed
+from holdfast.settling.shared import Shared, shared_solids, ways_out
 
 FACING = 15.0  # [deg] faces that enclose a smaller angle meet as faces, others by their edges and vertices
 SHARP = 3.0  # [deg] an edge or a vertex touches if nothing beside it falls towards the other body by more
@@ -44,14 +45,18 @@ class Near(NamedTuple):
     chosen: Bool
 
 
-def near_points(one: Posed, other: Posed, faces: FacePairs, *, margin: float) -> Near:
+def near_points(
+    one: Posed, other: Posed, faces: FacePairs, *, margin: float, least: float = 0.0, overlapping: bool = False
+) -> Near:
     """Find the near points of two bodies that are up to ``margin`` apart or into each other [m].
 
-    ``faces`` are those of these two bodies, which it keeps up to date.
+    ``faces`` are those of these two bodies, which it keeps up to date. Overlaps of more than ``least`` [m] are
+    compared with what the bodies share, if both are closed. Where they are known to be ``overlapping``, overlaps are
+    looked for as deep as gaps are wide.
     """
     a, b, skin_a, skin_b = one.body, other.body, one.skin, other.skin
     size = min(a.size, b.size)
-    depth = min(margin, THIN * min(a.shape.surface.thickness, b.shape.surface.thickness))
+    depth = margin if overlapping else min(margin, THIN * min(a.shape.surface.thickness, b.shape.surface.thickness))
     found = [np.empty((0, ROW))]
     exact = feet(a, b, gap=margin, depth=depth, breadth=NOMINAL_BREADTH * size)
     for foot in exact:
@@ -70,7 +75,45 @@ def near_points(one: Posed, other: Posed, faces: FacePairs, *, margin: float) ->
         for foot in exact:
             rows = rows[np.linalg.norm(rows[:, None, :3] - foot.ends, axis=2).min(1) > foot.reach]
         found.append(rows)
-    return _kept(np.concatenate(found), size)
+    rows = _thinned(np.concatenate(found), size)
+    if overlapping or (rows[:, 6] < -least).any():
+        shared = shared_solids(one, other)
+        rows = _leading_out(rows, shared, least) if shared is not None else _inside(rows, one, other, least)
+    return _kept(rows, size)
+
+
+def _inside(rows: Float, one: Posed, other: Posed, least: float) -> Float:
+    """Return the rows without overlaps of more than ``least`` that are outside of a body whose surface has an inside.
+
+    Bodies with many such overlaps are deep in each other, and their folds matter little: there all of them are kept.
+    """
+    for body in (one, other):
+        deep = np.flatnonzero(rows[:, 6] < -least)
+        if len(deep) <= MANY:
+            rows = np.delete(rows, deep[~body.encloses(rows[deep, :3])], axis=0)
+    return rows
+
+
+def _leading_out(rows: Float, shared: tuple[Shared, ...], least: float) -> Float:
+    """Return the rows without overlaps of more than ``least`` that do not lead out of what two bodies share.
+
+    A solid that none leads out of gets one: in its middle, as deep as it extends along the way in which it shrinks.
+    """
+    deep = rows[:, 6] < -least
+    fits = ways_out(shared, *_overlaps(rows))
+    kept = [rows[~deep | fits]]
+    for solid in shared:
+        if solid.way is not None and not ways_out((solid,), *_overlaps(rows[deep])).any():
+            extent = float(solid.extent(solid.way[None])[0])
+            middle = (solid.points.min(0) + solid.points.max(0)) / 2
+            if extent > least:
+                kept.append(np.concatenate([middle, solid.way, [-extent]])[None])
+    return np.concatenate(kept)
+
+
+def _overlaps(rows: Float) -> tuple[Float, Float, Float]:
+    """Return points (n, 3), normals (n, 3) and depths (n,) of rows."""
+    return rows[:, :3], rows[:, 3:6], -rows[:, 6]
 
 
 def _rows(features: Features) -> Float:
@@ -79,11 +122,17 @@ def _rows(features: Features) -> Float:
     return np.column_stack([ends, np.repeat(features.normals, 2, axis=0), heights])
 
 
-def _kept(rows: Float, size: float) -> Near:
-    """Return the near points without those that say nothing new, the deepest first."""
+def _thinned(rows: Float, size: float) -> Float:
+    """Return the near points, the deepest first, of too many only the deepest in every cell of space."""
     rows = rows[np.lexsort((*rows[:, :3].T, rows[:, 6]))]
     if len(rows) > MANY:
         rows = rows[np.sort(np.unique(_cells(rows, CELL * size), return_index=True)[1])]
+    return rows
+
+
+def _kept(rows: Float, size: float) -> Near:
+    """Return the near points without those that say nothing new, the deepest first."""
+    rows = rows[np.lexsort((*rows[:, :3].T, rows[:, 6]))]
     rows = np.ascontiguousarray(rows)
     good = np.empty(len(rows), dtype=np.bool_)
     _explained(rows, ALIKE, good)

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
+import manifold3d
 import numpy as np
 
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Bool, Float
 from holdfast.contacts.skin import Skin, moved_skin
+from holdfast.geometry.distance import winding_number
+from holdfast.geometry.solid import closed_solid
 from holdfast.scene.body import Body
 
+CLOSED = 1e-3  # of the area of a surface: the normals of one without large holes do not sum up to more
 LEVER = 0.5  # of a body's size: a rotation by one radian moves its ends by this
 
 
@@ -34,8 +39,44 @@ class Posed:
         pose = np.eye(4)
         pose[:3, :3] = nearest_rotation(rotation @ self.body.pose[:3, :3])
         pose[:3, 3] = com + shift + rotation @ (self.body.pose[:3, 3] - com)
-        self.body = self.start.moved(pose)
-        self.skin = moved_skin(self._local, pose)
+        self.place(self.start.moved(pose))
+
+    def place(self, body: Body) -> None:
+        """Put the body where ``body``, the same one in another pose, is."""
+        self.body = body
+        self.skin = moved_skin(self._local, body.pose)
+
+    @cached_property
+    def _solid(self) -> manifold3d.Manifold | None:
+        """The body as a solid in its own frame, or None if its surface is not closed."""
+        local = self.start.shape.surface.reduced
+        solid = closed_solid(local.vertices, local.faces)
+        return None if solid is None else solid.as_original()
+
+    @property
+    def solid(self) -> manifold3d.Manifold | None:
+        """The body as a solid in its current pose, or None if its surface is not closed."""
+        return None if self._solid is None else self._solid.transform(self.body.pose[:3])
+
+    @property
+    def number(self) -> int:
+        """The number that faces of ``solid`` bear in what is cut out of it."""
+        return -1 if self._solid is None else self._solid.original_id()
+
+    @cached_property
+    def _closed(self) -> bool:
+        """Tell whether the surface has an inside although it may be folded: its normals sum up to nothing."""
+        local = self.start.shape.surface.reduced
+        corners = local.vertices[local.faces]
+        areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        return float(np.linalg.norm(areas.sum(0))) <= CLOSED * float(np.linalg.norm(areas, axis=1).sum())
+
+    def encloses(self, points: Float) -> Bool:
+        """Tell which points (n,) are inside the body; all, if its surface is so open that it has no inside."""
+        if not len(points) or not self._closed:
+            return np.ones(len(points), dtype=bool)
+        local = (points - self.body.pose[:3, 3]) @ self.body.pose[:3, :3]
+        return np.asarray(winding_number(local, self.start.shape.surface.reduced) > 0.5)
 
     @property
     def moved(self) -> Float:

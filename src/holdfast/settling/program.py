@@ -79,13 +79,13 @@ def relative_motion(contacts: Contacts, centres: Float, levers: Float, direction
 
 
 def step_program(
-    contacts: Contacts, centres: Float, levers: Float, metric: Float, pull: Float, giving: bool
+    contacts: Contacts, centres: Float, levers: Float, metric: Float, pull: Float, giving: float | None
 ) -> ConeProgram:
     """Set up min ½ v'Mv - f'v  s.t.  g + n·v >= μ |t·v| at every contact (Anitescu 2006).
 
     v (6J,) are the motions as in ``relative_motion``, ``metric`` (J, 6) is the diagonal of M, ``pull`` (6J,) is f.
-    Lengths are in any one unit. If ``giving``, every contact may give way at a
-    cost, so that there always is a solution: n more variables s >= 0 are added to the left-hand side.
+    Lengths are in any one unit. With ``giving``, every contact may give way, so that there always is a
+    solution: n more variables s >= 0 are added to the left-hand side, each at this cost over the largest entry of M.
     """
     J, n, mu = len(centres), len(contacts), contacts.mu
     rough = mu > 0
@@ -103,7 +103,7 @@ def step_program(
         cones += [("second_order", 3)] * count
     A = sparse.csr_matrix(sparse.vstack(blocks))
     diagonal, q = metric.ravel(), -pull
-    if giving:
+    if giving is not None:
         place = np.concatenate([np.arange(n - count), n - count + 3 * np.arange(count)])
         slack = sparse.csr_matrix((-np.ones(n), (place, np.arange(n))), shape=(A.shape[0], n))
         below = sparse.csr_matrix((-np.ones(n), (np.arange(n), 6 * J + np.arange(n))), shape=(n, 6 * J + n))
@@ -111,7 +111,7 @@ def step_program(
         b.append(np.zeros(n))
         cones.append(("nonnegative", n))
         diagonal = np.concatenate([diagonal, np.zeros(n)])
-        q = np.concatenate([q, np.full(n, GIVING * float(np.abs(metric).max()))])
+        q = np.concatenate([q, np.full(n, giving * float(np.abs(metric).max()))])
     kept = tuple(cone for cone in cones if cone[1])
     return ConeProgram(sparse.diags(diagonal, format="csc"), q, sparse.csc_matrix(A), np.concatenate(b), kept)
 
@@ -126,6 +126,7 @@ def small_motion(
     unit: float,
     friction: bool,
     before: Float | None = None,
+    giving: float | None = None,
 ) -> tuple[Float | None, int]:
     """Return the motions (J, 6) that solve ``step_program`` with lengths in ``unit`` [m], or None if none is found.
 
@@ -147,7 +148,7 @@ def small_motion(
     solved = 0
     for _ in range(ROUNDS):
         solved += int(active.sum())
-        found = _solved(scaled.only(active), centres, levers, metric, pull, tolerance)
+        found = _solved(scaled.only(active), centres, levers, metric, pull, tolerance, giving)
         if found is None:
             return None, solved
         motion = found.reshape(-1, 6)
@@ -161,7 +162,13 @@ def small_motion(
 
 
 def _solved(
-    contacts: Contacts, centres: Float, levers: Float, metric: Float, pull: Float, tolerance: float
+    contacts: Contacts,
+    centres: Float,
+    levers: Float,
+    metric: Float,
+    pull: Float,
+    tolerance: float,
+    giving: float | None,
 ) -> Float | None:
     """Return the solution (6J,) of ``step_program``.
 
@@ -169,7 +176,8 @@ def _solved(
     only if that is not enough, contacts give way.
     """
     smooth = replace(contacts, mu=np.where(contacts.gaps < 0, 0.0, contacts.mu))
-    for tried, giving in ((contacts, False), (smooth, False), (smooth, True)):
+    firm = ((contacts, None), (smooth, None), (smooth, GIVING)) if giving is None else ((contacts, giving),)
+    for tried, giving in firm:
         answer = solve(step_program(tried, centres, levers, metric, pull, giving), tolerance=tolerance)
         if answer.outcome in (Outcome.SOLVED, Outcome.ALMOST_SOLVED):
             return answer.x[: 6 * len(centres)]

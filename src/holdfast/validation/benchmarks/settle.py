@@ -64,6 +64,7 @@ def from_noise(make: Callable[[], Scene], name: str, millimetres: float, degrees
     true, seeds = make(), FEWER.get(name, SEEDS)
     hf.settle(true)  # compiled and cached from here on
     stable, theirs, seconds, their_seconds, left, off, their_off, noise, moved, their_moved = ([] for _ in range(10))
+    again = []
     for seed in range(seeds):
         start = noisy(true, millimetres, degrees, seed)
         begin = time.process_time()
@@ -72,6 +73,7 @@ def from_noise(make: Callable[[], Scene], name: str, millimetres: float, degrees
         stable.append(result.status is Status.STABLE)
         if stable[-1]:
             left.append(deepest(result.scene))
+            again.append(float(hf.settle(result.scene).moved.max()))
         off.append(float(np.median(apart(result.scene, true))))
         noise.append(float(np.median(apart(start, true))))
         moved.append(float(np.median(result.moved)))
@@ -93,6 +95,7 @@ def from_noise(make: Callable[[], Scene], name: str, millimetres: float, degrees
         "off true mm": 1e3 * float(np.median(off)),
         "moved mm": 1e3 * float(np.median(moved)),
         "settle s": float(np.median(seconds)),
+        "moved again mm": 1e3 * max(again, default=0.0),
     }
     if their_seconds:
         rows |= {

@@ -1,0 +1,68 @@
+"""What two closed bodies share: the solids in which they overlap, and the way along which these shrink."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import manifold3d
+import numpy as np
+
+from holdfast.base.arrays import Bool, Float, Int
+from holdfast.settling.poses import Posed
+
+CLEAR = 0.3  # of the area of the second body in a shared solid: less of it facing one way in sum says nothing
+AGAINST = -0.5  # cosine of the angle to the way of a shared solid from which on a normal goes against it
+AROUND = 0.1  # of the depth of a near point: how far from a shared solid it may lie
+DEEPER = 1.05  # of how far a shared solid extends along a normal: what lies deeper is not the way out of it
+
+
+class Shared(NamedTuple):
+    """A connected solid that two bodies share, with corners ``points`` (n, 3) [m].
+
+    Moving the second body along the unit vector ``way`` (3,) makes it smaller fastest: the derivative of a shared
+    volume is the integral of n·v over that part of the surface of the body that is inside the other one. It is None
+    if the sum of the normals there is nearly zero, as for a peg in a tight hole or a rod through a plate.
+    """
+
+    points: Float
+    way: Float | None
+
+    def extent(self, directions: Float) -> Float:
+        """Return how far the solid extends along each of ``directions`` (m, 3) [m]."""
+        return np.asarray(np.ptp(self.points @ directions.T, axis=0))
+
+
+def shared_solids(a: Posed, b: Posed) -> tuple[Shared, ...] | None:
+    """Return the solids that two bodies share, or None if a surface is not closed."""
+    if a.solid is None or b.solid is None:
+        return None
+    inside = a.solid ^ b.solid
+    return tuple(_shared(part, b.number) for part in inside.decompose())
+
+
+def _shared(part: manifold3d.Manifold, second: int) -> Shared:
+    mesh = part.to_mesh64()
+    points, triangles = np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, dtype=np.int64)
+    ends: Int = np.asarray(mesh.run_index, dtype=np.int64) // 3
+    own = triangles[np.repeat(np.asarray(mesh.run_original_id, dtype=np.int64), ends[1:] - ends[:-1]) == second]
+    area = np.cross(points[own[:, 1]] - points[own[:, 0]], points[own[:, 2]] - points[own[:, 0]])
+    total, sizes = -area.sum(0), float(np.linalg.norm(area, axis=1).sum())
+    length = float(np.linalg.norm(total))
+    return Shared(points, total / length if length > CLEAR * sizes else None)
+
+
+def ways_out(shared: tuple[Shared, ...], points: Float, normals: Float, depths: Float) -> Bool:
+    """Tell which near points (n,) of overlapping bodies, ``depths`` (n,) [m] in each other, are ways out of a solid.
+
+    Such a point lies at the solid. If the way in which this shrinks is known, it is no deeper than the solid extends
+    along the normal, which does not go against that way. All others belong to other sides of walls, or to folds.
+    """
+    fits = np.zeros(len(points), dtype=bool)
+    for solid in shared:
+        low, high = solid.points.min(0), solid.points.max(0)
+        around = AROUND * depths[:, None]
+        here = ((points >= low - around) & (points <= high + around)).all(1)
+        if solid.way is not None:
+            here &= (depths <= DEEPER * solid.extent(normals)) & (normals @ solid.way > AGAINST)
+        fits |= here
+    return fits
