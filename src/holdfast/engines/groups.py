@@ -226,8 +226,9 @@ class Groups:
         return found if part is None else self._in_whole(part, found)
 
     def _in_whole(self, part: Part, found: Answers) -> Answers:
-        each = {id(m): self._whole(part, m) for m in found.mechanism}  # rows share mechanisms
-        return found.with_mechanisms([each[id(m)] for m in found.mechanism])
+        each = {id(m): m for m in found.mechanism}  # rows share mechanisms
+        whole = {key: self._whole(part, m) for key, m in each.items()}
+        return found.with_mechanisms([whole[id(m)] for m in found.mechanism])
 
     def _prepare(self, names: tuple[str, ...]) -> Group:
         if frozenset(names) in self._hanging:

@@ -9,6 +9,7 @@ loads, with what they miss paid for along the axes.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import ConvexHull, cKDTree
@@ -63,9 +64,7 @@ def certify(columns: Float, first: int, solve: Solve, cuts: Cuts, gap: float, le
         return np.array([_high(limit) for limit in limits]), np.array(spare).reshape(-1, 6)
 
     groups, rest = flat_groups(loads)
-    for members in groups:
-        _flat(bounds, members, at, elsewhere, gap, slope)
-        report("certified bounds", count - int(bounds.doubtful(np.arange(count), gap).sum()), count)
+    _flat(bounds, groups, at, elsewhere, gap, slope)
     if len(rest):
         _curved(bounds, rest, at, elsewhere, gap, lever)
     return bounds
@@ -96,42 +95,83 @@ def _enter(bounds: Field, k: int, limit: LoadLimit) -> None:
         bounds.cut[k] = number
 
 
+@dataclass
+class _Face:
+    """The pushes ``members`` (n,) of one direction, at ``points`` (n, 2) of a unit square of their moments.
+
+    At ``places`` (m, 2) of the square are ``loads`` (m, 6), at which γ is at most ``values`` (m,); ``spare`` (m, 6) as
+    in ``_envelope``.
+    """
+
+    members: Int
+    points: Float
+    places: Float
+    loads: Float
+    values: Float
+    spare: Float
+
+    @classmethod
+    def of(cls, members: Int, loads: Float) -> _Face:
+        """The pushes ``loads`` (n, 6), in a square whose corners are solved next."""
+        force = loads[0, :3]
+        frame = moment_frame(force)
+        chart = loads[:, 3:] @ frame.T
+        low, high = chart.min(0), chart.max(0)
+        pad = 1e-6 * max(float((high - low).max()), 1e-12)
+        low, high = low - pad, high + pad
+        places = np.array([(x, y) for x in (0.0, 1.0) for y in (0.0, 1.0)])
+        corners = np.column_stack([np.tile(force, (4, 1)), (low + places * (high - low)) @ frame])
+        return cls(members, (chart - low) / (high - low), places, corners, np.empty(0), np.empty((0, 6)))
+
+    def lowered(self, bounds: Field, gap: float, slope: Float) -> Int:
+        """Interpolate over the face; returns one of its doubtful pushes for each facet that has any, as places (k,)."""
+        doubtful = np.flatnonzero(bounds.doubtful(self.members, gap))
+        undone, facet = self.members[doubtful], np.arange(len(doubtful))
+        if len(undone) and np.isfinite(self.values).all():
+            known = self.places, self.loads, self.values, self.spare
+            above, endless, facet = _envelope(*known, self.points[doubtful], bounds.loads[undone], slope)
+            bounds.high[undone] = np.minimum(bounds.high[undone], above)
+            bounds.endless[undone] |= endless
+        still = bounds.doubtful(undone, gap)
+        return doubtful[still][_worst_of_each(facet[still], _doubt(bounds, undone[still]))]
+
+    def learn(self, bounds: Field, chosen: Int) -> None:
+        """Take the pushes at places ``chosen`` (k,) as corners of facets, now that they are solved."""
+        solved = self.members[chosen]
+        self.places = np.vstack([self.places, self.points[chosen]])
+        self.loads = np.vstack([self.loads, bounds.loads[solved]])
+        self.values = np.concatenate([self.values, bounds.high[solved]])
+        self.spare = np.vstack([self.spare, bounds.spare[solved]])
+
+
 def _flat(
     bounds: Field,
-    members: Int,
+    groups: list[Int],
     at: Callable[[Int], None],
     elsewhere: Callable[[Float], tuple[Float, Float]],
     gap: float,
     slope: Float,
 ) -> None:
-    """Pushes of one direction: γ is convex over the plane of their moments; refine a triangulation of it."""
-    force = bounds.loads[members[0], :3]
-    frame = moment_frame(force)
-    chart = bounds.loads[members, 3:] @ frame.T
-    low, high = chart.min(0), chart.max(0)
-    pad = 1e-6 * max(float((high - low).max()), 1e-12)
-    low, high = low - pad, high + pad
-    unit = (chart - low) / (high - low)
-    places = np.array([(x, y) for x in (0.0, 1.0) for y in (0.0, 1.0)])
-    loads = np.column_stack([np.tile(force, (4, 1)), (low + places * (high - low)) @ frame])
-    values, spare = elsewhere(loads)
-    while True:
+    """Pushes of one direction each: γ is convex over the plane of their moments; refine a triangulation of it.
+
+    All faces are refined in step, since proving the bounds of a round costs more than proving those of a load.
+    """
+    count = len(bounds.loads)
+    faces = [_Face.of(members, bounds.loads[members]) for members in groups]
+    if faces:
+        values, spare = elsewhere(np.vstack([face.loads for face in faces]))
+        for k, face in enumerate(faces):
+            face.values, face.spare = values[4 * k : 4 * k + 4], spare[4 * k : 4 * k + 4]
+    while faces:
         bounds.rise()
-        undone = members[bounds.doubtful(members, gap)]
-        if not len(undone):
-            return
-        facet, place = np.arange(len(undone)), unit[bounds.doubtful(members, gap)]
-        if np.isfinite(values).all():
-            above, endless, facet = _envelope(places, loads, values, spare, place, bounds.loads[undone], slope)
-            bounds.high[undone] = np.minimum(bounds.high[undone], above)
-            bounds.endless[undone] |= endless
-        still = bounds.doubtful(undone, gap)
-        undone, facet, place = undone[still], facet[still], place[still]
-        worst = _worst_of_each(facet, _doubt(bounds, undone))
-        at(undone[worst])
-        places, loads = np.vstack([places, place[worst]]), np.vstack([loads, bounds.loads[undone[worst]]])
-        values = np.concatenate([values, bounds.high[undone[worst]]])
-        spare = np.vstack([spare, bounds.spare[undone[worst]]])
+        chosen = [(face, face.lowered(bounds, gap, slope)) for face in faces]
+        chosen = [(face, places) for face, places in chosen if len(places)]
+        if chosen:
+            at(np.concatenate([face.members[places] for face, places in chosen]))
+        for face, places in chosen:
+            face.learn(bounds, places)
+        faces = [face for face, _ in chosen]
+        report("certified bounds", count - int(bounds.doubtful(np.arange(count), gap).sum()), count)
 
 
 def _envelope(

@@ -97,11 +97,15 @@ class Limit(Value):
 
 
 def _judged(assembly: Assembly, rest: Rest, wrench: Float, cone: FrictionCone) -> Rest:
-    """STABLE only where the equilibrium needs no self-stress, else UNDECIDED although one exists."""
+    """STABLE only where the equilibrium needs no self-stress, else UNDECIDED although one exists.
+
+    Forces that build up on elastic contacts without any slip need none, so nothing is left to be asked.
+    """
     verdict = rest.verdict
     if verdict.status is not Status.STABLE:
         return rest
-    needed = needs_self_stress(assembly, rest.nodes, wrench, cone)
+    slips = verdict.self_stress is not False
+    needed = slips and needs_self_stress(assembly, rest.nodes, wrench, cone)
     if needed is False:
         reason = "an equilibrium exists that needs no self-stress"
         return replace(rest, verdict=replace(verdict, self_stress=False, reason=reason))
