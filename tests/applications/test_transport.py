@@ -354,3 +354,36 @@ def test_limits_along_the_path_itself_will_do() -> None:
         hf.safe_time_scale(path, 3.0)  # type: ignore[arg-type]
     with pytest.raises(hf.HoldfastError, match="margin"):
         hf.safe_time_scale(path, t, margin=1.0)
+
+
+# ---- of some bodies alone
+
+
+def _with_an_orange() -> hf.Scene:
+    tray, low = floor(2, 2), box("low", (0.1, 0.1, 0.05), 1, (0, 0, 0.025))
+    top = box("top", (0.04, 0.04, 0.08), 0.2, (0, 0, 0.09))
+    orange = hf.Body("orange", hf.Sphere(0.04), mass=0.2, pose=at(0.3, 0, 0.04))
+    return hf.Scene([tray, low, top, orange], MU)
+
+
+def test_an_orange_does_not_hide_what_the_boxes_beside_it_withstand() -> None:
+    scene = _with_an_orange()
+    ways = np.array([X, Y, -X - Y])
+    whole = hf.transport_limits(scene, ways)
+    some = hf.transport_limits(scene, ways, bodies=["low"])
+    without = hf.transport_limits(hf.assemble(scene).without(["orange"]), ways)
+    assert whole.acceleration == pytest.approx(0, abs=1e-6)
+    assert some.acceleration == pytest.approx(without.acceleration, rel=1e-9)
+    assert some.acceleration[0] == pytest.approx(
+        G * 0.02 / 0.04, rel=0.03
+    )  # the top box tips: half its width over half its height
+    assert some.acceleration[0] <= G * 0.02 / 0.04 * (1 + 1e-6)
+    assert some.notes[-1].endswith("orange")
+
+
+@pytest.mark.parametrize(
+    ("bodies", "match"), [([], "is empty"), (["floor"], "is fixed"), ("low", "is the text"), (["lo"], "no body")]
+)
+def test_bodies_that_cannot_be_asked_about(bodies: Any, match: str) -> None:
+    with pytest.raises(hf.SceneError, match=match):
+        hf.transport_limits(_with_an_orange(), X, bodies=bodies)

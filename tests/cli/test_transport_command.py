@@ -98,6 +98,7 @@ def test_what_does_not_stand_has_no_set(transport: Any) -> None:
         (("--set", "set.txt"), ".json or .npz"),
         (("--png", "p.jpg"), "--png"),
         (("--compare", "grap"), "'grap' is unknown"),
+        (("--body", "floor"), "is fixed"),
     ],
 )
 def test_bad_input(options: tuple[object, ...], match: str, transport: Any) -> None:

@@ -16,12 +16,14 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from holdfast.applications.inertia import inertial_loads, speed_within
-from holdfast.assembly.assembly import Assembly, body_forces
+from holdfast.assembly.assembly import FIXED, Assembly, body_forces
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import (
+    Bool,
     Float,
     checked,
     checked_directions,
+    checked_items,
     checked_number,
     checked_whole,
     frozen,
@@ -33,10 +35,19 @@ from holdfast.base.painters import paint
 from holdfast.base.public import Summary
 from holdfast.base.ranges import ACCELERATION, ANGLE
 from holdfast.base.rigid import checked_pose, tangents
+from holdfast.base.text import listed, quoted
 from holdfast.engines.answers import Claim
 from holdfast.engines.imperfect import Imperfect
 from holdfast.queries.push import asked
-from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load, checked_assembly, engine_of, total_wrench
+from holdfast.queries.request import (
+    DEFAULT_ENGINE,
+    EngineChoice,
+    Load,
+    body_number,
+    checked_assembly,
+    engine_of,
+    total_wrench,
+)
 from holdfast.queries.result import ROW_HEADS, Columns, least, told
 from holdfast.queries.sets import ConvexSet
 from holdfast.scene.scene import Scene
@@ -109,6 +120,7 @@ def transport_limits(
     jolt: float = 0.0,
     standing: Iterable[Load] = (),
     engine: EngineChoice = DEFAULT_ENGINE,
+    bodies: Sequence[str] | None = None,
     bound: bool = False,
     imperfect: Imperfect | None = None,
 ) -> TransportLimits:
@@ -121,7 +133,11 @@ def transport_limits(
     throughout: below 0 it takes weight off the load. The ``standing`` loads act throughout. ``bound`` and
     ``imperfect`` have the same meaning as in ``robustness``.
 
-    Raises SceneError if there is no direction or if one is zero.
+    By default the limit is that of whatever moves first. With ``bodies``, a list of names, it is that of these bodies
+    and of their groups, that is of all that touches them directly or through other movable bodies. So an orange that
+    rolls off a fixed shelf does not hide what the boxes beside it withstand. ``notes`` name the bodies left out.
+
+    Raises SceneError if there is no direction, if one is zero, or if one of ``bodies`` is unknown or fixed.
     """
     carried = checked_assembly(assembly) if tilt is None else tilted(assembly, tilt)
     ways = horizontal_directions(carried) if directions is None else _directions(directions)
@@ -135,9 +151,30 @@ def transport_limits(
         pivot=pivot,
     )
     held = total_wrench(carried, standing) + total_wrench(carried, turning)
-    W = np.column_stack([body_forces(-carried.mass[:, None] * way) for way in ways])
+    counted, note = _counted(carried, bodies)
+    mass = np.where(counted, carried.mass, 0.0)
+    W = np.column_stack([body_forces(-mass[:, None] * way) for way in ways])
     found = asked(method, carried, W, held, bound=bound, imperfect=imperfect)
+    found = replace(found, notes=(*found.notes, *note))
     return TransportLimits(answers=found, assembly=carried, directions=ways)
+
+
+def _counted(assembly: Assembly, bodies: Sequence[str] | None) -> tuple[Bool, tuple[str, ...]]:
+    """Return which movable bodies (J,) are in the groups of ``bodies``, all if None, and a note naming the others."""
+    if bodies is None:
+        return np.ones(len(assembly.movable), dtype=bool), ()
+    where = "transport_limits: bodies"
+    if isinstance(bodies, str):
+        raise SceneError(message(where, f"is the text {quoted(bodies)}", "needs a list of names"))
+    names = checked_items(bodies, where, "names")
+    numbers = [body_number(assembly, name) for name in names]
+    fixed = [name for name, number in zip(names, numbers, strict=True) if number == FIXED]
+    if fixed or not names:
+        problem = f"{quoted(fixed[0])} is fixed" if fixed else "is empty"
+        raise SceneError(message(where, problem, "name movable bodies, or leave it out for all"))
+    counted = np.isin(assembly.group_of, assembly.group_of[numbers])
+    others = [body.name for body, taken in zip(assembly.movable, counted, strict=True) if not taken]
+    return counted, (f"what these may be carried at is not asked: {listed(others)}",) if others else ()
 
 
 def horizontal_directions(assembly: Assembly | Scene, count: int = DIRECTIONS) -> Float:

@@ -40,6 +40,10 @@ def transport(
     angular_velocity: Annotated[Vector | None, typer.Option(help="of the carrier in rad/s: X Y Z")] = None,
     pivot: Annotated[Vector, typer.Option(help="point about which it rotates in m: X Y Z")] = (0.0, 0.0, 0.0),
     jolt: Annotated[float, typer.Option(help="vertical acceleration in m/s² that acts throughout, upwards > 0")] = 0.0,
+    body: Annotated[
+        list[str] | None,
+        typer.Option(help="only what this body and those in contact with it allow (may be repeated); default: all"),
+    ] = None,
     straps: Straps = None,
     bound: Annotated[bool, typer.Option("--bound", help="also compute upper bounds by engine limit")] = False,
     png: Annotated[Path | None, typer.Option(help="write a PNG polar plot to this file")] = None,
@@ -68,7 +72,9 @@ def transport(
     written = []
     with progress():
         results = [
-            transport_limits(assembly, ways, standing=loads, engine=method, bound=bound and method is methods[0])
+            transport_limits(
+                assembly, ways, standing=loads, engine=method, bodies=body, bound=bound and method is methods[0]
+            )
             for method in methods
         ]
         result = results[0]
