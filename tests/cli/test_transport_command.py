@@ -11,6 +11,8 @@ import pytest
 from calling import command
 
 import holdfast as hf
+from holdfast.cli import common
+from holdfast.cli import transport as module
 from holdfast.report import tables
 
 transport = command("transport")
@@ -107,3 +109,13 @@ def test_bad_input(options: tuple[object, ...], match: str, transport: Any) -> N
     assert out == ""
     assert match in err
     assert err.count("\n") == 1
+
+
+def test_a_picture_that_cannot_be_drawn_is_refused_before_anything_is_computed(
+    transport: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(common, "find_spec", lambda name: None)
+    monkeypatch.setattr(module, "transport_limits", lambda *a, **k: pytest.fail("was computed"))
+    code, _, err = transport("cube", "--png", "p.png")
+    assert code == 2
+    assert "pip install 'holdfast[viewer]'" in err

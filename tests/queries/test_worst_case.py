@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 import holdfast as hf
+from holdfast.queries.intervals import friction_intervals
 from holdfast.queries.worst_case import worst_case
 from holdfast.scene.shipped import shipped_scene
-from holdfast.scene.shipped.blocks import cube
+from holdfast.scene.shipped.blocks import box, cube, floor
 
 G = 9.81
 X = np.array([1.0, 0, 0])
@@ -67,3 +69,27 @@ def test_a_bad_box_is_refused(asked: dict[str, Any], told: str) -> None:
 def test_too_many_corners_are_refused_with_a_remedy() -> None:
     with pytest.raises(hf.HoldfastError, match=r"corners; at most 4,096: name the bodies that matter"):
         worst_case(hf.assemble(shipped_scene("arch")), "v3", [0, 0, 0.3], [0, 0, -1], mass=0.1, com=0.01)
+
+
+def test_friction_intervals_may_name_materials() -> None:
+    """The names of bodies count before materials, and of two mixed pairs both intervals."""
+    scene = hf.Scene(
+        [
+            replace(floor(), material="oak"),
+            replace(box("low", (0.1, 0.1, 0.1), 1, (0, 0, 0.05)), material="glass"),
+            replace(box("top", (0.1, 0.1, 0.1), 1, (0, 0, 0.15)), material="glass"),
+        ],
+        0.5,
+    )
+    assembly = hf.assemble(scene)
+    low, top = ("floor", "low"), ("low", "top")
+
+    def found(given: dict[tuple[str, str], tuple[float, float]]) -> dict[tuple[str, str], tuple[float, float]]:
+        intervals = friction_intervals(assembly, given, "test")
+        return {tuple(sorted(pair)): interval for pair, interval in intervals.items()}
+
+    assert found({("oak", "glass"): (0.2, 0.3)}) == {low: (0.2, 0.3), top: (0.5, 0.5)}
+    assert found({("glass", "glass"): (0.2, 0.3), ("top", "low"): (0.1, 0.4)})[top] == (0.1, 0.4)
+    assert found({("floor", "glass"): (0.2, 0.3), ("oak", "low"): (0.1, 0.25)})[low] == (0.1, 0.3)
+    with pytest.raises(hf.SceneError, match="or their materials"):
+        found({("oak", "oak"): (0.2, 0.3)})

@@ -83,7 +83,8 @@ def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - whatever was sa
             data, arrays = _json(Path(path)) if suffix == ".json" else _npz(Path(path))
             if not isinstance(data, dict) or data.get("format") != FORMAT:
                 shown = data.get("format") if isinstance(data, dict) else type(data).__name__
-                raise HoldfastError(message("answer", f"is of format {shown!r:.60}", f"needs {FORMAT!r}"))
+                remedy = f"needs {FORMAT!r}, as answer.save(path) writes it; what --json prints is for other programs"
+                raise HoldfastError(message("answer", f"is of format {shown!r:.60}", remedy))
             return _Reader(arrays).value(data["value"])
         except OSError as cause:
             raise HoldfastError(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any, cast
 
@@ -60,6 +61,14 @@ def exit_code(status: Status, answers: Answers) -> int:
 
 
 def check_suffix(path: Path | None, suffix: str) -> None:
-    """Raise HoldfastError if the name of the file does not end in the suffix of its format."""
-    if path is not None and path.suffix.lower() != suffix:
+    """Raise HoldfastError if the name of the file does not end in the suffix of its format, or if it cannot be drawn.
+
+    Before anything is computed, so that no answer is lost.
+    """
+    if path is None:
+        return
+    if path.suffix.lower() != suffix:
         raise HoldfastError(message(f"--{suffix[1:]}", f"{path} does not end in {suffix}", f"name a {suffix} file"))
+    if suffix == ".png" and find_spec("matplotlib") is None:
+        remedy = "pip install 'holdfast[viewer]', or leave it out"
+        raise HoldfastError(message("--png", "writing a PNG needs matplotlib, which is not installed", remedy))

@@ -176,7 +176,8 @@ def _loose(assembly: Assembly, group: tuple[str, ...]) -> str:
         return f"{text}; {place}, but only sharp corners or edges meet there ({angle})"
     if gap > 1:
         return f"{text}; {inside} is {gap:.3g} m from {outside}, its nearest: are all poses in metres?"
-    return f"{text}; {place} (the gap tolerance is {own.gap * 1e3:.3g} mm: raise gap if they should touch)"
+    remedy = "settle the scene, or raise gap, if they should touch"
+    return f"{text}; {place} (the gap tolerance is {own.gap * 1e3:.3g} mm: {remedy})"
 
 
 def _falls(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float) -> Verdict:

@@ -13,7 +13,7 @@ from holdfast.base.errors import SceneError, message
 from holdfast.base.ranges import PLACE
 from holdfast.base.text import quoted
 from holdfast.queries.request import body_number
-from holdfast.scene.pairs import checked_pair
+from holdfast.scene.pairs import checked_pair, names_between
 
 Pair: TypeAlias = tuple[str, str]
 MuRange: TypeAlias = float | tuple[float, float] | Mapping[Pair, tuple[float, float]]
@@ -25,8 +25,10 @@ def friction_intervals(assembly: Assembly, mu: MuRange | None, where: str) -> di
     """Return the interval (low, high) of the friction coefficient for every pair of touching bodies.
 
     ``mu`` is a relative width for all pairs (0.2 means ± 20 %), one interval (low, high) for all pairs, or a dict of
-    intervals by the names of the two bodies. A pair that is not named keeps the known coefficient as both ends. Raises
-    SceneError if a named pair does not touch, or if an interval is not 0 <= low <= high.
+    intervals for pairs of names. As in the friction table, each is the name of a body or of a material, and the names
+    of both bodies count before that of one and the other's material, and these before both materials. A pair that is
+    not named keeps the known coefficient as both ends. Raises SceneError if a named pair does not touch, or if an
+    interval is not 0 <= low <= high.
     """
     pairs: dict[Pair, float] = {}
     for i, m in zip(assembly.interfaces, assembly.mu, strict=True):  # of several between parts, the smallest
@@ -35,18 +37,31 @@ def friction_intervals(assembly: Assembly, mu: MuRange | None, where: str) -> di
         return {p: (m, m) for p, m in pairs.items()}
     if isinstance(mu, Mapping):
         named = {checked_pair(pair, f"{where}: friction"): interval for pair, interval in mu.items()}
-        given = {frozenset(pair): interval for pair, interval in named.items()}
-        unknown = [pair for pair in named if frozenset(pair) not in {frozenset(p) for p in pairs}]
+        given = {
+            (min(pair), max(pair)): _interval(interval, f"{where}: friction of {quoted(pair)}")
+            for pair, interval in named.items()
+        }
+        ways = {p: names_between(*p, assembly.scene.materials) for p in pairs}
+        touching = {key for way in ways.values() for keys in way for key in keys}
+        unknown = [pair for pair in named if (min(pair), max(pair)) not in touching]
         if unknown:
             problem = f"no contact between {quoted(unknown[0])}"
-            raise SceneError(message(f"{where}: friction", problem, "name touching bodies"))
-        return {
-            p: _interval(given.get(frozenset(p), (m, m)), f"{where}: friction of {quoted(p)}") for p, m in pairs.items()
-        }
+            raise SceneError(message(f"{where}: friction", problem, "name touching bodies, or their materials"))
+        return {p: _widest([given[key] for key in _first(ways[p], given)] or [(m, m)]) for p, m in pairs.items()}
     if isinstance(mu, tuple | list):
         return dict.fromkeys(pairs, _interval(mu, f"{where}: friction"))
     width = _width(mu, f"{where}: friction")
     return {p: (m * (1 - width), m * (1 + width)) for p, m in pairs.items()}
+
+
+def _first(ways: list[list[Pair]], given: Mapping[Pair, tuple[float, float]]) -> list[Pair]:
+    """Return the pairs of the first of these ways of naming two bodies that are given, or none."""
+    return next((found for way in ways if (found := [key for key in way if key in given])), [])
+
+
+def _widest(intervals: list[tuple[float, float]]) -> tuple[float, float]:
+    """Return the smallest interval that contains all."""
+    return min(low for low, _ in intervals), max(high for _, high in intervals)
 
 
 def mass_intervals(assembly: Assembly, mass: MassRange | None, where: str) -> dict[str, tuple[float, float]]:

@@ -76,7 +76,7 @@ def placement_report(result: Placement, scene: str, body: str) -> RenderableType
     if weak is not None:
         how = weak.status if weak.mode == "none" else what_moves(weak.body, weak.mode, weak.moving)
         what = f"{result.robustness:.3g} N on {one_line(weak.body, LONGEST_NAME)}, {how}"
-        lines.append(Text(f"least push afterwards: {'not known' if weak.status is Status.UNDECIDED else what}"))
+        lines.append(Text(f"least push afterwards: {'undecided' if weak.status is Status.UNDECIDED else what}"))
     if result.rating is not None:
         told = [f"{what} {value}" for what, value in result.rating.facts(body, result.beneath)]
         lines.insert(3, sentence("; ".join(told)))

@@ -48,17 +48,25 @@ def checked_pair(key: Any, where: str) -> Pair:  # noqa: ANN401 - anything a cal
 def number_between(pairs: Mapping[Pair, float], a: str, b: str, materials: Mapping[str, str | None]) -> float | None:
     """Return the number of bodies ``a`` and ``b`` in a table from ``checked_pairs``, or None if it has none.
 
-    It is looked up first under the names of both bodies, then under the name of one body and the material of the other,
-    then under both materials. If both mixed pairs are given, the smaller number counts, whichever body comes first.
-    ``materials`` maps the name of each body to its material, or None.
+    It is looked up as ``names_between`` says. If both mixed pairs are given, the smaller number counts, whichever body
+    comes first.
     """
-    like_a, like_b = materials.get(a), materials.get(b)
-    for choices in (((a, b),), ((a, like_b), (like_a, b)), ((like_a, like_b),)):
-        named = [(min(x, y), max(x, y)) for x, y in choices if x is not None and y is not None]
+    for named in names_between(a, b, materials):
         found = [pairs[pair] for pair in named if pair in pairs]
         if found:
             return min(found)
     return None
+
+
+def names_between(a: str, b: str, materials: Mapping[str, str | None]) -> list[list[Pair]]:
+    """Return the pairs of names, in alphabetical order, by which a table may mean bodies ``a`` and ``b``.
+
+    First come the names of both bodies, then the name of one body and the material of the other, then both materials.
+    ``materials`` maps the name of each body to its material, or None.
+    """
+    like_a, like_b = materials.get(a), materials.get(b)
+    ways = (((a, b),), ((a, like_b), (like_a, b)), ((like_a, like_b),))
+    return [[(min(x, y), max(x, y)) for x, y in way if x is not None and y is not None] for way in ways]
 
 
 def check_known(pairs: Collection[Pair], known: Collection[str], what: str) -> None:

@@ -17,6 +17,8 @@ ALIKE = 0.65  # least likeness, of 1, of a key to the one that was probably mean
 # Names that people, and other formats, give to what a scene file calls otherwise
 OTHER_NAMES = {
     "quaternion": "orientation",
+    "rpy": "orientation",
+    "euler": "orientation",
     "rotation": "orientation",
     "translation": "position",
     "origin": "position",

@@ -199,7 +199,9 @@ class BodyModel(Model):
         if self.pose is not None and (self.position is not None or self.orientation is not None):
             raise ValueError("needs either pose, or position and orientation")
         if self.orientation is not None and abs(math.hypot(*self.orientation) - 1) > 1e-3:
-            raise ValueError(f"orientation has length {math.hypot(*self.orientation):.4g}, needs a unit quaternion")
+            length = math.hypot(*self.orientation)
+            unit = ", ".join(f"{part / length:.6g}" for part in self.orientation) if length > 0 else "1, 0, 0, 0"
+            raise ValueError(f"orientation has length {length:.4g}, needs a unit quaternion, as in [{unit}]")
         return self
 
 
