@@ -16,6 +16,7 @@ from holdfast.cli import transport as module
 from holdfast.report import tables
 
 transport = command("transport")
+AXES = [[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]]
 
 
 def test_it_says_what_gives_way_where(transport: Any) -> None:
@@ -109,6 +110,20 @@ def test_bad_input(options: tuple[object, ...], match: str, transport: Any) -> N
     assert out == ""
     assert match in err
     assert err.count("\n") == 1
+
+
+def test_each_quarter_turn_is_told_where_they_differ(transport: Any) -> None:
+    """On a ramp the load slides down first when the carrier accelerates towards the upper end."""
+    _, out, _ = transport("slope", "--engine", "limit", "--directions", 8)
+    told = {
+        f"{90 * k}°": f"{v:.4g}"
+        for k, v in enumerate(hf.transport_limits(hf.shipped_scene("slope"), AXES, engine="limit").acceleration)
+    }
+    for angle, value in told.items():
+        assert f"towards {angle}: {value} m/s²" in " ".join(out.split())
+    assert len(set(told.values())) > 1
+    _, out, _ = transport("cube", "--engine", "limit", "--directions", 8)
+    assert "towards 90°:" not in out
 
 
 def test_a_picture_that_cannot_be_drawn_is_refused_before_anything_is_computed(

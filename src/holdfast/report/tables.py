@@ -151,7 +151,8 @@ def transport_report(result: TransportLimits) -> RenderableType:
         unknown = int((~result.answers.decided[arc]).sum())
         partly = f"; {unknown} of {len(arc)} undecided" if 0 < unknown < len(arc) else ""
         table.add_row(*map(cell, (first, last, answer, lower, at, _gives_way(result, least) + partly)))
-    return Group(head, *_remarks(result), sentence(_slowest(result, angle)), table)
+    quarters = _at_quarters(result, angle)
+    return Group(head, *_remarks(result), sentence(_slowest(result, angle)), *map(sentence, quarters), table)
 
 
 def _round(result: TransportLimits) -> str:
@@ -174,6 +175,18 @@ def _slowest(result: TransportLimits, angle: Float) -> str:
     holds = f" (holds {lower}, {result.lower_bound})" if result.lower.min() > 0 else ""
     moving = f"{result.mode[least]} of {listed(result.moving[least], SHOWN)}"
     return f"{where} up to {fastest}{holds}; beyond that, when it accelerates towards {angle[least]:g}°, {moving}"
+
+
+def _at_quarters(result: TransportLimits, angle: Float) -> list[str]:
+    """Say in one sentence how fast it may accelerate each quarter turn, if these directions were asked and differ."""
+    places = [np.flatnonzero(angle == quarter) for quarter in (0.0, 90.0, 180.0, 270.0)]
+    if not all(len(found) for found in places):
+        return []
+    chosen = [int(found[0]) for found in places]
+    told = [number(float(result.acceleration[k]), "m/s²") if result.answers.decided[k] else "?" for k in chosen]
+    if len(set(told)) == 1:
+        return []
+    return ["; ".join(f"towards {90 * k}°: {value}" for k, value in enumerate(told))]
 
 
 def _arcs(result: TransportLimits) -> list[list[int]]:
