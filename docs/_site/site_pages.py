@@ -32,6 +32,7 @@ LINKS = (
     (re.compile(r"\]\((?:\.\./)?CONTRIBUTING\.md\)"), "](/contributing.md)"),
     (re.compile(r"\]\((?:\.\./)?CHANGELOG\.md\)"), "](/changelog.md)"),
 )
+NAMED_PAGE = re.compile(r"(?<![`/\w])docs/(\w+)\.md")  # in docstrings
 
 
 def make_benchmarks(app: Sphinx) -> None:
@@ -61,9 +62,18 @@ def lead_from_root(app: Sphinx, path: Path, parent: str, source: list[str]) -> N
     source[0] = re.sub(r"\]\(docs/", "](", source[0])
 
 
+def lead_from_docstrings(
+    app: Sphinx, what: str, name: str, subject: object, options: object, lines: list[str]
+) -> None:  # arguments as Sphinx gives them
+    """Let docstrings that name a page by its file lead to it."""
+    for k, line in enumerate(lines):
+        lines[k] = NAMED_PAGE.sub(r":doc:`docs/\1.md </\1>`", line)
+
+
 def setup(app: Sphinx) -> dict[str, Any]:
     """Join the making of the site."""
     app.connect("builder-inited", make_benchmarks)
     app.connect("source-read", lead_on_site)
     app.connect("include-read", lead_from_root)
+    app.connect("autodoc-process-docstring", lead_from_docstrings)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

@@ -81,7 +81,7 @@ def written(rows: list[Row]) -> str:
         ("Several objects, in every state", "objects"),
         ("Where the strongest tenth of each map leads", "points"),
     )
-    parts = [f"### {title}\n\n{table([row for row in rows if key in row])}" for title, key in kinds]
+    parts = [f"## {title}\n\n{table([row for row in rows if key in row])}" for title, key in kinds]
     return "\n\n".join(parts)
 
 
