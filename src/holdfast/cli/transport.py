@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -27,6 +28,10 @@ from holdfast.queries.sets import sustainable_accelerations
 from holdfast.report.tables import transport_report
 
 Vector = tuple[float, float, float]
+Bodies = Annotated[
+    list[str] | None,
+    typer.Option(help="only what this body and those in contact with it allow (may be repeated); default: all"),
+]
 
 
 @takes_scene
@@ -40,10 +45,7 @@ def transport(
     angular_velocity: Annotated[Vector | None, typer.Option(help="of the carrier in rad/s: X Y Z")] = None,
     pivot: Annotated[Vector, typer.Option(help="point about which it rotates in m: X Y Z")] = (0.0, 0.0, 0.0),
     jolt: Annotated[float, typer.Option(help="vertical acceleration in m/s² that acts throughout, upwards > 0")] = 0.0,
-    body: Annotated[
-        list[str] | None,
-        typer.Option(help="only what this body and those in contact with it allow (may be repeated); default: all"),
-    ] = None,
+    body: Bodies = None,
     straps: Straps = None,
     bound: Annotated[bool, typer.Option("--bound", help="also compute upper bounds by engine limit")] = False,
     png: Annotated[Path | None, typer.Option(help="write a PNG polar plot to this file")] = None,
@@ -70,13 +72,9 @@ def transport(
     loads += strap_loads(straps, assembly)
     ways = horizontal_directions(assembly, directions)
     written = []
+    ask = partial(transport_limits, assembly, ways, standing=loads, bodies=body)
     with progress():
-        results = [
-            transport_limits(
-                assembly, ways, standing=loads, engine=method, bodies=body, bound=bound and method is methods[0]
-            )
-            for method in methods
-        ]
+        results = [ask(engine=method, bound=bound and method is methods[0]) for method in methods]
         result = results[0]
         if set_file is not None and result.verdict.status is Status.STABLE:
             sustainable_accelerations(assembly, standing=loads).save(set_file)
