@@ -23,7 +23,6 @@ from holdfast.base.arrays import (
     Float,
     checked,
     checked_directions,
-    checked_items,
     checked_number,
     checked_whole,
     frozen,
@@ -43,7 +42,7 @@ from holdfast.queries.request import (
     DEFAULT_ENGINE,
     EngineChoice,
     Load,
-    body_number,
+    body_numbers,
     checked_assembly,
     engine_of,
     total_wrench,
@@ -163,16 +162,11 @@ def _counted(assembly: Assembly, bodies: Sequence[str] | None) -> tuple[Bool, tu
     """Return which movable bodies (J,) are in the groups of ``bodies``, all if None, and a note naming the others."""
     if bodies is None:
         return np.ones(len(assembly.movable), dtype=bool), ()
-    where = "transport_limits: bodies"
-    if isinstance(bodies, str):
-        raise SceneError(message(where, f"is the text {quoted(bodies)}", "needs a list of names"))
-    names = checked_items(bodies, where, "names")
-    numbers = [body_number(assembly, name) for name in names]
-    fixed = [name for name, number in zip(names, numbers, strict=True) if number == FIXED]
-    if fixed or not names:
-        problem = f"{quoted(fixed[0])} is fixed" if fixed else "is empty"
-        raise SceneError(message(where, problem, "name movable bodies, or leave it out for all"))
-    counted = np.isin(assembly.group_of, assembly.group_of[numbers])
+    numbers = body_numbers(assembly, bodies, "transport_limits")
+    fixed = [name for name, number in numbers.items() if number == FIXED]
+    if fixed:
+        raise SceneError(message("transport_limits", f"{quoted(fixed[0])} is fixed", "name movable bodies"))
+    counted = np.isin(assembly.group_of, assembly.group_of[list(numbers.values())])
     others = [body.name for body, taken in zip(assembly.movable, counted, strict=True) if not taken]
     return counted, (f"what these may be carried at is not asked: {listed(others)}",) if others else ()
 

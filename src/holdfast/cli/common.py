@@ -10,6 +10,7 @@ from typing import Annotated, Any, cast
 import typer
 
 from holdfast.base.errors import HoldfastError, message
+from holdfast.drawing.canvas import INSTALL, NEEDS
 from holdfast.engines.answers import Answers
 from holdfast.engines.contract import Engine
 from holdfast.engines.graph.engine import Graph
@@ -70,5 +71,4 @@ def check_suffix(path: Path | None, suffix: str) -> None:
     if path.suffix.lower() != suffix:
         raise HoldfastError(message(f"--{suffix[1:]}", f"{path} does not end in {suffix}", f"name a {suffix} file"))
     if suffix == ".png" and find_spec("matplotlib") is None:
-        remedy = "pip install 'holdfast[viewer]', or leave it out"
-        raise HoldfastError(message("--png", "writing a PNG needs matplotlib, which is not installed", remedy))
+        raise HoldfastError(message("--png", NEEDS, f"{INSTALL}, or leave it out"))

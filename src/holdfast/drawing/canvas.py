@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
+NEEDS = "writing a PNG needs matplotlib, which is not installed"
+INSTALL = "pip install 'holdfast[viewer]'"
 _DPI = 100  # resolution of figures [pixels per inch]
 
 
@@ -24,9 +26,7 @@ def blank(width: int, height: int) -> tuple[Figure, FigureCanvasAgg]:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
     except ImportError as error:
-        raise HoldfastError(
-            "writing a PNG needs matplotlib, which is not installed; remedy: pip install 'holdfast[viewer]'"
-        ) from error
+        raise HoldfastError(f"{NEEDS}; remedy: {INSTALL}") from error
     figure = Figure(figsize=(width / _DPI, height / _DPI), dpi=_DPI, facecolor="white")
     return figure, FigureCanvasAgg(figure)
 

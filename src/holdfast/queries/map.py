@@ -12,14 +12,13 @@ import numpy as np
 
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.archive import archived, to_dict
-from holdfast.base.arrays import Float, Objects, checked_items, checked_number, objects
+from holdfast.base.arrays import Float, Objects, checked_number, objects
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.kinds import check_kinds, shaped
 from holdfast.base.painters import paint
 from holdfast.base.progress import reported
 from holdfast.base.public import Summary
 from holdfast.base.ranges import LENGTH
-from holdfast.base.text import quoted
 from holdfast.base.values import Table, Value
 from holdfast.engines.answers import Answers, joined
 from holdfast.engines.contract import EXACT, FORCES_ONLY, Within
@@ -33,7 +32,7 @@ from holdfast.queries.imperfect import covering
 from holdfast.queries.request import (
     DEFAULT_ENGINE,
     EngineChoice,
-    body_number,
+    body_numbers,
     checked_assembly,
     engine_of,
     push_columns,
@@ -240,18 +239,11 @@ def robustness_map(
     assembly = checked_assembly(assembly)
     step = checked_number(spacing, "robustness_map: spacing", above=0, within=LENGTH)
     wanted = checked_number(gap, "robustness_map: gap", minimum=0)
-    if isinstance(bodies, str):
-        raise SceneError(message("robustness_map", f"bodies is the text {quoted(bodies)}", "needs a list of names"))
-    names = (
-        [body.name for body in assembly.movable]
-        if bodies is None
-        else checked_items(bodies, "robustness_map: bodies", "names")
-    )
-    if not names:
-        problem = "there is no movable body" if bodies is None else "bodies is empty"
-        raise SceneError(message("robustness_map", problem, "name bodies, or free one"))
-    numbers = {name: body_number(assembly, name) for name in names}
-    check_count(assembly, names, step)
+    if bodies is None and not assembly.movable:
+        raise SceneError(message("robustness_map", "there is no movable body", "name bodies, or free one"))
+    asked = [body.name for body in assembly.movable] if bodies is None else bodies
+    numbers = body_numbers(assembly, asked, "robustness_map")
+    check_count(assembly, list(numbers), step)
     method = engine_of(engine)
     state, covers = prepared(method, assembly), covering(imperfect, method, assembly)
     shown: dict[str, Cells] = {}

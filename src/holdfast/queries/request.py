@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -134,6 +134,19 @@ def body_number(assembly: Assembly, name: str) -> int:
     """Return the number of a body in the assembly: 0..J-1, or FIXED. Raises SceneError if the body is unknown."""
     assembly.scene.body(name)
     return assembly.index[name]
+
+
+def body_numbers(assembly: Assembly, names: Sequence[str], where: str) -> dict[str, int]:
+    """Return the numbers of the bodies with these names, 0..J-1 or FIXED, by name.
+
+    Raises SceneError, with ``where`` in its message, if ``names`` is a text, is empty or holds an unknown name.
+    """
+    if isinstance(names, str):
+        raise SceneError(message(where, f"bodies is the text {quoted(names)}", "needs a list of names"))
+    given = checked_items(names, f"{where}: bodies", "names")
+    if not given:
+        raise SceneError(message(where, "bodies is empty", "name bodies, or free one"))
+    return {name: body_number(assembly, name) for name in given}
 
 
 def push_columns(assembly: Assembly, number: int, points: Float, directions: Float) -> Float:

@@ -12,7 +12,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import tangents
 from holdfast.contacts.detect import box_distance
-from holdfast.contacts.interface import Interface
+from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.overlap import distance
 from holdfast.scene.body import Body
 
@@ -25,20 +25,26 @@ def contacts_of(name: str, interfaces: Sequence[Interface]) -> list[Interface]:
     return [interface for interface in interfaces if name in interface.bodies]
 
 
+def _across(name: str, interface: Interface) -> tuple[str, float]:
+    """Return the other body of an interface, and the sign with which its normals point from there into ``name``."""
+    first, second = interface.bodies
+    return (first, 1.0) if second == name else (second, -1.0)
+
+
+def _carrying(interface: Interface, sense: float, up: Float) -> list[Patch]:
+    """Return the patches whose normals, times ``sense``, face along ``up`` (3,): those that carry weight."""
+    return [patch for patch in interface.patches if sense * float(patch.normal @ up) > STEEPEST]
+
+
 def carriers_of(name: str, interfaces: Sequence[Interface], up: Float) -> set[str]:
     """Return the names of the bodies that carry one from below: whose contacts with it face along ``up`` (3,)."""
-    found = set()
-    for interface in contacts_of(name, interfaces):
-        first, second = interface.bodies
-        sense, other = (1.0, first) if second == name else (-1.0, second)
-        if any(sense * float(patch.normal @ up) > STEEPEST for patch in interface.patches):
-            found.add(other)
-    return found
+    across = [(*_across(name, interface), interface) for interface in contacts_of(name, interfaces)]
+    return {other for other, sense, interface in across if _carrying(interface, sense, up)}
 
 
 def normals_into(assembly: Assembly, name: str) -> Float:
     """Return the normals (n, 3) of all contact patches of a body, which point into it."""
-    sides = [(1.0 if i.bodies[1] == name else -1.0, i) for i in contacts_of(name, assembly.interfaces)]
+    sides = [(_across(name, i)[1], i) for i in contacts_of(name, assembly.interfaces)]
     return np.array([side * patch.normal for side, i in sides for patch in i.patches]).reshape(-1, 3)
 
 
@@ -54,10 +60,8 @@ def edge_margin(placed: Body, beside: Sequence[Body], interfaces: Sequence[Inter
     slit = SLIT * placed.size
     tops, feet = [], []
     for interface in interfaces:
-        first, second = interface.bodies
-        sense, other = (1.0, first) if second == placed.name else (-1.0, second)
-        carrying = [patch for patch in interface.patches if sense * float(patch.normal @ up) > STEEPEST]
-        for patch in carrying:
+        other, sense = _across(placed.name, interface)
+        for patch in _carrying(interface, sense, up):
             tops.append(_top(bodies[other], patch.polygon, sense * patch.normal, up, slit))
             feet.append(shapely.MultiPoint(patch.polygon @ axes.T).convex_hull)
     if not feet:
@@ -101,15 +105,12 @@ def rests_on(assembly: Assembly, name: str) -> tuple[str, ...]:
     carriers: dict[str, set[str]] = {body.name: set() for body in assembly.bodies}
     touched = set()
     for interface in assembly.interfaces:
-        first, second = interface.bodies
-        rise = max(float(patch.normal @ assembly.scene.up) for patch in interface.patches)
-        fall = min(float(patch.normal @ assembly.scene.up) for patch in interface.patches)
-        if rise > STEEPEST:
-            carriers[second].add(first)
-        if fall < -STEEPEST:
-            carriers[first].add(second)
+        for body in interface.bodies:
+            other, sense = _across(body, interface)
+            if _carrying(interface, sense, assembly.scene.up):
+                carriers[body].add(other)
         if name in interface.bodies:
-            touched |= {first, second}
+            touched |= {*interface.bodies}
     found, waiting = set[str](), sorted(touched - {name})
     while waiting:
         body = waiting.pop()

@@ -7,6 +7,7 @@ import numpy as np
 import holdfast as hf
 from holdfast.base.arrays import Float
 from holdfast.scene.shipped.blocks import at
+from holdfast.validation.random_assemblies import about_z
 
 
 def shelf() -> hf.Scene:
@@ -19,20 +20,12 @@ def shelf() -> hf.Scene:
         hf.Body("orange", hf.Sphere(0.04), mass=0.2, pose=at(-0.5, 0, 0.07)),
         hf.Body("tin", hf.Cylinder(0.05, 0.12), mass=0.4, pose=at(-0.3, 0.02, 0.09), material="steel"),
         hf.Body("top tin", hf.Cylinder(0.05, 0.12), mass=0.4, pose=at(-0.29, 0.02, 0.21), material="steel"),
-        hf.Body("book", hf.Box((0.2, 0.15, 0.03)), mass=0.6, pose=at(0, 0, 0.045) @ _about_z(10)),
-        hf.Body("thin book", hf.Box((0.18, 0.12, 0.01)), mass=0.3, pose=at(0.01, 0, 0.065) @ _about_z(-20)),
+        hf.Body("book", hf.Box((0.2, 0.15, 0.03)), mass=0.6, pose=at(0, 0, 0.045, about_z(10))),
+        hf.Body("thin book", hf.Box((0.18, 0.12, 0.01)), mass=0.3, pose=at(0.01, 0, 0.065, about_z(-20))),
         hf.Body("bowl", bowl, mass=0.5, pose=at(0.3, 0, 0.06), material="clay"),
         hf.Body("pen", hf.Capsule(0.006, 0.12), mass=0.02, pose=at(0.5, 0, 0.036) @ _rolled()),
     ]
     return hf.Scene(bodies, hf.Friction(0.5, {("steel", "wood"): 0.3, ("orange", "board"): 0.8}), name="shelf")
-
-
-def _about_z(degrees: float) -> Float:
-    """Turned about the vertical."""
-    turn = np.eye(4)
-    angle = np.radians(degrees)
-    turn[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
-    return turn
 
 
 def _rolled() -> Float:
