@@ -11,8 +11,8 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.settling.poses import Posed
 
 CLEAR = 0.3  # of the area of the second body in a shared solid: less of it facing one way in sum says nothing
-SHEET = 0.75  # of the area of the second body in a shared solid: as much of it faces along one line in a sheet
-PARTED = 0.01  # of the volume of a sheet: bodies that share no more after a motion to one side have come apart there
+SHEET = 0.05  # of the root of the area of a shared solid: a sheet is thinner than that
+PARTED = 0.05  # of the volume of a sheet: bodies that share no more after a motion to one side have come apart there
 FARTHEST = (1.0, 2.0, 4.0, 8.0)  # thicknesses of a sheet: motions to either side by which bodies may come apart
 AGAINST = -0.5  # cosine of the angle to the way of a shared solid from which on a normal goes against it
 AROUND = 0.1  # of the depth of a near point: how far from a shared solid it may lie
@@ -64,10 +64,11 @@ def _side(
 
     ``area`` (n, 3) are the normals of the triangles of b inside a, as long as their ``sizes`` (n,).
     """
-    shares, axes = np.linalg.eigh((area / sizes[:, None]).T @ area / max(float(sizes.sum()), 1e-300))
-    if not len(area) or shares[2] < SHEET:
+    thickness = 2 * part.volume() / part.surface_area()
+    if not len(area) or thickness > SHEET * part.surface_area() ** 0.5:
         return None
-    across = axes[:, 2] * (2 * part.volume() / part.surface_area())
+    axes = np.linalg.eigh((area / sizes[:, None]).T @ area).eigenvectors
+    across = axes[:, 2] * thickness
     for far in FARTHEST:
         one, other = (
             float((a ^ b.translate(way)).volume()) <= PARTED * part.volume() for way in (far * across, -far * across)
