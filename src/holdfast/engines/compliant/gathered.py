@@ -14,7 +14,7 @@ from holdfast.elastic.law import Elastic, sheet_twist
 from holdfast.engines.compliant.places import Places
 
 FEW = 12.0  # nodes that share the force of a contact, (sum f)² / sum f², below which it has gathered
-EDGE = 6.0  # the same on a rectangle: those along an edge share it where a body tips over that, as on any grid
+EDGE = 5.5  # the same on a rectangle: about six nodes share it along an edge, and tell where a body tips over that
 SPREAD = 0.5  # of the contact's nodes, which must be more: a ball has one node anyway
 COUNTS = 1e-3  # of the largest force on either body, which a contact must carry to count
 
