@@ -9,7 +9,12 @@ import numpy as np
 import pytest
 
 import holdfast as hf
+from holdfast.applications.placement.choices import RULES, bottom_left, highest_support
+from holdfast.applications.placement.several import Try
+from holdfast.applications.placement.several_result import PlacedObject
+from holdfast.applications.placement.spots import Spot
 from holdfast.scene.shipped.blocks import at, box, floor
+from holdfast.validation.benchmarks.placement_several import APART, by_rule, least_push, load
 
 TRAY = hf.Scene([hf.Body("tray", hf.Box((0.3, 0.2, 0.02)), pose=at(0, 0, -0.01), fixed=True)], 0.5, name="tray")
 THINGS = (
@@ -110,6 +115,60 @@ def test_no_time_at_all_is_told() -> None:
     p = hf.place_all(TRAY, THINGS, engine="graph", budget=1e-9)
     assert p.status is hf.Status.UNDECIDED
     assert "the time was spent" in p.reason
+    assert p.tries <= 1, "no further try is begun"
+
+
+@pytest.mark.parametrize(("kind", "count"), [("tray", 5), ("pallet", 8)])
+def test_it_is_no_weaker_than_the_rules_that_know_nothing_of_forces(kind: str, count: int) -> None:
+    """Their plans are made and judged by the benchmark: nothing overlaps, and whether it stands is not asked."""
+    scene, bodies = load(kind, count)
+    stack, ground = kind == "pallet", scene.bodies[0].name
+    asked = {"stack": stack, "orientations": "upright" if stack else None}
+    p = hf.place_all(scene, bodies, apart=APART[kind], budget=None, **asked)
+    assert p.left == ()
+    named = {body.name: body for body in bodies}
+    for rule in RULES.values():
+        poses = by_rule(hf.assemble(scene), bodies, kind, rule)
+        placed = [named[name].moved(pose) for name, pose in poses]
+        least = [
+            least_push(hf.assemble(hf.Scene([*scene.bodies, *placed[: k + 1]], scene.friction)), body.name, ground)
+            for k, body in enumerate(placed)
+        ]
+        assert len(poses) == count
+        assert p.least >= 0.999 * min(least), "tries that differ by less than a thousandth count as equal"
+
+
+def test_most_objects_come_first_then_the_weakest_step_then_room_then_the_other_steps() -> None:
+    def key(apart: float, *least: float) -> tuple:
+        steps = [PlacedObject(f"b{k}", np.eye(4), force, np.inf, ("tray",)) for k, force in enumerate(least)]
+        return Try(tuple(steps), hf.assemble(TRAY), (), apart).key
+
+    assert key(0.005, 1, 1, 1) > key(0.04, 2, 2)
+    assert key(0.005, 1.1, 2) > key(0.04, 3, 1)
+    assert key(0.04, 1.00001, 2) > key(0.005, 3, 1), "the last digits of a solver are no reason"
+    assert key(0.04, 3, 1) > key(0.04, 2, 1)
+    assert key(0.04, 0, 1, 3) > key(0.04, 3, 0.9, 0), "one that any push moves"
+
+
+def test_rules_rank_places_by_support_or_by_height() -> None:
+    def spot(height: float, x: float, y: float, support: float) -> Spot:
+        return Spot(np.eye(4), height, np.array([x, y]), support, 0)
+
+    jutting, left, right, high = spot(0, 0, 0, 0.8), spot(0, 0, 2, 1), spot(0, 1, 1, 1), spot(0.1, 0, 0, 1)
+    assert sorted([jutting, left, right, high], key=highest_support) == [left, right, high, jutting]
+    assert sorted([jutting, left, right, high], key=bottom_left) == [jutting, right, left, high]
+
+
+@pytest.mark.parametrize(
+    "asked", [{"region": [(0.02, -0.1), (0.15, 0.1)]}, {"keep_out": [((-0.15, -0.1, 0), (-0.005, 0.1, 0.3))]}]
+)
+def test_places_that_were_not_asked_for_do_not_use_up_those_that_are_looked_at(asked: dict) -> None:
+    """Every place on the left of the tray is refused, and there are more of these than are looked at."""
+    p = hf.place_all(TRAY, THINGS, engine="graph", budget=None, **asked)
+    assert p.left == ()
+    assert p.apart > 0.005, "the random search is asked at the least distance alone"
+    assert all(np.abs(pose[2, :3]).max() == pytest.approx(1) for pose in p.poses.values()), "all of them stand level"
+    assert all(pose[0, 3] > 0 for pose in p.poses.values())
 
 
 def test_the_answer_is_a_value(tmp_path) -> None:

@@ -10,7 +10,9 @@ import pytest
 import holdfast as hf
 from holdfast.applications.placement import planner as planning
 from holdfast.applications.placement.faces import faces_of, rolls_on
+from holdfast.applications.placement.faults import OVERLAPS
 from holdfast.applications.placement.margins import clearance, contacts_of, edge_margin, rests_on
+from holdfast.applications.placement.plan import planner
 from holdfast.applications.placement.reach import Reach
 from holdfast.base.rigid import pose_from
 from holdfast.scene.shipped.blocks import about_y, at, box, floor
@@ -213,3 +215,15 @@ def test_without_time_for_the_map_of_the_scene_all_points_count(monkeypatch: pyt
     assert np.isnan(p.support.force).all()
     assert set(p.support.body) == {"shelf", "book"}
     p.save_png(tmp_path / "p.png")
+
+
+@pytest.mark.parametrize(("inside", "fault"), [(-1e-4, ""), (1e-6, ""), (1e-3, OVERLAPS), (5e-3, OVERLAPS)])
+def test_sides_drawn_with_few_facets_excuse_no_overlap_of_what_is_placed(inside: float, fault: str) -> None:
+    """A nut of six sides beside a box: seen there, it might be a round one, whose facets lie up to 6 mm too deep."""
+    nut = hf.Body("nut", hf.Cylinder(0.045, 0.06, 6), mass=0.3, pose=at(0, 0, 0.03))
+    assembly = hf.assemble(hf.Scene([floor(1, 1), nut], 0.5))
+    brick = hf.Body("brick", hf.Box((0.1, 0.1, 0.06)), mass=0.3)
+    far = float(nut.surface_world.vertices[:, 1].max())  # of a flat side, across the corners on the x axis
+    assert far == pytest.approx(0.045 * np.cos(np.pi / 6))
+    pose = at(0, far + 0.05 - inside, 0.03)
+    assert planner(assembly, brick, engine="graph").checks.fits(pose)[0] == fault

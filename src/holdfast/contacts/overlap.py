@@ -65,11 +65,17 @@ def solid_of(body: Body) -> manifold3d.Manifold | None:
 
 
 def find_overlaps(
-    scene: Scene, tolerances: Tolerances, known: Collection[Overlap] = (), same: Collection[str] = ()
+    scene: Scene,
+    tolerances: Tolerances,
+    known: Collection[Overlap] = (),
+    same: Collection[str] = (),
+    *,
+    drawn: bool = False,
 ) -> tuple[Overlap, ...]:
     """Find the pairs of bodies, not both fixed, that overlap by more than their gap, with or without contacts.
 
-    Between the bodies named in ``same`` they are those of ``known``.
+    Between the bodies named in ``same`` they are those of ``known``. With ``drawn`` the triangles are taken for the
+    true surfaces: their sagittas explain no overlap, nor do rotations.
     """
     solids: dict[int, manifold3d.Manifold | None] = {}
     found: dict[tuple[str, str], Overlap] = {}
@@ -79,7 +85,8 @@ def find_overlaps(
             if (a.name, b.name) in before:
                 found[a.name, b.name] = before[a.name, b.name]
             continue
-        tolerance = tolerances.between(scene.body(a.name), scene.body(b.name)).gap
+        one, other = scene.body(a.name), scene.body(b.name)
+        tolerance = tolerances.base(one, other) if drawn else tolerances.between(one, other).gap
         if min(np.minimum(a.box[1], b.box[1]) - np.maximum(a.box[0], b.box[0])) < tolerance:
             continue
         for body in (a, b):

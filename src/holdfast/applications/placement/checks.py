@@ -104,18 +104,13 @@ class Checks:
         """Return the fault of a pose by geometry alone, the object in it, and its interfaces if it has no fault."""
         keep_to_time()
         options, placed = self.options, self.body.moved(pose)
-        com = placed.com_world
-        level = np.abs(self.up) < 1 - 1e-9  # the region does not limit the height of the centre of mass
-        if not ((com >= options.region[0]) & (com <= options.region[1]))[level].all():
-            return OUTSIDE, placed, ()
-        if not self._allowed(pose):
-            return TURNED, placed, ()
-        if self._kept_out(placed):
-            return KEPT_OUT, placed, ()
+        fault = self.misplaced(placed)
+        if fault:
+            return fault, placed, ()
         if options.next_to is not None and not self._beside(placed, options.next_to):
             return AWAY, placed, ()
         beside = Scene([*self.frozen, placed], options.friction, self.assembly.scene.gravity)
-        if find_overlaps(beside, self.assembly.tolerances):
+        if find_overlaps(beside, self.assembly.tolerances, drawn=True):  # where it is put is chosen, not seen
             return OVERLAPS, placed, ()
         contacts = find_contacts(beside, self.assembly.tolerances).interfaces
         touched = {name for interface in contacts for name in interface.bodies}
@@ -128,6 +123,16 @@ class Checks:
         if not self.reach.gripper_fits(placed):
             return GRIPPED, placed, ()
         return "", placed, contacts
+
+    def misplaced(self, placed: Body) -> str:
+        """Return the fault of the object in a pose that is not where or as it was asked for, whatever else is there."""
+        com, region = placed.com_world, self.options.region
+        level = np.abs(self.up) < 1 - 1e-9  # the region does not limit the height of the centre of mass
+        if not ((com >= region[0]) & (com <= region[1]))[level].all():
+            return OUTSIDE
+        if not self._allowed(placed.pose):
+            return TURNED
+        return KEPT_OUT if self._kept_out(placed) else ""
 
     def fault(self, pose: Float) -> tuple[str, Assembly | None]:
         """Return the fault of a pose, and the assembly with the object in that pose if it has no fault."""

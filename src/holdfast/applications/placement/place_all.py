@@ -55,15 +55,17 @@ def place_all(
 ) -> Placements:
     """Find places for ``objects``, to be put down one after the other, so that everything stands after each of them.
 
-    The order is chosen: several are tried, the largest base, the heaviest and the bulkiest object first. Every object
-    goes where the object and what it rests on withstand most, of the first few level places found in which everything
-    stands. The result is the try that places most objects, and of these the one whose weakest state withstands the
-    largest push. The poses that the objects already have are ignored.
+    The order is chosen: several are tried, the largest base, the heaviest and the bulkiest object first. Two simple
+    rules say which places are looked at: where most of the object is supported, and what is lowest and farthest in a
+    corner. Each of them is tried on its own first; then every object goes where the object and what it rests on
+    withstand most, of what the rules choose. Everything stands in each of these places. The result is the try that
+    places most objects, of these the one whose weakest state withstands the largest push, and then the one with the
+    most room. The poses that the objects already have are ignored.
 
     - ``supports``: names of the bodies to place objects on; all bodies of the scene by default. With ``stack`` the
       objects are also put on each other, the lowest places first: layer by layer.
     - ``apart`` [m]: the least distance between objects, and from whatever else is beside them. Without ``stack`` it is
-      also that from edges, and eight, four and two times as much are tried first. With 0 objects may touch.
+      also that from edges, and eight, four and two times as much are tried too. With 0 objects may touch.
     - ``budget`` [s]: the longest time, but for what is compiled on first use; what has found no place by then is told.
       With None, which takes as long as it takes, the same call gives the same answer.
     - ``region``, ``keep_out``, ``avoid``, ``orientations``, ``approach``, ``cone``, ``gripper``, ``friction``,

@@ -1,22 +1,24 @@
 """Place several objects one after the other, in an order that is chosen, so that everything stands after each step.
 
-Every object goes where a systematic search for level places (``spots``) finds one in which everything stands; of the
-first few of these, where the object and what it rests on withstand most. Where there is none, the random search of
-``plan_placement`` is asked. Several orders and distances are tried while there is time. The best is that which places
-most objects, then the one whose weakest state is the strongest, and then the one with the most room.
+A systematic search lists the level places of an object (``spots``); where there is none in which everything stands, the
+random search of ``plan_placement`` is asked. Which place is taken, and in which order, is a way (``choices``). The two
+simple rules come first, which are quick; then places are compared by what the object and what it rests on withstand, in
+several orders and at several distances, while there is time. The best try is that which places most objects, then the
+one whose weakest state is the strongest, and then the one with the most room.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import groupby, islice
+from itertools import dropwhile, groupby, islice
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
+from holdfast.applications.placement.choices import COMPARING, RULED, Rule, Way
 from holdfast.applications.placement.comparing import Compared, rated
 from holdfast.applications.placement.faces import Face
 from holdfast.applications.placement.planner import Planner
@@ -30,36 +32,14 @@ from holdfast.base.arrays import Float
 from holdfast.base.progress import OutOfTimeError, report, until
 from holdfast.scene.body import Body
 
-COMPARED = 2  # places in which everything stands that are compared for each object and face
-MOST_FACES = 3  # faces of an object that are compared
-MOST_REFUSED = 12  # places that are refused one after the other before an object is given up
+MOST_FACES = 3  # faces of an object on which places are looked at
+MOST_REFUSED = 12  # places that are refused one after the other before a face is given up
 WIDER: Mapping[float, float] = MappingProxyType({8.0: 0.25, 4.0: 0.45, 2.0: 0.65, 1.0: 1.0})
-# distances that are tried, as multiples of the least one, each with the share of the time by which it has to end
+# distances that are tried, as multiples of the least one, each with the share of the time by which a rule has to end
 SLACK = 1.5  # of the time of the longest try that has to be left for another one
 POINTS = 40  # about the most points of the maps by which places are compared
 RANDOM = 25  # attempts of the random search for an object that has no level place
 _NONE = np.empty((0, 3))
-
-Order = Callable[[Body], float]
-
-
-def base_area(body: Body) -> float:
-    """The product of the two longer sides of the body's own box [m²]."""
-    sides = np.sort(np.ptp(body.shape.surface.vertices, axis=0))
-    return float(sides[1] * sides[2])
-
-
-def weight(body: Body) -> float:
-    """The mass of the body [kg]."""
-    return body.mass or 0.0
-
-
-def bulk(body: Body) -> float:
-    """The volume of the body's own box [m³]."""
-    return float(np.prod(np.ptp(body.shape.surface.vertices, axis=0)))
-
-
-ORDERS: tuple[Order, ...] = (base_area, weight, bulk)  # the largest first
 
 
 def worth(place: Compared) -> tuple[float, ...]:
@@ -70,7 +50,10 @@ def worth(place: Compared) -> tuple[float, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Try:
-    """What one order came to: the ``steps``, the ``assembly`` after them and the names of those ``left``."""
+    """What one way came to: the ``steps``, the ``assembly`` after them and the names of those ``left`` without a place.
+
+    A try that could not become the best any more was ended: then some objects are neither placed nor left.
+    """
 
     steps: tuple[PlacedObject, ...]
     assembly: Assembly
@@ -81,10 +64,16 @@ class Try:
     def key(self) -> tuple[Any, ...]:
         """What decides between two of them; the larger is the better.
 
-        The number of objects comes first, then the least pushes of the steps, the weakest first, so that an object that
-        any push moves, such as a ball, does not make all tries equal; then the distance.
+        The number of objects comes first, then the least push of all steps, then the distance, because room is worth
+        more than what a step withstands that is not the weakest. The other steps are last, the weakest of them first:
+        an object that any push moves, such as a ball, does not make all tries equal.
         """
-        return len(self.steps), sorted(round(step.least or 0.0, 6) for step in self.steps), self.apart
+        leasts = sorted(_rounded(step) for step in self.steps)
+        return len(leasts), leasts[:1], self.apart, leasts
+
+
+def _rounded(step: PlacedObject) -> float:
+    return float(f"{step.least or 0.0:.4g}")  # solvers differ in their last digits
 
 
 @dataclass(eq=False)
@@ -106,50 +95,63 @@ class Placing:
     def best(self, assembly: Assembly, objects: Sequence[Body], clock: Clock) -> tuple[Try, int]:
         """Return the best of all tries that there is time for, and their number.
 
-        Wide distances come first; a try at one of these ends as soon as an object finds no place. Where everything has
-        found its place, all orders are compared, and narrower distances are not looked at.
+        The rules at the least distance come first, which are quick: that is the baseline. Then the widest distance is
+        sought at which a rule places everything; a try at a wide distance ends as soon as an object finds no place.
+        There places are compared, and also at narrower distances where an order finds none for some object.
         """
-        best, count, longest = None, 0, 0.0
-        for wider, share in WIDER.items() if self.apart > 0 and not self.stack else ((1.0, 1.0),):
-            least = wider == 1.0
-            for order in ORDERS:
-                begun = clock.elapsed
-                if best is not None and begun + SLACK * longest > (clock.budget or np.inf):
-                    return best, count
-                deadline = clock.by("end" if least else "compare", share)
-                one = self._tried(
-                    assembly, sorted(objects, key=order, reverse=True), wider * self.apart, deadline, least
-                )
-                count += 1
-                if one is None:
-                    break
-                longest = max(longest, clock.elapsed - begun)
-                best = one if best is None or one.key > best.key else best
-            if best is not None and not best.left:
+        tries, spent = list[Try](), list[float]()
+
+        def whole(way: Way, wider: float, deadline: float) -> bool:
+            """Make a try, and tell whether there was time for it and no object was left without a place."""
+            begun = clock.elapsed
+            if tries and clock.budget is not None and begun + SLACK * max(spent) > clock.budget:
+                return False
+            beat = max((one.key for one in tries), default=None)
+            one = self._tried(assembly, objects, way, wider * self.apart, deadline, wider == 1, beat)
+            spent.append(clock.elapsed - begun)
+            tries.extend([] if one is None else [one])
+            return one is not None and not one.left
+
+        def ruled(wider: float) -> bool:
+            """Try the rules at a distance, and tell whether one of them placed everything."""
+            deadline = clock.by("compare", WIDER[wider]) if wider > 1 else clock.by("end")
+            return any([whole(way, wider, deadline) for way in RULED])  # noqa: C419 - both are tried
+
+        ruled(1.0)
+        distances = WIDER if self.apart > 0 and not self.stack else (1.0,)
+        for wider in dropwhile(lambda wider: wider > 1 and not ruled(wider), distances):
+            if all([whole(way, wider, clock.by("end")) for way in COMPARING]):  # noqa: C419 - every order is tried
                 break
-        assert best is not None
-        return best, count
+        return max(tries, key=lambda one: one.key), len(spent)
 
     def _tried(
-        self, assembly: Assembly, objects: Sequence[Body], apart: float, deadline: float, whole: bool
+        self,
+        assembly: Assembly,
+        objects: Sequence[Body],
+        way: Way,
+        apart: float,
+        deadline: float,
+        whole: bool,
+        beat: tuple[Any, ...] | None,
     ) -> Try | None:
-        """Place the objects in this order.
+        """Place the objects in this way, as far as the key of another try can still be ``beat``.
 
         Where one finds no place or the time is over, the result is None, unless ``whole`` asks for what there is.
         """
         steps, left, after = list[PlacedObject](), list[str](), assembly
         begun = time.perf_counter()
-        for number, body in enumerate(objects):
-            report("objects placed", number, len(objects))
+        ordered = sorted(objects, key=way.order, reverse=True)
+        for number, body in enumerate(ordered):
+            report("objects placed", number, len(ordered))
             now = time.perf_counter()
-            hurry = number > 0 and (now - begun) / number * (len(objects) - number) > deadline - now
+            hurry = number > 0 and (now - begun) / number * (len(ordered) - number) > deadline - now
             try:
                 with until(deadline):
-                    found = self._placed(assembly, after, body, apart, whole, hurry)
+                    found = self._placed(assembly, after, body, way.hurried() if hurry else way, apart, whole)
             except OutOfTimeError:
                 if not whole:
                     return None
-                left += [other.name for other in objects[number:]]
+                left += [other.name for other in ordered[number:]]
                 break
             if found is None and not whole:
                 return None
@@ -160,21 +162,24 @@ class Placing:
             steps.append(
                 PlacedObject(body.name, found.candidate.pose, found.rating.own, found.rating.beneath, found.beneath)
             )
+            bound = len(objects) - len(left), [min(map(_rounded, steps))], apart
+            if beat is not None and bound < beat[:3]:
+                break
         return Try(tuple(steps), after, tuple(left), apart)
 
     def _placed(
-        self, before: Assembly, assembly: Assembly, body: Body, apart: float, whole: bool, hurry: bool
+        self, before: Assembly, assembly: Assembly, body: Body, way: Way, apart: float, whole: bool
     ) -> Compared | None:
-        """Return the best of the first places in which everything stands, or None; in a ``hurry`` the very first."""
+        """Return the best of the places that a way looks at and in which everything stands, or None."""
         asked = self.planner_of(assembly, body)
         if body.name not in self._faces:
             self._faces[body.name] = asked.faces
         faces = self._faces[body.name]
         found = list[Compared]()
-        by_face = groupby(self.spots(before, assembly, body, faces, apart, asked), key=lambda spot: spot.face)
-        for _, alike in islice(by_face, MOST_FACES):
-            found += self._standing(alike, asked, faces, 1 if hurry else COMPARED)
-            if found and hurry:
+        spots = sorted(self.spots(before, assembly, body, faces, apart, asked), key=lambda spot: spot.face)
+        for _, alike in islice(groupby(spots, key=lambda spot: spot.face), MOST_FACES):
+            found += self._standing(list(alike), asked, faces, way.rules)
+            if found and not way.compares:
                 break
         if found:
             return max(found, key=worth)
@@ -185,26 +190,30 @@ class Placing:
             return rated(asked.checks, faces, candidate, after, Clock.started(None), POINTS)
         return None
 
-    def _standing(self, spots: Iterable[Spot], asked: Planner, faces: Sequence[Face], most: int) -> list[Compared]:
-        """Return the first places in which everything stands, ``most`` of them, rated."""
-        found, refused = list[Compared](), 0
-        for spot in spots:
-            fault, after = asked.checks.fault(spot.pose)
-            refused += bool(fault)
-            if after is not None:
-                candidate = Candidate(spot.pose, _NONE, _NONE, "")
-                found.append(rated(asked.checks, faces, candidate, after, Clock.started(None), POINTS))
-            if len(found) == most or refused == MOST_REFUSED:
-                break
-        return found
+    def _standing(
+        self, spots: Sequence[Spot], asked: Planner, faces: Sequence[Face], rules: Sequence[Rule]
+    ) -> list[Compared]:
+        """Return the first place by each rule in which everything stands, rated, each place once."""
+        known, found = dict[int, Assembly | None](), dict[int, Assembly]()
+        for rule in rules:
+            ranked = sorted(range(len(spots)), key=lambda k: rule(spots[k]))
+            asked_for = (k for k in ranked if not asked.checks.misplaced(asked.body.moved(spots[k].pose)))
+            for k in islice(asked_for, MOST_REFUSED):
+                if k not in known:
+                    known[k] = asked.checks.fault(spots[k].pose)[1]
+                after = known[k]
+                if after is not None:
+                    found[k] = after
+                    break
+        candidates = {k: Candidate(spots[k].pose, _NONE, _NONE, "") for k in found}
+        return [
+            rated(asked.checks, faces, candidates[k], after, Clock.started(None), POINTS) for k, after in found.items()
+        ]
 
     def spots(
         self, before: Assembly, assembly: Assembly, body: Body, faces: Sequence[Face], apart: float, asked: Planner
     ) -> list[Spot]:
-        """Return all level places of an object, in the order in which they are looked at.
-
-        The preferred face comes first, then what is low, what is wholly supported, and what is in a corner.
-        """
+        """Return all level places of an object on what it may be placed on, ``apart`` [m] from all else."""
         up = assembly.scene.up
         first = [b for b in before.bodies if b.name in self.grounds]
         axes = frame_of(first, up)
@@ -212,11 +221,7 @@ class Placing:
         levels = levels_of(first + (placed if self.stack else []), up, axes)
         outlines = [self._outline(b, up, axes) for b in asked.checks.frozen]
         inset = 0.0 if self.stack else apart
-        found = spots_for(body, turns_of(faces, asked.options, up, axes), levels, outlines, apart, inset)
-        return sorted(
-            found,
-            key=lambda s: (s.face, round(s.height, 4), -round(s.support, 1), *np.round(s.corner[::-1], 6).tolist()),
-        )
+        return spots_for(body, turns_of(faces, asked.options, up, axes), levels, outlines, apart, inset)
 
     def _outline(self, body: Body, up: Float, axes: Float) -> Outline:
         known = self._outlines.get(body.name)

@@ -1,25 +1,26 @@
 """``place_all`` on trays and pallets beside two rules of the packing literature, which know nothing of what stands.
 
 ``highest support`` puts each object, the largest base first, where most of its face is supported, ``bottom-left``
-where it is lowest and then farthest into one corner. All of them choose among the same level places.
+where it is lowest and then farthest into one corner. All of them choose among the same level places, and the rules are
+those that ``place_all`` tries too, but for what stands and for wider distances (``placement/choices.py``).
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 
 import numpy as np
 
 import holdfast as hf
+from holdfast.applications.placement.choices import RULES, Rule, base_area
 from holdfast.applications.placement.comparing import rated
 from holdfast.applications.placement.plan import planner
 from holdfast.applications.placement.planner import Planner
 from holdfast.applications.placement.result import Candidate
 from holdfast.applications.placement.search import Clock
-from holdfast.applications.placement.several import POINTS, Placing, base_area
-from holdfast.applications.placement.spots import Spot
+from holdfast.applications.placement.several import POINTS, Placing
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.scene.body import Body
@@ -33,12 +34,6 @@ BOXES = 30  # on a pallet
 KINDS = ((0.4, 0.3, 0.2), (0.3, 0.2, 0.2), (0.4, 0.2, 0.2), (0.3, 0.3, 0.25))  # [m] of the boxes, less a slit
 SLIT = 0.004  # [m]
 APART = {"tray": 0.005, "pallet": 0.002}  # [m]
-
-Rule = Callable[[Spot], tuple[float, ...]]
-RULES: Mapping[str, Rule] = {
-    "highest support": lambda spot: (-round(spot.support, 2), round(spot.height, 4), *spot.corner),
-    "bottom-left": lambda spot: (round(spot.height, 4), *np.round(spot.corner[::-1], 6)),
-}
 
 
 def cases() -> Mapping[str, Case]:
