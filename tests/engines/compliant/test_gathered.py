@@ -134,3 +134,12 @@ def test_a_ball_on_one_node_has_not_gathered() -> None:
     assembly = on_board(np.eye(3), ball, cube, mu=0.5)
     grid = hf.Compliant().on(assembly, assembly.weight_wrench()).refined.grid
     assert not gathered(grid.places, grid.system.model, grid.settled.q[None]).any()
+
+
+def test_the_edge_of_a_rectangle_is_enough_to_tip_over_and_its_corner_is_not() -> None:
+    cube = hf.Body("cube", hf.Box((0.1, 0.1, 0.1)), mass=1.0, pose=placed(np.eye(3), 0, 0, 0.05))
+    assembly = on_board(np.eye(3), cube, mu=0.9)
+    grid = hf.Compliant().on(assembly, assembly.weight_wrench()).refined.grid
+    for way, few in ((np.array([1.0, 0, 0]), False), (np.array([1.0, 1, 0]) / np.sqrt(2), True)):
+        load = np.concatenate([way, np.cross((0, 0, 0.05), way)])
+        assert grid.gathered(grid.paths(load[:, None]).q).tolist() == [few]

@@ -14,6 +14,7 @@ from holdfast.elastic.law import Elastic, sheet_twist
 from holdfast.engines.compliant.places import Places
 
 FEW = 12.0  # nodes that share the force of a contact, (sum f)² / sum f², below which it has gathered
+EDGE = 5.5  # the same on a rectangle: about six nodes share it along an edge, and tell where a body tips over that
 SPREAD = 0.5  # of the contact's nodes, which must be more: a ball has one node anyway
 COUNTS = 1e-3  # of the largest force on either body, which a contact must carry to count
 
@@ -24,7 +25,8 @@ def gathered(places: Places, m: Elastic, q: Float) -> Bool:
     if not len(nodes):
         return np.zeros(len(q), dtype=bool)
     count = int(nodes.interface[-1]) + 1
-    most = np.minimum(FEW, SPREAD * np.bincount(nodes.interface, minlength=count))
+    few = np.where(places.rectangular[:count], min(EDGE, FEW), FEW)
+    most = np.minimum(few, SPREAD * np.bincount(nodes.interface, minlength=count))
     return _gathered(m, nodes.interface[places.sheets.first[:-1]], most, count, np.ascontiguousarray(q))
 
 
