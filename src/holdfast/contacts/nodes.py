@@ -23,6 +23,7 @@ CANDIDATES = 10  # random points of which the paper takes the farthest
 CELLS = 6  # a grid step, to count tributary areas by; even, so that none lies halfway between two nodes
 MANY, FEW_CELLS = 2000, 2  # grids with at least MANY nodes are counted by FEW_CELLS a step: they are fine enough
 EXACT = 1e-12  # share of a rectangle's sides by which a patch may miss its corners and still be all of it
+CURVED = np.radians(20)  # the most by which an outline turns at a corner that tessellates a curve
 NEAR = 0.3  # of a grid step from a node on the outline, within which nodes of the grid give way to it
 LATTICE = 19  # candidate points along each side of a patch; odd, so that the middle is among them
 LEAST = 0.02  # of the mean weight that every node of spots gets before weights are corrected
@@ -157,15 +158,20 @@ class _Sheet:
         return unit[flat.inside(polygon.buffer(margin) if margin else polygon, self.flat(unit))]
 
     def outline(self, steps: Float) -> Float:
-        """Corners of the hull and points between them on the patch, none farther than a step from the next.
+        """Corners of the hull, and points on the patch along its edges, none farther than a step from the next.
 
-        ``steps`` (2,) are the numbers of steps along both sides of the rectangle.
+        ``steps`` (2,) are the numbers of steps along both sides of the rectangle. Edges that tessellate a curve get no
+        points between their corners: a round rim has no edge on which a body could stand.
         """
         ahead = np.roll(self.corners, -1, axis=0)
-        pieces = np.maximum(np.ceil(np.linalg.norm((ahead - self.corners) * steps, axis=1) - 0.01), 1).astype(int)
+        along = (ahead - self.corners) * self.size
+        angle = np.arctan2(along[:, 1], along[:, 0])
+        turn = np.abs((angle - np.roll(angle, 1) + np.pi) % (2 * np.pi) - np.pi)  # at the corner where an edge begins
+        straight = np.maximum(turn, np.roll(turn, -1)) > CURVED
+        pieces = np.ceil(np.linalg.norm((ahead - self.corners) * steps, axis=1) - 0.01).astype(int)
         between = [
             one + np.arange(1, count)[:, None] / count * (other - one)
-            for one, other, count in zip(self.corners, ahead, pieces, strict=True)
+            for one, other, count in zip(self.corners, ahead, np.where(straight, pieces, 1), strict=True)
         ]
         return np.vstack([self.corners, self.kept(np.vstack(between), 1e-9 * self.patch.size)])
 
@@ -208,9 +214,10 @@ def hull_sample(patch: Patch, count: int) -> tuple[Float, Float]:
 def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     """A grid of about ``count`` nodes over the smallest rectangle around the patch, its boundary included.
 
-    On a rectangle the weights are close to Simpson's. Elsewhere the hull's corners are nodes, with others between them
-    a step of the grid apart (of too many, those that are farthest from each other): a body tips over them, and must
-    twist on the whole edge, not on its two ends. Where the patch is known by its spots, they are chosen from these.
+    On a rectangle the weights are close to Simpson's. Elsewhere the hull's corners are nodes, with others along its
+    straight edges a step of the grid apart (of too many, those that are farthest from each other): a body tips over
+    them, and must twist on the whole edge, not on its two ends. Where the patch is known by its spots, they are chosen
+    from these.
     """
     if patch.spots is not None:
         return hull_sample(patch, count)

@@ -62,7 +62,7 @@ def test_a_jar_tips_over_its_rim_where_statics_says(slope: float, corner: int) -
 
 @pytest.mark.parametrize("sides", [3, 5, 6, 8])
 def test_prisms_tip_over_an_edge_where_statics_says_on_few_nodes(sides: int) -> None:
-    """All corners of the foot are nodes, whatever the grid is, so no tipping edge is cut short."""
+    """All corners of the foot are nodes, whatever the grid is, so that no tipping edge is cut short."""
     foot = hf.Body("foot", hf.Cylinder(0.05, 0.3, segments=sides), mass=1.0, pose=placed(np.eye(3), 0, 0, 0.15))
     way = np.array([np.cos(np.pi / sides), np.sin(np.pi / sides), 0])
     exact = G0 * 0.05 * np.cos(np.pi / sides) / 0.28
