@@ -128,10 +128,7 @@ def test_the_papers_nodes_are_spread_seeded_and_weigh_the_same() -> None:
 
 @pytest.mark.parametrize("side", [7, 14, 28])
 def test_a_grid_has_nodes_along_straight_edges_and_at_the_corners_of_a_rim(side: int) -> None:
-    """On an edge of a hexagon no two neighbours are farther apart than a step; a rim of 40 sides keeps its corners.
-
-    These are half of all nodes at most.
-    """
+    """On an edge of a hexagon neighbours are a step apart; of a rim's corners all are nodes, or half of the nodes."""
     t = 2 * np.pi * np.arange(6) / 6
     corners = 0.1 * np.column_stack([np.cos(t), np.sin(t), 0 * t])
     ((points, _),) = interface_nodes(hf.Interface(("a", "b"), corners, UP), side**2, "quadrature")
