@@ -54,6 +54,28 @@ def test_noisy_scenes_come_to_rest(name: str) -> None:
     assert np.array_equal(result.moved, apart(result.scene, start))
 
 
+def test_walls_inside_each_other_part_on_the_side_of_the_whole_bodies() -> None:
+    """The coaster's floor is inside that of the tray, the covers of books inside each other."""
+    result = hf.settle(noisy(hf.shipped_scene("tabletop"), 3.0, 1.0, 12))
+    assert result.status is hf.Status.STABLE
+    assert max((o.depth for o in find_overlaps(result.scene, Tolerances(1e-5, 1.0))), default=0.0) <= 5e-5
+    assert hf.settle(result.scene).moved.max() <= 1e-6
+
+
+def test_what_stands_with_overlaps_left_is_undecided_unless_a_gap_allows_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A box pressed between two fixed walls, 0.1 mm into either, which is within the tolerance of its contacts."""
+    monkeypatch.setattr("holdfast.settling.motion.STEPS", 3)
+    walls = [
+        hf.Body(n, hf.Box((0.05, 0.2, 0.2)), pose=at(x, 0, 0.1), fixed=True) for n, x in (("l", -0.075), ("r", 0.075))
+    ]
+    pressed = hf.Scene([floor(), *walls, hf.Body("a", hf.Box((0.1002, 0.1, 0.1)), mass=1.0, pose=at(0, 0, 0.05))], 0.5)
+    assert not hf.assemble(pressed).overlaps
+    result = hf.settle(pressed)
+    assert result.status is hf.Status.UNDECIDED
+    assert "overlaps are left: 'l' and 'a' by 0." in result.reason
+    assert hf.settle(pressed, gap=0.001).status is hf.Status.STABLE
+
+
 def test_a_body_rests_on_what_is_below_it() -> None:
     """Not on what stands on it, nor on what only stands beside it."""
     bodies = [box("low", at(0, 0, 0.052)), box("high", at(-0.01, 0, 0.154)), box("beside", at(0.1, 0, 0.051))]

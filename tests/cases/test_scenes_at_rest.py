@@ -9,6 +9,8 @@ from shared import FOLDER, needed
 import holdfast as hf
 from holdfast.contacts.overlap import find_overlaps
 from holdfast.contacts.tolerances import Tolerances
+from holdfast.geometry.solid import closed_solid
+from holdfast.validation.benchmarks.settle import noisy
 
 pytestmark = [needed, pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")]
 
@@ -37,6 +39,25 @@ def test_it_comes_to_rest_and_settling_again_moves_nothing(name: str) -> None:
     assert hf.stability(hf.assemble(result.scene)).status is hf.Status.STABLE
     assert max((o.depth for o in find_overlaps(result.scene, Tolerances(1e-5, 1.0))), default=0.0) <= 5e-5
     assert hf.settle(result.scene).moved.max() <= 1e-6
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "seed"), [("kitchen_place", 2), ("kitchen_place", 5), ("dishes", 9)])
+def test_thin_walls_that_noise_puts_inside_each_other_come_apart(name: str, seed: int) -> None:
+    """The floor of the bowl is inside that of the plate, 1 mm thick both; half the wall of a bowl inside another's."""
+    result = hf.settle(noisy(scene(name), 3.0, 1.0, seed))
+    assert result.status is hf.Status.STABLE
+    assert max((o.depth for o in find_overlaps(result.scene, Tolerances(1e-5, 1.0))), default=0.0) <= 5e-5
+    assert hf.settle(result.scene).moved.max() <= 1e-6
+
+
+@pytest.mark.parametrize("name", ["bowl", "mug"])
+def test_scans_with_merged_vertices_are_closed_solids(name: str) -> None:
+    """They were taken for folded and open: of two needles back to back one was left out, and the other one kept."""
+    shape = scene("kitchen_place").body(name).shape
+    assert isinstance(shape, hf.Mesh)
+    assert shape.is_closed
+    assert closed_solid(shape.surface.vertices, shape.surface.faces) is not None
 
 
 @pytest.mark.slow

@@ -124,3 +124,24 @@ def test_the_papers_nodes_are_spread_seeded_and_weigh_the_same() -> None:
     side = np.sqrt(interface("square").area)
     apart = np.linalg.norm(points[:, None] - points, axis=2)[~np.eye(20, dtype=bool)]
     assert apart.min() > 0.1 * side
+
+
+@pytest.mark.parametrize("side", [7, 14, 28])
+def test_a_grid_has_nodes_along_straight_edges_and_at_the_corners_of_a_rim(side: int) -> None:
+    """On an edge of a hexagon no two neighbours are farther apart than a step; a rim of 40 sides keeps its corners.
+
+    These are half of all nodes at most.
+    """
+    t = 2 * np.pi * np.arange(6) / 6
+    corners = 0.1 * np.column_stack([np.cos(t), np.sin(t), 0 * t])
+    ((points, _),) = interface_nodes(hf.Interface(("a", "b"), corners, UP), side**2, "quadrature")
+    assert np.linalg.norm(points[:, None] - corners, axis=2).min(0).max() < 1e-12
+    for one, other in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        along = (other - one) / 0.1
+        across = np.cross(UP, along)
+        on_edge = np.sort((points - one)[np.abs((points - one) @ across) < 1e-9] @ along)
+        assert np.diff(on_edge).max() < 1.3 * 0.2 / (side - 1)
+    ((points, _),) = interface_nodes(interface("disc"), side**2, "quadrature")
+    rim = np.array(SHAPES["disc"])
+    corner = np.linalg.norm(rim[:, None] - points[:, :2], axis=2).min(1) < 1e-9
+    assert corner.sum() == min(40, side**2 // 2)

@@ -201,6 +201,36 @@ def test_the_report_counts_what_was_mended() -> None:
     assert "1 duplicate faces left out" in str(report)
 
 
+def folded_box(height: float) -> hf.Mesh:
+    """A box with two triangles back to back on one of its edges, wound opposite ways, that stick out by ``height``."""
+    one, other = F[0, :2]
+    middle = (V[one] + V[other]) / 2
+    tip = middle + height * middle / np.linalg.norm(middle)
+    faces = np.vstack([F, [[one, other, len(V)], [other, one, len(V)]]])
+    return hf.Mesh(np.vstack([V, tip]), faces)
+
+
+def test_a_box_is_closed_though_a_needle_is_folded_onto_one_of_its_edges() -> None:
+    """One of both triangles alone would leave two open edges, and the box no inside."""
+    mesh = folded_box(1e-6)
+    assert (mesh.report.duplicate, mesh.report.open_edges, mesh.report.crowded_edges) == (2, 0, 0)
+    assert mesh.is_closed
+    assert mesh.mass_properties.volume == pytest.approx(0.03, rel=1e-12)
+    assert len(mesh.surface.faces) == len(F)
+
+
+def test_a_sheet_on_the_edge_of_a_box_that_is_drawn_from_both_sides_is_kept() -> None:
+    mesh = folded_box(0.1)
+    assert (mesh.report.duplicate, mesh.report.open_edges, mesh.report.crowded_edges) == (1, 2, 1)
+    assert len(mesh.surface.faces) == len(F) + 1
+
+
+def test_a_box_all_of_whose_faces_are_drawn_from_both_sides_is_a_box() -> None:
+    mesh = hf.Mesh(V, np.vstack([F, F[:, ::-1]]))
+    assert mesh.report.duplicate == len(F)
+    assert mesh.mass_properties.volume == pytest.approx(0.03, rel=1e-12)
+
+
 def rough(noise: float, seed: int, levels: int = 5) -> trimesh.Trimesh:
     """A box of 0.2 x 0.15 x 0.1 m in small triangles whose vertices are off by a normal deviate [m]."""
     mesh = trimesh.creation.box((0.2, 0.15, 0.1))

@@ -18,6 +18,7 @@ from holdfast.settling.near import near_points
 from holdfast.settling.pairs import FacePairs
 from holdfast.settling.poses import Posed, rotation_of, turn_between
 from holdfast.settling.program import Contacts, small_motion
+from holdfast.settling.shared import shared_solids
 
 
 def one_contact(gap: float, mu: float, normal: tuple[float, float, float]) -> Contacts:
@@ -250,6 +251,50 @@ def test_covers_that_overlap_by_almost_their_thickness_leave_as_the_whole_book_d
     deep = near.gaps < -LEAST
     assert near.gaps[deep].min() == pytest.approx(-3.5e-3, abs=1e-6)
     assert (near.normals[deep][:, 2] > -0.5).all()
+
+
+def tray(name: str, width: float, floor: float, wall: float, rim: float) -> hf.Body:
+    """A tray, square and hollow from above: the floor, whose middle is at the origin, and walls to ``rim`` above it."""
+    full = manifold3d.Manifold.cube((width, width, rim + floor / 2)).translate((-width / 2, -width / 2, -floor / 2))
+    inner = width - 2 * wall
+    hollow = manifold3d.Manifold.cube((inner, inner, rim)).translate((-inner / 2, -inner / 2, floor / 2))
+    mesh = (full - hollow).to_mesh64()
+    return hf.Body(name, hf.Mesh(np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts)), 1.0)
+
+
+ANY = rotation_of(np.array([0.4, -0.7, 1.1]))
+
+
+def turned(body: hf.Body, z: float) -> Posed:
+    """The body ``z`` higher, then the whole turned."""
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = ANY, ANY @ [0, 0, z]
+    return Posed(body.moved(pose))
+
+
+@pytest.mark.parametrize("z", [-8e-4, 0.0, 8e-4])
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_floor_inside_another_leaves_it_on_the_side_where_the_bodies_come_apart(z: float, order: int) -> None:
+    """Both sides of a floor of 1 mm are inside one of 3 mm; below it, the walls of the tray would be in that one."""
+    a, b = turned(tray("a", 0.2, 3e-3, 4e-3, 0.03), 0.0), turned(tray("b", 0.1, 1e-3, 4e-3, 0.04), z)
+    (found,) = shared_solids(*(a, b)[::order]) or ()
+    assert found.way == pytest.approx(order * ANY[:, 2], abs=1e-9)
+    near = near_points(*(a, b)[::order], FacePairs(), margin=0.005, least=LEAST, overlapping=True)
+    deep = near.gaps < -LEAST
+    assert near.normals[deep] == pytest.approx(np.tile(order * ANY[:, 2], (deep.sum(), 1)), abs=1e-9)
+    assert near.gaps[deep].min() == pytest.approx(-(1.5e-3 + 0.5e-3 - z), abs=1e-9)
+
+
+def crossing(size: tuple[float, float, float]) -> Posed:
+    return turned(hf.Body("b", hf.Box(size), mass=1.0), 0.0)
+
+
+@pytest.mark.parametrize("size", [(0.1, 0.1, 1e-3), (0.01, 0.01, 0.2)])
+def test_a_plate_in_the_middle_of_another_and_a_rod_through_it_have_no_side(size: tuple[float, float, float]) -> None:
+    """The plate comes apart as soon to one side as to the other, the rod to none."""
+    plate = turned(hf.Body("a", hf.Box((0.2, 0.2, 3e-3)), mass=1.0), 0.0)
+    (found,) = shared_solids(plate, crossing(size)) or ()
+    assert found.way is None
 
 
 def test_overlaps_of_folded_triangles_outside_of_a_body_are_none() -> None:

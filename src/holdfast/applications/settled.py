@@ -32,6 +32,7 @@ from holdfast.settling.motion import End, Limits, Motion, come_to_rest
 from holdfast.settling.poses import turn_between, upright_pose
 
 SEEN = 0.0067  # of the reach: overlaps up to this deep are found by the motion itself
+REMAINING = 1.7e-3  # of the reach: deeper overlaps may not be left, unless a gap is stated that allows them
 MEETING = 3.3e-3  # of the reach: groups whose bodies end up so near to each other are settled again, as one
 UNFINISHED = (End.GOING, End.EFFORT, End.TROUBLE)
 
@@ -237,7 +238,11 @@ def _judged(
     if resting:
         assembly = assemble(alone(result, resting), gap=tolerances[0], angle=tolerances[1])
         verdict = stability(assembly, engine=engine)
-        faults = [f"{quoted(a)} and {quoted(b)} overlap" for a, b in (o.bodies for o in assembly.overlaps)]
+        remaining = {o.bodies: 1e3 * o.depth for o in assembly.overlaps}
+        if tolerances[0] is None and verdict.status is Status.STABLE:
+            allowed = Tolerances(REMAINING * limits.reach, 1.0)
+            remaining |= {o.bodies: 1e3 * o.depth for o in find_overlaps(assembly.scene, allowed)}
+        faults = [f"{quoted(a)} and {quoted(b)} by {depth:.2g} mm" for (a, b), depth in remaining.items()]
     notes = [f"{listed(moving(g, m))}: {m.end.value}" for g, m in done.items() if m.end in UNFINISHED]
     status, reason = told(verdict, [f.body for f in fell], deep, faults, notes, limits)
     words = {name: word for fate in fates for name, word in fate.words.items()}

@@ -22,6 +22,7 @@ from holdfast.geometry import polygon as flat
 from holdfast.geometry.hull import convex_hull
 
 FLATNESS = 0.02  # [-] largest distance of a given polygon's corners from its plane, relative to its size
+STRAIGHT = 1e-9  # of its diagonal: how far corners of a rectangle may be off
 
 BITS = 40  # binary digits of the coordinates of a patch that is written in the canonical way: about twelve decimal ones
 FIRST = 30  # binary digits of them that decide where an outline begins
@@ -67,6 +68,16 @@ class Patch(Value):
         if self.spots is None or not self.spots.bent:
             return np.broadcast_to(self.normal, points.shape)
         return np.asarray(self.spots.normals[cKDTree(self.spots.points).query(points)[1]])
+
+    @property
+    def rectangular(self) -> bool:
+        """Whether the patch is a rectangle without holes, on all of which the bodies touch."""
+        if len(self.polygon) != 4 or self.holes or self.spots is not None:
+            return False
+        a, b, c, d = self.polygon
+        slack = STRAIGHT * float(np.linalg.norm(c - a))
+        same = abs(np.linalg.norm(c - a) - np.linalg.norm(d - b)) <= slack
+        return bool(same and np.abs((a + c) - (b + d)).max() <= slack)
 
     @property
     def kind(self) -> PatchKind:

@@ -23,6 +23,8 @@ CANDIDATES = 10  # random points of which the paper takes the farthest
 CELLS = 6  # a grid step, to count tributary areas by; even, so that none lies halfway between two nodes
 MANY, FEW_CELLS = 2000, 2  # grids with at least MANY nodes are counted by FEW_CELLS a step: they are fine enough
 EXACT = 1e-12  # share of a rectangle's sides by which a patch may miss its corners and still be all of it
+CURVED = np.radians(20)  # the most by which an outline turns at a corner that tessellates a curve
+NEAR = 0.3  # of a grid step from a node on the outline, within which nodes of the grid give way to it
 LATTICE = 19  # candidate points along each side of a patch; odd, so that the middle is among them
 LEAST = 0.02  # of the mean weight that every node of spots gets before weights are corrected
 MOST_BENT = 64  # the most spots of a bent patch that stand for its corners
@@ -155,6 +157,24 @@ class _Sheet:
         polygon = flat.shapely_polygon(self.patch.rings)
         return unit[flat.inside(polygon.buffer(margin) if margin else polygon, self.flat(unit))]
 
+    def outline(self, steps: Float) -> Float:
+        """Corners of the hull, and points on the patch along its edges, none farther than a step from the next.
+
+        ``steps`` (2,) are the numbers of steps along both sides of the rectangle. Edges that tessellate a curve get no
+        points between their corners: a round rim has no edge on which a body could stand.
+        """
+        ahead = np.roll(self.corners, -1, axis=0)
+        along = (ahead - self.corners) * self.size
+        angle = np.arctan2(along[:, 1], along[:, 0])
+        turn = np.abs((angle - np.roll(angle, 1) + np.pi) % (2 * np.pi) - np.pi)  # at the corner where an edge begins
+        straight = np.maximum(turn, np.roll(turn, -1)) > CURVED
+        pieces = np.ceil(np.linalg.norm((ahead - self.corners) * steps, axis=1) - 0.01).astype(int)
+        between = [
+            one + np.arange(1, count)[:, None] / count * (other - one)
+            for one, other, count in zip(self.corners, ahead, np.where(straight, pieces, 1), strict=True)
+        ]
+        return np.vstack([self.corners, self.kept(np.vstack(between), 1e-9 * self.patch.size)])
+
     @property
     def whole(self) -> bool:
         """Whether the patch is all of its rectangle."""
@@ -194,8 +214,10 @@ def hull_sample(patch: Patch, count: int) -> tuple[Float, Float]:
 def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     """A grid of about ``count`` nodes over the smallest rectangle around the patch, its boundary included.
 
-    On a rectangle the weights are close to Simpson's; elsewhere nodes outside the patch give way to its hull corners.
-    Where the patch is known by its spots, they are chosen from these.
+    On a rectangle the weights are close to Simpson's. Elsewhere the hull's corners are nodes, with others along its
+    straight edges a step of the grid apart (of too many, those that are farthest from each other): a body tips over
+    them, and must twist on the whole edge, not on its two ends. Where the patch is known by its spots, they are chosen
+    from these.
     """
     if patch.spots is not None:
         return hull_sample(patch, count)
@@ -209,13 +231,13 @@ def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     if sheet.whole:  # each node owns the cells around it, half of them at a side
         owned = np.outer(*(between * np.where((side > 0) & (side < 1), 1.0, 0.5) for side in (u, v))).ravel()
         return sheet.flat(grid), _weights(sheet, grid, owned)
-    inner = sheet.kept(grid, 1e-9 * patch.size)
     steps = np.array([across - 1, along - 1])
-    apart = np.array([not len(inner) or np.abs((inner - c) * steps).max(1).min() > 0.3 for c in sheet.corners])
-    kept = sheet.corners[apart]
-    if len(kept) > count // 2:
-        kept = _farthest(kept, kept[:1], max(4, count // 2))
-    nodes = np.vstack([kept, inner])
+    edge = sheet.outline(steps)
+    if len(edge) > count // 2:
+        edge = _farthest(edge, edge[:1], max(4, count // 2))
+    inner = sheet.kept(grid, 1e-9 * patch.size)
+    apart = np.asarray(cKDTree(edge * steps).query(inner * steps, p=np.inf)[0]) > NEAR
+    nodes = np.vstack([edge, inner[apart]])
     cells = sheet.spread(between * (across - 1), between * (along - 1))
     return sheet.flat(nodes), _weights(sheet, nodes, _owned(nodes, cells))
 

@@ -121,6 +121,56 @@ def add_sheet(
 
 
 @compiled
+def eliminate(F: Float, columns: Int, full: int) -> tuple[int, float]:
+    """Eliminate in a front (t, t + 2) what its first ``full`` rows and columns allow.
+
+    Returns the number of pivots, which come first in the new order of rows and columns, and the sign of their product
+    and of the new order. The last two columns are right-hand sides. The first ``full`` columns are worked on as rows of
+    their transpose, along which memory runs.
+    """
+    size = F.shape[0]
+    P = F[:, :full].T.copy()
+    done, last, before, sign = 0, full, 0, 1.0
+    while done < full:
+        if done == last:  # the rest failed: after other pivots they may not
+            if done == before:
+                break
+            before, last = done, full
+        column = P[done]
+        best, pivot, top = 0.0, done, 0.0
+        for i in range(done, full):
+            here = abs(column[i])
+            if here > best:
+                best, pivot = here, i
+        for i in range(done, size):
+            top = max(top, abs(column[i]))
+        if not (best > 0.0 and best >= SMALL_PIVOT * top):
+            last -= 1
+            if last != done:
+                swap_rows(P, done, last)
+                columns[done], columns[last] = columns[last], columns[done]
+                sign = -sign
+            continue
+        if pivot != done:
+            for c in range(full):
+                P[c, done], P[c, pivot] = P[c, pivot], P[c, done]
+            swap_rows(F[:, full:], done, pivot)
+            sign = -sign
+        if column[done] < 0:
+            sign = -sign
+        inverse = 1 / column[done]
+        below = column[done + 1 :]
+        for i in range(len(below)):
+            below[i] *= inverse
+        for c in range(done + 1, full):
+            take(P[c, done + 1 :], P[c, done], below)
+        done += 1
+    F[:, :full] = P.T
+    complete(F, P, done, full)
+    return done, sign
+
+
+@compiled
 def swap_rows(F: Float, one: int, two: int) -> None:
     """Exchange two rows."""
     for j in range(F.shape[1]):
@@ -128,79 +178,38 @@ def swap_rows(F: Float, one: int, two: int) -> None:
 
 
 @compiled
-def swap_columns(F: Float, columns: Int, one: int, two: int) -> None:
-    """Exchange two columns and their numbers."""
-    for i in range(F.shape[0]):
-        F[i, one], F[i, two] = F[i, two], F[i, one]
-    columns[one], columns[two] = columns[two], columns[one]
+def take(row: Float, factor: float, other: Float) -> None:
+    """Take ``factor`` times another row away from one."""
+    if factor != 0.0:
+        for c in range(len(row)):
+            row[c] -= factor * other[c]
 
 
 @compiled
-def eliminate(F: Float, columns: Int, full: int) -> tuple[int, float]:
-    """Eliminate in a front (t, t + 2) what its first ``full`` rows and columns allow.
+def complete(F: Float, P: Float, done: int, full: int) -> None:
+    """Apply ``done`` pivots, whose factors are the rows of ``P``, to the columns of a front from ``full`` on.
 
-    Returns the number of pivots, which come first in the new order of rows and columns, and the sign of their product
-    and of the new order. The last two columns are right-hand sides.
+    The rows of pivots come one by one, for each needs those before it. All others come two at a time, with four pivots
+    at a time: what is read once serves eight products.
     """
-    size = F.shape[0]
-    done, last, before, sign = 0, full, 0, 1.0
-    while done < full:
-        if done == last:  # the rest failed: after other pivots they may not
-            if done == before:
-                break
-            before, last = done, full
-        best, pivot, top = 0.0, done, 0.0
-        for i in range(done, size):
-            here = abs(F[i, done])
-            top = max(top, here)
-            if i < full and here > best:
-                best, pivot = here, i
-        if not (best > 0.0 and best >= SMALL_PIVOT * top):
-            last -= 1
-            if last != done:
-                swap_columns(F, columns, done, last)
-                sign = -sign
-            continue
-        if pivot != done:
-            swap_rows(F, done, pivot)
-            sign = -sign
-        if F[done, done] < 0:
-            sign = -sign
-        inverse = 1 / F[done, done]
-        above = F[done, done + 1 : full]
-        for i in range(done + 1, size):
-            factor = F[i, done] * inverse
-            F[i, done] = factor
-            if factor != 0.0:
-                row = F[i, done + 1 : full]  # slices: their loops compile to vector instructions
-                for j in range(len(above)):
-                    row[j] -= factor * above[j]
-        done += 1
-    complete(F, done, full)
-    return done, sign
-
-
-@compiled
-def complete(F: Float, done: int, full: int) -> None:
-    """Apply ``done`` pivots to the columns of a front from ``full`` on, four at a time."""
-    for i in range(1, F.shape[0]):
-        row = F[i, full:]
-        many = min(i, done)
-        j = 0
-        while j + 4 <= many:
-            f0, f1, f2, f3 = F[i, j], F[i, j + 1], F[i, j + 2], F[i, j + 3]
-            if f0 != 0.0 or f1 != 0.0 or f2 != 0.0 or f3 != 0.0:
-                r0, r1, r2, r3 = F[j, full:], F[j + 1, full:], F[j + 2, full:], F[j + 3, full:]
-                for c in range(len(row)):
-                    row[c] -= f0 * r0[c] + f1 * r1[c] + f2 * r2[c] + f3 * r3[c]
-            j += 4
-        while j < many:
-            f0 = F[i, j]
-            if f0 != 0.0:
-                r0 = F[j, full:]
-                for c in range(len(row)):
-                    row[c] -= f0 * r0[c]
-            j += 1
+    size, width = F.shape[0], F.shape[1] - full
+    for i in range(1, done):
+        for j in range(i):
+            take(F[i, full:], P[j, i], F[j, full:])
+    many, pairs = done - done % 4, size - (size - done) % 2
+    for i in range(done, pairs, 2):
+        one, two = F[i, full:], F[i + 1, full:]
+        for j in range(0, many, 4):
+            a0, a1, a2, a3 = P[j, i], P[j + 1, i], P[j + 2, i], P[j + 3, i]
+            b0, b1, b2, b3 = P[j, i + 1], P[j + 1, i + 1], P[j + 2, i + 1], P[j + 3, i + 1]
+            r0, r1, r2, r3 = F[j, full:], F[j + 1, full:], F[j + 2, full:], F[j + 3, full:]
+            for c in range(width):
+                x0, x1, x2, x3 = r0[c], r1[c], r2[c], r3[c]
+                one[c] -= a0 * x0 + a1 * x1 + a2 * x2 + a3 * x3
+                two[c] -= b0 * x0 + b1 * x1 + b2 * x2 + b3 * x3
+    for i in range(done, size):
+        for j in range(many if i < pairs else 0, done):
+            take(F[i, full:], P[j, i], F[j, full:])
 
 
 @compiled

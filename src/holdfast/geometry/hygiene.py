@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 LEAST_ROUND = 0.005  # volume over area^(3/2), 0.094 for a ball: an open piece with less has no inside to speak of
 SCRAP = 0.01  # share of the whole area: smaller pieces that have no inside do not put a scan's orientation in doubt
+FOLD = 1e-5  # share of the whole area: a repeated face that bounds nothing is a sheet of its own if it is larger
 
 
 @archived
@@ -45,11 +46,11 @@ class PlaneFit(Value):
 class MeshReport(Value):
     """What a mesh was like and what was done about it.
 
-    Counts: vertices ``welded``, ``degenerate`` and ``duplicate`` faces left out, faces ``flipped`` to face outward,
-    ``open_edges`` with one face, ``crowded_edges`` with more than two, connected ``pieces``. ``oriented``: it is known
-    which side is the inside. ``planes`` were fitted where the mesh was said to be noisy. ``joined`` closed parts that
-    touched or overlapped were made one solid, which has ``shared`` [m³] less volume than they had together; the other
-    counts are those before that.
+    Counts: vertices ``welded``, ``degenerate`` and ``duplicate`` faces left out (of a fold both), faces ``flipped`` to
+    face outward, ``open_edges`` with one face, ``crowded_edges`` with more than two, connected ``pieces``.
+    ``oriented``: it is known which side is the inside. ``planes`` were fitted where the mesh was said to be noisy.
+    ``joined`` closed parts that touched or overlapped were made one solid, which has ``shared`` [m³] less volume than
+    they had together; the other counts are those before that.
     """
 
     welded: int = 0
@@ -101,6 +102,7 @@ def cleaned(vertices: Float, faces: Int, where: str) -> tuple[trimesh.Trimesh, M
     welded = len(np.unique(faces)) - len(np.unique(solid.faces))
     corners = np.sort(solid.faces, axis=1)
     proper, unique = (corners[:, 1:] != corners[:, :-1]).all(1), solid.unique_faces()  # needles hold a mesh together
+    unique &= ~_folds(corners, proper, unique, np.asarray(solid.area_faces))
     solid.update_faces(proper & unique)
     solid.remove_unreferenced_vertices()
     if len(solid.faces) == 0 or not solid.area > 0:
@@ -110,6 +112,26 @@ def cleaned(vertices: Float, faces: Int, where: str) -> tuple[trimesh.Trimesh, M
     if report.crowded_edges and not report.open_edges:
         solid, report = _told_apart(points, faces, merged) or (solid, report)
     return (solid, report) if report.pieces < 2 or not report.closed else _joined(solid, report)
+
+
+def _folds(corners: Int, proper: Bool, unique: Bool, areas: Float) -> Bool:
+    """(F,) those of the ``unique`` faces that lie back to back with another one and bound nothing.
+
+    A scan whose vertices were merged has pairs of needles with the same ``corners`` (F, 3), which hang on an edge of a
+    surface that is closed without them. One of the two alone would leave open edges there, and the body no inside.
+    """
+    folds = np.zeros(len(corners), dtype=bool)
+    repeated = set(map(tuple, corners[proper & ~unique].tolist()))
+    if not repeated:
+        return folds
+    once = np.flatnonzero(proper & unique)
+    edges = Edges.of(corners[once], int(corners.max()) + 1)
+    beside = edges.shared[edges.of_face]
+    hanging = (beside != 2).all(1) & (beside == 1).any(1) & (beside == 3).any(1)
+    small = areas[once] < FOLD * float(areas[once].sum())
+    for face in once[hanging & small].tolist():
+        folds[face] = tuple(corners[face].tolist()) in repeated
+    return folds
 
 
 def _told_apart(points: Float, faces: Int, merged: Int) -> tuple[trimesh.Trimesh, MeshReport] | None:

@@ -9,11 +9,12 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Bool, Float
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.elastic.sparse import held
 from holdfast.elastic.system import Settled, System
+from holdfast.engines.compliant.gathered import gathered
 from holdfast.engines.compliant.model import Springs, force_unit, own_rows, world_rows
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.limit.engine import Limit, LimitState
@@ -127,6 +128,15 @@ class Grid:
         model. A factor is -1 if none is found.
         """
         return self.system.loads_nearby(self.loads(W), s, q, plane)
+
+    def gathered(self, q: Float) -> Bool:
+        """Tell at which displacements q (k, 6J), in units of the model, forces gather on few nodes of a contact.
+
+        On faces that are not ideal they do so on any grid, on the high spots: there nothing is told.
+        """
+        if self.springs.faces is not None:
+            return np.zeros(len(q), dtype=bool)
+        return gathered(self.places, self.system.model, q)
 
     def mechanisms(self, motions: Float) -> list[Mechanism]:
         """Return the mechanisms of ``motions`` (k, 6J), which are in the units of the model."""

@@ -17,7 +17,7 @@ from scipy import sparse
 
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.nodes import ContactNodes, contact_nodes, equilibrium_operator
-from holdfast.base.arrays import Float, Int
+from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.memory import Same
 from holdfast.base.rigid import snapped
 from holdfast.engines.mechanism import Kinematics
@@ -84,6 +84,13 @@ class Places:
             np.ascontiguousarray(b),
             _sheet_from_body(assembly, axes, origin, a),
             _sheet_from_body(assembly, axes, origin, b),
+        )
+
+    @cached_property
+    def rectangular(self) -> Bool:
+        """Tell which of the assembly's interfaces are a single rectangle."""
+        return np.array(
+            [len(i.patches) == 1 and i.patches[0].rectangular for i in self.assembly.interfaces], dtype=bool
         )
 
     @cached_property

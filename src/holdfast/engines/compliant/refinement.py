@@ -19,6 +19,7 @@ LARGE = 0.05  # relative change of the load at a peak above which the whole path
 COARSE = 0.02  # relative change of the peak of the whole path above which the answer is taken from the finer grid
 REFINEMENTS = 3  # largest number of re-solves on ever finer grids
 AMPLE = 1.02  # times a load, to which its path is followed to tell that it is held: what errors may take is left
+RESOLVED = 28  # nodes a side of the grid on which paths are followed whose forces have gathered on few nodes
 MOST_NODES = 20_000  # largest number of nodes of a finer grid from which answers are taken
 
 
@@ -58,6 +59,15 @@ class Refined:
     def _may_refine(self) -> bool:
         return self.refinements > 0 and FINER**2 * len(self.grid.nodes) <= MOST_NODES
 
+    @property
+    def _resolving(self) -> Refined:
+        """The grid on which peaks are looked at where forces gather on few nodes; this one if there is no finer one.
+
+        It has RESOLVED nodes a side or more, or as many as leave its own next finer grid MOST_NODES.
+        """
+        coarse = self.grid.springs.nodes < RESOLVED and self.refinements > 0
+        return self._finer._resolving if coarse and FINER**4 * len(self.grid.nodes) <= MOST_NODES else self
+
     def answers(self, W: Float, *, cuts: bool = False, bounds: bool = True) -> Bounded:
         """Follow the paths of columns W (6J, k).
 
@@ -85,7 +95,7 @@ class Refined:
         load = paths.peak[there]
         finer = self._on_finer_grid(W[:, there], paths.chosen(there))
         change = np.abs(finer - load)
-        sure = (finer > 0) & (change <= LARGE * load)
+        sure = (finer > 0) & (change <= LARGE * load) & ~self.grid.gathered(paths.q[there])
         held[there] = sure & (load - SAFETY * change - LEAST_ERROR * load >= 1)
         return np.asarray(held)
 
@@ -114,6 +124,28 @@ class Refined:
         return self._bounded(W, paths, cuts=cuts) if bounds else Bounded(paths, np.zeros(W.shape[1]))
 
     def _bounded(self, W: Float, paths: PathResult, *, cuts: bool) -> Bounded:
+        """Give the paths of this grid lower bounds, and take paths from finer grids where this one is too coarse.
+
+        Peaks are bounded as ``_estimated`` says. Where forces have gathered on few nodes at a peak, that says little:
+        there the path is followed on the resolving grid, too. If its peak is lower by more than COARSE, it becomes the
+        answer; else the lower bound is the lesser of both.
+        """
+        peaked = np.flatnonzero(paths.outcome == PathOutcome.PEAK)
+        few = peaked[self.grid.gathered(paths.q[peaked])]
+        resolving = self._resolving if len(few) else self
+        if resolving is self:
+            return self._estimated(W, paths, cuts=cuts)
+        there = resolving._estimated(W[:, few], resolving.grid.paths(W[:, few], cuts=cuts), cuts=cuts)
+        known = there.paths.outcome == PathOutcome.PEAK
+        off = known & (there.paths.peak < (1 - COARSE) * paths.peak[few])
+        found = Bounded(paths, np.zeros(W.shape[1]))
+        found = found.replaced(few[off], Bounded(there.paths.chosen(off), there.below[off]))
+        rest = np.setdiff1d(np.arange(W.shape[1]), few[off])
+        found = found.replaced(rest, self._estimated(W[:, rest], paths.chosen(rest), cuts=cuts))
+        found.below[few[known]] = np.minimum(found.below[few[known]], there.below[known])
+        return found
+
+    def _estimated(self, W: Float, paths: PathResult, *, cuts: bool) -> Bounded:
         """Give the paths of this grid lower bounds, and take paths from finer grids where this one is too coarse.
 
         The lower bound is the peak minus SAFETY times the estimated discretisation error minus LEAST_ERROR times the

@@ -49,7 +49,7 @@ def pallet(across: int, deep: int, high: int) -> hf.Scene:
     for z in range(high):
         for y in range(deep):
             for x in range(across):
-                pose = _at(0.3 * x + 0.15 * (z % 2), 0.2 * y, 0.075 + 0.15 * z)
+                pose = _at(0.3 * x + 0.1 * (z % 2), 0.2 * y, 0.075 + 0.15 * z)
                 bodies.append(hf.Body(f"box{x}_{y}_{z}", box, mass=5.0, pose=pose))
     return hf.Scene(bodies, 0.5)
 
