@@ -157,6 +157,7 @@ def test_rules_rank_places_by_support_or_by_height() -> None:
     jutting, left, right, high = spot(0, 0, 0, 0.8), spot(0, 0, 2, 1), spot(0, 1, 1, 1), spot(0.1, 0, 0, 1)
     assert sorted([jutting, left, right, high], key=highest_support) == [left, right, high, jutting]
     assert sorted([jutting, left, right, high], key=bottom_left) == [jutting, right, left, high]
+    assert min(spot(0, 0, 0, 0.8), turned := spot(0, 0, 0, 0.9), key=bottom_left) is turned, "two turns in one corner"
 
 
 @pytest.mark.parametrize(

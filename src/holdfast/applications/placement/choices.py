@@ -38,12 +38,12 @@ def bulk(body: Body) -> float:
 
 def highest_support(spot: Spot) -> tuple[float, ...]:
     """Rank a place by the share of the face that is supported, the largest first, then as low as can be."""
-    return (-round(spot.support, 2), round(spot.height, 4), *spot.corner.tolist())
+    return (-round(spot.support, 2), round(spot.height, 4), *np.round(spot.corner, 6).tolist())
 
 
 def bottom_left(spot: Spot) -> tuple[float, ...]:
-    """Rank a place by its height, the lowest first, then by how far it is in one corner."""
-    return (round(spot.height, 4), *np.round(spot.corner[::-1], 6).tolist())
+    """Rank a place by its height, the lowest first, then by how far it is in one corner; of two turns the supported."""
+    return (round(spot.height, 4), *np.round(spot.corner[::-1], 6).tolist(), -round(spot.support, 2))
 
 
 RULES: Mapping[str, Rule] = MappingProxyType({"highest support": highest_support, "bottom-left": bottom_left})
