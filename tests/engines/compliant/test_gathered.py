@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -11,6 +12,7 @@ from compliant_scenes import G0, Array
 import holdfast as hf
 from holdfast.engines.compliant import gathered as gathered_module
 from holdfast.engines.compliant.gathered import gathered
+from holdfast.engines.compliant.places import Places
 from holdfast.validation.random_pushes import Push, random_pushes
 
 RADIUS, HEIGHT, MASS = 0.04, 0.14, 1.0
@@ -134,6 +136,23 @@ def test_a_ball_on_one_node_has_not_gathered() -> None:
     assembly = on_board(np.eye(3), ball, cube, mu=0.5)
     grid = hf.Compliant().on(assembly, assembly.weight_wrench()).refined.grid
     assert not gathered(grid.places, grid.system.model, grid.settled.q[None]).any()
+
+
+def test_contacts_without_nodes_change_nothing() -> None:
+    """Of three jars the one in the middle has none: the other two are told as with it."""
+    jars = [
+        replace(jar(np.eye(3)), name=f"jar{k}", pose=placed(np.eye(3), 0.1 * k - 0.1, 0, HEIGHT / 2)) for k in range(3)
+    ]
+    assembly = on_board(np.eye(3), *jars, mu=0.5)
+    grid = hf.Compliant().on(assembly, assembly.weight_wrench()).refined.grid
+    kept = Places(assembly, grid.nodes.chosen(grid.nodes.interface != 1))
+    model = grid.springs.model(kept, assembly.weight_wrench())
+    push = np.zeros((18, 1))
+    push[12:, 0] = (1, 0, 0, 0, 0.06, 0)  # on the last jar, above its middle: it tips over its rim
+    tipping = grid.paths(push).q[0]
+    for q, few in ((grid.settled.q, False), (tipping, True)):
+        assert gathered(grid.places, grid.system.model, q[None]).tolist() == [few]
+        assert gathered(kept, model, q[None]).tolist() == [few]
 
 
 def test_the_edge_of_a_rectangle_is_enough_to_tip_over_and_its_corner_is_not() -> None:
