@@ -11,7 +11,7 @@ from holdfast.base.compiled import compilable
 from holdfast.elastic.fronts import Fronts, solve
 from holdfast.elastic.law import Elastic
 from holdfast.elastic.linear import SINGULAR, Work
-from holdfast.elastic.newton import newton, on_path, unbalance, worst
+from holdfast.elastic.newton import Balance, newton, on_path, unbalance, worst
 from holdfast.elastic.outcome import Event, PathOutcome, goes_on, outcome_of
 from holdfast.elastic.stepper import (
     STATIONS,
@@ -255,3 +255,16 @@ def load_nearby(m: Elastic, work: Work, load: Float, s: float, q: Float, plane: 
     tolerance = TOLERANCE * max(1.0, worst(m, load) * s)
     point = newton(m, work, on_path(np.zeros(len(q))), q.copy(), s, dot(plane, q), tolerance, 20, 0.0, fronts)
     return point.s if point.converged else -1.0
+
+
+@compilable
+def balances(m: Elastic, work: Work, load: Float, s: float, q: Float, fronts: Fronts | None) -> bool:
+    """Tell whether the model has a state in balance under s times ``load`` near q, a state of another model.
+
+    The other model has the same bodies and other nodes.
+    """
+    put(work.w, load)
+    work.c[:] = 0.0
+    held = Balance(1.0, 0.0, 1.0, np.zeros(len(q)))
+    tolerance = TOLERANCE * max(1.0, worst(m, load) * s)
+    return newton(m, work, held, q.copy(), s, 0.0, tolerance, 20, 0.0, fronts).converged

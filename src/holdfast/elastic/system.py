@@ -11,7 +11,7 @@ from typing import ParamSpec, TypeVar
 
 import numpy as np
 
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Bool, Float
 from holdfast.base.compiled import machine_code
 from holdfast.base.parallel import in_parallel, left_if_stopped
 from holdfast.base.progress import reported
@@ -19,7 +19,7 @@ from holdfast.elastic.fronts import Fronts, fronts_of
 from holdfast.elastic.law import Elastic
 from holdfast.elastic.linear import Work, make_work
 from holdfast.elastic.outcome import RestOutcome
-from holdfast.elastic.path import PathResult, follow, load_nearby
+from holdfast.elastic.path import PathResult, balances, follow, load_nearby
 from holdfast.elastic.resting import MOST_STEPS, bond_all, lessen_drag, move
 from holdfast.elastic.stepper import make_stepper
 
@@ -27,7 +27,7 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 MOST_DENSE = 150  # displacements up to which dense elimination in compiled code is faster than fronts
-LEAST_COLUMNS = 8  # for which another thread pays
+LEAST_COLUMNS = 3  # for which another thread pays
 LONG = 60  # displacements from which coming to rest may take longer than a user who stops it waits
 STAGE = "load paths"
 
@@ -128,6 +128,18 @@ class System:
         self._in_threads(len(s), run)
         return found
 
+    def balances(self, loads: Float, s: Float, q: Float) -> Bool:
+        """Which of ``s`` (k,) times ``loads`` (k, n) are in balance in a state near q (k, n), those of another model."""
+        found = np.zeros(len(s), dtype=bool)
+        seek = self._compiled(balances)
+
+        def run(rows: Iterable[int], work: Work) -> None:
+            for k in rows:
+                found[k] = seek(self.model, work, loads[k], s[k], q[k], self.fronts)
+
+        self._in_threads(len(s), run)
+        return found
+
     def _compiled(self, function: Callable[P, R]) -> Callable[P, R]:
         """The function as it is to be called: in machine code for dense elimination, in Python for fronts."""
         return machine_code(function) if self.fronts is None else function
@@ -139,6 +151,8 @@ class System:
 
     def _in_threads(self, count: int, run: Callable[[Iterable[int], Work], None]) -> None:
         """Run over ``count`` rows, in threads with memory of their own: machine code holds no lock."""
+        if not count:
+            return
         threads = 1 if self.fronts is not None else min(os.cpu_count() or 1, count // LEAST_COLUMNS)
         if threads < 2:
             run(reported(STAGE, range(count)), self.work)

@@ -129,6 +129,13 @@ class Grid:
         """
         return self.system.loads_nearby(self.loads(W), s, q, plane)
 
+    def balances(self, W: Float, s: Float, q: Float) -> Bool:
+        """Tell which loads, columns of W (6J, k) times ``s`` (k,), are in balance in states near ``q`` (k, 6J).
+
+        These displacements, in units of the model, were found on a coarser grid.
+        """
+        return self.system.balances(self.loads(W), s, q)
+
     def gathered(self, q: Float) -> Bool:
         """Tell at which displacements q (k, 6J), in units of the model, forces gather on few nodes of a contact.
 

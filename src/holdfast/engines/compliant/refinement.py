@@ -18,6 +18,7 @@ LEAST_ERROR = 2e-3  # minimum relative discretisation error
 LARGE = 0.05  # relative change of the load at a peak above which the whole path is followed on the finer grid
 COARSE = 0.02  # relative change of the peak of the whole path above which the answer is taken from the finer grid
 REFINEMENTS = 3  # largest number of re-solves on ever finer grids
+LESS = (2.5e-3, 1e-2)  # relative loads below a peak that a finer grid is asked to hold where it tells nothing else
 AMPLE = 1.02  # times a load, to which its path is followed to tell that it is held: what errors may take is left
 RESOLVED = 28  # nodes a side of the grid on which paths are followed whose forces have gathered on few nodes
 MOST_NODES = 20_000  # largest number of nodes of a finer grid from which answers are taken
@@ -93,7 +94,7 @@ class Refined:
         if not len(there):  # no finer grid is made for nothing
             return np.asarray(held)
         load = paths.peak[there]
-        finer = self._on_finer_grid(W[:, there], paths.chosen(there))
+        finer = _on(self.grid.finer, W[:, there], paths.chosen(there))
         change = np.abs(finer - load)
         sure = (finer > 0) & (change <= LARGE * load) & ~self.grid.gathered(paths.q[there])
         held[there] = sure & (load - SAFETY * change - LEAST_ERROR * load >= 1)
@@ -126,80 +127,103 @@ class Refined:
     def _bounded(self, W: Float, paths: PathResult, *, cuts: bool) -> Bounded:
         """Give the paths of this grid lower bounds, and take paths from finer grids where this one is too coarse.
 
-        Peaks are bounded as ``_estimated`` says. Where forces have gathered on few nodes at a peak, that says little:
-        there the path is followed on the resolving grid, too. If its peak is lower by more than COARSE, it becomes the
-        answer; else the lower bound is the lesser of both.
-        """
-        peaked = np.flatnonzero(paths.outcome == PathOutcome.PEAK)
-        few = peaked[self.grid.gathered(paths.q[peaked])]
-        resolving = self._resolving if len(few) else self
-        if resolving is self:
-            return self._estimated(W, paths, cuts=cuts)
-        there = resolving._estimated(W[:, few], resolving.grid.paths(W[:, few], cuts=cuts), cuts=cuts)
-        known = there.paths.outcome == PathOutcome.PEAK
-        off = known & (there.paths.peak < (1 - COARSE) * paths.peak[few])
-        found = Bounded(paths, np.zeros(W.shape[1]))
-        found = found.replaced(few[off], Bounded(there.paths.chosen(off), there.below[off]))
-        rest = np.setdiff1d(np.arange(W.shape[1]), few[off])
-        found = found.replaced(rest, self._estimated(W[:, rest], paths.chosen(rest), cuts=cuts))
-        found.below[few[known]] = np.minimum(found.below[few[known]], there.below[known])
-        return found
-
-    def _estimated(self, W: Float, paths: PathResult, *, cuts: bool) -> Bounded:
-        """Give the paths of this grid lower bounds, and take paths from finer grids where this one is too coarse.
-
         The lower bound is the peak minus SAFETY times the estimated discretisation error minus LEAST_ERROR times the
-        peak. The estimate is the change of the load when the finer grid takes the displacement of the peak, or of a
-        point before it (``_on_finer_grid``). If that load is not found or changes by more than LARGE, the whole path is
-        followed on the finer grid, and the estimate is the change of its peak (all of the peak if the finer grid has
-        none). If that change is more than COARSE, the path on the finer grid becomes the answer, as long as refinement
-        is allowed.
+        peak. Where forces have gathered on few nodes at a peak, ``_resolved`` estimates the error, else ``_estimated``.
         """
-        below = np.zeros(W.shape[1])
+        found = Bounded(paths, np.zeros(W.shape[1]))
         peaked = np.flatnonzero(paths.outcome == PathOutcome.PEAK)
-        if not len(peaked):  # no finer grid is made for nothing
-            return Bounded(paths, below)
-        peaks = paths.chosen(peaked)
-        peak = peaks.peak
-        finer = self._on_finer_grid(W[:, peaked], peaks)
-        unsure = np.flatnonzero((finer < 0) | (np.abs(finer - peak) > LARGE * peak))
-        if len(unsure):
-            asked = W[:, peaked[unsure]]
-            there = self._finer.grid.paths(asked, cuts=cuts)
-            finer[unsure] = there.factor
-            if self._may_refine:
-                changed = np.abs(there.peak - peak[unsure]) > COARSE * peak[unsure]
-                coarse = (there.outcome == PathOutcome.PEAK) & changed
-                better = self._finer._bounded(asked[:, coarse], there.chosen(coarse), cuts=cuts)
-                taken = peaked[unsure[coarse]]
-                paths = paths.replaced(taken, better.paths)
-                below[taken] = better.below
-                kept = np.ones(len(peaked), dtype=bool)
-                kept[unsure[coarse]] = False
-                peaked, peak, finer = peaked[kept], peak[kept], finer[kept]
-        change = np.where(finer < peak, peak - finer, np.minimum(finer, 2 * peak) - peak)
-        below[peaked] = np.maximum(peak - SAFETY * change - LEAST_ERROR * peak, 0.0)
-        return Bounded(paths, below)
-
-    def _on_finer_grid(self, W: Float, peaks: PathResult) -> Float:
-        """Return what ``peaks`` (k,) of columns W (6J, k) become on the finer grid, -1 where that is not found.
-
-        This is the load on the finer grid at the displacement of the peak. Far out on a nearly level path there may be
-        none, for every node slides and has its own place to begin. Then a point on the way to the peak is taken whose
-        load on the finer grid is above (1 - COARSE) of the peak: the path on the finer grid leads at least as far, and
-        the peak is changed in proportion to the load at that point.
-        """
-        finer = self.grid.finer
-        found = finer.loads_nearby(W, peaks.peak, peaks.q, peaks.plane)
-        latest = np.argsort(-peaks.station_s, axis=1)
-        for turn in range(latest.shape[1]):
-            at = latest[:, turn]
-            s = peaks.station_s[np.arange(len(at)), at]
-            open_ = np.flatnonzero((found < 0) & (s > (1 - COARSE) * peaks.peak))
-            if not len(open_):
-                break
-            q, plane = peaks.station_q[open_, at[open_]], peaks.station_plane[open_, at[open_]]
-            there = finer.loads_nearby(W[:, open_], s[open_], q, plane)
-            near = (there > (1 - COARSE) * peaks.peak[open_]) & (there < (1 + COARSE) * s[open_])
-            found[open_[near]] = peaks.peak[open_[near]] * there[near] / s[open_[near]]
+        few = self.grid.gathered(paths.q[peaked])
+        if few.any() and self._resolving is self:
+            few[:] = False
+        for rows, bounded in ((peaked[~few], self._estimated), (peaked[few], self._resolved)):
+            if len(rows):  # no finer grid is made for nothing
+                found = found.replaced(rows, bounded(W[:, rows], paths.chosen(rows), cuts=cuts))
         return found
+
+    def _estimated(self, W: Float, peaks: PathResult, *, cuts: bool) -> Bounded:
+        """Give ``peaks`` of columns W (6J, k) lower bounds from the next finer grid, or take paths from there.
+
+        The estimated error is the change of the load there as ``_on`` tells. If it tells nothing, the whole path is
+        followed there, and the estimate is the change of its peak (all of the peak if there is none). If that change is
+        more than COARSE, the path on the finer grid becomes the answer, as long as refinement is allowed.
+        """
+        finer = self._finer
+        peak, load = peaks.peak, _on(finer.grid, W, peaks)
+        found, taken = Bounded(peaks, np.zeros(len(peak))), np.zeros(len(peak), dtype=bool)
+        unsure = np.flatnonzero(load < 0)
+        if len(unsure):
+            paths = finer.grid.paths(W[:, unsure], cuts=cuts)
+            load[unsure] = paths.factor
+            changed = _changed(peak[unsure], paths.peak)
+            better = np.flatnonzero((paths.outcome == PathOutcome.PEAK) & changed & self._may_refine)
+            taken[unsure[better]] = True
+            found = found.replaced(unsure[better], finer._bounded(W[:, taken], paths.chosen(better), cuts=cuts))
+        return found._replace(below=np.where(taken, found.below, _below(peak, load)))
+
+    def _resolved(self, W: Float, peaks: PathResult, *, cuts: bool) -> Bounded:
+        """Give ``peaks`` of columns W (6J, k) where forces gather lower bounds from many nodes, or take paths from there.
+
+        Twice as many nodes err there as these do. The estimated error is the change of the load at the displacement of
+        the peak on the grid after the resolving one. If there is none, or one that changes by more than COARSE, the
+        answer is the path on the resolving grid, whose own peak is treated like that: if the load on the grid after it
+        changes by more than COARSE, it is bounded as ``_estimated`` says; if there is none, its error is taken to be
+        what the peak has changed, and at least COARSE.
+        """
+        resolving, peak = self._resolving, peaks.peak
+        after = resolving.grid.finer
+        load = after.loads_nearby(W, peak, peaks.q, peaks.plane)
+        found = Bounded(peaks, _below(peak, load))
+        unsure = np.flatnonzero(_changed(peak, load))
+        if not len(unsure):
+            return found
+        paths = resolving.grid.paths(W[:, unsure], cuts=cuts)
+        found.below[unsure] = 0.0  # all of the peak where there is none on more nodes
+        there = np.flatnonzero(paths.outcome == PathOutcome.PEAK)
+        rows, paths = unsure[there], paths.chosen(there)
+        load = after.loads_nearby(W[:, rows], paths.peak, paths.q, paths.plane)
+        change = np.maximum(np.abs(paths.peak - peak[rows]), COARSE * paths.peak)
+        answers = Bounded(paths, _below(paths.peak, np.where(load < 0, paths.peak - change, load)))
+        coarse = np.flatnonzero((load >= 0) & _changed(paths.peak, load))
+        answers = answers.replaced(coarse, resolving._estimated(W[:, rows[coarse]], paths.chosen(coarse), cuts=cuts))
+        return found.replaced(rows, answers)
+
+
+def _changed(peak: Float, load: Float) -> Bool:
+    """Tell which peaks (k,) differ from ``load`` (k,), what they become on another grid, by more than COARSE."""
+    return np.asarray(np.abs(load - peak) > COARSE * peak)
+
+
+def _below(peak: Float, load: Float) -> Float:
+    """Return lower bounds (k,) of peaks (k,) that have changed to ``load`` (k,) on a finer grid."""
+    change = np.where(load < peak, peak - load, np.minimum(load, 2 * peak) - peak)
+    return np.maximum(peak - SAFETY * change - LEAST_ERROR * peak, 0.0)
+
+
+def _on(finer: Grid, W: Float, peaks: PathResult) -> Float:
+    """Return what ``peaks`` (k,) of columns W (6J, k) become on a ``finer`` grid, -1 where that is not found.
+
+    This is the load on the finer grid at the displacement of the peak. Far out on a nearly level path there may be
+    none, or quite another one, for every node slides and has its own place to begin. There it is the load at a point on
+    the way to the peak, or LESS than the peak, above (1 - COARSE) of the peak, if the finer grid is in balance under
+    that load in a state nearby: the path on the finer grid leads at least as far. If the finer grid is in balance under
+    (1 + COARSE) of the peak, too, that is not what was sought.
+    """
+    peak, k = peaks.peak, len(peaks.peak)
+    found = finer.loads_nearby(W, peak, peaks.q, peaks.plane)
+    found[np.abs(found - peak) > LARGE * peak] = -1.0
+    told = found >= 0
+    if told.all():
+        return found
+    lower = (1 - np.array(LESS)) * peak[:, None]
+    loads = np.hstack([peaks.station_s, lower])
+    states = np.hstack([peaks.station_q, peaks.q[:, None].repeat(len(LESS), 1)])
+    for at in np.argsort(-loads, axis=1).T:
+        s, q = loads[np.arange(k), at], states[np.arange(k), at]
+        rows = np.flatnonzero((found < 0) & (s > (1 - COARSE) * peak))
+        held = finer.balances(W[:, rows], s[rows], q[rows])
+        found[rows[held]] = s[rows[held]]
+    for q in (peaks.q, peaks.station_q[np.arange(k), peaks.station_s.argmax(1)]):
+        rows = np.flatnonzero((found >= 0) & ~told)
+        more = finer.balances(W[:, rows], (1 + COARSE) * peak[rows], q[rows])
+        found[rows[more]] = -1.0
+    return found
