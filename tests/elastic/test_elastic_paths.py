@@ -94,7 +94,7 @@ class Walk:
         self.model = block(mu)
         self.work = make_work(self.model, dense=False)
         self.fronts = fronts_of(self.model)
-        self.stepper = make_stepper(6, dense=False)
+        self.stepper = make_stepper(6)._replace(now=Progress())
         start = System.dense(self.model).come_to_rest().q if start is None else start
         self.event = begin(self.model, self.work, self.stepper, start, load, self.fronts)
 

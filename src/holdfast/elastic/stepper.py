@@ -135,9 +135,9 @@ RECORD = np.dtype(
 )
 
 
-def make_stepper(n: int, *, dense: bool) -> Stepper:
-    """A walk among n = 6J displacements; if ``dense`` its numbers are a record that compiled code can write."""
-    now = cast(Progress, np.zeros(1, RECORD)[0]) if dense else Progress()
+def make_stepper(n: int) -> Stepper:
+    """A walk among n = 6J displacements; its numbers are a record that compiled code can write."""
+    now = cast(Progress, np.zeros(1, RECORD)[0])
     vectors = np.zeros((len(Stepper._fields) - 4, n))
     return Stepper._make([now, *vectors, np.zeros(STATIONS), *np.zeros((2, STATIONS, n))])
 

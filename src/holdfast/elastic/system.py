@@ -26,7 +26,7 @@ from holdfast.elastic.stepper import make_stepper
 P = ParamSpec("P")
 R = TypeVar("R")
 
-MOST_DENSE = 150  # displacements up to which dense elimination in compiled code is faster than fronts
+MOST_DENSE = 90  # displacements up to which dense elimination in compiled code is faster than fronts
 LEAST_COLUMNS = 3  # for which another thread pays
 LONG = 60  # displacements from which coming to rest may take longer than a user who stops it waits
 STAGE = "load paths"
@@ -80,14 +80,14 @@ class System:
         Every search gives up after ``most`` steps of Newton's method, or half as many.
         """
         n = len(self.model.wrench)
-        lessen, travel = (self._patiently(self._compiled(one)) for one in (lessen_drag, move))
+        lessen, travel = (self._patiently(machine_code(one)) for one in (lessen_drag, move))
         q, drift = np.zeros(n), np.zeros(n)
         if near is not None:
             q[:] = near
             found = travel(self.model, self.work, 1.0, q, drift, most, self.fronts)
             if found.outcome is not RestOutcome.LOST:
                 return Settled(found.outcome, q, drift, found.steps, found.drag)
-        bond_all(self.model, self.work, 1.0, q, self.fronts)
+        machine_code(bond_all)(self.model, self.work, 1.0, q, self.fronts)
         bonded = q.copy()
         found = lessen(self.model, self.work, 1.0, q, drift, most // 2, self.fronts)
         if found.outcome is not RestOutcome.LOST:
@@ -103,10 +103,10 @@ class System:
         """
         count, n = loads.shape
         found = PathResult.lost(count, n, cuts=cuts)
-        walk = self._compiled(follow)
+        walk = machine_code(follow)
 
         def run(rows: Iterable[int], work: Work) -> None:
-            stepper = make_stepper(n, dense=self.fronts is None)
+            stepper = make_stepper(n)
             for row in rows:
                 walk(self.model, work, stepper, start, loads[row], found, row, most, self.fronts)
 
@@ -119,7 +119,7 @@ class System:
         ``loads`` (k, n); points ``s`` (k,) at ``q`` (k, n), across ``plane`` (k, n) of which the load is sought.
         """
         found = np.full(len(s), -1.0)
-        seek = self._compiled(load_nearby)
+        seek = machine_code(load_nearby)
 
         def run(rows: Iterable[int], work: Work) -> None:
             for k in rows:
@@ -131,7 +131,7 @@ class System:
     def balances(self, loads: Float, s: Float, q: Float) -> Bool:
         """Which of ``s`` (k,) times ``loads`` (k, n) are in balance in a state near q (k, n), those of another model."""
         found = np.zeros(len(s), dtype=bool)
-        seek = self._compiled(balances)
+        seek = machine_code(balances)
 
         def run(rows: Iterable[int], work: Work) -> None:
             for k in rows:
@@ -140,24 +140,19 @@ class System:
         self._in_threads(len(s), run)
         return found
 
-    def _compiled(self, function: Callable[P, R]) -> Callable[P, R]:
-        """The function as it is to be called: in machine code for dense elimination, in Python for fronts."""
-        return machine_code(function) if self.fronts is None else function
-
     def _patiently(self, function: Callable[P, R]) -> Callable[P, R]:
         """The function as it is to be called where it may take long: machine code in a thread that can be left."""
-        long = self.fronts is None and len(self.model.wrench) >= LONG
-        return partial(left_if_stopped, function) if long else function
+        return partial(left_if_stopped, function) if len(self.model.wrench) >= LONG else function
 
     def _in_threads(self, count: int, run: Callable[[Iterable[int], Work], None]) -> None:
         """Run over ``count`` rows, in threads with memory of their own: machine code holds no lock."""
         if not count:
             return
-        threads = 1 if self.fronts is not None else min(os.cpu_count() or 1, count // LEAST_COLUMNS)
+        threads = min(os.cpu_count() or 1, count // LEAST_COLUMNS)
         if threads < 2:
             run(reported(STAGE, range(count)), self.work)
             return
         ends = np.linspace(0, count, threads + 1).astype(int).tolist()
         parts = [range(a, b) for a, b in pairwise(ends)]
-        works = [make_work(self.model, dense=True) for _ in parts]
+        works = [make_work(self.model, dense=self.fronts is None) for _ in parts]
         in_parallel(STAGE, run, list(zip(parts, works, strict=True)), count)
