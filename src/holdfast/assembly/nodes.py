@@ -105,14 +105,15 @@ def reordered_nodes(nodes: ContactNodes, bodies: Int, interfaces: Int) -> Contac
     )
 
 
-def contact_nodes(assembly: Assembly, count: int, sampling: Sampling, seed: int = 0) -> ContactNodes:
-    """Return the contact nodes of the assembly, with ``count`` nodes for every interface.
+def contact_nodes(assembly: Assembly, count: int | Int, sampling: Sampling, seed: int = 0) -> ContactNodes:
+    """Return the contact nodes of the assembly, with ``count`` nodes for every interface, or for each its own.
 
     ``seed`` is the random seed of the sampling "paper".
     """
     points, normals, weights, owner = [], [], [], []
+    counts = np.broadcast_to(count, len(assembly.interfaces)).tolist()
     for number, interface in enumerate(assembly.interfaces):
-        samples = interface_nodes(interface, count, sampling, seed + number)
+        samples = interface_nodes(interface, counts[number], sampling, seed + number)
         for patch, (nodes, areas) in zip(interface.patches, samples, strict=True):
             points.append(nodes)
             weights.append(areas)

@@ -149,7 +149,7 @@ def _plane_pushes(count: int) -> Float:
 
 def _surveyed(loads: Float, value: Float, slopes: Float, kind: Int | None = None, gap: float = GAP) -> Survey:
     kinds = np.full(len(loads), PathOutcome.PEAK) if kind is None else kind
-    return survey(loads, lambda k: Solved(kinds[k], value[k], slopes[k], np.zeros(len(k), dtype=int)), gap)
+    return survey(loads, lambda k, corners: Solved(kinds[k], value[k], slopes[k], np.zeros(len(k), dtype=int)), gap)
 
 
 def test_quadratic_resistance_is_interpolated_exactly() -> None:

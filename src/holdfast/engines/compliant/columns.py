@@ -10,8 +10,10 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.engines.compliant.interpolated import Solved, Survey, survey
-from holdfast.engines.compliant.refinement import Bounded, Refined
+from holdfast.engines.compliant.refinement import Around, Bounded, Refined
 from holdfast.engines.mechanism import Mechanism
+
+ALIKE = 0.01  # largest difference of lower bounds, as shares of their peaks, at corners whose least one holds between
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,10 +79,16 @@ class _Surveyor:
     mechanisms: list[Mechanism | None] = field(default_factory=list)
     kinds: dict[tuple[str, ...], int] = field(default_factory=dict)  # a number for each kind of mechanism
 
-    def follow(self, indices: Int) -> Solved:
-        """Follow the paths of the columns with these numbers."""
-        answers = self.refined.answers(self.W[:, indices], cuts=True)
+    def __post_init__(self) -> None:
+        self.share = np.full(self.W.shape[1], np.nan)  # of lower bounds in peaks of the first grid
+        self.few = np.zeros(self.W.shape[1], dtype=bool)  # whether forces have gathered at these peaks
+
+    def follow(self, indices: Int, corners: Int) -> Solved:
+        """Follow the paths of the columns with these numbers, which lie between ``corners`` (k, 3)."""
+        answers = self.refined.answers(self.W[:, indices], cuts=True, around=self._around(corners))
         paths = answers.paths
+        known = np.flatnonzero(answers.own)
+        self.share[indices[known]], self.few[indices] = answers.below[known] / paths.peak[known], answers.few
         mechanisms = mechanisms_of(self.refined, paths)
         self.order.append(indices)
         self.answers.append(answers)
@@ -90,6 +98,13 @@ class _Surveyor:
         motion = [-1 if m is None else self.kinds.setdefault((m.mode, *m.moving), len(self.kinds)) for m in mechanisms]
         slope = value[:, None] * paths.cut[:, self.first : self.first + 6]
         return Solved(paths.outcome, value, slope, np.array(motion))
+
+    def _around(self, corners: Int) -> Around:
+        """Return what columns have in common with their ``corners`` (k, 3), where these are ALIKE."""
+        share, few = self.share[corners], self.few[corners]
+        with np.errstate(invalid="ignore"):
+            alike = (np.ptp(share, axis=1) <= ALIKE) & (few == few[:, :1]).all(1)
+        return Around(np.where(alike, share.min(1), np.nan), few[:, 0])
 
     def columns(self, found: Survey) -> Columns:
         """Return the answers for all columns, from their paths or interpolated by the survey."""

@@ -20,12 +20,16 @@ COUNTS = 1e-3  # of the largest force on either body, which a contact must carry
 
 
 def gathered(places: Places, m: Elastic, q: Float) -> Bool:
-    """Tell for displacements q (k, 6J) of a model on ``places`` whether any contact that counts has gathered."""
-    nodes = places.nodes
+    """Tell for displacements q (k, 6J) of a model on ``places`` which contacts (k, interfaces) count and have gathered."""
+    nodes, found = places.nodes, np.zeros((len(q), len(places.assembly.interfaces)), dtype=bool)
     first = np.flatnonzero(np.diff(nodes.interface, prepend=-1))  # node of each contact that has any
     few = np.where(places.rectangular[nodes.interface[first]], min(EDGE, FEW), FEW)
     most = np.minimum(few, SPREAD * np.diff(first, append=len(nodes)))
-    return _gathered(m, np.append(first, len(nodes)), nodes.a[first], nodes.b[first], most, np.ascontiguousarray(q))
+    ends = np.append(first, len(nodes))
+    found[:, nodes.interface[first]] = _gathered(
+        m, ends, nodes.a[first], nodes.b[first], most, np.ascontiguousarray(q)
+    )
+    return found
 
 
 @compiled
@@ -34,7 +38,8 @@ def _gathered(m: Elastic, first: Int, a: Int, b: Int, most: Float, q: Float) -> 
 
     The nodes of contact c are those from ``first[c]`` to ``first[c + 1] - 1``.
     """
-    found, f, count = np.zeros(len(q), dtype=np.bool_), np.empty((len(m.k), 3)), len(a)
+    f, count = np.empty((len(m.k), 3)), len(a)
+    found = np.zeros((len(q), count), dtype=np.bool_)
     for row in range(len(q)):
         node_forces(m, q[row], f)
         total, squares, largest = np.zeros(count), np.zeros(count), np.zeros(q.shape[1] // 6)
@@ -51,5 +56,5 @@ def _gathered(m: Elastic, first: Int, a: Int, b: Int, most: Float, q: Float) -> 
                 if body >= 0:
                     least = min(least, largest[body])
             if total[c] > COUNTS * least and total[c] ** 2 < most[c] * squares[c]:
-                found[row] = True
+                found[row, c] = True
     return found

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes
-from holdfast.base.arrays import Bool, Float
+from holdfast.base.arrays import Bool, Float, Int
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.elastic.sparse import held
@@ -22,6 +22,7 @@ from holdfast.engines.mechanism import Mechanism, describe, modes_of
 
 FINER = 2  # number of nodes along a side on the next finer grid, as a multiple of this grid's
 LEADING = 1e-11  # hold on faces that are not flat, as FAINT_HOLD: bodies go far there, and it carries as little
+MOST_KEPT = 64  # grids with more nodes at some contacts
 CHUNK = 64  # number of motions that are turned into mechanisms at a time
 
 
@@ -39,6 +40,7 @@ class Grid:
     system: System
     settled: Settled
     held: bool = False
+    _local: dict[tuple[bytes, int, int], Grid] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
     def of(
@@ -77,6 +79,21 @@ class Grid:
     def finer(self) -> Grid:
         """The grid with FINER times as many nodes along a side."""
         return Grid.of(self.assembly, self.wrench, self.springs.finer(FINER), hold=self.held)
+
+    def with_more(self, contacts: Int, more: int, times: int = 1) -> Grid:
+        """Return the grid with ``more`` nodes along a side at these ``contacts``, ``times`` as many at all others.
+
+        The last MOST_KEPT that were asked for are kept.
+        """
+        key = (contacts.tobytes(), more, times)
+        grid = self._local.pop(key, None)
+        if grid is None:
+            places = Places.with_more(self.assembly, times * self.springs.nodes, contacts, more)
+            grid = Grid._on(places, self.wrench, self.springs, hold=self.held)
+        self._local[key] = grid
+        if len(self._local) > MOST_KEPT:
+            self._local.pop(next(iter(self._local)), None)
+        return grid
 
     @cached_property
     def with_hold(self) -> Grid:
@@ -137,12 +154,12 @@ class Grid:
         return self.system.balances(self.loads(W), s, q)
 
     def gathered(self, q: Float) -> Bool:
-        """Tell at which displacements q (k, 6J), in units of the model, forces gather on few nodes of a contact.
+        """Tell at which contacts (k, interfaces) forces gather on few nodes at displacements q (k, 6J) of the model.
 
         On faces that are not ideal they do so on any grid, on the high spots: there nothing is told.
         """
         if self.springs.faces is not None:
-            return np.zeros(len(q), dtype=bool)
+            return np.zeros((len(q), len(self.assembly.interfaces)), dtype=bool)
         return gathered(self.places, self.system.model, q)
 
     def mechanisms(self, motions: Float) -> list[Mechanism]:

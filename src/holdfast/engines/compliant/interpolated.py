@@ -48,7 +48,7 @@ class Solved(NamedTuple):
     motion: Int
 
 
-Follow = Callable[[Int], Solved]
+Follow = Callable[[Int, Int], Solved]
 
 
 @dataclass
@@ -85,8 +85,8 @@ class Survey:
 def survey(loads: Float, follow: Follow, gap: float) -> Survey:
     """Find γ at ``loads`` (n, 6) [N, N m] on one body, with expected relative errors of at most ``gap``.
 
-    Stated errors are at most STATED times ``gap``. ``follow(indices)`` follows the paths of the loads with these
-    numbers.
+    Stated errors are at most STATED times ``gap``. ``follow(indices, corners)`` follows the paths of the loads with
+    these numbers, each of which lies between three ``corners`` (k, 3) that have been followed, or is its own corners.
     """
     count = len(loads)
     solved, value = np.zeros(count, dtype=bool), np.zeros(count)
@@ -103,7 +103,8 @@ def survey(loads: Float, follow: Follow, gap: float) -> Survey:
             continue
         faces.append(Face(members, places, fan(corners)))
         wanted.append(members[corners])
-    _solve(np.unique(np.concatenate(wanted)), follow, solved, known)
+    first = np.unique(np.concatenate(wanted))
+    _solve(first, corner[first], follow, solved, known)
     while faces:
         picked, open_faces = [], []
         for face in faces:
@@ -128,7 +129,7 @@ def survey(loads: Float, follow: Follow, gap: float) -> Survey:
             break
         fresh = np.concatenate(picked)
         expected = value[fresh]
-        _solve(fresh, follow, solved, known)
+        _solve(fresh, corner[fresh], follow, solved, known)
         miss = dict(zip(fresh.tolist(), np.abs(value[fresh] - expected).tolist(), strict=True))
         for face, added in open_faces:
             for k in added.tolist():
@@ -152,11 +153,11 @@ def _places(loads: Float) -> Float:
     return np.ascontiguousarray((chart - low) / size)
 
 
-def _solve(indices: Int, follow: Follow, solved: Bool, known: Solved) -> None:
+def _solve(indices: Int, corners: Int, follow: Follow, solved: Bool, known: Solved) -> None:
     """Follow the paths of the loads ``indices``, enter the results into ``known``, and mark the loads as ``solved``."""
     if len(indices):
         solved[indices] = True
-        for column, found in zip(known, follow(indices), strict=True):
+        for column, found in zip(known, follow(indices, corners), strict=True):
             column[indices] = found
 
 

@@ -60,6 +60,13 @@ class Places:
             lambda: cls(assembly, contact_nodes(assembly, side**2, "quadrature")),
         )
 
+    @classmethod
+    def with_more(cls, assembly: Assembly, side: int, contacts: Int, more: int) -> Places:
+        """Return the nodes as ``of`` does, but ``more`` along each side at these ``contacts``, by number."""
+        counts = np.full(len(assembly.interfaces), side**2)
+        counts[contacts] = more**2
+        return cls(assembly, contact_nodes(assembly, counts, "quadrature"))
+
     @cached_property
     def sheets(self) -> Sheets:
         """The nodes as flat sheets."""

@@ -20,7 +20,9 @@ COARSE = 0.02  # relative change of the peak of the whole path above which the a
 REFINEMENTS = 3  # largest number of re-solves on ever finer grids
 LESS = (2.5e-3, 1e-2)  # relative loads below a peak that a finer grid is asked to hold where it tells nothing else
 AMPLE = 1.02  # times a load, to which its path is followed to tell that it is held: what errors may take is left
-RESOLVED = 28  # nodes a side of the grid on which paths are followed whose forces have gathered on few nodes
+RESOLVED = 28  # nodes a side, in paths, of contacts whose forces have gathered on few nodes
+LONG = 100  # systems of a path after which another one on more nodes is dear
+WEDGED = 1.2  # times a peak, above which a path on more nodes tells that bodies are wedged, not what they hold
 MOST_NODES = 20_000  # largest number of nodes of a finer grid from which answers are taken
 
 
@@ -28,10 +30,20 @@ class Bounded(NamedTuple):
     """Load paths with lower bounds of their peaks.
 
     ``below`` (k,) is the peak minus the discretisation error; it is 0 if there is no peak or no bound was asked for.
+    ``own`` (k,) tells which peaks were found on the grid that was asked first, and ``few`` (k,) at which of those
+    forces have gathered on few nodes.
     """
 
     paths: PathResult
     below: Float
+    own: Bool
+    few: Bool
+
+    @classmethod
+    def unbounded(cls, paths: PathResult) -> Bounded:
+        """Return paths of the grid that was asked, without lower bounds."""
+        count = len(paths.peak)
+        return cls(paths, np.zeros(count), paths.outcome == PathOutcome.PEAK, np.zeros(count, dtype=bool))
 
     @property
     def lower(self) -> Float:
@@ -40,9 +52,25 @@ class Bounded(NamedTuple):
 
     def replaced(self, at: Int, others: Bounded) -> Bounded:
         """Return the same with ``others`` in the places ``at``."""
-        below = self.below.copy()
-        below[at] = others.below
-        return Bounded(self.paths.replaced(at, others.paths), below)
+        columns = [column.copy() for column in self[1:]]
+        for column, other in zip(columns, others[1:], strict=True):
+            column[at] = other
+        return Bounded(self.paths.replaced(at, others.paths), *columns)
+
+    def refined(self) -> Bounded:
+        """Return the same, found on another grid than the one that was asked first."""
+        return self._replace(own=np.zeros_like(self.own), few=np.zeros_like(self.few))
+
+
+class Around(NamedTuple):
+    """What k loads have in common with others around them whose peaks are known.
+
+    ``share`` (k,) is the least ratio of lower bound to peak among those, nan where nothing is to be taken from them;
+    ``few`` (k,) tells whether forces have gathered on few nodes at their peaks.
+    """
+
+    share: Float
+    few: Bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,22 +89,22 @@ class Refined:
         return self.refinements > 0 and FINER**2 * len(self.grid.nodes) <= MOST_NODES
 
     @property
-    def _resolving(self) -> Refined:
-        """The grid on which peaks are looked at where forces gather on few nodes; this one if there is no finer one.
+    def _may_resolve(self) -> bool:
+        """Tell whether contacts at which forces gather may be looked at with RESOLVED nodes a side."""
+        few = self.grid.springs.nodes < RESOLVED and self.refinements > 1
+        return few and FINER**2 * len(self.grid.nodes) <= MOST_NODES
 
-        It has RESOLVED nodes a side or more, or as many as leave its own next finer grid MOST_NODES.
-        """
-        coarse = self.grid.springs.nodes < RESOLVED and self.refinements > 0
-        return self._finer._resolving if coarse and FINER**4 * len(self.grid.nodes) <= MOST_NODES else self
-
-    def answers(self, W: Float, *, cuts: bool = False, bounds: bool = True) -> Bounded:
+    def answers(
+        self, W: Float, *, cuts: bool = False, bounds: bool = True, around: Around | None = None
+    ) -> Bounded:
         """Follow the paths of columns W (6J, k).
 
         With ``bounds`` each path is followed on a grid that is fine enough for it, and has a lower bound. Without, all
         paths are followed on this grid and the lower bounds are 0. Paths that are lost on this grid are recovered as
-        ``_recovered`` says. ``cuts`` is as in ``Grid.paths``.
+        ``_recovered`` says. ``cuts`` is as in ``Grid.paths``. If given, the lower bounds of peaks like those ``around``
+        are the same share of the peak.
         """
-        found = self._given(W, self.grid.paths(W, cuts=cuts), cuts=cuts, bounds=bounds)
+        found = self._given(W, self.grid.paths(W, cuts=cuts), cuts=cuts, bounds=bounds, around=around)
         lost = np.flatnonzero(found.paths.outcome == PathOutcome.LOST)
         if not len(lost):
             return found
@@ -96,7 +124,7 @@ class Refined:
         load = paths.peak[there]
         finer = _on(self.grid.finer, W[:, there], paths.chosen(there))
         change = np.abs(finer - load)
-        sure = (finer > 0) & (change <= LARGE * load) & ~self.grid.gathered(paths.q[there])
+        sure = (finer > 0) & (change <= LARGE * load) & ~self.grid.gathered(paths.q[there]).any(1)
         held[there] = sure & (load - SAFETY * change - LEAST_ERROR * load >= 1)
         return np.asarray(held)
 
@@ -107,37 +135,49 @@ class Refined:
         Otherwise the peak is found by bisection on this grid. Its lower bound is what the path itself reached on both
         grids: bodies that come to rest under a larger load need not have stayed where they were while it rose.
         """
-        peaks, reached = Bounded(lost, np.zeros(W.shape[1])), lost.peak
+        peaks, reached = Bounded.unbounded(lost), lost.peak
         if self._may_refine:
             there = self._finer.grid.paths(W, cuts=cuts)
             agree = (there.outcome != PathOutcome.LOST) & (there.peak >= (1 - COARSE) * reached)
             kept = np.flatnonzero(agree)
             better = self._finer._given(W[:, kept], there.chosen(kept), cuts=cuts, bounds=bounds)
-            peaks, reached = peaks.replaced(kept, better), np.minimum(reached, there.peak)
+            peaks, reached = peaks.replaced(kept, better.refined()), np.minimum(reached, there.peak)
         rest = np.flatnonzero(peaks.paths.outcome == PathOutcome.LOST)
         found = with_bisected_peaks(self.grid, W[:, rest], lost.chosen(rest))
         known = (found.outcome == PathOutcome.PEAK) & bounds
         below = np.where(known, (1 - LEAST_ERROR) * np.minimum(reached[rest], found.peak), 0.0)
-        return peaks.replaced(rest, Bounded(found, below))
+        return peaks.replaced(rest, Bounded.unbounded(found)._replace(below=below).refined())
 
-    def _given(self, W: Float, paths: PathResult, *, cuts: bool, bounds: bool) -> Bounded:
+    def _given(
+        self, W: Float, paths: PathResult, *, cuts: bool, bounds: bool, around: Around | None = None
+    ) -> Bounded:
         """Return the paths of this grid with bounds if they are wanted, else as they are."""
-        return self._bounded(W, paths, cuts=cuts) if bounds else Bounded(paths, np.zeros(W.shape[1]))
+        return self._bounded(W, paths, cuts=cuts, around=around) if bounds else Bounded.unbounded(paths)
 
-    def _bounded(self, W: Float, paths: PathResult, *, cuts: bool) -> Bounded:
+    def _bounded(self, W: Float, paths: PathResult, *, cuts: bool, around: Around | None = None) -> Bounded:
         """Give the paths of this grid lower bounds, and take paths from finer grids where this one is too coarse.
 
         The lower bound is the peak minus SAFETY times the estimated discretisation error minus LEAST_ERROR times the
         peak. Where forces have gathered on few nodes at a peak, ``_resolved`` estimates the error, else ``_estimated``.
+        Peaks like those ``around`` take their share of it.
         """
-        found = Bounded(paths, np.zeros(W.shape[1]))
-        peaked = np.flatnonzero(paths.outcome == PathOutcome.PEAK)
-        few = self.grid.gathered(paths.q[peaked])
-        if few.any() and self._resolving is self:
-            few[:] = False
-        for rows, bounded in ((peaked[~few], self._estimated), (peaked[few], self._resolved)):
-            if len(rows):  # no finer grid is made for nothing
-                found = found.replaced(rows, bounded(W[:, rows], paths.chosen(rows), cuts=cuts))
+        found = Bounded.unbounded(paths)
+        at = np.flatnonzero(found.own)
+        contacts = self.grid.gathered(paths.q[at]) & self._may_resolve
+        found.few[at] = contacts.any(1)
+        like = np.zeros(len(at), dtype=bool)
+        if around is not None:
+            like = np.isfinite(around.share[at]) & (around.few[at] == found.few[at])
+            found.below[at[like]] = around.share[at[like]] * paths.peak[at[like]]
+        kinds, kind = np.unique(contacts[~like], axis=0, return_inverse=True)
+        for number, which in enumerate(kinds):
+            rows = at[~like][kind.ravel() == number]
+            asked, peaks = W[:, rows], paths.chosen(rows)
+            if which.any():
+                better = self._resolved(asked, peaks, np.flatnonzero(which), cuts=cuts)
+            else:
+                better = self._estimated(asked, peaks, cuts=cuts)
+            found = found.replaced(rows, better._replace(few=found.few[rows]))
         return found
 
     def _estimated(self, W: Float, peaks: PathResult, *, cuts: bool) -> Bounded:
@@ -149,7 +189,7 @@ class Refined:
         """
         finer = self._finer
         peak, load = peaks.peak, _on(finer.grid, W, peaks)
-        found, taken = Bounded(peaks, np.zeros(len(peak))), np.zeros(len(peak), dtype=bool)
+        found, taken = Bounded.unbounded(peaks), np.zeros(len(peak), dtype=bool)
         unsure = np.flatnonzero(load < 0)
         if len(unsure):
             paths = finer.grid.paths(W[:, unsure], cuts=cuts)
@@ -157,35 +197,45 @@ class Refined:
             changed = _changed(peak[unsure], paths.peak)
             better = np.flatnonzero((paths.outcome == PathOutcome.PEAK) & changed & self._may_refine)
             taken[unsure[better]] = True
-            found = found.replaced(unsure[better], finer._bounded(W[:, taken], paths.chosen(better), cuts=cuts))
+            there = finer._bounded(W[:, taken], paths.chosen(better), cuts=cuts)
+            found = found.replaced(unsure[better], there.refined())
         return found._replace(below=np.where(taken, found.below, _below(peak, load)))
 
-    def _resolved(self, W: Float, peaks: PathResult, *, cuts: bool) -> Bounded:
-        """Give ``peaks`` of columns W (6J, k) where forces gather lower bounds from many nodes, or take paths from there.
+    def _resolved(self, W: Float, peaks: PathResult, contacts: Int, *, cuts: bool) -> Bounded:
+        """Give ``peaks`` of columns W (6J, k) where forces gather at ``contacts`` lower bounds, or take other paths.
 
         Twice as many nodes err there as these do. The estimated error is the change of the load at the displacement of
-        the peak on the grid after the resolving one. If there is none, or one that changes by more than COARSE, the
-        answer is the path on the resolving grid, whose own peak is treated like that: if the load on the grid after it
-        changes by more than COARSE, it is bounded as ``_estimated`` says; if there is none, its error is taken to be
-        what the peak has changed, and at least COARSE.
+        the peak with twice RESOLVED nodes a side at these contacts and FINER times as many at all others. If there is
+        none, or one that changes by more than COARSE, the answer is the path with RESOLVED nodes at these contacts
+        alone; at the peak of a LONG path, if there is no load, less dear: what ``_on`` tells of that grid. If the load
+        at the peak of that path changes by more than COARSE, too, the answer is the path with most nodes. Where these
+        have no load at the peak of an answer, its error is what the peak has changed by so far, and at least COARSE. A
+        path that leads beyond WEDGED times the peak, or has none, is no answer but a change.
         """
-        resolving, peak = self._resolving, peaks.peak
-        after = resolving.grid.finer
-        load = after.loads_nearby(W, peak, peaks.q, peaks.plane)
-        found = Bounded(peaks, _below(peak, load))
-        unsure = np.flatnonzero(_changed(peak, load))
-        if not len(unsure):
-            return found
-        paths = resolving.grid.paths(W[:, unsure], cuts=cuts)
-        found.below[unsure] = 0.0  # all of the peak where there is none on more nodes
-        there = np.flatnonzero(paths.outcome == PathOutcome.PEAK)
-        rows, paths = unsure[there], paths.chosen(there)
-        load = after.loads_nearby(W[:, rows], paths.peak, paths.q, paths.plane)
-        change = np.maximum(np.abs(paths.peak - peak[rows]), COARSE * paths.peak)
-        answers = Bounded(paths, _below(paths.peak, np.where(load < 0, paths.peak - change, load)))
-        coarse = np.flatnonzero((load >= 0) & _changed(paths.peak, load))
-        answers = answers.replaced(coarse, resolving._estimated(W[:, rows[coarse]], paths.chosen(coarse), cuts=cuts))
-        return found.replaced(rows, answers)
+        some = self.grid.with_more(contacts, RESOLVED)
+        most = self.grid.with_more(contacts, FINER * RESOLVED, FINER)
+        load = most.loads_nearby(W, peaks.peak, peaks.q, peaks.plane)
+        dear = (load < 0) & (peaks.systems > LONG)
+        if dear.any():
+            load[dear] = _on(some, W[:, dear], peaks.chosen(dear))
+        below = _below(peaks.peak, load, np.where(dear, COARSE * peaks.peak, 0.0))
+        found = Bounded.unbounded(peaks)._replace(below=below)
+        rows = np.flatnonzero(_changed(peaks.peak, load))
+        last = False
+        while len(rows):
+            paths = (most if last else some).paths(W[:, rows], cuts=cuts)
+            before = found.paths.peak[rows]
+            found.below[rows], found.own[rows] = _below(before, paths.factor), False
+            there = np.flatnonzero((paths.outcome == PathOutcome.PEAK) & (paths.peak <= WEDGED * before))
+            rows, paths = rows[there], paths.chosen(there)
+            load = np.full(len(rows), -1.0)
+            if not last:
+                load = most.loads_nearby(W[:, rows], paths.peak, paths.q, paths.plane)
+            told = np.where(load < 0, before[there], load)
+            below = _below(paths.peak, told, np.where(load < 0, COARSE * paths.peak, 0.0))
+            found = found.replaced(rows, Bounded.unbounded(paths)._replace(below=below).refined())
+            rows, last = rows[(load >= 0) & _changed(paths.peak, load)], True
+        return found
 
 
 def _changed(peak: Float, load: Float) -> Bool:
@@ -193,9 +243,10 @@ def _changed(peak: Float, load: Float) -> Bool:
     return np.asarray(np.abs(load - peak) > COARSE * peak)
 
 
-def _below(peak: Float, load: Float) -> Float:
-    """Return lower bounds (k,) of peaks (k,) that have changed to ``load`` (k,) on a finer grid."""
+def _below(peak: Float, load: Float, least: Float | float = 0.0) -> Float:
+    """Return lower bounds (k,) of peaks (k,) that have changed to ``load`` (k,) on a finer grid, or by ``least``."""
     change = np.where(load < peak, peak - load, np.minimum(load, 2 * peak) - peak)
+    change = np.maximum(change, least)
     return np.maximum(peak - SAFETY * change - LEAST_ERROR * peak, 0.0)
 
 
