@@ -21,7 +21,7 @@ REFINEMENTS = 3  # largest number of re-solves on ever finer grids
 LESS = (2.5e-3, 1e-2)  # relative loads below a peak that a finer grid is asked to hold where it tells nothing else
 AMPLE = 1.02  # times a load, to which its path is followed to tell that it is held: what errors may take is left
 RESOLVED = 28  # nodes a side, in paths, of contacts whose forces have gathered on few nodes
-LONG = 100  # systems of a path after which another one on more nodes is dear
+LONG = 150  # systems of a path after which another one on more nodes is dear
 WEDGED = 1.2  # times a peak, above which a path on more nodes tells that bodies are wedged, not what they hold
 MOST_NODES = 20_000  # largest number of nodes of a finer grid from which answers are taken
 
@@ -207,10 +207,10 @@ class Refined:
         Twice as many nodes err there as these do. The estimated error is the change of the load at the displacement of
         the peak with twice RESOLVED nodes a side at these contacts and FINER times as many at all others. If there is
         none, or one that changes by more than COARSE, the answer is the path with RESOLVED nodes at these contacts
-        alone; at the peak of a LONG path, if there is no load, less dear: what ``_on`` tells of that grid. If the load
-        at the peak of that path changes by more than COARSE, too, the answer is the path with most nodes. Where these
-        have no load at the peak of an answer, its error is what the peak has changed by so far, and at least COARSE. A
-        path that leads beyond WEDGED times the peak, or has none, is no answer but a change.
+        alone, and if it is so at the peak of that, too, the path with most nodes, whose error is what the peak has
+        changed by, and at least COARSE. A path that leads beyond WEDGED times the peak, or has none, is no answer but a
+        change. After LONG paths more of them are too dear: where most nodes have no load at their peaks, ``_on`` tells
+        what RESOLVED nodes at these contacts make of them, or their own path is the answer, with an error like that.
         """
         some = self.grid.with_more(contacts, RESOLVED)
         most = self.grid.with_more(contacts, FINER * RESOLVED, FINER)
@@ -234,7 +234,8 @@ class Refined:
             told = np.where(load < 0, before[there], load)
             below = _below(paths.peak, told, np.where(load < 0, COARSE * paths.peak, 0.0))
             found = found.replaced(rows, Bounded.unbounded(paths)._replace(below=below).refined())
-            rows, last = rows[(load >= 0) & _changed(paths.peak, load)], True
+            again = np.where(load < 0, paths.systems <= LONG, _changed(paths.peak, load)) & (not last)
+            rows, last = rows[again], True
         return found
 
 
