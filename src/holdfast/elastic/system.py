@@ -129,7 +129,7 @@ class System:
         return found
 
     def balances(self, loads: Float, s: Float, q: Float) -> Bool:
-        """Which of ``s`` (k,) times ``loads`` (k, n) are in balance in a state near q (k, n), those of another model."""
+        """Which of ``s`` (k,) times ``loads`` (k, n) are in balance near q (k, n), states of another model."""
         found = np.zeros(len(s), dtype=bool)
         seek = machine_code(balances)
 

@@ -1,4 +1,4 @@
-"""Groups of pushes that share their direction. Their wrenches are affine functions of points in one plane."""
+"""Groups of pushes on one body, and of those that share their direction: affine functions of points in one plane."""
 
 from __future__ import annotations
 
@@ -8,6 +8,16 @@ from holdfast.base.arrays import Float, Int
 from holdfast.base.rigid import tangents
 
 FLAT_GROUP = 12  # smallest number of pushes along one direction for which a triangulation pays off
+
+
+def by_body(W: Float) -> list[tuple[int, Int]]:
+    """Group columns of W (6J, n) that load a single body each: the number of the body, and those of its columns.
+
+    Columns that load several bodies, or none, are in no group.
+    """
+    loaded = (W.reshape(len(W) // 6, 6, W.shape[1]) != 0).any(1)
+    single = loaded & (loaded.sum(0) == 1)
+    return [(int(body), np.flatnonzero(single[body])) for body in np.flatnonzero(single.any(1))]
 
 
 def flat_groups(loads: Float) -> tuple[list[Int], Int]:

@@ -40,6 +40,7 @@ from holdfast.queries.request import (
 from holdfast.queries.result import Forces, amount, gives_way, least, told
 from holdfast.scene.scene import Scene
 
+TOGETHER = 1000  # points from which no further bodies are asked about at once
 MAX_POINTS = 2_000_000  # the most points in one map; more would exhaust the memory
 
 
@@ -249,12 +250,19 @@ def robustness_map(
     shown: dict[str, Cells] = {}
     hidden: dict[str, Cells] = {}
     accuracy = EXACT if wanted == 0 else Within(wanted) if wanted < 1 else FORCES_ONLY
-    answers = []
-    for name, index in reported("robustness of all surfaces", list(numbers.items())):
+    answers: list[Answers] = []
+    waiting: list[Float] = []
+    for place, (name, index) in enumerate(reported("robustness of all surfaces", list(numbers.items())), start=1):
         shown[name], hidden[name] = exposed_cells(assembly, name, step)
-        columns = push_columns(assembly, index, shown[name].points, -shown[name].normals)
-        found = state.load_factor(columns, accuracy)
-        answers.append(found if covers is None else covers.over_surface(found, columns, accuracy))
+        waiting.append(push_columns(assembly, index, shown[name].points, -shown[name].normals))
+        ends = np.cumsum([columns.shape[1] for columns in waiting])
+        if place < len(numbers) and ends[-1] < TOGETHER:
+            continue
+        found = state.load_factor(np.hstack(waiting), accuracy)
+        for columns, end in zip(waiting, ends.tolist(), strict=True):
+            own = found.rows(slice(end - columns.shape[1], end))
+            answers.append(own if covers is None else covers.over_surface(own, columns, accuracy))
+        waiting = []
     movable = [number for number in numbers.values() if number != FIXED]
     verdict = state.verdict_on(movable)
     return _map_of(assembly, replace(joined(answers), verdict=verdict), shown, hidden)

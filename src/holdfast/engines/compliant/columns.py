@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -48,14 +49,17 @@ def followed(refined: Refined, W: Float, *, bounds: bool) -> Columns:
     return Columns(paths.outcome, paths.factor, answers.lower, mechanisms, np.ones(count, bool), np.zeros(count))
 
 
-def surveyed(refined: Refined, W: Float, first: int, error: float) -> Columns:
-    """Follow few of the paths of columns W (6J, k) that all load one body, and interpolate the other columns.
+def surveyed(refined: Refined, W: Float, groups: Sequence[tuple[int, Int]], error: float) -> Columns:
+    """Follow few of the paths of columns W (6J, k) that load a single body, and interpolate the others of these.
 
-    The body's rows of W are ``first`` to ``first + 5``. ``error`` is the largest expected relative error.
+    Each of ``groups`` is the number of a body and the columns that load it alone. ``error`` is the largest expected
+    relative error.
     """
+    first, loads = np.zeros(W.shape[1], dtype=np.int64), np.zeros((W.shape[1], 6))
+    for body, members in groups:
+        first[members], loads[members] = 6 * body, W[6 * body : 6 * body + 6, members].T
     surveyor = _Surveyor(refined, W, first)
-    found = survey(np.ascontiguousarray(W[first : first + 6].T), surveyor.follow, error)
-    return surveyor.columns(found)
+    return surveyor.columns(survey(loads, [members for _, members in groups], surveyor.follow, error))
 
 
 def mechanisms_of(refined: Refined, paths: PathResult) -> list[Mechanism | None]:
@@ -69,11 +73,14 @@ def mechanisms_of(refined: Refined, paths: PathResult) -> list[Mechanism | None]
 
 @dataclass
 class _Surveyor:
-    """Follows the paths that a survey asks for, and collects their answers."""
+    """Follows the paths that a survey asks for, and collects their answers.
+
+    ``first`` (k,) is the first row of W (6J, k) of the body that is loaded, where that is a single one.
+    """
 
     refined: Refined
     W: Float
-    first: int
+    first: Int
     order: list[Int] = field(default_factory=list)
     answers: list[Bounded] = field(default_factory=list)
     mechanisms: list[Mechanism | None] = field(default_factory=list)
@@ -96,8 +103,10 @@ class _Surveyor:
         with np.errstate(divide="ignore"):
             value = np.where(paths.outcome == PathOutcome.PEAK, 1 / paths.peak, 0.0)
         motion = [-1 if m is None else self.kinds.setdefault((m.mode, *m.moving), len(self.kinds)) for m in mechanisms]
-        slope = value[:, None] * paths.cut[:, self.first : self.first + 6]
-        return Solved(paths.outcome, value, slope, np.array(motion))
+        rows = self.first[indices, None] + np.arange(6)
+        slope = value[:, None] * np.take_along_axis(paths.cut, rows, 1)
+        share = np.where(paths.outcome == PathOutcome.PEAK, answers.below * value, 1.0)
+        return Solved(paths.outcome, value, slope, np.array(motion), share)
 
     def _around(self, corners: Int) -> Around:
         """Return what columns have in common with their ``corners`` (k, 3), where these are ALIKE."""

@@ -20,15 +20,13 @@ COUNTS = 1e-3  # of the largest force on either body, which a contact must carry
 
 
 def gathered(places: Places, m: Elastic, q: Float) -> Bool:
-    """Tell for displacements q (k, 6J) of a model on ``places`` which contacts (k, interfaces) count and have gathered."""
+    """Tell which contacts (k, interfaces) have gathered, and count, at displacements q (k, 6J) of a model."""
     nodes, found = places.nodes, np.zeros((len(q), len(places.assembly.interfaces)), dtype=bool)
     first = np.flatnonzero(np.diff(nodes.interface, prepend=-1))  # node of each contact that has any
     few = np.where(places.rectangular[nodes.interface[first]], min(EDGE, FEW), FEW)
     most = np.minimum(few, SPREAD * np.diff(first, append=len(nodes)))
     ends = np.append(first, len(nodes))
-    found[:, nodes.interface[first]] = _gathered(
-        m, ends, nodes.a[first], nodes.b[first], most, np.ascontiguousarray(q)
-    )
+    found[:, nodes.interface[first]] = _gathered(m, ends, nodes.a[first], nodes.b[first], most, np.ascontiguousarray(q))
     return found
 
 

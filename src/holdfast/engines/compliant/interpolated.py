@@ -14,7 +14,7 @@ wedge, some of these pushes move them at a few weights although contact forces c
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -32,6 +32,7 @@ WIDER = 1.5  # initial ratio of the stated error to the spread of the estimates
 KINK = 0.4  # weight in the spread of the relative distance between interpolated values and planes; large at kinks of γ
 MIXED = 0.6  # the same weight where the three corners do not all have the same mechanism
 FLOOR = 1e-2  # minimum stated relative error, for the errors of grids and path steps
+UNLIKE = 0.5  # of what lower bounds differ by, as shares of 1/γ: there answers may come from other grids in between
 UNTESTED = 16  # number of interpolated points in a triangle above which the path of one is followed to test the others
 
 
@@ -39,13 +40,15 @@ class Solved(NamedTuple):
     """The results of the load paths of k pushes.
 
     ``outcome`` (k,) holds a PathOutcome each, ``value`` (k,) is γ, and ``slope`` (k, 6) its derivative by the load.
-    ``motion`` (k,) numbers the kinds of mechanism; -1 means none.
+    ``motion`` (k,) numbers the kinds of mechanism; -1 means none. ``share`` (k,) is the lower bound of 1/γ as a share
+    of it.
     """
 
     outcome: Int
     value: Float
     slope: Float
     motion: Int
+    share: Float
 
 
 Follow = Callable[[Int, Int], Solved]
@@ -82,20 +85,23 @@ class Survey:
     share: Float
 
 
-def survey(loads: Float, follow: Follow, gap: float) -> Survey:
-    """Find γ at ``loads`` (n, 6) [N, N m] on one body, with expected relative errors of at most ``gap``.
+def survey(loads: Float, bodies: Sequence[Int], follow: Follow, gap: float) -> Survey:
+    """Find γ at ``loads`` (n, 6) [N, N m], with expected relative errors of at most ``gap``.
 
+    ``bodies`` are the numbers of the loads on each body. Those on none of them have paths of their own.
     Stated errors are at most STATED times ``gap``. ``follow(indices, corners)`` follows the paths of the loads with
     these numbers, each of which lies between three ``corners`` (k, 3) that have been followed, or is its own corners.
     """
     count = len(loads)
     solved, value = np.zeros(count, dtype=bool), np.zeros(count)
-    known = Solved(np.zeros(count, dtype=np.int64), value, np.zeros((count, 6)), np.zeros(count, dtype=np.int64))
-    outcome = known.outcome
+    whole, none = np.ones(count), np.zeros(count, dtype=np.int64)
+    known = Solved(none.copy(), value, np.zeros((count, 6)), none.copy(), whole)
+    outcome, spreads = known.outcome, np.zeros(count)
     error, corner, share = np.zeros(count), np.tile(np.arange(count)[:, None], 3), np.tile([1.0, 0.0, 0.0], (count, 1))
-    groups, others = flat_groups(loads)
-    faces, wanted = [], [others]
-    for members in groups:
+    faces, wanted = [], [np.setdiff1d(np.arange(count), np.concatenate(bodies))]
+    flat = [(own, *flat_groups(loads[own])) for own in bodies]
+    wanted += [own[others] for own, _, others in flat]
+    for members in [own[group] for own, groups, _ in flat for group in groups]:
         places = _places(loads[members])
         corners = corner_numbers(places)
         if len(corners) < 3:
@@ -115,8 +121,9 @@ def survey(loads: Float, follow: Follow, gap: float) -> Survey:
             within = face.members[face.triangles[where]]
             points = face.members[asked]
             middle, spread = _between(loads, points, within, weights, known)
-            stated = face.wider * spread + FLOOR
+            stated = face.wider * spread + FLOOR + UNLIKE * np.ptp(known.share[within], axis=1)
             value[points], error[points], corner[points], share[points] = middle, stated, within, weights
+            spreads[points] = spread
             endless = (outcome[within] == PathOutcome.ENDLESS).all(1)
             if endless.any():
                 picked.append(points[endless])
@@ -136,9 +143,8 @@ def survey(loads: Float, follow: Follow, gap: float) -> Survey:
                 number = face.members[k]
                 if outcome[number] == PathOutcome.PEAK and value[number] > 0 and np.isfinite(error[number]):
                     off = max(miss[number] / value[number] - FLOOR / 2, 0.0)
-                    estimated = (error[number] - FLOOR) / face.wider
-                    if off > estimated > 0:
-                        face.wider = min(face.wider * off / estimated, 4 * face.wider)
+                    if off > spreads[number] > 0:
+                        face.wider = min(face.wider * off / spreads[number], 4 * face.wider)
                 face.triangles = inserted(face.places, face.triangles, k)
         error[fresh], share[fresh], corner[fresh] = 0.0, (1.0, 0.0, 0.0), fresh[:, None]
         faces = [face for face, _ in open_faces]

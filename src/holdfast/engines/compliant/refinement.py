@@ -52,10 +52,9 @@ class Bounded(NamedTuple):
 
     def replaced(self, at: Int, others: Bounded) -> Bounded:
         """Return the same with ``others`` in the places ``at``."""
-        columns = [column.copy() for column in self[1:]]
-        for column, other in zip(columns, others[1:], strict=True):
-            column[at] = other
-        return Bounded(self.paths.replaced(at, others.paths), *columns)
+        below, own, few = self.below.copy(), self.own.copy(), self.few.copy()
+        below[at], own[at], few[at] = others.below, others.own, others.few
+        return Bounded(self.paths.replaced(at, others.paths), below, own, few)
 
     def refined(self) -> Bounded:
         """Return the same, found on another grid than the one that was asked first."""
@@ -94,9 +93,7 @@ class Refined:
         few = self.grid.springs.nodes < RESOLVED and self.refinements > 1
         return few and FINER**2 * len(self.grid.nodes) <= MOST_NODES
 
-    def answers(
-        self, W: Float, *, cuts: bool = False, bounds: bool = True, around: Around | None = None
-    ) -> Bounded:
+    def answers(self, W: Float, *, cuts: bool = False, bounds: bool = True, around: Around | None = None) -> Bounded:
         """Follow the paths of columns W (6J, k).
 
         With ``bounds`` each path is followed on a grid that is fine enough for it, and has a lower bound. Without, all
@@ -148,9 +145,7 @@ class Refined:
         below = np.where(known, (1 - LEAST_ERROR) * np.minimum(reached[rest], found.peak), 0.0)
         return peaks.replaced(rest, Bounded.unbounded(found)._replace(below=below).refined())
 
-    def _given(
-        self, W: Float, paths: PathResult, *, cuts: bool, bounds: bool, around: Around | None = None
-    ) -> Bounded:
+    def _given(self, W: Float, paths: PathResult, *, cuts: bool, bounds: bool, around: Around | None = None) -> Bounded:
         """Return the paths of this grid with bounds if they are wanted, else as they are."""
         return self._bounded(W, paths, cuts=cuts, around=around) if bounds else Bounded.unbounded(paths)
 

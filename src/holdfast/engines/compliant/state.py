@@ -18,6 +18,7 @@ from holdfast.engines.compliant.refinement import Refined
 from holdfast.engines.compliant.review import HUGE, Review
 from holdfast.engines.compliant.wedged import Wedged
 from holdfast.engines.contract import EXACT, Accuracy, ForcesOnly, Within
+from holdfast.engines.directions import by_body
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.verdict import Status, Verdict
 
@@ -86,11 +87,11 @@ class Standing:
     def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
         """Find the peak of the load path of each column of W (6J, n) [N, N m].
 
-        ``lower`` is the peak minus the estimated discretisation error. With ``Within(gap)``, MANY or more columns on
-        one body are interpolated between paths (interpolated.py), with expected relative errors of at most ``gap``;
-        ``lower`` then also allows for the stated interpolation error. With ``ForcesOnly``, ``lower`` is 0 and no finer
-        grid is needed. ``lower`` of wedged bodies covers other springs, too (wedged.py). Of several threads that ask,
-        one waits for the other.
+        ``lower`` is the peak minus the estimated discretisation error. With ``Within(gap)``, MANY or more columns that
+        load one body alone are interpolated between paths (interpolated.py), with expected relative errors of at most
+        ``gap``; ``lower`` then also allows for the stated interpolation error. With ``ForcesOnly``, ``lower`` is 0 and
+        no finer grid is needed. ``lower`` of wedged bodies covers other springs, too (wedged.py). Of several threads
+        that ask, one waits for the other.
         """
         with self._asking:
             return self._load_factor(W, accuracy)
@@ -98,11 +99,12 @@ class Standing:
     def _load_factor(self, W: Float, accuracy: Accuracy) -> Answers:
         loaded = _loaded(W)
         asked = W[:, loaded]
-        bodies = np.flatnonzero((asked != 0).reshape(len(W) // 6, 6, len(loaded)).any((1, 2)))
+        groups = by_body(asked) if isinstance(accuracy, Within) else []
+        groups = [(body, members) for body, members in groups if len(members) >= MANY]
         if not len(loaded):
             columns = Columns.unknown(0)
-        elif isinstance(accuracy, Within) and len(loaded) >= MANY and len(bodies) == 1:
-            columns = surveyed(self.refined, asked, 6 * int(bodies[0]), accuracy.gap)
+        elif isinstance(accuracy, Within) and groups:
+            columns = surveyed(self.refined, asked, groups, accuracy.gap)
         else:
             columns = followed(self.refined, asked, bounds=not isinstance(accuracy, ForcesOnly))
         found = self._review.of(_answers(W.shape[1], loaded, columns, self.decided, accuracy), W, accuracy)

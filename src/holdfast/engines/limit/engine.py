@@ -17,11 +17,11 @@ from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.values import Value
-from holdfast.engines.answers import Answers, Bound, Claim
+from holdfast.engines.answers import Answers, Bound, Claim, joined
 from holdfast.engines.capabilities import Gradient, LoadHull, LoadSet, Weakest
 from holdfast.engines.cones import ConeChoice, FrictionCone
 from holdfast.engines.contract import EXACT, Accuracy, State, Within
-from holdfast.engines.directions import FLAT_GROUP
+from holdfast.engines.directions import FLAT_GROUP, by_body
 from holdfast.engines.limit.certified import certify
 from holdfast.engines.limit.family import Family
 from holdfast.engines.limit.gauge import Cuts
@@ -151,8 +151,8 @@ class LimitState:
     def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
         """Factors for load columns W (6J, n), each by a solve of its own.
 
-        ``Within`` a gap, columns that load a single body are bounded within (upper - lower) / upper <= gap from few
-        solves (certified.py); their factor is then the lower bound. Bounds take no further work: ``ForcesOnly`` has
+        ``Within`` a gap, columns that load a single body each are bounded within (upper - lower) / upper <= gap from
+        few solves (certified.py); their factor is then the lower bound. Bounds take no further work: ``ForcesOnly`` has
         them, too.
 
         With the exact cone ``upper`` is proved: gravity over load power of a motion that was mended so that no contact
@@ -164,10 +164,17 @@ class LimitState:
         count = W.shape[1]
         if not self.rest.verdict.equilibrium_exists:
             return self._not_standing(count)
-        loaded = np.flatnonzero((W != 0).reshape(-1, 6, count).any((1, 2))) if count else np.empty(0)
-        if isinstance(accuracy, Within) and count >= FLAT_GROUP and len(loaded) == 1:
-            return self._certified(W, int(6 * loaded[0]), accuracy.gap)
-        return self._answers(self.proofs.limits(W))
+        groups = by_body(W) if isinstance(accuracy, Within) else []
+        groups = [(body, columns) for body, columns in groups if len(columns) >= FLAT_GROUP]
+        if not isinstance(accuracy, Within) or not groups:
+            return self._answers(self.proofs.limits(W))
+        order = [columns for _, columns in groups]
+        parts = [self._certified(W[:, columns], 6 * body, accuracy.gap) for body, columns in groups]
+        alone = np.setdiff1d(np.arange(count), np.concatenate(order))
+        if len(alone):
+            order.append(alone)
+            parts.append(self._answers(self.proofs.limits(W[:, alone])))
+        return joined(parts).rows(np.argsort(np.concatenate(order)))
 
     def _known(self, *, lower: bool, upper: bool = True) -> dict[str, Any]:
         """What all answers of this state have in common; ``lower`` and ``upper`` say whether those are proved."""

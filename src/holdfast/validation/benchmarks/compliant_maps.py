@@ -56,8 +56,8 @@ def _map(scene: str, spacing: float) -> list[Row]:
     state, limit = Compliant().prepare(assembly), Limit().prepare(assembly)
     own = state.load_factor(np.hstack(columns))  # every point along its own path
     limit.solve(columns[0][:, 0])
-    adaptive = _seconds(lambda: [state.load_factor(W, Within(GAP)) for W in columns])
-    single = _seconds(lambda: [state.load_factor(W) for W in columns])
+    adaptive = _seconds(lambda: state.load_factor(np.hstack(columns), Within(GAP)))
+    single = _seconds(lambda: state.load_factor(np.hstack(columns)))
     other = _seconds(lambda: [limit.solve(column) for W in columns for column in W.T])
     decided = np.array([status is hf.Status.FINITE for status in own.status])
     between = ~result.solved & decided
