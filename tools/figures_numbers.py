@@ -112,7 +112,6 @@ def compliant_maps(saved: Saved) -> dict[str, str]:
 
     return {
         "interpolated": whole(sum(row["interpolated"] for row in saved.rows)),
-        "slope-two-worst": rounded(saved.value("slope_two", "worst error % of all")),
         "solved": each("solved %", whole),
         "over-limit": each("map / limit", rounded),
         "paths-over-limit": each("paths / limit", rounded),

@@ -4,9 +4,8 @@
     [     cᵀ         d ] [s]
 
 K is the stiffness of the contacts as they are, D that of bonded contacts; both are sums over sheets of 6x6 blocks. H is
-the diagonal of the faint hold. ε is called ``drag`` and d ``corner``. Small systems are solved by dense elimination
-within compiled code, large ones front by front (fronts.py), called from Python: the algorithms (resting.py, path.py)
-run either way.
+the diagonal of the faint hold. ε is called ``drag`` and d ``corner``. Small systems are solved by dense elimination,
+large ones front by front (fronts.py); the algorithms (resting.py, path.py) are compiled for either.
 """
 
 from __future__ import annotations
