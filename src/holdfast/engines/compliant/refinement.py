@@ -253,7 +253,8 @@ def _on(finer: Grid, W: Float, peaks: PathResult) -> Float:
     none, or quite another one, for every node slides and has its own place to begin. There it is the load at a point on
     the way to the peak, or LESS than the peak, above (1 - COARSE) of the peak, if the finer grid is in balance under
     that load in a state nearby: the path on the finer grid leads at least as far. If the finer grid is in balance under
-    (1 + COARSE) of the peak, too, that is not what was sought.
+    (1 + COARSE) of the peak, too, that is not what was sought. Where it is in balance under none of them, the load is
+    sought at the displacement of these points, and the peak is changed in proportion to it.
     """
     peak, k = peaks.peak, len(peaks.peak)
     found = finer.loads_nearby(W, peak, peaks.q, peaks.plane)
@@ -269,8 +270,15 @@ def _on(finer: Grid, W: Float, peaks: PathResult) -> Float:
         rows = np.flatnonzero((found < 0) & (s > (1 - COARSE) * peak))
         held = finer.balances(W[:, rows], s[rows], q[rows])
         found[rows[held]] = s[rows[held]]
-    for q in (peaks.q, peaks.station_q[np.arange(k), peaks.station_s.argmax(1)]):
-        rows = np.flatnonzero((found >= 0) & ~told)
-        more = finer.balances(W[:, rows], (1 + COARSE) * peak[rows], q[rows])
-        found[rows[more]] = -1.0
+    rows = np.flatnonzero((found >= 0) & ~told)
+    latest = peaks.station_q[rows, peaks.station_s[rows].argmax(1)]
+    more = rows[finer.balances(W[:, rows], (1 + COARSE) * peak[rows], latest)]
+    found[more], told[more] = -1.0, True
+    for at in np.argsort(-peaks.station_s, axis=1).T:
+        s = peaks.station_s[np.arange(k), at]
+        rows = np.flatnonzero((found < 0) & ~told & (s > (1 - COARSE) * peak))
+        q, plane = peaks.station_q[rows, at[rows]], peaks.station_plane[rows, at[rows]]
+        load = finer.loads_nearby(W[:, rows], s[rows], q, plane)
+        near = (load > (1 - COARSE) * peak[rows]) & (load < (1 + COARSE) * s[rows])
+        found[rows[near]] = (peak[rows] * load / s[rows])[near]
     return found
