@@ -6,12 +6,17 @@ import numpy as np
 import pytest
 from elastic_blocks import HALF, HEIGHT, Array, block, push
 
+import holdfast as hf
+from holdfast.base.progress import listening
 from holdfast.elastic.fronts import fronts_of
 from holdfast.elastic.linear import make_work
 from holdfast.elastic.outcome import Event, PathOutcome, RestOutcome, goes_on, outcome_of
 from holdfast.elastic.path import PathResult
 from holdfast.elastic.stepper import MOST_CHANGES, Progress, advance, appraise, begin, cross_change, make_stepper, torn
-from holdfast.elastic.system import System
+from holdfast.elastic.system import STAGE, System
+from holdfast.engines.compliant.grid import Grid
+from holdfast.engines.compliant.model import Springs
+from holdfast.scene.shipped.blocks import wall
 
 X, DOWN, UP = (1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)
 PUSHES = {
@@ -197,3 +202,26 @@ def test_far_out_the_rise_still_to_come_is_stated() -> None:
     now = at(length=1e9, at_peak=1e9, slope=1e-12)
     assert appraise(now) is Event.FAR
     assert now.short == pytest.approx(1e-3)
+
+
+class Stopped(KeyboardInterrupt):
+    """The user has had enough."""
+
+
+def test_a_path_that_takes_long_is_stopped_half_way() -> None:
+    """Whoever listens hears of it while the path of 500 bricks, in machine code, is not yet at its end."""
+    assembly = hf.assemble(wall(50, 10, 0.25, "wall"))
+    grid = Grid.of(assembly, assembly.weight_wrench(), Springs(7))
+    load = np.zeros((len(assembly.movable) * 6, 1))
+    load[-5] = 1.0
+    heard: list[int] = []
+
+    def listen(stage: str, now: int, total: int) -> None:
+        if stage == STAGE:
+            heard.append(now)
+            if len(heard) > 2:
+                raise Stopped
+
+    with listening(listen), pytest.raises(Stopped):
+        grid.paths(load)
+    assert heard == [0, 0, 0]

@@ -145,14 +145,17 @@ class System:
         return partial(left_if_stopped, function) if len(self.model.wrench) >= LONG else function
 
     def _in_threads(self, count: int, run: Callable[[Iterable[int], Work], None]) -> None:
-        """Run over ``count`` rows, in threads with memory of their own: machine code holds no lock."""
+        """Run over ``count`` rows, in threads with memory of their own: machine code holds no lock.
+
+        A single thread is enough for few rows, and none is needed where they do not take long: all can be stopped.
+        """
         if not count:
             return
         threads = min(os.cpu_count() or 1, count // LEAST_COLUMNS)
-        if threads < 2:
+        if threads < 2 and len(self.model.wrench) < LONG:
             run(reported(STAGE, range(count)), self.work)
             return
-        ends = np.linspace(0, count, threads + 1).astype(int).tolist()
+        ends = np.linspace(0, count, max(threads, 1) + 1).astype(int).tolist()
         parts = [range(a, b) for a, b in pairwise(ends)]
         works = [make_work(self.model, dense=self.fronts is None) for _ in parts]
         in_parallel(STAGE, run, list(zip(parts, works, strict=True)), count)
