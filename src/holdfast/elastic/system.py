@@ -28,7 +28,7 @@ R = TypeVar("R")
 
 MOST_DENSE = 90  # displacements up to which dense elimination in compiled code is faster than fronts
 LEAST_COLUMNS = 3  # for which another thread pays
-LONG = 60  # displacements from which coming to rest may take longer than a user who stops it waits
+LONG = 60  # displacements from which rest or a path may take longer than a user who stops it waits
 STAGE = "load paths"
 
 

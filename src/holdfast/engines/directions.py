@@ -10,14 +10,14 @@ from holdfast.base.rigid import tangents
 FLAT_GROUP = 12  # smallest number of pushes along one direction for which a triangulation pays off
 
 
-def by_body(W: Float) -> list[tuple[int, Int]]:
+def by_body(W: Float, least: int) -> list[tuple[int, Int]]:
     """Group columns of W (6J, n) that load a single body each: the number of the body, and those of its columns.
 
-    Columns that load several bodies, or none, are in no group.
+    Columns that load several bodies, or none, are in no group, nor are fewer than ``least`` columns of a body.
     """
     loaded = (W.reshape(len(W) // 6, 6, W.shape[1]) != 0).any(1)
     single = loaded & (loaded.sum(0) == 1)
-    return [(int(body), np.flatnonzero(single[body])) for body in np.flatnonzero(single.any(1))]
+    return [(int(body), np.flatnonzero(single[body])) for body in np.flatnonzero(single.sum(1) >= least)]
 
 
 def flat_groups(loads: Float) -> tuple[list[Int], Int]:

@@ -79,6 +79,44 @@ def test_only_the_whole_path_decides_where_that_tells_nothing(monkeypatch: pytes
     assert 14 in seen
 
 
+Nearby = Callable[[Grid, Float, Float, Float, Float], Float]
+
+
+def watch_nearby(monkeypatch: pytest.MonkeyPatch, nearby: Nearby) -> tuple[list[int], list[Float]]:
+    """Let finer grids balance nothing, and loads be found by ``nearby``, but none at the displacement of the peak.
+
+    Returns the nodes of the grids whose paths are followed, and the loads near which some are sought.
+    """
+    calls: list[Float] = []
+
+    def found(grid: Grid, W: Float, s: Float, q: Float, plane: Float) -> Float:
+        calls.append(s)
+        return np.full(len(s), -1.0) if len(calls) == 1 else nearby(grid, W, s, q, plane)
+
+    seen = watch(monkeypatch, lambda grid, W, s, q: np.zeros(len(s), dtype=bool))
+    monkeypatch.setattr(Grid, "loads_nearby", found)
+    return seen, calls
+
+
+def test_a_station_tells_what_the_finer_grid_changes(monkeypatch: pytest.MonkeyPatch) -> None:
+    force, lower = asked()
+    seen, calls = watch_nearby(monkeypatch, Grid.loads_nearby)
+    found = asked()
+    assert len(calls) > 1
+    assert set(seen) == {7}  # no path on a finer grid
+    assert found[0] == force
+    assert found[1] == pytest.approx(lower, rel=0.02)
+
+
+def test_a_station_that_the_finer_grid_does_not_reach_tells_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A load there that is 3 % less may be a change of the answer: only the whole path on the finer grid decides."""
+    force, _ = asked()
+    seen, calls = watch_nearby(monkeypatch, lambda grid, W, s, q, plane: 0.97 * s)
+    assert asked()[0] == pytest.approx(force, rel=0.02)
+    assert len(calls) > 1
+    assert 14 in seen
+
+
 def test_a_finer_grid_balances_what_it_holds_and_not_more() -> None:
     assembly = shipped("stack")
     grid = hf.Compliant().prepare(assembly).grid

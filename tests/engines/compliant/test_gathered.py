@@ -12,6 +12,7 @@ from compliant_scenes import G0, Array
 
 import holdfast as hf
 from holdfast.assembly.assembly import body_forces
+from holdfast.elastic.path import REFINED
 from holdfast.engines.compliant import gathered as gathered_module
 from holdfast.engines.compliant.gathered import gathered
 from holdfast.engines.compliant.places import Places
@@ -178,11 +179,13 @@ def test_only_contacts_that_gather_get_more_nodes() -> None:
         np.testing.assert_allclose(here, there, rtol=1e-9)
         assert np.bincount(local.nodes.interface)[0] == np.bincount(others.nodes.interface)[0]
     assert np.bincount(some.nodes.interface)[1] == np.bincount(many.nodes.interface)[1]
+    way = np.array([np.cos(0.3), np.sin(0.3), 0])
     push = np.zeros((12, 2))
-    push[6:, 0], push[:6, 1] = (1, 0, 0, 0, 0.06, 0), (0.6, 0.8, 0, -0.048, 0.036, 0)
+    push[6:, 0] = push[:6, 1] = np.concatenate([way, np.cross((0, 0.01, 0.06), way)])  # it tips beside a corner
     coarse, fine, mixed = (each.paths(push).peak for each in (grid, many, some))
-    assert mixed[0] == pytest.approx(fine[0], rel=1e-9)  # as with many nodes everywhere, of the jar that has them
-    assert mixed[1] == pytest.approx(coarse[1], rel=1e-9)
+    assert (coarse > 1.01 * fine).all()
+    assert mixed[0] == pytest.approx(fine[0], rel=2 * REFINED)  # of the jar with many nodes as with many everywhere
+    assert mixed[1] == pytest.approx(coarse[1], rel=2 * REFINED)
     assert grid.with_more(np.array([1]), 28) is some
 
 

@@ -21,7 +21,7 @@ REFINEMENTS = 3  # largest number of re-solves on ever finer grids
 LESS = (2.5e-3, 1e-2)  # relative loads below a peak that a finer grid is asked to hold where it tells nothing else
 AMPLE = 1.02  # times a load, to which its path is followed to tell that it is held: what errors may take is left
 RESOLVED = 28  # nodes a side, in paths, of contacts whose forces have gathered on few nodes
-LONG = 150  # systems of a path after which another one on more nodes is dear
+DEAR = 150  # systems of a path after which another one on more nodes is dear
 WEDGED = 1.2  # times a peak, above which a path on more nodes tells that bodies are wedged, not what they hold
 MOST_NODES = 20_000  # largest number of nodes of a finer grid from which answers are taken
 
@@ -204,33 +204,33 @@ class Refined:
         none, or one that changes by more than COARSE, the answer is the path with RESOLVED nodes at these contacts
         alone, and if it is so at the peak of that, too, the path with most nodes, whose error is what the peak has
         changed by, and at least COARSE. A path that leads beyond WEDGED times the peak, or has none, is no answer but a
-        change. After LONG paths more of them are too dear: where most nodes have no load at their peaks, ``_on`` tells
-        what RESOLVED nodes at these contacts make of them, or their own path is the answer, with an error like that.
+        change. After a path of more than DEAR systems another one is too dear: where most nodes have no load at its
+        peak, ``_on`` tells what RESOLVED nodes at these contacts make of the peak, and the error is at least COARSE.
         """
-        some = self.grid.with_more(contacts, RESOLVED)
         most = self.grid.with_more(contacts, FINER * RESOLVED, FINER)
         load = most.loads_nearby(W, peaks.peak, peaks.q, peaks.plane)
-        dear = (load < 0) & (peaks.systems > LONG)
+        dear = (load < 0) & (peaks.systems > DEAR)
         if dear.any():
-            load[dear] = _on(some, W[:, dear], peaks.chosen(dear))
+            load[dear] = _on(self.grid.with_more(contacts, RESOLVED), W[:, dear], peaks.chosen(dear))
         below = _below(peaks.peak, load, np.where(dear, COARSE * peaks.peak, 0.0))
         found = Bounded.unbounded(peaks)._replace(below=below)
         rows = np.flatnonzero(_changed(peaks.peak, load))
-        last = False
-        while len(rows):
-            paths = (most if last else some).paths(W[:, rows], cuts=cuts)
+        for more, times in ((RESOLVED, 1), (FINER * RESOLVED, FINER)):
+            if not len(rows):  # no grid is made for nothing
+                break
+            grid = self.grid.with_more(contacts, more, times)
+            paths = grid.paths(W[:, rows], cuts=cuts)
             before = found.paths.peak[rows]
             found.below[rows], found.own[rows] = _below(before, paths.factor), False
             there = np.flatnonzero((paths.outcome == PathOutcome.PEAK) & (paths.peak <= WEDGED * before))
             rows, paths = rows[there], paths.chosen(there)
             load = np.full(len(rows), -1.0)
-            if not last:
+            if grid is not most:
                 load = most.loads_nearby(W[:, rows], paths.peak, paths.q, paths.plane)
             told = np.where(load < 0, before[there], load)
             below = _below(paths.peak, told, np.where(load < 0, COARSE * paths.peak, 0.0))
             found = found.replaced(rows, Bounded.unbounded(paths)._replace(below=below).refined())
-            again = np.where(load < 0, paths.systems <= LONG, _changed(paths.peak, load)) & (not last)
-            rows, last = rows[again], True
+            rows = rows[np.where(load < 0, paths.systems <= DEAR, _changed(paths.peak, load))]
         return found
 
 
@@ -268,6 +268,8 @@ def _on(finer: Grid, W: Float, peaks: PathResult) -> Float:
     for at in np.argsort(-loads, axis=1).T:
         s, q = loads[np.arange(k), at], states[np.arange(k), at]
         rows = np.flatnonzero((found < 0) & (s > (1 - COARSE) * peak))
+        if not len(rows):  # nor are there any among the smaller loads
+            break
         held = finer.balances(W[:, rows], s[rows], q[rows])
         found[rows[held]] = s[rows[held]]
     rows = np.flatnonzero((found >= 0) & ~told)
@@ -277,6 +279,8 @@ def _on(finer: Grid, W: Float, peaks: PathResult) -> Float:
     for at in np.argsort(-peaks.station_s, axis=1).T:
         s = peaks.station_s[np.arange(k), at]
         rows = np.flatnonzero((found < 0) & ~told & (s > (1 - COARSE) * peak))
+        if not len(rows):
+            break
         q, plane = peaks.station_q[rows, at[rows]], peaks.station_plane[rows, at[rows]]
         load = finer.loads_nearby(W[:, rows], s[rows], q, plane)
         near = (load > (1 - COARSE) * peak[rows]) & (load < (1 + COARSE) * s[rows])

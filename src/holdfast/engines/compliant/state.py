@@ -99,11 +99,9 @@ class Standing:
     def _load_factor(self, W: Float, accuracy: Accuracy) -> Answers:
         loaded = _loaded(W)
         asked = W[:, loaded]
-        groups = by_body(asked) if isinstance(accuracy, Within) else []
-        groups = [(body, members) for body, members in groups if len(members) >= MANY]
         if not len(loaded):
             columns = Columns.unknown(0)
-        elif isinstance(accuracy, Within) and groups:
+        elif isinstance(accuracy, Within) and (groups := by_body(asked, MANY)):
             columns = surveyed(self.refined, asked, groups, accuracy.gap)
         else:
             columns = followed(self.refined, asked, bounds=not isinstance(accuracy, ForcesOnly))

@@ -164,9 +164,7 @@ class LimitState:
         count = W.shape[1]
         if not self.rest.verdict.equilibrium_exists:
             return self._not_standing(count)
-        groups = by_body(W) if isinstance(accuracy, Within) else []
-        groups = [(body, columns) for body, columns in groups if len(columns) >= FLAT_GROUP]
-        if not isinstance(accuracy, Within) or not groups:
+        if not isinstance(accuracy, Within) or not (groups := by_body(W, FLAT_GROUP)):
             return self._answers(self.proofs.limits(W))
         order = [columns for _, columns in groups]
         parts = [self._certified(W[:, columns], 6 * body, accuracy.gap) for body, columns in groups]
