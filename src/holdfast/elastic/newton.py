@@ -34,13 +34,15 @@ class Balance(NamedTuple):
 class Iteration(NamedTuple):
     """How Newton's method ended.
 
-    ``converged``; ``s`` with which it ended; the ``steps`` taken; ``states``: a number that tells which nodes are open,
-    stuck or sliding; ``sign`` of the determinant of the last system, 0 (SINGULAR) if there was none.
+    ``converged``; ``s`` with which it ended; the ``steps`` taken; ``systems`` solved; ``states``: a number that tells
+    which nodes are open, stuck or sliding; ``sign`` of the determinant of the last system, 0 (SINGULAR) if there was
+    none.
     """
 
     converged: bool
     s: float
     steps: int
+    systems: int
     states: int
     sign: float
 
@@ -138,22 +140,27 @@ def newton(
     """Improve q (in place) and s until the unbalance is below ``tolerance`` on the plane c·q = ``level``.
 
     It gives up after ``most`` steps, or where less than the share ``least`` of one brings an improvement.
-    After success ``work.rhs[:, 1]`` is the direction (dq, ds) of the path, dℓ = c·dq = 1.
+    After success ``work.rhs[:, 1]`` is the direction (dq, ds) of the path, dℓ = c·dq = 1, and ``sign`` belongs to it:
+    from the system of the last whole step if no node changed its state in that. What such a step leaves of the
+    unbalance is of the order of its length times what it changes in the stiffness, and that is below ``tolerance``.
     """
     n = len(q)
     states = unbalance(m, work, balance, q, s)
-    slow, before, sign = 0, np.inf, SINGULAR
+    slow, before, sign, same = 0, np.inf, SINGULAR, False
     for step in range(most + 1):
         error = worst(m, work.r)
-        set_sides(work, level - dot(work.c, q))
         done = error <= tolerance
+        if done and same:
+            return Iteration(True, s, step, step, states, sign)
+        set_sides(work, level - dot(work.c, q))
         slow = slow + 1 if error > 0.5 * before else 0
         before = error
         if not np.isfinite(error) or (not done and (step == most or slow > max(3, most // 4))):
             break
         sign = solve(m, work, balance.drag, balance.corner, False, fronts)
         if done or sign == SINGULAR:
-            return Iteration(sign != SINGULAR, s, step, states, sign)
+            return Iteration(sign != SINGULAR, s, step, step + 1, states, sign)
+        last = states
         base = squared(m, work.r)
         share = 1.0
         for _ in range(HALVINGS):
@@ -163,7 +170,8 @@ def newton(
                 break
             share *= 0.5
             if share < least:
-                return Iteration(False, s, step, states, sign)
+                return Iteration(False, s, step, step + 1, states, sign)
         put(q, work.trial)
         s += share * work.rhs[n, 0]
-    return Iteration(False, s, step, states, sign)
+        same = share == 1.0 and states == last
+    return Iteration(False, s, step, step, states, sign)

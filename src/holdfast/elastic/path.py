@@ -177,7 +177,7 @@ def refine(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> N
         put(work.c, plane)
         level = dot(plane, stepper.rising_q) + x
         point = newton(m, work, on_path(stepper.origin), q, s, level, TOLERANCE, 12, 0.0, fronts)
-        now.systems += point.steps + 1
+        now.systems += point.systems
         if not point.converged:
             failed += 1
             continue

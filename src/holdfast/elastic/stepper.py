@@ -266,7 +266,7 @@ def advance(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> 
     put(aimed, trial)
     s, level = now.s + now.step * now.slope, dot(work.c, trial)
     point = newton(m, work, on_path(stepper.origin), trial, s, level, tolerance_at(now), MOST_NEWTON, SHORTEST, fronts)
-    now.systems += point.steps + 1
+    now.systems += point.systems
     backward = now.orientation * point.sign < 0  # behind its plane the path would come back: rather another branch
     now.turned = farthest(trial, aimed) / max(farthest(aimed, q), 1e-300)
     tried = now.shortened > 0 or now.step < CREEPING * now.length
@@ -414,7 +414,7 @@ def sought_alone(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None
     held = Balance(0.0, FAINT, 1.0, anchor)  # bodies that the load does not reach float: a faint drag holds them
     alone = newton(m, work, held, q, 1.0, 0.0, TOLERANCE * now.strength, 12, 0.0, fronts)
     unbalance(m, work, Balance(0.0, 0.0, 0.0, anchor), q, 1.0)
-    now.systems += alone.steps + 1
+    now.systems += alone.systems
     if alone.converged and worst(m, work.r) <= 10 * TOLERANCE * now.strength:
         put(stepper.peak_plane, plane)
         return Event.ENDLESS
