@@ -19,7 +19,7 @@ def test_every_row_is_done_once_and_the_last_report_says_so() -> None:
     done: list[int] = []
     told: list[tuple[int, int]] = []
     with listening(lambda _, now, total: told.append((now, total))):
-        in_parallel("work", lambda rows, memory: done.extend(rows), [(range(3), None), (range(3, 7), None)], 7)
+        in_parallel("work", lambda rows, memory: done.extend(rows), [None, None], 7)
     assert sorted(done) == list(range(7))
     assert told[-1] == (7, 7)
 
@@ -30,7 +30,7 @@ def test_what_a_thread_raises_is_raised_here() -> None:
             raise ValueError(f"row {row}")
 
     with pytest.raises(ValueError, match="row"):
-        in_parallel("work", run, [(range(2), None), (range(2, 4), None)], 4)
+        in_parallel("work", run, [None, None], 4)
 
 
 def test_a_listener_that_raises_stops_every_thread_after_its_row() -> None:
@@ -49,7 +49,7 @@ def test_a_listener_that_raises_stops_every_thread_after_its_row() -> None:
             raise Stopped
 
     with pytest.raises(Stopped), listening(listener):
-        in_parallel("work", run, [(range(1000), None)], 1000)
+        in_parallel("work", run, [None], 1000)
     stopped.set()
     assert ended.wait(60)
     assert begun == [0]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from holdfast.elastic.law import Elastic, bond
+from holdfast.elastic.law import Elastic, Runs, bond
 
 Array = NDArray[np.float64]
 
@@ -36,6 +36,7 @@ def block(mu: float) -> Elastic:
         wrench=np.array([0.0, 0, -1, 0, 0, 0]),
         scale=np.ones(6),
         bonded=np.zeros((1, 6, 6)),
+        runs=Runs.of(np.array([0, 4]), x, y, np.zeros(4)),
         hold=np.zeros(6),
     )
     bond(model)

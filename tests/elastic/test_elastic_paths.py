@@ -8,11 +8,12 @@ from elastic_blocks import HALF, HEIGHT, Array, block, push
 
 import holdfast as hf
 from holdfast.base.progress import listening
+from holdfast.elastic.direction import torn
 from holdfast.elastic.fronts import fronts_of
 from holdfast.elastic.linear import make_work
 from holdfast.elastic.outcome import Event, PathOutcome, RestOutcome, goes_on, outcome_of
 from holdfast.elastic.path import PathResult
-from holdfast.elastic.stepper import MOST_CHANGES, Progress, advance, appraise, begin, cross_change, make_stepper, torn
+from holdfast.elastic.stepper import MOST_CHANGES, Progress, advance, appraise, begin, cross_change, make_stepper
 from holdfast.elastic.system import STAGE, System
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.model import Springs

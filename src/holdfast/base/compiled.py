@@ -31,6 +31,16 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     return cast(Callable[P, R], Kernel(function, CodeStore(function)))
 
 
+def lean(function: Callable[P, R]) -> Callable[P, R]:
+    """Mark a function, below ``compiled`` or ``compilable``, that neither makes nor returns arrays: it counts none.
+
+    Numba counts in how many places an array is in use. Threads that work on the same arrays write to these counts all
+    the time and wait for each other.
+    """
+    function.lean = True  # type: ignore[attr-defined]  # linking.py asks for it
+    return function
+
+
 def compilable(function: Callable[P, R]) -> Callable[P, R]:
     """Run ``function`` in Python if Python code calls it, and compiled if a compiled function calls it.
 

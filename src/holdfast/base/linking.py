@@ -109,6 +109,7 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
 
     def __init__(self, function: Callable[..., Any], store: Any) -> None:  # noqa: ANN401
         options = {"nopython": True, "nogil": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+        options["_nrt"] = not getattr(function, "lean", False)  # stated in any case: a callee inherits what is not
         super().__init__(function, targetoptions=options, pipeline_class=_Pipeline)
         self._cache = store
         self._entries: dict[Types, Any] = {}

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextvars import copy_context
+from contextvars import ContextVar, copy_context
 from functools import partial
 from queue import Empty, SimpleQueue
 from threading import Event, Thread
 from typing import Generic, NoReturn, ParamSpec, TypeVar
 
-from holdfast.base.progress import report
+from holdfast.base.progress import report, unheard
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -17,31 +18,38 @@ Memory = TypeVar("Memory")
 
 OFTEN = 0.1  # [s] between two progress reports, and the longest wait before a stop is noticed
 
+_shared: ContextVar[bool] = ContextVar("holdfast_threads_shared", default=False)  # whether other threads are at work
+
+
+def free_threads() -> int:
+    """Return how many threads work may be shared among: one for each processor, and one in all within a thread."""
+    return 1 if _shared.get() else os.cpu_count() or 1
+
 
 def in_parallel(
-    stage: str,
-    run: Callable[[Iterable[int], Memory], None],
-    parts: Sequence[tuple[range, Memory]],
-    count: int,
+    stage: str, run: Callable[[Iterable[int], Memory], None], memories: Sequence[Memory], count: int
 ) -> None:
-    """Let each thread run over the rows of one part with its own memory; report how many of ``count`` rows are done.
+    """Let threads with a memory each run over ``count`` rows, each taking the next row; report how many are done.
 
-    Whatever is raised, here or in a thread, stops all of them after the rows that they are at.
+    Whatever is raised, here or in a thread, stops all of them after the rows that they are at. What is done for a row
+    has no threads of its own, and its reports are not heard.
     """
-    done, stop = [0] * len(parts), Event()
+    ahead, done, stop = iter(range(count)), [0] * len(memories), Event()
 
-    def rows(part: int) -> Iterator[int]:
-        for row in parts[part][0]:
+    def rows(number: int) -> Iterator[int]:
+        for row in ahead:  # Python's global lock lets one thread at a time take a row
             if stop.is_set():
                 return
             yield row
-            done[part] += 1
+            done[number] += 1
 
-    def work(part: int) -> None:
-        run(rows(part), parts[part][1])
+    def work(number: int) -> None:
+        _shared.set(True)
+        with unheard():
+            run(rows(number), memories[number])
 
     report(stage, 0, count)
-    calls = [_Call(work, part) for part in range(len(parts))]
+    calls = [_Call(work, number) for number in range(len(memories))]
     try:
         for call in calls:
             while (result := call.ended(OFTEN)) is None:

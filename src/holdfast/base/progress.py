@@ -66,3 +66,13 @@ def listening(listener: Listener) -> Iterator[None]:
         yield
     finally:
         _listener.reset(token)
+
+
+@contextmanager
+def unheard() -> Iterator[None]:
+    """Let no listener hear of what is done within this block; a deadline still holds."""
+    token = _listener.set(None)
+    try:
+        yield
+    finally:
+        _listener.reset(token)

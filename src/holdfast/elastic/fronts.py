@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from holdfast.base.arrays import Float, Int
-from holdfast.base.compiled import compilable, compiled
+from holdfast.base.compiled import compilable, compiled, lean
 from holdfast.elastic.law import Elastic
 from holdfast.elastic.linear import SINGULAR, Work, dense_solve
 from holdfast.elastic.ordering import Tree
@@ -82,14 +82,15 @@ def grown(memory: NDArray[Any], needed: int) -> NDArray[Any]:
 
 
 @compiled
+@lean
 def add_sheet(
-    m: Elastic, p: int, K: Float, drag: float, transposed: bool, at_a: int, at_b: int, unit: Float, F: Float
+    m: Elastic, p: int, work: Work, drag: float, transposed: bool, at_a: int, at_b: int, unit: Float, F: Float
 ) -> None:
     """Add sheet p's stiffness to the front F, whose rows and columns of its bodies begin at ``at_a`` and ``at_b``.
 
     Rows are scaled by ``unit``; -1 for a body that is fixed.
     """
-    X = np.empty((6, 6))
+    K, X = work.K, work.X
     for side in range(2):
         column = at_b if side == 0 else at_a
         if column < 0:
@@ -171,6 +172,7 @@ def eliminate(F: Float, columns: Int, full: int) -> tuple[int, float]:
 
 
 @compiled
+@lean
 def swap_rows(F: Float, one: int, two: int) -> None:
     """Exchange two rows."""
     for j in range(F.shape[1]):
@@ -178,6 +180,7 @@ def swap_rows(F: Float, one: int, two: int) -> None:
 
 
 @compiled
+@lean
 def take(row: Float, factor: float, other: Float) -> None:
     """Take ``factor`` times another row away from one."""
     if factor != 0.0:
@@ -186,6 +189,7 @@ def take(row: Float, factor: float, other: Float) -> None:
 
 
 @compiled
+@lean
 def complete(F: Float, P: Float, done: int, full: int) -> None:
     """Apply ``done`` pivots, whose factors are the rows of ``P``, to the columns of a front from ``full`` on.
 
@@ -213,6 +217,7 @@ def complete(F: Float, P: Float, done: int, full: int) -> None:
 
 
 @compiled
+@lean
 def add_own(
     m: Elastic, work: Work, e: Fronts, k: int, drag: float, corner: float, transposed: bool, full: int, F: Float
 ) -> None:
@@ -225,7 +230,7 @@ def add_own(
     for s in range(e.since[k], e.since[k + 1]):
         a, b = 6 * e.at_a[s], 6 * e.at_b[s]
         a, b = a + waiting if a >= 6 * owned else a, b + waiting if b >= 6 * owned else b
-        add_sheet(m, e.sheet[s], work.K, drag, transposed, a, b, e.unit, F)
+        add_sheet(m, e.sheet[s], work, drag, transposed, a, b, e.unit, F)
     for slot in range(owned):
         for i in range(6):
             at, here = 6 * slot + i, 6 * e.body[first + slot] + i
@@ -242,6 +247,7 @@ def add_own(
 
 
 @compiled
+@lean
 def border_unit(row: Float) -> float:
     """What the border's row is multiplied by."""
     top = largest(row)
@@ -249,12 +255,14 @@ def border_unit(row: Float) -> float:
 
 
 @compiled
+@lean
 def place_of(slot: int, owned: int, waiting: int) -> int:
     """Where the rows of a body begin in a front whose own bodies are followed by ``waiting`` rows."""
     return 6 * slot if slot < owned else 6 * slot + waiting
 
 
 @compiled
+@lean
 def number_columns(n: int, e: Fronts, k: int, full: int, columns: Int) -> None:
     """Write the numbers of a front's columns, but for those that wait."""
     owned = e.owned[k]
@@ -341,6 +349,7 @@ def fronts_solve(m: Elastic, work: Work, e: Fronts, drag: float, corner: float, 
 
 
 @compiled
+@lean
 def keep(F: Float, done: int, upper: Float, left: Float) -> None:
     """Copy the rows of pivots of a front to ``upper``, and what is left of it to ``left``."""
     size = F.shape[0]
@@ -356,6 +365,7 @@ def keep(F: Float, done: int, upper: Float, left: Float) -> None:
 
 
 @compiled
+@lean
 def substitute(rows: Float, columns: Int, solution: Float) -> None:
     """Find the unknowns of a front's pivots; those of its later columns are in ``solution`` (n + 1, 2) by then."""
     size = len(columns)
@@ -370,6 +380,7 @@ def substitute(rows: Float, columns: Int, solution: Float) -> None:
 
 
 @compilable
+@lean
 def solve(m: Elastic, work: Work, drag: float, corner: float, transposed: bool, fronts: Fronts | None) -> float:
     """Solve the system of ``work``, or its transpose, in place: by ``fronts``, or by dense elimination where None.
 

@@ -19,13 +19,43 @@ against a, in the sheet's own axes (normal, t1, t2) and about its own origin, an
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from holdfast.base.arrays import Float, Int
-from holdfast.base.compiled import compiled
+from holdfast.base.compiled import compiled, lean
 from holdfast.elastic.vectors import scale
+
+RUN = 7  # nodes: a row of the usual grid, and a whole share of one of finer grids
+
+
+class Runs(NamedTuple):
+    """R runs of a few nodes each, that lie together, of P sheets: where none of them presses, none is looked at.
+
+    Those of sheet p are ``first[p]`` to ``first[p + 1] - 1``, and run k has nodes ``node[k]`` to ``node[k + 1] - 1``;
+    ``box`` (R, 5): their least and largest x, least and largest y, and least clearance.
+    """
+
+    first: Int
+    node: Int
+    box: Float
+
+    @classmethod
+    def of(cls, first: Int, x: Float, y: Float, apart: Float) -> Runs:
+        """Cut the sheets with nodes from ``first`` (P + 1,) on into runs of RUN nodes."""
+        starts = [np.arange(a, b, RUN) for a, b in pairwise(first.tolist())]
+        node = np.concatenate([*starts, first[-1:]]).astype(np.int64)
+        at = node[:-1]
+        box = np.empty((len(at), 5))
+        if len(at):
+            for column, (reduce, values) in enumerate(
+                [(np.minimum, x), (np.maximum, x), (np.minimum, y), (np.maximum, y), (np.minimum, apart)]
+            ):
+                box[:, column] = reduce.reduceat(values, at)
+        counts = np.array([0, *(len(each) for each in starts)])
+        return cls(np.cumsum(counts).astype(np.int64), node, box)
 
 
 class Elastic(NamedTuple):
@@ -35,8 +65,8 @@ class Elastic(NamedTuple):
     ``apart`` (I,) clearance; ``mu`` (P,); ``rho`` tangential over normal stiffness; ``a``, ``b`` (P,) bodies (FIXED:
     -1); ``Ta``, ``Tb`` (P, 6, 6) from a body's twist to the sheet's; ``wrench`` (6J,) what acts besides the contacts;
     ``scale`` (6J,) brings every body's equilibrium to order one; ``bonded`` (P, 6, 6) the stiffness with all nodes
-    stuck; ``hold`` (6J,) the stiffness of a faint hold of every body in its place, zero unless there are motions that
-    no contact resists (sparse.py).
+    stuck; ``runs`` of the nodes; ``hold`` (6J,) the stiffness of a faint hold of every body in its place, zero unless
+    there are motions that no contact resists (sparse.py).
     """
 
     first: Int
@@ -53,10 +83,12 @@ class Elastic(NamedTuple):
     wrench: Float
     scale: Float
     bonded: Float
+    runs: Runs
     hold: Float
 
 
 @compiled
+@lean
 def bond(m: Elastic) -> None:
     """Fill ``bonded``: the sum over nodes of Bᵀ diag(k, ρk, ρk) B with all of them stuck."""
     for p in range(len(m.a)):
@@ -82,6 +114,7 @@ def bond(m: Elastic) -> None:
 
 
 @compiled
+@lean
 def sheet_twist(m: Elastic, p: int, q: Float, v: Float) -> None:
     """Write into ``v`` (6,) the twist of sheet p's body b against its body a, under ``q`` (6J,)."""
     a, b = m.a[p], m.b[p]
@@ -97,6 +130,7 @@ def sheet_twist(m: Elastic, p: int, q: Float, v: Float) -> None:
 
 
 @compiled
+@lean
 def add_wrench(m: Elastic, p: int, F: Float, factor: float, r: Float) -> None:
     """Add to ``r`` (6J,) ``factor`` times sheet p's wrench ``F`` (6,) on body b, and its opposite on body a."""
     a, b = m.a[p], m.b[p]
@@ -112,6 +146,19 @@ def add_wrench(m: Elastic, p: int, F: Float, factor: float, r: Float) -> None:
 
 
 @compiled
+@lean
+def nearest(runs: Runs, run: int, v: Float, weight: float) -> float:
+    """The most that a node of this run can be pressed under the sheet's twist ``v`` (6,).
+
+    It is rounded as what a node is pressed, and rounding keeps the order: where it is not positive, no node presses.
+    """
+    x = runs.box[run, 1] if v[5] > 0 else runs.box[run, 0]
+    y = runs.box[run, 2] if v[4] > 0 else runs.box[run, 3]
+    return float(x * v[5] - y * v[4] - v[0] - weight * runs.box[run, 4])
+
+
+@compiled
+@lean
 def evaluate(m: Elastic, weight: float, q: Float, r: Float, K: Float, v: Float, F: Float) -> int:
     """R (6J,) = weight · wrench + G f(Gᵀ q) - hold q, and K (P, 6, 6): minus the derivative of every sheet's wrench.
 
@@ -121,47 +168,51 @@ def evaluate(m: Elastic, weight: float, q: Float, r: Float, K: Float, v: Float, 
     scale(r, weight, m.wrench)
     for i in range(len(r)):
         r[i] -= m.hold[i] * q[i]
-    states = 0
+    states, rho = 0, m.rho
     for p in range(len(m.a)):
         sheet_twist(m, p, q, v)
         mu = m.mu[p]
+        slippery = (mu / rho) ** 2
         fn = f1 = f2 = gn = g1 = g2 = 0.0
         nn = ny = nx = nyy = nxy = nxx = 0.0  # normal by normal
-        t11 = t12 = t1w = t22 = t2w = tww = 0.0  # tangential by tangential
+        sk = sx = sy = sr = 0.0  # of nodes that stick: Σ k, Σ k x, Σ k y and Σ k (x² + y²)
+        t11 = t12 = t1w = t22 = t2w = tww = 0.0  # tangential by tangential, of nodes that slide
         c1 = c1y = c1x = c2 = c2y = c2x = cw = cwy = cwx = 0.0  # tangential by normal
-        for i in range(m.first[p], m.first[p + 1]):
-            x, y, k = m.x[i], m.y[i], m.k[i]
-            pressed = x * v[5] - y * v[4] - v[0] - weight * m.apart[i]
-            if pressed <= 0.0:
+        for run in range(m.runs.first[p], m.runs.first[p + 1]):
+            if nearest(m.runs, run, v, weight) <= 0.0:
                 continue
-            kx, ky = k * x, k * y
-            nn += k
-            ny += ky
-            nx -= kx
-            nyy += ky * y
-            nxy -= ky * x
-            nxx += kx * x
-            normal = k * pressed
-            fn += normal
-            g1 += y * normal
-            g2 -= x * normal
-            if mu <= 0.0:  # no friction: nothing sticks, not even where nothing has moved yet
-                continue
-            u1, u2 = v[1] - y * v[3], v[2] + x * v[3]
-            t = m.rho * k
-            length = np.sqrt(u1 * u1 + u2 * u2)
-            if t * length <= mu * normal:
-                s1, s2 = -t * u1, -t * u2
-                t11 += t
-                t1w -= t * y
-                t22 += t
-                t2w += t * x
-                tww += t * (x * x + y * y)
-                states += i + 1
-            else:
-                e1, e2 = u1 / length, u2 / length
+            for i in range(m.runs.node[run], m.runs.node[run + 1]):
+                x, y, k = m.x[i], m.y[i], m.k[i]
+                pressed = x * v[5] - y * v[4] - v[0] - weight * m.apart[i]
+                if pressed <= 0.0:
+                    continue
+                kx, ky = k * x, k * y
+                kxx, kyy = kx * x, ky * y
+                nn += k
+                ny += ky
+                nx -= kx
+                nyy += kyy
+                nxy -= ky * x
+                nxx += kxx
+                normal = k * pressed
+                fn += normal
+                g1 += y * normal
+                g2 -= x * normal
+                if mu <= 0.0:  # no friction: nothing sticks, not even where nothing has moved yet
+                    continue
+                u1, u2 = v[1] - y * v[3], v[2] + x * v[3]
+                square = u1 * u1 + u2 * u2
+                if square <= slippery * pressed * pressed:
+                    sk += k
+                    sx += kx
+                    sy += ky
+                    sr += kxx + kyy
+                    states += i + 1
+                    continue
+                inverse = 1 / np.sqrt(square)
+                e1, e2 = u1 * inverse, u2 * inverse
                 s1, s2 = -mu * normal * e1, -mu * normal * e2
-                h = mu * normal / length
+                h = mu * normal * inverse
                 d11, d12, d22 = h * e2 * e2, -h * e1 * e2, h * e1 * e1
                 t11 += d11
                 t12 += d12
@@ -181,9 +232,17 @@ def evaluate(m: Elastic, weight: float, q: Float, r: Float, K: Float, v: Float, 
                 cwy += bw * y
                 cwx -= bw * x
                 states += (i + 1) * 7919
-            f1 += s1
-            f2 += s2
-            gn += x * s2 - y * s1
+                f1 += s1
+                f2 += s2
+                gn += x * s2 - y * s1
+        f1 -= rho * (sk * v[1] - sy * v[3])
+        f2 -= rho * (sk * v[2] + sx * v[3])
+        gn -= rho * (sx * v[2] - sy * v[1] + sr * v[3])
+        t11 += rho * sk
+        t1w -= rho * sy
+        t22 += rho * sk
+        t2w += rho * sx
+        tww += rho * sr
         F[0], F[1], F[2], F[3], F[4], F[5] = fn, f1, f2, gn, g1, g2
         D = K[p]
         D[0, 0], D[0, 1], D[0, 2], D[0, 3], D[0, 4], D[0, 5] = nn, 0.0, 0.0, 0.0, ny, nx

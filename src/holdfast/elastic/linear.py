@@ -10,14 +10,16 @@ large ones front by front (fronts.py); the algorithms (resting.py, path.py) are 
 
 from __future__ import annotations
 
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
 
 from holdfast.base.arrays import Float
-from holdfast.base.compiled import compiled
+from holdfast.base.compiled import compiled, lean
 from holdfast.elastic.law import Elastic
 
+APART = 16  # numbers between the memories of two threads
 SINGULAR = 0.0  # the sign of the determinant of a system that has no unique solution
 
 
@@ -27,7 +29,7 @@ class Work(NamedTuple):
     ``K`` (P, 6, 6); ``w``, ``c`` (n,); ``rhs`` (n + 1, 2) two right-hand sides, which become the solutions. ``A``
     (n + 1, n + 1) is the matrix of dense elimination, empty (0, 0) where there are fronts. ``r`` (n,) is the
     unbalance at a displacement (newton.py), ``trial`` (n,) a displacement tried; ``v``, ``F`` (6,) a sheet's twist and
-    wrench.
+    wrench; ``X`` (6, 6) half of what a sheet adds to the matrix.
     """
 
     K: Float
@@ -39,26 +41,21 @@ class Work(NamedTuple):
     trial: Float
     v: Float
     F: Float
+    X: Float
 
 
 def make_work(m: Elastic, *, dense: bool) -> Work:
-    """The memory that one thread needs for a model."""
+    """The memory that one thread needs for a model: one block, so that no two threads write to the same cache line."""
     n = len(m.wrench)
-    square = np.zeros((n + 1, n + 1)) if dense else np.zeros((0, 0))
-    return Work(
-        np.zeros_like(m.bonded),
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros((n + 1, 2)),
-        square,
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros(6),
-        np.zeros(6),
-    )
+    square = n + 1 if dense else 0
+    shapes = [m.bonded.shape, (n,), (n,), (n + 1, 2), (square, square), (n,), (n,), (6,), (6,), (6, 6)]
+    ends = np.cumsum([prod(shape) for shape in shapes])
+    block = np.zeros(ends[-1] + 2 * APART)[APART:]
+    return Work._make(part.reshape(shape) for part, shape in zip(np.split(block, ends)[:-1], shapes, strict=True))
 
 
 @compiled
+@lean
 def _add_blocks(m: Elastic, K: Float, factor: float, A: Float, X: Float) -> None:
     """A += factor Σ_p [Tb, -Ta]ᵀ K_p [Tb, -Ta]."""
     for p in range(len(m.a)):
@@ -90,6 +87,7 @@ def _add_blocks(m: Elastic, K: Float, factor: float, A: Float, X: Float) -> None
 
 
 @compiled
+@lean
 def dense_solve(m: Elastic, work: Work, drag: float, corner: float, transposed: bool) -> float:
     """Solve the system of ``work``, or its transpose, in place by Gauss elimination with row scaling and pivoting.
 
@@ -97,10 +95,9 @@ def dense_solve(m: Elastic, work: Work, drag: float, corner: float, transposed: 
     """
     A, rhs, n = work.A, work.rhs, len(work.w)
     A[:] = 0.0
-    X = np.empty((6, 6))
-    _add_blocks(m, work.K, 1.0, A, X)
+    _add_blocks(m, work.K, 1.0, A, work.X)
     if drag > 0:
-        _add_blocks(m, m.bonded, drag, A, X)
+        _add_blocks(m, m.bonded, drag, A, work.X)
     for i in range(n):
         A[i, i] += m.hold[i]
         A[i, n] = -work.w[i]

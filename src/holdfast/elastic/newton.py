@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from holdfast.base.arrays import Float
-from holdfast.base.compiled import compilable, compiled
+from holdfast.base.compiled import compiled, lean
 from holdfast.elastic.fronts import Fronts, solve
 from holdfast.elastic.law import Elastic, add_wrench, evaluate, sheet_twist
 from holdfast.elastic.linear import SINGULAR, Work
@@ -22,7 +22,8 @@ class Balance(NamedTuple):
     """Which unbalance is to vanish: r(q, s) = weight · wrench + contact forces + s w - ε D (q - anchor).
 
     ``weight`` scales the model's wrench; ``drag`` is ε; ``corner`` is d of the bordered system (linear.py): 0 on a
-    path, 1 where s shall stay as it is; ``anchor`` (n,) is the displacement without drag.
+    path, 1 where s shall stay as it is; ``anchor`` (n,) is the displacement without drag. On a path all of the weight
+    acts, without drag.
     """
 
     weight: float
@@ -47,13 +48,8 @@ class Iteration(NamedTuple):
     sign: float
 
 
-@compilable
-def on_path(origin: Float) -> Balance:
-    """The balance of a path: the whole weight, no drag; ``origin`` (n,) zeros."""
-    return Balance(1.0, 0.0, 0.0, origin)
-
-
 @compiled
+@lean
 def add_drag(m: Elastic, work: Work, drag: float, q: Float, anchor: Float) -> None:
     """work.r -= ε D (q - anchor): the drag of bonded contacts."""
     for p in range(len(m.a)):
@@ -70,6 +66,7 @@ def add_drag(m: Elastic, work: Work, drag: float, q: Float, anchor: Float) -> No
 
 
 @compiled
+@lean
 def unbalance(m: Elastic, work: Work, balance: Balance, q: Float, s: float) -> int:
     """Set work.r (n,) to the unbalance at (q, s), work.K to the stiffness there; returns the states of the nodes."""
     states = evaluate(m, balance.weight, q, work.r, work.K, work.v, work.F)
@@ -81,6 +78,7 @@ def unbalance(m: Elastic, work: Work, balance: Balance, q: Float, s: float) -> i
 
 
 @compiled
+@lean
 def worst(m: Elastic, r: Float) -> float:
     """The largest component of r, each body's in units of its own weight and size."""
     top = 0.0
@@ -90,6 +88,7 @@ def worst(m: Elastic, r: Float) -> float:
 
 
 @compiled
+@lean
 def rounding(m: Elastic, q: Float) -> float:
     """What rounding alone leaves of the balance at q, in the units of ``worst``: forces come from differences."""
     top = 0.0
@@ -107,6 +106,7 @@ def rounding(m: Elastic, q: Float) -> float:
 
 
 @compiled
+@lean
 def squared(m: Elastic, r: Float) -> float:
     """The sum of squares of the components of r, each body's in units of its own weight and size."""
     total = 0.0
@@ -116,6 +116,7 @@ def squared(m: Elastic, r: Float) -> float:
 
 
 @compiled
+@lean
 def set_sides(work: Work, off: float) -> None:
     """Set the right-hand sides to the unbalance, ``off`` the plane, and to a unit of length along the path."""
     n = len(work.r)
@@ -125,6 +126,7 @@ def set_sides(work: Work, off: float) -> None:
 
 
 @compiled
+@lean
 def newton(
     m: Elastic,
     work: Work,

@@ -7,11 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.base.compiled import compilable
+from holdfast.base.compiled import compilable, compiled, lean
+from holdfast.elastic.direction import turn
 from holdfast.elastic.fronts import Fronts, solve
 from holdfast.elastic.law import Elastic
 from holdfast.elastic.linear import SINGULAR, Work
-from holdfast.elastic.newton import Balance, newton, on_path, unbalance, worst
+from holdfast.elastic.newton import Balance, newton, unbalance, worst
 from holdfast.elastic.outcome import Event, PathOutcome, goes_on, outcome_of
 from holdfast.elastic.stepper import (
     STATIONS,
@@ -23,7 +24,6 @@ from holdfast.elastic.stepper import (
     cross_change,
     set_next_step,
     sought_alone,
-    turn,
 )
 from holdfast.elastic.vectors import dot, go, mix, put
 
@@ -91,6 +91,7 @@ class PathResult(NamedTuple):
 
 
 @compilable
+@lean
 def follow(
     m: Elastic,
     work: Work,
@@ -145,7 +146,26 @@ def follow(
     into.last[row], into.short[row], into.systems[row] = now.last, now.short, now.systems
 
 
+@compiled
+@lean
+def follow_each(
+    m: Elastic,
+    work: Work,
+    stepper: Stepper,
+    start: Float,
+    loads: Float,
+    into: PathResult,
+    rows: Int,
+    most: float,
+    fronts: Fronts | None,
+) -> None:
+    """``follow`` the ``rows`` of ``loads`` (k, n)."""
+    for row in rows:
+        follow(m, work, stepper, start, loads[row], into, row, most, fronts)
+
+
 @compilable
+@lean
 def refine(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> None:
     """Close in on the peak from both sides, where there is a point behind it.
 
@@ -176,7 +196,7 @@ def refine(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> N
         s = (1 - share) * (now.rising_s + now.rising_slope * x) + share * now.falling_s
         put(work.c, plane)
         level = dot(plane, stepper.rising_q) + x
-        point = newton(m, work, on_path(stepper.origin), q, s, level, TOLERANCE, 12, 0.0, fronts)
+        point = newton(m, work, Balance(1.0, 0.0, 0.0, stepper.origin), q, s, level, TOLERANCE, 12, 0.0, fronts)
         now.systems += point.systems
         if not point.converged:
             failed += 1
@@ -186,6 +206,7 @@ def refine(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> N
 
 
 @compilable
+@lean
 def aim_between(stepper: Stepper, share: float, x: float, back: float) -> None:
     """Aim at the mean of the points ``x`` ahead of one end of the bracket and ``back`` from the other, by ``share``."""
     ahead, behind = stepper.aimed, stepper.trial
@@ -195,6 +216,7 @@ def aim_between(stepper: Stepper, share: float, x: float, back: float) -> None:
 
 
 @compilable
+@lean
 def narrow(work: Work, stepper: Stepper, s: float, sign: float) -> None:
     """Let the point that was tried, with load ``s``, replace one end of the bracket of the peak."""
     now, q, tangent = stepper.now, stepper.trial, stepper.tangent
@@ -215,6 +237,7 @@ def narrow(work: Work, stepper: Stepper, s: float, sign: float) -> None:
 
 
 @compilable
+@lean
 def answer_to_loads(m: Elastic, work: Work, stepper: Stepper, cut: Float, fronts: Fronts | None) -> None:
     """How the peak answers to other loads: peak / peak' = cut · load' to first order.
 
@@ -227,7 +250,7 @@ def answer_to_loads(m: Elastic, work: Work, stepper: Stepper, cut: Float, fronts
     before = 0.0
     for side in range(2):
         q = stepper.falling_q if side == 1 and now.closed else stepper.rising_q
-        unbalance(m, work, on_path(stepper.origin), q, now.highest)
+        unbalance(m, work, Balance(1.0, 0.0, 0.0, stepper.origin), q, now.highest)
         work.rhs[:] = 0.0
         work.rhs[n, 0] = -1.0
         if solve(m, work, 0.0, 0.0, True, fronts) == SINGULAR:
@@ -244,27 +267,48 @@ def answer_to_loads(m: Elastic, work: Work, stepper: Stepper, cut: Float, fronts
     now.systems += 2
 
 
-@compilable
-def load_nearby(m: Elastic, work: Work, load: Float, s: float, q: Float, plane: Float, fronts: Fronts | None) -> float:
-    """The load at plane · q on the path of another model, from a point (s, q) of this one's; -1 if not found.
+@compiled
+def loads_nearby(
+    m: Elastic,
+    work: Work,
+    loads: Float,
+    s: Float,
+    q: Float,
+    plane: Float,
+    into: Float,
+    rows: Int,
+    fronts: Fronts | None,
+) -> None:
+    """The load at plane · q on paths of another model, from points (s, q) of this one's; -1 where not found.
 
-    The other model has the same bodies and other nodes.
+    The other model has the same bodies and other nodes. Of ``rows`` of ``loads`` (k, n), ``s`` (k,), ``q`` and
+    ``plane`` (k, n), it goes ``into`` (k,).
     """
-    put(work.w, load)
-    put(work.c, plane)
-    tolerance = TOLERANCE * max(1.0, worst(m, load) * s)
-    point = newton(m, work, on_path(np.zeros(len(q))), q.copy(), s, dot(plane, q), tolerance, 20, 0.0, fronts)
-    return point.s if point.converged else -1.0
+    origin, there = np.zeros(q.shape[1]), np.zeros(q.shape[1])
+    for k in rows:
+        put(work.w, loads[k])
+        put(work.c, plane[k])
+        put(there, q[k])
+        tolerance = TOLERANCE * max(1.0, worst(m, loads[k]) * s[k])
+        path, level = Balance(1.0, 0.0, 0.0, origin), dot(plane[k], there)
+        point = newton(m, work, path, there, s[k], level, tolerance, 20, 0.0, fronts)
+        into[k] = point.s if point.converged else -1.0
 
 
-@compilable
-def balances(m: Elastic, work: Work, load: Float, s: float, q: Float, fronts: Fronts | None) -> bool:
-    """Tell whether the model has a state in balance under s times ``load`` near q, a state of another model.
+@compiled
+def balances(
+    m: Elastic, work: Work, loads: Float, s: Float, q: Float, into: Bool, rows: Int, fronts: Fronts | None
+) -> None:
+    """Tell whether the model has states in balance under s times a load near q, states of another model.
 
-    The other model has the same bodies and other nodes.
+    The other model has the same bodies and other nodes. Of ``rows`` of ``loads`` (k, n), ``s`` (k,) and ``q`` (k, n),
+    it goes ``into`` (k,).
     """
-    put(work.w, load)
+    origin, there = np.zeros(q.shape[1]), np.zeros(q.shape[1])
+    held = Balance(1.0, 0.0, 1.0, origin)
     work.c[:] = 0.0
-    held = Balance(1.0, 0.0, 1.0, np.zeros(len(q)))
-    tolerance = TOLERANCE * max(1.0, worst(m, load) * s)
-    return newton(m, work, held, q.copy(), s, 0.0, tolerance, 20, 0.0, fronts).converged
+    for k in rows:
+        put(work.w, loads[k])
+        put(there, q[k])
+        tolerance = TOLERANCE * max(1.0, worst(m, loads[k]) * s[k])
+        into[k] = newton(m, work, held, there, s[k], 0.0, tolerance, 20, 0.0, fronts).converged

@@ -11,11 +11,12 @@ from typing import NamedTuple, cast
 import numpy as np
 
 from holdfast.base.arrays import Float
-from holdfast.base.compiled import compilable, compiled
+from holdfast.base.compiled import compilable, compiled, lean
+from holdfast.elastic.direction import straight, torn, turn
 from holdfast.elastic.fronts import Fronts, solve
 from holdfast.elastic.law import Elastic, next_change
 from holdfast.elastic.linear import SINGULAR, Work
-from holdfast.elastic.newton import SHORTEST, Balance, newton, on_path, unbalance, worst
+from holdfast.elastic.newton import SHORTEST, Balance, newton, unbalance, worst
 from holdfast.elastic.outcome import Event
 from holdfast.elastic.vectors import divide, dot, farthest, go, largest, put
 
@@ -33,8 +34,6 @@ CAREFUL = 1.0  # largest growth after a step that failed
 RECOVERY = 1.4  # factor by which the largest growth recovers from one point to the next
 MOST_NEWTON = 8  # steps of Newton's method for one point
 TURN = 0.3  # wanted correction of a point, as a share of the step
-TORN = 0.7  # distance from where the directions at both ends lead, as a share of the step, that hints at another branch
-STRAIGHT = 0.9999  # cosine of the angle between two directions up to which a path went straight on
 CREEPING = 0.01  # step, in lengths of the path so far, below which a change of sign straight ahead is gone through
 SHORTER = 0.3  # factor by which a step is shortened
 NEAR = 0.03  # share of a step that failed from which a corner in it is gone to
@@ -142,58 +141,8 @@ def make_stepper(n: int) -> Stepper:
     return Stepper._make([now, *vectors, np.zeros(STATIONS), *np.zeros((2, STATIONS, n))])
 
 
-@compiled
-def turn(work: Work, sign: float, orientation: float, tangent: Float) -> float:
-    """Point ``tangent`` (n,) onwards along the path, scale it, set work.c to its plane; returns ds/dℓ.
-
-    Onwards is where s rises while the stiffness has the sign of determinant it had at rest, and falls while it has the
-    other: the ``sign`` of the bordered determinant tells, whatever the border. The plane is across the motion of all
-    bodies: across that of a single one more paths turn back.
-    """
-    n = len(tangent)
-    best, whole = 0.0, 0.0
-    for j in range(n // 6):
-        total = 0.0
-        for i in range(6 * j, 6 * j + 6):
-            total += work.rhs[i, 1] ** 2
-        best, whole = max(best, total), whole + total
-    size = orientation * sign / max(np.sqrt(best), 1e-300)
-    for i in range(n):
-        tangent[i] = size * work.rhs[i, 1]
-        work.c[i] = tangent[i] * best / max(whole, 1e-300)
-    return float(size * work.rhs[n, 1])
-
-
-@compiled
-def straight(work: Work, tangent: Float) -> bool:
-    """Whether the path goes on at the point found as it came, along ``tangent`` (n,)."""
-    along, here, before = 0.0, 0.0, 0.0
-    for i in range(len(tangent)):
-        along += work.rhs[i, 1] * tangent[i]
-        here += work.rhs[i, 1] ** 2
-        before += tangent[i] ** 2
-    return bool(along > STRAIGHT * np.sqrt(here * before))
-
-
-@compiled
-def torn(work: Work, sign: float, orientation: float, q: Float, tangent: Float, trial: Float, step: float) -> bool:
-    """Whether the step from q to ``trial`` leaves what the directions of the path at both ends say.
-
-    Then a nearer solution may lie on the path, and this one on another branch.
-    """
-    there = np.zeros(len(q))
-    plane = work.c.copy()
-    turn(work, sign, orientation, there)
-    put(work.c, plane)
-    away, far = 0.0, 0.0
-    for i in range(len(q)):
-        moved = trial[i] - q[i]
-        away = max(away, abs(moved - 0.5 * step * (tangent[i] + there[i])))
-        far = max(far, abs(moved))
-    return bool(away > TORN * far)
-
-
 @compilable
+@lean
 def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, fronts: Fronts | None) -> Event:
     """Find the direction of the path at the state of rest ``start`` (n,) under ``load`` (n,)."""
     now, q = stepper.now, stepper.q
@@ -210,7 +159,7 @@ def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, f
     now.beyond, now.noted, now.corner, now.stations = 0.0, 0.0, False, 0
     stepper.station_s[:] = 0.0
     now.flat_since, now.similar_since, now.fastest = np.inf, np.inf, FASTEST
-    rest = newton(m, work, on_path(stepper.origin), q, 0.0, dot(load, q), TOLERANCE, 5, 0.0, fronts)
+    rest = newton(m, work, Balance(1.0, 0.0, 0.0, stepper.origin), q, 0.0, dot(load, q), TOLERANCE, 5, 0.0, fronts)
     if not rest.converged:
         return Event.NO_BEGINNING
     now.s, now.systems = rest.s, 1
@@ -224,6 +173,7 @@ def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, f
 
 
 @compilable
+@lean
 def before_peak(work: Work, stepper: Stepper) -> None:
     """Let the present point be the one before the peak."""
     now = stepper.now
@@ -234,6 +184,7 @@ def before_peak(work: Work, stepper: Stepper) -> None:
 
 
 @compilable
+@lean
 def keep_station(work: Work, stepper: Stepper) -> None:
     """Keep the present point in the place of the oldest one that is kept."""
     at = stepper.now.stations % STATIONS
@@ -244,6 +195,7 @@ def keep_station(work: Work, stepper: Stepper) -> None:
 
 
 @compilable
+@lean
 def behind_peak(stepper: Stepper) -> None:
     """Let the present point be the one behind the peak."""
     now = stepper.now
@@ -253,19 +205,32 @@ def behind_peak(stepper: Stepper) -> None:
 
 
 @compilable
+@lean
 def tolerance_at(now: Progress) -> float:
     """The unbalance that a point there may have: more where displacement or load are large."""
     return TOLERANCE * max(1.0, min(1e-7 * now.length / now.elastic, 10.0), 0.01 * now.strength * abs(now.s))
 
 
 @compilable
+@lean
 def advance(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> Event:
     """Try a step along the path, and take it if it leads to a new point."""
     now, q, trial, aimed = stepper.now, stepper.q, stepper.trial, stepper.aimed
     go(trial, q, now.step, stepper.tangent)
     put(aimed, trial)
     s, level = now.s + now.step * now.slope, dot(work.c, trial)
-    point = newton(m, work, on_path(stepper.origin), trial, s, level, tolerance_at(now), MOST_NEWTON, SHORTEST, fronts)
+    point = newton(
+        m,
+        work,
+        Balance(1.0, 0.0, 0.0, stepper.origin),
+        trial,
+        s,
+        level,
+        tolerance_at(now),
+        MOST_NEWTON,
+        SHORTEST,
+        fronts,
+    )
     now.systems += point.systems
     backward = now.orientation * point.sign < 0  # behind its plane the path would come back: rather another branch
     now.turned = farthest(trial, aimed) / max(farthest(aimed, q), 1e-300)
@@ -289,6 +254,7 @@ def advance(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> 
 
 
 @compilable
+@lean
 def shorten(m: Elastic, stepper: Stepper, backward: bool) -> None:
     """Shorten a step that failed: to just before the next change of a node if that may be why, else by a factor.
 
@@ -303,6 +269,7 @@ def shorten(m: Elastic, stepper: Stepper, backward: bool) -> None:
 
 
 @compiled
+@lean
 def carried(m: Elastic, q: Float) -> float:
     """What the faint hold carries at q (n,), of each body's own weight and size."""
     top = 0.0
@@ -312,6 +279,7 @@ def carried(m: Elastic, q: Float) -> float:
 
 
 @compilable
+@lean
 def cross_change(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> Event:
     """Go straight on to just behind the next change of a node's state, and take the path's direction there."""
     now, q = stepper.now, stepper.q
@@ -329,7 +297,7 @@ def cross_change(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None
     go(q, q, change, stepper.tangent)
     now.s += change * now.slope
     now.length += change
-    unbalance(m, work, on_path(stepper.origin), q, now.s)
+    unbalance(m, work, Balance(1.0, 0.0, 0.0, stepper.origin), q, now.s)
     work.rhs[:] = 0.0
     work.rhs[n, 1] = 1.0
     sign = solve(m, work, 0.0, 0.0, False, fronts)
@@ -346,6 +314,7 @@ def cross_change(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None
 
 
 @compilable
+@lean
 def land(work: Work, stepper: Stepper, s: float, sign: float) -> None:
     """Take the point that was tried, with load ``s``, as the present one, and keep the bracket of the peak."""
     now, trial = stepper.now, stepper.trial
@@ -375,6 +344,7 @@ def land(work: Work, stepper: Stepper, s: float, sign: float) -> None:
 
 
 @compilable
+@lean
 def appraise(now: Progress) -> Event:
     """Whether the new point is the end of the path: FALLEN, FAR, FLAT, perhaps PROPORTIONAL, or else ADVANCED."""
     s, slope, length, elastic = now.s, now.slope, now.length, now.elastic
@@ -424,6 +394,7 @@ def sought_alone(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None
 
 
 @compilable
+@lean
 def set_next_step(now: Progress) -> None:
     """Make the next step longer or shorter, as the last one needed little correction or much."""
     now.step = min(now.step * min(max(TURN / max(now.turned, 1e-9), 0.7), now.fastest), 3 * now.length)

@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import pairwise
 from typing import ParamSpec, TypeVar
 
 import numpy as np
 
-from holdfast.base.arrays import Bool, Float
+from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.compiled import machine_code
-from holdfast.base.parallel import in_parallel, left_if_stopped
+from holdfast.base.parallel import free_threads, in_parallel, left_if_stopped
 from holdfast.base.progress import reported
 from holdfast.elastic.fronts import Fronts, fronts_of
 from holdfast.elastic.law import Elastic
 from holdfast.elastic.linear import Work, make_work
 from holdfast.elastic.outcome import RestOutcome
-from holdfast.elastic.path import PathResult, balances, follow, load_nearby
+from holdfast.elastic.path import PathResult, balances, follow_each, loads_nearby
 from holdfast.elastic.resting import MOST_STEPS, bond_all, lessen_drag, move
 from holdfast.elastic.stepper import make_stepper
 
@@ -28,6 +26,8 @@ R = TypeVar("R")
 
 MOST_DENSE = 90  # displacements up to which dense elimination in compiled code is faster than fronts
 LEAST_COLUMNS = 3  # for which another thread pays
+SHARES = 3  # blocks of columns a thread: some take longer than others
+MOST_COLUMNS = 64  # of a block, after which it can be stopped
 LONG = 60  # displacements from which rest or a path may take longer than a user who stops it waits
 STAGE = "load paths"
 
@@ -70,6 +70,11 @@ class System:
         """By block-sparse elimination."""
         return cls(model, make_work(model, dense=False), fronts_of(model))
 
+    @property
+    def long(self) -> bool:
+        """Whether a single path may take longer than a user who stops it waits."""
+        return len(self.model.wrench) >= LONG
+
     def under(self, wrench: Float) -> System:
         """The same under another wrench (n,), in the model's units; both work in the same memory."""
         return replace(self, model=self.model._replace(wrench=wrench))
@@ -103,12 +108,9 @@ class System:
         """
         count, n = loads.shape
         found = PathResult.lost(count, n, cuts=cuts)
-        walk = machine_code(follow)
 
-        def run(rows: Iterable[int], work: Work) -> None:
-            stepper = make_stepper(n)
-            for row in rows:
-                walk(self.model, work, stepper, start, loads[row], found, row, most, self.fronts)
+        def run(rows: Int, work: Work) -> None:
+            follow_each(self.model, work, make_stepper(n), start, loads, found, rows, most, self.fronts)
 
         self._in_threads(count, run)
         return found.sealed()
@@ -119,11 +121,9 @@ class System:
         ``loads`` (k, n); points ``s`` (k,) at ``q`` (k, n), across ``plane`` (k, n) of which the load is sought.
         """
         found = np.full(len(s), -1.0)
-        seek = machine_code(load_nearby)
 
-        def run(rows: Iterable[int], work: Work) -> None:
-            for k in rows:
-                found[k] = seek(self.model, work, loads[k], s[k], q[k], plane[k], self.fronts)
+        def run(rows: Int, work: Work) -> None:
+            loads_nearby(self.model, work, loads, s, q, plane, found, rows, self.fronts)
 
         self._in_threads(len(s), run)
         return found
@@ -131,31 +131,35 @@ class System:
     def balances(self, loads: Float, s: Float, q: Float) -> Bool:
         """Which of ``s`` (k,) times ``loads`` (k, n) are in balance near q (k, n), states of another model."""
         found = np.zeros(len(s), dtype=bool)
-        seek = machine_code(balances)
 
-        def run(rows: Iterable[int], work: Work) -> None:
-            for k in rows:
-                found[k] = seek(self.model, work, loads[k], s[k], q[k], self.fronts)
+        def run(rows: Int, work: Work) -> None:
+            balances(self.model, work, loads, s, q, found, rows, self.fronts)
 
         self._in_threads(len(s), run)
         return found
 
     def _patiently(self, function: Callable[P, R]) -> Callable[P, R]:
         """The function as it is to be called where it may take long: machine code in a thread that can be left."""
-        return partial(left_if_stopped, function) if len(self.model.wrench) >= LONG else function
+        return partial(left_if_stopped, function) if self.long else function
 
-    def _in_threads(self, count: int, run: Callable[[Iterable[int], Work], None]) -> None:
+    def _in_threads(self, count: int, run: Callable[[Int, Work], None]) -> None:
         """Run over ``count`` rows, in threads with memory of their own: machine code holds no lock.
 
-        A single thread is enough for few rows, and none is needed where they do not take long: all can be stopped.
+        A single thread is enough for few rows, and none is needed where they do not take long. Those are run in blocks:
+        threads that come back to Python for each of them would wait for each other.
         """
         if not count:
             return
-        threads = min(os.cpu_count() or 1, count // LEAST_COLUMNS)
-        if threads < 2 and len(self.model.wrench) < LONG:
-            run(reported(STAGE, range(count)), self.work)
-            return
-        ends = np.linspace(0, count, max(threads, 1) + 1).astype(int).tolist()
-        parts = [range(a, b) for a, b in pairwise(ends)]
-        works = [make_work(self.model, dense=self.fronts is None) for _ in parts]
-        in_parallel(STAGE, run, list(zip(parts, works, strict=True)), count)
+        threads = max(min(free_threads(), count // LEAST_COLUMNS), 1)
+        works = [make_work(self.model, dense=self.fronts is None) for _ in range(threads)]
+        size = 1 if self.long else min(max(count // (SHARES * threads), 1), MOST_COLUMNS)
+        blocks = np.split(np.arange(count), range(size, count, size))
+
+        def work_through(numbers: Iterable[int], work: Work) -> None:
+            for number in numbers:
+                run(blocks[number], work)
+
+        if threads < 2 and not self.long:
+            work_through(reported(STAGE, range(len(blocks))), works[0])
+        else:
+            in_parallel(STAGE, work_through, works, len(blocks))

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from holdfast.base.arrays import Float
-from holdfast.base.compiled import compiled
+from holdfast.base.compiled import compiled, lean
 
 
 @compiled
+@lean
 def dot(a: Float, b: Float) -> float:
     """A · b."""
     total = 0.0
@@ -16,6 +17,7 @@ def dot(a: Float, b: Float) -> float:
 
 
 @compiled
+@lean
 def largest(a: Float) -> float:
     """The largest |a_i|."""
     top = 0.0
@@ -25,6 +27,7 @@ def largest(a: Float) -> float:
 
 
 @compiled
+@lean
 def farthest(a: Float, b: Float) -> float:
     """The largest |a_i - b_i|."""
     top = 0.0
@@ -34,6 +37,7 @@ def farthest(a: Float, b: Float) -> float:
 
 
 @compiled
+@lean
 def go(into: Float, a: Float, far: float, b: Float) -> None:
     """Set ``into`` to a + far · b; it may be one of them."""
     for i in range(len(a)):
@@ -41,6 +45,7 @@ def go(into: Float, a: Float, far: float, b: Float) -> None:
 
 
 @compiled
+@lean
 def mix(into: Float, a: Float, share: float, b: Float) -> None:
     """Set ``into`` to (1 - share) a + share b; it may be one of them."""
     for i in range(len(a)):
@@ -48,6 +53,7 @@ def mix(into: Float, a: Float, share: float, b: Float) -> None:
 
 
 @compiled
+@lean
 def put(into: Float, a: Float) -> None:
     """Set ``into`` to a."""
     for i in range(len(a)):
@@ -55,6 +61,7 @@ def put(into: Float, a: Float) -> None:
 
 
 @compiled
+@lean
 def scale(into: Float, factor: float, a: Float) -> None:
     """Set ``into`` to factor · a; it may be a."""
     for i in range(len(a)):
@@ -62,6 +69,7 @@ def scale(into: Float, factor: float, a: Float) -> None:
 
 
 @compiled
+@lean
 def divide(into: Float, a: Float, by: float) -> None:
     """Set ``into`` to a / by; it may be a."""
     for i in range(len(a)):

@@ -11,7 +11,7 @@ from test_compliant_recovery import asked
 
 import holdfast as hf
 from holdfast.base.arrays import Bool, Float
-from holdfast.elastic.newton import on_path, unbalance, worst
+from holdfast.elastic.newton import Balance, unbalance, worst
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.elastic.stepper import APART, STATIONS
@@ -31,7 +31,7 @@ def test_stations_are_points_of_the_path_below_its_peak(name: str) -> None:
         work.w[:] = loads[k]
         there = np.flatnonzero(paths.station_s[k] > 0)
         for s, q in zip(paths.station_s[k, there], paths.station_q[k, there], strict=True):
-            unbalance(m, work, on_path(np.zeros_like(q)), q, s)
+            unbalance(m, work, Balance(1.0, 0.0, 0.0, np.zeros_like(q)), q, s)
             assert worst(m, work.r) < 1e-6 * max(1.0, worst(m, loads[k]) * s)
             compared += 1
         ascending = np.sort(paths.station_s[k, there])

@@ -171,7 +171,7 @@ def test_neither_axes_nor_names_nor_strangers_change_anything() -> None:
     ]
     turned = Scene(bodies, scene.friction.default, turn[:3, :3] @ scene.gravity)
     found = hf.robustness(turned, "the slab", turn[:3, :3] @ push, turn[:3, :3] @ X, imperfect=imperfect)
-    np.testing.assert_allclose(found.lower, known.lower, rtol=1e-6)
+    np.testing.assert_allclose(found.lower, known.lower, rtol=5e-5)  # to which peaks are refined
 
 
 def test_finer_grids_see_the_same_surfaces() -> None:

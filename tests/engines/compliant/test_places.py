@@ -27,7 +27,6 @@ def test_models_on_shared_places_are_those_on_new_ones() -> None:
     soft = np.linspace(1, 3, len(table.interfaces))
     for stiffness in (soft, None, soft):
         fresh = Places(table, contact_nodes(table, 49, "quadrature"))
-        for a, b in zip(
-            elastic_model(shared, weight, 0.5, stiffness), elastic_model(fresh, weight, 0.5, stiffness), strict=True
-        ):
+        one, other = (elastic_model(places, weight, 0.5, stiffness) for places in (shared, fresh))
+        for a, b in zip((*one._replace(runs=0), *one.runs), (*other._replace(runs=0), *other.runs), strict=True):
             np.testing.assert_array_equal(a, b)

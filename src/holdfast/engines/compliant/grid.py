@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from threading import RLock
 
 import numpy as np
 
@@ -41,6 +42,7 @@ class Grid:
     settled: Settled
     held: bool = False
     _local: dict[tuple[bytes, int, int], Grid] = field(default_factory=dict, init=False, repr=False)
+    _making: RLock = field(default_factory=RLock, init=False, repr=False)  # of finer grids
 
     @classmethod
     def of(
@@ -75,9 +77,14 @@ class Grid:
         """The contact nodes."""
         return self.places.nodes
 
-    @cached_property
+    @property
     def finer(self) -> Grid:
         """The grid with FINER times as many nodes along a side."""
+        with self._making:  # threads that ask at the same time share one
+            return self._finer
+
+    @cached_property
+    def _finer(self) -> Grid:
         return Grid.of(self.assembly, self.wrench, self.springs.finer(FINER), hold=self.held)
 
     def with_more(self, contacts: Int, more: int, times: int = 1) -> Grid:
@@ -86,14 +93,15 @@ class Grid:
         The last MOST_KEPT that were asked for are kept.
         """
         key = (contacts.tobytes(), more, times)
-        grid = self._local.pop(key, None)
-        if grid is None:
-            places = Places.with_more(self.assembly, times * self.springs.nodes, contacts, more)
-            grid = Grid._on(places, self.wrench, self.springs, hold=self.held)
-        self._local[key] = grid
-        if len(self._local) > MOST_KEPT:
-            self._local.pop(next(iter(self._local)), None)
-        return grid
+        with self._making:
+            grid = self._local.pop(key, None)
+            if grid is None:
+                places = Places.with_more(self.assembly, times * self.springs.nodes, contacts, more)
+                grid = Grid._on(places, self.wrench, self.springs, hold=self.held)
+            self._local[key] = grid
+            if len(self._local) > MOST_KEPT:
+                self._local.pop(next(iter(self._local)), None)
+            return grid
 
     @cached_property
     def with_hold(self) -> Grid:

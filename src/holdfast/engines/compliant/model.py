@@ -12,7 +12,7 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import snapped
-from holdfast.elastic.law import Elastic, bond
+from holdfast.elastic.law import Elastic, Runs, bond
 from holdfast.engines.compliant.faces import Faces
 from holdfast.engines.compliant.places import BITS, Places
 from holdfast.engines.compliant.stiffness import Stiffness, stiffness_of
@@ -94,13 +94,14 @@ def elastic_model(
     total = max(float(k.sum()), 1e-300)
     k = k / total
     clear = np.zeros(len(k)) if apart is None else apart * (total / force_unit(assembly, wrench))
+    clear = snapped(clear, np.abs(clear).max(initial=0.0), BITS)
     scale = assembly.equation_scale / levers(assembly)
     model = Elastic(
         sheets.first,
         sheets.x,
         sheets.y,
         snapped(k, k, BITS),
-        snapped(clear, np.abs(clear).max(initial=0.0), BITS),
+        clear,
         sheets.mu,
         float(ratio),
         sheets.a,
@@ -110,6 +111,7 @@ def elastic_model(
         own_rows(assembly, wrench[None] / force_unit(assembly, wrench))[0],
         snapped(scale, scale, BITS),
         np.zeros((len(sheets.a), 6, 6)),
+        Runs.of(sheets.first, sheets.x, sheets.y, clear),
         np.zeros(6 * len(assembly.movable)),
     )
     bond(model)

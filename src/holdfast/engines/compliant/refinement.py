@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.parallel import free_threads, in_parallel
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.elastic.path import PathResult
+from holdfast.elastic.system import LEAST_COLUMNS, STAGE
 from holdfast.engines.compliant.bisection import with_bisected_peaks
 from holdfast.engines.compliant.grid import FINER, Grid
 
@@ -23,6 +26,7 @@ AMPLE = 1.02  # times a load, to which its path is followed to tell that it is h
 RESOLVED = 28  # nodes a side, in paths, of contacts whose forces have gathered on few nodes
 DEAR = 150  # systems of a path after which another one on more nodes is dear
 WEDGED = 1.2  # times a peak, above which a path on more nodes tells that bodies are wedged, not what they hold
+MOST_CHUNK = 256  # columns that a thread takes at a time, after which it can be stopped
 MOST_NODES = 20_000  # largest number of nodes of a finer grid from which answers are taken
 
 
@@ -44,6 +48,14 @@ class Bounded(NamedTuple):
         """Return paths of the grid that was asked, without lower bounds."""
         count = len(paths.peak)
         return cls(paths, np.zeros(count), paths.outcome == PathOutcome.PEAK, np.zeros(count, dtype=bool))
+
+    @classmethod
+    def joined(cls, parts: Sequence[Bounded], order: Int) -> Bounded:
+        """Return the paths of all ``parts``, of which number ``order[k]`` becomes number k."""
+        columns = zip(*((*part.paths, *part[1:]) for part in parts), strict=True)
+        whole = [np.concatenate(column)[order] for column in columns]
+        last = len(PathResult._fields)
+        return cls(PathResult._make(whole[:last]).sealed(), *whole[last:])
 
     @property
     def lower(self) -> Float:
@@ -70,6 +82,10 @@ class Around(NamedTuple):
 
     share: Float
     few: Bool
+
+    def chosen(self, which: Int) -> Around:
+        """Return the same of some of the loads."""
+        return Around(self.share[which], self.few[which])
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,11 +117,31 @@ class Refined:
         ``_recovered`` says. ``cuts`` is as in ``Grid.paths``. If given, the lower bounds of peaks like those ``around``
         are the same share of the peak.
         """
-        found = self._given(W, self.grid.paths(W, cuts=cuts), cuts=cuts, bounds=bounds, around=around)
+        found = self._in_threads(W, cuts=cuts, bounds=bounds, around=around)
         lost = np.flatnonzero(found.paths.outcome == PathOutcome.LOST)
         if not len(lost):
             return found
         return found.replaced(lost, self._recovered(W[:, lost], found.paths.chosen(lost), cuts=cuts, bounds=bounds))
+
+    def _in_threads(self, W: Float, *, cuts: bool, bounds: bool, around: Around | None) -> Bounded:
+        """Follow the paths as ``_given`` does, many short ones in several threads; long paths make their own."""
+        count = W.shape[1]
+        threads = min(free_threads(), count // LEAST_COLUMNS)
+        if threads < 2 or self.grid.system.long:
+            return self._given(W, self.grid.paths(W, cuts=cuts), cuts=cuts, bounds=bounds, around=around)
+        number = threads * -(-count // (threads * MOST_CHUNK))
+        chunks = [np.arange(first, count, number) for first in range(number)]
+        parts: dict[int, Bounded] = {}
+
+        def run(rows: Iterable[int], memory: None) -> None:
+            for row in rows:
+                asked = W[:, chunks[row]]
+                there = None if around is None else around.chosen(chunks[row])
+                paths = self.grid.paths(asked, cuts=cuts)
+                parts[row] = self._given(asked, paths, cuts=cuts, bounds=bounds, around=there)
+
+        in_parallel(STAGE, run, [None] * threads, number)
+        return Bounded.joined([parts[row] for row in range(number)], np.argsort(np.concatenate(chunks)))
 
     def held(self, W: Float) -> Bool:
         """Tell which columns of W (6J, k) certainly move nothing, from paths that are not followed beyond them.
