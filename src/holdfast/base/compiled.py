@@ -41,6 +41,15 @@ def lean(function: Callable[P, R]) -> Callable[P, R]:
     return function
 
 
+def fused(function: Callable[P, R]) -> Callable[P, R]:
+    """Mark a function, below ``compiled``, where a product and a sum may be rounded once instead of twice.
+
+    Processors that can do that in one step take about four fifths of the time. The last digits differ on others.
+    """
+    function.fused = True  # type: ignore[attr-defined]  # linking.py asks for it
+    return function
+
+
 def compilable(function: Callable[P, R]) -> Callable[P, R]:
     """Run ``function`` in Python if Python code calls it, and compiled if a compiled function calls it.
 

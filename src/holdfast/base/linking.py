@@ -108,8 +108,14 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
     """A compiled function; ``store`` keeps its machine code and entries (compiled.py)."""
 
     def __init__(self, function: Callable[..., Any], store: Any) -> None:  # noqa: ANN401
-        options = {"nopython": True, "nogil": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+        options: dict[str, Any] = {
+            "nopython": True,
+            "nogil": True,
+            "no_cpython_wrapper": True,
+            "no_cfunc_wrapper": True,
+        }
         options["_nrt"] = not getattr(function, "lean", False)  # stated in any case: a callee inherits what is not
+        options["fastmath"] = {"contract"} if getattr(function, "fused", False) else False
         super().__init__(function, targetoptions=options, pipeline_class=_Pipeline)
         self._cache = store
         self._entries: dict[Types, Any] = {}

@@ -19,16 +19,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from holdfast.base.arrays import Float, Int
-from holdfast.base.compiled import compilable, compiled, lean
+from holdfast.base.compiled import compilable, compiled, fused, lean
 from holdfast.elastic.law import Elastic
 from holdfast.elastic.linear import SINGULAR, Work, dense_solve
 from holdfast.elastic.ordering import Tree
-from holdfast.elastic.vectors import largest
 
 SMALL_PIVOT = 0.02  # share of a column's largest entry below which no entry is used as pivot
 BORDER = (
     0.01  # largest entry of the border's row, that it may not keep pivots waiting: those of others are of order one
 )
+BLOCK = 6  # pivots that are applied together
 SPARE = 1.3  # memory for pivots that wait, over what is needed if none does
 
 
@@ -38,8 +38,8 @@ class Fronts(NamedTuple):
     Front k holds bodies ``body[first[k]:first[k + 1]]``, of which it eliminates the first ``owned[k]``; ``onward`` is
     each body's place in the front that takes what is left, where the bodies are not eliminated before. It takes what is
     left of the fronts ``child[begin[k]:begin[k + 1]]``, and the sheets ``sheet[since[k]:since[k + 1]]``, whose bodies
-    have the places ``at_a`` and ``at_b`` in it (-1: fixed). ``unit`` (6J,) scales rows; ``memory``: numbers held at
-    once of what is left, and in all of the rows of pivots, if none waits.
+    have the places ``at_a`` and ``at_b`` in it (-1: fixed). ``unit`` (6J,) scales rows and columns; ``memory``: numbers
+    held at once of what is left, and in all of the rows of pivots, if none waits.
     """
 
     first: Int
@@ -67,7 +67,7 @@ def fronts_of(m: Elastic) -> Fronts:
         free = ends >= 0
         diagonal = np.einsum("pki,pkl,pli->pi", T[free], m.bonded[free], T[free])
         np.add.at(stiff.reshape(-1, 6), ends[free], diagonal)
-    unit = 1 / np.where(stiff > 0, stiff, 1.0)
+    unit = 1 / np.sqrt(np.where(stiff > 0, stiff, 1.0))
     return Fronts(*tree, unit, np.ceil(SPARE * memory).astype(np.int64))
 
 
@@ -88,7 +88,8 @@ def add_sheet(
 ) -> None:
     """Add sheet p's stiffness to the front F, whose rows and columns of its bodies begin at ``at_a`` and ``at_b``.
 
-    Rows are scaled by ``unit``; -1 for a body that is fixed.
+    Rows and columns are scaled by ``unit``: turns and shifts of small bodies have stiffnesses of other orders. -1 for a
+    body that is fixed.
     """
     K, X = work.K, work.X
     for side in range(2):
@@ -96,6 +97,7 @@ def add_sheet(
         if column < 0:
             continue
         T = m.Tb[p] if side == 0 else m.Ta[p]
+        first = 6 * (m.b[p] if side == 0 else m.a[p])
         sign = 1.0 if side == 0 else -1.0
         for i in range(6):
             for j in range(6):
@@ -106,6 +108,8 @@ def add_sheet(
                 if share != 0.0:
                     for j in range(6):  # the inner loop along rows: compiled to vector instructions
                         X[i, j] += share * T[l, j]
+            for j in range(6):
+                X[i, j] *= unit[first + j]
         for other in range(2):
             row = at_b if other == 0 else at_a
             if row < 0:
@@ -181,6 +185,7 @@ def swap_rows(F: Float, one: int, two: int) -> None:
 
 @compiled
 @lean
+@fused
 def take(row: Float, factor: float, other: Float) -> None:
     """Take ``factor`` times another row away from one."""
     if factor != 0.0:
@@ -190,30 +195,55 @@ def take(row: Float, factor: float, other: Float) -> None:
 
 @compiled
 @lean
+@fused
 def complete(F: Float, P: Float, done: int, full: int) -> None:
     """Apply ``done`` pivots, whose factors are the rows of ``P``, to the columns of a front from ``full`` on.
 
-    The rows of pivots come one by one, for each needs those before it. All others come two at a time, with four pivots
-    at a time: what is read once serves eight products.
+    The rows of pivots come BLOCK by BLOCK, and one by one within a block, for each needs those before it.
     """
-    size, width = F.shape[0], F.shape[1] - full
-    for i in range(1, done):
-        for j in range(i):
-            take(F[i, full:], P[j, i], F[j, full:])
-    many, pairs = done - done % 4, size - (size - done) % 2
-    for i in range(done, pairs, 2):
-        one, two = F[i, full:], F[i + 1, full:]
-        for j in range(0, many, 4):
-            a0, a1, a2, a3 = P[j, i], P[j + 1, i], P[j + 2, i], P[j + 3, i]
-            b0, b1, b2, b3 = P[j, i + 1], P[j + 1, i + 1], P[j + 2, i + 1], P[j + 3, i + 1]
-            r0, r1, r2, r3 = F[j, full:], F[j + 1, full:], F[j + 2, full:], F[j + 3, full:]
-            for c in range(width):
-                x0, x1, x2, x3 = r0[c], r1[c], r2[c], r3[c]
-                one[c] -= a0 * x0 + a1 * x1 + a2 * x2 + a3 * x3
-                two[c] -= b0 * x0 + b1 * x1 + b2 * x2 + b3 * x3
+    size, many = F.shape[0], done - done % BLOCK
+    for first in range(0, done, BLOCK):
+        last = min(first + BLOCK, done)
+        take_blocks(F, P, first, last, first, full)
+        for i in range(first + 1, last):
+            for j in range(first, i):
+                take(F[i, full:], P[j, i], F[j, full:])
+    take_blocks(F, P, done, size, many, full)
     for i in range(done, size):
-        for j in range(many if i < pairs else 0, done):
+        for j in range(many, done):
             take(F[i, full:], P[j, i], F[j, full:])
+
+
+@compiled
+@lean
+@fused
+def take_blocks(F: Float, P: Float, low: int, high: int, count: int, full: int) -> None:
+    """Apply the first ``count`` pivots, a multiple of BLOCK, to rows ``low`` to ``high`` - 1, from column ``full`` on.
+
+    Four rows come at a time, with six pivots at a time: what is read once serves many products.
+    """
+    width, fours = F.shape[1] - full, high - (high - low) % 4
+    for j in range(0, count, BLOCK):
+        x0, x1, x2 = F[j, full:], F[j + 1, full:], F[j + 2, full:]
+        x3, x4, x5 = F[j + 3, full:], F[j + 4, full:], F[j + 5, full:]
+        f0, f1, f2, f3, f4, f5 = P[j], P[j + 1], P[j + 2], P[j + 3], P[j + 4], P[j + 5]
+        for i in range(low, fours, 4):
+            a, b, c, d = F[i, full:], F[i + 1, full:], F[i + 2, full:], F[i + 3, full:]
+            a0, a1, a2, a3, a4, a5 = f0[i], f1[i], f2[i], f3[i], f4[i], f5[i]
+            b0, b1, b2, b3, b4, b5 = f0[i + 1], f1[i + 1], f2[i + 1], f3[i + 1], f4[i + 1], f5[i + 1]
+            c0, c1, c2, c3, c4, c5 = f0[i + 2], f1[i + 2], f2[i + 2], f3[i + 2], f4[i + 2], f5[i + 2]
+            d0, d1, d2, d3, d4, d5 = f0[i + 3], f1[i + 3], f2[i + 3], f3[i + 3], f4[i + 3], f5[i + 3]
+            for k in range(width):
+                y0, y1, y2, y3, y4, y5 = x0[k], x1[k], x2[k], x3[k], x4[k], x5[k]
+                a[k] -= a0 * y0 + a1 * y1 + a2 * y2 + a3 * y3 + a4 * y4 + a5 * y5
+                b[k] -= b0 * y0 + b1 * y1 + b2 * y2 + b3 * y3 + b4 * y4 + b5 * y5
+                c[k] -= c0 * y0 + c1 * y1 + c2 * y2 + c3 * y3 + c4 * y4 + c5 * y5
+                d[k] -= d0 * y0 + d1 * y1 + d2 * y2 + d3 * y3 + d4 * y4 + d5 * y5
+        for i in range(fours, high):
+            a = F[i, full:]
+            a0, a1, a2, a3, a4, a5 = f0[i], f1[i], f2[i], f3[i], f4[i], f5[i]
+            for k in range(width):
+                a[k] -= a0 * x0[k] + a1 * x1[k] + a2 * x2[k] + a3 * x3[k] + a4 * x4[k] + a5 * x5[k]
 
 
 @compiled
@@ -226,7 +256,7 @@ def add_own(
     waiting = full - 6 * owned
     row, column = (work.w, work.c) if transposed else (work.c, work.w)
     across, along = (1.0, -1.0) if transposed else (-1.0, 1.0)
-    along *= border_unit(row)
+    along *= border_unit(row, e.unit)
     for s in range(e.since[k], e.since[k + 1]):
         a, b = 6 * e.at_a[s], 6 * e.at_b[s]
         a, b = a + waiting if a >= 6 * owned else a, b + waiting if b >= 6 * owned else b
@@ -235,12 +265,12 @@ def add_own(
         for i in range(6):
             at, here = 6 * slot + i, 6 * e.body[first + slot] + i
             unit = e.unit[here]
-            F[at, at] += unit * m.hold[here]
+            F[at, at] += unit * unit * m.hold[here]
             F[at, size - 1] = across * unit * column[here]
-            F[size - 1, at] = along * row[here]
+            F[size - 1, at] = along * unit * row[here]
             F[at, size], F[at, size + 1] = unit * work.rhs[here, 0], unit * work.rhs[here, 1]
     if k == len(e.owned) - 1:
-        unit = border_unit(row)
+        unit = border_unit(row, e.unit)
         F[size - 1, size - 1] += unit * corner
         F[size - 1, size] += unit * work.rhs[n, 0]
         F[size - 1, size + 1] += unit * work.rhs[n, 1]
@@ -248,9 +278,11 @@ def add_own(
 
 @compiled
 @lean
-def border_unit(row: Float) -> float:
-    """What the border's row is multiplied by."""
-    top = largest(row)
+def border_unit(row: Float, unit: Float) -> float:
+    """What the border's row is multiplied by, besides the ``unit`` of its columns."""
+    top = 0.0
+    for i in range(len(row)):
+        top = max(top, abs(unit[i] * row[i]))
     return BORDER / top if top > 0 else 1.0
 
 
@@ -281,23 +313,35 @@ def add_child(
 
     Its first ``waits`` rows and columns wait for a pivot, and go to the place ``at``.
     """
-    size, owned = len(numbers), e.owned[k]
-    to = np.empty(size + 2, np.int64)
-    for i in range(waits):
-        to[i] = at + i
-        columns[at + i] = numbers[i]
+    size, owned, pieces = len(numbers), e.owned[k], 0
+    start, to = np.empty(size + 2, np.int64), np.empty(size + 2, np.int64)  # of pieces of columns that stay together
+    if waits > 0:
+        start[0], to[0], pieces = 0, at, 1
+        columns[at : at + waits] = numbers[:waits]
     i = waits
     for slot in range(e.first[child] + e.owned[child], e.first[child + 1]):
         place = place_of(e.onward[slot], owned, full - 6 * owned)
-        for j in range(6):
-            to[i + j] = place + j
+        if pieces == 0 or place - to[pieces - 1] != i - start[pieces - 1]:
+            start[pieces], to[pieces] = i, place
+            pieces += 1
         i += 6
-    for j in range(3):  # the border and the right-hand sides
-        to[size - 1 + j] = F.shape[0] - 1 + j
-    for i in range(size):
-        row, part = F[to[i]], left[i * (size + 2) : (i + 1) * (size + 2)]
-        for j in range(size + 2):
-            row[to[j]] += part[j]
+    start[pieces], to[pieces] = i, F.shape[0] - 1  # the border and the right-hand sides
+    pieces += 1
+    for piece in range(pieces):
+        last = start[piece + 1] if piece + 1 < pieces else size
+        for i in range(start[piece], last):
+            add_pieces(F[to[piece] + i - start[piece]], left[i * (size + 2) : (i + 1) * (size + 2)], start, to, pieces)
+
+
+@compiled
+@lean
+def add_pieces(row: Float, part: Float, start: Int, to: Int, pieces: int) -> None:
+    """Add to a ``row`` the pieces of ``part`` that begin at ``start``, each from its place ``to`` on."""
+    for piece in range(pieces):
+        last = start[piece + 1] if piece + 1 < pieces else len(part)
+        here, there = part[start[piece] : last], row[to[piece] :]
+        for j in range(len(here)):
+            there[j] += here[j]
 
 
 @compiled
@@ -343,6 +387,9 @@ def fronts_solve(m: Elastic, work: Work, e: Fronts, drag: float, corner: float, 
         rows = upper[at_upper[k] : at_upper[k] + done[k] * (size[k] + 2)].reshape((done[k], size[k] + 2))
         substitute(rows, numbers[at_number[k] : at_number[k] + size[k]], work.rhs)
     for i in range(n + 1):
+        unit = e.unit[i] if i < n else 1.0
+        for j in range(2):
+            work.rhs[i, j] *= unit
         if not (np.isfinite(work.rhs[i, 0]) and np.isfinite(work.rhs[i, 1])):
             return SINGULAR
     return sign
