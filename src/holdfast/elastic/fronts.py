@@ -19,16 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from holdfast.base.arrays import Float, Int
-from holdfast.base.compiled import compilable, compiled, fused, lean
+from holdfast.base.compiled import compilable, compiled, lean
+from holdfast.elastic.elimination import eliminate
 from holdfast.elastic.law import Elastic
 from holdfast.elastic.linear import SINGULAR, Work, dense_solve
 from holdfast.elastic.ordering import Tree
 
-SMALL_PIVOT = 0.02  # share of a column's largest entry below which no entry is used as pivot
-BORDER = (
-    0.01  # largest entry of the border's row, that it may not keep pivots waiting: those of others are of order one
-)
-BLOCK = 6  # pivots that are applied together
+BORDER = 0.01  # largest entry of the border's row, that it may not keep pivots waiting: others are of order one
 SPARE = 1.3  # memory for pivots that wait, over what is needed if none does
 
 
@@ -123,127 +120,6 @@ def add_sheet(
                     if share != 0.0:
                         for j in range(6):
                             F[row + i, column + j] += share * X[l, j]
-
-
-@compiled
-def eliminate(F: Float, columns: Int, full: int) -> tuple[int, float]:
-    """Eliminate in a front (t, t + 2) what its first ``full`` rows and columns allow.
-
-    Returns the number of pivots, which come first in the new order of rows and columns, and the sign of their product
-    and of the new order. The last two columns are right-hand sides. The first ``full`` columns are worked on as rows of
-    their transpose, along which memory runs.
-    """
-    size = F.shape[0]
-    P = F[:, :full].T.copy()
-    done, last, before, sign = 0, full, 0, 1.0
-    while done < full:
-        if done == last:  # the rest failed: after other pivots they may not
-            if done == before:
-                break
-            before, last = done, full
-        column = P[done]
-        best, pivot, top = 0.0, done, 0.0
-        for i in range(done, full):
-            here = abs(column[i])
-            if here > best:
-                best, pivot = here, i
-        for i in range(done, size):
-            top = max(top, abs(column[i]))
-        if not (best > 0.0 and best >= SMALL_PIVOT * top):
-            last -= 1
-            if last != done:
-                swap_rows(P, done, last)
-                columns[done], columns[last] = columns[last], columns[done]
-                sign = -sign
-            continue
-        if pivot != done:
-            for c in range(full):
-                P[c, done], P[c, pivot] = P[c, pivot], P[c, done]
-            swap_rows(F[:, full:], done, pivot)
-            sign = -sign
-        if column[done] < 0:
-            sign = -sign
-        inverse = 1 / column[done]
-        below = column[done + 1 :]
-        for i in range(len(below)):
-            below[i] *= inverse
-        for c in range(done + 1, full):
-            take(P[c, done + 1 :], P[c, done], below)
-        done += 1
-    F[:, :full] = P.T
-    complete(F, P, done, full)
-    return done, sign
-
-
-@compiled
-@lean
-def swap_rows(F: Float, one: int, two: int) -> None:
-    """Exchange two rows."""
-    for j in range(F.shape[1]):
-        F[one, j], F[two, j] = F[two, j], F[one, j]
-
-
-@compiled
-@lean
-@fused
-def take(row: Float, factor: float, other: Float) -> None:
-    """Take ``factor`` times another row away from one."""
-    if factor != 0.0:
-        for c in range(len(row)):
-            row[c] -= factor * other[c]
-
-
-@compiled
-@lean
-@fused
-def complete(F: Float, P: Float, done: int, full: int) -> None:
-    """Apply ``done`` pivots, whose factors are the rows of ``P``, to the columns of a front from ``full`` on.
-
-    The rows of pivots come BLOCK by BLOCK, and one by one within a block, for each needs those before it.
-    """
-    size, many = F.shape[0], done - done % BLOCK
-    for first in range(0, done, BLOCK):
-        last = min(first + BLOCK, done)
-        take_blocks(F, P, first, last, first, full)
-        for i in range(first + 1, last):
-            for j in range(first, i):
-                take(F[i, full:], P[j, i], F[j, full:])
-    take_blocks(F, P, done, size, many, full)
-    for i in range(done, size):
-        for j in range(many, done):
-            take(F[i, full:], P[j, i], F[j, full:])
-
-
-@compiled
-@lean
-@fused
-def take_blocks(F: Float, P: Float, low: int, high: int, count: int, full: int) -> None:
-    """Apply the first ``count`` pivots, a multiple of BLOCK, to rows ``low`` to ``high`` - 1, from column ``full`` on.
-
-    Four rows come at a time, with six pivots at a time: what is read once serves many products.
-    """
-    width, fours = F.shape[1] - full, high - (high - low) % 4
-    for j in range(0, count, BLOCK):
-        x0, x1, x2 = F[j, full:], F[j + 1, full:], F[j + 2, full:]
-        x3, x4, x5 = F[j + 3, full:], F[j + 4, full:], F[j + 5, full:]
-        f0, f1, f2, f3, f4, f5 = P[j], P[j + 1], P[j + 2], P[j + 3], P[j + 4], P[j + 5]
-        for i in range(low, fours, 4):
-            a, b, c, d = F[i, full:], F[i + 1, full:], F[i + 2, full:], F[i + 3, full:]
-            a0, a1, a2, a3, a4, a5 = f0[i], f1[i], f2[i], f3[i], f4[i], f5[i]
-            b0, b1, b2, b3, b4, b5 = f0[i + 1], f1[i + 1], f2[i + 1], f3[i + 1], f4[i + 1], f5[i + 1]
-            c0, c1, c2, c3, c4, c5 = f0[i + 2], f1[i + 2], f2[i + 2], f3[i + 2], f4[i + 2], f5[i + 2]
-            d0, d1, d2, d3, d4, d5 = f0[i + 3], f1[i + 3], f2[i + 3], f3[i + 3], f4[i + 3], f5[i + 3]
-            for k in range(width):
-                y0, y1, y2, y3, y4, y5 = x0[k], x1[k], x2[k], x3[k], x4[k], x5[k]
-                a[k] -= a0 * y0 + a1 * y1 + a2 * y2 + a3 * y3 + a4 * y4 + a5 * y5
-                b[k] -= b0 * y0 + b1 * y1 + b2 * y2 + b3 * y3 + b4 * y4 + b5 * y5
-                c[k] -= c0 * y0 + c1 * y1 + c2 * y2 + c3 * y3 + c4 * y4 + c5 * y5
-                d[k] -= d0 * y0 + d1 * y1 + d2 * y2 + d3 * y3 + d4 * y4 + d5 * y5
-        for i in range(fours, high):
-            a = F[i, full:]
-            a0, a1, a2, a3, a4, a5 = f0[i], f1[i], f2[i], f3[i], f4[i], f5[i]
-            for k in range(width):
-                a[k] -= a0 * x0[k] + a1 * x1[k] + a2 * x2[k] + a3 * x3[k] + a4 * x4[k] + a5 * x5[k]
 
 
 @compiled

@@ -12,7 +12,7 @@ from holdfast.elastic.direction import turn
 from holdfast.elastic.fronts import Fronts, solve
 from holdfast.elastic.law import Elastic
 from holdfast.elastic.linear import SINGULAR, Work
-from holdfast.elastic.newton import Balance, newton, unbalance, worst
+from holdfast.elastic.newton import SHORTEST, Balance, newton, unbalance, worst
 from holdfast.elastic.outcome import Event, PathOutcome, goes_on, outcome_of
 from holdfast.elastic.stepper import (
     STATIONS,
@@ -291,7 +291,7 @@ def loads_nearby(
         put(there, q[k])
         tolerance = TOLERANCE * max(1.0, worst(m, loads[k]) * s[k])
         path, level = Balance(1.0, 0.0, 0.0, origin), dot(plane[k], there)
-        point = newton(m, work, path, there, s[k], level, tolerance, 20, 0.0, fronts)
+        point = newton(m, work, path, there, s[k], level, tolerance, 20, SHORTEST, fronts)
         into[k] = point.s if point.converged else -1.0
 
 
@@ -311,4 +311,4 @@ def balances(
         put(work.w, loads[k])
         put(there, q[k])
         tolerance = TOLERANCE * max(1.0, worst(m, loads[k]) * s[k])
-        into[k] = newton(m, work, held, there, s[k], 0.0, tolerance, 20, 0.0, fronts).converged
+        into[k] = newton(m, work, held, there, s[k], 0.0, tolerance, 20, SHORTEST, fronts).converged
