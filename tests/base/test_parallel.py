@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from threading import Event, current_thread
 
 import pytest
 
-from holdfast.base.parallel import in_parallel, left_if_stopped
-from holdfast.base.progress import listening
+from holdfast.base.parallel import free_threads, in_parallel, left_if_stopped
+from holdfast.base.progress import listening, report
 
 
 class Stopped(KeyboardInterrupt):
@@ -22,6 +23,24 @@ def test_every_row_is_done_once_and_the_last_report_says_so() -> None:
         in_parallel("work", lambda rows, memory: done.extend(rows), [None, None], 7)
     assert sorted(done) == list(range(7))
     assert told[-1] == (7, 7)
+
+
+def test_what_is_done_in_a_thread_has_no_threads_and_no_listeners_of_its_own() -> None:
+    told: list[tuple[str, int]] = []
+    seen: list[int] = []
+
+    def run(rows: Iterable[int], memory: None) -> None:
+        for row in rows:
+            report("inner", row, 3)
+            seen.append(free_threads())
+
+    with listening(lambda stage, now, total: told.append((stage, total))):
+        in_parallel("outer", run, [None, None], 3)
+        assert set(told) == {("outer", 3)}
+        report("after", 1, 1)
+    assert told[-1] == ("after", 1)
+    assert seen == [1, 1, 1]
+    assert free_threads() == os.cpu_count()
 
 
 def test_what_a_thread_raises_is_raised_here() -> None:

@@ -5,13 +5,16 @@ import pytest
 
 import holdfast as hf
 from holdfast.assembly.nodes import contact_nodes, equilibrium_operator
+from holdfast.elastic import fronts
+from holdfast.elastic.elimination import eliminate
 from holdfast.elastic.fronts import fronts_of, fronts_solve
-from holdfast.elastic.law import evaluate, next_change, node_forces
+from holdfast.elastic.law import Runs, evaluate, nearest, next_change, node_forces, sheet_twist
 from holdfast.elastic.linear import dense_solve, make_work
 from holdfast.engines.compliant.model import elastic_model, levers, world_rows
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.mechanism import relative_velocity
 from holdfast.scene.shipped import shipped_scene
+from holdfast.scene.shipped.blocks import wall
 
 SCENES = ["cube", "table", "arch", "v_groove", "tabletop"]
 
@@ -110,6 +113,61 @@ def test_dense_and_sparse_solutions_and_the_sign_of_the_determinant(name: str, c
         for work, sign in zip(works, signs, strict=True):
             np.testing.assert_allclose(A @ work.rhs, rhs, atol=1e-7)
             assert sign == np.linalg.slogdet(A)[0]
+
+
+@pytest.mark.parametrize(("size", "full"), [(31, 17), (19, 12), (8, 3), (14, 14)])
+def test_what_is_left_of_a_front_is_its_schur_complement(size: int, full: int) -> None:
+    F = np.random.default_rng(5).normal(size=(size, size + 2))
+    F[np.arange(size), np.arange(size)] += 6.0  # so that no pivot waits
+    A = F.copy()
+    done, sign = eliminate(F, np.arange(size), full)
+    assert done == full
+    assert sign == np.linalg.slogdet(A[:full, :full])[0]
+    left = A[full:, full:] - A[full:, :full] @ np.linalg.solve(A[:full, :full], A[:full, full:])
+    np.testing.assert_allclose(F[full:, full:], left, atol=1e-12)
+
+
+def test_few_pivots_wait_at_rest(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Small bodies resist turns far less than shifts: without scaled columns every third pivot of a wall waits."""
+    assembly = hf.assemble(wall(12, 5, 0.25, "wall"))
+    m = elastic_model(Places(assembly, contact_nodes(assembly, 49, "quadrature")), assembly.weight_wrench())
+    work = make_work(m, dense=False)
+    work.K[:] = m.bonded
+    work.w[:], work.c[:] = np.random.default_rng(6).normal(size=(2, len(m.wrench)))
+    waiting = []
+
+    def watched(F: np.ndarray, columns: np.ndarray, full: int) -> tuple[int, float]:
+        done, sign = eliminate(F, columns, full)
+        waiting.append(full - done)
+        return done, sign
+
+    monkeypatch.setattr(fronts, "eliminate", watched)
+    fronts_solve.py_func(m, work, fronts_of(m), 0.0, 0.0, False)
+    assert len(waiting) > 20
+    assert sum(waiting) <= 0.01 * len(m.wrench)
+
+
+@pytest.mark.parametrize("name", [*SCENES, "rough"])
+def test_runs_of_open_nodes_are_passed_over_and_no_others(name: str) -> None:
+    _, _, m = model("table" if name == "rough" else name)
+    rng = np.random.default_rng(7)
+    if name == "rough":
+        apart = rng.uniform(-0.5, 0.5, len(m.k))
+        m = m._replace(apart=apart, runs=Runs.of(m.first, m.x, m.y, apart))
+    box = np.tile([-1e9, 1e9, -1e9, 1e9, -1e9], (len(m.runs.box), 1))
+    every = m._replace(runs=m.runs._replace(box=box))
+    assert m.runs.node[-1] == len(m.k)
+    passed = 0
+    for _ in range(20):
+        q = rng.normal(size=len(m.wrench))
+        K, other = np.zeros_like(m.bonded), np.zeros_like(m.bonded)
+        np.testing.assert_array_equal(unbalance(m, q, K), unbalance(every, q, other))
+        np.testing.assert_array_equal(K, other)
+        v = np.zeros(6)
+        for p in range(len(m.a)):
+            sheet_twist(m, p, q, v)
+            passed += sum(nearest(m.runs, k, v, 1.0) <= 0 for k in range(m.runs.first[p], m.runs.first[p + 1]))
+    assert 0 < passed < 20 * len(m.runs.box)
 
 
 @pytest.mark.parametrize("name", SCENES)

@@ -9,11 +9,21 @@ from elastic_blocks import HALF, HEIGHT, Array, block, push
 import holdfast as hf
 from holdfast.base.progress import listening
 from holdfast.elastic.direction import torn
-from holdfast.elastic.fronts import fronts_of
+from holdfast.elastic.fronts import fronts_of, solve
 from holdfast.elastic.linear import make_work
+from holdfast.elastic.newton import Balance, unbalance
 from holdfast.elastic.outcome import Event, PathOutcome, RestOutcome, goes_on, outcome_of
 from holdfast.elastic.path import PathResult
-from holdfast.elastic.stepper import MOST_CHANGES, Progress, advance, appraise, begin, cross_change, make_stepper
+from holdfast.elastic.stepper import (
+    MOST_CHANGES,
+    Progress,
+    advance,
+    appraise,
+    begin,
+    cross_change,
+    make_stepper,
+    set_next_step,
+)
 from holdfast.elastic.system import STAGE, System
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.model import Springs
@@ -118,6 +128,24 @@ def test_a_path_begins_at_rest_and_advances() -> None:
     assert walk.step() is Event.ADVANCED
     assert walk.stepper.now.points == 1
     assert walk.stepper.now.s > 0
+
+
+def test_directions_are_those_of_the_points_found() -> None:
+    """Most come from the system of the last step of Newton's method, a little before the point."""
+    walk, cosines = Walk(0.5, PUSHES["slanted"][1]), []
+    while walk.step() is Event.ADVANCED and walk.stepper.now.points < 20:
+        q, now, tangent = walk.stepper.q, walk.stepper.now, walk.stepper.tangent
+        work = make_work(walk.model, dense=False)
+        work.w[:], work.c[:] = walk.work.w, walk.work.c
+        unbalance(walk.model, work, Balance(1.0, 0.0, 0.0, walk.stepper.origin), q, now.s)
+        work.rhs[-1, 1] = 1.0
+        solve(walk.model, work, 0.0, 0.0, False, walk.fronts)
+        exact = work.rhs[:-1, 1]
+        cosines.append(abs(exact @ tangent) / (np.linalg.norm(exact) * np.linalg.norm(tangent)))
+        set_next_step(now)
+    assert len(cosines) > 5
+    assert walk.stepper.now.systems < 4 * walk.stepper.now.points
+    np.testing.assert_allclose(cosines, 1, atol=1e-6)
 
 
 def test_without_contacts_no_path_begins() -> None:

@@ -31,6 +31,8 @@ REFINED = 5e-5  # relative accuracy of the peak
 REFINEMENTS = 20  # points that are tried to reach it
 MOST_FAILURES = 5  # of them in a row that are not found
 MOST_POINTS = 400  # on a path
+MOST_SOUGHT = 20  # steps of Newton's method on another grid
+TINY = 0.02  # share of one of them below which a load is given up there; states in balance are given up at SHORTEST
 
 
 class PathResult(NamedTuple):
@@ -291,7 +293,7 @@ def loads_nearby(
         put(there, q[k])
         tolerance = TOLERANCE * max(1.0, worst(m, loads[k]) * s[k])
         path, level = Balance(1.0, 0.0, 0.0, origin), dot(plane[k], there)
-        point = newton(m, work, path, there, s[k], level, tolerance, 20, SHORTEST, fronts)
+        point = newton(m, work, path, there, s[k], level, tolerance, MOST_SOUGHT, TINY, fronts)
         into[k] = point.s if point.converged else -1.0
 
 
@@ -311,4 +313,4 @@ def balances(
         put(work.w, loads[k])
         put(there, q[k])
         tolerance = TOLERANCE * max(1.0, worst(m, loads[k]) * s[k])
-        into[k] = newton(m, work, held, there, s[k], 0.0, tolerance, 20, SHORTEST, fronts).converged
+        into[k] = newton(m, work, held, there, s[k], 0.0, tolerance, MOST_SOUGHT, SHORTEST, fronts).converged

@@ -23,6 +23,7 @@ from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
 from holdfast.geometry.hull import corner_numbers
 from holdfast.geometry.triangulation import fan, inserted
+from holdfast.queries.exposed import exposed_cells
 from holdfast.queries.map import RobustnessMap
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
@@ -129,6 +130,23 @@ def test_bodies_that_are_asked_about_together_are_answered_as_on_their_own(engin
         np.testing.assert_array_equal(getattr(together, name), getattr(alone, name))
     assert together.mode.tolist() == alone.mode.tolist()
     assert not together.solved.all()
+
+
+def test_answers_do_not_depend_on_the_number_of_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a table whose legs tip over corners, where forces gather, so that local grids are made, too."""
+    assembly = hf.assemble(shipped_scene("tall_table"))
+    cells, _ = exposed_cells(assembly, "slab", 0.08)
+    W = push_columns(assembly, assembly.index["slab"], cells.points, -cells.normals)
+    found = []
+    for threads in (1, 2, 5):
+        monkeypatch.setattr("holdfast.engines.compliant.refinement.free_threads", lambda count=threads: count)
+        monkeypatch.setattr("holdfast.elastic.system.free_threads", lambda count=threads: count)
+        state = hf.Compliant().prepare(assembly)
+        found.append(state.load_factor(W, Within(GAP)))
+        assert state.grid._local
+    for other in found[1:]:
+        for name in ("force", "lower", "solved", "error"):
+            np.testing.assert_array_equal(getattr(other, name), getattr(found[0], name))
 
 
 def test_with_a_gap_of_nothing_a_map_solves_every_point() -> None:

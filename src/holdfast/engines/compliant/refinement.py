@@ -25,6 +25,7 @@ LESS = (2.5e-3, 1e-2)  # relative loads below a peak that a finer grid is asked 
 AMPLE = 1.02  # times a load, to which its path is followed to tell that it is held: what errors may take is left
 RESOLVED = 28  # nodes a side, in paths, of contacts whose forces have gathered on few nodes
 DEAR = 120  # systems of a path after which another one on more nodes is dear
+DEAR_TERMS = 7000  # the same times the displacements of all bodies: of few bodies no path is dear
 WEDGED = 1.2  # times a peak, above which a path on more nodes tells that bodies are wedged, not what they hold
 MOST_CHUNK = 256  # columns that a thread takes at a time, after which it can be stopped
 MOST_NODES = 20_000  # largest number of nodes of a finer grid from which answers are taken
@@ -240,12 +241,13 @@ class Refined:
         none, or one that changes by more than COARSE, the answer is the path with RESOLVED nodes at these contacts
         alone, and if it is so at the peak of that, too, the path with most nodes, whose error is what the peak has
         changed by, and at least COARSE. A path that leads beyond WEDGED times the peak, or has none, is no answer but a
-        change. After a path of more than DEAR systems another one is too dear: where most nodes have no load at its
-        peak, ``_on`` tells what RESOLVED nodes at these contacts make of the peak, and the error is at least COARSE.
+        change. After a path of more than DEAR systems another one of many bodies is too dear: where most nodes have no
+        load at its peak, ``_on`` tells what RESOLVED nodes at these contacts make of the peak, and the error is at
+        least COARSE.
         """
         most = self.grid.with_more(contacts, FINER * RESOLVED, FINER)
         load = most.loads_nearby(W, peaks.peak, peaks.q, peaks.plane)
-        dear = (load < 0) & (peaks.systems > DEAR)
+        dear = (load < 0) & self._dear(peaks)
         if dear.any():
             load[dear] = _on(self.grid.with_more(contacts, RESOLVED), W[:, dear], peaks.chosen(dear))
         below = _below(peaks.peak, load, np.where(dear, COARSE * peaks.peak, 0.0))
@@ -266,8 +268,12 @@ class Refined:
             told = np.where(load < 0, before[there], load)
             below = _below(paths.peak, told, np.where(load < 0, COARSE * paths.peak, 0.0))
             found = found.replaced(rows, Bounded.unbounded(paths)._replace(below=below).refined())
-            rows = rows[np.where(load < 0, paths.systems <= DEAR, _changed(paths.peak, load))]
+            rows = rows[np.where(load < 0, ~self._dear(paths), _changed(paths.peak, load))]
         return found
+
+    def _dear(self, paths: PathResult) -> Bool:
+        """Tell which paths took so long that another one, on more nodes, is too dear."""
+        return np.asarray((paths.systems > DEAR) & (paths.systems * paths.q.shape[1] > DEAR_TERMS))
 
 
 def _changed(peak: Float, load: Float) -> Bool:
