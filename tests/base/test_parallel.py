@@ -20,9 +20,10 @@ def test_every_row_is_done_once_and_the_last_report_says_so() -> None:
     done: list[int] = []
     told: list[tuple[int, int]] = []
     with listening(lambda _, now, total: told.append((now, total))):
-        in_parallel("work", lambda rows, memory: done.extend(rows), [None, None], 7)
+        in_parallel("work", lambda rows, memory: done.extend(rows), [None, None], 7, 14)
     assert sorted(done) == list(range(7))
-    assert told[-1] == (7, 7)
+    assert told[0] == (0, 14)
+    assert told[-1] == (14, 14)
 
 
 def test_what_is_done_in_a_thread_has_no_threads_and_no_listeners_of_its_own() -> None:
@@ -35,7 +36,7 @@ def test_what_is_done_in_a_thread_has_no_threads_and_no_listeners_of_its_own() -
             seen.append(free_threads())
 
     with listening(lambda stage, now, total: told.append((stage, total))):
-        in_parallel("outer", run, [None, None], 3)
+        in_parallel("outer", run, [None, None], 3, 3)
         assert set(told) == {("outer", 3)}
         report("after", 1, 1)
     assert told[-1] == ("after", 1)
@@ -49,7 +50,7 @@ def test_what_a_thread_raises_is_raised_here() -> None:
             raise ValueError(f"row {row}")
 
     with pytest.raises(ValueError, match="row"):
-        in_parallel("work", run, [None, None], 4)
+        in_parallel("work", run, [None, None], 4, 4)
 
 
 def test_a_listener_that_raises_stops_every_thread_after_its_row() -> None:
@@ -68,7 +69,7 @@ def test_a_listener_that_raises_stops_every_thread_after_its_row() -> None:
             raise Stopped
 
     with pytest.raises(Stopped), listening(listener):
-        in_parallel("work", run, [None], 1000)
+        in_parallel("work", run, [None], 1000, 1000)
     stopped.set()
     assert ended.wait(60)
     assert begun == [0]

@@ -27,12 +27,13 @@ def free_threads() -> int:
 
 
 def in_parallel(
-    stage: str, run: Callable[[Iterable[int], Memory], None], memories: Sequence[Memory], count: int
+    stage: str, run: Callable[[Iterable[int], Memory], None], memories: Sequence[Memory], count: int, total: int
 ) -> None:
-    """Let threads with a memory each run over ``count`` rows, each taking the next row; report how many are done.
+    """Let threads with a memory each run over ``count`` rows, each taking the next row; report how far they are.
 
-    Whatever is raised, here or in a thread, stops all of them after the rows that they are at. What is done for a row
-    has no threads of its own, and its reports are not heard.
+    Reports are of the ``total`` that is in all rows, in equal parts. Whatever is raised, here or in a thread, stops
+    all of them after the rows that they are at. What is done for a row has no threads of its own, and its reports are
+    not heard.
     """
     ahead, done, stop = iter(range(count)), [0] * len(memories), Event()
 
@@ -48,14 +49,14 @@ def in_parallel(
         with unheard():
             run(rows(number), memories[number])
 
-    report(stage, 0, count)
+    report(stage, 0, total)
     calls = [_Call(work, number) for number in range(len(memories))]
     try:
         for call in calls:
             while (result := call.ended(OFTEN)) is None:
-                report(stage, sum(done), count)
+                report(stage, total * sum(done) // count, total)
             result()
-        report(stage, count, count)
+        report(stage, total, total)
     finally:
         stop.set()
 

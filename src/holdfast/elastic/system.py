@@ -12,7 +12,7 @@ import numpy as np
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.compiled import machine_code
 from holdfast.base.parallel import free_threads, in_parallel, left_if_stopped
-from holdfast.base.progress import reported
+from holdfast.base.progress import report
 from holdfast.elastic.fronts import Fronts, fronts_of
 from holdfast.elastic.law import Elastic
 from holdfast.elastic.linear import Work, make_work
@@ -160,6 +160,9 @@ class System:
                 run(blocks[number], work)
 
         if threads < 2 and not self.long:
-            work_through(reported(STAGE, range(len(blocks))), works[0])
+            for number in range(len(blocks)):
+                report(STAGE, number * size, count)
+                run(blocks[number], works[0])
+            report(STAGE, count, count)
         else:
-            in_parallel(STAGE, work_through, works, len(blocks))
+            in_parallel(STAGE, work_through, works, len(blocks), count)

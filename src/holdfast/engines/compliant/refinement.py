@@ -141,7 +141,7 @@ class Refined:
                 paths = self.grid.paths(asked, cuts=cuts)
                 parts[row] = self._given(asked, paths, cuts=cuts, bounds=bounds, around=there)
 
-        in_parallel(STAGE, run, [None] * threads, number)
+        in_parallel(STAGE, run, [None] * threads, number, count)
         return Bounded.joined([parts[row] for row in range(number)], np.argsort(np.concatenate(chunks)))
 
     def held(self, W: Float) -> Bool:
