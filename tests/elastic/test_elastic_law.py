@@ -128,9 +128,9 @@ def test_what_is_left_of_a_front_is_its_schur_complement(size: int, full: int) -
 
 
 def test_few_pivots_wait_at_rest(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Small bodies resist turns far less than shifts: without scaled columns every third pivot of a wall waits."""
-    assembly = hf.assemble(wall(12, 5, 0.25, "wall"))
-    m = elastic_model(Places(assembly, contact_nodes(assembly, 49, "quadrature")), assembly.weight_wrench())
+    """Small bodies resist turns far less than shifts: without scaled columns, 13 times one pivot waits for a front."""
+    assembly = hf.assemble(wall(50, 3, 0.25, "wall"))
+    m = elastic_model(Places(assembly, contact_nodes(assembly, 25, "quadrature")), assembly.weight_wrench())
     work = make_work(m, dense=False)
     work.K[:] = m.bonded
     work.w[:], work.c[:] = np.random.default_rng(6).normal(size=(2, len(m.wrench)))
@@ -144,7 +144,7 @@ def test_few_pivots_wait_at_rest(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fronts, "eliminate", watched)
     fronts_solve.py_func(m, work, fronts_of(m), 0.0, 0.0, False)
     assert len(waiting) > 20
-    assert sum(waiting) <= 0.01 * len(m.wrench)
+    assert sum(waiting) <= 4
 
 
 @pytest.mark.parametrize("name", [*SCENES, "rough"])
