@@ -11,7 +11,7 @@ from holdfast.base.progress import listening
 from holdfast.elastic.direction import torn
 from holdfast.elastic.fronts import fronts_of, solve
 from holdfast.elastic.linear import make_work
-from holdfast.elastic.newton import Balance, unbalance
+from holdfast.elastic.newton import Balance, newton, unbalance
 from holdfast.elastic.outcome import Event, PathOutcome, RestOutcome, goes_on, outcome_of
 from holdfast.elastic.path import PathResult
 from holdfast.elastic.stepper import (
@@ -137,7 +137,7 @@ def test_directions_are_those_of_the_points_found() -> None:
         q, now, tangent = walk.stepper.q, walk.stepper.now, walk.stepper.tangent
         work = make_work(walk.model, dense=False)
         work.w[:], work.c[:] = walk.work.w, walk.work.c
-        unbalance(walk.model, work, Balance(1.0, 0.0, 0.0, walk.stepper.origin), q, now.s)
+        unbalance(walk.model, work, walk.stepper.path, q, now.s)
         work.rhs[-1, 1] = 1.0
         solve(walk.model, work, 0.0, 0.0, False, walk.fronts)
         exact = work.rhs[:-1, 1]
@@ -146,6 +146,28 @@ def test_directions_are_those_of_the_points_found() -> None:
     assert len(cosines) > 5
     assert walk.stepper.now.systems < 4 * walk.stepper.now.points
     np.testing.assert_allclose(cosines, 1, atol=1e-6)
+
+
+def test_where_nodes_change_in_the_last_step_the_direction_is_that_behind_them() -> None:
+    """Two of four nodes touch again, and slide; much unbalance is allowed, or another step would follow."""
+    m, load = block(2.0), push(X)
+    work, path = make_work(m, dense=True), Balance(1.0, 0.0, 0.0, np.zeros(6))
+    work.w[:], work.c[:] = load, load
+    q = System.dense(m).come_to_rest().q.copy()
+    assert newton(m, work, path, q, 0.0, float(load @ q), 1e-9, 5, 0.0, None).converged
+    q += 2.6 * work.rhs[:-1, 1]
+    s = 2.6 * work.rhs[-1, 1]
+    before = unbalance(m, work, path, q, s)
+    found = newton(m, work, path, q, s, float(load @ q), 0.15, 5, 0.0, None)
+    assert found.converged
+    assert found.states != before
+    assert (found.steps, found.systems) == (1, 2)
+    direction = work.rhs[:, 1].copy()
+    unbalance(m, work, path, q, found.s)
+    work.rhs[:] = 0.0
+    work.rhs[-1, 1] = 1.0
+    assert solve(m, work, 0.0, 0.0, False, None) == found.sign
+    np.testing.assert_allclose(direction, work.rhs[:, 1])
 
 
 def test_without_contacts_no_path_begins() -> None:

@@ -113,9 +113,9 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
             "nogil": True,
             "no_cpython_wrapper": True,
             "no_cfunc_wrapper": True,
+            "_nrt": not getattr(function, "lean", False),  # stated in any case: a callee inherits what is not
+            "fastmath": {"contract"} if getattr(function, "fused", False) else False,
         }
-        options["_nrt"] = not getattr(function, "lean", False)  # stated in any case: a callee inherits what is not
-        options["fastmath"] = {"contract"} if getattr(function, "fused", False) else False
         super().__init__(function, targetoptions=options, pipeline_class=_Pipeline)
         self._cache = store
         self._entries: dict[Types, Any] = {}

@@ -125,14 +125,23 @@ def add_sheet(
 @compiled
 @lean
 def add_own(
-    m: Elastic, work: Work, e: Fronts, k: int, drag: float, corner: float, transposed: bool, full: int, F: Float
+    m: Elastic,
+    work: Work,
+    e: Fronts,
+    k: int,
+    drag: float,
+    corner: float,
+    border: float,
+    transposed: bool,
+    full: int,
+    F: Float,
 ) -> None:
     """Add to front k what its own bodies and sheets bring; ``full``: its rows before those that stay."""
     n, size, first, owned = len(work.w), F.shape[0], e.first[k], e.owned[k]
     waiting = full - 6 * owned
     row, column = (work.w, work.c) if transposed else (work.c, work.w)
     across, along = (1.0, -1.0) if transposed else (-1.0, 1.0)
-    along *= border_unit(row, e.unit)
+    along *= border
     for s in range(e.since[k], e.since[k + 1]):
         a, b = 6 * e.at_a[s], 6 * e.at_b[s]
         a, b = a + waiting if a >= 6 * owned else a, b + waiting if b >= 6 * owned else b
@@ -146,10 +155,9 @@ def add_own(
             F[size - 1, at] = along * unit * row[here]
             F[at, size], F[at, size + 1] = unit * work.rhs[here, 0], unit * work.rhs[here, 1]
     if k == len(e.owned) - 1:
-        unit = border_unit(row, e.unit)
-        F[size - 1, size - 1] += unit * corner
-        F[size - 1, size] += unit * work.rhs[n, 0]
-        F[size - 1, size + 1] += unit * work.rhs[n, 1]
+        F[size - 1, size - 1] += border * corner
+        F[size - 1, size] += border * work.rhs[n, 0]
+        F[size - 1, size + 1] += border * work.rhs[n, 1]
 
 
 @compiled
@@ -190,7 +198,7 @@ def add_child(
     Its first ``waits`` rows and columns wait for a pivot, and go to the place ``at``.
     """
     size, owned, pieces = len(numbers), e.owned[k], 0
-    start, to = np.empty(size + 2, np.int64), np.empty(size + 2, np.int64)  # of pieces of columns that stay together
+    start, to = np.empty(size + 3, np.int64), np.empty(size + 3, np.int64)  # of pieces of columns that stay together
     if waits > 0:
         start[0], to[0], pieces = 0, at, 1
         columns[at : at + waits] = numbers[:waits]
@@ -203,19 +211,18 @@ def add_child(
         i += 6
     start[pieces], to[pieces] = i, F.shape[0] - 1  # the border and the right-hand sides
     pieces += 1
+    start[pieces] = size + 2
     for piece in range(pieces):
-        last = start[piece + 1] if piece + 1 < pieces else size
-        for i in range(start[piece], last):
+        for i in range(start[piece], min(start[piece + 1], size)):
             add_pieces(F[to[piece] + i - start[piece]], left[i * (size + 2) : (i + 1) * (size + 2)], start, to, pieces)
 
 
 @compiled
 @lean
 def add_pieces(row: Float, part: Float, start: Int, to: Int, pieces: int) -> None:
-    """Add to a ``row`` the pieces of ``part`` that begin at ``start``, each from its place ``to`` on."""
+    """Add to a ``row``, from its places ``to`` on, the pieces of ``part``, each between one ``start`` and the next."""
     for piece in range(pieces):
-        last = start[piece + 1] if piece + 1 < pieces else len(part)
-        here, there = part[start[piece] : last], row[to[piece] :]
+        here, there = part[start[piece] : start[piece + 1]], row[to[piece] :]
         for j in range(len(here)):
             there[j] += here[j]
 
@@ -229,6 +236,7 @@ def fronts_solve(m: Elastic, work: Work, e: Fronts, drag: float, corner: float, 
     size, done, waits = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64)
     at_left, at_number, at_upper = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64)
     top, above, last, sign = 0, 0, 0, 1.0
+    border = border_unit(work.w if transposed else work.c, e.unit)
     for k in range(count):
         waiting = 0
         for j in range(e.begin[k], e.begin[k + 1]):
@@ -241,7 +249,7 @@ def fronts_solve(m: Elastic, work: Work, e: Fronts, drag: float, corner: float, 
         numbers = grown(numbers, last + t)
         columns = numbers[last : last + t]
         number_columns(n, e, k, full - (k == count - 1), columns)
-        add_own(m, work, e, k, drag, corner, transposed, full - (k == count - 1), F)
+        add_own(m, work, e, k, drag, corner, border, transposed, full - (k == count - 1), F)
         at, base = 6 * e.owned[k], top
         for j in range(e.begin[k], e.begin[k + 1]):
             c = e.child[j]

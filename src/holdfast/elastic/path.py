@@ -198,7 +198,7 @@ def refine(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> N
         s = (1 - share) * (now.rising_s + now.rising_slope * x) + share * now.falling_s
         put(work.c, plane)
         level = dot(plane, stepper.rising_q) + x
-        point = newton(m, work, Balance(1.0, 0.0, 0.0, stepper.origin), q, s, level, TOLERANCE, 12, 0.0, fronts)
+        point = newton(m, work, stepper.path, q, s, level, TOLERANCE, 12, 0.0, fronts)
         now.systems += point.systems
         if not point.converged:
             failed += 1
@@ -252,7 +252,7 @@ def answer_to_loads(m: Elastic, work: Work, stepper: Stepper, cut: Float, fronts
     before = 0.0
     for side in range(2):
         q = stepper.falling_q if side == 1 and now.closed else stepper.rising_q
-        unbalance(m, work, Balance(1.0, 0.0, 0.0, stepper.origin), q, now.highest)
+        unbalance(m, work, stepper.path, q, now.highest)
         work.rhs[:] = 0.0
         work.rhs[n, 0] = -1.0
         if solve(m, work, 0.0, 0.0, True, fronts) == SINGULAR:

@@ -104,7 +104,8 @@ class Stepper(NamedTuple):
 
     The point ``q`` (n,) with the path's direction ``tangent``, dq/dℓ; the point ``trial`` that is being tried and where
     it was ``aimed``; displacement and plane of the highest point so far (``peak_q``, ``peak_plane``); displacement,
-    tangent and plane of the point before the peak, displacement and tangent of the one behind it; ``origin``, zeros.
+    tangent and plane of the point before the peak, displacement and tangent of the one behind it. ``path`` is the
+    balance that all points keep.
 
     Of some points on the way to the peak, each higher than the one before: the load (STATIONS,), displacement and plane
     (STATIONS, n); the last ones are kept, and those that are not there yet have the load 0.
@@ -122,7 +123,7 @@ class Stepper(NamedTuple):
     rising_plane: Float
     falling_q: Float
     falling_tangent: Float
-    origin: Float
+    path: Balance
     station_s: Float
     station_q: Float
     station_plane: Float
@@ -137,8 +138,9 @@ RECORD = np.dtype(
 def make_stepper(n: int) -> Stepper:
     """A walk among n = 6J displacements; its numbers are a record that compiled code can write."""
     now = cast(Progress, np.zeros(1, RECORD)[0])
-    vectors = np.zeros((len(Stepper._fields) - 4, n))
-    return Stepper._make([now, *vectors, np.zeros(STATIONS), *np.zeros((2, STATIONS, n))])
+    *vectors, anchor = np.zeros((len(Stepper._fields) - 4, n))
+    path = Balance(1.0, 0.0, 0.0, anchor)
+    return Stepper._make([now, *vectors, path, np.zeros(STATIONS), *np.zeros((2, STATIONS, n))])
 
 
 @compilable
@@ -159,7 +161,7 @@ def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, f
     now.beyond, now.noted, now.corner, now.stations = 0.0, 0.0, False, 0
     stepper.station_s[:] = 0.0
     now.flat_since, now.similar_since, now.fastest = np.inf, np.inf, FASTEST
-    rest = newton(m, work, Balance(1.0, 0.0, 0.0, stepper.origin), q, 0.0, dot(load, q), TOLERANCE, 5, 0.0, fronts)
+    rest = newton(m, work, stepper.path, q, 0.0, dot(load, q), TOLERANCE, 5, 0.0, fronts)
     if not rest.converged:
         return Event.NO_BEGINNING
     now.s, now.systems = rest.s, 1
@@ -219,18 +221,7 @@ def advance(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> 
     go(trial, q, now.step, stepper.tangent)
     put(aimed, trial)
     s, level = now.s + now.step * now.slope, dot(work.c, trial)
-    point = newton(
-        m,
-        work,
-        Balance(1.0, 0.0, 0.0, stepper.origin),
-        trial,
-        s,
-        level,
-        tolerance_at(now),
-        MOST_NEWTON,
-        SHORTEST,
-        fronts,
-    )
+    point = newton(m, work, stepper.path, trial, s, level, tolerance_at(now), MOST_NEWTON, SHORTEST, fronts)
     now.systems += point.systems
     backward = now.orientation * point.sign < 0  # behind its plane the path would come back: rather another branch
     now.turned = farthest(trial, aimed) / max(farthest(aimed, q), 1e-300)
@@ -297,7 +288,7 @@ def cross_change(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None
     go(q, q, change, stepper.tangent)
     now.s += change * now.slope
     now.length += change
-    unbalance(m, work, Balance(1.0, 0.0, 0.0, stepper.origin), q, now.s)
+    unbalance(m, work, stepper.path, q, now.s)
     work.rhs[:] = 0.0
     work.rhs[n, 1] = 1.0
     sign = solve(m, work, 0.0, 0.0, False, fronts)

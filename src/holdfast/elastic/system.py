@@ -75,6 +75,11 @@ class System:
         """Whether a single path may take longer than a user who stops it waits."""
         return len(self.model.wrench) >= LONG
 
+    @staticmethod
+    def threads(count: int) -> int:
+        """The number of threads that ``count`` columns are shared among, at least one."""
+        return max(min(free_threads(), count // LEAST_COLUMNS), 1)
+
     def under(self, wrench: Float) -> System:
         """The same under another wrench (n,), in the model's units; both work in the same memory."""
         return replace(self, model=self.model._replace(wrench=wrench))
@@ -150,7 +155,7 @@ class System:
         """
         if not count:
             return
-        threads = max(min(free_threads(), count // LEAST_COLUMNS), 1)
+        threads = self.threads(count)
         works = [make_work(self.model, dense=self.fronts is None) for _ in range(threads)]
         size = 1 if self.long else min(max(count // (SHARES * threads), 1), MOST_COLUMNS)
         blocks = np.split(np.arange(count), range(size, count, size))

@@ -139,7 +139,6 @@ def test_answers_do_not_depend_on_the_number_of_threads(monkeypatch: pytest.Monk
     W = push_columns(assembly, assembly.index["slab"], cells.points, -cells.normals)
     found = []
     for threads in (1, 2, 5):
-        monkeypatch.setattr("holdfast.engines.compliant.refinement.free_threads", lambda count=threads: count)
         monkeypatch.setattr("holdfast.elastic.system.free_threads", lambda count=threads: count)
         state = hf.Compliant().prepare(assembly)
         found.append(state.load_factor(W, Within(GAP)))

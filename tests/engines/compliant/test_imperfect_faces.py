@@ -10,6 +10,7 @@ import holdfast as hf
 from holdfast import Assembly, Body, Compliant, Imperfect, Scene, Status, assemble
 from holdfast.assembly.nodes import contact_nodes
 from holdfast.elastic.outcome import RestOutcome
+from holdfast.elastic.path import REFINED
 from holdfast.elastic.system import System
 from holdfast.engines.compliant.faces import Faces
 from holdfast.engines.compliant.model import elastic_model, own_rows
@@ -171,7 +172,7 @@ def test_neither_axes_nor_names_nor_strangers_change_anything() -> None:
     ]
     turned = Scene(bodies, scene.friction.default, turn[:3, :3] @ scene.gravity)
     found = hf.robustness(turned, "the slab", turn[:3, :3] @ push, turn[:3, :3] @ X, imperfect=imperfect)
-    np.testing.assert_allclose(found.lower, known.lower, rtol=5e-5)  # to which peaks are refined
+    np.testing.assert_allclose(found.lower, known.lower, rtol=REFINED)
 
 
 def test_finer_grids_see_the_same_surfaces() -> None:

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.base.parallel import free_threads, in_parallel
+from holdfast.base.parallel import in_parallel
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.elastic.path import PathResult
-from holdfast.elastic.system import LEAST_COLUMNS, STAGE
+from holdfast.elastic.system import STAGE
 from holdfast.engines.compliant.bisection import with_bisected_peaks
 from holdfast.engines.compliant.grid import FINER, Grid
 
@@ -126,9 +126,9 @@ class Refined:
 
     def _in_threads(self, W: Float, *, cuts: bool, bounds: bool, around: Around | None) -> Bounded:
         """Follow the paths as ``_given`` does, many short ones in several threads; long paths make their own."""
-        count = W.shape[1]
-        threads = min(free_threads(), count // LEAST_COLUMNS)
-        if threads < 2 or self.grid.system.long:
+        count, system = W.shape[1], self.grid.system
+        threads = system.threads(count)
+        if threads < 2 or system.long:
             return self._given(W, self.grid.paths(W, cuts=cuts), cuts=cuts, bounds=bounds, around=around)
         number = threads * -(-count // (threads * MOST_CHUNK))
         chunks = [np.arange(first, count, number) for first in range(number)]

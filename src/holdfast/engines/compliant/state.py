@@ -68,7 +68,7 @@ class Standing:
     decided: Verdict
     refined: Refined
     loose: tuple[str, ...] = ()
-    _asking: RLock = field(default_factory=RLock, init=False, repr=False)  # all paths work in the grids' memory
+    _asking: RLock = field(default_factory=RLock, init=False, repr=False)  # searches for rest work in the grids' memory
 
     @property
     def grid(self) -> Grid:
