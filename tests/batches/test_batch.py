@@ -319,12 +319,14 @@ def test_a_disk_that_fills_is_told_and_loses_nothing(folder: Path, asked: Callab
 
 
 def test_ctrl_c_leaves_what_can_be_resumed(folder: Path, asked: Callable[[], list[str]]) -> None:
+    (folder / "0.yaml").write_text("slow")
     (folder / "7.yaml").write_text("hang")
     driver = started(folder)
-    journal = folder.parent / "out" / "scenes" / "000001.jsonl"
-    shards = (journal, journal.with_suffix(".parquet"))
-    wait_until(lambda: any(path.exists() for path in shards))
-    wait_until(lambda: (folder.parent / "out" / "journal" / "000002.jsonl").exists())
+    out = folder.parent / "out"
+    for shard in ("000000", "000001"):  # the first scene may well end after the next ones
+        wait_until(lambda shard=shard: any((out / "scenes").glob(f"{shard}.*")))
+    journal = out / "journal" / "000002.jsonl"
+    wait_until(lambda: journal.exists() and journal.read_bytes().endswith(b"\n"))
     workers = Path(f"/proc/{driver.pid}/task/{driver.pid}/children").read_text().split()
     driver.send_signal(signal.SIGINT)
     assert driver.wait(20) != 0
