@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from holdfast.elastic.law import Elastic, Runs, bond
+from holdfast.elastic.frames import set_units
+from holdfast.elastic.law import bond
+from holdfast.elastic.model import Elastic, Runs
 
 Array = NDArray[np.float64]
 
@@ -18,9 +20,6 @@ def block(mu: float) -> Elastic:
     """One body of unit weight, whose base is a sheet of four nodes on the floor; lengths in units of its width."""
     x, y = (HALF * np.array(signs, dtype=float) for signs in ((-1, 1, -1, 1), (-1, -1, 1, 1)))
     R = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])  # rows: normal, two tangents
-    T = np.zeros((1, 6, 6))
-    T[0, :3, :3] = T[0, 3:, 3:] = R
-    T[0, :3, 3:] = np.cross((0, 0, -HEIGHT), R)
     model = Elastic(
         first=np.array([0, 4]),
         x=x,
@@ -31,15 +30,18 @@ def block(mu: float) -> Elastic:
         rho=1.0,
         a=np.array([FLOOR]),
         b=np.array([0]),
-        Ta=np.zeros((1, 6, 6)),
-        Tb=T,
+        axes=R[None],
+        arm_a=np.zeros((1, 3)),
+        arm_b=np.array([[0, 0, -HEIGHT]]),
         wrench=np.array([0.0, 0, -1, 0, 0, 0]),
         scale=np.ones(6),
         bonded=np.zeros((1, 6, 6)),
+        unit=np.ones(6),
         runs=Runs.of(np.array([0, 4]), x, y, np.zeros(4)),
         hold=np.zeros(6),
     )
     bond(model)
+    set_units(model)
     return model
 
 

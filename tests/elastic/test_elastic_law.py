@@ -7,9 +7,11 @@ import holdfast as hf
 from holdfast.assembly.nodes import contact_nodes, equilibrium_operator
 from holdfast.elastic import fronts
 from holdfast.elastic.elimination import eliminate
+from holdfast.elastic.frames import sheet_twist, twist_matrices
 from holdfast.elastic.fronts import fronts_of, fronts_solve
-from holdfast.elastic.law import Runs, evaluate, nearest, next_change, node_forces, sheet_twist
+from holdfast.elastic.law import evaluate, nearest, next_change, node_forces
 from holdfast.elastic.linear import dense_solve, make_work
+from holdfast.elastic.model import Runs
 from holdfast.engines.compliant.model import elastic_model, levers, world_rows
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.mechanism import relative_velocity
@@ -64,12 +66,13 @@ def bordered(m, K: np.ndarray, w: np.ndarray, c: np.ndarray) -> np.ndarray:
     """The dense matrix of the system, sheet by sheet, by its definition."""
     n = len(w)
     A = np.zeros((n + 1, n + 1))
+    from_a, from_b = twist_matrices(m)
     for p in range(len(m.a)):
         T = np.zeros((6, n))
         if m.b[p] >= 0:
-            T[:, 6 * m.b[p] : 6 * m.b[p] + 6] += m.Tb[p]
+            T[:, 6 * m.b[p] : 6 * m.b[p] + 6] += from_b[p]
         if m.a[p] >= 0:
-            T[:, 6 * m.a[p] : 6 * m.a[p] + 6] -= m.Ta[p]
+            T[:, 6 * m.a[p] : 6 * m.a[p] + 6] -= from_a[p]
         A[:n, :n] += T.T @ K[p] @ T
     A[:n, n], A[n, :n] = -w, c
     return A

@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compilable, compiled, lean
 from holdfast.elastic.elimination import eliminate
-from holdfast.elastic.law import Elastic
-from holdfast.elastic.linear import SINGULAR, Work, dense_solve
+from holdfast.elastic.frames import add_stiffness
+from holdfast.elastic.linear import SINGULAR, Work, border_unit, dense_solve
+from holdfast.elastic.model import Elastic
 from holdfast.elastic.ordering import Tree
 
-BORDER = 0.01  # largest entry of the border's row, that it may not keep pivots waiting: others are of order one
 SPARE = 1.3  # memory for pivots that wait, over what is needed if none does
 
 
@@ -35,8 +35,8 @@ class Fronts(NamedTuple):
     Front k holds bodies ``body[first[k]:first[k + 1]]``, of which it eliminates the first ``owned[k]``; ``onward`` is
     each body's place in the front that takes what is left, where the bodies are not eliminated before. It takes what is
     left of the fronts ``child[begin[k]:begin[k + 1]]``, and the sheets ``sheet[since[k]:since[k + 1]]``, whose bodies
-    have the places ``at_a`` and ``at_b`` in it (-1: fixed). ``unit`` (6J,) scales rows and columns; ``memory``: numbers
-    held at once of what is left, and in all of the rows of pivots, if none waits.
+    have the places ``at_a`` and ``at_b`` in it (-1: fixed). ``memory``: numbers held at once of what is left, and in
+    all of the rows of pivots, if none waits.
     """
 
     first: Int
@@ -49,7 +49,6 @@ class Fronts(NamedTuple):
     sheet: Int
     at_a: Int
     at_b: Int
-    unit: Float
     memory: Int
 
 
@@ -59,13 +58,7 @@ def fronts_of(m: Elastic) -> Fronts:
     sizes = 6 * np.diff(tree.first) + 1
     kept = 6 * tree.owned
     memory = np.array([((sizes - kept) * (sizes - kept + 2)).sum(), (kept * (sizes + 2)).sum(), sizes.sum()])
-    stiff = np.zeros(len(m.wrench))
-    for ends, T in ((m.a, m.Ta), (m.b, m.Tb)):
-        free = ends >= 0
-        diagonal = np.einsum("pki,pkl,pli->pi", T[free], m.bonded[free], T[free])
-        np.add.at(stiff.reshape(-1, 6), ends[free], diagonal)
-    unit = 1 / np.sqrt(np.where(stiff > 0, stiff, 1.0))
-    return Fronts(*tree, unit, np.ceil(SPARE * memory).astype(np.int64))
+    return Fronts(*tree, np.ceil(SPARE * memory).astype(np.int64))
 
 
 @compiled
@@ -76,50 +69,6 @@ def grown(memory: NDArray[Any], needed: int) -> NDArray[Any]:
     larger = np.empty(2 * needed, memory.dtype)
     larger[: len(memory)] = memory
     return larger
-
-
-@compiled
-@lean
-def add_sheet(
-    m: Elastic, p: int, work: Work, drag: float, transposed: bool, at_a: int, at_b: int, unit: Float, F: Float
-) -> None:
-    """Add sheet p's stiffness to the front F, whose rows and columns of its bodies begin at ``at_a`` and ``at_b``.
-
-    Rows and columns are scaled by ``unit``: turns and shifts of small bodies have stiffnesses of other orders. -1 for a
-    body that is fixed.
-    """
-    K, X = work.K, work.X
-    for side in range(2):
-        column = at_b if side == 0 else at_a
-        if column < 0:
-            continue
-        T = m.Tb[p] if side == 0 else m.Ta[p]
-        first = 6 * (m.b[p] if side == 0 else m.a[p])
-        sign = 1.0 if side == 0 else -1.0
-        for i in range(6):
-            for j in range(6):
-                X[i, j] = 0.0
-            for l in range(6):  # noqa: E741
-                share = K[p, l, i] if transposed else K[p, i, l]
-                share = sign * (share + drag * m.bonded[p, i, l])
-                if share != 0.0:
-                    for j in range(6):  # the inner loop along rows: compiled to vector instructions
-                        X[i, j] += share * T[l, j]
-            for j in range(6):
-                X[i, j] *= unit[first + j]
-        for other in range(2):
-            row = at_b if other == 0 else at_a
-            if row < 0:
-                continue
-            T = m.Tb[p] if other == 0 else m.Ta[p]
-            body = m.b[p] if other == 0 else m.a[p]
-            for i in range(6):
-                scale = unit[6 * body + i] if other == 0 else -unit[6 * body + i]
-                for l in range(6):  # noqa: E741
-                    share = scale * T[l, i]
-                    if share != 0.0:
-                        for j in range(6):
-                            F[row + i, column + j] += share * X[l, j]
 
 
 @compiled
@@ -145,11 +94,11 @@ def add_own(
     for s in range(e.since[k], e.since[k + 1]):
         a, b = 6 * e.at_a[s], 6 * e.at_b[s]
         a, b = a + waiting if a >= 6 * owned else a, b + waiting if b >= 6 * owned else b
-        add_sheet(m, e.sheet[s], work, drag, transposed, a, b, e.unit, F)
+        add_stiffness(m, e.sheet[s], work.K, drag, transposed, a, b, F, work.X, work.Y)
     for slot in range(owned):
         for i in range(6):
             at, here = 6 * slot + i, 6 * e.body[first + slot] + i
-            unit = e.unit[here]
+            unit = m.unit[here]
             F[at, at] += unit * unit * m.hold[here]
             F[at, size - 1] = across * unit * column[here]
             F[size - 1, at] = along * unit * row[here]
@@ -158,16 +107,6 @@ def add_own(
         F[size - 1, size - 1] += border * corner
         F[size - 1, size] += border * work.rhs[n, 0]
         F[size - 1, size + 1] += border * work.rhs[n, 1]
-
-
-@compiled
-@lean
-def border_unit(row: Float, unit: Float) -> float:
-    """What the border's row is multiplied by, besides the ``unit`` of its columns."""
-    top = 0.0
-    for i in range(len(row)):
-        top = max(top, abs(unit[i] * row[i]))
-    return BORDER / top if top > 0 else 1.0
 
 
 @compiled
@@ -236,7 +175,7 @@ def fronts_solve(m: Elastic, work: Work, e: Fronts, drag: float, corner: float, 
     size, done, waits = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64)
     at_left, at_number, at_upper = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64)
     top, above, last, sign = 0, 0, 0, 1.0
-    border = border_unit(work.w if transposed else work.c, e.unit)
+    border = border_unit(work.w if transposed else work.c, m.unit)
     for k in range(count):
         waiting = 0
         for j in range(e.begin[k], e.begin[k + 1]):
@@ -271,7 +210,7 @@ def fronts_solve(m: Elastic, work: Work, e: Fronts, drag: float, corner: float, 
         rows = upper[at_upper[k] : at_upper[k] + done[k] * (size[k] + 2)].reshape((done[k], size[k] + 2))
         substitute(rows, numbers[at_number[k] : at_number[k] + size[k]], work.rhs)
     for i in range(n + 1):
-        unit = e.unit[i] if i < n else 1.0
+        unit = m.unit[i] if i < n else 1.0
         for j in range(2):
             work.rhs[i, j] *= unit
         if not (np.isfinite(work.rhs[i, 0]) and np.isfinite(work.rhs[i, 1])):

@@ -7,84 +7,18 @@ of equal springs):
     f_t = -ρ k u_t, shortened to length μ f_n          (stick, or slip against the displacement)
 
 where g is the clearance of the node: how far its two faces are apart before anything is loaded, negative where they
-would overlap; zero on ideal faces.
-
-Units inside: forces in total weights, lengths in assembly sizes, displacements and clearances in weight per mean
-stiffness. On ideal faces the law is positively homogeneous, so the absolute stiffness drops out; else stiffness and
-clearance count by their product over the weight only.
-
-Nodes that lie in one plane with one normal form a sheet: their displacements are those of a single twist (6,) of b
-against a, in the sheet's own axes (normal, t1, t2) and about its own origin, and so are their forces a single wrench.
+would overlap; zero on ideal faces. Units are those of model.py.
 """
 
 from __future__ import annotations
 
-from itertools import pairwise
-from typing import NamedTuple
-
 import numpy as np
 
-from holdfast.base.arrays import Float, Int
+from holdfast.base.arrays import Float
 from holdfast.base.compiled import compiled, lean
+from holdfast.elastic.frames import add_wrench, sheet_twist
+from holdfast.elastic.model import Elastic, Runs
 from holdfast.elastic.vectors import scale
-
-RUN = 7  # nodes: a row of the usual grid, and a whole share of one of finer grids
-
-
-class Runs(NamedTuple):
-    """R runs of a few nodes each, that lie together, of P sheets: where none of them presses, none is looked at.
-
-    Those of sheet p are ``first[p]`` to ``first[p + 1] - 1``, and run k has nodes ``node[k]`` to ``node[k + 1] - 1``;
-    ``box`` (R, 5): their least and largest x, least and largest y, and least clearance.
-    """
-
-    first: Int
-    node: Int
-    box: Float
-
-    @classmethod
-    def of(cls, first: Int, x: Float, y: Float, apart: Float) -> Runs:
-        """Cut the sheets with nodes from ``first`` (P + 1,) on into runs of RUN nodes."""
-        starts = [np.arange(a, b, RUN) for a, b in pairwise(first.tolist())]
-        node = np.concatenate([*starts, first[-1:]]).astype(np.int64)
-        at = node[:-1]
-        box = np.empty((len(at), 5))
-        if len(at):
-            for column, (reduce, values) in enumerate(
-                [(np.minimum, x), (np.maximum, x), (np.minimum, y), (np.maximum, y), (np.minimum, apart)]
-            ):
-                box[:, column] = reduce.reduceat(values, at)
-        counts = np.array([0, *(len(each) for each in starts)])
-        return cls(np.cumsum(counts).astype(np.int64), node, box)
-
-
-class Elastic(NamedTuple):
-    """P sheets of I nodes between J bodies, in the units of this module.
-
-    ``first`` (P + 1,) where each sheet's nodes begin; ``x``, ``y`` (I,) along its tangents; ``k`` (I,) stiffness;
-    ``apart`` (I,) clearance; ``mu`` (P,); ``rho`` tangential over normal stiffness; ``a``, ``b`` (P,) bodies (FIXED:
-    -1); ``Ta``, ``Tb`` (P, 6, 6) from a body's twist to the sheet's; ``wrench`` (6J,) what acts besides the contacts;
-    ``scale`` (6J,) brings every body's equilibrium to order one; ``bonded`` (P, 6, 6) the stiffness with all nodes
-    stuck; ``runs`` of the nodes; ``hold`` (6J,) the stiffness of a faint hold of every body in its place, zero unless
-    there are motions that no contact resists (sparse.py).
-    """
-
-    first: Int
-    x: Float
-    y: Float
-    k: Float
-    apart: Float
-    mu: Float
-    rho: float
-    a: Int
-    b: Int
-    Ta: Float
-    Tb: Float
-    wrench: Float
-    scale: Float
-    bonded: Float
-    runs: Runs
-    hold: Float
 
 
 @compiled
@@ -111,38 +45,6 @@ def bond(m: Elastic) -> None:
         for i in range(6):
             for j in range(i):
                 D[i, j] = D[j, i]
-
-
-@compiled
-@lean
-def sheet_twist(m: Elastic, p: int, q: Float, v: Float) -> None:
-    """Write into ``v`` (6,) the twist of sheet p's body b against its body a, under ``q`` (6J,)."""
-    a, b = m.a[p], m.b[p]
-    for i in range(6):
-        total = 0.0
-        if b >= 0:
-            for j in range(6):
-                total += m.Tb[p, i, j] * q[6 * b + j]
-        if a >= 0:
-            for j in range(6):
-                total -= m.Ta[p, i, j] * q[6 * a + j]
-        v[i] = total
-
-
-@compiled
-@lean
-def add_wrench(m: Elastic, p: int, F: Float, factor: float, r: Float) -> None:
-    """Add to ``r`` (6J,) ``factor`` times sheet p's wrench ``F`` (6,) on body b, and its opposite on body a."""
-    a, b = m.a[p], m.b[p]
-    for j in range(6):
-        on_b, on_a = 0.0, 0.0
-        for i in range(6):
-            on_b += m.Tb[p, i, j] * F[i]
-            on_a += m.Ta[p, i, j] * F[i]
-        if b >= 0:
-            r[6 * b + j] += factor * on_b
-        if a >= 0:
-            r[6 * a + j] -= factor * on_a
 
 
 @compiled

@@ -16,10 +16,13 @@ from typing import NamedTuple
 import numpy as np
 
 from holdfast.base.arrays import Float
-from holdfast.base.compiled import compiled, lean
-from holdfast.elastic.law import Elastic
+from holdfast.base.compiled import compiled, fused, lean
+from holdfast.elastic.frames import add_stiffness
+from holdfast.elastic.model import Elastic
 
+LINE = 8  # numbers in a cache line
 APART = 16  # numbers between the memories of two threads
+BORDER = 0.01  # largest entry of the border's row: others are of order one, and pivots are not to come from it
 SINGULAR = 0.0  # the sign of the determinant of a system that has no unique solution
 
 
@@ -27,9 +30,9 @@ class Work(NamedTuple):
     """A system of n = 6J displacements, and memory to work in.
 
     ``K`` (P, 6, 6); ``w``, ``c`` (n,); ``rhs`` (n + 1, 2) two right-hand sides, which become the solutions. ``A``
-    (n + 1, n + 1) is the matrix of dense elimination, empty (0, 0) where there are fronts. ``r`` (n,) is the
+    (n + 1, n + 3 or more) is the matrix of dense elimination and they, empty where there are fronts. ``r`` (n,) is the
     unbalance at a displacement (newton.py), ``trial`` (n,) a displacement tried; ``v``, ``F`` (6,) a sheet's twist and
-    wrench; ``X`` (6, 6) half of what a sheet adds to the matrix.
+    wrench; ``X``, ``Y`` (6, 6) what a sheet adds to the matrix, half-way.
     """
 
     K: Float
@@ -42,84 +45,70 @@ class Work(NamedTuple):
     v: Float
     F: Float
     X: Float
+    Y: Float
 
 
 def make_work(m: Elastic, *, dense: bool) -> Work:
-    """The memory that one thread needs for a model: one block, so that no two threads write to the same cache line."""
+    """The memory that one thread needs for a model: one block, so that no two threads write to the same cache line.
+
+    The rows of ``A`` begin where cache lines do: elimination takes half as long again where they begin anywhere.
+    """
     n = len(m.wrench)
-    square = n + 1 if dense else 0
-    shapes = [m.bonded.shape, (n,), (n,), (n + 1, 2), (square, square), (n,), (n,), (6,), (6,), (6, 6)]
+    width = -(-(n + 3) // LINE) * LINE
+    shapes = [(n + 1, width) if dense else (0, 0), m.bonded.shape, (n,), (n,), (n + 1, 2), (n,), (n,), (6,), (6,)]
+    shapes += [(6, 6), (6, 6)]
     ends = np.cumsum([prod(shape) for shape in shapes])
-    block = np.zeros(ends[-1] + 2 * APART)[APART:]
-    return Work._make(part.reshape(shape) for part, shape in zip(np.split(block, ends)[:-1], shapes, strict=True))
+    block = np.zeros(ends[-1] + 3 * APART)
+    first = APART + (-block.ctypes.data // block.itemsize) % LINE
+    A, *others = (part.reshape(shape) for part, shape in zip(np.split(block[first:], ends)[:-1], shapes, strict=True))
+    return Work._make([*others[:4], A, *others[4:]])
 
 
 @compiled
 @lean
-def _add_blocks(m: Elastic, K: Float, factor: float, A: Float, X: Float) -> None:
-    """A += factor Σ_p [Tb, -Ta]ᵀ K_p [Tb, -Ta]."""
-    for p in range(len(m.a)):
-        for side in range(2):
-            column = m.b[p] if side == 0 else m.a[p]
-            if column < 0:
-                continue
-            T = m.Tb[p] if side == 0 else m.Ta[p]
-            sign = factor if side == 0 else -factor
-            X[:] = 0.0
-            for i in range(6):
-                for l in range(6):  # noqa: E741
-                    share = sign * K[p, i, l]
-                    if share != 0.0:
-                        for j in range(6):  # the inner loop along rows: compiled to vector instructions
-                            X[i, j] += share * T[l, j]
-            for other in range(2):
-                row = m.b[p] if other == 0 else m.a[p]
-                if row < 0:
-                    continue
-                T = m.Tb[p] if other == 0 else m.Ta[p]
-                sign_ = 1.0 if other == 0 else -1.0
-                for i in range(6):
-                    for l in range(6):  # noqa: E741
-                        share = sign_ * T[l, i]
-                        if share != 0.0:
-                            for j in range(6):
-                                A[6 * row + i, 6 * column + j] += share * X[l, j]
+def border_unit(row: Float, unit: Float) -> float:
+    """What the border's row is multiplied by, besides the ``unit`` of its columns."""
+    top = 0.0
+    for i in range(len(row)):
+        top = max(top, abs(unit[i] * row[i]))
+    return BORDER / top if top > 0 else 1.0
 
 
 @compiled
 @lean
 def dense_solve(m: Elastic, work: Work, drag: float, corner: float, transposed: bool) -> float:
-    """Solve the system of ``work``, or its transpose, in place by Gauss elimination with row scaling and pivoting.
+    """Solve the system of ``work``, or its transpose, in place by Gauss elimination with scaling and pivoting.
 
     Returns the sign of the determinant, or SINGULAR.
     """
-    A, rhs, n = work.A, work.rhs, len(work.w)
+    A, rhs, n, unit = work.A, work.rhs, len(work.w), m.unit
     A[:] = 0.0
-    _add_blocks(m, work.K, 1.0, A, work.X)
-    if drag > 0:
-        _add_blocks(m, m.bonded, drag, A, work.X)
+    for p in range(len(m.a)):
+        add_stiffness(m, p, work.K, drag, transposed, 6 * m.a[p], 6 * m.b[p], A, work.X, work.Y)
+    row, column = (work.w, work.c) if transposed else (work.c, work.w)
+    border = border_unit(row, unit)
+    across, along = (1.0, -border) if transposed else (-1.0, border)
     for i in range(n):
-        A[i, i] += m.hold[i]
-        A[i, n] = -work.w[i]
-        A[n, i] = work.c[i]
-    A[n, n] = corner
-    size = n + 1
-    if transposed:
-        for i in range(size):
-            for j in range(i):
-                A[i, j], A[j, i] = A[j, i], A[i, j]
-    sign = 1.0
-    for i in range(size):
-        top = 0.0
-        row = A[i]
-        for j in range(size):
-            top = max(top, abs(row[j]))
-        if top > 0:
-            inverse = 1 / top
-            for j in range(size):
-                row[j] *= inverse
-            rhs[i, 0] *= inverse
-            rhs[i, 1] *= inverse
+        A[i, i] += unit[i] * unit[i] * m.hold[i]
+        A[i, n], A[n, i] = across * unit[i] * column[i], along * unit[i] * row[i]
+        A[i, n + 1], A[i, n + 2] = unit[i] * rhs[i, 0], unit[i] * rhs[i, 1]
+    A[n, n], A[n, n + 1], A[n, n + 2] = border * corner, border * rhs[n, 0], border * rhs[n, 1]
+    sign = eliminate_all(A)
+    for i in range(n + 1):
+        scale = unit[i] if i < n else 1.0
+        rhs[i, 0], rhs[i, 1] = scale * A[i, n + 1], scale * A[i, n + 2]
+    return sign
+
+
+@compiled
+@lean
+@fused
+def eliminate_all(A: Float) -> float:
+    """Solve for the right-hand sides in columns t and t + 1 of a matrix with t rows, in place; what follows is unused.
+
+    Returns the sign of the determinant, or SINGULAR.
+    """
+    size, sign = A.shape[0], 1.0
     for c in range(size):
         pivot = c
         for i in range(c + 1, size):
@@ -127,29 +116,24 @@ def dense_solve(m: Elastic, work: Work, drag: float, corner: float, transposed: 
                 pivot = i
         if not abs(A[pivot, c]) > 0:
             return SINGULAR
+        above = A[c, c:]
         if pivot != c:
+            sign, other = -sign, A[pivot, c:]
+            for j in range(len(above)):
+                above[j], other[j] = other[j], above[j]
+        if above[0] < 0:
             sign = -sign
-            for j in range(c, size):
-                A[c, j], A[pivot, j] = A[pivot, j], A[c, j]
-            for j in range(2):
-                rhs[c, j], rhs[pivot, j] = rhs[pivot, j], rhs[c, j]
-        if A[c, c] < 0:
-            sign = -sign
-        inverse = 1 / A[c, c]
-        above = A[c, c + 1 :]
+        inverse = 1 / above[0]
         for i in range(c + 1, size):
-            factor = A[i, c] * inverse
+            row = A[i, c:]  # slices: their loops compile to vector instructions
+            factor = row[0] * inverse
             if factor != 0.0:
-                row = A[i, c + 1 :]  # slices: their loops compile to vector instructions
                 for j in range(len(above)):
                     row[j] -= factor * above[j]
-                rhs[i, 0] -= factor * rhs[c, 0]
-                rhs[i, 1] -= factor * rhs[c, 1]
     for c in range(size - 1, -1, -1):
-        one, two = rhs[c, 0], rhs[c, 1]
-        for j in range(c + 1, size):
-            one -= A[c, j] * rhs[j, 0]
-            two -= A[c, j] * rhs[j, 1]
-        rhs[c, 0] = one / A[c, c]
-        rhs[c, 1] = two / A[c, c]
+        one, two = A[c, size] / A[c, c], A[c, size + 1] / A[c, c]
+        A[c, size], A[c, size + 1] = one, two
+        for i in range(c):
+            A[i, size] -= A[i, c] * one
+            A[i, size + 1] -= A[i, c] * two
     return sign

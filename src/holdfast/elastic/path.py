@@ -10,8 +10,8 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.compiled import compilable, compiled, lean
 from holdfast.elastic.direction import turn
 from holdfast.elastic.fronts import Fronts, solve
-from holdfast.elastic.law import Elastic
 from holdfast.elastic.linear import SINGULAR, Work
+from holdfast.elastic.model import Elastic
 from holdfast.elastic.newton import SHORTEST, Balance, newton, unbalance, worst
 from holdfast.elastic.outcome import Event, PathOutcome, goes_on, outcome_of
 from holdfast.elastic.stepper import (

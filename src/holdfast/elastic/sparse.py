@@ -7,7 +7,8 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.elastic.law import Elastic
+from holdfast.elastic.frames import twist_matrices
+from holdfast.elastic.model import Elastic
 
 NO_RESISTANCE = 1e-9  # largest resistance that counts as none, where that of bonded contacts is of order one
 FAINT_HOLD = 1e-9  # stiffness of the faint hold of a body, in units of its contacts and size
@@ -17,7 +18,8 @@ NEAR_SINGULAR = 1e-12  # added to the diagonal so that a singular stiffness can 
 def _blocks(m: Elastic, K: Float, drag: float) -> Float:
     """The 6x6 blocks of every sheet's pairs of bodies (bb, ba, ab, aa), row by row, as ``_pattern`` has them."""
     D = K + drag * m.bonded
-    X, Y, to_b, to_a = D @ m.Tb, D @ m.Ta, m.Tb.transpose(0, 2, 1), m.Ta.transpose(0, 2, 1)
+    Ta, Tb = twist_matrices(m)
+    X, Y, to_b, to_a = D @ Tb, D @ Ta, Tb.transpose(0, 2, 1), Ta.transpose(0, 2, 1)
     return np.stack([to_b @ X, -(to_b @ Y), -(to_a @ X), to_a @ Y], 1)
 
 

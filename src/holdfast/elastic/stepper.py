@@ -14,8 +14,9 @@ from holdfast.base.arrays import Float
 from holdfast.base.compiled import compilable, compiled, lean
 from holdfast.elastic.direction import straight, torn, turn
 from holdfast.elastic.fronts import Fronts, solve
-from holdfast.elastic.law import Elastic, next_change
+from holdfast.elastic.law import next_change
 from holdfast.elastic.linear import SINGULAR, Work
+from holdfast.elastic.model import Elastic
 from holdfast.elastic.newton import SHORTEST, Balance, newton, unbalance, worst
 from holdfast.elastic.outcome import Event
 from holdfast.elastic.vectors import divide, dot, farthest, go, largest, put

@@ -14,8 +14,8 @@ from holdfast.base.compiled import machine_code
 from holdfast.base.parallel import free_threads, in_parallel, left_if_stopped
 from holdfast.base.progress import report
 from holdfast.elastic.fronts import Fronts, fronts_of
-from holdfast.elastic.law import Elastic
 from holdfast.elastic.linear import Work, make_work
+from holdfast.elastic.model import Elastic
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.path import PathResult, balances, follow_each, loads_nearby
 from holdfast.elastic.resting import MOST_STEPS, bond_all, lessen_drag, move

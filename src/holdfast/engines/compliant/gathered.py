@@ -10,7 +10,8 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.compiled import compiled
-from holdfast.elastic.law import Elastic, node_forces
+from holdfast.elastic.law import node_forces
+from holdfast.elastic.model import Elastic
 from holdfast.engines.compliant.places import Places
 
 FEW = 12.0  # nodes that share the force of a contact, (sum f)² / sum f², below which it has gathered

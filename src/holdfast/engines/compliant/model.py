@@ -12,7 +12,9 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import snapped
-from holdfast.elastic.law import Elastic, Runs, bond
+from holdfast.elastic.frames import set_units
+from holdfast.elastic.law import bond
+from holdfast.elastic.model import Elastic, Runs
 from holdfast.engines.compliant.faces import Faces
 from holdfast.engines.compliant.places import BITS, Places
 from holdfast.engines.compliant.stiffness import Stiffness, stiffness_of
@@ -106,13 +108,16 @@ def elastic_model(
         float(ratio),
         sheets.a,
         sheets.b,
-        sheets.from_a,
-        sheets.from_b,
+        sheets.axes,
+        sheets.arm_a,
+        sheets.arm_b,
         own_rows(assembly, wrench[None] / force_unit(assembly, wrench))[0],
         snapped(scale, scale, BITS),
         np.zeros((len(sheets.a), 6, 6)),
+        np.ones(6 * len(assembly.movable)),
         Runs.of(sheets.first, sheets.x, sheets.y, clear),
         np.zeros(6 * len(assembly.movable)),
     )
     bond(model)
+    set_units(model)
     return model

@@ -30,8 +30,9 @@ class Sheets(NamedTuple):
     """The P flat sheets of the I nodes of an assembly.
 
     Nodes ``first[p]`` to ``first[p + 1] - 1`` belong to sheet p and have the places ``x`` and ``y`` (I,) in its plane,
-    in sizes of the assembly. It lies between bodies ``a`` and ``b`` (P,), whose twists the matrices ``from_a`` and
-    ``from_b`` (P, 6, 6) map to its frame.
+    in sizes of the assembly. It lies between bodies ``a`` and ``b`` (P,). Its ``axes`` (P, 3, 3), normal and tangents,
+    and the arms ``arm_a`` and ``arm_b`` (P, 3) from their centres of mass to its origin are along the assembly's own
+    axes; arms are in sizes of the assembly, and zero of fixed bodies.
     """
 
     first: Int
@@ -40,8 +41,9 @@ class Sheets(NamedTuple):
     mu: Float
     a: Int
     b: Int
-    from_a: Float
-    from_b: Float
+    axes: Float
+    arm_a: Float
+    arm_b: Float
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,8 +91,9 @@ class Places:
             np.ascontiguousarray(nodes.mu[start]),
             np.ascontiguousarray(a),
             np.ascontiguousarray(b),
-            _sheet_from_body(assembly, axes, origin, a),
-            _sheet_from_body(assembly, axes, origin, b),
+            snapped(axes @ assembly.axes.T, 1.0, BITS),
+            _arms(assembly, origin, a),
+            _arms(assembly, origin, b),
         )
 
     @cached_property
@@ -129,17 +132,9 @@ def _sheets(nodes: ContactNodes, flat: float) -> Int:
     return np.concatenate([[0], np.flatnonzero(breaks) + 1, [len(nodes)]]).astype(np.int64)
 
 
-def _sheet_from_body(assembly: Assembly, axes: Float, origin: Float, body: Int) -> Float:
-    """Return the matrices (P, 6, 6) that map the twist of a body to its twist in the frame of each sheet.
-
-    The body's twist is about its centre of mass along the assembly's own axes, with rotations multiplied by the
-    assembly's size. The sheet's twist is about ``origin`` along ``axes``. Matrices of fixed bodies are zero.
-    """
-    T = np.zeros((len(body), 6, 6))
-    free = np.flatnonzero(body != FIXED)
+def _arms(assembly: Assembly, origin: Float, body: Int) -> Float:
+    """Return the arms (P, 3) of a body at the ``origin`` (P, 3) [m] of each sheet, as ``Sheets`` has them."""
+    arms, free = np.zeros((len(body), 3)), np.flatnonzero(body != FIXED)
     arm = (origin[free] - assembly.com[body[free]]) @ assembly.axes.T / assembly.size
-    arm = snapped(arm, np.abs(arm).max(1, initial=0.0)[:, None], BITS)
-    R = snapped(axes[free] @ assembly.axes.T, 1.0, BITS)
-    T[free, :3, :3] = T[free, 3:, 3:] = R
-    T[free, :3, 3:] = np.cross(arm[:, None], R)  # R (ω x arm) = (arm x R) ω, row by row
-    return T
+    arms[free] = snapped(arm, np.abs(arm).max(1, initial=0.0)[:, None], BITS)
+    return arms

@@ -10,7 +10,8 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes
 from holdfast.base.arrays import Float
 from holdfast.base.text import listed
-from holdfast.elastic.law import Elastic, evaluate, node_forces
+from holdfast.elastic.law import evaluate, node_forces
+from holdfast.elastic.model import Elastic
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.sparse import unresisted_motion
 from holdfast.elastic.stepper import CARRIED
