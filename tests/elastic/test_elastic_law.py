@@ -2,15 +2,16 @@
 
 import numpy as np
 import pytest
+from elastic_blocks import block
 
 import holdfast as hf
 from holdfast.assembly.nodes import contact_nodes, equilibrium_operator
 from holdfast.elastic import fronts
 from holdfast.elastic.elimination import eliminate
 from holdfast.elastic.frames import sheet_twist, twist_matrices
-from holdfast.elastic.fronts import fronts_of, fronts_solve
+from holdfast.elastic.fronts import fronts_of, fronts_solve, solve
 from holdfast.elastic.law import evaluate, nearest, next_change, node_forces
-from holdfast.elastic.linear import dense_solve, make_work
+from holdfast.elastic.linear import ROUNDED, SINGULAR, dense_solve, make_work
 from holdfast.elastic.model import Runs
 from holdfast.engines.compliant.model import elastic_model, levers, world_rows
 from holdfast.engines.compliant.places import Places
@@ -110,12 +111,31 @@ def test_dense_and_sparse_solutions_and_the_sign_of_the_determinant(name: str, c
         if transposed:
             A = A.T
         signs = [
-            dense_solve(m, works[0], 0.1, corner, transposed),
-            fronts_solve(m, works[1], fronts_of(m), 0.1, corner, transposed),
+            dense_solve(m, works[0], 0.1, corner, transposed, 0.0),
+            fronts_solve(m, works[1], fronts_of(m), 0.1, corner, transposed, 0.0),
         ]
         for work, sign in zip(works, signs, strict=True):
             np.testing.assert_allclose(A @ work.rhs, rhs, atol=1e-7)
             assert sign == np.linalg.slogdet(A)[0]
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_body_on_one_point_has_no_unique_direction(seed: int) -> None:
+    """It may tip and turn about it: what rounding leaves of its stiffness is no resistance, a faint hold is."""
+    rng = np.random.default_rng(seed)
+    turned, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    m = block(0.5)
+    m = m._replace(axes=m.axes @ turned, arm_b=m.arm_b @ turned)
+    arm = np.array([m.x[0], m.y[0]])
+    B = np.column_stack([np.eye(3), [[0, arm[1], -arm[0]], [-arm[1], 0, 0], [arm[0], 0, 0]]])
+    K, w, c, rhs = B.T @ B, rng.normal(size=6), rng.normal(size=6), rng.normal(size=(7, 2))
+    for hold in (0.0, 1e-11):
+        held = m._replace(hold=np.full(6, hold))
+        for dense in (True, False):
+            work = make_work(held, dense=dense)
+            work.K[:], work.w[:], work.c[:], work.rhs[:] = K, w, c, rhs
+            sign = solve(held, work, 0.0, 0.0, False, None if dense else fronts_of(held), ROUNDED)
+            assert (sign == SINGULAR) == (hold == 0.0)
 
 
 @pytest.mark.parametrize(("size", "full"), [(31, 17), (19, 12), (8, 3), (14, 14)])
@@ -123,7 +143,7 @@ def test_what_is_left_of_a_front_is_its_schur_complement(size: int, full: int) -
     F = np.random.default_rng(5).normal(size=(size, size + 2))
     F[np.arange(size), np.arange(size)] += 6.0  # so that no pivot waits
     A = F.copy()
-    done, sign = eliminate(F, np.arange(size), full)
+    done, sign = eliminate(F, np.arange(size), full, 0.0)
     assert done == full
     assert sign == np.linalg.slogdet(A[:full, :full])[0]
     left = A[full:, full:] - A[full:, :full] @ np.linalg.solve(A[:full, :full], A[:full, full:])
@@ -139,13 +159,13 @@ def test_few_pivots_wait_at_rest(monkeypatch: pytest.MonkeyPatch) -> None:
     work.w[:], work.c[:] = np.random.default_rng(6).normal(size=(2, len(m.wrench)))
     waiting = []
 
-    def watched(F: np.ndarray, columns: np.ndarray, full: int) -> tuple[int, float]:
-        done, sign = eliminate(F, columns, full)
+    def watched(F: np.ndarray, columns: np.ndarray, full: int, least: float) -> tuple[int, float]:
+        done, sign = eliminate(F, columns, full, least)
         waiting.append(full - done)
         return done, sign
 
     monkeypatch.setattr(fronts, "eliminate", watched)
-    fronts_solve.py_func(m, work, fronts_of(m), 0.0, 0.0, False)
+    fronts_solve.py_func(m, work, fronts_of(m), 0.0, 0.0, False, 0.0)
     assert len(waiting) > 20
     assert sum(waiting) <= 4
 

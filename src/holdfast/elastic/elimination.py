@@ -10,8 +10,8 @@ BLOCK = 6  # pivots that are applied together
 
 
 @compiled
-def eliminate(F: Float, columns: Int, full: int) -> tuple[int, float]:
-    """Eliminate in a front (t, t + 2) what its first ``full`` rows and columns allow.
+def eliminate(F: Float, columns: Int, full: int, least: float) -> tuple[int, float]:
+    """Eliminate in a front (t, t + 2) what its first ``full`` rows and columns allow, with pivots above ``least``.
 
     Returns the number of pivots, which come first in the new order of rows and columns, and the sign of their product
     and of the new order. The last two columns are right-hand sides. The first ``full`` columns are worked on as rows of
@@ -33,7 +33,7 @@ def eliminate(F: Float, columns: Int, full: int) -> tuple[int, float]:
                 best, pivot = here, i
         for i in range(done, size):
             top = max(top, abs(column[i]))
-        if not (best > 0.0 and best >= SMALL_PIVOT * top):
+        if not (best > least and best >= SMALL_PIVOT * top):
             last -= 1
             if last != done:
                 swap_rows(P, done, last)

@@ -167,7 +167,9 @@ def add_pieces(row: Float, part: Float, start: Int, to: Int, pieces: int) -> Non
 
 
 @compiled
-def fronts_solve(m: Elastic, work: Work, e: Fronts, drag: float, corner: float, transposed: bool) -> float:
+def fronts_solve(
+    m: Elastic, work: Work, e: Fronts, drag: float, corner: float, transposed: bool, least: float
+) -> float:
     """As ``dense_solve``, front by front."""
     n, count = len(work.w), len(e.owned)
     left, numbers = np.empty(e.memory[0]), np.empty(e.memory[2], np.int64)
@@ -196,7 +198,7 @@ def fronts_solve(m: Elastic, work: Work, e: Fronts, drag: float, corner: float, 
             rest = numbers[at_number[c] + done[c] : at_number[c] + size[c]]
             add_child(e, c, left[at_left[c] :], rest, at, waits[c], F, columns, k, full - (k == count - 1))
             at += waits[c]
-        done[k], turned = eliminate(F, columns, full)
+        done[k], turned = eliminate(F, columns, full, least)
         sign *= turned
         waits[k] = full - done[k]
         at_number[k], at_left[k], at_upper[k] = last, base, above
@@ -251,11 +253,13 @@ def substitute(rows: Float, columns: Int, solution: Float) -> None:
 
 @compilable
 @lean
-def solve(m: Elastic, work: Work, drag: float, corner: float, transposed: bool, fronts: Fronts | None) -> float:
+def solve(
+    m: Elastic, work: Work, drag: float, corner: float, transposed: bool, fronts: Fronts | None, least: float = 0.0
+) -> float:
     """Solve the system of ``work``, or its transpose, in place: by ``fronts``, or by dense elimination where None.
 
-    Returns the sign of the determinant, or SINGULAR.
+    Returns the sign of the determinant, or SINGULAR; ``least`` is as in ``dense_solve``.
     """
     if fronts is None:
-        return dense_solve(m, work, drag, corner, transposed)
-    return fronts_solve(m, work, fronts, drag, corner, transposed)
+        return dense_solve(m, work, drag, corner, transposed, least)
+    return fronts_solve(m, work, fronts, drag, corner, transposed, least)

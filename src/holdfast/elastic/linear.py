@@ -23,6 +23,7 @@ from holdfast.elastic.model import Elastic
 LINE = 8  # numbers in a cache line
 APART = 16  # numbers between the memories of two threads
 BORDER = 0.01  # largest entry of the border's row: others are of order one, and pivots are not to come from it
+ROUNDED = 1e-14  # pivots that are nothing but rounding, where entries are of order one
 SINGULAR = 0.0  # the sign of the determinant of a system that has no unique solution
 
 
@@ -76,10 +77,11 @@ def border_unit(row: Float, unit: Float) -> float:
 
 @compiled
 @lean
-def dense_solve(m: Elastic, work: Work, drag: float, corner: float, transposed: bool) -> float:
+def dense_solve(m: Elastic, work: Work, drag: float, corner: float, transposed: bool, least: float) -> float:
     """Solve the system of ``work``, or its transpose, in place by Gauss elimination with scaling and pivoting.
 
-    Returns the sign of the determinant, or SINGULAR.
+    Returns the sign of the determinant, or SINGULAR where no pivot is above ``least``: 0 where any step will do,
+    ROUNDED where a solution that only rounding makes unique is none.
     """
     A, rhs, n, unit = work.A, work.rhs, len(work.w), m.unit
     A[:] = 0.0
@@ -93,7 +95,7 @@ def dense_solve(m: Elastic, work: Work, drag: float, corner: float, transposed: 
         A[i, n], A[n, i] = across * unit[i] * column[i], along * unit[i] * row[i]
         A[i, n + 1], A[i, n + 2] = unit[i] * rhs[i, 0], unit[i] * rhs[i, 1]
     A[n, n], A[n, n + 1], A[n, n + 2] = border * corner, border * rhs[n, 0], border * rhs[n, 1]
-    sign = eliminate_all(A)
+    sign = eliminate_all(A, least)
     for i in range(n + 1):
         scale = unit[i] if i < n else 1.0
         rhs[i, 0], rhs[i, 1] = scale * A[i, n + 1], scale * A[i, n + 2]
@@ -103,10 +105,10 @@ def dense_solve(m: Elastic, work: Work, drag: float, corner: float, transposed: 
 @compiled
 @lean
 @fused
-def eliminate_all(A: Float) -> float:
+def eliminate_all(A: Float, least: float) -> float:
     """Solve for the right-hand sides in columns t and t + 1 of a matrix with t rows, in place; what follows is unused.
 
-    Returns the sign of the determinant, or SINGULAR.
+    Returns the sign of the determinant, or SINGULAR where no pivot of a column is above ``least``.
     """
     size, sign = A.shape[0], 1.0
     for c in range(size):
@@ -114,7 +116,7 @@ def eliminate_all(A: Float) -> float:
         for i in range(c + 1, size):
             if abs(A[i, c]) > abs(A[pivot, c]):
                 pivot = i
-        if not abs(A[pivot, c]) > 0:
+        if not abs(A[pivot, c]) > least:
             return SINGULAR
         above = A[c, c:]
         if pivot != c:

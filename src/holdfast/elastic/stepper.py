@@ -15,7 +15,7 @@ from holdfast.base.compiled import compilable, compiled, lean
 from holdfast.elastic.direction import straight, torn, turn
 from holdfast.elastic.fronts import Fronts, solve
 from holdfast.elastic.law import next_change
-from holdfast.elastic.linear import SINGULAR, Work
+from holdfast.elastic.linear import ROUNDED, SINGULAR, Work
 from holdfast.elastic.model import Elastic
 from holdfast.elastic.newton import SHORTEST, Balance, newton, unbalance, worst
 from holdfast.elastic.outcome import Event
@@ -292,7 +292,7 @@ def cross_change(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None
     unbalance(m, work, stepper.path, q, now.s)
     work.rhs[:] = 0.0
     work.rhs[n, 1] = 1.0
-    sign = solve(m, work, 0.0, 0.0, False, fronts)
+    sign = solve(m, work, 0.0, 0.0, False, fronts, ROUNDED)  # of a body on one point the direction is arbitrary
     now.systems += 1
     if sign == SINGULAR:
         if now.s > now.highest and worst(m, work.r) <= tolerance:
