@@ -216,7 +216,7 @@ class Refined:
         """Give ``peaks`` of columns W (6J, k) lower bounds from the next finer grid, or take paths from there.
 
         The estimated error is the change of the load there as ``_on`` tells. If it tells nothing, the whole path is
-        followed there, and the estimate is the change of its peak (all of the peak if there is none). If that change is
+        followed there, and the estimate is the change of its peak, or to what it reached if lost. If that change is
         more than COARSE, the path on the finer grid becomes the answer, as long as refinement is allowed.
         """
         finer = self._finer
@@ -225,7 +225,7 @@ class Refined:
         unsure = np.flatnonzero(load < 0)
         if len(unsure):
             paths = finer.grid.paths(W[:, unsure], cuts=cuts)
-            load[unsure] = paths.factor
+            load[unsure] = paths.peak
             changed = _changed(peak[unsure], paths.peak)
             better = np.flatnonzero((paths.outcome == PathOutcome.PEAK) & changed & self._may_refine)
             taken[unsure[better]] = True
@@ -259,7 +259,7 @@ class Refined:
             grid = self.grid.with_more(contacts, more, times)
             paths = grid.paths(W[:, rows], cuts=cuts)
             before = found.paths.peak[rows]
-            found.below[rows], found.own[rows] = _below(before, paths.factor), False
+            found.below[rows], found.own[rows] = _below(before, paths.peak), False
             there = np.flatnonzero((paths.outcome == PathOutcome.PEAK) & (paths.peak <= WEDGED * before))
             rows, paths = rows[there], paths.chosen(there)
             load = np.full(len(rows), -1.0)
