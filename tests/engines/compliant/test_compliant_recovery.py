@@ -12,7 +12,7 @@ from holdfast.base.arrays import Float
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.engines.compliant.grid import Grid
-from holdfast.engines.compliant.refinement import LEAST_ERROR
+from holdfast.engines.compliant.refinement import LEAST_ERROR, SAFETY
 from holdfast.scene.shipped import shipped_scene
 
 PUSH = ("cube1", (-0.05, 0.01, 0.05), (1.0, 0.2, -0.1))
@@ -54,6 +54,19 @@ def test_a_path_that_is_lost_on_few_nodes_is_followed_on_more(monkeypatch: pytes
     finer = asked(hf.Compliant(nodes=14))
     lose(monkeypatch, lambda grid: 0.5 if grid.springs.nodes == 7 else None)
     assert asked() == finer
+
+
+@pytest.mark.parametrize("share", [0.0, 0.98])
+def test_a_finer_path_that_is_lost_bounds_the_peak_by_what_it_reached(
+    monkeypatch: pytest.MonkeyPatch, share: float
+) -> None:
+    force, _ = asked()
+    monkeypatch.setattr(Grid, "loads_nearby", lambda grid, W, s, q, plane: np.full(len(s), -1.0))
+    monkeypatch.setattr(Grid, "balances", lambda grid, W, s, q: np.zeros(len(s), dtype=bool))
+    lose(monkeypatch, lambda grid: None if grid.springs.nodes == 7 else share)
+    found, lower = asked()
+    assert found == pytest.approx(force, rel=1e-9)
+    assert lower == pytest.approx(max(1 - SAFETY * (1 - share) - LEAST_ERROR, 0.0) * force, rel=5e-3)
 
 
 def test_a_finer_path_that_ends_sooner_only_lowers_the_bound(monkeypatch: pytest.MonkeyPatch) -> None:
