@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from holdfast.base.arrays import Float
-from holdfast.base.compiled import compiled, lean
+from holdfast.base.compiled import compiled, fused, lean
 from holdfast.elastic.frames import add_wrench, sheet_twist
 from holdfast.elastic.model import Elastic, Runs
 from holdfast.elastic.vectors import scale
@@ -49,6 +49,7 @@ def bond(m: Elastic) -> None:
 
 @compiled
 @lean
+@fused
 def nearest(runs: Runs, run: int, v: Float, weight: float) -> float:
     """The most that a node of this run can be pressed under the sheet's twist ``v`` (6,).
 
@@ -61,6 +62,7 @@ def nearest(runs: Runs, run: int, v: Float, weight: float) -> float:
 
 @compiled
 @lean
+@fused
 def evaluate(m: Elastic, weight: float, q: Float, r: Float, K: Float, v: Float, F: Float) -> int:
     """R (6J,) = weight · wrench + G f(Gᵀ q) - hold q, and K (P, 6, 6): minus the derivative of every sheet's wrench.
 

@@ -99,6 +99,24 @@ def test_without_a_load_that_holds_near_the_proved_bound_nothing_is_said(monkeyp
     assert (found.status[0], found.force[0], found.lower[0]) == (hf.Status.UNDECIDED, 0.0, 0.0)
 
 
+@pytest.mark.parametrize(("weights", "status"), [(1.0, hf.Status.UNDECIDED), (100.0, hf.Status.INFINITE)])
+def test_a_path_without_end_may_be_lost_far_out(
+    monkeypatch: pytest.MonkeyPatch, weights: float, status: hf.Status
+) -> None:
+    """Far above the weight rounding decides where it is lost: there limit analysis and a state of rest tell the end."""
+    followed: Paths = Grid.paths
+
+    def paths(grid: Grid, W: Float, *, cuts: bool = False) -> PathResult:
+        found = followed(grid, W, cuts=cuts)
+        reached = weights / np.abs(grid.loads(W)).max(axis=1)
+        return found._replace(outcome=np.full(len(reached), PathOutcome.LOST), peak=reached)
+
+    monkeypatch.setattr(Grid, "paths", paths)
+    found = hf.robustness(hf.assemble(shipped_scene("cube")), "cube", (0.01, 0.0, 0.1), (0.0, 0.0, -1.0))
+    assert found.status[0] is status
+    assert found.lower[0] == (np.inf if status is hf.Status.INFINITE else 0.0)
+
+
 def test_a_push_above_the_middle_third_of_a_face_that_bears_nothing_at_rest() -> None:
     """Two blocks side by side: at rest every node between them is on the verge, and the first step may leave the path.
 

@@ -44,7 +44,8 @@ class Review:
           lowered to it.
         - A peak above HUGE times the weight is infinite if contact forces balance the load alone, with friction, by
           both methods, or if elastic contacts come to rest under BEYOND times the peak: the path has left its branch.
-          If neither is found, such a peak without a lower bound is undecided where limit analysis finds no end.
+          If neither is found, such a peak without a lower bound is undecided where limit analysis finds no end. An
+          undecided answer is infinite for the same reasons if its path was lost above HUGE times the weight.
         """
         size, own = self._sizes(W), self._own(W)
         bounded = not isinstance(accuracy, ForcesOnly)
@@ -62,7 +63,8 @@ class Review:
                 status[row], force[row], lower[row] = Status.FINITE, 0.0, 0.0
                 mechanism[row] = certain.mechanism[k] if mechanism[row] is None else mechanism[row]
             elif unknown:
-                continue
+                if infinite and self._endless_behind(W[:, row], size[row]):
+                    status[row], force[row], lower[row], mechanism[row] = Status.INFINITE, np.inf, np.inf, None
             elif force[row] > (1 + CONTRADICTION) * top[k]:
                 status[row], force[row], lower[row], mechanism[row] = Status.UNDECIDED, 0.0, 0.0, None
             elif infinite and self._endless(W[:, row], float(force[row])):
@@ -102,6 +104,11 @@ class Review:
         if not isinstance(accuracy, ForcesOnly):
             doubt |= finite & (found.lower <= 0)
         return np.asarray(loaded & doubt)
+
+    def _endless_behind(self, column: Float, size: float) -> bool:
+        """Tell whether the path of one load (6J,) was lost far above the weight although it has no end."""
+        reached = float(self.grid.paths(column[:, None]).peak[0])
+        return HUGE < reached * size < np.inf and self._endless(column, reached)
 
     def _endless(self, column: Float, peak: float) -> bool:
         """Tell whether elastic contacts balance one load (6J,) without any weight, or BEYOND times its ``peak``."""
