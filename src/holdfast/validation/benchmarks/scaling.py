@@ -52,20 +52,20 @@ def _pushes(assembly: hf.Assembly, body: str) -> Row:
     elastic = Grid.of(assembly, assembly.weight_wrench(), Springs(hf.Compliant().nodes))
     elastic.paths(push[:, None])
     queries, paths = [], []
-    for _ in range(3):  # in turn, and CPU time: their ratio is what counts
-        begin = time.process_time()
+    for _ in range(5):  # in turn, and the least of each: other users of the machine only add to it
+        begin = time.perf_counter()
         state.solve(push)
-        queries.append(time.process_time() - begin)
-        begin = time.process_time()
+        queries.append(time.perf_counter() - begin)
+        begin = time.perf_counter()
         elastic.paths(push[:, None])
-        paths.append(time.process_time() - begin)
+        paths.append(time.perf_counter() - begin)
     begin = time.perf_counter()
     result = hf.robustness_map(assembly, [body], spacing=SPACING, engine="limit", gap=0.01)
     return {
         "limit verdict s": ready - start,
-        "limit query s": float(np.median(queries)),
-        "compliant query s": float(np.median(paths)),
-        "compliant / limit": float(np.median(paths) / np.median(queries)),
+        "limit query s": min(queries),
+        "compliant query s": min(paths),
+        "compliant / limit": min(paths) / min(queries),
         "points": len(result.force),
         "limit map s": time.perf_counter() - begin,
     }
