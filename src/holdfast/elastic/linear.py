@@ -31,9 +31,9 @@ class Work(NamedTuple):
     """A system of n = 6J displacements, and memory to work in.
 
     ``K`` (P, 6, 6); ``w``, ``c`` (n,); ``rhs`` (n + 1, 2) two right-hand sides, which become the solutions. ``A``
-    (n + 1, n + 3 or more) is the matrix of dense elimination and they, empty where there are fronts. ``r`` (n,) is the
-    unbalance at a displacement (newton.py), ``trial`` (n,) a displacement tried; ``v``, ``F`` (6,) a sheet's twist and
-    wrench; ``X``, ``Y`` (6, 6) what a sheet adds to the matrix, half-way.
+    (n + 1, at least n + 3) holds the matrix of dense elimination and both of them; it is empty where there are fronts.
+    ``r`` (n,) is the unbalance at a displacement (newton.py), ``trial`` (n,) a displacement tried; ``v``, ``F`` (6,) a
+    sheet's twist and wrench; ``X``, ``Y`` (6, 6) what a sheet adds to the matrix, half-way.
     """
 
     K: Float
