@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from compliant_scenes import G0, X, Y, Z, block, cube, even_grid, floor, shipped, strength
 
-from holdfast import Claim, Compliant, Load, Scene, Status, assemble, load_factor, robustness, stability
+from holdfast import Body, Claim, Compliant, Cylinder, Load, Scene, Status, assemble, load_factor, robustness, stability
 
 CLOSE = 5e-3
 
@@ -142,3 +142,20 @@ def test_without_any_friction_nothing_is_claimed_and_nothing_fails() -> None:
     assert stability(assembly).status is Status.STABLE
     found = robustness(assembly, "cube", (-0.05, 0, 0.05), (1, 0, 0))
     assert found.force[0] == 0
+
+
+def test_a_vase_tips_over_its_round_rim_from_any_side() -> None:
+    """At the peak it stands on one point, about which nothing resists it, and paths are often lost there."""
+    pose = np.eye(4)
+    pose[2, 3] = 0.1
+    vase = Body("vase", Cylinder(0.03, 0.2), mass=0.4, pose=pose)
+    assembly = assemble(Scene([floor(), vase], 0.5))
+    turns = np.linspace(0, 2 * np.pi, 48, endpoint=False)
+    for height in (0.12, 0.15, 0.19):
+        along = np.column_stack([np.cos(turns), np.sin(turns), 0 * turns])
+        found = robustness(assembly, "vase", [0, 0, height] - 0.03 * along, along)
+        most = 0.4 * G0 * 0.03 / height  # less over an edge of the polygon that is its foot
+        assert (found.force <= (1 + 1e-4) * most).all()
+        assert (found.force >= 0.98 * most).all()
+        assert (found.lower > 0.9 * found.force).all()
+        assert list(found.mode).count("topple") >= 30  # where it stands on one point rounding has a say
