@@ -22,7 +22,7 @@ from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compilable, compiled, lean
 from holdfast.elastic.elimination import eliminate
 from holdfast.elastic.frames import add_stiffness
-from holdfast.elastic.linear import SINGULAR, Work, border_unit, dense_solve
+from holdfast.elastic.linear import SINGULAR, Work, add_body, add_corner, border_unit, dense_solve
 from holdfast.elastic.model import Elastic
 from holdfast.elastic.ordering import Tree
 
@@ -86,27 +86,16 @@ def add_own(
     F: Float,
 ) -> None:
     """Add to front k what its own bodies and sheets bring; ``full``: its rows before those that stay."""
-    n, size, first, owned = len(work.w), F.shape[0], e.first[k], e.owned[k]
+    owned = e.owned[k]
     waiting = full - 6 * owned
-    row, column = (work.w, work.c) if transposed else (work.c, work.w)
-    across, along = (1.0, -1.0) if transposed else (-1.0, 1.0)
-    along *= border
     for s in range(e.since[k], e.since[k + 1]):
         a, b = 6 * e.at_a[s], 6 * e.at_b[s]
         a, b = a + waiting if a >= 6 * owned else a, b + waiting if b >= 6 * owned else b
         add_stiffness(m, e.sheet[s], work.K, drag, transposed, a, b, F, work.X, work.Y)
     for slot in range(owned):
-        for i in range(6):
-            at, here = 6 * slot + i, 6 * e.body[first + slot] + i
-            unit = m.unit[here]
-            F[at, at] += unit * unit * m.hold[here]
-            F[at, size - 1] = across * unit * column[here]
-            F[size - 1, at] = along * unit * row[here]
-            F[at, size], F[at, size + 1] = unit * work.rhs[here, 0], unit * work.rhs[here, 1]
+        add_body(m, work, e.body[e.first[k] + slot], border, transposed, F, 6 * slot)
     if k == len(e.owned) - 1:
-        F[size - 1, size - 1] += border * corner
-        F[size - 1, size] += border * work.rhs[n, 0]
-        F[size - 1, size + 1] += border * work.rhs[n, 1]
+        add_corner(work, border, corner, F)
 
 
 @compiled

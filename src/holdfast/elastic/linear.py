@@ -77,6 +77,35 @@ def border_unit(row: Float, unit: Float) -> float:
 
 @compiled
 @lean
+def add_body(m: Elastic, work: Work, body: int, border: float, transposed: bool, A: Float, at: int) -> None:
+    """Add to a matrix (t, t + 2 or more) what a body brings besides contacts, in its rows and columns from ``at`` on.
+
+    That is its hold, the border in row and column t - 1, and the right-hand sides in columns t and t + 1; ``border`` is
+    what the border's row is multiplied by.
+    """
+    last = A.shape[0] - 1
+    row, column = (work.w, work.c) if transposed else (work.c, work.w)
+    across, along = (1.0, -border) if transposed else (-1.0, border)
+    for i in range(6):
+        here, place = 6 * body + i, at + i
+        unit = m.unit[here]
+        A[place, place] += unit * unit * m.hold[here]
+        A[place, last], A[last, place] = across * unit * column[here], along * unit * row[here]
+        A[place, last + 1], A[place, last + 2] = unit * work.rhs[here, 0], unit * work.rhs[here, 1]
+
+
+@compiled
+@lean
+def add_corner(work: Work, border: float, corner: float, A: Float) -> None:
+    """Add to a matrix as ``add_body`` has it what the border's row brings where it meets no body."""
+    last, n = A.shape[0] - 1, len(work.w)
+    A[last, last] += border * corner
+    A[last, last + 1] += border * work.rhs[n, 0]
+    A[last, last + 2] += border * work.rhs[n, 1]
+
+
+@compiled
+@lean
 def dense_solve(m: Elastic, work: Work, drag: float, corner: float, transposed: bool, least: float) -> float:
     """Solve the system of ``work``, or its transpose, in place by Gauss elimination with scaling and pivoting.
 
@@ -87,14 +116,10 @@ def dense_solve(m: Elastic, work: Work, drag: float, corner: float, transposed: 
     A[:] = 0.0
     for p in range(len(m.a)):
         add_stiffness(m, p, work.K, drag, transposed, 6 * m.a[p], 6 * m.b[p], A, work.X, work.Y)
-    row, column = (work.w, work.c) if transposed else (work.c, work.w)
-    border = border_unit(row, unit)
-    across, along = (1.0, -border) if transposed else (-1.0, border)
-    for i in range(n):
-        A[i, i] += unit[i] * unit[i] * m.hold[i]
-        A[i, n], A[n, i] = across * unit[i] * column[i], along * unit[i] * row[i]
-        A[i, n + 1], A[i, n + 2] = unit[i] * rhs[i, 0], unit[i] * rhs[i, 1]
-    A[n, n], A[n, n + 1], A[n, n + 2] = border * corner, border * rhs[n, 0], border * rhs[n, 1]
+    border = border_unit(work.w if transposed else work.c, unit)
+    for body in range(n // 6):
+        add_body(m, work, body, border, transposed, A, 6 * body)
+    add_corner(work, border, corner, A)
     sign = eliminate_all(A, least)
     for i in range(n + 1):
         scale = unit[i] if i < n else 1.0

@@ -15,11 +15,10 @@ FAINT_HOLD = 1e-9  # stiffness of the faint hold of a body, in units of its cont
 NEAR_SINGULAR = 1e-12  # added to the diagonal so that a singular stiffness can be factored, in the same units
 
 
-def _blocks(m: Elastic, K: Float, drag: float) -> Float:
+def _blocks(m: Elastic, K: Float) -> Float:
     """The 6x6 blocks of every sheet's pairs of bodies (bb, ba, ab, aa), row by row, as ``_pattern`` has them."""
-    D = K + drag * m.bonded
     Ta, Tb = twist_matrices(m)
-    X, Y, to_b, to_a = D @ Tb, D @ Ta, Tb.transpose(0, 2, 1), Ta.transpose(0, 2, 1)
+    X, Y, to_b, to_a = K @ Tb, K @ Ta, Tb.transpose(0, 2, 1), Ta.transpose(0, 2, 1)
     return np.stack([to_b @ X, -(to_b @ Y), -(to_a @ X), to_a @ Y], 1)
 
 
@@ -41,13 +40,13 @@ def unresisted_motion(m: Elastic, K: Float) -> Float:
     """
     n = len(m.wrench)
     kept, rows, columns = _pattern(m)
-    blocks = _blocks(m, m.bonded, 0.0)
+    blocks = _blocks(m, m.bonded)
     firmest = np.zeros(n)
     on = (rows == columns) & (rows % 6 < 3)
     np.add.at(firmest, rows[on], blocks.ravel()[kept][on])
     size = m.scale[::6] / m.scale[3::6]
     unit = np.repeat(np.sqrt(firmest.reshape(-1, 6).max(1)), 6) * np.stack([np.ones_like(size), size], 1).repeat(3)
-    blocks = _blocks(m, K, 0.0)
+    blocks = _blocks(m, K)
     scaled = blocks.ravel()[kept] / (unit[rows] * unit[columns])
     A = sparse.csc_matrix((scaled, (rows, columns)), shape=(n, n))
     factors = splu(A + NEAR_SINGULAR * sparse.eye(n, format="csc"))

@@ -292,8 +292,8 @@ def cross_change(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None
     unbalance(m, work, stepper.path, q, now.s)
     work.rhs[:] = 0.0
     work.rhs[n, 1] = 1.0
+    # a body that comes to stand on one point may tip and turn in any direction; a level path goes on behind such points
     rises = now.slope * now.length > FLAT * abs(now.s)
-    # on one point a body may tip and turn in any direction; on a level path that may be so for long, and end
     sign = solve(m, work, 0.0, 0.0, False, fronts, ROUNDED if rises else 0.0)
     now.systems += 1
     if sign == SINGULAR:
