@@ -9,7 +9,7 @@ from scipy.integrate import dblquad
 
 import holdfast as hf
 from holdfast.contacts.interface import Patch
-from holdfast.contacts.nodes import interface_nodes
+from holdfast.contacts.nodes import Sampling, interface_nodes
 
 UP = np.array([0.0, 0, 1])
 SHAPES = {
@@ -59,11 +59,16 @@ def test_hull_corners_are_nodes(name: str, sampling: str) -> None:
     assert np.linalg.norm(patch.hull[:, None] - points, axis=2).min(1).max() < 1e-9
 
 
-@pytest.mark.parametrize("count", [12, 20, 40])
-@pytest.mark.parametrize("name", ["square", "strip", "tilted"])
-def test_rectangles_are_integrated_exactly(name: str, count: int) -> None:
+EXACTLY = [
+    *((name, "hull", count) for name in ("square", "strip", "tilted") for count in (12, 20, 40)),
+    *((name, "quadrature", count) for name in ("square", "tilted") for count in (49, 100)),
+]
+
+
+@pytest.mark.parametrize(("name", "sampling", "count"), EXACTLY)
+def test_rectangles_are_integrated_exactly(name: str, sampling: Sampling, count: int) -> None:
     """First and second moments, and the mean distance to the centroid."""
-    ((points, weights),) = interface_nodes(interface(name), count, "hull")
+    ((points, weights),) = interface_nodes(interface(name), count, sampling)
     corners = np.array(SHAPES[name])
     centre = corners.mean(0)
     u, v = corners[1] - corners[0], corners[3] - corners[0]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Literal, get_args
 
 import numpy as np
@@ -27,6 +27,7 @@ CURVED = np.radians(20)  # the most by which an outline turns at a corner that t
 NEAR = 0.3  # of a grid step from a node on the outline, within which nodes of the grid give way to it
 LATTICE = 19  # candidate points along each side of a patch; odd, so that the middle is among them
 LEAST = 0.02  # of the mean weight that every node of spots gets before weights are corrected
+KEPT = 1000  # grids, and shares of rectangles, at most
 MOST_BENT = 64  # the most spots of a bent patch that stand for its corners
 
 
@@ -226,11 +227,10 @@ def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     along = max(2, round(count / across))
     # cells that no line between two nodes cuts: each belongs to one node, and equal nodes get equal areas
     between = CELLS if count < MANY else FEW_CELLS
-    u, v = np.linspace(0, 1, across), np.linspace(0, 1, along)
-    grid = np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2)
-    if sheet.whole:  # each node owns the cells around it, half of them at a side
-        owned = np.outer(*(between * np.where((side > 0) & (side < 1), 1.0, 0.5) for side in (u, v))).ravel()
-        return sheet.flat(grid), _weights(sheet, grid, owned)
+    grid = _grid(across, along)
+    if sheet.whole:
+        aspect = float(f"{sheet.size[1] / sheet.size[0]:.12g}")  # the same for equal rectangles, however they lie
+        return sheet.flat(grid), _rectangle_shares(across, along, between, aspect) * patch.measure
     steps = np.array([across - 1, along - 1])
     edge = sheet.outline(steps)
     if len(edge) > count // 2:
@@ -240,6 +240,27 @@ def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     nodes = np.vstack([edge, inner[apart]])
     cells = sheet.spread(between * (across - 1), between * (along - 1))
     return sheet.flat(nodes), _weights(sheet, nodes, _owned(nodes, cells))
+
+
+@lru_cache(maxsize=KEPT)
+def _grid(across: int, along: int) -> Float:
+    """So many nodes (n, 2) along either side of the unit square, its boundary included."""
+    u, v = np.linspace(0, 1, across), np.linspace(0, 1, along)
+    return frozen(np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2))
+
+
+@lru_cache(maxsize=KEPT)
+def _rectangle_shares(across: int, along: int, between: int, aspect: float) -> Float:
+    """What each node of a grid has of the area of a rectangle (n,), whose sides are as 1 to ``aspect``.
+
+    Walls and pallets have hundreds of equal rectangles, so these are kept. Each node owns the cells around it,
+    ``between`` of them from one node to the next, and half of them at a side.
+    """
+    grid, sides = _grid(across, along), np.array([1.0, aspect])
+    owned = between**2 * np.where((grid > 0) & (grid < 1), 1.0, 0.5).prod(1)
+    ring = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]) * sides
+    moments, arm = flat.polynomial_moments([ring]), flat.distance_moment([ring], sides / 2)
+    return frozen(_matched(grid * sides, owned + 0.5, moments, arm, float(np.hypot(*sides))) / aspect)
 
 
 def _owned(unit: Float, cells: Float, shares: Float | None = None) -> Float:
@@ -269,29 +290,30 @@ def _farthest(candidates: Float, chosen: Float, count: int) -> Float:
 
 
 def _weights(sheet: _Sheet, unit: Float, owned: Float) -> Float:
-    """Tributary areas, corrected as little as possible so that they integrate known moments of the patch exactly.
+    """Weights of nodes (n, 2) that have ``owned`` (n,) equal cells each, or as much of the area of spots."""
+    patch, spots = sheet.patch, sheet.patch.spots
+    centre = patch.moments[1:3] / patch.moments[0]
+    if spots is None:
+        shares, arm = owned + 0.5, flat.distance_moment(patch.rings, centre)
+    else:
+        shares = owned + LEAST * patch.measure / len(owned)
+        arm = float(spots.shares @ np.linalg.norm(_seen(patch, spots) - centre, axis=1))
+    return _matched(sheet.flat(unit), shares, patch.moments, arm, patch.size)
 
-    They are in proportion to the number of equal cells, or to the area of spots, that each node has ``owned`` (n,). The
-    moments are area, first and second moments (linear pressure is then carried exactly) and the distance to the
-    centroid (so is uniform friction against twisting). Fewer are matched where the nodes cannot.
+
+def _matched(nodes: Float, shares: Float, moments: Float, arm: float, scale: float) -> Float:
+    """Tributary areas, corrected as little as possible so that they integrate known moments of a patch exactly.
+
+    They are in proportion to ``shares`` (n,). The moments are area, first and second ``moments`` (6,) (linear pressure
+    is then carried exactly) and the distance to the centroid, ``arm`` (so is uniform friction against twisting). Fewer
+    are matched where the nodes (n, 2) cannot. ``scale`` [m] is the size of the patch.
     """
-    patch, nodes = sheet.patch, sheet.flat(unit)
-    spots = patch.spots
-    shares = owned + (0.5 if spots is None else LEAST * patch.measure / len(nodes))
-    tributary: Float = shares / shares.sum() * patch.measure
-    raw = patch.moments
-    centre = raw[1:3] / raw[0]
-    scale = patch.size
+    tributary: Float = shares / shares.sum() * moments[0]
+    cx, cy = centre = moments[1:3] / moments[0]
     x, y = ((nodes - centre) / scale).T
     rows = np.array([np.ones_like(x), x, y, x * x, x * y, y * y, np.hypot(x, y)])
-    cx, cy = centre
-    second = [raw[3] - raw[0] * cx * cx, raw[4] - raw[0] * cx * cy, raw[5] - raw[0] * cy * cy]
-    if spots is None:
-        arm = flat.distance_moment(patch.rings, centre)
-    else:
-        arm = float(spots.shares @ np.linalg.norm(_seen(patch, spots) - centre, axis=1))
-    wanted = np.array([raw[0], 0, 0, *(m / scale**2 for m in second), arm / scale])
-    return corrected(tributary, rows, wanted, (7, 6, 3))
+    second = (moments[3:] - moments[0] * np.array([cx * cx, cx * cy, cy * cy])) / scale**2
+    return corrected(tributary, rows, np.array([moments[0], 0, 0, *second, arm / scale]), (7, 6, 3))
 
 
 def _seen(patch: Patch, spots: Spots) -> Float:
