@@ -9,7 +9,6 @@ from holdfast.base.compiled import compiled, lean
 from holdfast.elastic.linear import Work
 from holdfast.elastic.vectors import put
 
-TORN = 0.7  # distance from where the directions at both ends lead, as a share of the step, that hints at another branch
 STRAIGHT = 0.9999  # cosine of the angle between two directions up to which a path went straight on
 
 
@@ -49,8 +48,10 @@ def straight(work: Work, tangent: Float) -> bool:
 
 
 @compiled
-def torn(work: Work, sign: float, orientation: float, q: Float, tangent: Float, trial: Float, step: float) -> bool:
-    """Whether the step from q to ``trial`` leaves what the directions of the path at both ends say.
+def torn(
+    work: Work, sign: float, orientation: float, q: Float, tangent: Float, trial: Float, step: float, most: float
+) -> bool:
+    """Whether the step from q to ``trial`` ends farther than ``most`` of it from where both ends' directions lead.
 
     Then a nearer solution may lie on the path, and this one on another branch.
     """
@@ -63,4 +64,4 @@ def torn(work: Work, sign: float, orientation: float, q: Float, tangent: Float, 
         moved = trial[i] - q[i]
         away = max(away, abs(moved - 0.5 * step * (tangent[i] + there[i])))
         far = max(far, abs(moved))
-    return bool(away > TORN * far)
+    return bool(away > most * far)
