@@ -14,14 +14,26 @@ from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import Outcome, solve
 from holdfast.engines.cones import FrictionCone
 from holdfast.engines.forces import ACCEPTED_RESIDUAL, NO_FORCE, force_program, lighter_share, scaled_operator
+from holdfast.engines.peeling import clampable
 
 
 def self_stressed_nodes(assembly: Assembly, nodes: ContactNodes, cone: FrictionCone) -> Bool | None:
     """Return which nodes (I,) can press without any load (G f = 0, f in the cones), or None if not settled.
 
-    The program is max Σ t_i with 0 <= t_i <= f_n,i and t_i <= 1. Self-stress forces can be added and scaled, so each
-    t_i is 0 or 1 at the optimum.
+    Of nodes that cannot be ruled out body by body (peeling.py) the program is max Σ t_i with 0 <= t_i <= f_n,i and
+    t_i <= 1. Self-stress forces can be added and scaled, so each t_i is 0 or 1 at the optimum.
     """
+    found = clampable(nodes, cone.corner)
+    if found.any():
+        pressing = _pressing(assembly, nodes.chosen(found), cone)
+        if pressing is None:
+            return None
+        found[found] = pressing
+    return found
+
+
+def _pressing(assembly: Assembly, nodes: ContactNodes, cone: FrictionCone) -> Bool | None:
+    """Which nodes (I,) press where as many as can do: the optimum of the program, or None if it is not settled."""
     G = scaled_operator(assembly, equilibrium_operator(assembly, nodes))
     C, cones = cone.rows(nodes)
     count = len(nodes)
