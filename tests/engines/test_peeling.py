@@ -82,3 +82,16 @@ def test_the_program_agrees_that_contacts_which_are_ruled_out_cannot_press(
             pressed = self_stressed_nodes(assembly, nodes, EXACT)
         assert pressed is not None
         assert not (pressed & ~left).any()
+
+
+def test_a_dense_stack_is_peeled_from_its_corners() -> None:
+    """At a corner forces come from three sides, at most 81 degrees from the space diagonal at μ = 0.5."""
+    size = (0.2, 0.15, 0.1)
+    bodies = [
+        box(f"{i}{j}{k}", size, 1, (0.2 * i, 0.15 * j, 0.05 + 0.1 * k))
+        for i in range(3)
+        for j in range(3)
+        for k in range(3)
+    ]
+    assembly = hf.assemble(hf.Scene([floor(3.0, 3.0), *bodies], 0.5))
+    assert not clampable(contact_nodes(assembly, 4, "corners")).any()
