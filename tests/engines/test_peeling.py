@@ -42,7 +42,7 @@ def groove(normals: np.ndarray, mu: float, *, second: bool) -> ContactNodes:
 def test_two_slopes_clamp_a_body_where_friction_reaches_across(steep: float, second: bool) -> None:
     """Slopes at an angle to the floor, friction angle φ: forces oppose each other from angle + φ = 90 degrees on."""
     angle = np.radians(steep)
-    normals = np.array([[np.sin(angle), 0, np.cos(angle)], [-np.sin(angle), 0, np.cos(angle)]])
+    normals = np.array([[np.sin(angle), 0, np.cos(angle)], *4 * [[-np.sin(angle), 0, np.cos(angle)]]])
     for off, left in ((-8.0, False), (8.0, True)):
         found = clampable(groove(normals, np.tan(np.radians(90 - steep + off)), second=second))
         assert (found == left).all()
