@@ -19,7 +19,7 @@ from holdfast.base.rigid import Frame, snapped, tangents
 from holdfast.base.values import Value
 from holdfast.contacts.spots import Spots
 from holdfast.geometry import polygon as flat
-from holdfast.geometry.hull import convex_hull
+from holdfast.geometry.hull import convex_hull, smallest_rectangle
 
 FLATNESS = 0.02  # [-] largest distance of a given polygon's corners from its plane, relative to its size
 STRAIGHT = 1e-9  # of its diagonal: how far corners of a rectangle may be off
@@ -159,6 +159,18 @@ class Patch(Value):
         if self.kind != "face" or (self.spots is not None and self.spots.bent):
             return self.polygon
         return frozen(self.lifted(convex_hull(self.rings[0], 1e-9 * self.size)))
+
+    @cached_property
+    def rectangle(self) -> tuple[Float, Float, Float, Float]:
+        """The smallest rectangle around the outline, in the frame (t1, t2) relative to the first corner.
+
+        The rows of its axes (2, 2), the longer side first, its low and its high corner (2,) along them, and the corners
+        (m, 2) of the outline's hull, the first of them as near to the outline's first one as can be.
+        """
+        hull = convex_hull(self.rings[0], 1e-9 * self.size)
+        hull = np.roll(hull, -int(np.argmin(np.hypot(*hull.T))), axis=0)  # of equal rectangles the outline's first one
+        axes, low, high = smallest_rectangle(hull)
+        return frozen(axes), frozen(low), frozen(high), frozen(hull)
 
     def canonical(self, frame: Frame) -> Patch:
         """Return the same patch with coordinates rounded in ``frame``, by whose axes outline and holes begin."""

@@ -15,7 +15,7 @@ from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.spots import Spots, nearest_spot
 from holdfast.contacts.weights import corrected
 from holdfast.geometry import polygon as flat
-from holdfast.geometry.hull import convex_hull, smallest_rectangle
+from holdfast.geometry.hull import convex_hull
 
 Sampling = Literal["hull", "quadrature", "corners", "paper"]
 
@@ -144,9 +144,7 @@ class _Sheet:
 
     @classmethod
     def of(cls, patch: Patch) -> _Sheet:
-        hull = convex_hull(patch.rings[0], 1e-9 * patch.size)
-        hull = np.roll(hull, -int(np.argmin(np.hypot(*hull.T))), axis=0)  # of equal rectangles the outline's first one
-        axes, low, high = smallest_rectangle(hull)
+        axes, low, high, hull = patch.rectangle
         return cls(patch, axes, low, high - low, (hull @ axes.T - low) / (high - low))
 
     def flat(self, unit: Float) -> Float:

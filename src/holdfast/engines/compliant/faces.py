@@ -14,7 +14,6 @@ from holdfast.base.memory import Same
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.nodes import interface_nodes
 from holdfast.engines.imperfect import Imperfect
-from holdfast.geometry.hull import convex_hull, smallest_rectangle
 from holdfast.geometry.polygon import inside, shapely_polygon
 
 WAVES = 32  # plane waves whose sum is a height field
@@ -123,8 +122,7 @@ def _lattice(patch: Patch) -> tuple[Float, float]:
     if patch.kind == "line":
         share = np.linspace(0, 1, LATTICE)[:, None]
         return (1 - share) * patch.polygon[0] + share * patch.polygon[1], patch.length
-    hull = convex_hull(patch.rings[0], 1e-9 * patch.size)
-    axes, low, high = smallest_rectangle(hull)
+    axes, low, high, hull = patch.rectangle
     grid = np.stack(np.meshgrid(*np.linspace(low, high, LATTICE).T, indexing="ij"), axis=-1).reshape(-1, 2) @ axes
     kept = grid[inside(shapely_polygon(patch.rings), grid)]
     return patch.lifted(np.vstack([hull, kept])), float((high - low).max())

@@ -14,7 +14,6 @@ from holdfast.base.arrays import Float, checked, unit
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.rigid import tangents, wrench_at
 from holdfast.contacts.interface import Patch
-from holdfast.geometry.hull import convex_hull, smallest_rectangle
 
 MOST_UNDECIDED = 4  # trials without a verdict after which a search ends
 FIRST = 0.05  # total weights: the first load
@@ -169,7 +168,7 @@ def _rectangle(patch: Patch, bodies: tuple[str, str]) -> tuple[Float, Float, Flo
     where = f"contact of {bodies[0]!r} and {bodies[1]!r}"
     if patch.kind != "face":
         raise HoldfastError(message(where, f"is a {patch.kind}", "grids need faces: give nodes of your own"))
-    axes, low, high = smallest_rectangle(convex_hull(patch.rings[0], 1e-9 * patch.size))
+    axes, low, high, _ = patch.rectangle
     if patch.area < (1 - RECTANGLE) * float(np.prod(high - low)):
         raise HoldfastError(message(where, "is no rectangle", "grids need rectangles: give nodes of your own"))
     return axes, low, high
