@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from threading import get_ident
+from time import sleep
 from typing import TypeVar
 
 import numpy as np
 import pytest
 from limit_scenes import columns, shipped
 
+from holdfast.base.arrays import Float
 from holdfast.engines.contract import Within
 from holdfast.engines.limit.engine import Limit
 from holdfast.engines.limit.load_limit import LoadLimit
+from holdfast.engines.limit.program import LoadProgram, Solved
+from holdfast.engines.limit.proof import LEAST_LOADS
 
 T = TypeVar("T")
 THREADS = 4
@@ -55,6 +60,28 @@ def test_load_factors_are_the_same_from_four_threads() -> None:
         for name in ("force", "lower", "upper"):
             np.testing.assert_array_equal(getattr(found, name), getattr(alone, name))
         assert list(found.moving) == list(alone.moving)
+
+
+@pytest.mark.parametrize("count", [1, 7, 40])
+def test_loads_of_one_call_are_shared_among_threads(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    assembly = shipped("table")
+    W = columns(assembly, count, 9)
+    found, maximise = {}, LoadProgram.maximise
+    for threads in (1, THREADS):
+        used: set[int] = set()
+
+        def noted(self: LoadProgram, load: Float, around: float | None = None, used: set[int] = used) -> Solved:
+            used.add(get_ident())
+            sleep(0.01)  # long enough for another thread to take the next load
+            return maximise(self, load, around)
+
+        with monkeypatch.context() as patched:
+            patched.setattr("holdfast.engines.limit.proof.free_threads", lambda threads=threads: threads)
+            patched.setattr(LoadProgram, "maximise", noted)
+            found[threads] = Limit().prepare(assembly).load_factor(W)
+        assert (len(used) > 1) == (threads > 1 and count >= 2 * LEAST_LOADS)
+    for name in ("force", "lower", "upper"):
+        np.testing.assert_array_equal(getattr(found[THREADS], name), getattr(found[1], name))
 
 
 def test_derivatives_are_those_of_the_load_asked_whatever_others_ask() -> None:

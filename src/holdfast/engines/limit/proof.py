@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
+from holdfast.base.parallel import free_threads, in_parallel
 from holdfast.base.progress import reported
 from holdfast.conic.solve import Outcome
 from holdfast.engines.cones import FrictionCone
@@ -27,6 +28,7 @@ ACCEPTED = 1e-6  # largest residual of a solution that counts as an answer, in t
 WIDE = 1e-6  # relative distance of two bounds above which a load is solved again, if that may help
 SMALL = 0.1  # factors that are smaller than usual ones by this are found less accurately
 CLOSE = 1e-3  # relative distance of two proved bounds that are an answer whatever the residual
+LEAST_LOADS = 4  # for each thread: a solver of its own must be worth setting up
 SUPPORTED = 1e-5  # largest relative error of a ray that counts as contact forces that balance the load alone
 
 SOLVED = (Outcome.SOLVED, Outcome.ALMOST_SOLVED)
@@ -44,13 +46,27 @@ class Proofs:
     def limits(self, loads: Float) -> list[LoadLimit]:
         """Return the answers for the loads (6J, k), each by a solve of its own; all are proved together."""
         loaded = np.flatnonzero((loads != 0).any(0))
-        solved = [self.program.maximise(loads[:, k]) for k in reported("loads", loaded.tolist())]
-        found = self.judged(solved, loads[:, loaded])
+        found = self.judged(self._solved(loads[:, loaded]), loads[:, loaded])
         answers = [LoadLimit(np.inf, np.inf, np.inf, Status.INFINITE, None, certain=True)] * loads.shape[1]
         for k, answer in zip(loaded, found, strict=True):
             wide = answer.upper - answer.lower > WIDE * answer.upper
             answers[k] = self._again(answer, loads[:, k]) if wide else answer
         return answers
+
+    def _solved(self, loads: Float) -> list[Solved]:
+        """What the solver finds for each of the loads (6J, k); many are shared among threads."""
+        count = loads.shape[1]
+        threads = min(free_threads(), count // LEAST_LOADS)
+        if threads < 2:
+            return [self.program.maximise(loads[:, k]) for k in reported("loads", range(count))]
+        found: dict[int, Solved] = {}
+
+        def work(numbers: Iterable[int], _: int) -> None:
+            for k in numbers:
+                found[k] = self.program.maximise(loads[:, k])
+
+        in_parallel("loads", work, range(threads), count, count)
+        return [found[k] for k in range(count)]
 
     def _again(self, answer: LoadLimit, load: Float) -> LoadLimit:
         """The answer with the better of its bounds and those of another solve, in units of its factor."""
