@@ -15,6 +15,8 @@ from holdfast.elastic.newton import Balance, newton, unbalance
 from holdfast.elastic.outcome import Event, PathOutcome, RestOutcome, goes_on, outcome_of
 from holdfast.elastic.path import PathResult
 from holdfast.elastic.stepper import (
+    AWAY,
+    HARDLY_AWAY,
     MOST_CHANGES,
     Progress,
     advance,
@@ -27,7 +29,8 @@ from holdfast.elastic.stepper import (
 from holdfast.elastic.system import STAGE, System
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.model import Springs
-from holdfast.scene.shipped.blocks import wall
+from holdfast.queries.request import push_columns
+from holdfast.scene.shipped.blocks import box, floor, wall
 
 X, DOWN, UP = (1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)
 PUSHES = {
@@ -219,7 +222,36 @@ def test_a_point_far_from_where_the_directions_at_both_ends_lead_is_torn(reached
     axes = np.eye(6)
     work = make_work(block(0.5), dense=False)
     work.rhs[0, 1] = 1.0
-    assert torn(work, 1.0, 1.0, np.zeros(6), axes[0], axes[reached], 1.0) is expected
+    assert torn(work, 1.0, 1.0, np.zeros(6), axes[0], axes[reached], 1.0, AWAY) is expected
+
+
+def test_how_far_is_too_far() -> None:
+    """The point lies half a step beside the mean direction: too far only where it was hard to find."""
+    axes = np.eye(6)
+    work = make_work(block(0.5), dense=False)
+    work.rhs[0, 1] = 1.0
+    point = axes[0] + 0.5 * axes[1]
+    assert not torn(work, 1.0, 1.0, np.zeros(6), axes[0], point, 1.0, AWAY)
+    assert torn(work, 1.0, 1.0, np.zeros(6), axes[0], point, 1.0, HARDLY_AWAY)
+
+
+@pytest.mark.parametrize("along", [(1.0, 0.2, -0.1), (0.5, 0.5, 0.1), (1.0, 1.0, 0.0)])
+def test_which_idle_faces_part_is_found_at_the_first_point(along: tuple[float, float, float]) -> None:
+    """All sides of 60 boxes touch without force: with 8 steps of Newton's method each try was shortened."""
+    places = [(i, j, k) for i in range(5) for j in range(4) for k in range(3)]
+    boxes = [
+        box(f"{i}{j}{k}", (0.2, 0.15, 0.1), 2 + 0.1 * ((i + 2 * j + 3 * k) % 5), (0.2 * i, 0.15 * j, 0.05 + 0.1 * k))
+        for i, j, k in places
+    ]
+    assembly = hf.assemble(hf.Scene([floor(4.0, 4.0), *boxes], 0.5))
+    grid = Grid.of(assembly, assembly.weight_wrench(), Springs(7))
+    top = assembly.index["222"]
+    unit = np.array([along]) / np.linalg.norm(along)
+    load = grid.loads(push_columns(assembly, top, assembly.com[[top]] + [0, 0, 0.05], unit))[0]
+    model, work, fronts = grid.system.model, grid.system.work, grid.system.fronts
+    stepper = make_stepper(len(load))._replace(now=Progress())
+    assert begin(model, work, stepper, grid.settled.q, load, fronts) is Event.BEGUN
+    assert advance(model, work, stepper, fronts) is Event.ADVANCED
 
 
 def at(**known: float) -> Progress:

@@ -36,8 +36,8 @@ RECOVERY = 1.4  # factor by which the largest growth recovers from one point to 
 MOST_NEWTON, EASY = 16, 8  # steps of Newton's method for one point, and those after which it counts as found easily
 FIRST_NEWTON, FIRST_SHARE = 30, 0.01  # for the first point, and the least share of one: which idle faces part is open
 TURN = 0.3  # wanted correction of a point, as a share of the step
-ASTRAY = 0.7  # distance from where the directions at both ends lead, as a share of the motion, that hints at a branch
-HARDLY = 0.4  # the same for points that are not found easily
+AWAY = 0.7  # distance from where the directions at both ends lead, as a share of the motion, that hints at a branch
+HARDLY_AWAY = 0.4  # the same for points that are not found easily
 CREEPING = 0.01  # step, in lengths of the path so far, below which a change of sign straight ahead is gone through
 SHORTER = 0.3  # factor by which a step is shortened
 NEAR = 0.03  # share of a step that failed from which a corner in it is gone to
@@ -235,8 +235,8 @@ def advance(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> 
     if point.converged and backward and tried and straight(work, stepper.tangent):
         now.orientation, backward = -now.orientation, False  # another branch leaves the path, which goes on
     if point.converged and not backward and not now.doubted and now.turned > TURN:
-        most_away = ASTRAY if first or point.systems <= EASY else HARDLY
-        now.doubted = torn(work, point.sign, now.orientation, q, stepper.tangent, trial, now.step, most_away)
+        most = AWAY if first or point.systems <= EASY else HARDLY_AWAY
+        now.doubted = torn(work, point.sign, now.orientation, q, stepper.tangent, trial, now.step, most)
         if now.doubted:  # once: where the path has a sharp corner every step is torn
             now.step *= SHORTER
             return Event.TORN
