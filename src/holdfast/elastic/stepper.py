@@ -26,7 +26,7 @@ FALLEN = 0.99  # share of the peak below which the path has clearly fallen
 NEW_PEAK = 1e-4  # relative rise above the peak so far that counts as a new peak
 STATIONS = 4  # points before the peak that are kept
 APART = 3e-3  # relative rise of the load from one of them to the next
-FAINT = 1e-8  # drag while forces that balance the load alone are sought
+FAINT, MOST_ALONE = 1e-8, 30  # drag while forces that balance the load alone are sought, and steps for it
 FLAT = 1e-4  # relative rise still to come, if the slope fell as 1/ℓ², below which the path counts as flat
 FARTHEST = 1e8  # length, in sizes of the displacement at rest, at which rounding would show
 CARRIED = 1e-5  # share of a body's weight or of the load that the faint hold carries where a path ends
@@ -382,7 +382,7 @@ def sought_alone(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None
     plane, anchor = work.c.copy(), q.copy()
     work.c[:] = 0.0
     held = Balance(0.0, FAINT, 1.0, anchor)  # bodies that the load does not reach float: a faint drag holds them
-    alone = newton(m, work, held, q, 1.0, 0.0, TOLERANCE * now.strength, 12, 0.0, fronts)
+    alone = newton(m, work, held, q, 1.0, 0.0, TOLERANCE * now.strength, MOST_ALONE, 0.0, fronts)
     unbalance(m, work, Balance(0.0, 0.0, 0.0, anchor), q, 1.0)
     now.systems += alone.systems
     if alone.converged and worst(m, work.r) <= 10 * TOLERANCE * now.strength:
