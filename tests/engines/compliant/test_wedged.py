@@ -95,7 +95,8 @@ def least_elsewhere(name: str, seed: int) -> tuple[np.ndarray, np.ndarray]:
     others = [Compliant(stiffness_ratio=ratio) for ratio in (0.5, 2.0)] + [Compliant(nodes=n) for n in (5, 14, 28)]
     each = [prepared(engine, assembly).load_factor(W) for engine in others]
     least = np.min([np.where(one.status == Status.FINITE, one.force, np.inf) for one in each], axis=0)
-    asked = (found.status == Status.FINITE) & (found.force > 0)
+    light = found.force < HEAVY * assembly.weight
+    asked = (found.status == Status.FINITE) & (found.force > 0) & light
     return found.lower[asked] / found.force[asked], least[asked] / found.force[asked]
 
 
@@ -110,6 +111,7 @@ def check_unwedged(scenes: dict[str, int]) -> None:
     assert (least < 0.999).any(), "some answers do depend on springs or nodes"
 
 
+HEAVY = 10.0  # weights: above, nodes matter more; 34 on slope_two give 635 N on 5 nodes a side, 913 on 10, 1,007 on 40
 UNWEDGED = [
     "cube",
     "stack",
