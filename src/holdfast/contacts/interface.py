@@ -158,7 +158,12 @@ class Patch(Value):
         """The corners (m, 3) [m] of the convex hull, counter-clockwise seen from the tip of the normal."""
         if self.kind != "face" or (self.spots is not None and self.spots.bent):
             return self.polygon
-        return frozen(self.lifted(convex_hull(self.rings[0], 1e-9 * self.size)))
+        return frozen(self.lifted(self.corners))
+
+    @cached_property
+    def corners(self) -> Float:
+        """The corners (m, 2) [m] of the convex hull of a face, in the frame (t1, t2) relative to the first corner."""
+        return frozen(convex_hull(self.rings[0], 1e-9 * self.size))
 
     @cached_property
     def rectangle(self) -> tuple[Float, Float, Float, Float]:
@@ -167,7 +172,7 @@ class Patch(Value):
         The rows of its axes (2, 2), the longer side first, its low and its high corner (2,) along them, and the corners
         (m, 2) of the outline's hull, the first of them as near to the outline's first one as can be.
         """
-        hull = convex_hull(self.rings[0], 1e-9 * self.size)
+        hull = self.corners
         hull = np.roll(hull, -int(np.argmin(np.hypot(*hull.T))), axis=0)  # of equal rectangles the outline's first one
         axes, low, high = smallest_rectangle(hull)
         return frozen(axes), frozen(low), frozen(high), frozen(hull)

@@ -15,7 +15,6 @@ from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.spots import Spots, nearest_spot
 from holdfast.contacts.weights import corrected
 from holdfast.geometry import polygon as flat
-from holdfast.geometry.hull import convex_hull
 
 Sampling = Literal["hull", "quadrature", "corners", "paper"]
 
@@ -70,8 +69,7 @@ def _sampled(interface: Interface, count: int, sampling: Sampling, seed: int) ->
 
 def corner_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     """All corners of the hull, whatever ``count``: they carry every force that the whole patch could carry."""
-    corners = convex_hull(patch.rings[0], 1e-9 * patch.size)
-    return corners, np.full(len(corners), patch.measure / len(corners))
+    return patch.corners, np.full(len(patch.corners), patch.measure / len(patch.corners))
 
 
 def bent_sample(spots: Spots, count: int) -> tuple[Float, Float]:

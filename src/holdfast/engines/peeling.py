@@ -23,17 +23,22 @@ def clampable(nodes: ContactNodes, corner: float = 1.0) -> Bool:
     Forces may lie outside the friction cone by the factor ``corner`` (``FrictionCone.corner``).
     """
     left = np.ones(len(nodes), dtype=bool)
-    ends = np.concatenate([nodes.a, nodes.b])
-    order = np.argsort(ends, kind="stable")
-    order = order[ends[order] >= 0]
-    first = np.searchsorted(ends[order], np.arange(ends.max(initial=-1) + 2))
-    peel(np.ascontiguousarray(nodes.normals), corner * nodes.mu, nodes.a, nodes.b, first, order % len(nodes), left)
+    body, other = np.concatenate([nodes.b, nodes.a]), np.concatenate([nodes.a, nodes.b])
+    inward, mu = np.concatenate([nodes.normals, -nodes.normals]), np.tile(corner * nodes.mu, 2)
+    order = np.argsort(body, kind="stable")
+    order = order[body[order] >= 0]
+    first = np.searchsorted(body[order], np.arange(body.max(initial=-1) + 2))
+    peel(inward[order], mu[order], order % max(len(nodes), 1), other[order], first, left)
     return left
 
 
 @compiled
-def peel(normals: Float, mu: Float, a: Int, b: Int, first: Int, at: Int, left: Bool) -> None:
-    """Clear ``left`` (I,) at nodes of one-sided bodies; body j has the nodes ``at[first[j]:first[j + 1]]``."""
+def peel(inward: Float, mu: Float, node: Int, other: Int, first: Int, left: Bool) -> None:
+    """Clear ``left`` (I,) at nodes of one-sided bodies.
+
+    Body j has the entries ``first[j]`` to ``first[j + 1]`` - 1. Each of them is a ``node`` with its normal ``inward``
+    (3,), its friction coefficient and the ``other`` body, -1 if that is fixed.
+    """
     count = len(first) - 1
     waiting, stack = np.ones(count, np.bool_), np.arange(count)
     size = count
@@ -41,53 +46,49 @@ def peel(normals: Float, mu: Float, a: Int, b: Int, first: Int, at: Int, left: B
         size -= 1
         body = stack[size]
         waiting[body] = False
-        if not one_sided(normals, mu, b, body, at[first[body] : first[body + 1]], left):
+        low, high = first[body], first[body + 1]
+        if not one_sided(inward[low:high], mu[low:high], node[low:high], left):
             continue
-        for k in range(first[body], first[body + 1]):
-            if not left[at[k]]:
-                continue
-            left[at[k]] = False
-            other = a[at[k]] if b[at[k]] == body else b[at[k]]
-            if other >= 0 and not waiting[other]:
-                waiting[other] = True
-                stack[size] = other
+        for k in range(low, high):
+            if left[node[k]] and other[k] >= 0 and not waiting[other[k]]:
+                waiting[other[k]] = True
+                stack[size] = other[k]
                 size += 1
+            left[node[k]] = False
 
 
 @compiled
 @lean
-def one_sided(normals: Float, mu: Float, b: Int, body: int, at: Int, left: Bool) -> bool:
-    """Whether all forces on a body, at the nodes ``at`` that are ``left``, lie on one side of a plane.
+def one_sided(inward: Float, mu: Float, node: Int, left: Bool) -> bool:
+    """Whether all forces on a body, at those of its nodes that are ``left``, lie on one side of a plane.
 
-    A plane is sought by turning it towards the force that is farthest behind it, until none is (the perceptron).
+    A plane is sought by turning it towards the force that is farthest behind it, until none is (the perceptron). Where
+    its normal vanishes, there is none: some forces balance each other.
     """
     x = y = z = 0.0  # along the normal of the plane
-    for k in at:
-        if left[k]:
-            sign = 1.0 if b[k] == body else -1.0
-            x, y, z = x + sign * normals[k, 0], y + sign * normals[k, 1], z + sign * normals[k, 2]
-    size = max(np.sqrt(x * x + y * y + z * z), CLEAR)
-    x, y, z = x / size, y / size, z / size
+    for k in range(len(node)):
+        if left[node[k]]:
+            x, y, z = x + inward[k, 0], y + inward[k, 1], z + inward[k, 2]
+    step = np.sqrt(x * x + y * y + z * z)  # of a turn
     for _ in range(TRIALS):
         size = np.sqrt(x * x + y * y + z * z)
         if size < CLEAR:
             return False
-        dx, dy, dz = x / size, y / size, z / size
         worst, fx, fy, fz = np.inf, 0.0, 0.0, 0.0
-        for k in at:
-            if not left[k]:
+        for k in range(len(node)):
+            if not left[node[k]]:
                 continue
-            sign = 1.0 if b[k] == body else -1.0
-            nx, ny, nz = sign * normals[k, 0], sign * normals[k, 1], sign * normals[k, 2]
-            ahead = nx * dx + ny * dy + nz * dz
-            tx, ty, tz = dx - ahead * nx, dy - ahead * ny, dz - ahead * nz
+            nx, ny, nz = inward[k, 0], inward[k, 1], inward[k, 2]
+            ahead = (nx * x + ny * y + nz * z) / size
+            tx, ty, tz = x / size - ahead * nx, y / size - ahead * ny, z / size - ahead * nz
             across = np.sqrt(tx * tx + ty * ty + tz * tz)
             length = np.sqrt(1 + mu[k] * mu[k])
-            if (ahead - mu[k] * across) / length < worst:
-                worst = (ahead - mu[k] * across) / length
+            room = (ahead - mu[k] * across) / length
+            if room < worst:
+                worst = room
                 back = mu[k] / max(across, 1e-300)  # friction acts against the part along the surface
                 fx, fy, fz = (nx - back * tx) / length, (ny - back * ty) / length, (nz - back * tz) / length
         if worst > CLEAR:
             return True
-        x, y, z = x + fx, y + fy, z + fz
+        x, y, z = x + step * fx, y + step * fy, z + step * fz
     return False
