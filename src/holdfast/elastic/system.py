@@ -25,7 +25,7 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 MOST_DENSE = 90  # displacements up to which dense elimination in compiled code is faster than fronts
-LEAST_COLUMNS = 3  # for which another thread pays
+LEAST_COLUMNS = 3  # for which another thread pays, where they do not take long
 SHARES = 3  # blocks of columns a thread: some take longer than others
 MOST_COLUMNS = 64  # of a block, after which it can be stopped
 LONG = 60  # displacements from which rest or a path may take longer than a user who stops it waits
@@ -75,10 +75,9 @@ class System:
         """Whether a single path may take longer than a user who stops it waits."""
         return len(self.model.wrench) >= LONG
 
-    @staticmethod
-    def threads(count: int) -> int:
+    def threads(self, count: int) -> int:
         """The number of threads that ``count`` columns are shared among, at least one."""
-        return max(min(free_threads(), count // LEAST_COLUMNS), 1)
+        return max(min(free_threads(), count if self.long else count // LEAST_COLUMNS), 1)
 
     def under(self, wrench: Float) -> System:
         """The same under another wrench (n,), in the model's units; both work in the same memory."""
