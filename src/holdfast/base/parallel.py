@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from contextvars import ContextVar, copy_context
 from functools import partial
 from queue import Empty, SimpleQueue
@@ -67,6 +68,20 @@ def left_if_stopped(function: Callable[P, R], *args: P.args, **kwargs: P.kwargs)
     while (result := call.ended(OFTEN)) is None:
         pass
     return result()
+
+
+def begin(function: Callable[[], object]) -> None:
+    """Call a function in a thread that nobody waits for: it makes early what others will ask for, and keeps it.
+
+    It hears of no deadline and is not heard of. What it raises is raised again where others ask for the same.
+    """
+
+    def run() -> None:
+        _shared.set(True)
+        with suppress(Exception):
+            function()
+
+    Thread(target=run, daemon=True).start()
 
 
 class _Call(Generic[R]):

@@ -145,7 +145,7 @@ class Patch(Value):
         if self.kind != "face":
             return 0.0
         ring = self.rings[0]
-        perimeter = float(np.linalg.norm(ring - np.roll(ring, -1, axis=0), axis=1).sum())
+        perimeter = float(np.linalg.norm(ring - flat.turned(ring, 1), axis=1).sum())
         return 2 * self.area / perimeter if perimeter > 0 else 0.0
 
     @property
@@ -173,7 +173,7 @@ class Patch(Value):
         (m, 2) of the outline's hull, the first of them as near to the outline's first one as can be.
         """
         hull = self.corners
-        hull = np.roll(hull, -int(np.argmin(np.hypot(*hull.T))), axis=0)  # of equal rectangles the outline's first one
+        hull = flat.turned(hull, int(np.argmin(np.hypot(*hull.T))))  # of equal rectangles the outline's first one
         axes, low, high = smallest_rectangle(hull)
         return frozen(axes), frozen(low), frozen(high), frozen(hull)
 
@@ -182,7 +182,7 @@ class Patch(Value):
         size = float(np.abs(frame.seen(self.polygon)).max())
         seen = [snapped(frame.seen(ring), size, BITS) for ring in (self.polygon, *self.holes)]
         first = [int(np.lexsort(snapped(ring, size, FIRST).T[::-1])[0]) for ring in seen]
-        outline, *holes = (np.roll(ring, -k, axis=0) for ring, k in zip(seen, first, strict=True))
+        outline, *holes = (flat.turned(ring, k) for ring, k in zip(seen, first, strict=True))
         holes.sort(key=lambda ring: ring[0].tolist())
         normal = snapped(self.normal @ frame.axes.T, 1.0, BITS) @ frame.axes
         return replace(

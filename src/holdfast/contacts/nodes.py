@@ -49,7 +49,7 @@ def interface_nodes(interface: Interface, count: int, sampling: Sampling, seed: 
 
 
 def _sampled(interface: Interface, count: int, sampling: Sampling, seed: int) -> list[tuple[Float, Float]]:
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(seed) if sampling == "paper" else None
     result = []
     total = sum(patch.measure for patch in interface.patches)
     for patch in interface.patches:
@@ -59,7 +59,7 @@ def _sampled(interface: Interface, count: int, sampling: Sampling, seed: int) ->
             continue
         if patch.kind != "face":
             points, weights = thin_sample(patch, share)
-        elif sampling == "paper":
+        elif random is not None:
             points, weights = paper_sample(patch, share, random)
         else:
             points, weights = _SAMPLES[sampling](patch, share)

@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull
 
 from holdfast.base.arrays import Float, Int, unit
 from holdfast.base.compiled import compiled
-from holdfast.geometry.polygon import without_collinear
+from holdfast.geometry.polygon import turned, without_collinear
 
 SAME = 1e-7  # of a unit square: points closer than this are one corner, and turns of twice that area are none
 
@@ -37,7 +37,7 @@ def convex_hull(points: Float, tolerance: float) -> Float:
 
 def smallest_rectangle(hull: Float) -> tuple[Float, Float, Float]:
     """The smallest rectangle around a hull (m, 2): rows of its (2, 2) axes, longer side first, and its bounds."""
-    edges = np.roll(hull, -1, axis=0) - hull
+    edges = turned(hull, 1) - hull
     directions = edges / np.linalg.norm(edges, axis=1, keepdims=True)
     across = np.column_stack([-directions[:, 1], directions[:, 0]])
     extents = np.ptp(hull @ directions.T, axis=0) * np.ptp(hull @ across.T, axis=0)

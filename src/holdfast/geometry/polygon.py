@@ -16,10 +16,18 @@ from holdfast.base.compiled import compiled
 from holdfast.geometry.tiling import tiled
 
 
+def turned(ring: Float, first: int) -> Float:
+    """The rows of a ring (k, ...) from number ``first`` on, and then those before it.
+
+    ``np.roll`` takes five times as long, and scans and pallets have many patches.
+    """
+    return np.concatenate((ring[first:], ring[:first]))
+
+
 def signed_area(ring: Float) -> float:
     """Area of a ring (k, 2), positive when counter-clockwise."""
     x, y = ring.T
-    return float(np.dot(x, np.roll(y, -1)) - np.dot(np.roll(x, -1), y)) / 2
+    return float(np.dot(x, turned(y, 1)) - np.dot(turned(x, 1), y)) / 2
 
 
 def oriented(ring: Float, *, clockwise: bool = False) -> Float:
@@ -32,7 +40,7 @@ def polynomial_moments(rings: Sequence[Float]) -> Float:
     total = np.zeros(6)
     for ring in rings:
         x, y = ring.T
-        u, v = np.concatenate((ring[1:], ring[:1])).T  # np.roll takes five times as long, and scans have many patches
+        u, v = turned(ring, 1).T
         cross = x * v - u * y
         total += [
             cross.sum() / 2,
@@ -54,7 +62,7 @@ def distance_moment(rings: Sequence[Float], centre: Float) -> float:
     total = 0.0
     for ring in rings:
         p = ring - centre
-        q = np.roll(p, -1, axis=0)
+        q = turned(p, 1)
         edge = q - p
         length = np.linalg.norm(edge, axis=1)
         keep = length > 0
@@ -70,7 +78,7 @@ def distance_moment(rings: Sequence[Float], centre: Float) -> float:
 
 def without_collinear(ring: Float, tolerance: float) -> Float:
     """The ring (k, 2) without vertices nearer than ``tolerance`` to the line through their neighbours."""
-    before, after = np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0)
+    before, after = turned(ring, -1), turned(ring, 1)
     chord, back = after - before, ring - before
     area = np.abs(chord[:, 0] * back[:, 1] - chord[:, 1] * back[:, 0])
     if ((area > tolerance * np.hypot(*chord.T)) & (np.hypot(*back.T) > tolerance)).all():

@@ -46,8 +46,9 @@ class Review:
         - A peak above HUGE times the weight is infinite if contact forces balance the load alone, with friction, by
           both methods, or if elastic contacts come to rest under BEYOND times the peak: the path has left its branch.
           So is a peak above ENDLESS times the weight if limit analysis finds forces that balance the load alone: there
-          the weight is nothing but a disturbance of the balance, of the size of those that a path is lost by. If none is found, such a peak without a lower bound is undecided where limit analysis finds no end. An
-          undecided answer is infinite for the same reasons if its path was lost above HUGE times the weight.
+          the weight is nothing but a disturbance of the balance, of the size of those that a path is lost by. If
+          nothing of this is found, such a peak without a lower bound is undecided where limit analysis finds no end.
+          An undecided answer is infinite for the same reasons if its path was lost above HUGE times the weight.
         """
         size, own = self._sizes(W), self._own(W)
         bounded = not isinstance(accuracy, ForcesOnly)

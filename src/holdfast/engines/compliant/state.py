@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from threading import RLock
+from threading import Event, RLock
 from typing import TypeAlias
 
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.parallel import begin, free_threads
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.engines.answers import Answers, Bound, Claim
 from holdfast.engines.compliant.columns import Columns, followed, surveyed
@@ -69,6 +70,7 @@ class Standing:
     refined: Refined
     loose: tuple[str, ...] = ()
     _asking: RLock = field(default_factory=RLock, init=False, repr=False)  # searches for rest work in the grids' memory
+    _begun: Event = field(default_factory=Event, init=False, repr=False)  # what lower bounds need
 
     @property
     def grid(self) -> Grid:
@@ -99,6 +101,8 @@ class Standing:
     def _load_factor(self, W: Float, accuracy: Accuracy) -> Answers:
         loaded = _loaded(W)
         asked = W[:, loaded]
+        if len(loaded) and not isinstance(accuracy, ForcesOnly):
+            self._begin_bounds()
         if not len(loaded):
             columns = Columns.unknown(0)
         elif isinstance(accuracy, Within) and (groups := by_body(asked, MANY)):
@@ -123,6 +127,12 @@ class Standing:
             if not self._wedged.possible:
                 held[rows] = self.refined.held(W[:, rows])
         return np.asarray(held)
+
+    def _begin_bounds(self) -> None:
+        """Begin once what lower bounds need, while the first long path is followed, which leaves a processor idle."""
+        if self.grid.system.long and free_threads() > 1 and not self._begun.is_set():
+            self._begun.set()
+            begin(lambda: (self.grid.finer, self._wedged.possible))
 
     @cached_property
     def _wedged(self) -> Wedged:
