@@ -8,7 +8,7 @@ from threading import Event, current_thread
 
 import pytest
 
-from holdfast.base.parallel import free_threads, in_parallel, left_if_stopped
+from holdfast.base.parallel import begin, free_threads, in_parallel, left_if_stopped
 from holdfast.base.progress import listening, report
 
 
@@ -80,3 +80,21 @@ def test_a_call_that_may_be_left_returns_and_raises_as_any_other() -> None:
     with pytest.raises(ZeroDivisionError):
         left_if_stopped(divmod, 7, 0)
     assert left_if_stopped(current_thread).daemon
+
+
+def test_what_is_begun_is_waited_for_by_nobody_and_raises_nowhere() -> None:
+    go_on, ended = Event(), Event()
+    seen: list[int] = []
+
+    def work() -> None:
+        go_on.wait(60)
+        seen.append(free_threads())
+        ended.set()
+        raise ValueError("nobody hears of it")
+
+    with listening(lambda stage, done, total: seen.append(-1)):
+        begin(work)
+    assert not seen
+    go_on.set()
+    assert ended.wait(60)
+    assert seen == [1]

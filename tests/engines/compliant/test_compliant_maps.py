@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from threading import Event
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,10 +14,12 @@ from scipy.spatial import Delaunay
 import holdfast as hf
 from holdfast.base.arrays import Float, Int
 from holdfast.elastic.outcome import PathOutcome
+from holdfast.elastic.path import PathResult
 from holdfast.elastic.system import System
 from holdfast.engines.answers import Answers, joined
 from holdfast.engines.compliant import columns
 from holdfast.engines.compliant.engine import Compliant
+from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.interpolated import Solved, Survey, survey
 from holdfast.engines.compliant.state import MANY, Standing
 from holdfast.engines.contract import Within
@@ -146,6 +150,42 @@ def test_answers_do_not_depend_on_the_number_of_threads(monkeypatch: pytest.Monk
     for other in found[1:]:
         for name in ("force", "lower", "solved", "error"):
             np.testing.assert_array_equal(getattr(other, name), getattr(found[0], name))
+
+
+def test_lower_bounds_are_begun_while_a_long_path_is_followed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The finer grid is made in another thread, where there is a processor for it; answers are the same."""
+    followed, made, seen, found = Grid.paths, Event(), [], []
+
+    def paths(grid: Grid, W: Float, **options: Any) -> PathResult:
+        seen.append(made.wait(0 if threads == 1 else 60))
+        return followed(grid, W, **options)
+
+    def finer(grid: Grid) -> Grid:
+        result = grid._finer
+        made.set()
+        return result
+
+    monkeypatch.setattr(Grid, "paths", paths)
+    monkeypatch.setattr(Grid, "finer", property(finer))
+    for threads in (1, 2):
+        made.clear()
+        monkeypatch.setattr("holdfast.engines.compliant.state.free_threads", lambda: threads)  # noqa: B023
+        assembly = hf.assemble(shipped_scene("bonded_wall"))
+        W = push_columns(assembly, 7, assembly.com[[7]], np.eye(3)[:1])
+        state = hf.Compliant().prepare(assembly)
+        assert state.grid.system.long
+        found.append(state.load_factor(W))
+    assert seen[0] is False
+    assert seen[-1] is True
+    for name in ("force", "lower"):
+        np.testing.assert_array_equal(getattr(found[0], name), getattr(found[1], name))
+
+
+@pytest.mark.parametrize("count", [1, 2, 7])
+def test_every_long_path_may_have_a_thread_of_its_own(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("holdfast.elastic.system.free_threads", lambda: 4)
+    for name, threads in (("bonded_wall", min(count, 4)), ("stack", max(count // 3, 1))):
+        assert hf.Compliant().prepare(hf.assemble(shipped_scene(name))).grid.system.threads(count) == threads
 
 
 def test_with_a_gap_of_nothing_a_map_solves_every_point() -> None:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from compliant_scenes import block
 
 import holdfast as hf
 from holdfast.base.arrays import Float
@@ -128,3 +129,16 @@ def test_a_push_above_the_middle_third_of_a_face_that_bears_nothing_at_rest() ->
     force = hf.robustness(row, "b0_0", points, [(1, 0, 0)] * len(points)).force
     assert force[:4] == pytest.approx(0.6 * 8 * 9.81, rel=1e-4)
     assert force[4:] == pytest.approx(0.6 * 8 * 9.81, rel=0.01)
+
+
+def test_presses_of_a_dense_pallet_are_endless_as_limit_analysis_says() -> None:
+    """Sixty boxes side by side: paths are lost at a thousand times the weight of all of them and more (S2)."""
+    size, boxes = np.array([0.2, 0.15, 0.1]), []
+    for i, j, k in np.ndindex(5, 4, 3):
+        centre = size * (i - 2, j - 1.5, k + 0.5)
+        boxes.append(block(f"b{i}_{j}_{k}", size, centre, 2 + 0.1 * ((i + 2 * j + 3 * k) % 5)))
+    assembly = hf.assemble(hf.Scene([block("floor", (6, 6, 0.1), (0, 0, -0.05), fixed=True), *boxes], 0.5))
+    points = [[x, y, 0.3] for x, y in ((-3 / 35, 0.105), (2 / 35, 0.105), (3 / 35, 0.135))]
+    for engine, weights in (("limit", 0.0), ("compliant", 1e3)):
+        force = hf.robustness(assembly, "b2_2_2", points, [0, 0, -1], engine=engine).force
+        assert (np.isinf(force) | (force < weights * assembly.weight)).all()
