@@ -22,10 +22,11 @@ class Skin(NamedTuple):
 
     All of them are read-only: a skin with one that is not would be compiled for anew.
 
-    ``triangles`` (F, 3, 3) with ``normals`` (F, 3) and boxes ``low``, ``high`` (F, 3); ``faces`` (F, 3) and the fields
-    of Topology; ``mean`` (V, 3) normals of smooth vertices, zero at sharp ones; ``owns_vertex`` and ``owns_edge``
-    (F, 3) give every vertex and edge to one face; ``outward`` (F, 3, 3) are the unit directions in a face's plane
-    across its edges, away from it; ``facet`` (F,) is the large flat face a triangle is part of, or -1.
+    ``triangles`` (F, 3, 3) with ``normals`` (F, 3) and boxes ``low``, ``high`` (F, 3); ``box`` (2, 3) is the lowest and
+    the highest corner of all of them; ``faces`` (F, 3) and the fields of Topology; ``mean`` (V, 3) normals of smooth
+    vertices, zero at sharp ones; ``owns_vertex`` and ``owns_edge`` (F, 3) give every vertex and edge to one face;
+    ``outward`` (F, 3, 3) are the unit directions in a face's plane across its edges, away from it; ``facet`` (F,) is
+    the large flat face a triangle is part of, or -1.
     """
 
     vertices: Float
@@ -33,6 +34,7 @@ class Skin(NamedTuple):
     normals: Float
     low: Float
     high: Float
+    box: Float
     faces: Int
     edges: Int
     sides: Int
@@ -55,12 +57,14 @@ class Skin(NamedTuple):
         owner[faces[::-1].ravel()] = np.repeat(np.arange(count)[::-1], 3)
         number = np.arange(count)[:, None]
         triangles = surface.vertices[faces]
+        low, high = triangles.min(1), triangles.max(1)
         skin = cls(
             np.ascontiguousarray(surface.vertices),
             np.ascontiguousarray(triangles),
             np.ascontiguousarray(surface.normals),
-            np.ascontiguousarray(triangles.min(1)),
-            np.ascontiguousarray(triangles.max(1)),
+            np.ascontiguousarray(low),
+            np.ascontiguousarray(high),
+            _box(low, high),
             np.ascontiguousarray(faces),
             topology.edges,
             topology.sides,
@@ -75,6 +79,11 @@ class Skin(NamedTuple):
             local.facets.label,
         )
         return sealed(skin)
+
+
+def _box(low: Float, high: Float) -> Float:
+    """The lowest and the highest corner (2, 3) of boxes (F, 3)."""
+    return np.array([[column.min() for column in low.T], [column.max() for column in high.T]])
 
 
 def _outward(triangles: Float, normals: Float) -> Float:
@@ -107,6 +116,7 @@ def moved_skin(local: Skin, pose: Float) -> Skin:
         normals=np.ascontiguousarray(local.normals @ turn),
         low=low,
         high=high,
+        box=_box(low, high),
         mean=np.ascontiguousarray(local.mean @ turn),
         outward=np.ascontiguousarray((local.outward.reshape(-1, 3) @ turn).reshape(-1, 3, 3)),
     )
@@ -159,7 +169,7 @@ def in_reach(a: Skin, b: Skin, gap: float) -> tuple[Bool, Bool]:
 
 def _common(a: Skin, b: Skin, gap: float) -> tuple[Float, Float]:
     """The lowest and the highest corner (3,) of what the boxes of both bodies share, wider by ``gap`` on all sides."""
-    return np.maximum(a.low.min(0), b.low.min(0)) - gap, np.minimum(a.high.max(0), b.high.max(0)) + gap
+    return np.maximum(a.box[0], b.box[0]) - gap, np.minimum(a.box[1], b.box[1]) + gap
 
 
 def _near_faces(

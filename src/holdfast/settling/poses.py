@@ -112,8 +112,8 @@ def nearest_rotation(matrix: Float) -> Float:
 
 def pairs_near(bodies: Sequence[Posed], gap: float, excluded: frozenset[frozenset[str]]) -> list[tuple[int, int]]:
     """Return the pairs of numbers of bodies, not both fixed nor excluded, whose boxes come within ``gap`` [m]."""
-    low = np.array([posed.skin.low.min(0) for posed in bodies]) - gap / 2
-    high = np.array([posed.skin.high.max(0) for posed in bodies]) + gap / 2
+    low = np.array([posed.skin.box[0] for posed in bodies]) - gap / 2
+    high = np.array([posed.skin.box[1] for posed in bodies]) + gap / 2
     fixed = np.array([posed.start.fixed for posed in bodies])
     near = ((low[:, None] <= high[None]) & (low[None] <= high[:, None])).all(2) & ~(fixed[:, None] & fixed[None])
     names = [posed.start.name for posed in bodies]

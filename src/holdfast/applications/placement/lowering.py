@@ -144,7 +144,7 @@ def touching(moved: Moved, pose: Float, stills: Sequence[Still], reach: float) -
     Raises SceneError if the friction coefficient there is not known.
     """
     skin = moved_skin(moved.skin, pose)
-    low, high = skin.low.min(0) - reach, skin.high.max(0) + reach
+    low, high = skin.box[0] - reach, skin.box[1] + reach
     points, normals, gaps, mu = [np.empty((0, 3))], [np.empty((0, 3))], [np.empty(0)], [np.empty(0)]
     for still in stills:
         other = still.skin
