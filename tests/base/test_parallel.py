@@ -88,13 +88,14 @@ def test_what_is_begun_is_waited_for_by_nobody_and_raises_nowhere() -> None:
 
     def work() -> None:
         go_on.wait(60)
+        report("begun", 0, 1)
         seen.append(free_threads())
         ended.set()
         raise ValueError("nobody hears of it")
 
     with listening(lambda stage, done, total: seen.append(-1)):
         begin(work)
-    assert not seen
-    go_on.set()
-    assert ended.wait(60)
+        assert not seen
+        go_on.set()
+        assert ended.wait(60)
     assert seen == [1]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import suppress
 from contextvars import ContextVar, copy_context
 from functools import partial
 from queue import Empty, SimpleQueue
@@ -73,15 +72,16 @@ def left_if_stopped(function: Callable[P, R], *args: P.args, **kwargs: P.kwargs)
 def begin(function: Callable[[], object]) -> None:
     """Call a function in a thread that nobody waits for: it makes early what others will ask for, and keeps it.
 
-    It hears of no deadline and is not heard of. What it raises is raised again where others ask for the same.
+    It has no threads of its own, and its reports are not heard. What it raises is raised again where others ask for the
+    same.
     """
 
     def run() -> None:
         _shared.set(True)
-        with suppress(Exception):
+        with unheard():
             function()
 
-    Thread(target=run, daemon=True).start()
+    _Call(run)
 
 
 class _Call(Generic[R]):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from holdfast.base.arrays import Float, Int
+from holdfast.geometry.polygon import turned
 
 NO_AREA = 1e-300  # [m²] a triangle with less has no direction: its normal is 0
 
@@ -32,5 +33,5 @@ def normals_of(vertices: Float, faces: Int) -> Float:
 def outline_vector(ring: Float) -> Float:
     """(3,) area vector of a flat outline (k, 3), counter-clockwise seen from its tip [m²] (Newell)."""
     x, y, z = ring.T
-    u, v, w = np.concatenate((ring[1:], ring[:1])).T  # np.cross and np.roll take four times as long, and all pieces ask
+    u, v, w = turned(ring, 1).T  # np.cross takes four times as long, and all pieces ask
     return np.array([(y * w - z * v).sum(), (z * u - x * w).sum(), (x * v - y * u).sum()]) / 2

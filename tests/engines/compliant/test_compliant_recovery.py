@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from compliant_scenes import block
 
 import holdfast as hf
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Float, objects
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.compliant.refinement import LEAST_ERROR, SAFETY
+from holdfast.engines.compliant.review import Review
+from holdfast.engines.compliant.state import Standing
+from holdfast.engines.contract import EXACT
+from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
 
 PUSH = ("cube1", (-0.05, 0.01, 0.05), (1.0, 0.2, -0.1))
@@ -142,3 +147,21 @@ def test_presses_of_a_dense_pallet_are_endless_as_limit_analysis_says() -> None:
     for engine, weights in (("limit", 0.0), ("compliant", 1e3)):
         force = hf.robustness(assembly, "b2_2_2", points, [0, 0, -1], engine=engine).force
         assert (np.isinf(force) | (force < weights * assembly.weight)).all()
+
+
+def test_a_peak_far_above_the_weight_is_endless_only_if_its_lower_bound_says_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A path that ends sooner on finer nodes leaves no lower bound: then two methods contradict each other."""
+    monkeypatch.setattr(Review, "_endless", lambda *_: False)
+    assembly = hf.assemble(shipped_scene("stack"))
+    W = push_columns(assembly, 0, assembly.com[:1], -np.eye(3)[2:]).repeat(3, 1)
+    state = hf.Compliant().prepare(assembly)
+    assert isinstance(state, Standing)
+    found, far = state.load_factor(W), 1e4 * assembly.weight
+    assert (found.status == hf.Status.INFINITE).all()
+    lower = np.array([0.9, 0.01, 0.0]) * far
+    ended = replace(found, status=objects(3 * [hf.Status.FINITE]), force=np.full(3, far), lower=lower)
+    told = state._review.of(ended, W, EXACT)
+    assert told.status.tolist() == [hf.Status.INFINITE, hf.Status.FINITE, hf.Status.UNDECIDED]
+    assert told.lower[1:].tolist() == lower[1:].tolist()

@@ -17,7 +17,7 @@ from holdfast.engines.verdict import Status
 SLIGHT = 1e-4  # push, relative to the pushed body's weight, below which a body that is only balanced gives way to any
 HUGE = 10.0  # push, relative to the group's weight, above which a finite peak has to be confirmed
 CONTRADICTION = 0.05  # share by which a peak may lie above the proved bound before it counts as wrong
-ENDLESS = 1e3  # push, relative to the group's weight, above which a path that may be endless is not doubted any longer
+ENDLESS = 1e3  # lower bound, relative to the group's weight, above which limit analysis decides whether there is an end
 BEYOND = 30.0  # times a peak: bodies that rest under such a load do not move at the peak
 PATIENCE = 200  # steps of Newton's method after which rest under such a load is not sought any longer
 ALONE = 1e-6  # what the faint hold may carry of a load that contacts are to balance alone
@@ -45,10 +45,11 @@ class Review:
           lowered to it.
         - A peak above HUGE times the weight is infinite if contact forces balance the load alone, with friction, by
           both methods, or if elastic contacts come to rest under BEYOND times the peak: the path has left its branch.
-          So is a peak above ENDLESS times the weight if limit analysis finds forces that balance the load alone: there
-          the weight is nothing but a disturbance of the balance, of the size of those that a path is lost by. If
-          nothing of this is found, such a peak without a lower bound is undecided where limit analysis finds no end.
-          An undecided answer is infinite for the same reasons if its path was lost above HUGE times the weight.
+          So is a peak whose lower bound, which the finer grid confirms, is above ENDLESS times the weight, if limit
+          analysis finds forces that balance the load alone: there the weight is nothing but a disturbance of the
+          balance, of the size of those that a path is lost by. If nothing of this is found, such a peak without a lower
+          bound is undecided where limit analysis finds no end. An undecided answer is infinite if its path was lost
+          above HUGE times the weight and one of the two searches for rest succeeds.
         """
         size, own = self._sizes(W), self._own(W)
         bounded = not isinstance(accuracy, ForcesOnly)
@@ -62,15 +63,16 @@ class Review:
         upper[doubtful] = top = np.minimum(upper[doubtful], certain.upper)
         for k, row in enumerate(doubtful.tolist()):
             unknown, infinite = status[row] is Status.UNDECIDED, certain.status[k] is Status.INFINITE
+            confirmed = not self.grid.held and lower[row] * size[row] > ENDLESS  # a faint hold may have helped
             if min(top[k], np.inf if unknown or not self.grid.held else force[row]) * own[row] <= SLIGHT:
                 status[row], force[row], lower[row] = Status.FINITE, 0.0, 0.0
                 mechanism[row] = certain.mechanism[k] if mechanism[row] is None else mechanism[row]
             elif unknown:
-                if infinite and self._endless_behind(W[:, row], float(size[row])):
+                if infinite and self._endless_behind(W[:, row], size[row]):
                     status[row], force[row], lower[row], mechanism[row] = Status.INFINITE, np.inf, np.inf, None
             elif force[row] > (1 + CONTRADICTION) * top[k]:
                 status[row], force[row], lower[row], mechanism[row] = Status.UNDECIDED, 0.0, 0.0, None
-            elif infinite and self._endless(W[:, row], float(force[row]), float(size[row])):
+            elif infinite and (confirmed or self._endless(W[:, row], float(force[row]))):
                 status[row], force[row], lower[row], mechanism[row] = Status.INFINITE, np.inf, np.inf, None
             elif infinite and bounded and lower[row] <= 0 and force[row] * size[row] > HUGE:
                 status[row], force[row], lower[row], mechanism[row] = Status.UNDECIDED, 0.0, 0.0, None
@@ -111,15 +113,11 @@ class Review:
     def _endless_behind(self, column: Float, size: float) -> bool:
         """Tell whether the path of one load (6J,) was lost far above the weight although it has no end."""
         reached = float(self.grid.paths(column[:, None]).peak[0])
-        return HUGE < reached * size < np.inf and self._endless(column, reached, size)
+        return HUGE < reached * size < np.inf and self._endless(column, reached)
 
-    def _endless(self, column: Float, peak: float, size: float) -> bool:
-        """Tell whether elastic contacts balance one load (6J,) without any weight, or BEYOND times its ``peak``.
-
-        Where limit analysis finds no end, a peak of more than ENDLESS times the weight by a load of this ``size`` is
-        proof enough, unless the faint hold may have helped.
-        """
-        if not np.isfinite(peak) or (peak * size > ENDLESS and not self.grid.held):
+    def _endless(self, column: Float, peak: float) -> bool:
+        """Tell whether elastic contacts balance one load (6J,) without any weight, or BEYOND times its ``peak``."""
+        if not np.isfinite(peak):
             return True
         grid = self.grid if self.grid.held else self.grid.with_hold
         load = grid.loads(column[:, None])[0]
