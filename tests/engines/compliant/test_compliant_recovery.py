@@ -137,7 +137,11 @@ def test_a_push_above_the_middle_third_of_a_face_that_bears_nothing_at_rest() ->
 
 
 def test_presses_of_a_dense_pallet_are_endless_as_limit_analysis_says() -> None:
-    """Sixty boxes side by side: paths are lost at a thousand times the weight of all of them and more (S2)."""
+    """Sixty boxes side by side: paths are lost at a thousand times the weight of all of them and more (S2).
+
+    Where exactly, and which of them, is decided by rounding, and so by the processor. That no end is told where
+    two grids lead to a thousand weights is not.
+    """
     size, boxes = np.array([0.2, 0.15, 0.1]), []
     for i, j, k in np.ndindex(5, 4, 3):
         centre = size * (i - 2, j - 1.5, k + 0.5)
@@ -145,8 +149,8 @@ def test_presses_of_a_dense_pallet_are_endless_as_limit_analysis_says() -> None:
     assembly = hf.assemble(hf.Scene([block("floor", (6, 6, 0.1), (0, 0, -0.05), fixed=True), *boxes], 0.5))
     points = [[x, y, 0.3] for x, y in ((-3 / 35, 0.105), (2 / 35, 0.105), (3 / 35, 0.135))]
     for engine, weights in (("limit", 0.0), ("compliant", 1e3)):
-        force = hf.robustness(assembly, "b2_2_2", points, [0, 0, -1], engine=engine).force
-        assert (np.isinf(force) | (force < weights * assembly.weight)).all()
+        lower = hf.robustness(assembly, "b2_2_2", points, [0, 0, -1], engine=engine).lower
+        assert (np.isinf(lower) | (lower < weights * assembly.weight)).all()
 
 
 def test_a_peak_far_above_the_weight_is_endless_only_if_its_lower_bound_says_so(
