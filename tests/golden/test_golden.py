@@ -152,7 +152,7 @@ def misfits(topic: str, old: Any, new: Any) -> list[str]:
                 found.append(text)
             continue
         scale, engine = unit(topic, path, field), engine_of(path)
-        if field == "upper" and all(v == "inf" or v > HUGE * scale for v in (a, b)):
+        if field in ("lower", "upper") and all(v == "inf" or v > HUGE * scale for v in (a, b)):
             continue
         question = path[0] if isinstance(path[0], str) else ""
         allowed = rule(topic, engine, field, question)

@@ -10,6 +10,7 @@ import holdfast as hf
 from holdfast.engines.contract import Within
 from holdfast.engines.limit.engine import Limit
 from holdfast.engines.limit.program import LoadProgram
+from holdfast.engines.verdict import Status
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
 
@@ -84,3 +85,31 @@ def test_two_runs_agree_to_the_bit() -> None:
     first, second = (hf.robustness_map(assembly, ["slab"], spacing=0.02, engine="limit") for _ in range(2))
     np.testing.assert_array_equal(first.lower, second.lower)
     np.testing.assert_array_equal(first.upper, second.upper)
+
+
+def test_presses_over_an_edge_are_endless_like_those_beside_them() -> None:
+    """Over the edge of a leg only nodes in one line press, which balance no torque about it, not even that of rounding.
+
+    What rounding leaves is then balanced by all nodes, so that the bound is large instead of infinite. A bound of 0
+    would be no corner to interpolate from: each press beside the edge took a solve of its own.
+    """
+    assembly = hf.assemble(shipped_scene("table"))
+    solves = 0
+    original = LoadProgram.maximise
+
+    def counted(program: LoadProgram, load: np.ndarray, around: float | None = None) -> object:
+        nonlocal solves
+        solves += 1
+        return original(program, load, around)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(LoadProgram, "maximise", counted)
+        result = hf.robustness_map(assembly, None, spacing=0.02, engine="limit")
+    assert solves < 0.25 * len(result.force)
+    endless = np.isinf(result.upper)
+    assert endless.sum() > 100
+    assert (result.lower[endless] > 1e6 * assembly.weight).all()
+    assert np.isinf(result.force[endless]).all()
+    slab, state = assembly.index["slab"], Limit().prepare(assembly)
+    for column in push_columns(assembly, slab, result.points[endless], -result.normals[endless]).T:
+        assert state.solve(column).status is Status.INFINITE

@@ -27,8 +27,10 @@ NEIGHBOURS = 10  # solved loads, the nearest, that are combined for a bound at a
 
 ROUNDING = 1e-14  # of the terms of a sum: more than the rounding of every step of it
 SLIGHT = 1e-13  # smaller shares in a combination count as none
+ALIKE = 1e-9  # of the loads that make another one up: what it may miss of it to be endless like them, if not proved
 
 Solve = Callable[[Float], list[LoadLimit]]  # of load columns (6J, k)
+Elsewhere = Callable[[Float], tuple[Float, Float, Bool]]  # γ, spare and endless as in ``_Face``, of loads (m, 6)
 
 
 def certify(columns: Float, first: int, solve: Solve, cuts: Cuts, gap: float, lever: float, slope: Float) -> Field:
@@ -54,14 +56,15 @@ def certify(columns: Float, first: int, solve: Solve, cuts: Cuts, gap: float, le
         for k, limit in zip(chosen.tolist(), solve(columns[:, chosen]), strict=True):
             _enter(bounds, k, limit)
 
-    def elsewhere(wanted: Float) -> tuple[Float, Float]:
+    def elsewhere(wanted: Float) -> tuple[Float, Float, Bool]:
         full = np.zeros((len(columns), len(wanted)))
         full[first : first + 6] = wanted.T
         limits = solve(full)
         for limit in limits:
             cuts.learn(limit)
         spare = [_spare(limit, first) for limit in limits]
-        return np.array([_high(limit) for limit in limits]), np.array(spare).reshape(-1, 6)
+        endless = np.array([limit.status is Status.INFINITE for limit in limits], dtype=bool)
+        return np.array([_high(limit) for limit in limits]), np.array(spare).reshape(-1, 6), endless
 
     groups, rest = flat_groups(loads)
     _flat(bounds, groups, at, elsewhere, gap, slope)
@@ -99,8 +102,8 @@ def _enter(bounds: Field, k: int, limit: LoadLimit) -> None:
 class _Face:
     """The pushes ``members`` (n,) of one direction, at ``points`` (n, 2) of a unit square of their moments.
 
-    At ``places`` (m, 2) of the square are ``loads`` (m, 6), at which γ is at most ``values`` (m,); ``spare`` (m, 6) as
-    in ``_envelope``.
+    At ``places`` (m, 2) of the square are ``loads`` (m, 6), at which γ is at most ``values`` (m,); ``spare`` (m, 6) and
+    ``endless`` (m,) as in ``_envelope``.
     """
 
     members: Int
@@ -109,6 +112,7 @@ class _Face:
     loads: Float
     values: Float
     spare: Float
+    endless: Bool
 
     @classmethod
     def of(cls, members: Int, loads: Float) -> _Face:
@@ -121,14 +125,22 @@ class _Face:
         low, high = low - pad, high + pad
         places = np.array([(x, y) for x in (0.0, 1.0) for y in (0.0, 1.0)])
         corners = np.column_stack([np.tile(force, (4, 1)), (low + places * (high - low)) @ frame])
-        return cls(members, (chart - low) / (high - low), places, corners, np.empty(0), np.empty((0, 6)))
+        return cls(
+            members,
+            (chart - low) / (high - low),
+            places,
+            corners,
+            np.empty(0),
+            np.empty((0, 6)),
+            np.empty(0, dtype=bool),
+        )
 
     def lowered(self, bounds: Field, gap: float, slope: Float) -> Int:
         """Interpolate over the face; returns one of its doubtful pushes for each facet that has any, as places (k,)."""
         doubtful = np.flatnonzero(bounds.doubtful(self.members, gap))
         undone, facet = self.members[doubtful], np.arange(len(doubtful))
         if len(undone) and np.isfinite(self.values).all():
-            known = self.places, self.loads, self.values, self.spare
+            known = self.places, self.loads, self.values, self.spare, self.endless
             above, endless, facet = _envelope(*known, self.points[doubtful], bounds.loads[undone], slope)
             bounds.high[undone] = np.minimum(bounds.high[undone], above)
             bounds.endless[undone] |= endless
@@ -142,13 +154,14 @@ class _Face:
         self.loads = np.vstack([self.loads, bounds.loads[solved]])
         self.values = np.concatenate([self.values, bounds.high[solved]])
         self.spare = np.vstack([self.spare, bounds.spare[solved]])
+        self.endless = np.concatenate([self.endless, bounds.endless[solved]])
 
 
 def _flat(
     bounds: Field,
     groups: list[Int],
     at: Callable[[Int], None],
-    elsewhere: Callable[[Float], tuple[Float, Float]],
+    elsewhere: Elsewhere,
     gap: float,
     slope: Float,
 ) -> None:
@@ -159,9 +172,10 @@ def _flat(
     count = len(bounds.loads)
     faces = [_Face.of(members, bounds.loads[members]) for members in groups]
     if faces:
-        values, spare = elsewhere(np.vstack([face.loads for face in faces]))
+        values, spare, endless = elsewhere(np.vstack([face.loads for face in faces]))
         for k, face in enumerate(faces):
-            face.values, face.spare = values[4 * k : 4 * k + 4], spare[4 * k : 4 * k + 4]
+            four = slice(4 * k, 4 * k + 4)
+            face.values, face.spare, face.endless = values[four], spare[four], endless[four]
     while faces:
         bounds.rise()
         chosen = [(face, face.lowered(bounds, gap, slope)) for face in faces]
@@ -175,15 +189,24 @@ def _flat(
 
 
 def _envelope(
-    places: Float, loads: Float, values: Float, spare: Float, points: Float, wanted: Float, slope: Float
+    places: Float,
+    loads: Float,
+    values: Float,
+    spare: Float,
+    endless: Bool,
+    points: Float,
+    wanted: Float,
+    slope: Float,
 ) -> tuple[Float, Bool, Int]:
     """Upper bounds (n,) of γ at the loads ``wanted`` (n, 6), which lie at ``points`` (n, 2) of a square.
 
     γ is at most ``values`` (m,) at the ``loads`` (m, 6), which lie at ``places`` (m, 2). Each wanted load is a
     combination of those at the corners of the facet of the lower hull below it, with no negative shares, and a
-    difference that ``slope`` (6,) pays for; so a hull that was joggled gives valid bounds, too. Loads of which any
-    multiple is carried leave γ = 0 if the difference is less than what one of them takes besides (``spare`` (m, 6)).
-    Also returns where (n,) this is so, and the facets (n,).
+    difference that ``slope`` (6,) pays for; so a hull that was joggled gives valid bounds, too.
+
+    Corners in ``endless`` (m,) were found to be carried up to any multiple, and so is what they make up: the forces
+    that balance them alone add up, too. The bound of γ is 0 if all of that is proved and one corner takes the
+    difference besides (``spare`` (m, 6)). Also returns where (n,) a load is made up of endless ones, and the facets.
     """
     height = max(float(np.ptp(values)), 1e-300)
     lifted = np.column_stack([places, (values - values.min()) / height])
@@ -205,10 +228,10 @@ def _envelope(
     size = np.abs(wanted) + np.einsum("nk,nkc->nc", shares, np.abs(corners))
     missing = np.abs(wanted - np.einsum("nk,nkc->nc", shares, corners)) + ROUNDING * size
     paid = _paid(slope, missing)
-    most = shares.argmax(1)
-    held = _paid(spare[facets[best]][row, most], missing) <= shares[row, most] * (1 - ROUNDING)
-    endless = held & (np.where(shares > 0, values[facets[best]], 0.0) == 0).all(1)
-    return np.where(endless, 0.0, (summed + paid) * (1 + ROUNDING)), endless, best
+    made = (endless[facets[best]] | (shares == 0)).all(1) & (missing <= ALIKE * size).all(1)
+    held = np.stack([_paid(spare[facets[best, k]], missing) <= shares[:, k] * (1 - ROUNDING) for k in range(3)])
+    proved = made & (summed == 0) & held.any(0)
+    return np.where(proved, 0.0, (summed + paid) * (1 + ROUNDING)), made, best
 
 
 def _paid(slope: Float, missing: Float) -> Float:
@@ -233,7 +256,7 @@ def _curved(
     bounds: Field,
     members: Int,
     at: Callable[[Int], None],
-    elsewhere: Callable[[Float], tuple[Float, Float]],
+    elsewhere: Elsewhere,
     gap: float,
     lever: float,
 ) -> None:
