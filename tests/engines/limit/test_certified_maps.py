@@ -15,19 +15,26 @@ from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
 
 
-def checked(assembly: hf.Assembly, body: str, spacing: float, gap: float = 0.01) -> tuple[hf.RobustnessMap, int]:
-    """A map whose bounds are checked by 200 direct solves; the number of solves it took."""
+def counted(
+    assembly: hf.Assembly, bodies: list[str] | None, spacing: float, gap: float = 0.01
+) -> tuple[hf.RobustnessMap, int]:
+    """A map and the number of solves it took."""
     solves = 0
     original = LoadProgram.maximise
 
-    def counted(program: LoadProgram, load: np.ndarray, around: float | None = None) -> object:
+    def maximise(program: LoadProgram, load: np.ndarray, around: float | None = None) -> object:
         nonlocal solves
         solves += 1
         return original(program, load, around)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(LoadProgram, "maximise", counted)
-        result = hf.robustness_map(assembly, [body], spacing=spacing, engine="limit", gap=gap)
+        patch.setattr(LoadProgram, "maximise", maximise)
+        return hf.robustness_map(assembly, bodies, spacing=spacing, engine="limit", gap=gap), solves
+
+
+def checked(assembly: hf.Assembly, body: str, spacing: float, gap: float = 0.01) -> tuple[hf.RobustnessMap, int]:
+    """A map whose bounds are checked by 200 direct solves; the number of solves it took."""
+    result, solves = counted(assembly, [body], spacing, gap)
     finite = np.isfinite(result.upper)
     assert (result.lower <= result.upper).all()
     assert (result.lower[finite] >= (1 - gap) * result.upper[finite] * (1 - 1e-6)).all()
@@ -94,17 +101,7 @@ def test_presses_over_an_edge_are_endless_like_those_beside_them() -> None:
     would be no corner to interpolate from: each press beside the edge took a solve of its own.
     """
     assembly = hf.assemble(shipped_scene("table"))
-    solves = 0
-    original = LoadProgram.maximise
-
-    def counted(program: LoadProgram, load: np.ndarray, around: float | None = None) -> object:
-        nonlocal solves
-        solves += 1
-        return original(program, load, around)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(LoadProgram, "maximise", counted)
-        result = hf.robustness_map(assembly, None, spacing=0.02, engine="limit")
+    result, solves = counted(assembly, None, 0.02)
     assert solves < 0.25 * len(result.force)
     endless = np.isinf(result.upper)
     assert endless.sum() > 100

@@ -117,7 +117,7 @@ class Carried:
         pressing = np.where(normal > PRESSING * normal.max(initial=0.0), normal, 0.0)
         if self.reference is None or not (np.isfinite(forces).all() and pressing.any()):
             return 0.0, None
-        # Nodes that press along one edge balance no torque about it, rounding's neither; then all nodes have to
+        # Nodes in one line balance no torque about it, not even what rounding leaves; all nodes balance that then
         balance = Balance.of(self.equilibrium, self.mu, pressing) or self.reference.balance
         nothing = np.zeros(len(self.wrench))
         found, change = balance.balanced(forces[:, None], nothing, load[:, None], np.ones(1))

@@ -30,7 +30,7 @@ SLIGHT = 1e-13  # smaller shares in a combination count as none
 ALIKE = 1e-9  # of the loads that make another one up: what it may miss of it to be endless like them, if not proved
 
 Solve = Callable[[Float], list[LoadLimit]]  # of load columns (6J, k)
-Elsewhere = Callable[[Float], tuple[Float, Float, Bool]]  # γ, spare and endless as in ``_Face``, of loads (m, 6)
+Elsewhere = Callable[[Float], tuple[Float, Float, Bool]]  # of loads (m, 6): values, spare and endless as in ``_Face``
 
 
 def certify(columns: Float, first: int, solve: Solve, cuts: Cuts, gap: float, lever: float, slope: Float) -> Field:
@@ -102,8 +102,8 @@ def _enter(bounds: Field, k: int, limit: LoadLimit) -> None:
 class _Face:
     """The pushes ``members`` (n,) of one direction, at ``points`` (n, 2) of a unit square of their moments.
 
-    At ``places`` (m, 2) of the square are ``loads`` (m, 6), at which γ is at most ``values`` (m,); ``spare`` (m, 6) and
-    ``endless`` (m,) as in ``_envelope``.
+    At ``places`` (m, 2) of the square are ``loads`` (m, 6), at which γ is at most ``values`` (m,). Those in ``endless``
+    (m,) were found to be carried up to any multiple; ``spare`` (m, 6) is the slope of what one of them takes besides.
     """
 
     members: Int
@@ -140,12 +140,48 @@ class _Face:
         doubtful = np.flatnonzero(bounds.doubtful(self.members, gap))
         undone, facet = self.members[doubtful], np.arange(len(doubtful))
         if len(undone) and np.isfinite(self.values).all():
-            known = self.places, self.loads, self.values, self.spare, self.endless
-            above, endless, facet = _envelope(*known, self.points[doubtful], bounds.loads[undone], slope)
+            above, endless, facet = self.envelope(doubtful, bounds.loads[undone], slope)
             bounds.high[undone] = np.minimum(bounds.high[undone], above)
             bounds.endless[undone] |= endless
         still = bounds.doubtful(undone, gap)
         return doubtful[still][_worst_of_each(facet[still], _doubt(bounds, undone[still]))]
+
+    def envelope(self, chosen: Int, wanted: Float, slope: Float) -> tuple[Float, Bool, Int]:
+        """Upper bounds (n,) of γ at the loads ``wanted`` (n, 6) of the pushes at places ``chosen`` (n,).
+
+        Each is a combination of the loads at the corners of the facet of the lower hull below it, with no negative
+        shares, and a difference that ``slope`` (6,) pays for; so a hull that was joggled gives valid bounds, too.
+
+        What endless corners make up is endless, for the forces that balance them alone add up, too. The bound of γ is 0
+        if all of that is proved and one corner takes the difference besides. Also returns where (n,) a load is made up
+        of endless ones, and the facets (n,).
+        """
+        points, values = self.points[chosen], self.values
+        height = max(float(np.ptp(values)), 1e-300)
+        lifted = np.column_stack([self.places, (values - values.min()) / height])
+        hull = ConvexHull(np.vstack([lifted, [[0.5, 0.5, 1e3]]]), qhull_options="QJ Pp")
+        facets = hull.simplices[(hull.simplices < len(self.places)).all(1) & (hull.equations[:, 2] < 0)]
+        a, u, v = self.places[facets[:, 0]], *(self.places[facets[:, k]] - self.places[facets[:, 0]] for k in (1, 2))
+        area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+        kept = np.abs(area) > 1e-10
+        facets, a, u, v, area = facets[kept], a[kept], u[kept], v[kept], area[kept]
+        x, y = (points[:, None] - a).transpose(2, 0, 1)  # (n, facets)
+        second, third = (x * v[:, 1] - y * v[:, 0]) / area, (y * u[:, 0] - x * u[:, 1]) / area
+        best = np.argmax(np.minimum(np.minimum(second, third), 1 - second - third), axis=1)
+        row = np.arange(len(points))
+        second, third = second[row, best], third[row, best]
+        shares = np.column_stack([1 - second - third, second, third])
+        shares = np.where(shares > SLIGHT, shares, 0.0)
+        at = facets[best]  # the three corners (n, 3) of each
+        corners = self.loads[at]
+        summed = np.einsum("nk,nk->n", shares, values[at])
+        size = np.abs(wanted) + np.einsum("nk,nkc->nc", shares, np.abs(corners))
+        missing = np.abs(wanted - np.einsum("nk,nkc->nc", shares, corners)) + ROUNDING * size
+        paid = _paid(slope, missing)
+        made = (self.endless[at] | (shares == 0)).all(1) & (missing <= ALIKE * size).all(1)
+        held = np.stack([_paid(self.spare[at[:, k]], missing) <= shares[:, k] * (1 - ROUNDING) for k in range(3)])
+        proved = made & (summed == 0) & held.any(0)
+        return np.where(proved, 0.0, (summed + paid) * (1 + ROUNDING)), made, best
 
     def learn(self, bounds: Field, chosen: Int) -> None:
         """Take the pushes at places ``chosen`` (k,) as corners of facets, now that they are solved."""
@@ -158,12 +194,7 @@ class _Face:
 
 
 def _flat(
-    bounds: Field,
-    groups: list[Int],
-    at: Callable[[Int], None],
-    elsewhere: Elsewhere,
-    gap: float,
-    slope: Float,
+    bounds: Field, groups: list[Int], at: Callable[[Int], None], elsewhere: Elsewhere, gap: float, slope: Float
 ) -> None:
     """Pushes of one direction each: γ is convex over the plane of their moments; refine a triangulation of it.
 
@@ -188,52 +219,6 @@ def _flat(
         report("certified bounds", count - int(bounds.doubtful(np.arange(count), gap).sum()), count)
 
 
-def _envelope(
-    places: Float,
-    loads: Float,
-    values: Float,
-    spare: Float,
-    endless: Bool,
-    points: Float,
-    wanted: Float,
-    slope: Float,
-) -> tuple[Float, Bool, Int]:
-    """Upper bounds (n,) of γ at the loads ``wanted`` (n, 6), which lie at ``points`` (n, 2) of a square.
-
-    γ is at most ``values`` (m,) at the ``loads`` (m, 6), which lie at ``places`` (m, 2). Each wanted load is a
-    combination of those at the corners of the facet of the lower hull below it, with no negative shares, and a
-    difference that ``slope`` (6,) pays for; so a hull that was joggled gives valid bounds, too.
-
-    Corners in ``endless`` (m,) were found to be carried up to any multiple, and so is what they make up: the forces
-    that balance them alone add up, too. The bound of γ is 0 if all of that is proved and one corner takes the
-    difference besides (``spare`` (m, 6)). Also returns where (n,) a load is made up of endless ones, and the facets.
-    """
-    height = max(float(np.ptp(values)), 1e-300)
-    lifted = np.column_stack([places, (values - values.min()) / height])
-    hull = ConvexHull(np.vstack([lifted, [[0.5, 0.5, 1e3]]]), qhull_options="QJ Pp")
-    facets = hull.simplices[(hull.simplices < len(places)).all(1) & (hull.equations[:, 2] < 0)]
-    a, u, v = places[facets[:, 0]], *(places[facets[:, k]] - places[facets[:, 0]] for k in (1, 2))
-    area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-    kept = np.abs(area) > 1e-10
-    facets, a, u, v, area = facets[kept], a[kept], u[kept], v[kept], area[kept]
-    x, y = (points[:, None] - a).transpose(2, 0, 1)  # (n, facets)
-    second, third = (x * v[:, 1] - y * v[:, 0]) / area, (y * u[:, 0] - x * u[:, 1]) / area
-    best = np.argmax(np.minimum(np.minimum(second, third), 1 - second - third), axis=1)
-    row = np.arange(len(points))
-    second, third = second[row, best], third[row, best]
-    shares = np.column_stack([1 - second - third, second, third])
-    shares = np.where(shares > SLIGHT, shares, 0.0)
-    corners = loads[facets[best]]  # (n, 3, 6)
-    summed = np.einsum("nk,nk->n", shares, values[facets[best]])
-    size = np.abs(wanted) + np.einsum("nk,nkc->nc", shares, np.abs(corners))
-    missing = np.abs(wanted - np.einsum("nk,nkc->nc", shares, corners)) + ROUNDING * size
-    paid = _paid(slope, missing)
-    made = (endless[facets[best]] | (shares == 0)).all(1) & (missing <= ALIKE * size).all(1)
-    held = np.stack([_paid(spare[facets[best, k]], missing) <= shares[:, k] * (1 - ROUNDING) for k in range(3)])
-    proved = made & (summed == 0) & held.any(0)
-    return np.where(proved, 0.0, (summed + paid) * (1 + ROUNDING)), made, best
-
-
 def _paid(slope: Float, missing: Float) -> Float:
     """The sums (n,) of slopes (6,) or (n, 6) times what is missing (n, 6); nothing is paid for nothing."""
     paid = np.where(missing > 0, missing * np.where(missing > 0, slope, 0.0), 0.0)
@@ -253,12 +238,7 @@ def _worst_of_each(group: Int, doubt: Float) -> Int:
 
 
 def _curved(
-    bounds: Field,
-    members: Int,
-    at: Callable[[Int], None],
-    elsewhere: Elsewhere,
-    gap: float,
-    lever: float,
+    bounds: Field, members: Int, at: Callable[[Int], None], elsewhere: Elsewhere, gap: float, lever: float
 ) -> None:
     """Pushes in many directions: non-negative combinations of the nearest solved loads."""
     loads = bounds.loads[members]
