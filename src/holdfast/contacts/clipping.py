@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from holdfast.base.arrays import Float, Int
+from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.compiled import compiled, dot3
 from holdfast.contacts.facing import Piece
 from holdfast.contacts.skin import Skin
+from holdfast.contacts.tolerances import Angles
 from holdfast.geometry.polygon import keep_half_plane
 
 MAX_CORNERS = 12  # triangle against triangle gives at most 6, each bound of the gap adds one
@@ -15,21 +16,18 @@ PIECES = 256  # that one call of compiled code has room for
 AT_ONCE = 50_000  # pairs that one call of compiled code is given
 
 
-def clip_faces(a: Skin, b: Skin, pairs: Int, *, gap: float, depth: float, cos_angle: float) -> list[Piece]:
+def clip_faces(a: Skin, b: Skin, pairs: Int, *, gap: float, depth: float, angles: Angles) -> list[Piece]:
     """Where faces of ``pairs`` (m, 2) lie opposite each other, up to ``gap`` apart or ``depth`` into each other [m]."""
-    limits, pieces = np.array([gap, depth, cos_angle]), []
+    limits, pieces = np.array([gap, depth, *angles.cosine(np.array([False, True]))]), []
     corners, counts = np.zeros((PIECES, MAX_CORNERS, 3)), np.zeros(PIECES, dtype=np.int64)
-    normals, heights = np.zeros((PIECES, 3)), np.zeros((PIECES, 2))
+    normals, heights, curved = np.zeros((PIECES, 3)), np.zeros((PIECES, 2)), np.zeros(PIECES, dtype=np.bool_)
     start = 0
     while start < len(pairs):
         part = pairs[start : start + AT_ONCE]
-        found, done = _clip_all(
-            a.triangles, a.normals, b.triangles, b.normals, part, limits, corners, counts, normals, heights
-        )
-        pieces += [
-            Piece((corners[k, : counts[k]].copy(),), normals[k].copy(), (float(heights[k, 0]), float(heights[k, 1])))
-            for k in range(found)
-        ]
+        found, done = _clip_all(a, b, part, limits, corners, counts, normals, heights, curved)
+        for k in range(found):
+            outline, apart = corners[k, : counts[k]].copy(), (float(heights[k, 0]), float(heights[k, 1]))
+            pieces.append(Piece((outline,), normals[k].copy(), apart, bool(curved[k])))
         start += done
     return pieces
 
@@ -118,35 +116,36 @@ def _clip_pair(
 
 @compiled
 def _clip_all(
-    tris_a: Float,
-    normals_a: Float,
-    tris_b: Float,
-    normals_b: Float,
+    a: Skin,
+    b: Skin,
     pairs: Int,
     limits: Float,
     out: Float,
     counts: Int,
     normals: Float,
     heights: Float,
+    curved: Bool,
 ) -> tuple[int, int]:
     """Clip pairs, as many as there is room for; returns how many pieces were found, in how many pairs.
 
-    ``limits`` (3,) are gap, depth and the cosine of the angle.
+    ``limits`` (4,) are gap, depth and the cosines of the angles of flat faces and of those of which one is curved.
     """
-    gap, depth, cos_angle = limits[0], limits[1], limits[2]
+    gap, depth = limits[0], limits[1]
     found = 0
     room = np.zeros((4, MAX_CORNERS, 3))
     for pair in range(len(pairs)):
         i, j = pairs[pair, 0], pairs[pair, 1]
-        if dot3(normals_a[i], normals_b[j]) > -cos_angle:
+        bent = a.curved[i] or b.curved[j]
+        if dot3(a.normals[i], b.normals[j]) > -limits[3 if bent else 2]:
             continue
         if found == len(out):
             return found, pair
+        curved[found] = bent
         counts[found] = _clip_pair(
-            tris_a[i],
-            normals_a[i],
-            tris_b[j],
-            normals_b[j],
+            a.triangles[i],
+            a.normals[i],
+            b.triangles[j],
+            b.normals[j],
             gap,
             depth,
             room,

@@ -260,7 +260,7 @@ def find_patches(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Toler
     found = _on_triangles(a, b, skin_a, skin_b, tolerances)
     if found is None:
         return ()
-    exact = feet(a, b, gap=gap, depth=depth, breadth=breadth)
+    exact = feet(a, b, gap=gap, depth=depth, breadth=breadth, angles=tolerances.angles)
     if not exact:
         return tuple(found)
     true_gap = gap - a.shape.surface.sagitta - b.shape.surface.sagitta
@@ -276,33 +276,42 @@ def _on_triangles(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Tole
     """
     gap, depth, size = tolerances.gap, tolerances.depth, min(a.size, b.size)
     negligible, breadth = NEGLIGIBLE_WIDTH * size, NOMINAL_BREADTH * size
-    cos_angle, sin_angle = (float(f(np.radians(tolerances.angle))) for f in (np.cos, np.sin))
+    angles = tolerances.angles
+    sin_angle, sin_curved = np.sin(np.radians(angles)).tolist()
     locals_ = a.shape.surface.reduced, b.shape.surface.reduced
     facets = near_facets(skin_a, skin_b, gap)
-    facing, left = facing_polygons(skin_a, skin_b, *locals_, facets, gap=gap, depth=depth, cos_angle=cos_angle)
+    facing, left = facing_polygons(skin_a, skin_b, *locals_, facets, gap=gap, depth=depth, angles=angles)
     of_facets = tuple(
         np.isin(skin.facet, sorted({two[k] for two in facets})) for k, skin in enumerate((skin_a, skin_b))
     )
     if any(facing.values()) and not left:
-        faces = face_patches([piece for pieces in facing.values() for piece in pieces], gap, cos_angle, negligible)
+        faces = face_patches([piece for pieces in facing.values() for piece in pieces], gap, angles, negligible)
         near_a, near_b = (one | two for one, two in zip(in_reach(skin_a, skin_b, gap), of_facets, strict=True))
         if lie_flat(skin_a, skin_b, near_a, near_b, faces, gap=gap, size=size, by_large=True):
             return faces
     pairs = near_but_facets(skin_a, skin_b, gap)
     if not len(pairs) and not facets:
         return None
-    mixed, small = facing_pairs(skin_a, skin_b, pairs, cos_angle=cos_angle)
-    also, _ = facing_polygons(skin_a, skin_b, *locals_, mixed, gap=gap, depth=depth, cos_angle=cos_angle)
+    mixed, small = facing_pairs(skin_a, skin_b, pairs, angles)
+    also, _ = facing_polygons(skin_a, skin_b, *locals_, mixed, gap=gap, depth=depth, angles=angles)
     large = [piece for _, pieces in sorted({**facing, **also}.items()) for piece in pieces]
     pairs = np.concatenate([pairs, *(near_faces(skin_a, skin_b, gap, two) for two in left)])
-    pieces = [*large, *clip_faces(skin_a, skin_b, small, gap=gap, depth=depth, cos_angle=cos_angle)]
-    faces = face_patches(pieces, gap, cos_angle, negligible)
+    pieces = [*large, *clip_faces(skin_a, skin_b, small, gap=gap, depth=depth, angles=angles)]
+    faces = face_patches(pieces, gap, angles, negligible)
     near_a, near_b = of_facets
     near_a[pairs[:, 0]] = near_b[pairs[:, 1]] = True
     if lie_flat(skin_a, skin_b, near_a, near_b, faces, gap=gap, size=size):
         return faces
     lines, points = touching_features(
-        skin_a, skin_b, pairs, gap=gap, depth=depth, sin_angle=sin_angle, size=size, strict=negligible
+        skin_a,
+        skin_b,
+        pairs,
+        gap=gap,
+        depth=depth,
+        sin_angle=sin_angle,
+        sin_curved=sin_curved,
+        size=size,
+        strict=negligible,
     )
     along = line_patches(lines, faces, gap, negligible, breadth)
     return [*faces, *along, *point_patches(points, [*faces, *along], gap, breadth)]

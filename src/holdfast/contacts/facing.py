@@ -12,6 +12,7 @@ from holdfast.base.arrays import Float, Int, unit
 from holdfast.base.rigid import tangents
 from holdfast.base.values import Value, seal
 from holdfast.contacts.skin import Skin
+from holdfast.contacts.tolerances import Angles
 from holdfast.geometry import polygon as flat
 from holdfast.geometry.area import outline_vector
 from holdfast.geometry.surface import Surface
@@ -24,18 +25,20 @@ BROAD = 2.0  # of the gap: pieces of faces that are narrower may lose their edge
 class Piece(Value):
     """A polygon halfway between two surfaces: ``rings`` (k, 3), the outline and holes; ``normal`` (3,) from a into b.
 
-    ``heights``: least and largest separation of the surfaces there [m].
+    ``heights``: least and largest separation of the surfaces there [m]; ``curved``: whether one of the two stands for a
+    curved surface.
     """
 
     rings: tuple[Float, ...]
     normal: Float
     heights: tuple[float, float]
+    curved: bool = False
 
     def __post_init__(self) -> None:
         seal(self)
 
 
-def facing_pairs(a: Skin, b: Skin, pairs: Int, *, cos_angle: float) -> tuple[set[tuple[int, int]], Int]:
+def facing_pairs(a: Skin, b: Skin, pairs: Int, angles: Angles) -> tuple[set[tuple[int, int]], Int]:
     """Split ``pairs`` (m, 2) of triangles: faces of which one is large and that are opposed, and what is left (n, 2).
 
     A large face meets a triangle of a small one as a whole. Large faces have their numbers, triangles -1 downwards.
@@ -44,7 +47,8 @@ def facing_pairs(a: Skin, b: Skin, pairs: Int, *, cos_angle: float) -> tuple[set
     whole = (large_a >= 0) | (large_b >= 0)
     small = pairs[~whole]
     pairs, large_a, large_b = pairs[whole], large_a[whole], large_b[whole]
-    opposed = (a.normals[pairs[:, 0]] * b.normals[pairs[:, 1]]).sum(1) <= -cos_angle
+    least = angles.cosine(a.curved[pairs[:, 0]] | b.curved[pairs[:, 1]])
+    opposed = (a.normals[pairs[:, 0]] * b.normals[pairs[:, 1]]).sum(1) <= -least
     keys_a = np.where(large_a >= 0, large_a, -1 - pairs[:, 0])[opposed]
     keys_b = np.where(large_b >= 0, large_b, -1 - pairs[:, 1])[opposed]
     return set(zip(keys_a.tolist(), keys_b.tolist(), strict=True)), small
@@ -59,7 +63,7 @@ def facing_polygons(
     *,
     gap: float,
     depth: float,
-    cos_angle: float,
+    angles: Angles,
 ) -> tuple[dict[tuple[int, int], list[Piece]], list[tuple[int, int]]]:
     """Where pairs of ``faces``, numbered as by ``facing_pairs``, lie opposite each other, and the pairs left to search.
 
@@ -71,7 +75,9 @@ def facing_polygons(
         rings_a, normal_a = _outline(a, local_a, key_a)
         rings_b, normal_b = _outline(b, local_b, key_b)
         along = -float(normal_a @ normal_b)
-        found = _shared(rings_a, normal_a, rings_b, normal_b, gap, depth) if along >= cos_angle else []
+        curved = _is_curved(a, key_a) or _is_curved(b, key_b)
+        opposed = along >= float(angles.cosine(np.array(curved)))
+        found = _shared(rings_a, normal_a, rings_b, normal_b, gap, depth, curved) if opposed else []
         pieces[key_a, key_b] = found
         if min(key_a, key_b) >= 0 and (along < ALONG or not _broad(found, gap)):
             left.append((key_a, key_b))
@@ -96,8 +102,13 @@ def _outline(skin: Skin, local: Surface, key: int) -> tuple[list[Float], Float]:
     return rings, unit(outline_vector(rings[0] - rings[0][0]))
 
 
+def _is_curved(skin: Skin, key: int) -> bool:
+    """Whether a large face, or a triangle, numbered -1 downwards, stands for a curved surface."""
+    return bool(skin.curved[-1 - key if key < 0 else int(np.argmax(skin.facet == key))])
+
+
 def _shared(
-    rings_a: list[Float], normal_a: Float, rings_b: list[Float], normal_b: Float, gap: float, depth: float
+    rings_a: list[Float], normal_a: Float, rings_b: list[Float], normal_b: Float, gap: float, depth: float, curved: bool
 ) -> list[Piece]:
     """The overlap of two polygons seen along the mean of their normals, where they are near enough to each other."""
     normal = unit(normal_a - normal_b)
@@ -122,7 +133,7 @@ def _shared(
             heights = rings[0] @ slope + level
             middle = [(r @ (slope_a + slope_b) + level_a + level_b) / 2 for r in rings]
             lifted = tuple(origin + r @ frame + m[:, None] * normal for r, m in zip(rings, middle, strict=True))
-            result.append(Piece(lifted, normal, (float(heights.min()), float(heights.max()))))
+            result.append(Piece(lifted, normal, (float(heights.min()), float(heights.max())), curved))
     return result
 
 

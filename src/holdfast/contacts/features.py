@@ -17,8 +17,8 @@ import numpy as np
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.compiled import compilable, compiled, dot3
 from holdfast.base.values import Value, seal
-from holdfast.contacts.skin import SMOOTH, Skin
-from holdfast.geometry.topology import FLAT
+from holdfast.contacts.skin import Skin
+from holdfast.geometry.topology import FLAT, SMOOTH
 
 NEAR_PARALLEL = 0.02  # sine below which two edges have no cross product to speak of
 WIDEST = 1.001 * float(np.tan(SMOOTH / 2))  # how far beyond a face's edge a point touches, over its height, at most
@@ -51,25 +51,36 @@ class Within(NamedTuple):
     """Tolerances of one search, all but the angle's in metres.
 
     Surfaces touch up to ``gap`` apart and ``depth`` into each other; a feature may fall towards the other body by an
-    angle whose sine is ``sin_angle``; lengths up to ``tiny`` are rounding, and sharp edges are stayed away from by
-    ``strict``.
+    angle whose sine is ``sin_angle``, beside faces that stand for a curved surface ``sin_curved``; lengths up to
+    ``tiny`` are rounding, and sharp edges are stayed away from by ``strict``.
     """
 
     gap: float
     depth: float
     sin_angle: float
+    sin_curved: float
     tiny: float
     strict: float
 
 
 def touching_features(
-    a: Skin, b: Skin, pairs: Int, *, gap: float, depth: float, sin_angle: float, size: float, strict: float
+    a: Skin,
+    b: Skin,
+    pairs: Int,
+    *,
+    gap: float,
+    depth: float,
+    sin_angle: float,
+    size: float,
+    strict: float,
+    sin_curved: float | None = None,
 ) -> tuple[Features, Features]:
     """Lines and points where edges and vertices touch, among ``pairs`` (m, 2) of faces whose boxes meet.
 
-    ``size`` [m] is that of the smaller body; a sharp edge is stayed away from by ``strict`` [m].
+    ``size`` [m] is that of the smaller body; a sharp edge is stayed away from by ``strict`` [m]. ``sin_curved`` holds
+    beside faces that stand for a curved surface, where it is given.
     """
-    within = Within(gap, depth, sin_angle, ROUNDING * size, strict)
+    within = Within(gap, depth, sin_angle, sin_angle if sin_curved is None else sin_curved, ROUNDING * size, strict)
     room, counts = np.empty((2, ROOM, ROW)), np.zeros(2, dtype=np.int64)
     lines: list[Float] = []
     points: list[Float] = []
@@ -139,8 +150,9 @@ def _normal_at(skin: Skin, face: int, point: Float, height: float, tiny: float, 
 
 
 @compiled
-def _vertex_rises(skin: Skin, vertex: int, normal: Float, sin_angle: float) -> bool:
+def _vertex_rises(skin: Skin, vertex: int, normal: Float, within: Within) -> bool:
     """Whether all edges from a vertex go the way of ``normal``, or fall by no more than the angle."""
+    sin_angle = within.sin_curved if skin.curves[vertex] else within.sin_angle
     v = skin.vertices[vertex]
     for n in range(skin.starts[vertex], skin.starts[vertex + 1]):
         w = skin.vertices[skin.neighbours[n]]
@@ -151,10 +163,11 @@ def _vertex_rises(skin: Skin, vertex: int, normal: Float, sin_angle: float) -> b
 
 
 @compiled
-def _edge_rises(skin: Skin, edge: int, normal: Float, sin_angle: float) -> bool:
+def _edge_rises(skin: Skin, edge: int, normal: Float, within: Within) -> bool:
     """Whether both faces beside an edge go the way of ``normal``, or fall by no more than the angle."""
     for side in range(2):
         face = skin.sides[edge, side]
+        sin_angle = within.sin_curved if skin.curved[face] else within.sin_angle
         for k in range(3):
             if skin.of_face[face, k] == edge:
                 out = skin.outward[face, k]
@@ -265,7 +278,7 @@ def _vertex_on_face(
     if not (-within.depth <= h <= within.gap and _over(other, j, v, h, within.tiny, within.strict)):
         return False
     blended = _normal_at(other, j, v, h, within.tiny, normal)
-    if not _vertex_rises(one, one.faces[i, k], normal, within.sin_angle):
+    if not _vertex_rises(one, one.faces[i, k], normal, within):
         return False
     for m in range(3):
         row[m] = row[3 + m] = v[m] - h / 2 * normal[m]
@@ -296,7 +309,7 @@ def _edge_on_face(
     slope = 0.0
     for m in range(3):
         slope += (q[m] - p[m]) / length * normal[m]
-    if abs(slope) > within.sin_angle or not _edge_rises(one, edge, normal, within.sin_angle):
+    if abs(slope) > within.sin_angle or not _edge_rises(one, edge, normal, within):
         return False
     inset = _inset(other, j, middle)
     if inset <= within.strict:  # it runs along a sharp edge
@@ -392,11 +405,11 @@ def _edges_on_edges(a: Skin, b: Skin, pairs: Int, within: Within, points: Float,
                         continue
                     for m in range(3):
                         back[m] = -sign * n[m]
-                    if not _edge_rises(a, ea, back, within.sin_angle):
+                    if not _edge_rises(a, ea, back, within):
                         continue
                     for m in range(3):
                         back[m] = sign * n[m]
-                    if not _edge_rises(b, eb, back, within.sin_angle):
+                    if not _edge_rises(b, eb, back, within):
                         continue
                     row = points[counts[1]]
                     for m in range(3):

@@ -8,8 +8,8 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.contacts.interface import Patch
-from holdfast.contacts.skin import SMOOTH, Skin
-from holdfast.geometry.topology import FLAT
+from holdfast.contacts.skin import Skin
+from holdfast.geometry.topology import FLAT, SMOOTH
 
 ROUNDING = 1e-9  # of the size of the smaller body: what counts as in the plane
 UPRIGHT = 1e-9  # cosine of the angle between a plane and what stands on it at a right angle

@@ -15,9 +15,10 @@ from holdfast.base.rigid import tangents
 from holdfast.contacts.facing import Piece
 from holdfast.contacts.features import Features
 from holdfast.contacts.interface import Patch
-from holdfast.contacts.skin import SMOOTH
+from holdfast.contacts.tolerances import Angles
 from holdfast.geometry import polygon as flat
 from holdfast.geometry.area import outline_vector
+from holdfast.geometry.topology import SMOOTH
 
 HAIRLINE = 1e-3  # of the negligible width: gaps between pieces that belong together
 SAME_WAY = float(np.cos(np.radians(15)))  # normals closer than this answer for each other at the same place
@@ -26,7 +27,7 @@ STRAIGHT = float(np.cos(np.radians(2)))  # lines closer to parallel may be one
 MOST_POINTS = 16  # points of one direction kept for a pair: their hull first, then the farthest
 
 
-def face_patches(pieces: Sequence[Piece], gap: float, cos_angle: float, negligible: float) -> list[Patch]:
+def face_patches(pieces: Sequence[Piece], gap: float, angles: Angles, negligible: float) -> list[Patch]:
     """Pieces of one plane grow together: the largest piece left names the plane, its kin join it."""
     if not pieces:
         return []
@@ -36,12 +37,14 @@ def face_patches(pieces: Sequence[Piece], gap: float, cos_angle: float, negligib
     centres = np.add.reduceat(corners, starts) / counts[:, None]
     extent = np.maximum.reduceat(np.abs(corners - np.repeat(centres, counts, axis=0)).max(1), starts)
     normals = np.array([piece.normal for piece in pieces])
+    curved = np.array([piece.curved for piece in pieces])
     left = np.flatnonzero(extent > negligible / 2)
     patches: list[Patch] = []
     while len(left):
         seed = left[np.argmax(extent[left])]
         offset = np.abs((centres[left] - centres[seed]) @ normals[seed])
-        kin = (normals[left] @ normals[seed] >= cos_angle) & (offset <= max(gap, negligible))
+        alike = normals[left] @ normals[seed] >= angles.cosine(curved[left] | curved[seed])
+        kin = alike & (offset <= max(gap, negligible))
         patches += _plane_patches([pieces[k] for k in left[kin]], centres[seed], negligible)
         left = left[~kin]
     return sorted(patches, key=lambda patch: -patch.area)

@@ -1,13 +1,16 @@
-"""Exact contact of balls, capsules and ellipsoids with flat faces: where their surface comes nearest to the plane.
+"""Exact contact of balls, cylinders, capsules and ellipsoids with flat faces, and of all but the last with each other.
 
-Found on tessellated surfaces, such a contact lies at the nearest vertex, up to half an edge from where it is. A part of
-a compound that is round touches as a whole body would, but for what of it lies inside other parts.
+Found on tessellated surfaces, such a contact lies at the nearest vertex, up to half an edge from where it is, or it is
+as wide as a facet. A part of a compound that is round touches as a whole body would, but for what of it lies inside
+other parts. The flat ends of cylinders are faces like others: a round body may lie on them, and they meet faces as
+polygons do.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -17,15 +20,17 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.rigid import tangents
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.parts import exposed, nearest_part
-from holdfast.contacts.skin import SMOOTH
+from holdfast.contacts.swept import Swept, meeting
+from holdfast.contacts.tolerances import Angles
 from holdfast.geometry.facets import COPLANAR
-from holdfast.geometry.topology import FLAT
+from holdfast.geometry.topology import FLAT, SMOOTH
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound
 from holdfast.scene.round import Round, round_of
 
 ALIKE = float(np.cos(np.radians(20)))  # cosine of the angle between normals of patches that may stand for one contact
 ROUNDING = 1e-9  # of a face's size: how far beyond its outline a point may lie
+SAME = 1 - 1e-9  # cosine of the angle between the axis of a cylinder and the normal of its own end: rounding
 
 
 class Smooth(NamedTuple):
@@ -36,14 +41,36 @@ class Smooth(NamedTuple):
     shape: Round
     pose: Float
 
+    @property
+    def swept(self) -> Swept | None:
+        """The ball or disc swept along its axis; None for an ellipsoid."""
+        shape = self.shape
+        if not (shape.has_flat_ends or (shape.radii == shape.radii[0]).all()):
+            return None
+        half = shape.half * self.pose[:3, 2]
+        return Swept(self.pose[:3, 3], half, float(shape.radii[0]), shape.has_flat_ends)
+
+
+class _Near(NamedTuple):
+    """What counts as near: ``gap`` and ``depth`` [m] of true surfaces, ``seen`` [m] of tessellated ones.
+
+    ``cos_angle`` is that of the angle between flat faces, ``cos_curved`` that of curved ones.
+    """
+
+    gap: float
+    depth: float
+    seen: float
+    cos_angle: float
+    cos_curved: float
+
 
 @dataclass(frozen=True, eq=False)
 class Foot:
-    """Where a round body or part comes nearest to a flat face, within the tolerance.
+    """Where a round body or part comes nearest to a flat face, or to a round one, within the tolerance.
 
-    ``ends`` (1 or 2, 3) [m] is a point or a line on the face, ``normal`` (3,) points into the second body, and
-    ``heights`` (1 or 2,) [m] are the distances there, negative where the bodies overlap. ``reach`` [m] is how far from
-    there its tessellation may seem to touch.
+    ``ends`` (1 or 2, 3) [m] is a point or a line halfway between the surfaces, ``normal`` (3,) points into the second
+    body, and ``heights`` (1 or 2,) [m] are the distances there, negative where the bodies overlap. ``reach`` [m] is how
+    far from there its tessellation may seem to touch.
     """
 
     of: Smooth
@@ -53,10 +80,9 @@ class Foot:
     reach: float
 
     def patch(self, breadth: float) -> Patch:
-        """Return the contact, halfway between the two surfaces."""
-        middle = self.ends + np.outer(self.heights / 2, self.normal)
+        """Return the contact."""
         low, high = float(self.heights.min()), float(self.heights.max())
-        return Patch(middle, self.normal, (), (low, high), breadth)
+        return Patch(self.ends, self.normal, (), (low, high), breadth)
 
     def is_near(self, points: Float, normal: Float, reach: float) -> Bool:
         """Tell which points (n, 3) of a surface with this ``normal`` (3,) lie within ``reach`` [m]."""
@@ -67,21 +93,28 @@ class Foot:
         return np.asarray(near & (float(self.normal @ normal) >= ALIKE))
 
 
-def feet(a: Body, b: Body, *, gap: float, depth: float, breadth: float) -> list[Foot]:
-    """Find where round bodies and parts lie over a flat face of the other body, at a height from -depth to gap [m].
+def feet(a: Body, b: Body, *, gap: float, depth: float, breadth: float, angles: Angles) -> list[Foot]:
+    """Find where round bodies and parts touch flat or round faces of the other body, from -depth to gap [m] above them.
 
-    Faces that are part of a tessellated curved surface do not count. Where two parts of one body touch at the same
-    place, to within ``breadth`` [m], the first one counts.
+    Faces that are part of a tessellated curved surface do not count, nor does a flat end of a cylinder that lies along
+    the face, to within the angle. Where two parts of one body touch at the same place, to within ``breadth`` [m], the
+    first one counts.
     """
     found: list[Foot] = []
-    sagitta = a.shape.surface.sagitta + b.shape.surface.sagitta
-    for one, other, sign in ((a, b, -1.0), (b, a, 1.0)):
-        if round_of(other.shape) is None:
-            for smooth in _smooth_parts(one):
-                for foot in _feet(smooth, other, sign, gap, depth, smooth.shape.spread(gap + sagitta)):
-                    if not any(each.is_near(foot.ends, foot.normal, breadth).all() for each in found):
-                        found.append(foot)
-    return found
+    seen = gap + a.shape.surface.sagitta + b.shape.surface.sagitta
+    near = _Near(gap, depth, seen, *np.cos(np.radians(angles)).tolist())
+    round_a, round_b = (list(_smooth_parts(body)) for body in (a, b))
+    for rounds, other, sign in ((round_a, b, -1.0), (round_b, a, 1.0)):
+        if _has_flat_faces(other.shape):
+            for smooth in rounds:
+                found += _feet(smooth, other, sign, near)
+    for one, two in product(round_a, round_b):
+        found += _between_rounds(one, two, near)
+    several: list[Foot] = []
+    for foot in found:
+        if not any(each.is_near(foot.ends, foot.normal, breadth).all() for each in several):
+            several.append(foot)
+    return several
 
 
 def not_at(feet: Sequence[Foot], patches: Sequence[Patch]) -> list[Patch]:
@@ -110,25 +143,38 @@ def _smooth_parts(body: Body) -> Iterator[Smooth]:
                 yield Smooth(body, k, shape, body.pose @ body.shape.parts[k].pose)
 
 
-def _is_flat(body: Body, point: Float) -> bool:
-    """Tell whether the part of a body on which a point (3,) lies is none of the round ones."""
-    if not isinstance(body.shape, Compound):
-        return True
-    if not any(round_of(part.shape) is not None for part in body.shape.parts):
-        return True
-    return round_of(body.shape.parts[int(nearest_part(body, point[None])[0])].shape) is None
+def _has_flat_faces(shape: object) -> bool:
+    whole = round_of(shape)
+    return whole is None or whole.has_flat_ends
 
 
-def _feet(of: Smooth, other: Body, sign: float, gap: float, depth: float, reach: float) -> Iterator[Foot]:
-    R, shape = of.pose[:3, :3], of.shape
+def _is_flat(body: Body, point: Float, normal: Float) -> bool:
+    """Tell whether a face of a body, with a point (3,) and the ``normal`` (3,), is none of those of its round parts.
+
+    The ends of cylinders are flat.
+    """
+    shape, turn = body.shape, body.pose[:3, :3]
+    if isinstance(shape, Compound):
+        if not any(round_of(part.shape) is not None for part in shape.parts):
+            return True
+        part = shape.parts[int(nearest_part(body, point[None])[0])]
+        shape, turn = part.shape, turn @ part.pose[:3, :3]
+    whole = round_of(shape)
+    return whole is None or bool(whole.is_end(normal @ turn, SAME))
+
+
+def _feet(of: Smooth, other: Body, sign: float, near_by: _Near) -> Iterator[Foot]:
+    R, shape, gap, depth = of.pose[:3, :3], of.shape, near_by.gap, near_by.depth
     along = shape.half * R[:, 2]
     centres = of.pose[:3, 3] + (np.array([-along, along]) if shape.half else np.zeros((1, 3)))
     surface, topology = other.reduced_world, other.shape.surface.reduced.topology
     normals, corners = surface.normals, surface.vertices[surface.faces]
-    lowest = -(normals @ R * shape.radii**2) @ R.T / np.linalg.norm(normals @ R * shape.radii, axis=1)[:, None]
+    own = normals @ R
+    lengths = np.maximum(np.linalg.norm(own * shape.radii, axis=1), 1e-300)[:, None]
+    lowest = -(own * shape.radii**2 / lengths) @ R.T
     points = centres[:, None] + lowest  # (centres, F, 3)
     heights = ((points - corners[:, 0]) * normals).sum(-1)
-    near = ((heights >= -depth) & (heights <= gap)).any(0)
+    near = ((heights >= -depth) & (heights <= gap)).any(0) & ~shape.is_end(own, near_by.cos_angle)
     box = points.min(0) - gap, points.max(0) + gap
     near &= ((corners.min(1) <= box[1]) & (corners.max(1) >= box[0])).all(1)
     if not near.any():
@@ -149,8 +195,31 @@ def _feet(of: Smooth, other: Body, sign: float, gap: float, depth: float, reach:
             share = _on_face(ends, corners[members], normal)
             if len(share):
                 ends, there = (_between(v, float(share[0]), float(share[-1])) for v in (ends, height_there))
-                if _clear(ends, curved, gap, shape) and _is_flat(other, ends[0]):
-                    yield Foot(of, ends, sign * normal, there, reach)
+                if _clear(ends, curved, shape.spread(gap, own[face])) and _is_flat(other, ends[0], normal):
+                    middle = ends + np.outer(there / 2, normal)
+                    yield Foot(of, middle, sign * normal, there, shape.spread(near_by.seen, own[face]))
+
+
+def _between_rounds(one: Smooth, two: Smooth, near: _Near) -> Iterator[Foot]:
+    """Yield where two round parts touch, but for what of it lies inside other parts of their bodies."""
+    a, b = one.swept, two.swept
+    if a is None or b is None:
+        return
+    found = meeting(a, b, gap=near.gap, depth=near.depth, cos_twist=near.cos_curved, cos_side=near.cos_angle)
+    if found is None:
+        return
+    whole = float(np.linalg.norm(a.half) + np.linalg.norm(b.half)) + a.radius + b.radius
+    reach = min(whole, float(np.sqrt(8 * near.seen / max(found.bend, 1e-300))))
+    for spans in product(
+        *(exposed(each.body, each.number, end) for each, end in zip((one, two), found.ends, strict=True))
+    ):
+        start, stop = max(span[0] for span in spans), min(span[1] for span in spans)
+        if start <= stop:
+            (end_a, end_b), heights = (
+                [_between(each, start, stop) for each in found.ends],
+                _between(found.heights, start, stop),
+            )
+            yield Foot(one, (end_a + end_b) / 2, found.normal, heights, reach)
 
 
 def _between(values: Float, start: float, stop: float) -> Float:
@@ -182,11 +251,11 @@ def _curved_rim(edges: Int, bend: Float) -> Int:
     return np.asarray(rim[(angle > FLAT) & (angle < SMOOTH)])
 
 
-def _clear(ends: Float, edges: Float, gap: float, shape: Round) -> bool:
-    """Tell whether a contact at ``ends`` (1 or 2, 3) keeps clear of edges (n, 2, 3) of a curved surface."""
+def _clear(ends: Float, edges: Float, spread: float) -> bool:
+    """Tell whether a contact at ``ends`` (1 or 2, 3) is ``spread`` [m] clear of edges (n, 2, 3) of a curved surface."""
     if not len(edges):
         return True
     lines = shapely.linestrings(edges)
     here = shapely.linestrings(ends[None]) if len(ends) > 1 else shapely.points(ends)
     flat_apart = np.asarray(shapely.distance(lines, here))  # in the plane x, y alone: never more than the distance
-    return bool(flat_apart.min() > shape.spread(gap))
+    return bool(flat_apart.min() > spread)

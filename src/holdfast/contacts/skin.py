@@ -10,10 +10,9 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.compiled import compiled
 from holdfast.base.values import sealed
 from holdfast.geometry.surface import Surface
-from holdfast.geometry.topology import Topology
+from holdfast.geometry.topology import SMOOTH, Topology
 from holdfast.scene.body import Body
 
-SMOOTH = 0.6  # [rad] faces that meet at less stand for a curved surface
 LARGE = 8  # times the median: larger faces are searched apart, so that they do not widen the window of the others
 
 
@@ -26,7 +25,8 @@ class Skin(NamedTuple):
     the highest corner of all of them; ``faces`` (F, 3) and the fields of Topology; ``mean`` (V, 3) normals of smooth
     vertices, zero at sharp ones; ``owns_vertex`` and ``owns_edge`` (F, 3) give every vertex and edge to one face;
     ``outward`` (F, 3, 3) are the unit directions in a face's plane across its edges, away from it; ``facet`` (F,) is
-    the large flat face a triangle is part of, or -1.
+    the large flat face a triangle is part of, or -1. ``curved`` (F,) marks the faces that stand for a curved surface,
+    and ``curves`` (V,) the vertices of such faces.
     """
 
     vertices: Float
@@ -47,6 +47,8 @@ class Skin(NamedTuple):
     owns_edge: Bool
     outward: Float
     facet: Int
+    curved: Bool
+    curves: Bool
 
     @classmethod
     def of(cls, body: Body) -> Skin:
@@ -58,6 +60,8 @@ class Skin(NamedTuple):
         number = np.arange(count)[:, None]
         triangles = surface.vertices[faces]
         low, high = triangles.min(1), triangles.max(1)
+        curves = np.zeros(len(surface.vertices), dtype=bool)
+        curves[faces[local.curved]] = True
         skin = cls(
             np.ascontiguousarray(surface.vertices),
             np.ascontiguousarray(triangles),
@@ -77,6 +81,8 @@ class Skin(NamedTuple):
             topology.sides[topology.of_face, 0] == number,
             _outward(triangles, surface.normals),
             local.facets.label,
+            local.curved,
+            curves,
         )
         return sealed(skin)
 

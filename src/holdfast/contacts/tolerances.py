@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from holdfast.base.archive import archived
+from holdfast.base.arrays import Bool, Float
 from holdfast.base.values import Value
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
@@ -21,6 +23,21 @@ ROUGHEST_ANGLE = 5.0  # [deg] largest angle that follows from rough surfaces
 REACH, RELATIVE_REACH = 0.01, 0.1  # [m] and relative to the size of the smaller body: see ``reach``
 THINNEST = 0.5  # limit of a capped gap and of the depth of contacts, relative to the thickness of the thinner body
 STEEPEST = 45.0  # [deg] largest angle tolerance that follows from uncertain poses
+
+
+class Angles(NamedTuple):
+    """How far two faces may be from parallel [deg]: ``flat`` ones, and those of which one is ``curved``.
+
+    A face is curved if it stands for a curved surface (``Surface.curved``).
+    """
+
+    flat: float
+    curved: float
+
+    def cosine(self, curved: Bool) -> Float:
+        """Return the cosine that holds for each of some pairs of faces, where ``curved`` tells which kind they are."""
+        flat, bent = np.cos(np.radians(self))
+        return np.asarray(np.where(curved, bent, flat))
 
 
 @archived
@@ -41,6 +58,8 @@ class Tolerances(Value):
       the same of the angle.
     - ``rough``: if False, the roughness of surfaces counts for nothing.
     - ``spread`` [m]: deviations of poses that are added to the gap, as independent of it.
+    - ``curved`` [deg]: the angle of faces of which one stands for a curved surface, if it is not ``angle``. For a pair
+      it leaves out ``tilt``: a curved surface that is turned touches elsewhere, but no wider.
     """
 
     gap: float
@@ -52,6 +71,7 @@ class Tolerances(Value):
     angle_by_pair: bool = False
     spread: float = 0.0
     rough: bool = True
+    curved: float | None = None
 
     @classmethod
     def measured(cls, scene: Scene, angle: float | None = None) -> Tolerances:
@@ -75,15 +95,16 @@ class Tolerances(Value):
 
     def between(self, a: Body, b: Body) -> Tolerances:
         """Return the final gap, angle and depth of one pair of bodies. Nothing has to be added to them."""
-        gap, angle = self.base(a, b), SIGMAS * self.tilt
+        gap = self.base(a, b)
+        plain = rough_angle(a, b) if self.angle_by_pair and self.rough else self.angle
         if self.tilt:
             gap += self._swing(max((body.size / 2 for body in (a, b) if not body.fixed), default=0.0))
-        angle += rough_angle(a, b) if self.angle_by_pair and self.rough else self.angle
         gap += a.shape.surface.sagitta + b.shape.surface.sagitta
         thin = _thin(a, b)
         if self.capped:
             gap = min(gap, thin)
-        return Tolerances(gap, min(angle, STEEPEST) if self.tilt else angle, depth=min(gap, thin))
+        angle = min(plain + SIGMAS * self.tilt, STEEPEST) if self.tilt else plain
+        return Tolerances(gap, angle, depth=min(gap, thin), curved=min(plain, angle))
 
     def base(self, a: Body, b: Body) -> float:
         """Return the gap of a pair [m] without what sagittas and rotations add to it."""
@@ -91,6 +112,11 @@ class Tolerances(Value):
         if self.by_pair and self.rough:
             gap = max(gap, rough_gap(a, b))
         return float(np.hypot(gap, self.spread)) if self.spread else gap
+
+    @property
+    def angles(self) -> Angles:
+        """The angles of flat and of curved faces."""
+        return Angles(self.angle, self.angle if self.curved is None else self.curved)
 
     def of(self, body: Body) -> float:
         """Return how far a point may be from the surface of a body and still count as on it [m], without sagitta."""

@@ -16,6 +16,7 @@ from holdfast.geometry.area import areas_of
 from holdfast.geometry.hull import convex_hull, smallest_rectangle
 from holdfast.geometry.polygon import keep_half_plane
 from holdfast.geometry.surface import Surface
+from holdfast.geometry.topology import SMOOTH
 
 # [rad] between neighbouring triangles of one facet. Wider than that of ``Facets``: coordinates in files have six or
 # seven digits, and a grid may cover a face whose outline would be too rough for contact.
@@ -26,7 +27,6 @@ ROUNDING = 1e-9  # of a spacing, or of the area of a square
 AT_ONCE = 20_000  # cells of a grid that one call of compiled code cuts triangles by
 WAYS = 1.2  # normals that round to the same multiples of 1 / WAYS face about the same way
 SCAN = 5000  # least number of small triangles of a curved surface that counts as a scan
-SMOOTH = 0.6  # [rad] triangles that meet at less stand for a curved surface
 PACKED = 0.9  # of a spacing: least distance of two seeds, for cells of about a square spacing
 FACING = 1.2  # of a spacing: what normals that differ by 1 count as; seeds 45 degrees apart are far enough
 LEAST_MEAN = 0.1  # length of the mean normal of a cell below which it is none

@@ -9,11 +9,12 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, Int, frozen
+from holdfast.base.arrays import Bool, Float, Int, frozen
 from holdfast.base.kinds import shaped
 from holdfast.base.values import Value, seal
 from holdfast.geometry.area import areas_of, normals_of
 from holdfast.geometry.cuboid import Cuboid
+from holdfast.geometry.curved import curved_faces
 from holdfast.geometry.facets import Facets, balanced
 from holdfast.geometry.roughness import NONE, Roughness, roughness_of
 from holdfast.geometry.solid import closed_solid
@@ -85,6 +86,13 @@ class Surface(Value):
         if self.sagitta > 0:
             return NONE
         return roughness_of(self.vertices, self.faces, self.areas, self.normals, self.topology)
+
+    @cached_property
+    def curved(self) -> Bool:
+        """(F,) which triangles stand for a curved surface: none of a rough one, whose bends scatter."""
+        if self.roughness.slope:
+            return np.zeros(len(self.faces), dtype=bool)
+        return frozen(curved_faces(self.vertices, self.faces, self.areas, self.topology))
 
     @cached_property
     def reduced(self) -> Surface:

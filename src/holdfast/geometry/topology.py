@@ -13,6 +13,7 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.values import Value, seal
 
 FLAT = 1e-3  # [rad] a smaller dihedral is rounding, not an edge
+SMOOTH = 0.6  # [rad] faces that meet at less stand for a curved surface
 
 
 @dataclass(frozen=True, eq=False, repr=False)

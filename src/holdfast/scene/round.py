@@ -1,4 +1,7 @@
-"""Capsules and ellipsoids, and what they have in common with balls: an ellipsoid swept along a piece of the z axis."""
+"""Capsules and ellipsoids, and what they have in common with balls and cylinders.
+
+All of them are an ellipsoid swept along a piece of the z axis; that of a cylinder is a disc.
+"""
 
 from __future__ import annotations
 
@@ -10,12 +13,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, checked_number, checked_sizes, checked_whole
+from holdfast.base.arrays import Bool, Float, checked_number, checked_sizes, checked_whole
 from holdfast.base.errors import GeometryError
 from holdfast.base.ranges import LENGTH
 from holdfast.base.values import Value
 from holdfast.geometry.surface import Surface
-from holdfast.scene.shapes import MassProperties, Sphere
+from holdfast.geometry.topology import SMOOTH
+from holdfast.scene.shapes import Cylinder, MassProperties, Sphere
+
+LEAST_LEAN = 1e-3  # sine of the least angle between an end of a cylinder and a face at which its rim touches
 
 
 @archived
@@ -104,22 +110,45 @@ class Ellipsoid(Value):
 
 
 class Round(NamedTuple):
-    """A smooth convex shape: an ellipsoid with ``radii`` (3,) [m], swept from -``half`` to ``half`` [m] along z."""
+    """A convex shape without edges on its sides: an ellipsoid with ``radii`` (3,) [m], swept along z.
+
+    It is swept from -``half`` to ``half`` [m]. If the third radius is zero, the ends are flat discs.
+    """
 
     radii: Float
     half: float
 
-    def spread(self, gap: float) -> float:
-        """Return twice how far from where it touches a plane the surface rises by ``gap`` [m], where it is flattest."""
-        return 2 * float(np.sqrt(2 * float(self.radii.max()) ** 2 / float(self.radii.min()) * gap))
+    @property
+    def has_flat_ends(self) -> bool:
+        """Whether the shape is a cylinder."""
+        return float(self.radii[2]) == 0
+
+    def spread(self, gap: float, normal: Float) -> float:
+        """Return twice how far from where it touches a plane the surface rises by ``gap`` [m], where it is flattest.
+
+        ``normal`` (3,) of the plane is in the frame of the shape. The rim of a disc that leans by an angle a rises like
+        a circle of the disc's radius over sin a.
+        """
+        least, most = float(self.radii.min()), float(self.radii.max())
+        flattest = most / max(float(np.hypot(*normal[:2])), LEAST_LEAN) if self.has_flat_ends else most**2 / least
+        return 2 * float(np.sqrt(2 * flattest * gap))
+
+    def is_end(self, normals: Float, cos_angle: float) -> Bool:
+        """Tell along which of ``normals`` (..., 3), in the frame of the shape, a flat end looks, to an angle."""
+        return np.asarray(self.has_flat_ends & (np.abs(normals[..., 2]) >= cos_angle))
 
 
 def round_of(shape: object) -> Round | None:
-    """Return a ball, capsule or ellipsoid as a swept ellipsoid, and None for other shapes."""
+    """Return a ball, cylinder, capsule or ellipsoid as a swept ellipsoid, and None for other shapes.
+
+    A cylinder of so few segments that its sides meet at sharp edges is a prism.
+    """
     if isinstance(shape, Sphere):
         return Round(np.full(3, shape.radius), 0.0)
     if isinstance(shape, Capsule):
         return Round(np.full(3, shape.radius), shape.length / 2)
     if isinstance(shape, Ellipsoid):
         return Round(shape.radii, 0.0)
+    if isinstance(shape, Cylinder) and 2 * np.pi / shape.segments < SMOOTH:
+        return Round(np.array([shape.radius, shape.radius, 0.0]), shape.height / 2)
     return None

@@ -11,6 +11,7 @@ from holdfast.base.compiled import compiled
 from holdfast.contacts.detect import NOMINAL_BREADTH
 from holdfast.contacts.features import Features, touching_features
 from holdfast.contacts.round import feet
+from holdfast.contacts.tolerances import Angles
 from holdfast.settling.facing import ROW, facing_corners
 from holdfast.settling.pairs import FacePairs
 from holdfast.settling.poses import Posed
@@ -58,15 +59,14 @@ def near_points(
     size = min(a.size, b.size)
     depth = margin if overlapping else min(margin, THIN * min(a.shape.surface.thickness, b.shape.surface.thickness))
     found = [np.empty((0, ROW))]
-    exact = feet(a, b, gap=margin, depth=depth, breadth=NOMINAL_BREADTH * size)
+    exact = feet(a, b, gap=margin, depth=depth, breadth=NOMINAL_BREADTH * size, angles=Angles(FACING, FACING))
     for foot in exact:
         for end, height in zip(foot.ends, foot.heights, strict=True):
-            found.append(np.concatenate([end + height / 2 * foot.normal, foot.normal, [height]])[None])
+            found.append(np.concatenate([end, foot.normal, [height]])[None])
     pairs = faces.within(one, other, margin)
     if len(pairs):
-        limit = float(np.cos(np.radians(FACING)))
+        limit, sharp = float(np.cos(np.radians(FACING))), float(np.sin(np.radians(SHARP)))
         mesh = [facing_corners(skin_a, skin_b, pairs, margin=margin, depth=depth, cos_angle=limit)]
-        sharp = float(np.sin(np.radians(SHARP)))
         features = touching_features(
             skin_a, skin_b, pairs, gap=margin, depth=depth, sin_angle=sharp, size=size, strict=STRICT * size
         )
