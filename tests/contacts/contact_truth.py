@@ -728,15 +728,22 @@ def lying_on_edge() -> Case:
 
 
 def lying_on_facet() -> Case:
-    """A lying cylinder that touches with one flat side of its outline: a strip just as wide."""
+    """A lying cylinder, given as a mesh, that touches with one flat side of its outline: a strip just as wide."""
     half = np.pi / 64
+    drawn = hf.Cylinder(0.05, 0.2).surface
     can = Solid(
         "can",
-        hf.Cylinder(0.05, 0.2),
+        hf.Mesh(drawn.vertices, drawn.faces),
         frame(z=0.05 * np.cos(half), turn=Rotation.from_rotvec([half, 0, 0]) * LYING),
         step=UP,
     )
     return Case((floor(), can), {("floor", "can"): (horizontal(rectangle(0.2, 0.1 * np.sin(half)), 0),)})
+
+
+def lying_between_edges() -> Case:
+    """A lying cylinder whose outline has neither an edge nor the middle of a side below: a line all the same."""
+    can = Solid("can", hf.Cylinder(0.05, 0.2), frame(z=0.05, turn=Rotation.from_rotvec([0.02, 0, 0]) * LYING), step=UP)
+    return Case((floor(), can), {("floor", "can"): (line((-0.1, 0, 0), (0.1, 0, 0)),)})
 
 
 def groove() -> Case:
@@ -783,6 +790,7 @@ CRISP: dict[str, Callable[[], Case]] = {
     "ladder": ladder,
     "lying on edge": lying_on_edge,
     "lying on facet": lying_on_facet,
+    "lying between edges": lying_between_edges,
     "groove": groove,
     "rails": rails,
     "sphere on vertex": sphere_on_vertex,

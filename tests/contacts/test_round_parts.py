@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 import holdfast as hf
 from holdfast.base.arrays import Float
 from holdfast.contacts.round import feet
+from holdfast.contacts.tolerances import Angles
 
 FLOOR = hf.Body("floor", hf.HalfSpace(), fixed=True)
 G = 9.81
@@ -131,9 +132,9 @@ def test_a_facet_of_a_round_part_is_no_flat_face() -> None:
     surface = hf.Sphere(0.1, 0).surface
     normal, middle = surface.normals[0], surface.vertices[surface.faces[0]].mean(0)
     ball = hf.Body("ball", hf.Compound([hf.Sphere(0.01)]), mass=1, pose=at(*(middle + 0.01 * normal)))
-    assert feet(coarse, ball, gap=1e-4, depth=1e-4, breadth=1e-5) == []
+    assert feet(coarse, ball, gap=1e-4, depth=1e-4, breadth=1e-5, angles=Angles(1, 1)) == []
     flat = hf.Body("flat", hf.Mesh(surface.vertices, surface.faces), fixed=True)
-    assert len(feet(flat, ball, gap=1e-4, depth=1e-4, breadth=1e-5)) == 1
+    assert len(feet(flat, ball, gap=1e-4, depth=1e-4, breadth=1e-5, angles=Angles(1, 1))) == 1
 
 
 def test_a_ball_inside_a_block_makes_no_contact_of_its_own() -> None:
@@ -206,3 +207,40 @@ def test_mujoco_finds_the_same_contact(seed: int) -> None:
     (patch,) = interface.patches
     assert patch.polygon[0] == pytest.approx(data.contact.pos[k], abs=1e-9)
     assert patch.separation[0] == pytest.approx(float(data.contact.dist[k]), abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_cart_stands_on_the_lines_of_its_wheels_in_any_frame(seed: int) -> None:
+    """Wheels 0.03 m wide, rolled at random; pressed down beyond them it tips about the line of one axle."""
+    move = motion(seed) if seed else np.eye(4)
+    rng = np.random.default_rng(seed)
+    axle = Rotation.from_euler("x", 90, degrees=True)
+    wheels = [
+        hf.Part(hf.Cylinder(0.05, 0.03), at(x, y, 0.05, (axle * Rotation.from_rotvec([0, 0, roll])).as_matrix()))
+        for (x, y), roll in zip(FEET, rng.uniform(0, 6, 4), strict=True)
+    ]
+    shape = hf.Compound([hf.Part(hf.Box((1, 0.3, 0.05)), at(z=0.075)), *wheels])
+    floor = hf.Body("floor", hf.Box((2, 2, 0.1)), pose=move @ at(z=-0.05), fixed=True)
+    cart = hf.Body("cart", shape, mass=3, com=(0, 0, 0.07), pose=move)
+    assembly = hf.assemble(hf.Scene([floor, cart], 0.5, gravity=move[:3, :3] @ (0, 0, -G)), gap=1e-4)
+    (interface,) = assembly.interfaces
+    assert [patch.kind for patch in interface.patches] == ["line"] * 4
+    local = np.sort([((p.polygon - move[:3, 3]) @ move[:3, :3]).ravel() for p in interface.patches], axis=0)
+    ends = np.sort([np.sort([(x, y - 0.015, 0), (x, y + 0.015, 0)], axis=0).ravel() for x, y in FEET], axis=0)
+    assert np.sort(local.reshape(-1, 3), axis=0) == pytest.approx(np.sort(ends.reshape(-1, 3), axis=0), abs=1e-9)
+    place = move[:3, :3] @ (0.5, 0, 0.1) + move[:3, 3]
+    down = hf.robustness(assembly, "cart", place, move[:3, :3] @ (0, 0, -1), engine="limit")
+    assert down.force == pytest.approx([3 * G * 0.4 / 0.1], rel=1e-6)
+
+
+def test_two_dumbbells_touch_ball_on_ball() -> None:
+    """The ends of the bars lie inside the balls, and the bars between them lie apart."""
+    bar = hf.Part(hf.Capsule(0.01, 0.2))
+    shape = hf.Compound([bar, *(hf.Part(hf.Sphere(0.03), at(z=z)) for z in (-0.1, 0.1))])
+    turn = Rotation.from_euler("y", 90, degrees=True).as_matrix()
+    one = hf.Body("one", shape, pose=at(turn=turn), fixed=True)
+    two = hf.Body("two", shape, mass=1, pose=at(0, 0, 0.06, turn))
+    (interface,) = hf.assemble(hf.Scene([one, two], 0.5), gap=1e-3).interfaces
+    assert [patch.kind for patch in interface.patches] == ["point", "point"]
+    places = sorted((patch.polygon[0] for patch in interface.patches), key=lambda place: float(place[0]))
+    assert np.array(places) == pytest.approx(np.array([(-0.1, 0, 0.03), (0.1, 0, 0.03)]), abs=1e-9)

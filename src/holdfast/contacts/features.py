@@ -309,7 +309,8 @@ def _edge_on_face(
     slope = 0.0
     for m in range(3):
         slope += (q[m] - p[m]) / length * normal[m]
-    if abs(slope) > within.sin_angle or not _edge_rises(one, edge, normal, within):
+    round_ = other.curved[j] or (one.curved[one.sides[edge, 0]] and one.curved[one.sides[edge, 1]])
+    if abs(slope) > (within.sin_curved if round_ else within.sin_angle) or not _edge_rises(one, edge, normal, within):
         return False
     inset = _inset(other, j, middle)
     if inset <= within.strict:  # it runs along a sharp edge

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
 
 from holdfast.contacts.interface import Patch
+from holdfast.geometry.distance import distance_to_surface
 from holdfast.scene.body import Body
 
 SHAKY = 0.5  # separation or depth over the gap tolerance above which surfaces touch only because of the tolerance
@@ -23,6 +27,8 @@ def flags_of(a: Body, b: Body, patches: Sequence[Patch], gap: float, *, hidden: 
     - fragile: the bodies may lose half of the contact area if one is moved sideways by the gap.
     - ambiguous_gap: surfaces are somewhere further apart, or overlap by more, than half the gap, so another gap gives
       another interface.
+    - facet: a face lies on a facet that stands for a curved surface. If that surface is smooth in truth, it touches
+      along a line or at a point, and the body rolls.
     - occluded: a third body between the two hides a part.
     - not_manifold: a surface is not closed, so the overlap is estimated.
     - orientation_unknown: it is not known which side of a surface is the inside.
@@ -36,6 +42,8 @@ def flags_of(a: Body, b: Body, patches: Sequence[Patch], gap: float, *, hidden: 
         flags.append("fragile")
     if any(max(map(abs, patch.separation)) > SHAKY * gap for patch in patches if patch.separation is not None):
         flags.append("ambiguous_gap")
+    if any(_on_facet(body, patches) for body in (a, b)):
+        flags.append("facet")
     if hidden:
         flags.append("occluded")
     if not all(body.shape.surface.reduced.topology.closed for body in (a, b)):
@@ -43,6 +51,17 @@ def flags_of(a: Body, b: Body, patches: Sequence[Patch], gap: float, *, hidden: 
     if not all(body.shape.surface.oriented for body in (a, b)):
         flags.append("orientation_unknown")
     return tuple(flags)
+
+
+def _on_facet(body: Body, patches: Sequence[Patch]) -> bool:
+    """Tell whether the middle of a face patch lies on a triangle of a body that stands for a curved surface."""
+    surface, middles = body.shape.surface, [patch.polygon.mean(0) for patch in patches if patch.kind == "face"]
+    if not middles or not surface.curved.any():
+        return False
+    points = (np.array(middles) - body.pose[:3, 3]) @ body.pose[:3, :3]
+    curved, flat = (replace(surface, faces=surface.faces[which]) for which in (surface.curved, ~surface.curved))
+    apart = distance_to_surface(points, flat) if len(flat.faces) else np.inf
+    return bool((distance_to_surface(points, curved) < apart).any())
 
 
 def is_certain(patches: Sequence[Patch], flags: Sequence[str], *, gap: float, usual: float, sagitta: float) -> bool:

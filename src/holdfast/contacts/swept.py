@@ -62,7 +62,7 @@ def meeting(one: Swept, two: Swept, *, gap: float, depth: float, cos_twist: floa
 
     They touch along a line if both ends of what of them lies side by side are near enough, and the normals there
     enclose no more than the angle of ``cos_twist``, and else where they are nearest. The normal has to stand on the
-    sides of those with flat ends, to within the angle of ``cos_side``.
+    sides of those with flat ends, to within the angle of ``cos_side``, and two rims alone are no sides.
     """
     nearest = _nearest(one, two)
     for pairs in (_side_by_side(one, two), [nearest]):
@@ -75,7 +75,8 @@ def meeting(one: Swept, two: Swept, *, gap: float, depth: float, cos_twist: floa
         if ((heights < -depth) | (heights > gap)).any() or float(normals[0] @ normals[-1]) < cos_twist:
             continue
         normal = unit(normals.sum(0))
-        if all(not each.flat or float(each.along @ normal) ** 2 <= 1 - cos_side**2 for each in (one, two)):
+        rims = one.flat and two.flat and len(pairs) == 1 and abs(nearest[0]) == 1 == abs(nearest[1])
+        if not rims and all(not it.flat or float(it.along @ normal) ** 2 <= 1 - cos_side**2 for it in (one, two)):
             of_one = [one.at(share) + one.radius * way for (share, _), way in zip(pairs, normals, strict=True)]
             of_two = [two.at(other) - two.radius * way for (_, other), way in zip(pairs, normals, strict=True)]
             bends = _bends(one, two, normal)
