@@ -71,7 +71,7 @@ class WorstCase(Forces):
 
     def checked_after_load(self) -> None:
         """Raise HoldfastError if what was read from a file are no statuses, masses and places of bodies."""
-        for name, wanted in (("masses", Mapping[str, float]), ("coms", Mapping[str, Float])):
+        for name, wanted in (("masses", Mapping[str, float]), ("coms", Mapping[str, tuple[float, float, float]])):
             if not all(fits(item, wanted) for item in getattr(self, name)):
                 problem = "are not by the names of bodies"
                 raise HoldfastError(message(f"worst case: {name}", problem, "needs those that an answer's save wrote"))
