@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from holdfast.assembly.axes import own_frame
 from holdfast.assembly.caution import check_units, warn_of_gap, warn_of_huge, warn_of_overlaps
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, Int, checked_items, checked_number, frozen
+from holdfast.base.arrays import Float, Int, checked_items, checked_number, checked_truth, frozen
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.memory import Memory
 from holdfast.base.public import Summary, in_notebook, number
@@ -415,7 +415,7 @@ def assemble(
             message("assemble", f"gap = {quoted(gap)} and pose_sigma = {quoted(pose_sigma)}", "give one of them")
         )
     tolerances = _tolerances(scene, gap, angle, pose_sigma)
-    if not allow_large:
+    if not checked_truth(allow_large, "assemble: allow_large"):
         check_units(scene.movable)
         warn_of_huge(scene.movable, stacklevel=3)
     if not tolerances.by_pair:

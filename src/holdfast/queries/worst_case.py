@@ -36,6 +36,7 @@ from holdfast.queries.request import (
     Load,
     body_number,
     checked_assembly,
+    checked_loads,
     engine_of,
     push_columns,
     total_wrench,
@@ -129,7 +130,7 @@ def worst_case(
     """
     assembly = checked_assembly(assembly)
     where = f"worst case of {body!r}"
-    loads = list(standing)
+    loads = checked_loads(standing)
     nominal = robustness(assembly, body, points, directions, standing=loads, engine=CERTAIN_ENGINE)
     low = {pair: ends[0] for pair, ends in friction_intervals(assembly, friction, where).items()}
     rough = assembly if friction is None else assembly.with_friction(low)
