@@ -22,6 +22,7 @@ from reachable import arrays, writable
 import holdfast as hf
 from holdfast.base.archive import save
 from holdfast.base.public import Summary, as_html
+from holdfast.batches.saved import ANSWERS
 from holdfast.scene.shipped.blocks import at, floor
 
 SIDE, X, DOWN = (-0.05, 0.0, 0.05), (1.0, 0.0, 0.0), (0.0, 0.0, -1.0)
@@ -295,6 +296,14 @@ def test_what_is_no_answer_is_one_clear_error(content: bytes, suffix: str, tmp_p
     path.write_bytes(content)
     with pytest.raises(hf.HoldfastError, match=f"bad{suffix}"):
         hf.load_answer(path)
+
+
+def test_every_class_that_can_be_saved_can_be_read_back() -> None:
+    """The report of a batch could be saved only."""
+    public = [getattr(hf, name) for name in hf.__all__]
+    savable = {each for each in public if isinstance(each, type) and hasattr(each, "save")}
+    assert savable == set(ANSWERS)
+    assert hf.BatchReport in savable
 
 
 def test_a_file_of_something_else_is_refused(tmp_path: Path) -> None:
