@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from holdfast.applications.placement.several_result import PlacedObject, Placements
     from holdfast.applications.pushing.result import Effect, SafePushes
     from holdfast.applications.pushing.safe import safe_pushes
-    from holdfast.applications.saved import load_answer
     from holdfast.applications.settled import Fall, Settled, settle
     from holdfast.applications.strap import Strap, tied
     from holdfast.applications.strap_files import load_straps
@@ -48,6 +47,7 @@ if TYPE_CHECKING:
     )
     from holdfast.batches.result import BatchReport, BatchTables, read_batch
     from holdfast.batches.run import batch
+    from holdfast.batches.saved import load_answer
     from holdfast.contacts.interface import Interface, Patch
     from holdfast.engines.answers import Bound, Claim
     from holdfast.engines.compliant.engine import Compliant
@@ -97,7 +97,6 @@ _NAMES = {
     "holdfast.applications.pushing.result": ("Effect", "SafePushes"),
     "holdfast.applications.pushing.safe": ("safe_pushes",),
     "holdfast.applications.placement.several_result": ("PlacedObject", "Placements"),
-    "holdfast.applications.saved": ("load_answer",),
     "holdfast.applications.settled": ("Fall", "Settled", "settle"),
     "holdfast.applications.strap": ("Strap", "tied"),
     "holdfast.applications.strap_files": ("load_straps",),
@@ -111,6 +110,7 @@ _NAMES = {
     "holdfast.assembly.assembly": ("Assembly", "assemble"),
     "holdfast.batches.result": ("BatchReport", "BatchTables", "read_batch"),
     "holdfast.batches.run": ("batch",),
+    "holdfast.batches.saved": ("load_answer",),
     "holdfast.base.errors": (
         "GeometryError",
         "HoldfastError",

@@ -95,7 +95,7 @@ def test_the_papers_table_of_fig_16() -> None:
     assert first["C"].force == pytest.approx(0.5 * 9.81, rel=1e-4)
     assert not first["D"].removable
     assert [row.body for row in d.paper_table(3)] == ["A"]
-    with pytest.raises(hf.HoldfastError, match="step 5"):
+    with pytest.raises(hf.HoldfastError, match="step: is 5; needs a whole number of at most 4"):
         d.paper_table(5)
 
 

@@ -148,7 +148,7 @@ def test_what_cannot_be_asked_is_refused() -> None:
         hf.safe_pushes(shipped_scene("cube"), "floor", 1.0)
     with pytest.raises(hf.HoldfastError, match="does not claim that it holds"):
         hf.safe_pushes(shipped_scene("cube"), "cube", 1.0, engine="limit")
-    with pytest.raises(hf.SceneError, match="doubt: is 1; needs a share below 1"):
+    with pytest.raises(hf.SceneError, match="doubt: is 1; needs a finite number >= 0 and < 1"):
         hf.safe_pushes(shipped_scene("cube"), "cube", 1.0, doubt=1)
 
 

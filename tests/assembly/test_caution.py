@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import warnings
 
+import numpy as np
 import pytest
 
 import holdfast as hf
 from holdfast.assembly.caution import WORST
-from holdfast.scene.shipped.blocks import box, floor
+from holdfast.scene.shipped.blocks import at, box, floor
 
 
 def pile(count: int) -> hf.Scene:
@@ -71,3 +72,29 @@ def test_u7_samples_of_a_large_assembly_are_not_refused() -> None:
     assembly = hf.assemble(sizes(100), allow_large=True)
     found = hf.robustness_under(assembly, "b0", (50, 0, 50), (-1, 0, 0), samples=2, pose_sigma=0.001, engine="limit")
     assert found.force.shape == (2, 1)
+
+
+def with_centre(x: float, across: float = 0.1) -> list[str]:
+    """The warnings about a cube whose centre of mass is at ``x`` in its frame, which is turned."""
+    turned = np.array([[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, across / 2], [0, 0, 0, 1.0]])
+    cube = hf.Body("cube", hf.Box([across] * 3), mass=1, com=(x, 0, 0), pose=turned)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        hf.assemble(hf.Scene([floor(), cube], 0.5))
+    return [str(warning.message) for warning in caught if "centre of mass" in str(warning.message)]
+
+
+def test_a_centre_of_mass_far_outside_of_its_body_is_told() -> None:
+    (text,) = with_centre(50.0)
+    assert text.startswith("body 'cube': its centre of mass lies outside of it, 288 times its size away; is com= in")
+    assert with_centre(-0.05 - 0.18)
+    assert not with_centre(0.05 + 0.17)  # less than the diagonal: of a thing of which only a part can touch
+    assert with_centre(50.0, across=10.0)
+    assert not with_centre(20.0, across=10.0)
+
+
+def test_where_the_centre_of_what_is_fixed_lies_does_not_matter() -> None:
+    table = hf.Body("table", hf.Box((1, 1, 0.1)), com=(50, 0, 0), fixed=True, pose=at(0, 0, -0.05))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        hf.assemble(hf.Scene([table, box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.05))], 0.5))

@@ -85,6 +85,13 @@ def test_all_scenes_have_rows_in_the_order_of_the_inputs(folder: Path) -> None:
     assert list((folder.parent / "out" / "journal").glob("*.jsonl")) == []
 
 
+@pytest.mark.parametrize("suffix", [".json", ".npz"])
+def test_the_report_is_read_back_from_a_file(folder: Path, tmp_path: Path, suffix: str) -> None:
+    report = batch(folder)
+    report.save(tmp_path / f"report{suffix}")
+    assert hf.load_answer(tmp_path / f"report{suffix}") == report
+
+
 def test_what_is_unchanged_is_not_asked_again(folder: Path, asked: Callable[[], list[str]]) -> None:
     batch(folder)
     before, stamp = rows(folder.parent / "out"), asked()

@@ -22,6 +22,7 @@ from reachable import arrays, writable
 import holdfast as hf
 from holdfast.base.archive import save
 from holdfast.base.public import Summary, as_html
+from holdfast.batches.saved import ANSWERS
 from holdfast.scene.shipped.blocks import at, floor
 
 SIDE, X, DOWN = (-0.05, 0.0, 0.05), (1.0, 0.0, 0.0), (0.0, 0.0, -1.0)
@@ -84,6 +85,7 @@ ASK: dict[str, Callable[[], Any]] = {
     "samples": lambda: hf.robustness_under(cube(), "cube", *PUSHES, friction=0.2, samples=3, seed=1, engine="limit"),
     "sensitivity": lambda: hf.sensitivity(cube(), "cube", SIDE, X),
     "worst case": lambda: hf.worst_case(cube(), "cube", *PUSHES, friction=0.1, mass=0.1),
+    "worst case, centres": lambda: hf.worst_case(cube(), "cube", *PUSHES, mass=0.1, com={"cube": (0.01, 0, 0)}),
     "accelerations": lambda: hf.sustainable_accelerations(cube(), gap=0.2),
     "constraint": lambda: hf.constraint(cube(), "cube", budget=50),
     "transport": lambda: hf.transport_limits(cube(), [X, (0, 0, 1)], bound=True),
@@ -96,6 +98,7 @@ ASK: dict[str, Callable[[], Any]] = {
     ),
     "removal": lambda: hf.can_remove(hf.shipped_scene("stack"), "cube2", engine="graph"),
     "build order": lambda: hf.build_order(hf.shipped_scene("stack"), engine="graph", pushes=30),
+    "build order, no pushes": lambda: hf.build_order(hf.shipped_scene("stack"), engine="graph", pushes=0),
     "build order, no end": lambda: hf.build_order(hf.shipped_scene("arch"), engine="limit", pushes=0),
     "placement": placed,
     "no placement": no_place,
@@ -293,6 +296,14 @@ def test_what_is_no_answer_is_one_clear_error(content: bytes, suffix: str, tmp_p
     path.write_bytes(content)
     with pytest.raises(hf.HoldfastError, match=f"bad{suffix}"):
         hf.load_answer(path)
+
+
+def test_every_class_that_can_be_saved_can_be_read_back() -> None:
+    """The report of a batch could be saved only."""
+    public = [getattr(hf, name) for name in hf.__all__]
+    savable = {each for each in public if isinstance(each, type) and hasattr(each, "save")}
+    assert savable == set(ANSWERS)
+    assert hf.BatchReport in savable
 
 
 def test_a_file_of_something_else_is_refused(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 
 import holdfast as hf
 from holdfast.scene.shipped.blocks import box, floor
@@ -18,12 +19,14 @@ SCENE = hf.Scene([floor(), box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.05))], 0.5)
 BODY = SCENE.body("cube")
 NEW = hf.Body("new", hf.Box((0.05, 0.05, 0.05)), mass=0.1)
 ON, DOWN = (0.05, 0, 0.05), (-1.0, 0, 0)
+SOLID = trimesh.creation.box((0.1, 0.1, 0.1))
 ITSELF: list[Any] = []
 ITSELF.append(ITSELF)
 
 ODD: tuple[Any, ...] = (
     *(None, "x", "3", b"x", True, 1j, np.nan, np.inf, 1e300, -1e300, 5e-324, 10**400, 2**70, -1, 0),
     *([], [[]], {}, {1: 2}, (1, 2), [1, 2, 3], ["1", "2", "3"], [np.nan] * 3, [1e300] * 3, [5e-324] * 3, ("a", "b")),
+    *([None], {"cube": np.nan}, (np.nan, np.nan), (2, 1), np.zeros((2, 2)), np.array(3.0), str),
     *(ITSELF, object(), range(3), np.zeros((0, 3)), np.zeros((2, 3, 3)), np.array("x"), np.ma.masked, len),
 )
 
@@ -61,6 +64,16 @@ def constrained() -> hf.Constraint:
     return hf.constraint(SCENE, "cube", budget=20)
 
 
+@cache
+def mapped() -> hf.RobustnessMap:
+    return hf.robustness_map(SCENE, engine="graph", spacing=0.1)
+
+
+@cache
+def limits() -> hf.TransportLimits:
+    return hf.transport_limits(SCENE, (1, 0, 0), engine="limit")
+
+
 MAKING: dict[str, Callable[[Any], object]] = {
     "Box": hf.Box,
     "Cylinder": lambda v: hf.Cylinder(v, 1),
@@ -78,6 +91,8 @@ MAKING: dict[str, Callable[[Any], object]] = {
     "Part: material": lambda v: hf.Part(NEW.shape, material=v),
     "Mesh: vertices": lambda v: hf.Mesh(v, [[0, 1, 2]]),
     "Mesh: faces": lambda v: hf.Mesh(np.eye(3), v),
+    "Mesh: scale": lambda v: hf.Mesh(np.eye(3), [[0, 1, 2]], scale=v),
+    "Mesh: file": lambda v: hf.Mesh(np.eye(3), [[0, 1, 2]], file=v),
     "Mesh: noise": lambda v: hf.Mesh(np.eye(3), [[0, 1, 2]], noise=v),
     "Mesh.from_file": hf.Mesh.from_file,
     "Body: name": lambda v: made(name=v),
@@ -94,6 +109,8 @@ MAKING: dict[str, Callable[[Any], object]] = {
     "Scene: friction": lambda v: hf.Scene(SCENE.bodies, v),
     "Scene: gravity": lambda v: hf.Scene(SCENE.bodies, 0.5, v),
     "Scene: name": lambda v: hf.Scene(SCENE.bodies, 0.5, name=v),
+    "Scene: notes": lambda v: hf.Scene(SCENE.bodies, 0.5, notes=v),
+    "Scene.mu": lambda v: SCENE.mu(v, "cube"),
     "Scene.body": SCENE.body,
     "Scene.without": SCENE.without,
     "Scene.moved": SCENE.moved,
@@ -106,18 +123,27 @@ MAKING: dict[str, Callable[[Any], object]] = {
     "Interface: bodies": lambda v: hf.Interface(v, [[0, 0, 0], [1, 0, 0], [0, 1, 0]], (0, 0, 1)),
     "Interface: polygon": lambda v: hf.Interface(("a", "b"), v, (0, 0, 1)),
     "Interface: normal": lambda v: hf.Interface(("a", "b"), [[0, 0, 0], [1, 0, 0], [0, 1, 0]], v),
+    "Load: body": lambda v: hf.Load(v, ON, (1, 0, 0)),
     "Load: point": lambda v: hf.Load("cube", v, (1, 0, 0)),
     "Load: force": lambda v: hf.Load("cube", ON, v),
     "Load: moment": lambda v: hf.Load("cube", moment=v),
     "Compliant: nodes": lambda v: hf.Compliant(nodes=v),
     "Compliant: stiffness_ratio": lambda v: hf.Compliant(stiffness_ratio=v),
     "Compliant: stiffness": lambda v: hf.Compliant(stiffness=v),
+    "Graph: isolated": lambda v: hf.Graph(isolated=v),
+    "Graph: sampling": lambda v: hf.Graph(sampling=v),
     "Graph: nodes": lambda v: hf.Graph(nodes=v),
     "Graph: mass_margin": lambda v: hf.Graph(mass_margin=v),
     "Graph: immobile_above": lambda v: hf.Graph(immobile_above=v),
     "Graph: max_cuts": lambda v: hf.Graph(max_cuts=v),
     "Limit: cone": hf.Limit,
     "Limit: sides": lambda v: hf.Limit("inscribed", v),
+    "from_trimesh: mass": lambda v: hf.from_trimesh(SOLID, friction=0.5, floor=True, mass=v),
+    "from_trimesh: density": lambda v: hf.from_trimesh(SOLID, friction=0.5, floor=True, density=v),
+    "from_trimesh: fixed": lambda v: hf.from_trimesh(SOLID, friction=0.5, mass=1, fixed=v),
+    "from_trimesh: material": lambda v: hf.from_trimesh(SOLID, friction=0.5, floor=True, mass=1, material=v),
+    "from_trimesh: up": lambda v: hf.from_trimesh(SOLID, friction=0.5, floor=True, mass=1, up=v),
+    "from_trimesh: floor": lambda v: hf.from_trimesh(SOLID, friction=0.5, mass=1, floor=v),
     "load_scene": hf.load_scene,
     "load_answer": hf.load_answer,
     "shipped_scene": hf.shipped_scene,
@@ -128,6 +154,7 @@ ASKING: dict[str, Callable[[hf.Assembly, Any], object]] = {
     "assemble: gap": lambda _, v: hf.assemble(SCENE, gap=v),
     "assemble: angle": lambda _, v: hf.assemble(SCENE, angle=v),
     "assemble: pose_sigma": lambda _, v: hf.assemble(SCENE, pose_sigma=v),
+    "assemble: allow_large": lambda _, v: hf.assemble(SCENE, allow_large=v),
     "assemble: interfaces": lambda _, v: hf.assemble(SCENE, interfaces=v),
     "with_body": lambda a, v: a.with_body(v),
     "without": lambda a, v: a.without(v),
@@ -139,12 +166,18 @@ ASKING: dict[str, Callable[[hf.Assembly, Any], object]] = {
     "robustness: body": lambda a, v: pushed(a, body=v),
     "robustness: points": lambda a, v: pushed(a, points=v),
     "robustness: directions": lambda a, v: pushed(a, directions=v),
+    "robustness: bound": lambda a, v: pushed(a, bound=v),
+    "robustness: imperfect": lambda a, v: pushed(a, imperfect=v),
     "robustness: standing": lambda a, v: pushed(a, standing=v),
     "load_factor": lambda a, v: hf.load_factor(a, v, engine="limit"),
     "map: bodies": lambda a, v: hf.robustness_map(a, v, engine="graph", spacing=0.1),
     "map: spacing": lambda a, v: hf.robustness_map(a, engine="graph", spacing=v),
     "map: gap": lambda a, v: hf.robustness_map(a, engine="graph", spacing=0.1, gap=v),
     "transport": lambda a, v: hf.transport_limits(a, v, engine="limit"),
+    "map: at": lambda _, v: mapped().at(v),
+    "transport: bound": lambda a, v: hf.transport_limits(a, (1, 0, 0), bound=v, engine="limit"),
+    "transport: others": lambda _, v: limits().save_png("never.jpg", others=v),
+    "transport: names": lambda _, v: limits().save_png("never.jpg", names=v),
     "transport: jolt": lambda a, v: hf.transport_limits(a, (1, 0, 0), jolt=v, engine="limit"),
     "carry": lambda a, v: hf.carry(a, v, engine="limit"),
     "carry: standing": lambda a, v: hf.carry(a, [[0, 1, 0, 0]], standing=v, engine="limit"),
@@ -156,6 +189,7 @@ ASKING: dict[str, Callable[[hf.Assembly, Any], object]] = {
     "profile: heading": lambda _, v: hf.Profile.named("road", heading=v),
     "strap": lambda _, v: hf.Strap(v, 1.0),
     "strap: point": lambda _, v: hf.Strap([("cube", v), ("floor", ON)], 1.0),
+    "strap: closed": lambda _, v: hf.Strap([("cube", ON), ("floor", (1, 0, 0)), ("cube", DOWN)], 1.0, closed=v),
     "strap: pretension": lambda _, v: hf.Strap([("cube", ON), ("floor", (1, 0, 0))], v),
     "strap: stiffness": lambda _, v: hf.Strap([("cube", ON), ("floor", (1, 0, 0))], 1.0, stiffness=v),
     "strap: height": lambda a, v: hf.Strap.around(a, v, 1.0),
@@ -167,13 +201,18 @@ ASKING: dict[str, Callable[[hf.Assembly, Any], object]] = {
     "inertial_loads": lambda a, v: hf.inertial_loads(a, angular_velocity=v),
     "disassembly: lift": lambda a, v: hf.disassembly_order(a, lift=v, engine="limit"),
     "disassembly: goal": lambda a, v: hf.disassembly_order(a, goal=v, engine="limit"),
+    "disassembly: step": lambda a, v: hf.disassembly_order(a, engine="limit").answers(v),
     "disassembly: budget": lambda a, v: hf.disassembly_order(a, budget=v, engine="limit"),
     "under: friction": lambda a, v: under(a, friction=v),
     "under: pose_sigma": lambda a, v: under(a, pose_sigma=v),
+    "under: standing": lambda a, v: under(a, standing=v),
+    "under: stiffness": lambda a, v: under(a, stiffness=v, engine="compliant"),
+    "under: flatness": lambda a, v: under(a, flatness=v, bed=1e9, engine="compliant"),
     "under: samples": lambda a, v: under(a, samples=v),
     "under: seed": lambda a, v: under(a, seed=v),
     "worst_case: friction": lambda a, v: hf.worst_case(a, "cube", ON, DOWN, friction=v),
     "worst_case: mass": lambda a, v: hf.worst_case(a, "cube", ON, DOWN, mass=v),
+    "worst_case: standing": lambda a, v: hf.worst_case(a, "cube", ON, DOWN, standing=v),
     "worst_case: com": lambda a, v: hf.worst_case(a, "cube", ON, DOWN, com=v),
     "sensitivity: point": lambda a, v: hf.sensitivity(a, "cube", v, DOWN),
     "sensitivity: direction": lambda a, v: hf.sensitivity(a, "cube", ON, v),
@@ -182,6 +221,7 @@ ASKING: dict[str, Callable[[hf.Assembly, Any], object]] = {
     "wrenches: bound": lambda a, v: hf.admissible_wrenches(a, "cube", bound=v),
     "wrenches: budget": lambda a, v: hf.admissible_wrenches(a, "cube", budget=small(v)),
     "constraint: body": lambda a, v: hf.constraint(a, v, budget=20),
+    "constraint: gap": lambda a, v: hf.constraint(a, "cube", gap=v, budget=20),
     "constraint: near": lambda a, v: hf.constraint(a, "cube", near=v, budget=20),
     "constraint: bound": lambda a, v: hf.constraint(a, "cube", bound=v, budget=20),
     "constraint: budget": lambda a, v: hf.constraint(a, "cube", budget=small(v)),
@@ -206,6 +246,19 @@ ASKING: dict[str, Callable[[hf.Assembly, Any], object]] = {
     "placement: seed": lambda a, v: placed(a, seed=v),
     "placement: budget": lambda a, v: placed(a, budget=v),
     "placement: supports": lambda a, v: placed(a, supports=v),
+    "placement: turn": lambda a, v: placed(a, turn=v),
+    "placement: cone": lambda a, v: placed(a, cone=v),
+    "placement: keep_out": lambda a, v: placed(a, keep_out=v),
+    "place_all: stack": lambda a, v: hf.place_all(a, [NEW], stack=v, engine="graph", confirm=None, budget=0.1),
+    "settle: reach": lambda _, v: hf.settle(SCENE, reach=v),
+    "settle: turn": lambda _, v: hf.settle(SCENE, turn=v),
+    "settle: known": lambda _, v: hf.settle(SCENE, known=v),
+    "settle: pose_sigma": lambda _, v: hf.settle(SCENE, pose_sigma=v),
+    "settle: upright": lambda _, v: hf.settle(SCENE, upright=v),
+    "batch: ask": lambda _, v: hf.batch([SCENE], v, out="never", shard="none"),
+    "batch: options": lambda _, v: hf.batch([SCENE], out="never", options=v, shard="none"),
+    "batch: retry": lambda _, v: hf.batch([SCENE], out="never", retry=v, shard="none"),
+    "batch: scenes": lambda _, v: hf.batch(v, out="never", shard="none"),
     "placement: avoid": lambda a, v: placed(a, avoid=v),
 }
 

@@ -75,7 +75,7 @@ def test_a_pair_that_does_not_touch_needs_no_coefficient() -> None:
         (lambda: hf.Friction(pairs=[("a", "b")]), r"friction: pairs.*; "),
         (lambda: hf.Friction(values={"a": -1}, combine="max"), r"friction of 'a': is -1; needs"),
         (lambda: hf.Friction(values={"a": 1}), r"combine is not given; say how .* max, min or product"),
-        (lambda: hf.Friction(combine="mean"), r"combine = 'mean'; needs 'max', 'min' or 'product'"),
+        (lambda: hf.Friction(combine="mean"), r"combine: is 'mean'; needs one of max, min, product"),
         (lambda: hf.Scene([floor(), cube()], -0.5), r"friction: default: is -0\.5; needs"),
         (
             lambda: hf.Scene([floor(), cube()], hf.Friction(0.5, {("cub", "floor"): 0.1})),

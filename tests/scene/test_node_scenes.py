@@ -115,7 +115,7 @@ def test_materials_name_the_pairs_of_the_friction_table() -> None:
         ({"mass": {"low": float("nan")}}, "mass: is nan"),
         ({"fixed": []}, r"nothing in it is fixed; give fixed=\[name\] \(table, low, high\), or floor=True"),
         ({"material": {"lo": "oak"}}, "material: no node is named 'lo'"),
-        ({"up": "x"}, "up: is 'x'; needs 'y' or 'z'"),
+        ({"up": "x"}, "up: is 'x'; needs one of y, z"),
     ],
 )
 def test_options_are_checked(options: dict[str, Any], match: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -113,6 +114,24 @@ def test_a_moved_body_keeps_all_but_its_pose() -> None:
     assert fixed.moved(pose).fixed
     with pytest.raises(hf.GeometryError, match="body 'b': pose: is a reflection"):
         body.moved(np.diag([-1.0, 1, 1, 1]))
+
+
+def test_u4_a_trimesh_given_to_mesh_is_told_what_to_write() -> None:
+    with pytest.raises(hf.GeometryError, match=r"got a Trimesh; give it to Body .* Mesh\(mesh.vertices, mesh.faces\)"):
+        hf.Mesh(BOX)
+    with pytest.raises(hf.GeometryError, match=r"faces: has shape \(0,\); needs shape \(n, 3\)"):
+        hf.Mesh(V)
+
+
+def test_the_file_of_a_mesh_is_a_path_whoever_gave_it(tmp_path: Path) -> None:
+    """An answer with the text of a path in it was written, and could not be read."""
+    mesh = hf.Mesh(V, F, file="box.obj", scale=[1, 2, 3])  # type: ignore[arg-type]
+    assert mesh.file == Path("box.obj")
+    assert mesh.scale == (1.0, 2.0, 3.0)
+    scene = hf.Scene([hf.Body("table", hf.HalfSpace(), fixed=True), hf.Body("box", mesh, mass=1)], 0.5)
+    m = hf.transport_limits(scene, (1, 0, 0), engine="limit")
+    m.save(tmp_path / "limits.json")
+    assert hf.load_answer(tmp_path / "limits.json") == m
 
 
 def test_a_trimesh_is_taken_as_a_mesh() -> None:

@@ -17,7 +17,7 @@ from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.kinds import shaped
 from holdfast.base.painters import paint
 from holdfast.base.public import PublicValue, Summary, number
-from holdfast.base.ranges import ANGLE, LENGTH, TOLERANCE
+from holdfast.base.ranges import BETWEEN, LENGTH, TOLERANCE
 from holdfast.base.text import listed, quoted
 from holdfast.base.values import Value, seal
 from holdfast.contacts.detect import neighbours
@@ -154,7 +154,7 @@ def settle(
         )
     limits = Limits(
         checked_number(reach, "settle: reach", above=0, within=LENGTH),
-        checked_number(turn, "settle: turn [deg]", above=0, within=ANGLE),
+        checked_number(turn, "settle: turn [deg]", above=0, within=BETWEEN),
     )
     exact = scene.checked_names([known] if isinstance(known, str) else known)
     sigma = _checked_sigma(scene, pose_sigma)

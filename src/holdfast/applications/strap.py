@@ -19,7 +19,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, checked, checked_items, checked_name, checked_number, frozen
+from holdfast.base.arrays import Float, checked, checked_items, checked_name, checked_number, checked_truth, frozen
 from holdfast.base.errors import SceneError, message
 from holdfast.base.kinds import shaped
 from holdfast.base.ranges import FORCE, FRICTION, LENGTH, PLACE, STIFFNESS
@@ -69,7 +69,8 @@ class Strap(Value):
         stiffness: float | None = None,
     ) -> None:
         where = "strap"
-        least = 3 if closed else 2
+        round_all = checked_truth(closed, f"{where}: closed")
+        least = 3 if round_all else 2
         pairs = checked_items(path, f"{where}: path", "pairs (body, point)")
         if len(pairs) < least or any(not isinstance(pair, tuple | list) or len(pair) != 2 for pair in pairs):
             raise SceneError(message(where, f"has the path {quoted(path, 80)}", f"needs {least} (body, point) or more"))
@@ -78,13 +79,13 @@ class Strap(Value):
         set_(self, "points", np.array([checked(p, (3,), f"{where}: point", within=PLACE) for _, p in pairs]))
         set_(self, "pretension", checked_number(pretension, f"{where}: pretension", minimum=0, within=FORCE))
         set_(self, "friction", checked_number(friction, f"{where}: friction", minimum=0, within=FRICTION))
-        set_(self, "closed", bool(closed))
+        set_(self, "closed", round_all)
         stiff = (
             None if stiffness is None else checked_number(stiffness, f"{where}: stiffness", above=0, within=STIFFNESS)
         )
         set_(self, "stiffness", stiff)
         seal(self)
-        if closed and self.friction:
+        if round_all and self.friction:
             raise SceneError(message(where, "is closed and has friction", "leave friction out: it has no first point"))
         if (self.lengths < LENGTH.least).any():
             raise SceneError(message(where, "two neighbouring points coincide", "needs points apart from each other"))

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.axes import own_frame
-from holdfast.assembly.caution import check_units, warn_of_gap, warn_of_huge, warn_of_overlaps
+from holdfast.assembly.caution import check_units, warn_of_centres, warn_of_gap, warn_of_huge, warn_of_overlaps
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, Int, checked_items, checked_number, frozen
+from holdfast.base.arrays import Float, Int, checked_items, checked_number, checked_truth, frozen
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.memory import Memory
 from holdfast.base.public import Summary, in_notebook, number
@@ -403,6 +403,8 @@ def assemble(
     Given ``interfaces`` are taken as complete and are not checked against the meshes; those between two fixed bodies
     are left out.
 
+    A body whose centre of mass lies farther outside of it than it is large raises a HoldfastWarning, too.
+
     A scene whose movable bodies are all as large as houses is taken for one in millimetres, and refused unless
     ``allow_large`` says that its units are metres. Raises HoldfastError also if an argument is out of range or is not a
     scene.
@@ -415,9 +417,10 @@ def assemble(
             message("assemble", f"gap = {quoted(gap)} and pose_sigma = {quoted(pose_sigma)}", "give one of them")
         )
     tolerances = _tolerances(scene, gap, angle, pose_sigma)
-    if not allow_large:
+    if not checked_truth(allow_large, "assemble: allow_large"):
         check_units(scene.movable)
         warn_of_huge(scene.movable, stacklevel=3)
+    warn_of_centres(scene.movable, stacklevel=3)
     if not tolerances.by_pair:
         warn_of_gap(scene.movable, tolerances.gap, stacklevel=3)
     if interfaces is not None:

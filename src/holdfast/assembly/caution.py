@@ -16,6 +16,7 @@ HUGE = 50.0  # [m] a movable body larger than this is suspected to be given in o
 # [m] Where no movable body is smaller than the first and half of them are larger than the second, as cups and boxes are
 # in millimetres, all sizes say that the units are wrong
 SMALL_AMONG_HUGE, USUAL_AMONG_HUGE = 2.0, 20.0
+ASIDE = 1.0  # [-] of its size: a centre of mass farther outside of its body is suspected to be given in other units
 WORST = 5  # the most overlaps that one warning names
 
 
@@ -42,6 +43,28 @@ def warn_of_huge(bodies: Iterable[Body], *, stacklevel: int) -> None:
         problem = f"is {across[widest]:.3g} m across"
         text = message(f"body {quoted(widest)}", problem, "if its mesh is in millimetres, use scale 0.001")
         warnings.warn(text, HoldfastWarning, stacklevel=stacklevel)
+
+
+def warn_of_centres(bodies: Iterable[Body], *, stacklevel: int) -> None:
+    """Warn of the movable body whose centre of mass lies farther outside of it, over its size, than all others.
+
+    It lies inside the convex hull of all mass. A shape may be only a part of what has mass, as a pad of a robot, so
+    this is no error.
+    """
+    aside = {body.name: _aside(body) for body in bodies if body.com is not None and not body.fixed}
+    far = max(aside, key=lambda name: aside[name], default=None)
+    if far is not None and aside[far] > ASIDE:
+        problem = f"its centre of mass lies outside of it, {aside[far]:.3g} times its size away"
+        text = message(f"body {quoted(far)}", problem, "is com= in metres, in the frame of the body?")
+        warnings.warn(text, HoldfastWarning, stacklevel=stacklevel)
+
+
+def _aside(body: Body) -> float:
+    """Return how far the centre of mass lies outside of the bounding box in the body frame, over its diagonal."""
+    surface = body.shape.surface
+    low, high = surface.vertices.min(0), surface.vertices.max(0)
+    outside = np.maximum(0.0, np.maximum(low - body.com_body, body.com_body - high))
+    return float(np.linalg.norm(outside)) / surface.diagonal
 
 
 def warn_of_gap(bodies: Iterable[Body], gap: float, *, stacklevel: int) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
@@ -148,24 +148,32 @@ def checked_number(
     *,
     minimum: float | None = None,
     above: float | None = None,
+    below: float | None = None,
     within: Range | None = None,
     error: type[HoldfastError] = SceneError,
 ) -> float:
-    """Return ``value`` as a finite float, after checking that it is at least ``minimum`` and greater than ``above``.
+    """Return ``value`` as a finite float after checking its limits.
 
-    None means no such limit. With ``within``, a number that has to be greater than 0 lies in this range, and any other
-    one is no larger, with either sign, than its upper end. Raises ``error`` if the check fails, also for a text that
-    reads like a number; ``where`` names the argument.
+    It is at least ``minimum``, greater than ``above`` and less than ``below``; None means no such limit. With
+    ``within``, a number that has to be greater than 0 lies in this range, and any other one is no larger, with either
+    sign, than its upper end. Raises ``error`` if the check fails, also for a text that reads like a number; ``where``
+    names the argument.
     """
-    bound = f" >= {minimum:g}" if minimum is not None else f" > {above:g}" if above is not None else ""
-    remedy = f"needs a finite number{bound}"
+    limits = ((">=", minimum), (">", above), ("<", below))
+    bounds = " and ".join(f"{sign} {end:g}" for sign, end in limits if end is not None)
+    remedy = f"needs a finite number {bounds}".rstrip()
     try:
         number = _numbers(value).item() if np.ndim(value) == 0 else None
     except (TypeError, ValueError, OverflowError, RecursionError):
         number = None
     if number is None:
         raise error(message(where, f"got {quoted(value, 80)}", remedy))
-    if not np.isfinite(number) or (minimum is not None and number < minimum) or (above is not None and number <= above):
+    ends = (
+        minimum is None or number >= minimum,
+        above is None or number > above,
+        below is None or number < below,
+    )
+    if not np.isfinite(number) or not all(ends):
         raise error(message(where, f"is {number:g}", remedy))
     if within is not None and (abs(number) > within.largest or (above is not None and number < within.least)):
         allowed = str(within) if above is not None else within.most()
@@ -189,6 +197,37 @@ def checked_whole(
         limit = f"at most {most:,}" if number > most else f"at least {least:,}"
         raise error(message(where, f"is {quoted(value)}", f"needs a whole number of {limit}"))
     return number
+
+
+def checked_truth(value: Any, where: str, error: type[HoldfastError] = SceneError) -> bool:  # noqa: ANN401
+    """Return ``value`` as a bool after checking that it is True or False: the text "no" would count as True."""
+    if not isinstance(value, bool | np.bool_):
+        raise error(message(where, f"is {quoted(value)}", "needs True or False"))
+    return bool(value)
+
+
+def checked_word(
+    value: Any,  # noqa: ANN401 - anything a caller may pass
+    known: Collection[str],
+    where: str,
+    error: type[HoldfastError] = SceneError,
+) -> str:
+    """Return ``value`` after checking that it is one of the ``known`` words."""
+    if not isinstance(value, str) or value not in known:
+        raise error(message(where, f"is {quoted(value)}", f"needs one of {', '.join(known)}"))
+    return value
+
+
+def checked_mapping(
+    value: Any,  # noqa: ANN401 - anything a caller may pass
+    where: str,
+    example: str,
+    error: type[HoldfastError] = SceneError,
+) -> Mapping[Any, Any]:
+    """Return ``value`` after checking that it is a dict or another mapping; ``example`` shows one."""
+    if not isinstance(value, Mapping):
+        raise error(message(where, f"is {quoted(value)}", f"needs a dict, as {example}"))
+    return value
 
 
 def checked_items(

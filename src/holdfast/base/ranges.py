@@ -38,5 +38,6 @@ STIFFNESS = Range(1e-9, 1e15)
 SCALE = Range(1e-9, 1e9)
 EXPONENT = Range(0.0, 1e3)
 ANGLE = Range(0.0, 1e4, "degrees")
+BETWEEN = Range(0.0, 180.0, "degrees")  # the angle of two directions, or by which two orientations differ
 MOST_SEED = 2**63 - 1  # seeds are whole numbers from 0
 MANY = 1_000_000_000  # counts beyond this mean a mistake, too

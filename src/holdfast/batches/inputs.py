@@ -61,7 +61,7 @@ def inputs_of(scenes: Scenes) -> Inputs:
     if isinstance(scenes, str | os.PathLike):
         found = list(_named(os.fspath(scenes)))
         return Inputs(iter(found), len(found))
-    if isinstance(scenes, Scene) or not isinstance(scenes, Iterable):
+    if isinstance(scenes, Scene) or not isinstance(scenes, Iterable) or getattr(scenes, "ndim", 1) == 0:
         remedy = "needs a path, a glob, a folder, a manifest, or a list of paths or scenes"
         raise HoldfastError(message("batch: scenes", f"got {quoted(scenes)}", remedy))
     count = len(scenes) if isinstance(scenes, Sized) else None

@@ -12,6 +12,7 @@ from typing import Any
 
 from holdfast.applications.transport import transport_limits
 from holdfast.assembly.assembly import assemble
+from holdfast.base.arrays import checked_items, checked_mapping
 from holdfast.base.errors import HoldfastError, message, nearest_of
 from holdfast.base.files import read_ordinary
 from holdfast.base.text import quoted
@@ -41,11 +42,11 @@ def question(ask: str | Iterable[str], options: Mapping[str, Any] | None) -> Que
     ``ask`` is one of stability, map, transport and push:FILE, or several of them. ``options`` maps "load", "assemble"
     and verbs to keyword arguments; ``engine`` beside them holds for all verbs.
     """
-    words = [ask] if isinstance(ask, str) else list(ask)
+    words = [ask] if isinstance(ask, str) else checked_items(ask, "ask", "stability, map, transport or push:FILE")
     pushes: tuple[Push, ...] = ()
     verbs = []
     for word in words:
-        verb, colon, file = word.partition(":") if isinstance(word, str) else (word, "", "")
+        verb, colon, file = word.partition(":") if isinstance(word, str) else ("", "", "")
         if verb not in VERBS or bool(colon) != (verb == "push"):
             remedy = "needs stability, map, transport or push:FILE"
             raise HoldfastError(message("ask", f"{quoted(word)} is unknown", remedy))
@@ -54,13 +55,13 @@ def question(ask: str | Iterable[str], options: Mapping[str, Any] | None) -> Que
         verbs.append(verb)
     if not verbs:
         raise HoldfastError(message("ask", "is empty", "needs stability, map, transport or push:FILE"))
-    return Question(tuple(verb for verb in VERBS if verb in verbs), _options(options or {}), pushes)
+    given = {} if options is None else options
+    return Question(tuple(verb for verb in VERBS if verb in verbs), _options(given), pushes)
 
 
 def _options(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Check options, and give every verb the engine that is for all."""
-    if not isinstance(given, Mapping):
-        raise HoldfastError(message("options", f"got {quoted(given)}", 'needs a dict such as {"engine": "limit"}'))
+    checked_mapping(given, "options", '{"engine": "limit"}')
     engine = {ENGINE: given[ENGINE]} if ENGINE in given else {}
     found: dict[str, dict[str, Any]] = {verb: dict(engine) for verb in VERBS if engine}
     for verb, own in given.items():

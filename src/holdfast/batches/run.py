@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from holdfast.base.arrays import checked_number, checked_whole
+from holdfast.base.arrays import checked_items, checked_number, checked_whole
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import checked_path
 from holdfast.base.progress import report
@@ -240,9 +240,9 @@ def _part(shard: str | None) -> Part:
 
 
 def _outcomes(retry: Iterable[str]) -> frozenset[str]:
-    names = [retry] if isinstance(retry, str) else list(retry)
+    names = [retry] if isinstance(retry, str) else checked_items(retry, "batch: retry", "outcomes")
     for name in names:
-        if name not in OUTCOMES:
+        if not isinstance(name, str) or name not in OUTCOMES:
             raise HoldfastError(
                 message("batch: retry", f"{quoted(name)} is no outcome", f"known: {', '.join(OUTCOMES)}")
             )

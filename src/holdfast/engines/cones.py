@@ -9,9 +9,7 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.nodes import ContactNodes
-from holdfast.base.arrays import Float, Int, checked_whole
-from holdfast.base.errors import HoldfastError, message
-from holdfast.base.text import quoted
+from holdfast.base.arrays import Float, Int, checked_whole, checked_word
 from holdfast.conic.program import ConeKind
 
 ROUNDING = 2e-15  # of the terms of a room in the cone
@@ -28,10 +26,7 @@ class FrictionCone:
     sides: int = 8
 
     def __post_init__(self) -> None:
-        if not isinstance(self.kind, str) or self.kind not in get_args(ConeChoice):
-            raise HoldfastError(
-                message("cone", f"got {quoted(self.kind)}", f"known: {', '.join(get_args(ConeChoice))}")
-            )
+        checked_word(self.kind, get_args(ConeChoice), "cone")
         checked_whole(self.sides, "cone: sides", 3, MOST_SIDES)
 
     def rows(self, nodes: ContactNodes) -> tuple[sparse.csr_matrix, tuple[tuple[ConeKind, int], ...]]:

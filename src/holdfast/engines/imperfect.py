@@ -66,10 +66,7 @@ class Imperfect(Value):
             checked_number(self.correlation, "Imperfect: correlation", above=0, within=LENGTH)
         checked_whole(self.samples, "Imperfect: samples", 1, MOST_SAMPLES)
         checked_whole(self.seed, "Imperfect: seed", 0, MOST_SEED)
-        if checked_number(self.quantile, "Imperfect: quantile", minimum=0) >= 1:
-            raise HoldfastError(
-                message("Imperfect: quantile", f"is {self.quantile:g}", "needs a share from 0 to below 1")
-            )
+        checked_number(self.quantile, "Imperfect: quantile", minimum=0, below=1)
         object.__setattr__(self, "stiffness", _checked_range(self.stiffness))
         if self.bed is not None and self.material is not None:
             raise HoldfastError(message("Imperfect", "has a bed and a material", "give one of them"))

@@ -10,7 +10,7 @@ from holdfast.applications.placement.result import Placement
 from holdfast.applications.settled import Settled
 from holdfast.applications.transport import TransportLimits
 from holdfast.assembly.assembly import Assembly, assemble
-from holdfast.base.arrays import checked_number
+from holdfast.base.arrays import checked_number, checked_truth
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.ranges import LENGTH
 from holdfast.live.model import Model
@@ -81,13 +81,14 @@ def view(
     Raises HoldfastError if viser is not installed (``pip install 'holdfast[live]'``), or for anything else than these.
     """
     _check(what)
+    opened = checked_truth(browser, "view: browser")
     step = None if spacing is None else checked_number(spacing, "view: spacing", above=0, within=LENGTH)
     model = _model(what, engine, step)
     window = Window(model, port)
     if isinstance(what, TransportLimits):
         window.controls.show_limits(glimpse(what), what.summary().headline)
     found = LiveView(window)
-    if browser:
+    if opened:
         webbrowser.open(found.url)
     return found
 

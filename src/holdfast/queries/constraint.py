@@ -183,7 +183,7 @@ def constraint(
     """
     assembly = checked_assembly(assembly)
     where = f"constraint on {quoted(body)}"
-    wanted = checked_number(gap, f"{where}: gap", above=0, within=SCALE)
+    wanted = checked_number(gap, f"{where}: gap", above=0, below=1, within=SCALE)
     checked_whole(budget, f"{where}: budget", 0, MANY)
     columns = wrench_columns(assembly, body, where)
     limits = wrench_bound(assembly, bound, where)

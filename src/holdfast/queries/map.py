@@ -12,7 +12,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.archive import archived, to_dict
-from holdfast.base.arrays import Float, Objects, checked_number, objects
+from holdfast.base.arrays import Float, Objects, checked_number, checked_whole, objects
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.kinds import check_kinds, shaped
 from holdfast.base.painters import paint
@@ -175,7 +175,9 @@ class RobustnessMap(Forces):
         return tuple(first.values())
 
     def at(self, index: int) -> MapPoint:
-        """Return the point with number ``index``."""
+        """Return the point with number ``index``, from 0; -1 is the last one. Raises HoldfastError for any other."""
+        count = len(self.points)
+        index = checked_whole(index, "robustness map: index", -count, count - 1, HoldfastError)
         return map_point(self.answers, index, self.body[index], self.points[index], self.normals[index])
 
 

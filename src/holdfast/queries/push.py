@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, checked
+from holdfast.base.arrays import Float, checked, checked_truth
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.kinds import shaped
 from holdfast.base.public import Summary, number
@@ -173,10 +173,11 @@ def asked(
     with forces at the corners of the patches. This includes all forces that nodes inside the patches can carry. Raises
     HoldfastError if ``bound`` is asked of an engine that only estimates. ``imperfect`` is as in ``robustness``.
     """
+    bounded = checked_truth(bound, "bound")
     covers = covering(imperfect, method, assembly, standing, acceleration)
     found = prepared(method, assembly, standing, acceleration).load_factor(W)
     found = found if covers is None else covers.over(found, W)
-    if not bound or method.claim is Claim.EXISTS:
+    if not bounded or method.claim is Claim.EXISTS:
         return found
     if method.claim is Claim.ESTIMATED:
         remedy = "engine graph is not ordered against limit: ask 'compliant', or 'limit' itself"

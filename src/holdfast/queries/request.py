@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import FIXED, Assembly, assemble
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, checked, checked_items, checked_pushes
+from holdfast.base.arrays import Float, checked, checked_items, checked_name, checked_pushes
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.ranges import FORCE, PLACE
 from holdfast.base.rigid import wrench_at
@@ -58,7 +58,7 @@ class Load(Value):
             raise SceneError(message(where, "has neither force nor moment", "give one"))
         if force is not None and point is None:
             raise SceneError(message(where, "has a force but no point", "say where it acts"))
-        object.__setattr__(self, "body", body)
+        object.__setattr__(self, "body", checked_name(body, "load: body"))
         for name, value, within in (("point", point, PLACE), ("force", force, FORCE), ("moment", moment, FORCE)):
             given = (0.0, 0.0, 0.0) if value is None else value
             object.__setattr__(self, name, checked(given, (3,), f"{where}: {name}", within=within))
@@ -116,11 +116,7 @@ def total_wrench(assembly: Assembly, loads: Iterable[Load]) -> Float:
     Loads on fixed bodies have no effect. Raises SceneError if ``loads`` is not a list of loads.
     """
     total = np.zeros(6 * len(assembly.movable))
-    if isinstance(loads, Load) or not isinstance(loads, Iterable):
-        raise SceneError(message("loads", f"got a single {type(loads).__name__}", "needs a list of loads"))
-    for load in checked_items(loads, "loads", "loads"):
-        if not isinstance(load, Load):
-            raise SceneError(message("loads", f"hold a {type(load).__name__}", "needs holdfast.Load objects"))
+    for load in checked_loads(loads):
         k = body_number(assembly, load.body)
         if k == FIXED:
             continue  # the ground takes it
@@ -128,6 +124,17 @@ def total_wrench(assembly: Assembly, loads: Iterable[Load]) -> Float:
         wrench[3:] += load.moment
         total[6 * k : 6 * k + 6] += wrench
     return total
+
+
+def checked_loads(loads: Iterable[Load]) -> list[Load]:
+    """Return loads as a list, which can be gone through twice; raise SceneError unless ``loads`` holds loads alone."""
+    if isinstance(loads, Load) or not isinstance(loads, Iterable):
+        raise SceneError(message("loads", f"got a single {type(loads).__name__}", "needs a list of loads"))
+    found = checked_items(loads, "loads", "loads")
+    for load in found:
+        if not isinstance(load, Load):
+            raise SceneError(message("loads", f"hold a {type(load).__name__}", "needs holdfast.Load objects"))
+    return found
 
 
 def body_number(assembly: Assembly, name: str) -> int:

@@ -248,7 +248,7 @@ def _convex_set(
     units: tuple[str, ...],
     frame: str,
 ) -> ConvexSet:
-    wanted = checked_number(gap, f"{where}: gap", above=0, within=SCALE)
+    wanted = checked_number(gap, f"{where}: gap", above=0, below=1, within=SCALE)
     most = None if budget is None else checked_whole(budget, f"{where}: budget", 0, MANY)
     if not assembly.movable:
         raise SceneError(message(where, "there is no movable body", "free one"))

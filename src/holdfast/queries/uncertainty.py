@@ -35,6 +35,7 @@ from holdfast.queries.request import (
     Load,
     body_number,
     checked_assembly,
+    checked_loads,
     engine_of,
     push_columns,
     total_wrench,
@@ -285,7 +286,7 @@ def robustness_under(
     where = f"robustness of {body!r} under uncertainty"
     count = checked_whole(samples, f"{where}: samples", 1, MOST_SAMPLES)
     whole_seed = checked_whole(seed, f"{where}: seed", 0, MOST_SEED)
-    method, loads = engine_of(engine), standing if isinstance(standing, Load) else list(standing)
+    method, loads = engine_of(engine), checked_loads(standing)
     spread = _Spread(
         assembly,
         None if pose_sigma is None else _deviation(assembly, pose_sigma, where),
@@ -295,7 +296,8 @@ def robustness_under(
     if flatness is None and not (bed is None and material is None):
         raise HoldfastError(message(where, "has a bed or material but no flatness", "give flatness= [m], too"))
     ideal = stiffness is None and flatness is None
-    wanted = (flatness or 0.0, bed, material, stiffness or (1.0, 1.0))
+    flat, equal = (0.0 if flatness is None else flatness), ((1.0, 1.0) if stiffness is None else stiffness)
+    wanted = (flat, bed, material, equal)
     covers = None if ideal else covering(Imperfect(*wanted, samples=count, seed=whole_seed), method, assembly)
     nominal = robustness(assembly, body, points, directions, standing=loads, engine=method)
     rng = np.random.default_rng(whole_seed)

@@ -36,6 +36,7 @@ from holdfast.queries.request import (
     Load,
     body_number,
     checked_assembly,
+    checked_loads,
     engine_of,
     push_columns,
     total_wrench,
@@ -71,7 +72,7 @@ class WorstCase(Forces):
 
     def checked_after_load(self) -> None:
         """Raise HoldfastError if what was read from a file are no statuses, masses and places of bodies."""
-        for name, wanted in (("masses", Mapping[str, float]), ("coms", Mapping[str, Float])):
+        for name, wanted in (("masses", Mapping[str, float]), ("coms", Mapping[str, tuple[float, float, float]])):
             if not all(fits(item, wanted) for item in getattr(self, name)):
                 problem = "are not by the names of bodies"
                 raise HoldfastError(message(f"worst case: {name}", problem, "needs those that an answer's save wrote"))
@@ -129,7 +130,7 @@ def worst_case(
     """
     assembly = checked_assembly(assembly)
     where = f"worst case of {body!r}"
-    loads = list(standing)
+    loads = checked_loads(standing)
     nominal = robustness(assembly, body, points, directions, standing=loads, engine=CERTAIN_ENGINE)
     low = {pair: ends[0] for pair, ends in friction_intervals(assembly, friction, where).items()}
     rough = assembly if friction is None else assembly.with_friction(low)

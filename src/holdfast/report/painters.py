@@ -14,7 +14,10 @@ from holdfast.applications.placement.result import Placement
 from holdfast.applications.placement.several_result import Placements
 from holdfast.applications.settled import Settled
 from holdfast.applications.transport import TransportLimits
+from holdfast.base.arrays import checked_items
+from holdfast.base.errors import HoldfastError, message
 from holdfast.base.painters import register_glimpse, register_painter
+from holdfast.base.text import quoted
 from holdfast.queries.map import RobustnessMap
 from holdfast.report.carried import save_carried_png
 from holdfast.report.disassembly import save_strip
@@ -48,4 +51,8 @@ def _polar(
     others: Sequence[TransportLimits] = (),
     names: Sequence[str] | None = None,
 ) -> None:
-    save_polar([result, *others], path, names)
+    more = checked_items(others, "polar plot: others", "TransportLimits")
+    for other in more:
+        if not isinstance(other, TransportLimits):
+            raise HoldfastError(message("polar plot: others", f"hold {quoted(other)}", "needs TransportLimits"))
+    save_polar([result, *more], path, names)

@@ -9,7 +9,7 @@ import numpy as np
 
 from holdfast.applications.transport import TransportLimits
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Float, checked_items, checked_name
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.rigid import tangents
 from holdfast.base.text import listed
@@ -36,8 +36,12 @@ def polar_picture(results: Sequence[TransportLimits], names: Sequence[str] | Non
     """Return the content of the polar plot; by default, ``names`` are the names of the engines."""
     if not results:
         raise HoldfastError(message("polar plot", "has no answers", "give at least one"))
+    where = "polar plot: names"
+    given = [result.engine for result in results] if names is None else checked_items(names, where, "names")
+    named = [checked_name(name, where) for name in given]
+    if len(named) != len(results):
+        raise HoldfastError(message(where, f"{len(named)} names of {len(results)} answers", "give one for each"))
     first = results[0]
-    named = names or [result.engine for result in results]
     return PolarPicture(
         f"{first.assembly.scene.name or 'assembly'}: largest acceleration of the carrier [m/s²]",
         f"{_WORDS[first.verdict.status]} · {len(first.directions)} level directions, "

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, checked, checked_name, checked_number, frozen
+from holdfast.base.arrays import Float, checked, checked_name, checked_number, checked_truth, frozen
 from holdfast.base.errors import GeometryError, SceneError, located, message
 from holdfast.base.kinds import shaped
 from holdfast.base.ranges import DENSITY, INERTIA, MASS, PLACE
@@ -80,9 +80,7 @@ class Body(Value):
         set_(self, "name", name)
         set_(self, "material", None if material is None else checked_name(material, f"{where}: material"))
         with located(where):
-            if not isinstance(fixed, bool | np.bool_):
-                raise SceneError(message(f"{where}: fixed", f"is {fixed!r}", "needs True or False"))
-            set_(self, "fixed", bool(fixed))
+            set_(self, "fixed", checked_truth(fixed, f"{where}: fixed"))
             set_(self, "shape", as_shape(shape, where))
             if isinstance(self.shape, HalfSpace) and not self.fixed:
                 raise SceneError(message(where, "is a HalfSpace that can move", "needs fixed=True"))

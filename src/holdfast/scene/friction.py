@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Literal, get_args
 
 from holdfast.base.archive import archived
-from holdfast.base.arrays import checked_name, checked_number
+from holdfast.base.arrays import checked_mapping, checked_name, checked_number, checked_word
 from holdfast.base.errors import SceneError, message, nearest_of
 from holdfast.base.ranges import FRICTION
 from holdfast.base.text import quoted
@@ -15,6 +15,7 @@ from holdfast.base.values import Table, Value
 from holdfast.scene.pairs import check_known, checked_pairs, number_between
 
 Combine = Literal["max", "min", "product"]
+EXAMPLES = {"pairs": '{("cup", "table"): 0.4}', "values": '{"cup": 0.4}'}
 
 _COMBINE: Mapping[str, Callable[[float, float], float]] = {
     "max": max,
@@ -47,10 +48,7 @@ class Friction(Value):
 
     def __post_init__(self) -> None:
         for name in ("pairs", "values"):
-            if not isinstance(getattr(self, name), Mapping):
-                raise SceneError(
-                    message("friction", f"{name} is a {type(getattr(self, name)).__name__}", "needs a dict")
-                )
+            checked_mapping(getattr(self, name), f"friction: {name}", EXAMPLES[name])
         pairs = checked_pairs(self.pairs, "friction", "friction", minimum=0, within=FRICTION)
         values = {
             checked_name(name, "friction: values: name"): checked_number(
@@ -61,10 +59,8 @@ class Friction(Value):
         if self.default is not None:
             default = checked_number(self.default, "friction: default", minimum=0, within=FRICTION)
             object.__setattr__(self, "default", default)
-        if self.combine is not None and not (isinstance(self.combine, str) and self.combine in get_args(Combine)):
-            raise SceneError(
-                message("friction", f"combine = {quoted(self.combine)}", "needs 'max', 'min' or 'product'")
-            )
+        if self.combine is not None:
+            checked_word(self.combine, get_args(Combine), "friction: combine")
         if values and self.combine is None:
             problem = f"{len(values)} bodies have a value of their own but combine is not given"
             raise SceneError(message("friction", problem, "say how two values make a pair's: max, min or product"))

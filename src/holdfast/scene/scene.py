@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -69,7 +69,7 @@ class Scene(Value):
         set_(self, "friction", friction if isinstance(friction, Friction) else Friction(default=friction))
         set_(self, "gravity", checked(gravity, (3,), "scene: gravity", within=ACCELERATION))
         set_(self, "name", "" if isinstance(name, str) and not name else checked_name(name, "scene: name"))
-        set_(self, "notes", tuple(str(note) for note in checked_items(notes, "scene: notes", "texts")))
+        set_(self, "notes", tuple(_checked_notes(notes)))
         self._check()
         set_(self, "excluded", checked_excluded(excluded, self.bodies))
         if any(isinstance(body.shape, HalfSpace) for body in self.bodies):
@@ -210,8 +210,18 @@ class Scene(Value):
         return frozenset(self.body(name).name for several in single for name in several)
 
     def mu(self, a: str, b: str) -> float:
-        """Return the static friction coefficient between two bodies; raises SceneError if the table has none."""
-        return self.friction.between(a, b, self.materials)
+        """Return the static friction coefficient between two bodies.
+
+        Raises SceneError if the table has none, or for an unknown name.
+        """
+        return self.friction.between(self.body(a).name, self.body(b).name, self.materials)
+
+
+def _checked_notes(notes: Iterable[str]) -> Iterator[str]:
+    for note in checked_items(notes, "scene: notes", "texts"):
+        if not isinstance(note, str):
+            raise SceneError(message("scene: notes", f"holds {quoted(note)}", "needs a list of texts"))
+        yield str(note)
 
 
 def _under(bodies: tuple[Body, ...]) -> tuple[Body, ...]:

@@ -189,7 +189,8 @@ class Mesh(Value):
     are made flat before contacts are detected; ``report`` lists them with their residuals. ``where`` is the name of the
     mesh in error messages. Two meshes with the same vertices, faces and noise are equal, whatever their files.
 
-    Raises GeometryError if there are no triangles or a face has an invalid index.
+    Raises GeometryError if there are no triangles or a face has an invalid index. ``Body`` and ``Part`` take a
+    trimesh.Trimesh as it is.
     """
 
     vertices: Float
@@ -202,12 +203,15 @@ class Mesh(Value):
     def __init__(
         self,
         vertices: ArrayLike,
-        faces: ArrayLike,
+        faces: ArrayLike = (),
         file: Path | None = None,
         scale: tuple[float, float, float] = (1.0, 1.0, 1.0),
         noise: float = 0.0,
         where: str = "Mesh",
     ) -> None:
+        if hasattr(vertices, "vertices") and hasattr(vertices, "faces"):
+            remedy = "give it to Body or Part as it is, or write Mesh(mesh.vertices, mesh.faces)"
+            raise GeometryError(message(where, f"got a {type(vertices).__name__}", remedy))
         set_ = object.__setattr__
         set_(self, "noise", checked_number(noise, f"{where}: noise", minimum=0, within=TOLERANCE, error=GeometryError))
         corners = checked(vertices, (None, 3), f"{where}: vertices", within=PLACE, error=GeometryError)
@@ -224,8 +228,9 @@ class Mesh(Value):
             raise GeometryError(message(where, problem, "needs indices into vertices, whole numbers from 0"))
         set_(self, "vertices", corners)
         set_(self, "faces", frozen(numbers.astype(np.int64)))
-        set_(self, "file", file)
-        set_(self, "scale", scale)
+        sx, sy, sz = checked_sizes(scale, (3,), f"{where}: scale", SCALE, GeometryError).tolist()
+        set_(self, "file", None if file is None else checked_path(file, f"{where}: file"))
+        set_(self, "scale", (sx, sy, sz))
         set_(self, "where", where)
 
     @classmethod

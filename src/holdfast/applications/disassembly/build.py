@@ -109,9 +109,11 @@ class BuildOrder(PublicValue):
         return min(known, key=lambda step: step.weakest.force if step.weakest else np.inf, default=None)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON."""
-        names = ("engine", "claim", "lift", "order", "reached", "proven", "first", "force", "steps", "stuck")
-        return {"scene": self.assembly.scene.name} | {name: to_dict(getattr(self, name)) for name in names}
+        """Return plain data for JSON; a force that is not known is None there."""
+        names = ("engine", "claim", "lift", "order", "reached", "proven", "first", "steps", "stuck")
+        force = [None if np.isnan(each) else to_dict(each) for each in self.force]
+        data = {name: to_dict(getattr(self, name)) for name in names}
+        return {"scene": self.assembly.scene.name} | data | {"force": force}
 
     def summary(self) -> Summary:
         """Summarise the order by its steps and what each state withstands."""

@@ -181,9 +181,7 @@ class Disassembly(PublicValue):
         return PaperRow(name, factor * weight, weight, abs(factor - 1) <= WHOLE)
 
     def _checked(self, step: int) -> int:
-        if not 0 <= step <= len(self.steps):
-            raise HoldfastError(message("disassembly", f"step {step}", f"there are {len(self.steps)} steps"))
-        return step
+        return checked_whole(step, "disassembly: step", 0, len(self.steps), HoldfastError)
 
 
 def disassembly_order(

@@ -124,6 +124,8 @@ def checked_keep_out(value: Any, up: Float) -> tuple[Float, ...]:  # noqa: ANN40
     """Return the regions to keep out of, each with its low and high corner (2, 3) [m]."""
     where = "plan_placement: keep_out"
     regions = checked_items(value, where, "regions, each with a low and a high corner")
+    if any(region is None for region in regions):
+        raise SceneError(message(where, "holds None, which is everywhere", "give regions, or leave it out"))
     return tuple(checked_region(region, up, f"{where}[{k}]") for k, region in enumerate(regions))
 
 

@@ -15,7 +15,7 @@ from holdfast.applications.placement.search import Clock
 from holdfast.applications.placement.several import Placing
 from holdfast.applications.placement.several_result import Placements
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import checked_items, checked_number, checked_whole
+from holdfast.base.arrays import checked_items, checked_number, checked_truth, checked_whole
 from holdfast.base.errors import SceneError, message
 from holdfast.base.progress import OutOfTimeError, until
 from holdfast.base.ranges import LENGTH, MOST_SEED
@@ -79,6 +79,7 @@ def place_all(
     bodies = checked_items(objects, f"{where}: objects", "bodies")
     _check_objects(assembly, bodies)
     grounds = tuple(b.name for b in assembly.bodies) if supports is None else names_of(assembly, supports, "supports")
+    piled = checked_truth(stack, f"{where}: stack")
     least = checked_number(apart, f"{where}: apart", minimum=0, within=LENGTH)
     clock = Clock.started(None if budget is None else checked_number(budget, f"{where}: budget", above=0))
 
@@ -88,14 +89,14 @@ def place_all(
         placed = [other.name for other in now.bodies[len(assembly.bodies) :]]
         known = {other.name for other in (*now.bodies, body)} | materials_of([*now.bodies, body])
         return planner(
-            now, body, engine=engine, region=region, supports=[*grounds, *placed] if stack else grounds, avoid=avoid,
+            now, body, engine=engine, region=region, supports=[*grounds, *placed] if piled else grounds, avoid=avoid,
             keep_out=keep_out, orientations=orientations, approach=approach, cone=cone, gripper=gripper,
             friction=table.among(known), mass_margin=mass_margin, spacing=spacing, confirm=confirm,
         )  # fmt: skip
 
     for body in bodies:
         planner_of(assembly, body)  # which refuses what is invalid before anything is searched
-    placing = Placing(planner_of, grounds, bool(stack), least, checked_whole(seed, f"{where}: seed", 0, MOST_SEED))
+    placing = Placing(planner_of, grounds, piled, least, checked_whole(seed, f"{where}: seed", 0, MOST_SEED))
     return _answered(assembly, bodies, placing, engine, clock)
 
 

@@ -23,9 +23,9 @@ from holdfast.applications.placement.options import (
 from holdfast.applications.placement.planner import CANDIDATES, MOST_ATTEMPTS, Planner
 from holdfast.applications.placement.result import Placement
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import checked_direction, checked_number, checked_whole
+from holdfast.base.arrays import checked_direction, checked_number, checked_truth, checked_whole
 from holdfast.base.errors import SceneError, message
-from holdfast.base.ranges import ANGLE, LENGTH, MOST_SEED, SCALE
+from holdfast.base.ranges import BETWEEN, LENGTH, MOST_SEED, SCALE
 from holdfast.base.text import listed, quoted
 from holdfast.engines.imperfect import Imperfect
 from holdfast.queries.imperfect import covering
@@ -170,13 +170,13 @@ def planner(
         least_supports=counted(least_supports, "least_supports"),
         avoid=names_of(assembly, avoid, "avoid"),
         orientations=checked_orientations(orientations, up),
-        turn=bool(turn),
-        tilt=checked_number(tilt, f"{where}: tilt", minimum=0, within=ANGLE),
+        turn=checked_truth(turn, f"{where}: turn"),
+        tilt=checked_number(tilt, f"{where}: tilt", minimum=0, within=BETWEEN),
         approach=None if approach is None else checked_direction(approach, f"{where}: approach"),
         prefer_upright=orientations is None,
         keep_out=checked_keep_out(keep_out, up),
         next_to=None if next_to is None else names_of(assembly, [next_to], "next_to")[0],
-        cone=float(np.radians(checked_number(cone, f"{where}: cone", minimum=0, within=ANGLE))),
+        cone=float(np.radians(checked_number(cone, f"{where}: cone", minimum=0, within=BETWEEN))),
         gripper=checked_gripper(gripper),
         weights=Weights() if weights is None else weights,
         friction=friction_with(assembly, [body], friction, every if supports is None else supports),

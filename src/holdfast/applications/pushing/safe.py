@@ -77,9 +77,7 @@ def safe_pushes(
     most = checked_number(force, f"{where}: force", above=0, within=FORCE)
     radius = checked_number(tool_radius, f"{where}: tool_radius", minimum=0, within=LENGTH)
     way = checked_number(travel, f"{where}: travel", above=0, within=LENGTH)
-    share = checked_number(doubt, f"{where}: doubt", minimum=0)
-    if share >= 1:
-        raise SceneError(message(f"{where}: doubt", f"is {share:g}", "needs a share below 1"))
+    share = checked_number(doubt, f"{where}: doubt", minimum=0, below=1)
     method = engine_of(engine)
     if method.claim is not Claim.HOLDS:
         raise HoldfastError(message(where, f"engine {method.name!r} does not claim that it holds", "use 'compliant'"))

@@ -12,9 +12,10 @@ from holdfast.base.arrays import Float, checked
 from holdfast.base.errors import GeometryError, SceneError, message
 from holdfast.base.ranges import PLACE, SCALE
 from holdfast.base.text import listed, quoted
-from holdfast.scene.formats.nodes import Numbers, check_names, common, first_of, own, scene_of_nodes
+from holdfast.scene.formats.nodes import Numbers, check_weights, common, first_of, own, scene_of_nodes
 from holdfast.scene.formats.published import triangulated
 from holdfast.scene.formats.registry import register
+from holdfast.scene.formats.rigid_parts import checked_fixed
 from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import Friction
 from holdfast.scene.meshes.foreign import Node
@@ -61,8 +62,7 @@ def read(
     if friction is None:
         raise SceneError(message(where, "says nothing of friction", "give friction="))
     names = list(blocks)
-    check_names("mass", mass, names)
-    check_names("density", density, names)
+    check_weights(mass, density, names)
     notes = ["lengths are taken as metres: COMPAS keeps no units"]
     if edges:
         notes.append(f"interfaces in the file are ignored, {edges} of them: contacts are found anew")
@@ -72,7 +72,7 @@ def read(
         nodes,
         {name: first_of(own(mass, density, name), common(mass, density)) for name in names},
         friction,
-        fixed if isinstance(fixed, str | bool) else [*supports, *fixed],
+        [*supports, *checked_fixed(fixed, names, "node")],
         {},
         up="z",
         floor=floor,

@@ -9,15 +9,15 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.base.arrays import Float, checked
+from holdfast.base.arrays import Float, checked, checked_mapping, checked_number, checked_truth, checked_word
 from holdfast.base.errors import GeometryError, SceneError, message, nearest_of
-from holdfast.base.ranges import SCALE
+from holdfast.base.ranges import DENSITY, MASS, SCALE
 from holdfast.base.rigid import Y_TO_Z
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Shape
 from holdfast.scene.excluded import Excluded
-from holdfast.scene.formats.rigid_parts import scene_of
+from holdfast.scene.formats.rigid_parts import checked_fixed, scene_of
 from holdfast.scene.friction import Friction
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.meshes.foreign import Node, nodes_of
@@ -75,9 +75,10 @@ def from_trimesh(
         nodes = [Node("mesh", np.array(scene.vertices, dtype=np.float64), np.array(scene.faces), np.eye(4))]
     else:
         nodes = nodes_of(scene)
+    if material is not None:
+        material = checked_mapping(material, "material", '{"table": "oak"}')
     names = [node.name for node in nodes]
-    check_names("mass", mass, names)
-    check_names("density", density, names)
+    check_weights(mass, density, names)
     weights = {name: first_of(own(mass, density, name), common(mass, density)) for name in names}
     return scene_of_nodes(
         nodes, weights, friction, fixed, material or {}, up=up, floor=floor, gravity=gravity, name=name, notes=[]
@@ -106,22 +107,19 @@ def scene_of_nodes(
     names = [node.name for node in nodes]
     if not names:
         raise SceneError(message("scene", "holds no triangles", "needs a node with a mesh"))
-    if up not in ("y", "z"):
-        raise SceneError(message("up", f"is {quoted(up)}", "needs 'y' or 'z'"))
-    if isinstance(fixed, str | bool) or not hasattr(fixed, "__iter__"):
-        raise SceneError(message("fixed", f"is {quoted(fixed)}", 'needs a list of names, as ["table"]'))
-    check_names("fixed", list(fixed), names)
+    checked_word(up, ("y", "z"), "up")
+    held = checked_fixed(fixed, names, "node")
+    below = checked_truth(floor, "floor")
     check_names("material", material, names)
     if up == "y":
         notes.append("y is up in the file: turned about x so that z is up")
-    held = set(fixed)
     more = known or {}
     bodies = []
     for node in nodes:
         body = _body if node.name not in more else partial(_known_body, known=more[node.name])
         turn = Y_TO_Z if up == "y" else None
         bodies.append(body(node, weights[node.name], node.name in held, material.get(node.name), turn))
-    if floor:
+    if below:
         bodies.append(Body(FLOOR, HalfSpace(), fixed=True))
     if not any(body.fixed for body in bodies):
         remedy = f"give fixed=[name] ({listed(names)}), or floor=True for a floor at z = 0"
@@ -135,8 +133,19 @@ def check_names(what: str, names: Any, known: Sequence[str]) -> None:  # noqa: A
     if isinstance(names, Mapping | list):
         there = frozenset(known)
         for name in names:
-            if name not in there:
+            if not isinstance(name, str) or name not in there:
                 raise SceneError(message(what, f"no node is named {quoted(name)}", nearest_of(name, known)))
+
+
+def check_weights(mass: Numbers | None, density: Numbers | None, names: Sequence[str]) -> None:
+    """Raise SceneError for a mass or density of a name that is not there, and for one of all that is no such number.
+
+    Those under names are checked where they are used.
+    """
+    for what, given, within in (("mass", mass, MASS), ("density", density, DENSITY)):
+        check_names(what, given, names)
+        if given is not None and not isinstance(given, Mapping):
+            checked_number(given, what, above=0, within=within)
 
 
 def own(mass: Numbers | None, density: Numbers | None, name: str) -> Weight:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import unquote
 
+from holdfast.base.arrays import checked_mapping
 from holdfast.base.errors import SceneError, message, nearest_of
 from holdfast.base.text import quoted
 
@@ -27,6 +28,10 @@ class References:
     path: Path
     packages: Packages | None
     option: str = "package"
+
+    def __post_init__(self) -> None:
+        if self.packages is not None and not callable(self.packages):
+            checked_mapping(self.packages, self.option, '{"robot": "folder"}')
 
     def file(self, name: str, where: str) -> Path:
         """Return the path of the file with this name: relative, absolute, ``file://``, ``package://``, ``model://``.

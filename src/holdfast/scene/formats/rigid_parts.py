@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Float, checked_items
+from holdfast.base.errors import SceneError, message, nearest_of
 from holdfast.base.rigid import transform
+from holdfast.base.text import quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Part, Shape, Solid
 from holdfast.scene.excluded import Excluded
@@ -125,3 +127,16 @@ def pose_of(xyz: Sequence[float], rpy: Sequence[float]) -> Float:
     ]
     pose[:3, 3] = xyz
     return pose
+
+
+def checked_fixed(fixed: Iterable[str], known: Collection[str], what: str = "body") -> frozenset[str]:
+    """Return the names of what is to be fixed, the option ``fixed`` of readers.
+
+    Raises SceneError unless ``fixed`` is a list of names, all of them among the ``known`` ones; ``what`` says what
+    bears these names.
+    """
+    names = checked_items(fixed, "fixed", 'names, as ["table"]')
+    for name in names:
+        if not isinstance(name, str) or name not in known:
+            raise SceneError(message("fixed", f"no {what} is named {quoted(name)}", nearest_of(name, known)))
+    return frozenset(names)

@@ -10,6 +10,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from holdfast.base.arrays import checked_mapping, checked_truth
 from holdfast.base.errors import SceneError, message
 from holdfast.base.files import read_ordinary
 from holdfast.base.text import quoted
@@ -18,9 +19,19 @@ from holdfast.scene.formats.faults import first_fault
 from holdfast.scene.formats.gltf.inside import Inside, materials_of_parts
 from holdfast.scene.formats.gltf.writer import write
 from holdfast.scene.formats.native import FrictionModel, Number, Triple, Truth, friction_of
-from holdfast.scene.formats.nodes import FLOOR, Numbers, check_names, common, first_of, own, scene_of_nodes
+from holdfast.scene.formats.nodes import (
+    FLOOR,
+    Numbers,
+    check_names,
+    check_weights,
+    common,
+    first_of,
+    own,
+    scene_of_nodes,
+)
 from holdfast.scene.formats.references import References
 from holdfast.scene.formats.registry import register
+from holdfast.scene.formats.rigid_parts import checked_fixed
 from holdfast.scene.formats.source import MAX_BYTES, Source
 from holdfast.scene.friction import Friction
 from holdfast.scene.meshes import glb
@@ -90,8 +101,8 @@ def read(
         problem = f"cannot be read: {cause or type(cause).__name__}"
         raise SceneError(message(path, problem, "check the file, or export it again")) from cause
     names = [node.name for node in nodes]
-    for what, given in (("mass", mass), ("density", density), (str(_beside(source)), beside.nodes)):
-        check_names(what, given, names)
+    check_weights(mass, density, names)
+    check_names(str(_beside(source)), beside.nodes, names)
     inside = Inside.of(nodes, about, source.path)
     said = {name: beside.nodes.get(name, NodeModel()) for name in names}
     weights = {}
@@ -102,8 +113,10 @@ def read(
     notes: list[str] = []
     known = inside.known(nodes, weights, notes)
     beside_materials = {name: each.material for name, each in said.items() if each.material is not None}
-    materials = {**inside.materials, **beside_materials, **(material or {})}
-    there = {*names, *materials.values(), *materials_of_parts(known), *([FLOOR] if floor or beside.floor else [])}
+    given_materials = {} if material is None else checked_mapping(material, "material", '{"table": "oak"}')
+    materials = {**inside.materials, **beside_materials, **given_materials}
+    below = checked_truth(floor, "floor") or beside.floor
+    there = {*names, *materials.values(), *materials_of_parts(known), *([FLOOR] if below else [])}
     if friction is not None and inside.scene is not None:
         notes.append("friction: as given, in place of the table in the file")
     if friction is None:
@@ -117,10 +130,10 @@ def read(
         nodes,
         weights,
         friction,
-        fixed if isinstance(fixed, str | bool) else [*held, *fixed],
+        [*held, *checked_fixed(fixed, names, "node")],
         materials,
         up="y",
-        floor=floor or beside.floor,
+        floor=below,
         gravity=next(each for each in (gravity, beside.gravity, standard) if each is not None),
         name=source.path.stem if whole is None else whole.name,
         notes=notes,

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Float, checked_truth
 from holdfast.base.errors import SceneError, located, message
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
@@ -53,7 +53,7 @@ def from_mujoco(model: Any, data: Any, *, rigid: bool = False, name: str = "") -
         problem = f"got a {type(model).__name__} and a {type(data).__name__}"
         raise SceneError(message("from_mujoco", problem, "needs mujoco.MjModel and mujoco.MjData"))
     rules = Rules(model)
-    owners = find_groups(model, data, rigid=rigid)
+    owners = find_groups(model, data, rigid=checked_truth(rigid, "rigid"))
     groups, empty = _groups(model, owners, rules)
     bodies = []
     for group in groups:

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from holdfast.base.arrays import checked
 from holdfast.base.errors import SceneError, located, message, nearest_of
-from holdfast.base.files import read_ordinary
+from holdfast.base.files import checked_path, read_ordinary
 from holdfast.base.text import one_line, quoted
 from holdfast.scene.formats.mjcf.guard import MOST_BYTES, files_of, parsed, root_of
 from holdfast.scene.formats.mjcf.live import from_mujoco
@@ -47,7 +47,7 @@ def read(
     ``within``. Raises SceneError with MuJoCo's own words for a model that it refuses.
     """
     path = source.path
-    folder = path.parent if within is None else Path(within)
+    folder = path.parent if within is None else checked_path(within, "within")
     if parsed(source.text, str(path)).tag != ROOT:
         raise SceneError(message(str(path), "its root is not <mujoco>", "needs an MJCF model"))
     files = files_of(source.text, path, folder)

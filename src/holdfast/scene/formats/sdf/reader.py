@@ -6,14 +6,14 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from holdfast.base.arrays import Float, checked_name, checked_number
-from holdfast.base.errors import SceneError, message, nearest_of
+from holdfast.base.arrays import Float, checked_name, checked_number, checked_truth, checked_word
+from holdfast.base.errors import nearest_of
 from holdfast.base.ranges import DENSITY, FRICTION
 from holdfast.base.text import quoted
 from holdfast.scene.body import Body
 from holdfast.scene.formats.references import Packages, References
 from holdfast.scene.formats.registry import register
-from holdfast.scene.formats.rigid_parts import rigid_body, scene_of
+from holdfast.scene.formats.rigid_parts import checked_fixed, rigid_body, scene_of
 from holdfast.scene.formats.sdf.frames import Frames
 from holdfast.scene.formats.sdf.groups import Group, groups_of
 from holdfast.scene.formats.sdf.links import LinkReader, coefficients
@@ -67,15 +67,15 @@ def read(
     notes: list[str] = []
     bullet = _is_bullet(root, top, simulator, notes)
     reader = LinkReader(bullet, Surfaces("product" if bullet else "least"), friction, density, notes)
-    held = _held(top, fixed)
-    groups = groups_of(top, held, rigid, notes)
+    held = checked_fixed(fixed, [scope.path for scope in top.within() if not scope.is_world], "model")
+    groups = groups_of(top, held, checked_truth(rigid, "rigid"), notes)
     frames = Frames()
     found: list[Touching] = []
     for group, name in zip(groups, _names(groups), strict=True):
         found += _bodies(group, name, reader, frames)
     bodies, excluded = [body for body, _ in found], excluded_pairs(found, notes)
     pairs = {}
-    if floor:
+    if checked_truth(floor, "floor"):
         bodies.append(Body(FLOOR, HalfSpace(), fixed=True))
         pairs = {(FLOOR, material): mu for material, mu in reader.surfaces.coefficients.items()}
     if not bodies:
@@ -98,6 +98,7 @@ def _world(root: Element, name: str | None) -> Element:
     """Return the world with this name, or the only world or model."""
     worlds = root.all("world")
     if name is not None:
+        checked_name(name, "world")
         named = {each.attributes.get("name", ""): each for each in worlds}
         return named[name] if name in named else root.fail(f"has no world {quoted(name)}", nearest_of(name, named))
     found = worlds or root.all("model")
@@ -107,20 +108,10 @@ def _world(root: Element, name: str | None) -> Element:
     return found[0]
 
 
-def _held(top: Scope, fixed: Iterable[str]) -> tuple[str, ...]:
-    if isinstance(fixed, str | bool) or not hasattr(fixed, "__iter__"):
-        raise SceneError(message("fixed", f"is {quoted(fixed)}", 'needs a list of names of models, as ["table"]'))
-    known, held = [scope.path for scope in top.within() if not scope.is_world], tuple(fixed)
-    for name in held:
-        if name not in known:
-            raise SceneError(message("fixed", f"no model is named {quoted(name)}", nearest_of(name, known)))
-    return held
-
-
 def _is_bullet(root: Element, top: Scope, simulator: str | None, notes: list[str]) -> bool:
     """Say whether the friction is what the file says to Bullet: as chosen, as its physics says, or if nothing else."""
-    if simulator not in (None, "ode", "bullet"):
-        raise SceneError(message("simulator", f"is {quoted(simulator)}", "needs 'ode' or 'bullet'"))
+    if simulator is not None:
+        checked_word(simulator, ("ode", "bullet"), "simulator")
     links = (link for scope in top.within() for link in scope.element.all("link"))
     collisions = [collision for link in links for collision in link.all("collision")]
     by_bullet, by_ode = (any(coefficients(each, bullet=which) for each in collisions) for which in (True, False))

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from holdfast.base.arrays import checked_number
-from holdfast.base.errors import SceneError, located, message
+from holdfast.base.arrays import checked_number, checked_word
+from holdfast.base.errors import located
 from holdfast.base.ranges import FRICTION, MASS
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Solid
@@ -54,8 +54,8 @@ class LinkReader:
             for link in links
         }
         found = [name for name in RULES if any(self._of(name, link, each) for link in links for each in _seen(link))]
-        if self.simulator is not None and self.simulator not in RULES:
-            raise SceneError(message("simulator", f"is {quoted(self.simulator)}", f"needs one of {', '.join(RULES)}"))
+        if self.simulator is not None:
+            checked_word(self.simulator, RULES, "simulator")
         if len(found) > 1 and self.simulator is None:
             problem = f"has friction for {' and '.join(found)}, which combine it in different ways"
             self.root.fail(problem, f"give simulator={found[0]!r}, or another")

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.base.arrays import Float, checked_name, checked_number
+from holdfast.base.arrays import Float, checked_items, checked_mapping, checked_name, checked_number, checked_truth
 from holdfast.base.errors import SceneError, message, nearest_of
 from holdfast.base.ranges import DENSITY
 from holdfast.base.rigid import checked_pose
@@ -70,15 +70,17 @@ def read(
     notes: list[str] = []
     reader = LinkReader(root, References(source.path, package), simulator, friction, notes)
     links = _links(root)
-    _check_fixed(fixed)
+    if not isinstance(fixed, bool):
+        fixed = _names_in(fixed)
     all_fixed = fixed if isinstance(fixed, bool) else {copy for copy, _ in copies} <= set(fixed)
-    groups = groups_of(root, links, joints or {}, rigid or all_fixed, notes)
+    positions = {} if joints is None else checked_mapping(joints, "joints", '{"elbow": 0.5}')
+    groups = groups_of(root, links, positions, checked_truth(rigid, "rigid") or all_fixed, notes)
     bodies = [body for group in groups if (body := _body(group, links, reader, density, all_fixed)) is not None]
     if not bodies:
         root.fail("has no link with a shape", "needs a <collision> or <visual>")
     placed = _held([(copy, body) for copy, place in copies for body in _placed(bodies, copy, place)], fixed)
     pairs = {}
-    if floor:
+    if checked_truth(floor, "floor"):
         placed.append(Body(FLOOR, HalfSpace(), fixed=True))
         pairs = {(FLOOR, material): mu for material, mu in reader.surfaces.coefficients.items()}
     elif not any(body.fixed for body in placed):
@@ -87,9 +89,15 @@ def read(
     return scene_of(placed, reader.surfaces.table(pairs), gravity, name, notes)
 
 
-def _check_fixed(fixed: object) -> None:
-    if isinstance(fixed, str) or not (isinstance(fixed, bool) or hasattr(fixed, "__iter__")):
-        raise SceneError(message("fixed", f"is {quoted(fixed)}", 'needs True, False, or a list of names, as ["table"]'))
+def _names_in(fixed: object) -> list[str]:
+    remedy = 'needs True, False, or a list of names, as ["table"]'
+    if isinstance(fixed, str) or not isinstance(fixed, Iterable):
+        raise SceneError(message("fixed", f"is {quoted(fixed)}", remedy))
+    names = checked_items(fixed, "fixed", "names")
+    for name in names:
+        if not isinstance(name, str):
+            raise SceneError(message("fixed", f"holds {quoted(name)}", remedy))
+    return names
 
 
 def _held(placed: list[tuple[str, Body]], fixed: bool | Collection[str]) -> list[Body]:

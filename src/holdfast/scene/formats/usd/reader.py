@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from holdfast.base.arrays import Float, checked_number, unit
-from holdfast.base.errors import SceneError, located, message, nearest_of
+from holdfast.base.arrays import Float, checked_number, checked_truth, checked_word, unit
+from holdfast.base.errors import SceneError, located, message
 from holdfast.base.ranges import DENSITY, FRICTION, SCALE
-from holdfast.base.text import listed, quoted
+from holdfast.base.text import listed
 from holdfast.scene.body import Body
 from holdfast.scene.excluded import Excluded, excluded_by
 from holdfast.scene.formats.nodes import split
 from holdfast.scene.formats.references import Packages
 from holdfast.scene.formats.registry import register
-from holdfast.scene.formats.rigid_parts import rigid_body, scene_of
+from holdfast.scene.formats.rigid_parts import checked_fixed, rigid_body, scene_of
 from holdfast.scene.formats.source import MAX_BYTES, Source
 from holdfast.scene.formats.surfaces import RULES, Surfaces
 from holdfast.scene.formats.usd.links import Group, groups_of, has, touching
@@ -69,8 +69,9 @@ def read(
         density = checked_number(density, "density", above=0, within=DENSITY)
     if friction is not None:
         friction = checked_number(friction, "friction", minimum=0, within=FRICTION)
-    if combine is not None and combine not in RULES:
-        raise SceneError(message("combine", f"is {quoted(combine)}", f"needs one of {', '.join(RULES)}"))
+    if combine is not None:
+        checked_word(combine, RULES, "combine")
+    rigid, floor = checked_truth(rigid, "rigid"), checked_truth(floor, "floor")
     surfaces = Surfaces(combine or "least")
     notes.append(f"friction of a pair: the {surfaces.rule} of both" + ("" if combine else ", as USD does not say"))
     with told(path), located(str(path)):
@@ -91,10 +92,10 @@ def _scene(
     """Return the scene of an open stage; the arguments are those of ``read``."""
     groups = groups_of(stage, rigid, notes)
     names = _names(groups)
-    _check_held(names, fixed)
+    held = checked_fixed(fixed, names)
     found = []
     for group, own in zip(groups, names, strict=True):
-        body = _body(stage, group, own, surfaces, friction, density, own in set(fixed), notes)
+        body = _body(stage, group, own, surfaces, friction, density, own in held, notes)
         if body is not None:
             found.append((body, group))
     excluded = _excluded(stage, found)
@@ -130,14 +131,6 @@ def _names(groups: list[Group]) -> list[str]:
     return [
         group.prim.GetName() if count[group.prim.GetName()] == 1 else str(group.prim.GetPath())[1:] for group in groups
     ]
-
-
-def _check_held(names: list[str], fixed: Collection[str]) -> None:
-    if isinstance(fixed, str | bool) or not hasattr(fixed, "__iter__"):
-        raise SceneError(message("fixed", f"is {quoted(fixed)}", 'needs a list of names, as ["table"]'))
-    for name in fixed:
-        if name not in names:
-            raise SceneError(message("fixed", f"no body is named {quoted(name)}", nearest_of(name, names)))
 
 
 def _body(

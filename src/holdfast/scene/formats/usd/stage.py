@@ -74,6 +74,7 @@ def _check_layers(path: Path, packages: Packages | None) -> None:
     """Open all layers one by one, and refuse those outside of the folder, before any of them is composed."""
     from pxr import Sdf
 
+    references = References(path, packages)
     waiting, seen = [path], {path.resolve()}
     while waiting:
         here = waiting.pop()
@@ -83,7 +84,7 @@ def _check_layers(path: Path, packages: Packages | None) -> None:
         for name in layer.GetCompositionAssetDependencies():
             if not name:
                 continue
-            found = References(path, packages).file(str(here.parent / name) if "://" not in name else name, str(here))
+            found = references.file(str(here.parent / name) if "://" not in name else name, str(here))
             if found.resolve() not in seen:
                 seen.add(found.resolve())
                 waiting.append(found)

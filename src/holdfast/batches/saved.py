@@ -16,6 +16,7 @@ from holdfast.applications.settled import Settled
 from holdfast.applications.transport import TransportLimits
 from holdfast.base.archive import load
 from holdfast.base.errors import HoldfastError, message
+from holdfast.batches.result import BatchReport
 from holdfast.queries.constraint import Constraint
 from holdfast.queries.map import RobustnessMap
 from holdfast.queries.push import LoadFactor, Robustness
@@ -29,6 +30,7 @@ ANSWERS: tuple[type, ...] = (  # all classes of answers that can be saved
     *(Stability, Robustness, LoadFactor, RobustnessMap, RobustnessUnder, Sensitivity, WorstCase),
     *(ConvexSet, Constraint),
     *(TransportLimits, Carried, Disassembly, Removal, BuildOrder, SafePushes, Placement, Placements, Settled),
+    BatchReport,
 )
 
 

@@ -1,0 +1,127 @@
+"""What is of the right kind and yet makes no sense, or says yes in words, is refused and not taken in silence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+import holdfast as hf
+
+CUBE = hf.shipped_scene("cube")
+ON, ALONG = (-0.05, 0, 0.05), (1.0, 0, 0)
+NEW = hf.Body("new", hf.Box((0.05, 0.05, 0.05)), mass=0.1)
+SOLID = trimesh.creation.box((0.1, 0.1, 0.1))
+LOAD = hf.Load("cube", ON, ALONG)
+AROUND = [("cube", (-0.05, 0, 0.1)), ("cube", (0.05, 0, 0.1)), ("cube", (0, 0.05, 0.1))]
+
+
+def saved(name: str, folder: Path) -> Path:
+    """A file of a format with options."""
+    path = folder / name
+    path.write_text(FILES[name])
+    return path
+
+
+FILES = {
+    "a.urdf": """<robot name="r"><link name="l">
+        <inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+        <collision><geometry><box size=".1 .1 .1"/></geometry></collision></link></robot>""",
+    "a.sdf": """<sdf version="1.9"><model name="m"><link name="l">
+        <collision name="c"><geometry><box><size>.1 .1 .1</size></box></geometry></collision></link></model></sdf>""",
+    "a.xml": """<mujoco><worldbody><geom type="plane" size="1 1 1"/>
+        <body><freejoint/><geom size=".1"/></body></worldbody></mujoco>""",
+}
+TRUTHS: dict[str, Callable[[Any], object]] = {
+    "Body: fixed": lambda v: hf.Body("b", hf.Sphere(1), mass=1, fixed=v),
+    "Graph: isolated": lambda v: hf.Graph(isolated=v),
+    "Strap: closed": lambda v: hf.Strap(AROUND, 1.0, closed=v),
+    "assemble: allow_large": lambda v: hf.assemble(CUBE, allow_large=v),
+    "robustness: bound": lambda v: hf.robustness(CUBE, "cube", ON, ALONG, bound=v),
+    "load_factor: bound": lambda v: hf.load_factor(CUBE, [LOAD], bound=v),
+    "transport: bound": lambda v: hf.transport_limits(CUBE, ALONG, bound=v),
+    "carry: bound": lambda v: hf.carry(CUBE, [[0, 1, 0, 0]], bound=v),
+    "placement: turn": lambda v: hf.plan_placement(CUBE, NEW, engine="graph", attempts=1, turn=v),
+    "place_all: stack": lambda v: hf.place_all(CUBE, [NEW], engine="graph", budget=0.1, stack=v),
+    "from_trimesh: floor": lambda v: hf.from_trimesh(SOLID, friction=0.5, mass=1, fixed=["mesh"], floor=v),
+}
+READ = {
+    "URDF: rigid": ("a.urdf", "rigid", {"floor": True, "friction": 0.5}),
+    "URDF: floor": ("a.urdf", "floor", {"fixed": True, "friction": 0.5}),
+    "SDF: rigid": ("a.sdf", "rigid", {"floor": True}),
+    "SDF: floor": ("a.sdf", "floor", {"fixed": ["m"]}),
+    "MJCF: rigid": ("a.xml", "rigid", {}),
+}
+
+
+@pytest.mark.parametrize("value", ["yes", "False", 1, 0, None, [], np.ones(2)], ids=repr)
+@pytest.mark.parametrize("name", TRUTHS)
+def test_a_truth_is_true_or_false(name: str, value: Any) -> None:
+    with pytest.raises(hf.SceneError, match=f"{name.split(': ')[1]}: is .*; needs True or False"):
+        TRUTHS[name](value)
+
+
+@pytest.mark.parametrize("name", TRUTHS)
+def test_a_truth_of_numpy_is_one(name: str) -> None:
+    TRUTHS[name](np.bool_(True))
+    TRUTHS[name](np.bool_(False))
+
+
+@pytest.mark.parametrize("name", READ)
+def test_options_of_readers_are_true_or_false(name: str, tmp_path: Path) -> None:
+    file, option, others = READ[name]
+    path = saved(file, tmp_path)
+    with pytest.raises(hf.SceneError, match=f"{option}: is 'no'; needs True or False"):
+        hf.load_scene(path, **others, **{option: "no"})
+    assert hf.load_scene(path, **others, **{option: np.bool_(True)}).bodies
+
+
+SENSELESS: dict[str, tuple[Callable[[], object], str]] = {
+    "gap of a constraint": (lambda: hf.constraint(CUBE, "cube", gap=2), "gap: is 2; needs a finite number > 0 and < 1"),
+    "gap of a set": (lambda: hf.sustainable_accelerations(CUBE, gap=1), "gap: is 1; needs a finite number > 0 and < 1"),
+    "turn": (lambda: hf.settle(CUBE, turn=400), r"settle: turn \[deg\]: is 400; needs a number from 0 to 180 degrees"),
+    "tilt": (lambda: hf.plan_placement(CUBE, NEW, tilt=400), "tilt: is 400; needs a number of at most 180 degrees"),
+    "cone": (lambda: hf.plan_placement(CUBE, NEW, cone=400), "cone: is 400; needs a number of at most 180 degrees"),
+    "budget": (lambda: hf.plan_placement(CUBE, NEW, budget=0), "budget: is 0; needs a finite number > 0"),
+    "budget of all": (lambda: hf.place_all(CUBE, [NEW], budget=0), "budget: is 0; needs a finite number > 0"),
+    "everywhere": (lambda: hf.plan_placement(CUBE, NEW, keep_out=[None]), r"keep_out: holds None.*; give regions"),
+    "sampling": (lambda: hf.Graph(sampling="foo"), "Graph: sampling: is 'foo'; needs one of hull, "),  # type: ignore[arg-type]
+    "friction of nobody": (lambda: CUBE.mu("cub", "floor"), "no body named 'cub'; did you mean 'cube'"),
+    "a note": (lambda: hf.Scene(CUBE.bodies, 0.5, notes=[1]), "notes: holds 1; needs a list of texts"),  # type: ignore[list-item]
+    "a load": (lambda: hf.Load(None, ON, ALONG), "load: body: is None; needs a non-empty text"),  # type: ignore[arg-type]
+    "scale": (lambda: hf.Mesh(SOLID.vertices, SOLID.faces, scale=(1, 0, 1)), r"Mesh: scale: is \[1.0, 0.0, 1.0\]"),
+    "no stiffness": (
+        lambda: hf.robustness_under(CUBE, "cube", ON, ALONG, samples=2, stiffness=()),  # type: ignore[arg-type]
+        r"stiffness: is \(\); needs a range",
+    ),
+    "mass of no number": (
+        lambda: hf.from_trimesh(SOLID, friction=0.5, floor=True, mass=1, density="much"),  # type: ignore[arg-type]
+        "density: got 'much'; needs a finite number > 0",
+    ),
+    "names of curves": (
+        lambda: hf.transport_limits(CUBE, engine="limit").save_png("never.png", names=["a", "b"]),
+        "polar plot: names: 2 names of 1 answers; give one for each",
+    ),
+    "a step": (lambda: hf.disassembly_order(CUBE, engine="limit").answers(True), "step: is True; needs a whole number"),
+}
+
+
+@pytest.mark.parametrize("name", SENSELESS)
+def test_what_makes_no_sense_is_refused(name: str) -> None:
+    ask, match = SENSELESS[name]
+    with pytest.raises(hf.HoldfastError, match=match):
+        ask()
+
+
+def test_bounds_of_what_makes_sense_are_taken() -> None:
+    assert hf.settle(CUBE, turn=180).status is hf.Status.STABLE
+    assert hf.constraint(CUBE, "cube", gap=0.99, budget=0).gap_wanted == 0.99
+    assert hf.disassembly_order(CUBE, engine="limit").answers(1) == ()
+    m = hf.robustness_map(CUBE, spacing=0.05, engine="graph")
+    assert m.at(-1) == m.at(len(m.force) - 1)
+    with pytest.raises(hf.HoldfastError, match=r"index: is \d+; needs a whole number of at most"):
+        m.at(len(m.force))
