@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.nodes import ContactNodes, contact_nodes
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Bool, Float, Int, checked_number, checked_truth, checked_whole, checked_word
+from holdfast.base.arrays import Bool, Float, Int, checked_number, checked_truth, checked_whole
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.progress import report
 from holdfast.base.ranges import MANY, MOST_SEED
@@ -28,7 +28,6 @@ from holdfast.engines.mechanism import NAMED, Kinematics, Mechanism, Mode, descr
 from holdfast.engines.rest import Rest, find_rest
 from holdfast.engines.verdict import Status, Verdict
 
-FEWEST = 4  # nodes of an interface: those of one patch
 NO_MOMENT = 1e-5  # smallest lever arm of a load, relative to the assembly's size; poses are not known more accurately
 
 
@@ -67,11 +66,12 @@ class Graph(Value):
 
     def __post_init__(self) -> None:
         checked_truth(self.isolated, "Graph: isolated")
-        checked_word(self.sampling, get_args(Sampling), "Graph: sampling")
-        checked_number(self.mass_margin, "Graph: mass_margin", minimum=0, below=1)
+        margin = checked_number(self.mass_margin, "Graph: mass_margin", minimum=0)
+        if margin >= 1:
+            raise HoldfastError(message("Graph", f"mass_margin = {margin:g}", "needs 0 <= mass_margin < 1"))
         if self.immobile_above is not None:
             checked_number(self.immobile_above, "Graph: immobile_above", above=0)
-        checked_whole(self.nodes, "Graph: nodes", FEWEST, 10_000)
+        checked_whole(self.nodes, "Graph: nodes", 1, 10_000)
         checked_whole(self.max_cuts, "Graph: max_cuts", 1, MANY)
         checked_whole(self.seed, "Graph: seed", 0, MOST_SEED)
 
