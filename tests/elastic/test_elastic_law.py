@@ -143,7 +143,7 @@ def test_what_is_left_of_a_front_is_its_schur_complement(size: int, full: int) -
     F = np.random.default_rng(5).normal(size=(size, size + 2))
     F[np.arange(size), np.arange(size)] += 6.0  # so that no pivot waits
     A = F.copy()
-    done, sign = eliminate(F, np.arange(size), full, 0.0)
+    done, sign = eliminate(F, np.empty((full, size)), np.arange(size), full, 0.0)
     assert done == full
     assert sign == np.linalg.slogdet(A[:full, :full])[0]
     left = A[full:, full:] - A[full:, :full] @ np.linalg.solve(A[:full, :full], A[:full, full:])
@@ -159,8 +159,8 @@ def test_few_pivots_wait_at_rest(monkeypatch: pytest.MonkeyPatch) -> None:
     work.w[:], work.c[:] = np.random.default_rng(6).normal(size=(2, len(m.wrench)))
     waiting = []
 
-    def watched(F: np.ndarray, columns: np.ndarray, full: int, least: float) -> tuple[int, float]:
-        done, sign = eliminate(F, columns, full, least)
+    def watched(F: np.ndarray, P: np.ndarray, columns: np.ndarray, full: int, least: float) -> tuple[int, float]:
+        done, sign = eliminate(F, P, columns, full, least)
         waiting.append(full - done)
         return done, sign
 

@@ -118,18 +118,31 @@ def number_columns(n: int, e: Fronts, k: int, full: int, columns: Int) -> None:
 
 
 @compiled
+@lean
 def add_child(
-    e: Fronts, child: int, left: Float, numbers: Int, at: int, waits: int, F: Float, columns: Int, k: int, full: int
+    e: Fronts,
+    child: int,
+    left: Float,
+    numbers: Int,
+    at: int,
+    waits: int,
+    F: Float,
+    columns: Int,
+    k: int,
+    full: int,
+    start: Int,
+    to: Int,
 ) -> None:
     """Add to front k what is left of a ``child``: a matrix (t, t + 2) in ``left`` and the ``numbers`` of its columns.
 
-    Its first ``waits`` rows and columns wait for a pivot, and go to the place ``at``.
+    Its first ``waits`` rows and columns wait for a pivot, and go to the place ``at``. ``start`` and ``to`` are memory
+    for the pieces of columns that stay together: as many as bodies, and three.
     """
     size, owned, pieces = len(numbers), e.owned[k], 0
-    start, to = np.empty(size + 3, np.int64), np.empty(size + 3, np.int64)  # of pieces of columns that stay together
     if waits > 0:
         start[0], to[0], pieces = 0, at, 1
-        columns[at : at + waits] = numbers[:waits]
+        for i in range(waits):
+            columns[at + i] = numbers[i]
     i = waits
     for slot in range(e.first[child] + e.owned[child], e.first[child + 1]):
         place = place_of(e.onward[slot], owned, full - 6 * owned)
@@ -162,7 +175,9 @@ def fronts_solve(
     """As ``dense_solve``, front by front."""
     n, count = len(work.w), len(e.owned)
     left, numbers = np.empty(e.memory[0]), np.empty(e.memory[2], np.int64)
-    upper = np.empty(e.memory[1])
+    upper, room = np.empty(e.memory[1]), np.empty(0)
+    most = (e.first[1:] - e.first[:-1]).max() + 3
+    start, to = np.empty(most, np.int64), np.empty(most, np.int64)
     size, done, waits = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64)
     at_left, at_number, at_upper = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64)
     top, above, last, sign = 0, 0, 0, 1.0
@@ -185,9 +200,10 @@ def fronts_solve(
             c = e.child[j]
             base = min(base, at_left[c])
             rest = numbers[at_number[c] + done[c] : at_number[c] + size[c]]
-            add_child(e, c, left[at_left[c] :], rest, at, waits[c], F, columns, k, full - (k == count - 1))
+            add_child(e, c, left[at_left[c] :], rest, at, waits[c], F, columns, k, full - (k == count - 1), start, to)
             at += waits[c]
-        done[k], turned = eliminate(F, columns, full, least)
+        room = grown(room, full * t)
+        done[k], turned = eliminate(F, room[: full * t].reshape((full, t)), columns, full, least)
         sign *= turned
         waits[k] = full - done[k]
         at_number[k], at_left[k], at_upper[k] = last, base, above
