@@ -10,7 +10,17 @@ import pytest
 import holdfast
 
 ROOT = Path(holdfast.__file__).parent
-NUMBERS = {"None", "float", "int", "bool", "Event", "Iteration", "tuple[float, float]"}
+NUMBERS = {
+    "None",
+    "float",
+    "int",
+    "bool",
+    "Event",
+    "Iteration",
+    "tuple[float, float]",
+    "tuple[int, float]",
+    "tuple[int, int]",
+}
 MAKERS = {"empty", "zeros", "ones", "full", "array", "arange", "copy", "empty_like", "zeros_like"}
 
 

@@ -68,6 +68,7 @@ def machine_code(function: Callable[P, R]) -> Callable[P, R]:
 
 
 @compiled
+@lean
 def dot3(a: Float, b: Float) -> float:
     """Return the scalar product a · b of two vectors (3,), without the overhead of a library call."""
     return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.base.compiled import compiled, dot3
+from holdfast.base.compiled import compiled, dot3, lean
 from holdfast.contacts.facing import Piece
 from holdfast.contacts.skin import Skin
 from holdfast.contacts.tolerances import Angles
@@ -21,10 +21,11 @@ def clip_faces(a: Skin, b: Skin, pairs: Int, *, gap: float, depth: float, angles
     limits, pieces = np.array([gap, depth, *angles.cosine(np.array([False, True]))]), []
     corners, counts = np.zeros((PIECES, MAX_CORNERS, 3)), np.zeros(PIECES, dtype=np.int64)
     normals, heights, curved = np.zeros((PIECES, 3)), np.zeros((PIECES, 2)), np.zeros(PIECES, dtype=np.bool_)
+    room = np.zeros((4, MAX_CORNERS, 3))
     start = 0
     while start < len(pairs):
         part = pairs[start : start + AT_ONCE]
-        found, done = _clip_all(a, b, part, limits, corners, counts, normals, heights, curved)
+        found, done = _clip_all(a, b, part, limits, room, corners, counts, normals, heights, curved)
         for k in range(found):
             outline, apart = corners[k, : counts[k]].copy(), (float(heights[k, 0]), float(heights[k, 1]))
             pieces.append(Piece((outline,), normals[k].copy(), apart, bool(curved[k])))
@@ -33,6 +34,7 @@ def clip_faces(a: Skin, b: Skin, pairs: Int, *, gap: float, depth: float, angles
 
 
 @compiled
+@lean
 def plane_between(normal_a: Float, normal_b: Float, axes: Float) -> None:
     """Write the direction from a to b halfway between the normals, then two tangents, as rows of ``axes`` (3, 3)."""
     normal, t1, t2 = axes[0], axes[1], axes[2]
@@ -54,6 +56,7 @@ def plane_between(normal_a: Float, normal_b: Float, axes: Float) -> None:
 
 
 @compiled
+@lean
 def _clip_pair(
     tri_a: Float,
     normal_a: Float,
@@ -115,11 +118,13 @@ def _clip_pair(
 
 
 @compiled
+@lean
 def _clip_all(
     a: Skin,
     b: Skin,
     pairs: Int,
     limits: Float,
+    room: Float,
     out: Float,
     counts: Int,
     normals: Float,
@@ -128,11 +133,11 @@ def _clip_all(
 ) -> tuple[int, int]:
     """Clip pairs, as many as there is room for; returns how many pieces were found, in how many pairs.
 
-    ``limits`` (4,) are gap, depth and the cosines of the angles of flat faces and of those of which one is curved.
+    ``limits`` (4,) are gap, depth and the cosines of the angles of flat faces and of those of which one is curved;
+    ``room`` is as in ``_clip_pair``.
     """
     gap, depth = limits[0], limits[1]
     found = 0
-    room = np.zeros((4, MAX_CORNERS, 3))
     for pair in range(len(pairs)):
         i, j = pairs[pair, 0], pairs[pair, 1]
         bent = a.curved[i] or b.curved[j]

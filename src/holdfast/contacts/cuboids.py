@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from holdfast.base.arrays import Float, Int
-from holdfast.base.compiled import compiled, dot3
+from holdfast.base.compiled import compiled, dot3, lean
 from holdfast.contacts.clipping import plane_between
 from holdfast.contacts.flush import ROUNDING, UPRIGHT, WIDE
 from holdfast.contacts.interface import Patch
@@ -147,6 +147,7 @@ def _shared(
 
 
 @compiled
+@lean
 def _tidied(flat: Float, kept: Float, count: int, same: float) -> int:
     """Drop corners within ``same`` of the next one, or of the line through their neighbours, and begin at the first."""
     for pass_ in range(2):
@@ -179,6 +180,7 @@ def _tidied(flat: Float, kept: Float, count: int, same: float) -> int:
 
 
 @compiled
+@lean
 def _lifted(
     a: Float,
     b: Float,

@@ -277,7 +277,6 @@ def _on_triangles(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Tole
     gap, depth, size = tolerances.gap, tolerances.depth, min(a.size, b.size)
     negligible, breadth = NEGLIGIBLE_WIDTH * size, NOMINAL_BREADTH * size
     angles = tolerances.angles
-    sin_angle, sin_curved = np.sin(np.radians(angles)).tolist()
     locals_ = a.shape.surface.reduced, b.shape.surface.reduced
     facets = near_facets(skin_a, skin_b, gap)
     facing, left = facing_polygons(skin_a, skin_b, *locals_, facets, gap=gap, depth=depth, angles=angles)
@@ -303,15 +302,7 @@ def _on_triangles(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Tole
     if lie_flat(skin_a, skin_b, near_a, near_b, faces, gap=gap, size=size):
         return faces
     lines, points = touching_features(
-        skin_a,
-        skin_b,
-        pairs,
-        gap=gap,
-        depth=depth,
-        sin_angle=sin_angle,
-        sin_curved=sin_curved,
-        size=size,
-        strict=negligible,
+        skin_a, skin_b, pairs, gap=gap, depth=depth, angles=angles, size=size, strict=negligible
     )
     along = line_patches(lines, faces, gap, negligible, breadth)
     return [*faces, *along, *point_patches(points, [*faces, *along], gap, breadth)]

@@ -10,14 +10,24 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.base.compiled import compilable, compiled, dot3
+from holdfast.base.compiled import compilable, compiled, dot3, lean
 from holdfast.base.values import Value, seal
+from holdfast.contacts.around import (
+    Within,
+    edge_rises,
+    height_over,
+    inset_of,
+    lies_over,
+    normal_at,
+    slack_at,
+    vertex_rises,
+)
 from holdfast.contacts.skin import Skin
+from holdfast.contacts.tolerances import Angles
 from holdfast.geometry.topology import FLAT, SMOOTH
 
 NEAR_PARALLEL = 0.02  # sine below which two edges have no cross product to speak of
@@ -47,41 +57,16 @@ class Features(Value):
         seal(self)
 
 
-class Within(NamedTuple):
-    """Tolerances of one search, all but the angle's in metres.
-
-    Surfaces touch up to ``gap`` apart and ``depth`` into each other; a feature may fall towards the other body by an
-    angle whose sine is ``sin_angle``, beside faces that stand for a curved surface ``sin_curved``; lengths up to
-    ``tiny`` are rounding, and sharp edges are stayed away from by ``strict``.
-    """
-
-    gap: float
-    depth: float
-    sin_angle: float
-    sin_curved: float
-    tiny: float
-    strict: float
-
-
 def touching_features(
-    a: Skin,
-    b: Skin,
-    pairs: Int,
-    *,
-    gap: float,
-    depth: float,
-    sin_angle: float,
-    size: float,
-    strict: float,
-    sin_curved: float | None = None,
+    a: Skin, b: Skin, pairs: Int, *, gap: float, depth: float, angles: Angles, size: float, strict: float
 ) -> tuple[Features, Features]:
     """Lines and points where edges and vertices touch, among ``pairs`` (m, 2) of faces whose boxes meet.
 
-    ``size`` [m] is that of the smaller body; a sharp edge is stayed away from by ``strict`` [m]. ``sin_curved`` holds
-    beside faces that stand for a curved surface, where it is given.
+    ``size`` [m] is that of the smaller body; a sharp edge is stayed away from by ``strict`` [m].
     """
-    within = Within(gap, depth, sin_angle, sin_angle if sin_curved is None else sin_curved, ROUNDING * size, strict)
-    room, counts = np.empty((2, ROOM, ROW)), np.zeros(2, dtype=np.int64)
+    sin_angle, sin_curved = np.sin(np.radians(angles)).tolist()
+    within = Within(gap, depth, sin_angle, sin_curved, ROUNDING * size, strict)
+    room, counts, scratch = np.empty((2, ROOM, ROW)), np.zeros(2, dtype=np.int64), np.empty((2, 3))
     lines: list[Float] = []
     points: list[Float] = []
 
@@ -93,9 +78,9 @@ def touching_features(
             lines.append(room[0, : counts[0]].copy())
             points.append(room[1, : counts[1]].copy())
 
-    search(lambda part: _features_on_faces(a, b, part, False, within, room, counts))
-    search(lambda part: _features_on_faces(b, a, part, True, within, room, counts))
-    search(lambda part: _edges_on_edges(a, b, part, within, room[1], counts))
+    search(lambda part: _features_on_faces(a, b, part, False, within, room, counts, scratch))
+    search(lambda part: _features_on_faces(b, a, part, True, within, room, counts, scratch))
+    search(lambda part: _edges_on_edges(a, b, part, within, room[1], counts, scratch))
     return _features(lines), _features(points)
 
 
@@ -105,115 +90,7 @@ def _features(parts: list[Float]) -> Features:
 
 
 @compiled
-def _slack(bend: float, height: float, tiny: float, strict: float) -> float:
-    """How far outside a face, beyond one of its edges, a point may lie and still touch it; negative at sharp edges."""
-    if not np.isfinite(bend) or bend <= FLAT:
-        return tiny
-    if bend < SMOOTH:
-        return tiny + abs(height) * float(np.tan(bend / 2))
-    return -strict
-
-
-@compiled
-def _normal_at(skin: Skin, face: int, point: Float, height: float, tiny: float, normal: Float) -> float:
-    """The normal of a surface at a point over a face: the mean of two faces' near a smooth edge, a vertex's at one.
-
-    Returns 1.0 where it is such a mean, else 0.0.
-    """
-    near = np.zeros(3, dtype=np.bool_)
-    for k in range(3):
-        bend = skin.bend[skin.of_face[face, k]]
-        if FLAT < bend < SMOOTH:
-            out = skin.outward[face, k]
-            p = skin.triangles[face, k]
-            beyond = out[0] * (point[0] - p[0]) + out[1] * (point[1] - p[1]) + out[2] * (point[2] - p[2])
-            near[k] = beyond >= -_slack(bend, height, tiny, 0.0)
-    for m in range(3):
-        normal[m] = skin.normals[face, m]
-    for k in range(3):
-        vertex = skin.faces[face, k]
-        if near[k] and near[(k + 2) % 3] and dot3(skin.mean[vertex], skin.mean[vertex]) > 0:
-            for m in range(3):
-                normal[m] = skin.mean[vertex, m]
-            return 1.0
-    for k in range(3):
-        if near[k]:
-            edge = skin.of_face[face, k]
-            other = skin.sides[edge, 1] if skin.sides[edge, 0] == face else skin.sides[edge, 0]
-            for m in range(3):
-                normal[m] += skin.normals[other, m]
-            break
-    length = np.sqrt(dot3(normal, normal))
-    for m in range(3):
-        normal[m] /= length
-    return 1.0 if near[0] or near[1] or near[2] else 0.0
-
-
-@compiled
-def _vertex_rises(skin: Skin, vertex: int, normal: Float, within: Within) -> bool:
-    """Whether all edges from a vertex go the way of ``normal``, or fall by no more than the angle."""
-    sin_angle = within.sin_curved if skin.curves[vertex] else within.sin_angle
-    v = skin.vertices[vertex]
-    for n in range(skin.starts[vertex], skin.starts[vertex + 1]):
-        w = skin.vertices[skin.neighbours[n]]
-        x, y, z = w[0] - v[0], w[1] - v[1], w[2] - v[2]
-        if x * normal[0] + y * normal[1] + z * normal[2] < -sin_angle * np.sqrt(x * x + y * y + z * z):
-            return False
-    return True
-
-
-@compiled
-def _edge_rises(skin: Skin, edge: int, normal: Float, within: Within) -> bool:
-    """Whether both faces beside an edge go the way of ``normal``, or fall by no more than the angle."""
-    for side in range(2):
-        face = skin.sides[edge, side]
-        sin_angle = within.sin_curved if skin.curved[face] else within.sin_angle
-        for k in range(3):
-            if skin.of_face[face, k] == edge:
-                out = skin.outward[face, k]
-                if dot3(out, normal) > sin_angle:
-                    return False
-    return True
-
-
-@compiled
-def _over(skin: Skin, face: int, point: Float, height: float, tiny: float, strict: float) -> bool:
-    """Whether a point at a height over a face's plane projects into the face, or may be taken to."""
-    for k in range(3):
-        out = skin.outward[face, k]
-        p = skin.triangles[face, k]
-        beyond = out[0] * (point[0] - p[0]) + out[1] * (point[1] - p[1]) + out[2] * (point[2] - p[2])
-        if beyond > _slack(skin.bend[skin.of_face[face, k]], height, tiny, strict):
-            return False
-        if abs(beyond) <= strict:  # at a sharp corner, even where the edges of this face that meet there are not
-            x, y, z = point[0] - p[0], point[1] - p[1], point[2] - p[2]
-            sharp = dot3(skin.mean[skin.faces[face, k]], skin.mean[skin.faces[face, k]]) == 0
-            if sharp and x * x + y * y + z * z - height * height <= strict * strict:
-                return False
-    return True
-
-
-@compiled
-def _inset(skin: Skin, face: int, point: Float) -> float:
-    """Distance of a point over a face to the nearest sharp edge of that face; infinite where it has none."""
-    least = np.inf
-    for k in range(3):
-        bend = skin.bend[skin.of_face[face, k]]
-        if SMOOTH <= bend < np.inf:
-            out = skin.outward[face, k]
-            p = skin.triangles[face, k]
-            beyond = out[0] * (point[0] - p[0]) + out[1] * (point[1] - p[1]) + out[2] * (point[2] - p[2])
-            least = min(least, -beyond)
-    return least
-
-
-@compiled
-def _height(skin: Skin, face: int, point: Float) -> float:
-    p, m = skin.triangles[face, 0], skin.normals[face]
-    return float((point[0] - p[0]) * m[0] + (point[1] - p[1]) * m[1] + (point[2] - p[2]) * m[2])
-
-
-@compiled
+@lean
 def _comes_over(one: Skin, other: Skin, i: int, j: int, within: Within) -> bool:
     """Whether face i of ``one`` may have a corner or an edge that touches face j of ``other``: False is certain."""
     m, c = other.normals[j], other.triangles[j, 0]
@@ -237,17 +114,17 @@ def _comes_over(one: Skin, other: Skin, i: int, j: int, within: Within) -> bool:
 
 
 @compiled
+@lean
 def _features_on_faces(
-    one: Skin, other: Skin, pairs: Int, flipped: bool, within: Within, room: Float, counts: Int
+    one: Skin, other: Skin, pairs: Int, flipped: bool, within: Within, room: Float, counts: Int, scratch: Float
 ) -> int:
     """Vertices and edges of ``one`` on faces of ``other``; ``flipped`` where ``one`` is the second body.
 
     Rows are written to ``room`` (2, n, ROW), of lines and of points, of which ``counts`` (2,) are in use. Returns how
-    many pairs were looked at before one of them was full.
+    many pairs were looked at before one of them was full. ``scratch`` (2, 3) is memory.
     """
     lines, points = room[0], room[1]
-    normal = np.empty(3)
-    middle = np.empty(3)
+    normal, middle = scratch[0], scratch[1]
     sign = 1.0 if flipped else -1.0
     for pair in range(len(pairs)):
         if max(counts[0], counts[1]) + 3 > len(points):
@@ -268,34 +145,36 @@ def _features_on_faces(
 
 
 @compilable
+@lean
 def _vertex_on_face(
     one: Skin, other: Skin, i: int, k: int, j: int, within: Within, sign: float, normal: Float, v: Float, row: Float
 ) -> bool:
     """Whether the k-th vertex of face i of ``one`` touches face j of ``other``; then ``row`` (ROW,) tells where."""
     for m in range(3):  # a copy: functions are compiled once more for arrays that are read-only
         v[m] = one.triangles[i, k, m]
-    h = _height(other, j, v)
-    if not (-within.depth <= h <= within.gap and _over(other, j, v, h, within.tiny, within.strict)):
+    h = height_over(other, j, v)
+    if not (-within.depth <= h <= within.gap and lies_over(other, j, v, h, within.tiny, within.strict)):
         return False
-    blended = _normal_at(other, j, v, h, within.tiny, normal)
-    if not _vertex_rises(one, one.faces[i, k], normal, within):
+    blended = normal_at(other, j, v, h, within.tiny, normal)
+    if not vertex_rises(one, one.faces[i, k], normal, within):
         return False
     for m in range(3):
         row[m] = row[3 + m] = v[m] - h / 2 * normal[m]
         row[6 + m] = sign * normal[m]
     row[9] = row[10] = h
-    row[11] = _inset(other, j, v)
+    row[11] = inset_of(other, j, v)
     row[12] = blended
     return True
 
 
 @compilable
+@lean
 def _edge_on_face(
     one: Skin, other: Skin, edge: int, j: int, within: Within, sign: float, normal: Float, middle: Float, row: Float
 ) -> bool:
     """Whether a part of an edge of ``one`` runs along face j of ``other``; then ``row`` (ROW,) tells which part."""
     p, q = one.vertices[one.edges[edge, 0]], one.vertices[one.edges[edge, 1]]
-    hp, hq = _height(other, j, p), _height(other, j, q)
+    hp, hq = height_over(other, j, p), height_over(other, j, q)
     length = np.sqrt((q[0] - p[0]) ** 2 + (q[1] - p[1]) ** 2 + (q[2] - p[2]) ** 2)
     if abs(hq - hp) > (within.sin_angle + np.sin(SMOOTH / 2)) * length:
         return False
@@ -305,14 +184,14 @@ def _edge_on_face(
     t = (low + high) / 2
     for m in range(3):
         middle[m] = p[m] + t * (q[m] - p[m])
-    blended = _normal_at(other, j, middle, hp + t * (hq - hp), within.tiny, normal)
+    blended = normal_at(other, j, middle, hp + t * (hq - hp), within.tiny, normal)
     slope = 0.0
     for m in range(3):
         slope += (q[m] - p[m]) / length * normal[m]
     round_ = other.curved[j] or (one.curved[one.sides[edge, 0]] and one.curved[one.sides[edge, 1]])
-    if abs(slope) > (within.sin_curved if round_ else within.sin_angle) or not _edge_rises(one, edge, normal, within):
+    if abs(slope) > (within.sin_curved if round_ else within.sin_angle) or not edge_rises(one, edge, normal, within):
         return False
-    inset = _inset(other, j, middle)
+    inset = inset_of(other, j, middle)
     if inset <= within.strict:  # it runs along a sharp edge
         return False
     for e in range(2):
@@ -329,6 +208,7 @@ def _edge_on_face(
 
 
 @compilable
+@lean
 def _part_over(other: Skin, j: int, p: Float, q: Float, hp: float, hq: float, within: Within) -> tuple[float, float]:
     """From where to where, as shares of its length, a segment from p to q lies over face j; 1 to 0 where nowhere.
 
@@ -344,7 +224,7 @@ def _part_over(other: Skin, j: int, p: Float, q: Float, hp: float, hq: float, wi
             out = other.outward[j, bound - 2]
             c = other.triangles[j, bound - 2]
             nearest = min(abs(hp), abs(hq)) if hp * hq > 0 else 0.0
-            slack = _slack(other.bend[other.of_face[j, bound - 2]], nearest, within.tiny, -within.tiny)
+            slack = slack_at(other.bend[other.of_face[j, bound - 2]], nearest, within.tiny, -within.tiny)
             f0 = slack - (out[0] * (p[0] - c[0]) + out[1] * (p[1] - c[1]) + out[2] * (p[2] - c[2]))
             f1 = slack - (out[0] * (q[0] - c[0]) + out[1] * (q[1] - c[1]) + out[2] * (q[2] - c[2]))
         if f0 < 0 and f1 < 0:
@@ -357,14 +237,14 @@ def _part_over(other: Skin, j: int, p: Float, q: Float, hp: float, hq: float, wi
 
 
 @compiled
-def _edges_on_edges(a: Skin, b: Skin, pairs: Int, within: Within, points: Float, counts: Int) -> int:
+@lean
+def _edges_on_edges(a: Skin, b: Skin, pairs: Int, within: Within, points: Float, counts: Int, scratch: Float) -> int:
     """Crossings of edges that stick out, inside both, with the cross product as normal, added to ``points``.
 
-    Returns how many pairs were looked at before ``points`` was full.
+    Returns how many pairs were looked at before ``points`` was full. ``scratch`` (2, 3) is memory.
     """
     strict = within.strict
-    n = np.empty(3)
-    back = np.empty(3)
+    n, back = scratch[0], scratch[1]
     for pair in range(len(pairs)):
         if counts[1] + 9 > len(points):
             return pair
@@ -406,11 +286,11 @@ def _edges_on_edges(a: Skin, b: Skin, pairs: Int, within: Within, points: Float,
                         continue
                     for m in range(3):
                         back[m] = -sign * n[m]
-                    if not _edge_rises(a, ea, back, within):
+                    if not edge_rises(a, ea, back, within):
                         continue
                     for m in range(3):
                         back[m] = sign * n[m]
-                    if not _edge_rises(b, eb, back, within):
+                    if not edge_rises(b, eb, back, within):
                         continue
                     row = points[counts[1]]
                     for m in range(3):

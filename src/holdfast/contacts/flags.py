@@ -14,6 +14,7 @@ from holdfast.scene.body import Body
 SHAKY = 0.5  # separation or depth over the gap tolerance above which surfaces touch only because of the tolerance
 DOUBTFUL = frozenset({"ambiguous_gap", "fragile", "sliver", "occluded"})  # flags of contacts that may not exist
 EXACT = 1e-3  # share of the gap up to which surfaces touch as they are, without the help of the tolerance
+ALIKE = float(np.cos(np.radians(20)))  # cosine of the angle between normals of a patch and of what it may lie on
 FRAGILE = 0.5  # share of the area of the faces that has to remain when a body is moved sideways by the gap
 
 
@@ -42,7 +43,7 @@ def flags_of(a: Body, b: Body, patches: Sequence[Patch], gap: float, *, hidden: 
         flags.append("fragile")
     if any(max(map(abs, patch.separation)) > SHAKY * gap for patch in patches if patch.separation is not None):
         flags.append("ambiguous_gap")
-    if any(_on_facet(body, patches) for body in (a, b)):
+    if _on_facet(a, patches, 1.0) or _on_facet(b, patches, -1.0):
         flags.append("facet")
     if hidden:
         flags.append("occluded")
@@ -53,15 +54,27 @@ def flags_of(a: Body, b: Body, patches: Sequence[Patch], gap: float, *, hidden: 
     return tuple(flags)
 
 
-def _on_facet(body: Body, patches: Sequence[Patch]) -> bool:
-    """Tell whether the middle of a face patch lies on a triangle of a body that stands for a curved surface."""
-    surface, middles = body.shape.surface, [patch.polygon.mean(0) for patch in patches if patch.kind == "face"]
-    if not middles or not surface.curved.any():
+def _on_facet(body: Body, patches: Sequence[Patch], outward: float) -> bool:
+    """Tell whether the middle of a face patch lies on a triangle of a body that stands for a curved surface.
+
+    ``outward`` is 1 if the normals of patches point out of the body, and -1 if they point into it.
+    """
+    surface = body.shape.surface
+    if not surface.curved.any():
         return False
-    points = (np.array(middles) - body.pose[:3, 3]) @ body.pose[:3, :3]
-    curved, flat = (replace(surface, faces=surface.faces[which]) for which in (surface.curved, ~surface.curved))
-    apart = distance_to_surface(points, flat) if len(flat.faces) else np.inf
-    return bool((distance_to_surface(points, curved) < apart).any())
+    for patch in patches:
+        if patch.kind != "face":
+            continue
+        alike = outward * (surface.normals @ (patch.normal @ body.pose[:3, :3])) >= ALIKE
+        if (alike & surface.curved).any():
+            middle = ((patch.polygon.mean(0) - body.pose[:3, 3]) @ body.pose[:3, :3])[None]
+            curved, flat = (
+                distance_to_surface(middle, replace(surface, faces=surface.faces[alike & which]))
+                for which in (surface.curved, ~surface.curved)
+            )
+            if curved[0] < flat[0]:
+                return True
+    return False
 
 
 def is_certain(patches: Sequence[Patch], flags: Sequence[str], *, gap: float, usual: float, sagitta: float) -> bool:

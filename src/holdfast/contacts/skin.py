@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.base.compiled import compiled
+from holdfast.base.compiled import compiled, lean
 from holdfast.base.values import sealed
 from holdfast.geometry.surface import Surface
 from holdfast.geometry.topology import SMOOTH, Topology
@@ -130,6 +130,7 @@ def moved_skin(local: Skin, pose: Float) -> Skin:
 
 
 @compiled
+@lean
 def _place(
     points: Float, faces: Int, turn: Float, shift: Float, vertices: Float, triangles: Float, low: Float, high: Float
 ) -> None:
@@ -242,6 +243,7 @@ def near_boxes(
 
 
 @compiled
+@lean
 def _near(
     low_a: Float,
     high_a: Float,

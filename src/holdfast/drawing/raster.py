@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from holdfast.base.compiled import compiled
+from holdfast.base.compiled import compiled, lean
 
 PLAIN: Final = 0  # kind of line at a pixel: no line
 CREASE: Final = 1  # kind of line at a pixel: the surface bends
@@ -53,6 +53,7 @@ def rasterise(
 
 
 @compiled
+@lean
 def _fill(
     pixels: NDArray[np.float64],
     triangles: NDArray[np.int64],
@@ -89,6 +90,7 @@ def _fill(
 
 
 @compiled
+@lean
 def _lines(
     seen: NDArray[np.int64],
     depth: NDArray[np.float64],

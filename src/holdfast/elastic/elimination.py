@@ -84,7 +84,7 @@ def transpose(A: Float, B: Float, low: int, high: int, start: int, stop: int) ->
 @lean
 @fused
 def catch_up(P: Float, first: int, done: int, ahead: int, full: int) -> None:
-    """Apply pivots ``first`` to ``done`` - 1, at most BLOCK, to columns ``ahead`` to ``full`` - 1, the rows of ``P``."""
+    """Apply pivots ``first`` to ``done`` - 1, at most BLOCK, to columns ``ahead`` to ``full`` - 1: rows of ``P``."""
     for c in range(ahead, full):
         row = P[c]
         for j in range(first, done):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from holdfast.base.arrays import Float, Int
-from holdfast.base.compiled import compiled, dot3
+from holdfast.base.compiled import compiled, dot3, lean
 from holdfast.geometry.surface import Surface
 
 TINY = 1e-100  # a running product is brought back to 1 beyond this and its inverse
@@ -66,6 +66,7 @@ def _winding(points: Float, vertices: Float, faces: Int) -> Float:
 
 
 @compiled
+@lean
 def nearest_of(points: Float, triangles: Float, pairs: Int) -> float:
     """The least squared distance among ``pairs`` (m, 2) of points (n, 3) and triangles (k, 3, 3)."""
     best = np.inf
@@ -84,6 +85,7 @@ def _squared(points: Float, triangles: Float) -> Float:
 
 
 @compiled
+@lean
 def _apart(point: Float, triangle: Float) -> float:
     """Squared distance of a point from a triangle: inside its prism to its plane, outside to its edges."""
     ux, uy, uz = triangle[1, 0] - triangle[0, 0], triangle[1, 1] - triangle[0, 1], triangle[1, 2] - triangle[0, 2]

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from holdfast.base.arrays import Float, Int, unit
-from holdfast.base.compiled import compiled
+from holdfast.base.compiled import compiled, lean
 from holdfast.geometry.polygon import turned, without_collinear
 
 SAME = 1e-7  # of a unit square: points closer than this are one corner, and turns of twice that area are none
@@ -60,6 +60,7 @@ def corner_numbers(points: Float) -> Int:
 
 
 @compiled
+@lean
 def _chains(points: Float, order: Int, chain: Int) -> int:
     """Write the corners into ``chain``, going over the points in ``order`` and back; returns their number."""
     size = 0
@@ -78,6 +79,7 @@ def _chains(points: Float, order: Int, chain: Int) -> int:
 
 
 @compiled
+@lean
 def twice_area(points: Float, a: int, b: int, c: int) -> float:
     """Twice the signed area."""
     return float(

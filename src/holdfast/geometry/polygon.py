@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from holdfast.base.arrays import Bool, Float
-from holdfast.base.compiled import compiled
+from holdfast.base.compiled import compiled, lean
 from holdfast.geometry.tiling import tiled
 
 
@@ -160,6 +160,7 @@ def rings_of(geometry: shapely.Geometry, tolerance: float, smallest_hole: float)
 
 
 @compiled
+@lean
 def keep_half_plane(corners: Float, kept: Float, count: int, a: float, b: float, c: float) -> int:
     """Keep the part of a polygon where a x + b y + c >= 0 (Sutherland-Hodgman); ``kept`` is scratch memory."""
     n = 0

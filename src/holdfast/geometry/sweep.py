@@ -16,7 +16,7 @@ import numpy as np
 import shapely
 
 from holdfast.base.arrays import Float, Int, frozen, unit
-from holdfast.base.compiled import compilable, compiled
+from holdfast.base.compiled import compilable, compiled, lean
 from holdfast.base.rigid import tangents
 from holdfast.base.values import Value
 from holdfast.geometry.surface import Surface
@@ -194,6 +194,7 @@ def _shared(
 
 
 @compilable
+@lean
 def _common(ours: Float, theirs: Float, polygon: Float, other: Float, side: Float) -> int:
     """The intersection of two triangles seen along d, into ``polygon``; returns its corners (Sutherland & Hodgman)."""
     turn = 1.0 if _turn(theirs[0], theirs[1], theirs[2]) > 0 else -1.0
@@ -205,33 +206,37 @@ def _common(ours: Float, theirs: Float, polygon: Float, other: Float, side: Floa
             side[k] = turn * _turn(theirs[e], theirs[(e + 1) % 3], polygon[k])
         count = _cut(polygon, count, side, other)
         for k in range(count):
-            polygon[k] = other[k]
+            polygon[k, 0], polygon[k, 1] = other[k, 0], other[k, 1]
     return count
 
 
 @compilable
+@lean
 def _cut(polygon: Float, count: int, side: Float, out: Float) -> int:
     """The part of a convex polygon on whose corners ``side`` is positive, into ``out``; returns its corners."""
     kept = 0
     for k in range(count):
         m = k + 1 if k + 1 < count else 0
         if side[k] >= 0.0:
-            out[kept] = polygon[k]
+            out[kept, 0], out[kept, 1] = polygon[k, 0], polygon[k, 1]
             kept += 1
         if (side[k] > 0.0 and side[m] < 0.0) or (side[k] < 0.0 and side[m] > 0.0):
             t = side[k] / (side[k] - side[m])
-            out[kept] = polygon[k] + t * (polygon[m] - polygon[k])
+            for x in range(2):
+                out[kept, x] = polygon[k, x] + t * (polygon[m, x] - polygon[k, x])
             kept += 1
     return kept
 
 
 @compilable
+@lean
 def _turn(a: Float, b: Float, c: Float) -> float:
     """Twice the signed area of a triangle seen along d."""
     return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 
 
 @compilable
+@lean
 def _height(triangle: Float, point: Float) -> float:
     """The coordinate along d of a triangle's plane over a point (2,), no more than the triangle reaches."""
     whole = _turn(triangle[0], triangle[1], triangle[2])
@@ -239,4 +244,5 @@ def _height(triangle: Float, point: Float) -> float:
     v = _turn(triangle[0], triangle[1], point) / whole
     z = triangle[:, 2]
     height = z[0] + u * (z[1] - z[0]) + v * (z[2] - z[0])
-    return float(min(max(height, z.min()), z.max()))
+    low, high = min(z[0], min(z[1], z[2])), max(z[0], max(z[1], z[2]))
+    return float(min(max(height, low), high))

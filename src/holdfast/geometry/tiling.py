@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from holdfast.base.arrays import Float, Int
-from holdfast.base.compiled import compiled
+from holdfast.base.compiled import compiled, lean
 
 FEW = 16  # pieces that may be put together
 
@@ -28,6 +28,7 @@ def tiled(pieces: Sequence[Sequence[Float]], tolerance: float) -> Float | None:
 
 
 @compiled
+@lean
 def _tiled(corners: Float, ends: Int, order: Int, tolerance: float, out: Float) -> int:
     """Write the hull of all corners (n, 2) into ``out``; its number of corners, or 0 if the pieces do not tile it."""
     count = _hull(corners, order, tolerance, out)
@@ -69,6 +70,7 @@ def _tiled(corners: Float, ends: Int, order: Int, tolerance: float, out: Float) 
 
 
 @compiled
+@lean
 def _turn(corners: Float, a: int, b: int, c: int) -> float:
     """Twice the signed area of a triangle of three of the corners (n, 2)."""
     return float(
@@ -78,6 +80,7 @@ def _turn(corners: Float, a: int, b: int, c: int) -> float:
 
 
 @compiled
+@lean
 def _hull(corners: Float, order: Int, tolerance: float, out: Float) -> int:
     """Write the hull of corners (n, 2), counter-clockwise, into ``out``; returns how many corners it has.
 
@@ -103,6 +106,7 @@ def _hull(corners: Float, order: Int, tolerance: float, out: Float) -> int:
 
 
 @compiled
+@lean
 def _beyond(corners: Float, ends: Int, one: int, other: int, tolerance: float, every: bool) -> bool:
     """Whether an edge of one polygon has all corners of another on its outer side, or every edge on its inner side.
 

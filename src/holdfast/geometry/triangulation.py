@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from holdfast.base.arrays import Float, Int
-from holdfast.base.compiled import compiled
+from holdfast.base.compiled import compiled, lean
 from holdfast.geometry.hull import twice_area
 
 FLAT = 1e-10  # twice the area, for points in a unit square: a triangle with less counts as none
@@ -18,6 +18,7 @@ def fan(corners: Int) -> Int:
 
 
 @compiled
+@lean
 def _least_share(points: Float, triangle: Int, k: int) -> float:
     """The smallest barycentric coordinate of point k."""
     a, b, c = triangle
@@ -26,6 +27,7 @@ def _least_share(points: Float, triangle: Int, k: int) -> float:
 
 
 @compiled
+@lean
 def _within_circle(points: Float, triangle: Int, k: int) -> bool:
     total = 0.0
     x, y = points[k]

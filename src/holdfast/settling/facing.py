@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from holdfast.base.arrays import Float, Int
-from holdfast.base.compiled import compiled, dot3
+from holdfast.base.compiled import compiled, dot3, lean
 from holdfast.contacts.clipping import plane_between
 from holdfast.contacts.skin import Skin
 from holdfast.geometry.polygon import keep_half_plane
@@ -24,24 +24,25 @@ def facing_corners(a: Skin, b: Skin, pairs: Int, *, margin: float, depth: float,
     ``cos_angle``.
     """
     found = [np.empty((0, ROW))]
-    limits, out, start = np.array([margin, depth, cos_angle]), np.empty((ROOM, ROW)), 0
+    limits, out = np.array([margin, depth, cos_angle]), np.empty((ROOM, ROW))
+    room, start = np.zeros((6, MAX_CORNERS, 3)), 0
     while start < len(pairs):
-        count, done = _facing(a.triangles, a.normals, b.triangles, b.normals, pairs[start:], limits, out)
+        count, done = _facing(a.triangles, a.normals, b.triangles, b.normals, pairs[start:], limits, room, out)
         found.append(out[:count].copy())
         start += done
     return np.concatenate(found)
 
 
 @compiled
+@lean
 def _facing(
-    tris_a: Float, normals_a: Float, tris_b: Float, normals_b: Float, pairs: Int, limits: Float, out: Float
+    tris_a: Float, normals_a: Float, tris_b: Float, normals_b: Float, pairs: Int, limits: Float, room: Float, out: Float
 ) -> tuple[int, int]:
     """Write the corners of as many pairs as there is room for; returns how many corners there are, of how many pairs.
 
-    ``limits`` (3,) are margin, depth and the cosine of the angle.
+    ``limits`` (3,) are margin, depth and the cosine of the angle; ``room`` (6, MAX_CORNERS, 3) is memory.
     """
     found = 0
-    room = np.zeros((6, MAX_CORNERS, 3))
     for pair in range(len(pairs)):
         if found + MAX_CORNERS > len(out):
             return found, pair
@@ -52,6 +53,7 @@ def _facing(
 
 
 @compiled
+@lean
 def _corners_of(
     tri_a: Float, normal_a: Float, tri_b: Float, normal_b: Float, limits: Float, room: Float, out: Float
 ) -> int:
@@ -105,6 +107,7 @@ def _corners_of(
 
 
 @compiled
+@lean
 def _longest2(flat: Float) -> float:
     """Return the square of the longest side of a triangle given in the first rows of ``flat``."""
     longest = 0.0
@@ -115,6 +118,7 @@ def _longest2(flat: Float) -> float:
 
 
 @compiled
+@lean
 def _is_corner(flat: Float, x: float, y: float, size2: float) -> bool:
     """Tell whether a point is a corner of the triangle in the first rows of ``flat``, up to rounding."""
     least = np.inf

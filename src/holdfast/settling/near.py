@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.base.compiled import compiled
+from holdfast.base.compiled import compiled, lean
 from holdfast.contacts.detect import NOMINAL_BREADTH
 from holdfast.contacts.features import Features, touching_features
 from holdfast.contacts.round import feet
@@ -65,10 +65,10 @@ def near_points(
             found.append(np.concatenate([end, foot.normal, [height]])[None])
     pairs = faces.within(one, other, margin)
     if len(pairs):
-        limit, sharp = float(np.cos(np.radians(FACING))), float(np.sin(np.radians(SHARP)))
+        limit, sharp = float(np.cos(np.radians(FACING))), Angles(SHARP, SHARP)
         mesh = [facing_corners(skin_a, skin_b, pairs, margin=margin, depth=depth, cos_angle=limit)]
         features = touching_features(
-            skin_a, skin_b, pairs, gap=margin, depth=depth, sin_angle=sharp, size=size, strict=STRICT * size
+            skin_a, skin_b, pairs, gap=margin, depth=depth, angles=sharp, size=size, strict=STRICT * size
         )
         mesh += [_rows(found_here) for found_here in features]
         rows = np.concatenate(mesh)
@@ -150,6 +150,7 @@ def _cells(rows: Float, side: float) -> Int:
 
 
 @compiled
+@lean
 def _explained(rows: Float, alike: float, good: Bool) -> None:
     """Tell which near points (n,), the deepest first, are no side effect of a smaller overlap or gap beside them.
 

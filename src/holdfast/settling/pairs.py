@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from holdfast.base.arrays import Float, Int
-from holdfast.base.compiled import compiled, dot3
+from holdfast.base.compiled import compiled, dot3, lean
 from holdfast.contacts.skin import near_faces
 from holdfast.settling.poses import Posed
 
@@ -47,6 +47,7 @@ def _way(before: Float, after: Float, body: Posed) -> float:
 
 
 @compiled
+@lean
 def _facing_near(
     pairs: Int,
     low_a: Float,

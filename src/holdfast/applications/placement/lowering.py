@@ -25,6 +25,7 @@ from holdfast.conic.program import ConeKind, ConeProgram
 from holdfast.conic.solve import Outcome, solve
 from holdfast.contacts.features import Features, touching_features
 from holdfast.contacts.skin import Skin, moved_skin, near_faces
+from holdfast.contacts.tolerances import Angles
 from holdfast.geometry.surface import Surface
 from holdfast.geometry.sweep import Swept, hit_distance
 from holdfast.scene.body import Body
@@ -159,7 +160,7 @@ def touching(moved: Moved, pose: Float, stills: Sequence[Still], reach: float) -
             raise SceneError(message(where, "is not given", "add the pair or a default"))
         size = min(moved.size, still.body.size)
         found = touching_features(
-            other, skin, pairs, gap=reach, depth=reach, sin_angle=float(np.sin(np.radians(PARALLEL))),
+            other, skin, pairs, gap=reach, depth=reach, angles=Angles(PARALLEL, PARALLEL),
             size=size, strict=NEGLIGIBLE * size,
         )  # fmt: skip
         for place, normal, gap in starmap(_ends, zip(found, (True, False), strict=True)):

@@ -10,13 +10,14 @@ from __future__ import annotations
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.base.compiled import compiled
+from holdfast.base.compiled import compiled, lean
 
 DISCRIMINANT = 1e-9  # relative |d| below which the push counts as parallel to the side of the cone
 ON_CONE = 1e-7  # c0 over (mu f_n)² below which c0 counts as 0: it is solver noise, and R depends on its square root
 
 
 @compiled
+@lean
 def node_slip(fn: float, f1: float, f2: float, mu: float, en: float, e1: float, e2: float) -> float:
     """Return R_k, the largest s >= 0 with |f_t + s e_t| <= mu (f_n + s e_n), or inf if every s >= 0 satisfies this.
 
