@@ -147,14 +147,17 @@ def test_doubt_about_its_rotation_gives_a_drawn_ball_no_more_points(sigma: tuple
 
 
 def test_a_facet_that_stands_for_a_curved_surface_is_told() -> None:
-    """A drawn tin on its side; not on its end, nor a true cylinder, nor a box with rounded edges."""
+    """A drawn tin on its side; not on its end, nor a true cylinder, a rounded box or half a rod on its flat."""
     side = tin(FACET / 2, drawn()).moved(at(0, 0, 0.04 * np.cos(np.pi / 64), lying(FACET / 2)))
     bar = hf.Mesh(*_prism(np.array(_rounded(0.1, 0.06, 0.005, 8)), 0.2))
+    turn = np.linspace(0, np.pi, 33)
+    arch = hf.Mesh(*_prism(0.04 * np.column_stack([np.cos(turn), np.sin(turn)]), 0.2))
     for body, told in (
         (side, True),
         (hf.Body("end", drawn(), mass=1, pose=at(0, 0, 0.06)), False),
         (tin(FACET / 2), False),
         (hf.Body("bar", bar, mass=1, pose=at(0, 0, 0.03, lying(0))), False),
+        (hf.Body("arch", arch, mass=1, pose=at(0, 0, 0, lying(0))), False),
     ):
         (interface,) = hf.assemble(hf.Scene([FLOOR, body], 0.5)).interfaces
         assert ("facet" in interface.flags) == told

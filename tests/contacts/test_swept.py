@@ -151,3 +151,16 @@ def test_the_rims_of_two_cylinders_end_to_end_are_no_sides() -> None:
     half = np.array([0.0, 0.0, 0.05])
     one, two = Swept(-half, half, 0.05, flat=True), Swept(np.array([0.01, 0, 0.05]), half, 0.04, flat=True)
     assert meeting(one, two, **{**NEAR, "depth": np.inf}) is None
+
+
+def test_cylinders_that_cross_at_a_small_angle_touch_at_a_point_however_wide_the_gap() -> None:
+    """At the ends the surfaces are only 0.06 mm apart, but the normals there differ by 4 degrees."""
+    half = np.array([0.0, 0.06, 0.0])
+    turn = Rotation.from_euler("z", 3, degrees=True).as_matrix()
+    one, two = Swept(np.zeros(3), half, 0.05, flat=True), Swept(np.array([0, 0, 0.08]), turn @ half, 0.03, flat=True)
+    point = meeting(one, two, **{**NEAR, "gap": 1e-3})
+    assert point is not None
+    assert point.ends == pytest.approx(np.full((2, 1, 3), (0, 0, 0.05)), abs=1e-12)
+    line = meeting(one, two, **{**NEAR, "gap": 1e-3, "cos_twist": float(np.cos(np.radians(5)))})
+    assert line is not None
+    assert line.ends.shape == (2, 2, 3)

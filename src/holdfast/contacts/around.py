@@ -80,12 +80,11 @@ def normal_at(skin: Skin, face: int, point: Float, height: float, tiny: float, n
 @lean
 def vertex_rises(skin: Skin, vertex: int, normal: Float, within: Within) -> bool:
     """Whether all edges from a vertex go the way of ``normal``, or fall by no more than the angle."""
-    sin_angle = within.sin_curved if skin.curves[vertex] else within.sin_angle
     v = skin.vertices[vertex]
     for n in range(skin.starts[vertex], skin.starts[vertex + 1]):
         w = skin.vertices[skin.neighbours[n]]
         x, y, z = w[0] - v[0], w[1] - v[1], w[2] - v[2]
-        if x * normal[0] + y * normal[1] + z * normal[2] < -sin_angle * np.sqrt(x * x + y * y + z * z):
+        if x * normal[0] + y * normal[1] + z * normal[2] < -within.sin_angle * np.sqrt(x * x + y * y + z * z):
             return False
     return True
 

@@ -291,7 +291,7 @@ def _on_triangles(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Tole
     pairs = near_but_facets(skin_a, skin_b, gap)
     if not len(pairs) and not facets:
         return None
-    mixed, small = facing_pairs(skin_a, skin_b, pairs, angles)
+    mixed, small = facing_pairs(skin_a, skin_b, pairs, cos_angle=float(np.cos(np.radians(angles.flat))))
     also, _ = facing_polygons(skin_a, skin_b, *locals_, mixed, gap=gap, depth=depth, angles=angles)
     large = [piece for _, pieces in sorted({**facing, **also}.items()) for piece in pieces]
     pairs = np.concatenate([pairs, *(near_faces(skin_a, skin_b, gap, two) for two in left)])

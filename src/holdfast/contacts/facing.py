@@ -38,7 +38,7 @@ class Piece(Value):
         seal(self)
 
 
-def facing_pairs(a: Skin, b: Skin, pairs: Int, angles: Angles) -> tuple[set[tuple[int, int]], Int]:
+def facing_pairs(a: Skin, b: Skin, pairs: Int, *, cos_angle: float) -> tuple[set[tuple[int, int]], Int]:
     """Split ``pairs`` (m, 2) of triangles: faces of which one is large and that are opposed, and what is left (n, 2).
 
     A large face meets a triangle of a small one as a whole. Large faces have their numbers, triangles -1 downwards.
@@ -47,8 +47,7 @@ def facing_pairs(a: Skin, b: Skin, pairs: Int, angles: Angles) -> tuple[set[tupl
     whole = (large_a >= 0) | (large_b >= 0)
     small = pairs[~whole]
     pairs, large_a, large_b = pairs[whole], large_a[whole], large_b[whole]
-    least = angles.cosine(a.curved[pairs[:, 0]] | b.curved[pairs[:, 1]])
-    opposed = (a.normals[pairs[:, 0]] * b.normals[pairs[:, 1]]).sum(1) <= -least
+    opposed = (a.normals[pairs[:, 0]] * b.normals[pairs[:, 1]]).sum(1) <= -cos_angle
     keys_a = np.where(large_a >= 0, large_a, -1 - pairs[:, 0])[opposed]
     keys_b = np.where(large_b >= 0, large_b, -1 - pairs[:, 1])[opposed]
     return set(zip(keys_a.tolist(), keys_b.tolist(), strict=True)), small

@@ -1,4 +1,6 @@
-"""Exact contact of balls, cylinders, capsules and ellipsoids with flat faces, and of all but the last with each other.
+"""Exact contact of balls, cylinders, capsules and ellipsoids: with flat faces, and of all but the last with more.
+
+All but ellipsoids touch each other exactly, too, and sharp edges and corners.
 
 Found on tessellated surfaces, such a contact lies at the nearest vertex, up to half an edge from where it is, or it is
 as wide as a facet. A part of a compound that is round touches as a whole body would, but for what of it lies inside
@@ -18,9 +20,10 @@ import shapely
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.rigid import tangents
+from holdfast.contacts.crisp import on_edges
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.parts import exposed, nearest_part
-from holdfast.contacts.swept import Swept, meeting
+from holdfast.contacts.swept import Meeting, Swept, meeting
 from holdfast.contacts.tolerances import Angles
 from holdfast.geometry.facets import COPLANAR
 from holdfast.geometry.topology import FLAT, SMOOTH
@@ -66,7 +69,7 @@ class _Near(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Foot:
-    """Where a round body or part comes nearest to a flat face, or to a round one, within the tolerance.
+    """Where a round body or part comes nearest to a flat or round face, an edge or a corner, within the tolerance.
 
     ``ends`` (1 or 2, 3) [m] is a point or a line halfway between the surfaces, ``normal`` (3,) points into the second
     body, and ``heights`` (1 or 2,) [m] are the distances there, negative where the bodies overlap. ``reach`` [m] is how
@@ -94,11 +97,11 @@ class Foot:
 
 
 def feet(a: Body, b: Body, *, gap: float, depth: float, breadth: float, angles: Angles) -> list[Foot]:
-    """Find where round bodies and parts touch flat or round faces of the other body, from -depth to gap [m] above them.
+    """Find where round bodies and parts touch the other body, from -depth to gap [m] above it.
 
-    Faces that are part of a tessellated curved surface do not count, nor does a flat end of a cylinder that lies along
-    the face, to within the angle. Where two parts of one body touch at the same place, to within ``breadth`` [m], the
-    first one counts.
+    They touch flat faces, sharp edges and corners, and other round parts. Faces that are part of a tessellated curved
+    surface do not count, nor does a flat end of a cylinder that lies along the face, to within the angle. Where two
+    parts of one body touch at the same place, to within ``breadth`` [m], the first one counts.
     """
     found: list[Foot] = []
     seen = gap + a.shape.surface.sagitta + b.shape.surface.sagitta
@@ -108,10 +111,11 @@ def feet(a: Body, b: Body, *, gap: float, depth: float, breadth: float, angles: 
         if _has_flat_faces(other.shape):
             for smooth in rounds:
                 found += _feet(smooth, other, sign, near)
+                found += _on_edges(smooth, other, sign, near)
     for one, two in product(round_a, round_b):
         found += _between_rounds(one, two, near)
     several: list[Foot] = []
-    for foot in found:
+    for foot in sorted(found, key=lambda foot: -len(foot.ends)):  # an end of a line is no point of its own
         if not any(each.is_near(foot.ends, foot.normal, breadth).all() for each in several):
             several.append(foot)
     return several
@@ -209,17 +213,38 @@ def _between_rounds(one: Smooth, two: Smooth, near: _Near) -> Iterator[Foot]:
     if found is None:
         return
     whole = float(np.linalg.norm(a.half) + np.linalg.norm(b.half)) + a.radius + b.radius
-    reach = min(whole, float(np.sqrt(8 * near.seen / max(found.bend, 1e-300))))
-    for spans in product(
-        *(exposed(each.body, each.number, end) for each, end in zip((one, two), found.ends, strict=True))
+    yield from _shown([one, two], found, found.normal, whole, near.seen)
+
+
+def _on_edges(of: Smooth, other: Body, sign: float, near: _Near) -> Iterator[Foot]:
+    """Yield where a round part touches sharp edges and corners of another body, unless inside parts of its own."""
+    swept, local = of.swept, other.shape.surface.reduced
+    if swept is None or local.roughness.slope or not len(local.crisp):
+        return
+    whole = 2 * (float(np.linalg.norm(swept.half)) + swept.radius)
+    for found in on_edges(
+        swept,
+        other.reduced_world,
+        local.crisp,
+        gap=near.gap,
+        depth=near.depth,
+        cos_twist=near.cos_curved,
+        cos_side=near.cos_angle,
     ):
+        yield from _shown([of], found, -sign * found.normal, whole, near.seen)
+
+
+def _shown(of: Sequence[Smooth], found: Meeting, normal: Float, whole: float, seen: float) -> Iterator[Foot]:
+    """Yield what of a contact of round parts ``of`` lies inside no other part of their bodies.
+
+    ``whole`` [m] is no less than the bodies' size, and ``seen`` [m] how far tessellated surfaces may be apart there.
+    """
+    reach = min(whole, max(2 * seen, float(np.sqrt(8 * seen / max(found.bend, 1e-300)))))
+    for spans in product(*(exposed(each.body, each.number, end) for each, end in zip(of, found.ends, strict=False))):
         start, stop = max(span[0] for span in spans), min(span[1] for span in spans)
         if start <= stop:
-            (end_a, end_b), heights = (
-                [_between(each, start, stop) for each in found.ends],
-                _between(found.heights, start, stop),
-            )
-            yield Foot(one, (end_a + end_b) / 2, found.normal, heights, reach)
+            middle = _between(found.ends.mean(0), start, stop)
+            yield Foot(of[0], middle, normal, _between(found.heights, start, stop), reach)
 
 
 def _between(values: Float, start: float, stop: float) -> Float:

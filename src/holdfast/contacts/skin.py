@@ -25,8 +25,7 @@ class Skin(NamedTuple):
     the highest corner of all of them; ``faces`` (F, 3) and the fields of Topology; ``mean`` (V, 3) normals of smooth
     vertices, zero at sharp ones; ``owns_vertex`` and ``owns_edge`` (F, 3) give every vertex and edge to one face;
     ``outward`` (F, 3, 3) are the unit directions in a face's plane across its edges, away from it; ``facet`` (F,) is
-    the large flat face a triangle is part of, or -1. ``curved`` (F,) marks the faces that stand for a curved surface,
-    and ``curves`` (V,) the vertices of such faces.
+    the large flat face a triangle is part of, or -1. ``curved`` (F,) marks the faces that stand for a curved surface.
     """
 
     vertices: Float
@@ -48,7 +47,6 @@ class Skin(NamedTuple):
     outward: Float
     facet: Int
     curved: Bool
-    curves: Bool
 
     @classmethod
     def of(cls, body: Body) -> Skin:
@@ -60,8 +58,6 @@ class Skin(NamedTuple):
         number = np.arange(count)[:, None]
         triangles = surface.vertices[faces]
         low, high = triangles.min(1), triangles.max(1)
-        curves = np.zeros(len(surface.vertices), dtype=bool)
-        curves[faces[local.curved]] = True
         skin = cls(
             np.ascontiguousarray(surface.vertices),
             np.ascontiguousarray(triangles),
@@ -82,7 +78,6 @@ class Skin(NamedTuple):
             _outward(triangles, surface.normals),
             local.facets.label,
             local.curved,
-            curves,
         )
         return sealed(skin)
 

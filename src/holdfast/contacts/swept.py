@@ -1,7 +1,7 @@
-"""Where balls, capsules and the sides of cylinders come nearest to each other, in closed form.
+"""Where balls, capsules and the sides of cylinders come nearest to each other, and to edges, in closed form.
 
 Each is a ball, or a disc, swept along a piece of an axis: the nearest points of two axes are those of the surfaces, but
-for the radii.
+for the radii. That of an edge is zero.
 """
 
 from __future__ import annotations
@@ -114,5 +114,5 @@ def _bends(one: Swept, two: Swept, normal: Float) -> Float:
     bends = np.zeros((3, 3))
     for each in (one, two):
         along = flat @ each.along
-        bends += (flat - np.outer(along, along)) / each.radius
+        bends += (flat - np.outer(along, along)) / max(each.radius, TINY * (one.radius + two.radius))
     return np.asarray(np.linalg.eigvalsh(bends)[1:])

@@ -18,7 +18,7 @@ from holdfast.geometry.curved import curved_faces
 from holdfast.geometry.facets import Facets, balanced
 from holdfast.geometry.roughness import NONE, Roughness, roughness_of
 from holdfast.geometry.solid import closed_solid
-from holdfast.geometry.topology import Topology
+from holdfast.geometry.topology import SMOOTH, Topology
 
 STRAIGHT = 1e-8  # of its size: how far a surface may bend and still count as flat when triangles are left out
 HUB = 64  # spokes: a fan with more is cut anew before it is reduced
@@ -93,6 +93,13 @@ class Surface(Value):
         if self.roughness.slope:
             return np.zeros(len(self.faces), dtype=bool)
         return frozen(curved_faces(self.vertices, self.faces, self.areas, self.topology))
+
+    @cached_property
+    def crisp(self) -> Int:
+        """(n,) its sharp edges that stick out, but for those that bound a curved surface."""
+        bend, sides = self.topology.bend, self.topology.sides
+        sharp = np.flatnonzero((bend >= SMOOTH) & np.isfinite(bend))
+        return frozen(sharp[~self.curved[sides[sharp]].any(1)])
 
     @cached_property
     def reduced(self) -> Surface:

@@ -1,0 +1,53 @@
+"""Where balls, capsules and the sides of cylinders touch sharp edges and corners of another body, in closed form."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from holdfast.base.arrays import Float, Int
+from holdfast.contacts.swept import Meeting, Swept, meeting
+from holdfast.geometry.surface import Surface
+
+ROUNDING = 1e-9  # sine of the angle by which what is over an edge may seem to be over a face beside it
+
+
+def on_edges(
+    one: Swept, surface: Surface, edges: Int, *, gap: float, depth: float, cos_twist: float, cos_side: float
+) -> Iterator[Meeting]:
+    """Yield where a swept body touches ``edges`` (n,) of a closed ``surface``; normals point into the latter.
+
+    The tolerances are those of ``meeting``. An edge is touched where it is nearer than the faces beside it, and its end
+    where it is nearer than all that leads away from there.
+    """
+    ends = surface.vertices[surface.topology.edges[edges]]
+    box = [one.centre - np.abs(one.half) - one.radius - gap, one.centre + np.abs(one.half) + one.radius + gap]
+    near = ((ends.min(1) <= box[1]) & (ends.max(1) >= box[0])).all(1)
+    for edge, (start, stop) in zip(edges[near].tolist(), ends[near], strict=True):
+        two = Swept((start + stop) / 2, (stop - start) / 2, 0.0, flat=False)
+        found = meeting(one, two, gap=gap, depth=depth, cos_twist=cos_twist, cos_side=cos_side)
+        if found is not None and _is_nearest(surface, edge, found):
+            yield found._replace(bend=min(found.bend, 1 / one.radius))  # what is beside an edge may lie along the round
+
+
+def _is_nearest(surface: Surface, edge: int, found: Meeting) -> bool:
+    """Tell whether nothing beside the edge, or around its end, comes nearer."""
+    topology, away = surface.topology, -found.normal
+    ends = topology.edges[edge]
+    place = found.ends[1].mean(0)
+    for k in range(2):
+        corner, along = surface.vertices[ends[k]], surface.vertices[ends[1 - k]] - surface.vertices[ends[k]]
+        if float((place - corner) @ along) <= ROUNDING * float(along @ along):
+            around = topology.neighbours[topology.starts[ends[k]] : topology.starts[ends[k] + 1]]
+            arms = surface.vertices[around] - corner
+            return bool((arms @ away <= ROUNDING * np.linalg.norm(arms, axis=1)).all())
+    return all(float(_outward(surface, face, edge) @ away) >= -ROUNDING for face in topology.sides[edge].tolist())
+
+
+def _outward(surface: Surface, face: int, edge: int) -> Float:
+    """Return the unit direction (3,) in the plane of a face across one of its edges, away from the face."""
+    k = int(np.argmax(surface.topology.of_face[face] == edge))
+    start, stop = (surface.vertices[surface.faces[face, (k + m) % 3]] for m in range(2))
+    out = np.cross(stop - start, surface.normals[face])
+    return np.asarray(out / np.linalg.norm(out))
