@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from placed import at
+from scipy.spatial.transform import Rotation
 
 import holdfast as hf
 from holdfast.assembly.nodes import contact_nodes
@@ -31,3 +33,20 @@ def test_a_flat_box_on_a_steep_slope_slides_down_and_nothing_else_moves(lean: tu
 def test_a_box_that_stands_has_no_such_motion() -> None:
     assembly = hf.assemble(hf.Scene([floor(), box("box", (0.1, 0.1, 0.02), 1, (0, 0, 0.01))], 0.5))
     assert least_motion(assembly, contact_nodes(assembly, 4, "corners"), assembly.weight_wrench()) is None
+
+
+@pytest.mark.parametrize("yaw", [0, 15, 90, 222])
+@pytest.mark.parametrize(("degrees", "mu"), [(5, 0.5), (8, 0.8), (16, 0.2), (20, 0.5), (25, 0.8)])
+def test_a_rod_rolls_down_a_slope_although_the_program_for_its_forces_is_not_solved(
+    degrees: float, mu: float, yaw: float
+) -> None:
+    """A quarter of such verdicts was undecided: numerical trouble in the solver."""
+    turn = Rotation.from_euler("ZX", (yaw, degrees), degrees=True).as_matrix()
+    across = turn @ Rotation.from_euler("y", 90, degrees=True).as_matrix()
+    slope = hf.Body("slope", hf.Box((1, 1, 0.1)), fixed=True, pose=at(*turn @ (0, 0, -0.05), turn))
+    rod = hf.Body("rod", hf.Cylinder(0.04, 0.2), mass=1, pose=at(*turn @ (0, 0, 0.04), across))
+    for engine in ("limit", "compliant"):
+        found = hf.stability(hf.assemble(hf.Scene([slope, rod], mu)), engine=engine)
+        assert found.status == "unstable"
+        assert found.mechanism is not None
+        assert found.mechanism.twists[0, :3] @ (turn @ (0, -np.sin(np.radians(degrees)), 0)) > 0

@@ -54,11 +54,8 @@ def find_rest(assembly: Assembly, wrench: Float, nodes: ContactNodes | None = No
         if solution.forces is not None and solution.residual <= ACCEPTED_RESIDUAL:
             forces, residual = solution.forces, solution.residual
             return Rest(points, forces, _stable(assembly, points, forces, residual, solution.dilatancy))
-        if solution.twists is not None and not given:
-            least = least_motion(assembly, points, wrench)
-            verdict = None if least is None else _falls(assembly, points, wrench, least)
-            if verdict is None or verdict.status is not Status.UNSTABLE:
-                verdict = _falls(assembly, points, wrench, solution.twists)
+        verdict = None if given or solution.forces is not None else _fall(assembly, points, wrench, solution.twists)
+        if verdict is not None:
             slow = Rest(points, np.zeros((len(points), 3)), verdict)
             if not _hardly_falls(verdict, wrench):
                 return slow
@@ -178,6 +175,19 @@ def _loose(assembly: Assembly, group: tuple[str, ...]) -> str:
         return f"{text}; {inside} is {gap:.3g} m from {outside}, its nearest: are all poses in metres?"
     remedy = "settle the scene, or raise gap, if they should touch"
     return f"{text}; {place} (the gap tolerance is {own.gap * 1e3:.3g} mm: {remedy})"
+
+
+def _fall(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float | None) -> Verdict | None:
+    """Return the verdict that a motion proves: the least one, or ``twists`` (J, 6) of the program for the forces.
+
+    That program may end in numerical trouble where bodies fall, as a rod on a slope that touches along a line. The
+    least motion then proves it, or nothing does, and the result is None.
+    """
+    least = least_motion(assembly, nodes, wrench)
+    verdict = None if least is None else _falls(assembly, nodes, wrench, least)
+    if verdict is not None and verdict.status is Status.UNSTABLE:
+        return verdict
+    return None if twists is None else _falls(assembly, nodes, wrench, twists)
 
 
 def _falls(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float) -> Verdict:
