@@ -107,3 +107,14 @@ def test_a_ball_over_a_face_does_not_touch_the_edge_beside_it() -> None:
         (interface,) = hf.assemble(hf.Scene([box, ball], 0.5), gap=1e-4).interfaces
         assert len(interface.patches) == kinds
         assert interface.patches[0].polygon[0] == pytest.approx((x, 0, 0), abs=1e-9)
+
+
+def test_a_peg_that_stands_near_an_edge_does_not_overlap_it_by_its_side() -> None:
+    """Its axis ends 3 mm from the edge, less than its radius; settled, it stays where it is."""
+    shelf = hf.Body("shelf", hf.Box((0.2, 0.2, 0.02)), pose=at(0, 0, -0.01), fixed=True)
+    peg = hf.Body("peg", hf.Cylinder(0.005, 0.02), mass=0.1, pose=at(0.097, 0, 0.01))
+    (interface,) = hf.assemble(hf.Scene([shelf, peg], 0.5)).interfaces
+    assert {patch.kind for patch in interface.patches} == {"face"}
+    settled = hf.settle(hf.Scene([shelf, peg], 0.5))
+    assert settled.status == "stable"
+    assert settled.moved == pytest.approx([0], abs=1e-6)

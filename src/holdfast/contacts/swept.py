@@ -62,7 +62,7 @@ def meeting(one: Swept, two: Swept, *, gap: float, depth: float, cos_twist: floa
 
     They touch along a line if both ends of what of them lies side by side are near enough, and the normals there
     enclose no more than the angle of ``cos_twist``, and else where they are nearest. The normal has to stand on the
-    sides of those with flat ends, to within the angle of ``cos_side``, and two rims alone are no sides.
+    sides of those with flat ends, to within the angle of ``cos_side``. What overlaps by a rim need not do so by a side.
     """
     nearest = _nearest(one, two)
     for pairs in (_side_by_side(one, two), [nearest]):
@@ -75,8 +75,10 @@ def meeting(one: Swept, two: Swept, *, gap: float, depth: float, cos_twist: floa
         if ((heights < -depth) | (heights > gap)).any() or float(normals[0] @ normals[-1]) < cos_twist:
             continue
         normal = unit(normals.sum(0))
-        rims = one.flat and two.flat and len(pairs) == 1 and abs(nearest[0]) == 1 == abs(nearest[1])
-        if not rims and all(not it.flat or float(it.along @ normal) ** 2 <= 1 - cos_side**2 for it in (one, two)):
+        rim = len(pairs) == 1 and ((one.flat and abs(nearest[0]) == 1) or (two.flat and abs(nearest[1]) == 1))
+        if not (rim and heights[0] < -TINY * (one.radius + two.radius)) and all(
+            not it.flat or float(it.along @ normal) ** 2 <= 1 - cos_side**2 for it in (one, two)
+        ):
             of_one = [one.at(share) + one.radius * way for (share, _), way in zip(pairs, normals, strict=True)]
             of_two = [two.at(other) - two.radius * way for (_, other), way in zip(pairs, normals, strict=True)]
             bends = _bends(one, two, normal)

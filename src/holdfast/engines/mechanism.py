@@ -12,7 +12,7 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, joined_nodes, reordered_nodes
 from holdfast.base.archive import archived, to_dict
-from holdfast.base.arrays import Float, Int, frozen
+from holdfast.base.arrays import Bool, Float, Int, frozen
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.kinds import shaped
 from holdfast.base.rigid import shift_twist
@@ -181,6 +181,12 @@ def relative_velocity(nodes: ContactNodes, com: Float, twists: Float) -> Float:
         twist = twists[body[free]]
         velocity[free] += sign * (twist[:, :3] + np.cross(twist[:, 3:], nodes.points[free] - com[body[free]]))
     return np.asarray(np.einsum("ikx,ix->ik", nodes.axes, velocity))
+
+
+def moving_bodies(motion: Float, scale: Float) -> Bool:
+    """Tell which bodies (J,) do not about rest in a motion (6J,), whose units are ``scale`` (6J,)."""
+    speeds = np.abs(motion / scale).reshape(-1, 6).max(axis=1)
+    return np.asarray(speeds > AT_REST * speeds.max(initial=0.0))
 
 
 def modes_of(velocities: Float, mu: Float) -> list[Mode]:

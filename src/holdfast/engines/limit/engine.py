@@ -127,7 +127,6 @@ class LimitState:
     assembly: Assembly
     wrench: Float
     rest: Rest
-    cuts: Cuts = field(default_factory=Cuts, init=False, repr=False)
     _certifying: Lock = field(default_factory=Lock, init=False, repr=False)
 
     def verdict(self) -> Verdict:
@@ -260,6 +259,11 @@ class LimitState:
 
     def _family(self, columns: Float, where: str) -> Family:
         return Family(where, self.proofs, columns)
+
+    @cached_property
+    def cuts(self) -> Cuts:
+        """Bounds that solved loads prove for others; asked for by one thread at a time."""
+        return Cuts(self.proofs.program.scales.motion)
 
     @cached_property
     def proofs(self) -> Proofs:

@@ -26,7 +26,7 @@ from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import solve
 from holdfast.engines.cones import FrictionCone
 from holdfast.engines.limit.rounding import DOWN, EXTENDED, LEAST, UP, Equilibrium, gamma, inner
-from holdfast.engines.mechanism import AT_REST
+from holdfast.engines.mechanism import moving_bodies
 
 TIGHT = 5e-7  # share of a bound: one that mending raised by less needs no better one
 FAINT = 1e-100  # of the largest component of a motion: smaller ones are zero, so that products do not underflow
@@ -119,8 +119,7 @@ class Repair:
         """
         for share in STICKING if len(motion) <= LARGEST else ():
             yield motion - self._sliding(motion, self._stuck(motion, share)), np.ones(len(motion) // 6, dtype=bool)
-        speeds = np.abs(motion / self.scale).reshape(-1, 6).max(axis=1)
-        moving = np.asarray(speeds > AT_REST * speeds.max())
+        moving = moving_bodies(motion, self.scale)
         yield np.where(np.repeat(moving, 6), motion, 0.0), moving
 
     def _stuck(self, motion: Float, share: float) -> Bool:
