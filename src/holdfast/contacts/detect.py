@@ -23,7 +23,7 @@ from holdfast.contacts.materials import by_material
 from holdfast.contacts.merging import merged
 from holdfast.contacts.occlusion import Fronts, Pair
 from holdfast.contacts.patches import face_patches, line_patches, point_patches
-from holdfast.contacts.round import feet, not_at
+from holdfast.contacts.round import feet, meet_smoothly, not_at
 from holdfast.contacts.skin import LARGE, Skin, in_reach, near_boxes, near_but_facets, near_faces, near_facets
 from holdfast.contacts.tolerances import Tolerances, plain_gap
 from holdfast.scene.body import Body
@@ -257,7 +257,7 @@ def find_patches(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Toler
     """
     gap, depth, size = tolerances.gap, tolerances.depth, min(a.size, b.size)
     breadth = NOMINAL_BREADTH * size
-    found = _on_triangles(a, b, skin_a, skin_b, tolerances)
+    found = [] if meet_smoothly(a, b) else _on_triangles(a, b, skin_a, skin_b, tolerances)
     if found is None:
         return ()
     exact = feet(a, b, gap=gap, depth=depth, breadth=breadth, angles=tolerances.angles)

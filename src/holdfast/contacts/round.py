@@ -48,7 +48,7 @@ class Smooth(NamedTuple):
     def swept(self) -> Swept | None:
         """The ball or disc swept along its axis; None for an ellipsoid."""
         shape = self.shape
-        if not (shape.has_flat_ends or (shape.radii == shape.radii[0]).all()):
+        if not shape.is_swept:
             return None
         half = shape.half * self.pose[:3, 2]
         return Swept(self.pose[:3, 3], half, float(shape.radii[0]), shape.has_flat_ends)
@@ -119,6 +119,12 @@ def feet(a: Body, b: Body, *, gap: float, depth: float, breadth: float, angles: 
         if not any(each.is_near(foot.ends, foot.normal, breadth).all() for each in several):
             several.append(foot)
     return several
+
+
+def meet_smoothly(a: Body, b: Body) -> bool:
+    """Tell whether two bodies are balls or capsules: convex and smooth, so that ``feet`` finds all their contacts."""
+    shapes = [round_of(body.shape) for body in (a, b)]
+    return all(shape is not None and shape.is_swept and not shape.has_flat_ends for shape in shapes)
 
 
 def not_at(feet: Sequence[Foot], patches: Sequence[Patch]) -> list[Patch]:

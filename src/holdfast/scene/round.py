@@ -124,6 +124,11 @@ class Round(NamedTuple):
         """Whether the shape is a cylinder."""
         return float(self.radii[2]) == 0
 
+    @property
+    def is_swept(self) -> bool:
+        """Whether the shape is a ball or a disc swept along its axis."""
+        return self.has_flat_ends or bool((self.radii == self.radii[0]).all())
+
     def spread(self, gap: float, normal: Float) -> float:
         """Return twice how far from where it touches a plane the surface rises by ``gap`` [m], where it is flattest.
 
