@@ -100,13 +100,21 @@ def test_a_cylinder_along_an_edge_touches_along_it(roll: float) -> None:
     assert [patch.kind for patch in found["floor", "rod"]] == ["line"]
 
 
-def test_a_ball_over_a_face_does_not_touch_the_edge_beside_it() -> None:
+@pytest.mark.parametrize(
+    "nearest", [(0.0985, 0, 0), (0.0999, 0, 0), (0.1, 0, 0), (0.1, 0.0985, 0), (0.1, 0.1, 0), (0.0985, 0.0985, 0)]
+)
+def test_a_ball_touches_what_is_nearest_and_not_the_edges_and_corners_beside_it(
+    nearest: tuple[float, float, float],
+) -> None:
+    """All of them are within the gap; it leans outwards over an edge or a corner, and stands upright over the face."""
     box = hf.Body("box", hf.Box((0.2, 0.2, 0.1)), pose=at(0, 0, -0.05), fixed=True)
-    for x, kinds in ((0.0999, 1), (0.1, 1)):
-        ball = hf.Body("ball", hf.Sphere(0.04), mass=1, pose=at(x, 0, 0.04, spun(1)))
-        (interface,) = hf.assemble(hf.Scene([box, ball], 0.5), gap=1e-4).interfaces
-        assert len(interface.patches) == kinds
-        assert interface.patches[0].polygon[0] == pytest.approx((x, 0, 0), abs=1e-9)
+    way = np.array([float(nearest[0] == 0.1), float(nearest[1] == 0.1), 1.0])
+    way /= np.linalg.norm(way)
+    ball = hf.Body("ball", hf.Sphere(0.04), mass=1, pose=at(*np.array(nearest) + 0.04 * way, spun(1)))
+    (interface,) = hf.assemble(hf.Scene([box, ball], 0.5), gap=1e-4).interfaces
+    (patch,) = interface.patches
+    assert patch.polygon[0] == pytest.approx(nearest, abs=1e-9)
+    assert patch.normal == pytest.approx(way, abs=1e-9)
 
 
 def test_a_peg_that_stands_near_an_edge_does_not_overlap_it_by_its_side() -> None:
