@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import trimesh
 from placed import at
 from scipy.spatial.transform import Rotation
 
@@ -182,3 +183,13 @@ def _prism(outline: Float, length: float) -> tuple[Float, Float]:
     fan = np.column_stack([np.zeros(n - 2, dtype=int), i[1:-1], i[2:]])
     sides = [np.column_stack([i, j, j + n]), np.column_stack([i, j + n, i + n])]
     return np.vstack(ends), np.vstack([*sides, fan[:, ::-1], fan + n])
+
+
+@pytest.mark.parametrize("roll", [0.0, FACET / 2])
+def test_a_rod_in_a_drawn_pipe_leans_on_its_facets_and_that_is_told(roll: float) -> None:
+    """At its lowest the pipe has an edge, where the rod touches two facets along a line each."""
+    drawn_pipe = trimesh.creation.annulus(r_min=0.05, r_max=0.06, height=0.3, sections=64)
+    pipe = hf.Body("pipe", hf.Mesh(drawn_pipe.vertices, drawn_pipe.faces), fixed=True, pose=at(turn=lying(0)))
+    rod = hf.Body("rod", hf.Cylinder(0.02, 0.25), mass=1, pose=at(0, 0, -0.03, lying(roll)))
+    (interface,) = hf.assemble(hf.Scene([pipe, rod], 0.5)).interfaces
+    assert "facet" in interface.flags

@@ -28,8 +28,8 @@ def flags_of(a: Body, b: Body, patches: Sequence[Patch], gap: float, *, hidden: 
     - fragile: the bodies may lose half of the contact area if one is moved sideways by the gap.
     - ambiguous_gap: surfaces are somewhere further apart, or overlap by more, than half the gap, so another gap gives
       another interface.
-    - facet: a face lies on a facet that stands for a curved surface. If that surface is smooth in truth, it touches
-      along a line or at a point, and the body rolls.
+    - facet: a face lies on a facet that stands for a curved surface, or a line on such a one of a mesh. If that surface
+      is smooth in truth, it touches elsewhere or along a line or at a point, and the body rolls.
     - occluded: a third body between the two hides a part.
     - not_manifold: a surface is not closed, so the overlap is estimated.
     - orientation_unknown: it is not known which side of a surface is the inside.
@@ -55,15 +55,16 @@ def flags_of(a: Body, b: Body, patches: Sequence[Patch], gap: float, *, hidden: 
 
 
 def _on_facet(body: Body, patches: Sequence[Patch], outward: float) -> bool:
-    """Tell whether the middle of a face patch lies on a triangle of a body that stands for a curved surface.
+    """Tell whether the middle of a face, or of a line on a mesh, lies on a triangle that stands for a curved surface.
 
-    ``outward`` is 1 if the normals of patches point out of the body, and -1 if they point into it.
+    Lines on shapes lie where their true surface does. ``outward`` is 1 if the normals of patches point out of the body,
+    and -1 if they point into it.
     """
     surface = body.shape.surface
     if not surface.curved.any():
         return False
     for patch in patches:
-        if patch.kind != "face":
+        if patch.kind != "face" and (patch.kind != "line" or surface.sagitta > 0):
             continue
         alike = outward * (surface.normals @ (patch.normal @ body.pose[:3, :3])) >= ALIKE
         if (alike & surface.curved).any():
