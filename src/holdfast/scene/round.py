@@ -30,9 +30,9 @@ class Capsule(Value):
     """A cylinder about the z axis with a half ball of the same ``radius`` [m] on either end, centred on its frame.
 
     ``length`` [m] is the distance of the centres of the half balls, that is the height of the cylinder alone. Contacts
-    with flat faces, balls, other capsules and the sides of cylinders are exact; others are those of an inscribed
-    surface with ``segments`` sides. The mass properties are exact. Raises GeometryError if a length is not positive, or
-    if ``segments`` is not a multiple of four up to 1,000.
+    with flat faces, sharp edges, balls, other capsules and the sides of cylinders are exact; others are those of an
+    inscribed surface with ``segments`` sides. The mass properties are exact. Raises GeometryError if a length is not
+    positive, or if ``segments`` is not a multiple of four up to 1,000.
     """
 
     radius: float

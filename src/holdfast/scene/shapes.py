@@ -82,10 +82,11 @@ class Box(Value):
 class Cylinder(Value):
     """A cylinder about the z axis, centred on the origin of its frame; ``radius`` and ``height`` are in metres.
 
-    Its side touches flat faces, balls, capsules and other cylinders where the true cylinder does. All its other
-    contacts are those of an inscribed prism with ``segments`` sides, whose end faces are smaller by a share of 2π²/(3
-    segments²); with ten segments or fewer, it is that prism in all contacts. The mass properties are those of the true
-    cylinder. Raises GeometryError if a length is not positive, or if ``segments`` is not between 3 and 10,000.
+    Its side touches flat faces, sharp edges and corners, balls, capsules and other cylinders where the true cylinder
+    does. All its other contacts are those of an inscribed prism with ``segments`` sides, whose end faces are smaller by
+    a share of 2π²/(3 segments²); with ten segments or fewer, it is that prism in all contacts. The mass properties are
+    those of the true cylinder. Raises GeometryError if a length is not positive, or if ``segments`` is not between 3
+    and 10,000.
     """
 
     radius: float
@@ -132,10 +133,10 @@ class Cylinder(Value):
 class Sphere(Value):
     """A ball centred on the origin of its frame; ``radius`` is in metres.
 
-    It touches flat faces, capsules, the sides of cylinders and other balls where the true ball does. All its other
-    contacts are those of an inscribed icosahedron that is subdivided ``subdivisions`` times. The mass properties are
-    those of the true ball. Raises GeometryError if the radius is not positive, or if ``subdivisions`` is not
-    between 0 and 6.
+    It touches flat faces, sharp edges and corners, capsules, the sides of cylinders and other balls where the true ball
+    does. All its other contacts are those of an inscribed icosahedron that is subdivided ``subdivisions`` times. The
+    mass properties are those of the true ball. Raises GeometryError if the radius is not positive, or if
+    ``subdivisions`` is not between 0 and 6.
     """
 
     radius: float
