@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from holdfast.base.arrays import Float, Int
+from holdfast.base.arrays import Int
+from holdfast.contacts.skin import outward
 from holdfast.contacts.swept import Meeting, Swept, meeting
 from holdfast.geometry.surface import Surface
 
@@ -42,12 +43,6 @@ def _is_nearest(surface: Surface, edge: int, found: Meeting) -> bool:
             around = topology.neighbours[topology.starts[ends[k]] : topology.starts[ends[k] + 1]]
             arms = surface.vertices[around] - corner
             return bool((arms @ away <= ROUNDING * np.linalg.norm(arms, axis=1)).all())
-    return all(float(_outward(surface, face, edge) @ away) >= -ROUNDING for face in topology.sides[edge].tolist())
-
-
-def _outward(surface: Surface, face: int, edge: int) -> Float:
-    """Return the unit direction (3,) in the plane of a face across one of its edges, away from the face."""
-    k = int(np.argmax(surface.topology.of_face[face] == edge))
-    start, stop = (surface.vertices[surface.faces[face, (k + m) % 3]] for m in range(2))
-    out = np.cross(stop - start, surface.normals[face])
-    return np.asarray(out / np.linalg.norm(out))
+    beside = topology.sides[edge]
+    across = outward(surface.vertices[surface.faces[beside]], surface.normals[beside])[topology.of_face[beside] == edge]
+    return bool((across @ away >= -ROUNDING).all())

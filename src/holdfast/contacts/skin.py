@@ -75,7 +75,7 @@ class Skin(NamedTuple):
             _smooth_normals(surface, topology),
             owner[faces] == number,
             topology.sides[topology.of_face, 0] == number,
-            _outward(triangles, surface.normals),
+            outward(triangles, surface.normals),
             local.facets.label,
             local.curved,
         )
@@ -87,8 +87,8 @@ def _box(low: Float, high: Float) -> Float:
     return np.array([[column.min() for column in low.T], [column.max() for column in high.T]])
 
 
-def _outward(triangles: Float, normals: Float) -> Float:
-    """(F, 3, 3) across the k-th edge of each face."""
+def outward(triangles: Float, normals: Float) -> Float:
+    """Return the unit directions (F, 3, 3) in the plane of each face across its k-th edge, away from the face."""
     across = np.cross(np.roll(triangles, -1, axis=1) - triangles, normals[:, None])
     length = np.linalg.norm(across, axis=2, keepdims=True)
     return np.ascontiguousarray(across / np.maximum(length, 1e-300))

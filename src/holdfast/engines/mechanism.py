@@ -184,7 +184,7 @@ def relative_velocity(nodes: ContactNodes, com: Float, twists: Float) -> Float:
 
 
 def moving_bodies(motion: Float, scale: Float) -> Bool:
-    """Tell which bodies (J,) do not about rest in a motion (6J,), whose units are ``scale`` (6J,)."""
+    """Tell which bodies (J,) move noticeably in a motion (6J,), whose components have the units ``scale`` (6J,)."""
     speeds = np.abs(motion / scale).reshape(-1, 6).max(axis=1)
     return np.asarray(speeds > AT_REST * speeds.max(initial=0.0))
 

@@ -19,8 +19,9 @@ class Cuts:
     ``motions`` (6J,) are the collapse mechanisms of the solved loads that the rows come from. ``certain`` says whether
     the lower bounds of all loads that were learned are proved. ``scale`` (6J,) are units of the motion of every body.
 
-    A row is zero for bodies that hardly move. A motion that lifts nothing, as of a body that rolls, costs no more than
-    rounding; by what the solver left of other bodies' motion it would bound pushes on these, and 5 % too low.
+    A row is zero for bodies that hardly move. A motion that lifts nothing, as that of a body that rolls, costs no more
+    than rounding. What the solver leaves of another body's motion beside it would then bound pushes on that body, and
+    by up to 9 % too low.
     """
 
     scale: Float
