@@ -34,7 +34,7 @@ FASTEST = 4.0  # largest growth of the step from one point to the next
 CAREFUL = 1.0  # largest growth after a step that failed
 RECOVERY = 1.4  # factor by which the largest growth recovers from one point to the next
 MOST_NEWTON, EASY = 16, 8  # steps of Newton's method for one point, and those after which it counts as found easily
-FIRST_NEWTON, FIRST_SHARE = 30, 0.01  # for the first point, and the least share of one: which idle faces part is open
+FIRST_NEWTON, FIRST_SHARE = 60, 0.01  # for the first point, and the least share of one: which idle faces part is open
 TURN = 0.3  # wanted correction of a point, as a share of the step
 AWAY = 0.7  # distance from where the directions at both ends lead, as a share of the motion, that hints at a branch
 HARDLY_AWAY = 0.4  # the same for points that are not found easily
@@ -238,6 +238,8 @@ def advance(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> 
         most = AWAY if first or point.systems <= EASY else HARDLY_AWAY
         now.doubted = torn(work, point.sign, now.orientation, q, stepper.tangent, trial, now.step, most)
         if now.doubted:  # once: where the path has a sharp corner every step is torn
+            if first and point.s > now.s:
+                lead(work, stepper, point.s)
             now.step *= SHORTER
             return Event.TORN
     if not point.converged or (backward and now.shortened < SHORTENINGS - 1):
@@ -249,6 +251,22 @@ def advance(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> 
     land(work, stepper, point.s, point.sign)
     now.carried = carried(m, q)
     return Event.ADVANCED
+
+
+@compilable
+@lean
+def lead(work: Work, stepper: Stepper, s: float) -> None:
+    """Let the path begin straight towards the point that was tried, with load ``s``, instead of along its direction.
+
+    At rest many faces touch without force, and which of them part is not known before the first point is. Up to there
+    all displacements are in proportion to the load, as long as nothing else changes.
+    """
+    now, q, trial, tangent = stepper.now, stepper.q, stepper.trial, stepper.tangent
+    n = len(q)
+    go(tangent, trial, -1.0, q)
+    put(work.rhs[:n, 1], tangent)
+    work.rhs[n, 1] = s - now.s
+    now.slope = turn(work, 1.0, 1.0, tangent)
 
 
 @compilable
