@@ -158,12 +158,12 @@ def follow_each(
     loads: Float,
     into: PathResult,
     rows: Int,
-    most: float,
+    most: Float,
     fronts: Fronts | None,
 ) -> None:
-    """``follow`` the ``rows`` of ``loads`` (k, n)."""
+    """``follow`` the ``rows`` of ``loads`` (k, n), each up to ``most`` (k,) times the load."""
     for row in rows:
-        follow(m, work, stepper, start, loads[row], into, row, most, fronts)
+        follow(m, work, stepper, start, loads[row], into, row, most[row], fronts)
 
 
 @compilable

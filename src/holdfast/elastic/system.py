@@ -104,17 +104,18 @@ class System:
         moved = travel(self.model, self.work, 1.0, bonded, drift, most, self.fronts)
         return Settled(moved.outcome, bonded, drift, found.steps + moved.steps, moved.drag)
 
-    def paths(self, start: Float, loads: Float, *, cuts: bool = False, most: float = np.inf) -> PathResult:
+    def paths(self, start: Float, loads: Float, *, cuts: bool = False, most: Float | None = None) -> PathResult:
         """Follow the paths of ``loads`` (k, n), none of them zero, from the state of rest ``start`` (n,).
 
-        Loads are in the model's units; ``cuts``: say how peaks answer to other loads. No path is followed beyond
-        ``most`` times its load.
+        Loads are in the model's units; ``cuts``: say how peaks answer to other loads. If given, no path is followed
+        beyond ``most`` (k,) times its load.
         """
         count, n = loads.shape
+        farthest = np.full(count, np.inf) if most is None else np.ascontiguousarray(most)
         found = PathResult.lost(count, n, cuts=cuts)
 
         def run(rows: Int, work: Work) -> None:
-            follow_each(self.model, work, make_stepper(n), start, loads, found, rows, most, self.fronts)
+            follow_each(self.model, work, make_stepper(n), start, loads, found, rows, farthest, self.fronts)
 
         self._in_threads(count, run)
         return found.sealed()

@@ -11,10 +11,11 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.elastic.outcome import RestOutcome
+from holdfast.elastic.outcome import PathOutcome, RestOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.elastic.sparse import held
 from holdfast.elastic.system import Settled, System
+from holdfast.engines.compliant.carriers import HUGE, Carriers
 from holdfast.engines.compliant.gathered import gathered
 from holdfast.engines.compliant.model import Springs, force_unit, own_rows, world_rows
 from holdfast.engines.compliant.places import Places
@@ -127,12 +128,37 @@ class Grid:
 
         All paths are lost if the assembly does not rest on this grid. If ``cuts`` is True, the result also holds the
         derivatives of the peaks by the load, in the units of W. No path is followed beyond ``most`` times its load.
+
+        Where systems are dear, a path that leads to HUGE times the weight is endless if few bodies carry its load alone
+        (carriers.py): what would be met further out are other branches, or rounding.
         """
         loads = self.loads(W)
         if self.settled.outcome is not RestOutcome.RESTS:
             return PathResult.lost(*loads.shape, cuts=cuts).sealed()
-        found = self._followed.paths(self.settled.q, loads, cuts=cuts, most=most)
+        far = self.system.fronts is not None and most == np.inf
+        farthest = HUGE / np.abs(loads).max(1) if far else np.full(len(loads), most)
+        found = self._followed.paths(self.settled.q, loads, cuts=cuts, most=farthest)
+        if far:
+            found = self._led_on(loads, found, cuts=cuts)
         return found._replace(cut=world_rows(self.assembly, found.cut) / self.unit).sealed() if cuts else found
+
+    def _led_on(self, loads: Float, found: PathResult, *, cuts: bool) -> PathResult:
+        """Return the paths ``found`` of ``loads`` (k, 6J), those that lead far with their ends."""
+        there = np.flatnonzero(found.outcome == PathOutcome.REACHED)
+        alone = np.array([self.carriers.balance(loads[k]) for k in there.tolist()], dtype=bool)
+        if alone.any():
+            outcome, peak = found.outcome.copy(), found.peak.copy()
+            outcome[there[alone]], peak[there[alone]] = PathOutcome.ENDLESS, np.inf
+            found = found._replace(outcome=outcome, peak=peak).sealed()
+        others = there[~alone]
+        if not len(others):
+            return found
+        return found.replaced(others, self._followed.paths(self.settled.q, loads[others], cuts=cuts))
+
+    @cached_property
+    def carriers(self) -> Carriers:
+        """What tells whether few bodies carry a load alone."""
+        return Carriers(self.system.model)
 
     @cached_property
     def _followed(self) -> System:

@@ -10,12 +10,12 @@ from holdfast.base.arrays import Bool, Float
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.stepper import CARRIED
 from holdfast.engines.answers import Answers, only_balanced
+from holdfast.engines.compliant.carriers import HUGE
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.contract import EXACT, Accuracy, ForcesOnly, Within
 from holdfast.engines.verdict import Status
 
 SLIGHT = 1e-4  # push, relative to the pushed body's weight, below which a body that is only balanced gives way to any
-HUGE = 10.0  # push, relative to the group's weight, above which a finite peak has to be confirmed
 CONTRADICTION = 0.05  # share by which a peak may lie above the proved bound before it counts as wrong
 ENDLESS = 1e3  # lower bound, relative to the group's weight, above which limit analysis decides whether there is an end
 BEYOND = 30.0  # times a peak: bodies that rest under such a load do not move at the peak
@@ -121,6 +121,8 @@ class Review:
             return True
         grid = self.grid if self.grid.held else self.grid.with_hold
         load = grid.loads(column[:, None])[0]
+        if grid.carriers.balance(load):
+            return True
         system = grid.system.under(load / np.abs(load).max())
         end = system.come_to_rest(most=PATIENCE)
         held = np.abs(system.model.hold * end.q).max(initial=0.0)

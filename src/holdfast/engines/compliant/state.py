@@ -13,10 +13,11 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.parallel import begin, free_threads
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.engines.answers import Answers, Bound, Claim
+from holdfast.engines.compliant.carriers import HUGE
 from holdfast.engines.compliant.columns import Columns, followed, surveyed
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.refinement import Refined
-from holdfast.engines.compliant.review import HUGE, Review
+from holdfast.engines.compliant.review import Review
 from holdfast.engines.compliant.wedged import Wedged
 from holdfast.engines.contract import EXACT, Accuracy, ForcesOnly, Within
 from holdfast.engines.directions import by_body

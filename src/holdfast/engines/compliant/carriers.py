@@ -1,0 +1,144 @@
+"""Whether the bodies that pass a load on carry it alone, while all others get out of their way without any force.
+
+Where a load is so large that no weight counts beside it, most bodies of a pile carry nothing: those that are pushed
+aside by others that lean under the load touch them and go. In the state of rest sought for all bodies together each of
+them is free to float. Here the bodies between the load and its supports come to rest by themselves, and the others only
+have to be able to leave.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy import sparse
+
+from holdfast.base.arrays import Bool, Float
+from holdfast.conic.program import ConeProgram
+from holdfast.conic.solve import Outcome, solve
+from holdfast.elastic.model import Elastic, Runs
+from holdfast.elastic.outcome import RestOutcome
+from holdfast.elastic.sparse import held
+from holdfast.elastic.system import System
+
+HUGE = 10.0  # load, relative to the group's weight, beside which no weight is expected to count any more
+PATIENCE = 400  # steps of Newton's method after which rest is not sought any longer
+ALONE = 1e-6  # what the faint hold may carry of a load that contacts are to balance alone
+AGAINST = 1e-6  # cosine between load and contact normal, above which the load is passed on there
+ROOM = 0.5  # of the clearance that all contacts are to have, which the program must leave
+
+
+@dataclass(frozen=True, eq=False)
+class Carriers:
+    """The bodies of a ``model`` that carry loads without its weight; what was found for the same bodies is kept."""
+
+    model: Elastic
+    _leave: dict[bytes, bool] = field(default_factory=dict, init=False, repr=False)
+
+    def balance(self, load: Float) -> bool:
+        """Tell whether elastic contacts balance a ``load`` (n,) alone, in the model's units.
+
+        False where that was not found: not all loads that are balanced are balanced by so few bodies.
+        """
+        carry = self._between(load)
+        if not carry.any() or carry.all():
+            return False
+        few = held(_restricted(self.model, carry, load / np.abs(load).max()))
+        if not len(few.a):  # there is nothing against it
+            return False
+        end = System.of(few).come_to_rest(most=PATIENCE)
+        aside = np.abs(few.hold * end.q).max()
+        return end.outcome is RestOutcome.RESTS and aside <= ALONE and self._others_leave(carry)
+
+    def _between(self, load: Float) -> Bool:
+        """Return which bodies (J,) the force of the ``load`` is passed on to, from contact to contact against it.
+
+        No body where several are loaded, or one by a torque alone.
+        """
+        m, loaded = self.model, np.flatnonzero(np.abs(load).reshape(-1, 6).max(1))
+        carry = np.zeros(len(load) // 6, dtype=bool)
+        force = load.reshape(-1, 6)[loaded, :3]
+        if len(loaded) != 1 or not force.any():
+            return carry
+        along = m.axes[:, 0] @ (force[0] / np.linalg.norm(force[0]))  # normals lead from body a to body b
+        next_to: dict[int, list[int]] = {}
+        for a, b, cosine in zip(m.a.tolist(), m.b.tolist(), along.tolist(), strict=True):
+            if cosine > AGAINST and min(a, b) >= 0:
+                next_to.setdefault(a, []).append(b)
+            elif cosine < -AGAINST and min(a, b) >= 0:
+                next_to.setdefault(b, []).append(a)
+        waiting = deque(loaded.tolist())
+        carry[loaded] = True
+        while waiting:
+            for other in next_to.get(waiting.popleft(), ()):
+                if not carry[other]:
+                    carry[other] = True
+                    waiting.append(other)
+        return carry
+
+    def _others_leave(self, carry: Bool) -> bool:
+        key = carry.tobytes()
+        if key not in self._leave:
+            self._leave[key] = _may_leave(self.model, carry)
+        return self._leave[key]
+
+
+def _restricted(m: Elastic, carry: Bool, load: Float) -> Elastic:
+    """Return the model of the bodies that ``carry`` (J,) under ``load`` (n,) alone, with the contacts among them."""
+    stays = np.append(carry, True)  # index -1: fixed
+    kept = np.flatnonzero(stays[m.a] & stays[m.b])
+    number = np.append(np.cumsum(carry) - 1, -1)
+    counts = np.diff(m.first)[kept]
+    first = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    nodes = np.repeat(m.first[kept] - first[:-1], counts) + np.arange(first[-1])
+    x, y, flat, rows = m.x[nodes], m.y[nodes], np.zeros(len(nodes)), np.repeat(carry, 6)
+    return m._replace(
+        first=first,
+        x=x,
+        y=y,
+        k=m.k[nodes],
+        apart=flat,  # what is beside a large load
+        mu=m.mu[kept],
+        a=number[m.a[kept]],
+        b=number[m.b[kept]],
+        axes=m.axes[kept],
+        arm_a=m.arm_a[kept],
+        arm_b=m.arm_b[kept],
+        wrench=load[rows],
+        scale=m.scale[rows],
+        bonded=m.bonded[kept],
+        unit=m.unit[rows],
+        runs=Runs.of(first, x, y, flat),
+        hold=np.zeros(int(rows.sum())),
+    )
+
+
+def _may_leave(m: Elastic, carry: Bool) -> bool:
+    """Tell whether all bodies that do not ``carry`` (J,) can be shifted so that all of their contacts open.
+
+    They may go as far as they like, so that what the bodies that carry have moved counts for nothing.
+    """
+    stays = np.append(carry, True)
+    a, b = stays[m.a], stays[m.b]
+    opening = np.flatnonzero(~(a & b))
+    place = 3 * np.append(np.cumsum(~carry) - 1, -1)
+    rows, columns, entries = [], [], []
+    for ends, fixed, sign in ((m.b, b, 1.0), (m.a, a, -1.0)):
+        row = np.flatnonzero(~fixed[opening])
+        rows.append(np.repeat(row, 3))
+        columns.append((place[ends[opening[row]]][:, None] + np.arange(3)).ravel())
+        entries.append(sign * m.axes[opening[row], 0].ravel())
+    count = 3 * int((~carry).sum())
+    A = sparse.csc_matrix(
+        (-np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))), shape=(len(opening), count)
+    )
+    program = ConeProgram(  # the shortest shifts that open every contact by one
+        P=sparse.eye(count, format="csc"),
+        q=np.zeros(count),
+        A=A,
+        b=-np.ones(len(opening)),
+        cones=(("nonnegative", len(opening)),),
+    )
+    found = solve(program)
+    return found.outcome is Outcome.SOLVED and bool((-(A @ found.x) > ROOM).all())
