@@ -30,7 +30,8 @@ def stoppable(*, process: bool = False) -> Iterator[None]:
     after an interrupt is therefore taken for it.
 
     ``process``: this block is all that the process is for. Then the process ends at once, PATIENCE after Ctrl-C at the
-    latest, even if the main thread is deep in compiled code. No file is left half written.
+    latest, even if the main thread is deep in compiled code. No file is left half written. After the block all is done,
+    and Ctrl-C does nothing while Python clears up: the exit code is that of the block.
     """
     noted: list[bool] = []
 
@@ -63,7 +64,7 @@ def stoppable(*, process: bool = False) -> Iterator[None]:
     finally:
         sys.unraisablehook = complain
         if ours:
-            signal.signal(signal.SIGINT, signal.default_int_handler)
+            signal.signal(signal.SIGINT, signal.SIG_IGN if process else signal.default_int_handler)
 
 
 def _stop(*, told: bool = False) -> None:
