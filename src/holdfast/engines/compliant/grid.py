@@ -11,6 +11,7 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes
 from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.progress import reported
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.elastic.sparse import held
@@ -145,7 +146,8 @@ class Grid:
     def _led_on(self, loads: Float, found: PathResult, *, cuts: bool) -> PathResult:
         """Return the paths ``found`` of ``loads`` (k, 6J), those that lead far with their ends."""
         there = np.flatnonzero(found.outcome == PathOutcome.REACHED)
-        alone = np.array([self.carriers.balance(loads[k]) for k in there.tolist()], dtype=bool)
+        far = reported("loads that lead far", there.tolist())
+        alone = np.array([self.carriers.balance(loads[k]) for k in far], dtype=bool)
         if alone.any():
             outcome, peak = found.outcome.copy(), found.peak.copy()
             outcome[there[alone]], peak[there[alone]] = PathOutcome.ENDLESS, np.inf
