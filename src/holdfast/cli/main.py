@@ -19,7 +19,7 @@ from typer.core import TyperCommand, TyperGroup
 from holdfast import __version__
 from holdfast.base.errors import HoldfastError, HoldfastWarning, SolverError, UnstableError, message
 from holdfast.cli.output import OutputLost, abandon, err, make_writable, out, write
-from holdfast.cli.stopping import STOPPED, stoppable
+from holdfast.cli.stopping import STOPPED, interrupted, stoppable
 
 HELP = """How hard can you push here before something moves?
 
@@ -123,29 +123,33 @@ def _called() -> int:
     try:
         code = app(standalone_mode=False) or 0
         write("")
-    except SolverError as error:
-        return _complain("no answer", error, NO_ANSWER)
-    except UnstableError as error:
-        return _complain("unstable", error, NOT_STABLE)
-    except HoldfastError as error:
-        return _complain("error", error, BAD_INPUT)
-    except typer.Abort:
-        raise KeyboardInterrupt from None
-    except OutputLost:
-        raise
-    except OSError as error:  # holdfast names the file in errors of its own; this one is of what it writes to
-        raise OutputLost(error) from error
     except Exception as error:
-        if isinstance(getattr(error, "exit_code", None), int):  # typer's own message about wrong usage
-            error.show()  # type: ignore[attr-defined]
-            return BAD_INPUT
-        traceback.print_exc()
-        return _complain(
-            "internal error", "this is a defect in holdfast: please report it with the lines above", INTERNAL
-        )
+        if interrupted() or isinstance(error, typer.Abort):  # libraries turn it into errors of their own
+            raise KeyboardInterrupt from None
+        return _explained(error)
     if code == STOPPED:  # typer catches the interrupt
         raise KeyboardInterrupt
     return int(code)
+
+
+def _explained(error: Exception) -> int:
+    """Say what an error is about and return the exit code; raises OutputLost if that is what it is."""
+    if isinstance(error, OutputLost):
+        raise error
+    if isinstance(error, OSError):  # holdfast names the file in errors of its own; this one is of what it writes to
+        raise OutputLost(error) from error
+    for kind, label, code in (
+        (SolverError, "no answer", NO_ANSWER),
+        (UnstableError, "unstable", NOT_STABLE),
+        (HoldfastError, "error", BAD_INPUT),
+    ):
+        if isinstance(error, kind):
+            return _complain(label, error, code)
+    if isinstance(getattr(error, "exit_code", None), int):  # typer's own message about wrong usage
+        error.show()  # type: ignore[attr-defined]
+        return BAD_INPUT
+    traceback.print_exception(error)
+    return _complain("internal error", "this is a defect in holdfast: please report it with the lines above", INTERNAL)
 
 
 def _lost(lost: OutputLost) -> int:

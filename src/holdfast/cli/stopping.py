@@ -19,6 +19,7 @@ PATIENCE = 0.2  # [s] that the main thread has to end by itself; it may be in co
 TELL = "stopped: by the user\n"
 SHOW_CURSOR = "\r\x1b[2K\x1b[?25h"  # to a terminal: a progress bar hides it, and its line is not complete
 
+_noted: list[bool] = []  # interrupts since the outermost block was entered
 _leaving = Lock()  # taken by the thread that ends the process, and never given back
 
 
@@ -33,15 +34,15 @@ def stoppable(*, process: bool = False) -> Iterator[None]:
     latest, even if the main thread is deep in compiled code. No file is left half written. After the block all is done,
     and Ctrl-C does nothing while Python clears up: the exit code is that of the block.
     """
-    noted: list[bool] = []
 
     def note(number: int, frame: FrameType | None) -> None:
-        noted.append(True)
+        _noted.append(True)
         signal.default_int_handler(number, frame)
 
     ours = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # else somebody else stops, or nobody does
     stop = _leave if ours and process else _stop
     if ours:
+        _noted.clear()
         signal.signal(signal.SIGINT, note)
         if process:
             _watch()
@@ -58,13 +59,19 @@ def stoppable(*, process: bool = False) -> Iterator[None]:
     except KeyboardInterrupt:
         stop()
     except BaseException as error:
-        if not noted:
+        if not interrupted():
             raise
         stop(told=isinstance(error, SystemExit) and error.code == STOPPED)  # by a block within this one
     finally:
         sys.unraisablehook = complain
         if ours:
+            _noted.clear()
             signal.signal(signal.SIGINT, signal.SIG_IGN if process else signal.default_int_handler)
+
+
+def interrupted() -> bool:
+    """Tell whether Ctrl-C came within the outermost block, whatever became of it."""
+    return bool(_noted)
 
 
 def _stop(*, told: bool = False) -> None:
