@@ -19,7 +19,7 @@ from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import Outcome, solve
 from holdfast.elastic.model import Elastic, Runs
 from holdfast.elastic.outcome import RestOutcome
-from holdfast.elastic.sparse import held
+from holdfast.elastic.sparse import FAINTEST, held
 from holdfast.elastic.system import System
 
 HUGE = 10.0  # load, relative to the group's weight, beside which no weight is expected to count any more
@@ -44,7 +44,7 @@ class Carriers:
         carry = self._between(load)
         if not carry.any() or carry.all():
             return False
-        few = held(_restricted(self.model, carry, load / np.abs(load).max()))
+        few = held(_restricted(self.model, carry, load / np.abs(load).max()), FAINTEST)
         if not len(few.a):  # there is nothing against it
             return False
         end = System.of(few).come_to_rest(most=PATIENCE)

@@ -14,7 +14,7 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.progress import reported
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
 from holdfast.elastic.path import PathResult
-from holdfast.elastic.sparse import held
+from holdfast.elastic.sparse import FAINTEST, held
 from holdfast.elastic.system import Settled, System
 from holdfast.engines.compliant.carriers import HUGE, Carriers
 from holdfast.engines.compliant.gathered import gathered
@@ -24,7 +24,6 @@ from holdfast.engines.limit.engine import Limit, LimitState
 from holdfast.engines.mechanism import Mechanism, describe, modes_of
 
 FINER = 2  # number of nodes along a side on the next finer grid, as a multiple of this grid's
-LEADING = 1e-11  # hold on faces that are not flat, as FAINT_HOLD: bodies go far there, and it carries as little
 MOST_KEPT = 64  # grids with more nodes at some contacts
 CHUNK = 64  # number of motions that are turned into mechanisms at a time
 
@@ -172,7 +171,7 @@ class Grid:
         faces = self.springs.faces
         if self.held or faces is None or faces.imperfect.flatness == 0:
             return self.system
-        return replace(self.system, model=held(self.system.model, LEADING))
+        return replace(self.system, model=held(self.system.model, FAINTEST))
 
     def loads_nearby(self, W: Float, s: Float, q: Float, plane: Float) -> Float:
         """Return the factors (k,) of columns W (6J, k) near points of their paths that were found on a coarser grid.
