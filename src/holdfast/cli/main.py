@@ -134,17 +134,17 @@ def _called() -> int:
 
 def _explained(error: Exception) -> int:
     """Say what an error is about and return the exit code; raises OutputLost if that is what it is."""
-    if isinstance(error, OutputLost):
-        raise error
-    if isinstance(error, OSError):  # holdfast names the file in errors of its own; this one is of what it writes to
-        raise OutputLost(error) from error
-    for kind, label, code in (
-        (SolverError, "no answer", NO_ANSWER),
-        (UnstableError, "unstable", NOT_STABLE),
-        (HoldfastError, "error", BAD_INPUT),
-    ):
-        if isinstance(error, kind):
-            return _complain(label, error, code)
+    match error:
+        case OutputLost():
+            raise error
+        case OSError():  # holdfast names the file in errors of its own; this one is of what it writes to
+            raise OutputLost(error) from error
+        case SolverError():
+            return _complain("no answer", error, NO_ANSWER)
+        case UnstableError():
+            return _complain("unstable", error, NOT_STABLE)
+        case HoldfastError():
+            return _complain("error", error, BAD_INPUT)
     if isinstance(getattr(error, "exit_code", None), int):  # typer's own message about wrong usage
         error.show()  # type: ignore[attr-defined]
         return BAD_INPUT

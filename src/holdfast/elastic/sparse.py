@@ -12,7 +12,7 @@ from holdfast.elastic.model import Elastic
 
 NO_RESISTANCE = 1e-9  # largest resistance that counts as none, where that of bonded contacts is of order one
 FAINT_HOLD = 1e-9  # stiffness of the faint hold of a body, in units of its contacts and size
-FAINTEST = 1e-11  # the same where bodies go far: it carries as little there
+FAINTEST = 1e-11  # the same where bodies move far, so that the hold carries next to nothing there, too
 NEAR_SINGULAR = 1e-12  # added to the diagonal so that a singular stiffness can be factored, in the same units
 
 

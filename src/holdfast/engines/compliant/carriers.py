@@ -1,18 +1,18 @@
 """Whether the bodies that pass a load on carry it alone, while all others get out of their way without any force.
 
-Where a load is so large that no weight counts beside it, most bodies of a pile carry nothing: those that are pushed
-aside by others that lean under the load touch them and go. In the state of rest sought for all bodies together each of
-them is free to float. Here the bodies between the load and its supports come to rest by themselves, and the others only
-have to be able to leave.
+Where a load is so large that no weight counts beside it, most bodies of a pile carry nothing: bodies that lean under
+the load push them aside, and nothing brings them back. In a search for rest of all bodies together each of them is free
+to float. Here only the bodies between the load and its supports are to come to rest, as if no others touched them, and
+the others only have to be able to leave.
 """
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass, field
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse.csgraph import breadth_first_order
 
 from holdfast.base.arrays import Bool, Float
 from holdfast.conic.program import ConeProgram
@@ -47,9 +47,7 @@ class Carriers:
         few = held(_restricted(self.model, carry, load / np.abs(load).max()), FAINTEST)
         if not len(few.a):  # there is nothing against it
             return False
-        end = System.of(few).come_to_rest(most=PATIENCE)
-        aside = np.abs(few.hold * end.q).max()
-        return end.outcome is RestOutcome.RESTS and aside <= ALONE and self._others_leave(carry)
+        return rests_alone(System.of(few), PATIENCE) and self._others_leave(carry)
 
     def _between(self, load: Float) -> Bool:
         """Return which bodies (J,) the force of the ``load`` is passed on to, from contact to contact against it.
@@ -62,19 +60,10 @@ class Carriers:
         if len(loaded) != 1 or not force.any():
             return carry
         along = m.axes[:, 0] @ (force[0] / np.linalg.norm(force[0]))  # normals lead from body a to body b
-        next_to: dict[int, list[int]] = {}
-        for a, b, cosine in zip(m.a.tolist(), m.b.tolist(), along.tolist(), strict=True):
-            if cosine > AGAINST and min(a, b) >= 0:
-                next_to.setdefault(a, []).append(b)
-            elif cosine < -AGAINST and min(a, b) >= 0:
-                next_to.setdefault(b, []).append(a)
-        waiting = deque(loaded.tolist())
-        carry[loaded] = True
-        while waiting:
-            for other in next_to.get(waiting.popleft(), ()):
-                if not carry[other]:
-                    carry[other] = True
-                    waiting.append(other)
+        on = (np.abs(along) > AGAINST) & (m.a >= 0) & (m.b >= 0)
+        before, behind = np.where(along > 0, (m.a, m.b), (m.b, m.a))[:, on]
+        passes = sparse.csr_matrix((np.ones(len(before)), (before, behind)), shape=(len(carry), len(carry)))
+        carry[breadth_first_order(passes, loaded[0], return_predecessors=False)] = True
         return carry
 
     def _others_leave(self, carry: Bool) -> bool:
@@ -82,6 +71,16 @@ class Carriers:
         if key not in self._leave:
             self._leave[key] = _may_leave(self.model, carry)
         return self._leave[key]
+
+
+def rests_alone(system: System, most: int) -> bool:
+    """Tell whether contacts come to rest under a load of order one that is the only wrench of a faintly held model.
+
+    Every search for rest gives up after ``most`` steps of Newton's method.
+    """
+    end = system.come_to_rest(most=most)
+    carried = np.abs(system.model.hold * end.q).max(initial=0.0)
+    return end.outcome is RestOutcome.RESTS and bool(carried <= ALONE)
 
 
 def _restricted(m: Elastic, carry: Bool, load: Float) -> Elastic:
@@ -98,7 +97,7 @@ def _restricted(m: Elastic, carry: Bool, load: Float) -> Elastic:
         x=x,
         y=y,
         k=m.k[nodes],
-        apart=flat,  # what is beside a large load
+        apart=flat,  # clearances are nothing beside a large load
         mu=m.mu[kept],
         a=number[m.a[kept]],
         b=number[m.b[kept]],
@@ -119,23 +118,16 @@ def _may_leave(m: Elastic, carry: Bool) -> bool:
 
     They may go as far as they like, so that what the bodies that carry have moved counts for nothing.
     """
-    stays = np.append(carry, True)
-    a, b = stays[m.a], stays[m.b]
-    opening = np.flatnonzero(~(a & b))
-    place = 3 * np.append(np.cumsum(~carry) - 1, -1)
-    rows, columns, entries = [], [], []
-    for ends, fixed, sign in ((m.b, b, 1.0), (m.a, a, -1.0)):
-        row = np.flatnonzero(~fixed[opening])
-        rows.append(np.repeat(row, 3))
-        columns.append((place[ends[opening[row]]][:, None] + np.arange(3)).ravel())
-        entries.append(sign * m.axes[opening[row], 0].ravel())
-    count = 3 * int((~carry).sum())
-    A = sparse.csc_matrix(
-        (-np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))), shape=(len(opening), count)
-    )
+    stays = np.append(carry, True)  # index -1: fixed
+    opening = np.flatnonzero(~(stays[m.a] & stays[m.b]))
+    rows = np.repeat(np.arange(len(opening)), 3)
+    to, away = ((3 * (ends[opening, None] % len(stays)) + np.arange(3)).ravel() for ends in (m.b, m.a))
+    normals = m.axes[opening, 0].ravel()
+    entries = np.concatenate([-normals, normals]), (np.tile(rows, 2), np.concatenate([to, away]))
+    A = sparse.csc_matrix(entries, shape=(len(opening), 3 * len(stays)))[:, np.repeat(~stays, 3)]
     program = ConeProgram(  # the shortest shifts that open every contact by one
-        P=sparse.eye(count, format="csc"),
-        q=np.zeros(count),
+        P=sparse.eye(A.shape[1], format="csc"),
+        q=np.zeros(A.shape[1]),
         A=A,
         b=-np.ones(len(opening)),
         cones=(("nonnegative", len(opening)),),

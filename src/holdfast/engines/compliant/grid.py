@@ -143,7 +143,10 @@ class Grid:
         return found._replace(cut=world_rows(self.assembly, found.cut) / self.unit).sealed() if cuts else found
 
     def _led_on(self, loads: Float, found: PathResult, *, cuts: bool) -> PathResult:
-        """Return the paths ``found`` of ``loads`` (k, 6J), those that lead far with their ends."""
+        """Return the paths ``found`` of ``loads`` (k, 6J), of which those left at HUGE times the weight are decided.
+
+        They are endless if few bodies carry the load alone; if not, they are followed once more, as far as they lead.
+        """
         there = np.flatnonzero(found.outcome == PathOutcome.REACHED)
         far = reported("loads that lead far", there.tolist())
         alone = np.array([self.carriers.balance(loads[k]) for k in far], dtype=bool)

@@ -10,7 +10,7 @@ from holdfast.base.arrays import Bool, Float
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.stepper import CARRIED
 from holdfast.engines.answers import Answers, only_balanced
-from holdfast.engines.compliant.carriers import HUGE
+from holdfast.engines.compliant.carriers import HUGE, rests_alone
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.contract import EXACT, Accuracy, ForcesOnly, Within
 from holdfast.engines.verdict import Status
@@ -20,7 +20,6 @@ CONTRADICTION = 0.05  # share by which a peak may lie above the proved bound bef
 ENDLESS = 1e3  # lower bound, relative to the group's weight, above which limit analysis decides whether there is an end
 BEYOND = 30.0  # times a peak: bodies that rest under such a load do not move at the peak
 PATIENCE = 200  # steps of Newton's method after which rest under such a load is not sought any longer
-ALONE = 1e-6  # what the faint hold may carry of a load that contacts are to balance alone
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,14 +118,11 @@ class Review:
         """Tell whether elastic contacts balance one load (6J,) without any weight, or BEYOND times its ``peak``."""
         if not np.isfinite(peak):
             return True
-        grid = self.grid if self.grid.held else self.grid.with_hold
-        load = grid.loads(column[:, None])[0]
-        if grid.carriers.balance(load):
+        load = self.grid.loads(column[:, None])[0]
+        if self.grid.carriers.balance(load):
             return True
-        system = grid.system.under(load / np.abs(load).max())
-        end = system.come_to_rest(most=PATIENCE)
-        held = np.abs(system.model.hold * end.q).max(initial=0.0)
-        if end.outcome is RestOutcome.RESTS and held <= ALONE:
+        grid = self.grid if self.grid.held else self.grid.with_hold
+        if rests_alone(grid.system.under(load / np.abs(load).max()), PATIENCE):
             return True
         if self.grid.held:  # the faint hold would carry too much
             return False
