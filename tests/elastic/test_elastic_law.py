@@ -7,7 +7,7 @@ from elastic_blocks import block
 import holdfast as hf
 from holdfast.assembly.nodes import contact_nodes, equilibrium_operator
 from holdfast.elastic import fronts
-from holdfast.elastic.elimination import eliminate
+from holdfast.elastic.elimination import apply_pivots, eliminate, finish
 from holdfast.elastic.frames import sheet_twist, twist_matrices
 from holdfast.elastic.fronts import fronts_of, fronts_solve, solve
 from holdfast.elastic.law import evaluate, nearest, next_change, node_forces
@@ -101,7 +101,8 @@ def test_dense_and_sparse_solutions_and_the_sign_of_the_determinant(name: str, c
     n = len(m.wrench)
     rng = np.random.default_rng(3)
     for _ in range(4):
-        works = [make_work(m, dense=True), make_work(m, dense=False)]
+        fronts = fronts_of(m)
+        works = [make_work(m, None), make_work(m, fronts)]
         q, w, c, rhs = rng.normal(size=n), rng.normal(size=n), rng.normal(size=n), rng.normal(size=(n + 1, 2))
         for work in works:
             unbalance(m, q, work.K)
@@ -112,7 +113,7 @@ def test_dense_and_sparse_solutions_and_the_sign_of_the_determinant(name: str, c
             A = A.T
         signs = [
             dense_solve(m, works[0], 0.1, corner, transposed, 0.0),
-            fronts_solve(m, works[1], fronts_of(m), 0.1, corner, transposed, 0.0),
+            fronts_solve(m, works[1], fronts, 0.1, corner, transposed, 0.0),
         ]
         for work, sign in zip(works, signs, strict=True):
             np.testing.assert_allclose(A @ work.rhs, rhs, atol=1e-7)
@@ -131,10 +132,10 @@ def test_a_body_on_one_point_has_no_unique_direction(seed: int) -> None:
     K, w, c, rhs = B.T @ B, rng.normal(size=6), rng.normal(size=6), rng.normal(size=(7, 2))
     for hold in (0.0, 1e-11):
         held = m._replace(hold=np.full(6, hold))
-        for dense in (True, False):
-            work = make_work(held, dense=dense)
+        for way in (None, fronts_of(held)):
+            work = make_work(held, way)
             work.K[:], work.w[:], work.c[:], work.rhs[:] = K, w, c, rhs
-            sign = solve(held, work, 0.0, 0.0, False, None if dense else fronts_of(held), ROUNDED)
+            sign = solve(held, work, 0.0, 0.0, False, way, ROUNDED)
             assert (sign == SINGULAR) == (hold == 0.0)
 
 
@@ -143,8 +144,11 @@ def test_what_is_left_of_a_front_is_its_schur_complement(size: int, full: int) -
     F = np.random.default_rng(5).normal(size=(size, size + 2))
     F[np.arange(size), np.arange(size)] += 6.0  # so that no pivot waits
     A = F.copy()
-    done, sign = eliminate(F, np.empty((full, size)), np.arange(size), full, 0.0)
+    P, X = np.empty((full, size)), np.empty((full, size + 2 - full))
+    done, sign = eliminate(F, P, np.arange(size), full, 0.0)
     assert done == full
+    finish(F, P, X, full)
+    apply_pivots(F, done, P, X, done, size, 0)
     assert sign == np.linalg.slogdet(A[:full, :full])[0]
     left = A[full:, full:] - A[full:, :full] @ np.linalg.solve(A[:full, :full], A[:full, full:])
     np.testing.assert_allclose(F[full:, full:], left, atol=1e-12)
@@ -154,7 +158,8 @@ def test_few_pivots_wait_at_rest(monkeypatch: pytest.MonkeyPatch) -> None:
     """Small bodies resist turns far less than shifts: without scaled columns, 13 times one pivot waits for a front."""
     assembly = hf.assemble(wall(50, 3, 0.25, "wall"))
     m = elastic_model(Places(assembly, contact_nodes(assembly, 25, "quadrature")), assembly.weight_wrench())
-    work = make_work(m, dense=False)
+    order = fronts_of(m)
+    work = make_work(m, order)
     work.K[:] = m.bonded
     work.w[:], work.c[:] = np.random.default_rng(6).normal(size=(2, len(m.wrench)))
     waiting = []
@@ -165,7 +170,7 @@ def test_few_pivots_wait_at_rest(monkeypatch: pytest.MonkeyPatch) -> None:
         return done, sign
 
     monkeypatch.setattr(fronts, "eliminate", watched)
-    fronts_solve.py_func(m, work, fronts_of(m), 0.0, 0.0, False, 0.0)
+    fronts_solve.py_func(m, work, order, 0.0, 0.0, False, 0.0)
     assert len(waiting) > 20
     assert sum(waiting) <= 4
 

@@ -111,8 +111,8 @@ class Walk:
 
     def __init__(self, mu: float, load: Array, start: Array | None = None) -> None:
         self.model = block(mu)
-        self.work = make_work(self.model, dense=False)
         self.fronts = fronts_of(self.model)
+        self.work = make_work(self.model, self.fronts)
         self.stepper = make_stepper(6)._replace(now=Progress())
         start = System.dense(self.model).come_to_rest().q if start is None else start
         self.event = begin(self.model, self.work, self.stepper, start, load, self.fronts)
@@ -138,7 +138,7 @@ def test_directions_are_those_of_the_points_found() -> None:
     walk, cosines = Walk(0.5, PUSHES["slanted"][1]), []
     while walk.step() is Event.ADVANCED and walk.stepper.now.points < 20:
         q, now, tangent = walk.stepper.q, walk.stepper.now, walk.stepper.tangent
-        work = make_work(walk.model, dense=False)
+        work = make_work(walk.model, walk.fronts)
         work.w[:], work.c[:] = walk.work.w, walk.work.c
         unbalance(walk.model, work, walk.stepper.path, q, now.s)
         work.rhs[-1, 1] = 1.0
@@ -154,7 +154,7 @@ def test_directions_are_those_of_the_points_found() -> None:
 def test_where_nodes_change_in_the_last_step_the_direction_is_that_behind_them() -> None:
     """Two of four nodes touch again, and slide; much unbalance is allowed, or another step would follow."""
     m, load = block(2.0), push(X)
-    work, path = make_work(m, dense=True), Balance(1.0, 0.0, 0.0, np.zeros(6))
+    work, path = make_work(m, None), Balance(1.0, 0.0, 0.0, np.zeros(6))
     work.w[:], work.c[:] = load, load
     q = System.dense(m).come_to_rest().q.copy()
     assert newton(m, work, path, q, 0.0, float(load @ q), 1e-9, 5, 0.0, 0.0, None).converged
@@ -220,7 +220,7 @@ def test_too_many_changes_lead_astray() -> None:
 def test_a_point_far_from_where_the_directions_at_both_ends_lead_is_torn(reached: int, expected: bool) -> None:
     """Both directions are along the first axis; the point lies along the first or the second."""
     axes = np.eye(6)
-    work = make_work(block(0.5), dense=False)
+    work = make_work(block(0.5), None)
     work.rhs[0, 1] = 1.0
     assert torn(work, 1.0, 1.0, np.zeros(6), axes[0], axes[reached], 1.0, AWAY) is expected
 
@@ -228,7 +228,7 @@ def test_a_point_far_from_where_the_directions_at_both_ends_lead_is_torn(reached
 def test_how_far_is_too_far() -> None:
     """The point lies half a step beside the mean direction: too far only where it was hard to find."""
     axes = np.eye(6)
-    work = make_work(block(0.5), dense=False)
+    work = make_work(block(0.5), None)
     work.rhs[0, 1] = 1.0
     point = axes[0] + 0.5 * axes[1]
     assert not torn(work, 1.0, 1.0, np.zeros(6), axes[0], point, 1.0, AWAY)

@@ -12,11 +12,12 @@ BLOCK = 6  # pivots that are applied together
 @compiled
 @lean
 def eliminate(F: Float, P: Float, columns: Int, full: int, least: float) -> tuple[int, float]:
-    """Eliminate in a front (t, t + 2) what its first ``full`` rows and columns allow, with pivots above ``least``.
+    """Eliminate in a front (t, at least t + 2) what its first ``full`` rows and columns allow, pivots above ``least``.
 
     Returns the number of pivots, which come first in the new order of rows and columns, and the sign of their product
-    and of the new order. The last two columns are right-hand sides. The first ``full`` columns are worked on as rows of
-    ``P`` (full, t), along which memory runs. Of pivots in their own rows, columns before them are not kept.
+    and of the new order. Columns t and t + 1 are right-hand sides. The first ``full`` columns are worked on as rows of
+    ``P`` (full, t), along which memory runs: they hold the pivots, what is above them, and the factors of the rows
+    below. Other columns have their rows in the new order, and are else as they were.
 
     Pivots are applied at once to as many columns as may follow them in a block, to later ones with their whole block.
     """
@@ -33,26 +34,27 @@ def eliminate(F: Float, P: Float, columns: Int, full: int, least: float) -> tupl
             catch_up(P, first, done, ahead, full)
             first, ahead = done, min(done + BLOCK, full)
         column = P[done]
-        best, pivot, top = 0.0, done, 0.0
+        best, pivot, larger = 0.0, done, 0
         for i in range(done, full):
             here = abs(column[i])
             if here > best:
                 best, pivot = here, i
-        for i in range(done, size):
-            top = max(top, abs(column[i]))
-        if not (best > least and best >= SMALL_PIVOT * top):
+        rest, limit = column[full:], best / SMALL_PIVOT
+        for i in range(len(rest)):
+            larger += not abs(rest[i]) <= limit
+        if larger > 0 or not best > least:
             catch_up(P, first, done, ahead, full)
             first, ahead = done, min(done + BLOCK, full)
             last -= 1
             if last != done:
-                swap_rows(P, done, last)
+                swap_rows(P, 0, done, last)
                 columns[done], columns[last] = columns[last], columns[done]
                 sign = -sign
             continue
         if pivot != done:
             for c in range(full):
                 P[c, done], P[c, pivot] = P[c, pivot], P[c, done]
-            swap_rows(F[:, full:], done, pivot)
+            swap_rows(F, full, done, pivot)
             sign = -sign
         if column[done] < 0:
             sign = -sign
@@ -64,56 +66,61 @@ def eliminate(F: Float, P: Float, columns: Int, full: int, least: float) -> tupl
             take(P[c, done + 1 :], P[c, done], below)
         done += 1
     catch_up(P, first, done, ahead, full)
-    transpose(P, F, 0, full, 0, done)
-    transpose(P, F, done, full, done, size)
-    complete(F, P, done, full)
     return done, sign
 
 
 @compiled
 @lean
 def transpose(A: Float, B: Float, low: int, high: int, start: int, stop: int) -> None:
-    """Copy rows ``low`` to ``high`` - 1 of a matrix, their columns ``start`` to ``stop`` - 1, to columns of another."""
-    for i in range(low, high):
-        row = A[i]
+    """Copy rows ``low`` to ``high`` - 1 of a matrix, their columns ``start`` to ``stop`` - 1, to columns of another.
+
+    Four rows come at a time, for each line of memory of the other matrix is then fetched less often.
+    """
+    fours = high - (high - low) % 4
+    for i in range(low, fours, 4):
+        a, b, c, d = A[i], A[i + 1], A[i + 2], A[i + 3]
         for j in range(start, stop):
-            B[j, i] = row[j]
+            to = B[j, i : i + 4]
+            to[0], to[1], to[2], to[3] = a[j], b[j], c[j], d[j]
+    for i in range(fours, high):
+        a = A[i]
+        for j in range(start, stop):
+            B[j, i] = a[j]
+
+
+@compiled
+@lean
+def catch_up(P: Float, first: int, done: int, ahead: int, full: int) -> None:
+    """Apply pivots ``first`` to ``done`` - 1, at most BLOCK, to columns ``ahead`` to ``full`` - 1: rows of ``P``."""
+    for c in range(ahead, full):
+        solve_above(P, first, done, P[c])
+    if done - first == BLOCK:
+        take_block(P, 0, P.T[:, :], P, first, ahead, full, done)
+        return
+    for j in range(first, done):
+        for c in range(ahead, full):
+            take(P[c, done:], P[c, j], P[j, done:])
 
 
 @compiled
 @lean
 @fused
-def catch_up(P: Float, first: int, done: int, ahead: int, full: int) -> None:
-    """Apply pivots ``first`` to ``done`` - 1, at most BLOCK, to columns ``ahead`` to ``full`` - 1: rows of ``P``."""
-    for c in range(ahead, full):
-        row = P[c]
-        for j in range(first, done):
-            take(row[j + 1 : done], row[j], P[j, j + 1 : done])
-        if done - first < BLOCK:
-            for j in range(first, done):
-                take(row[done:], row[j], P[j, done:])
-            continue
-        x0, x1, x2 = P[first, done:], P[first + 1, done:], P[first + 2, done:]
-        x3, x4, x5 = P[first + 3, done:], P[first + 4, done:], P[first + 5, done:]
-        f0, f1, f2, f3, f4, f5 = (
-            row[first],
-            row[first + 1],
-            row[first + 2],
-            row[first + 3],
-            row[first + 4],
-            row[first + 5],
-        )
-        a = row[done:]
-        for k in range(len(a)):
-            a[k] -= f0 * x0[k] + f1 * x1[k] + f2 * x2[k] + f3 * x3[k] + f4 * x4[k] + f5 * x5[k]
+def solve_above(P: Float, first: int, done: int, column: Float) -> None:
+    """Apply pivots ``first`` to ``done`` - 1 to each other's rows of a ``column``."""
+    for i in range(first + 1, done):
+        here = column[i]
+        for j in range(first, i):
+            here -= column[j] * P[j, i]
+        column[i] = here
 
 
 @compiled
 @lean
-def swap_rows(F: Float, one: int, two: int) -> None:
-    """Exchange two rows."""
-    for j in range(F.shape[1]):
-        F[one, j], F[two, j] = F[two, j], F[one, j]
+def swap_rows(F: Float, start: int, one: int, two: int) -> None:
+    """Exchange two rows from column ``start`` on."""
+    a, b = F[one, start:], F[two, start:]
+    for j in range(len(a)):
+        a[j], b[j] = b[j], a[j]
 
 
 @compiled
@@ -128,29 +135,52 @@ def take(row: Float, factor: float, other: Float) -> None:
 
 @compiled
 @lean
-@fused
-def complete(F: Float, P: Float, done: int, full: int) -> None:
-    """Apply ``done`` pivots, whose factors are the rows of ``P``, to the columns of a front from ``full`` on.
+def finish(F: Float, P: Float, X: Float, full: int) -> None:
+    """Write the rows of the pivots that ``eliminate`` found to ``X`` (done, at least t + 2 - done), from them on.
 
-    The rows of pivots come BLOCK by BLOCK, and one by one within a block, for each needs those before it.
+    Columns that wait are written to the other rows of the front. The rows of pivots come BLOCK by BLOCK, and one by one
+    within a block, for each needs those before it.
     """
-    size, many = F.shape[0], done - done % BLOCK
+    size, done = F.shape[0], len(X)
+    skip, many = full - done, done - done % BLOCK
+    for i in range(done):
+        row, into = F[i, full:], X[i, skip:]
+        for j in range(len(into)):
+            into[j] = row[j]
+        for j in range(skip):
+            X[i, j] = P[done + j, i]
+    transpose(P, F, done, full, done, size)
     for first in range(0, many, BLOCK):
-        take_blocks(F, P, first, first + BLOCK, first, full)
-        take_own(F, P, first, full)
-    take_blocks(F, P, many, size, many, full)
-    for i in range(many + 1, size):
-        for j in range(many, min(i, done)):
-            take(F[i, full:], P[j, i], F[j, full:])
+        take_own(X, P, first, skip)
+        take_block(X, 0, P[:, :], X, first, first + BLOCK, done, skip)
+    for i in range(many + 1, done):
+        for j in range(many, i):
+            take(X[i, skip:], P[j, i], X[j, skip:])
+
+
+@compiled
+@lean
+def apply_pivots(F: Float, shift: int, P: Float, X: Float, low: int, high: int, skip: int) -> None:
+    """Apply all pivots, with rows ``X``, to rows ``low`` to ``high`` - 1 of a front.
+
+    Columns of F from ``shift`` on go with those of X; the first ``skip`` of these are done with.
+    """
+    done = len(X)
+    many = done - done % BLOCK
+    for first in range(0, many, BLOCK):
+        take_block(F, shift, P[:, :], X, first, low, high, skip)
+    for j in range(many, done):
+        for i in range(low, high):
+            take(F[i, shift + skip :], P[j, i], X[j, skip:])
 
 
 @compiled
 @lean
 @fused
-def take_own(F: Float, P: Float, first: int, full: int) -> None:
-    """Apply BLOCK pivots from ``first`` on to each other's rows, from column ``full`` on."""
-    x0, x1, x2 = F[first, full:], F[first + 1, full:], F[first + 2, full:]
-    x3, x4, x5 = F[first + 3, full:], F[first + 4, full:], F[first + 5, full:]
+def take_own(X: Float, P: Float, first: int, skip: int) -> None:
+    """Apply BLOCK pivots from ``first`` on to each other's rows, from column ``skip`` on."""
+    x0, x1, x2 = X[first, skip:], X[first + 1, skip:], X[first + 2, skip:]
+    x3, x4, x5 = X[first + 3, skip:], X[first + 4, skip:], X[first + 5, skip:]
     f0, f1, f2, f3, f4 = P[first], P[first + 1], P[first + 2], P[first + 3], P[first + 4]
     one, two, three, four, five = first + 1, first + 2, first + 3, first + 4, first + 5
     b0, c0, d0, e0, g0 = f0[one], f0[two], f0[three], f0[four], f0[five]
@@ -170,30 +200,31 @@ def take_own(F: Float, P: Float, first: int, full: int) -> None:
 @compiled
 @lean
 @fused
-def take_blocks(F: Float, P: Float, low: int, high: int, count: int, full: int) -> None:
-    """Apply the first ``count`` pivots, a multiple of BLOCK, to rows ``low`` to ``high`` - 1, from column ``full`` on.
+def take_block(F: Float, shift: int, factors: Float, X: Float, j: int, low: int, high: int, skip: int) -> None:
+    """Apply BLOCK pivots from j on, with rows ``X``, to rows ``low`` to ``high`` - 1 of a front, by their ``factors``.
 
-    Four rows come at a time, with six pivots at a time: what is read once serves many products.
+    Columns of F from ``shift`` on go with those of X; the first ``skip`` of these are done with. Four rows come at a
+    time: what is read once serves many products.
     """
-    width, fours = F.shape[1] - full, high - (high - low) % 4
-    for j in range(0, count, BLOCK):
-        x0, x1, x2 = F[j, full:], F[j + 1, full:], F[j + 2, full:]
-        x3, x4, x5 = F[j + 3, full:], F[j + 4, full:], F[j + 5, full:]
-        f0, f1, f2, f3, f4, f5 = P[j], P[j + 1], P[j + 2], P[j + 3], P[j + 4], P[j + 5]
-        for i in range(low, fours, 4):
-            a, b, c, d = F[i, full:], F[i + 1, full:], F[i + 2, full:], F[i + 3, full:]
-            a0, a1, a2, a3, a4, a5 = f0[i], f1[i], f2[i], f3[i], f4[i], f5[i]
-            b0, b1, b2, b3, b4, b5 = f0[i + 1], f1[i + 1], f2[i + 1], f3[i + 1], f4[i + 1], f5[i + 1]
-            c0, c1, c2, c3, c4, c5 = f0[i + 2], f1[i + 2], f2[i + 2], f3[i + 2], f4[i + 2], f5[i + 2]
-            d0, d1, d2, d3, d4, d5 = f0[i + 3], f1[i + 3], f2[i + 3], f3[i + 3], f4[i + 3], f5[i + 3]
-            for k in range(width):
-                y0, y1, y2, y3, y4, y5 = x0[k], x1[k], x2[k], x3[k], x4[k], x5[k]
-                a[k] -= a0 * y0 + a1 * y1 + a2 * y2 + a3 * y3 + a4 * y4 + a5 * y5
-                b[k] -= b0 * y0 + b1 * y1 + b2 * y2 + b3 * y3 + b4 * y4 + b5 * y5
-                c[k] -= c0 * y0 + c1 * y1 + c2 * y2 + c3 * y3 + c4 * y4 + c5 * y5
-                d[k] -= d0 * y0 + d1 * y1 + d2 * y2 + d3 * y3 + d4 * y4 + d5 * y5
-        for i in range(fours, high):
-            a = F[i, full:]
-            a0, a1, a2, a3, a4, a5 = f0[i], f1[i], f2[i], f3[i], f4[i], f5[i]
-            for k in range(width):
-                a[k] -= a0 * x0[k] + a1 * x1[k] + a2 * x2[k] + a3 * x3[k] + a4 * x4[k] + a5 * x5[k]
+    x0, x1, x2 = X[j, skip:], X[j + 1, skip:], X[j + 2, skip:]
+    x3, x4, x5 = X[j + 3, skip:], X[j + 4, skip:], X[j + 5, skip:]
+    f0, f1, f2 = factors[j], factors[j + 1], factors[j + 2]
+    f3, f4, f5 = factors[j + 3], factors[j + 4], factors[j + 5]
+    width, at, fours = len(x0), shift + skip, high - (high - low) % 4
+    for i in range(low, fours, 4):
+        a, b, c, d = F[i, at:], F[i + 1, at:], F[i + 2, at:], F[i + 3, at:]
+        a0, a1, a2, a3, a4, a5 = f0[i], f1[i], f2[i], f3[i], f4[i], f5[i]
+        b0, b1, b2, b3, b4, b5 = f0[i + 1], f1[i + 1], f2[i + 1], f3[i + 1], f4[i + 1], f5[i + 1]
+        c0, c1, c2, c3, c4, c5 = f0[i + 2], f1[i + 2], f2[i + 2], f3[i + 2], f4[i + 2], f5[i + 2]
+        d0, d1, d2, d3, d4, d5 = f0[i + 3], f1[i + 3], f2[i + 3], f3[i + 3], f4[i + 3], f5[i + 3]
+        for k in range(width):
+            y0, y1, y2, y3, y4, y5 = x0[k], x1[k], x2[k], x3[k], x4[k], x5[k]
+            a[k] -= a0 * y0 + a1 * y1 + a2 * y2 + a3 * y3 + a4 * y4 + a5 * y5
+            b[k] -= b0 * y0 + b1 * y1 + b2 * y2 + b3 * y3 + b4 * y4 + b5 * y5
+            c[k] -= c0 * y0 + c1 * y1 + c2 * y2 + c3 * y3 + c4 * y4 + c5 * y5
+            d[k] -= d0 * y0 + d1 * y1 + d2 * y2 + d3 * y3 + d4 * y4 + d5 * y5
+    for i in range(fours, high):
+        a = F[i, at:]
+        a0, a1, a2, a3, a4, a5 = f0[i], f1[i], f2[i], f3[i], f4[i], f5[i]
+        for k in range(width):
+            a[k] -= a0 * x0[k] + a1 * x1[k] + a2 * x2[k] + a3 * x3[k] + a4 * x4[k] + a5 * x5[k]

@@ -1,8 +1,8 @@
 """Block-sparse elimination of the linear systems of large models, front by front.
 
-The bodies are put into one order for a model, by minimum degree: those with few neighbours first. A front is a small
-dense matrix: the rows and columns of the bodies that it eliminates, and of their neighbours that come later. What is
-left of it after elimination is added to the front in which the first of these neighbours is eliminated (the
+The bodies are put into one order for a model, those with few neighbours first (ordering.py). A front is a small dense
+matrix: the rows and columns of the bodies that it eliminates, and of their neighbours that come later. What is left of
+it after elimination goes to the front in which the first of these neighbours is eliminated (passing.py; the
 multifrontal method: Duff & Reid, "The multifrontal solution of indefinite sparse symmetric linear equations", ACM
 Transactions on Mathematical Software 9 (1983)). The border, a load and a condition, is in every front and comes last.
 
@@ -19,37 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from holdfast.base.arrays import Float, Int
-from holdfast.base.compiled import compilable, compiled, lean
-from holdfast.elastic.elimination import eliminate
+from holdfast.base.compiled import compilable, compiled, fused, lean
+from holdfast.elastic.elimination import apply_pivots, eliminate, finish
 from holdfast.elastic.frames import add_stiffness
-from holdfast.elastic.linear import SINGULAR, Work, add_body, add_corner, border_unit, dense_solve
+from holdfast.elastic.linear import LINE, SINGULAR, Work, add_body, add_corner, border_unit, dense_solve
 from holdfast.elastic.model import Elastic
-from holdfast.elastic.ordering import Tree
+from holdfast.elastic.ordering import Fronts, Tree
+from holdfast.elastic.passing import add_rows, find_pieces, pass_on, place_of
 
 SPARE = 1.3  # memory for pivots that wait, over what is needed if none does
-
-
-class Fronts(NamedTuple):
-    """The fronts of a model in the order of elimination, and all of its sheets, each in one front; see ``Tree``.
-
-    Front k holds bodies ``body[first[k]:first[k + 1]]``, of which it eliminates the first ``owned[k]``; ``onward`` is
-    each body's place in the front that takes what is left, where the bodies are not eliminated before. It takes what is
-    left of the fronts ``child[begin[k]:begin[k + 1]]``, and the sheets ``sheet[since[k]:since[k + 1]]``, whose bodies
-    have the places ``at_a`` and ``at_b`` in it (-1: fixed). ``memory``: numbers held at once of what is left, and in
-    all of the rows of pivots, if none waits.
-    """
-
-    first: Int
-    body: Int
-    owned: Int
-    onward: Int
-    begin: Int
-    child: Int
-    since: Int
-    sheet: Int
-    at_a: Int
-    at_b: Int
-    memory: Int
 
 
 def fronts_of(m: Elastic) -> Fronts:
@@ -57,8 +35,16 @@ def fronts_of(m: Elastic) -> Fronts:
     tree = Tree.of(len(m.wrench) // 6, m.a, m.b)
     sizes = 6 * np.diff(tree.first) + 1
     kept = 6 * tree.owned
-    memory = np.array([((sizes - kept) * (sizes - kept + 2)).sum(), (kept * (sizes + 2)).sum(), sizes.sum()])
-    return Fronts(*tree, np.ceil(SPARE * memory).astype(np.int64))
+    stays = np.append(np.diff(tree.begin)[1:] == 0, False)  # fronts before one that takes from none
+    widths = sizes + 3 * LINE  # what it takes to begin and end where cache lines do
+    memory = [
+        (sizes * widths)[stays].sum(),
+        (kept * widths).sum(),
+        (sizes * widths).max(),
+        (kept * sizes).max(),
+        sizes.sum(),
+    ]
+    return Fronts(*tree, np.ceil(SPARE * np.array(memory)).astype(np.int64))
 
 
 @compiled
@@ -100,13 +86,6 @@ def add_own(
 
 @compiled
 @lean
-def place_of(slot: int, owned: int, waiting: int) -> int:
-    """Where the rows of a body begin in a front whose own bodies are followed by ``waiting`` rows."""
-    return 6 * slot if slot < owned else 6 * slot + waiting
-
-
-@compiled
-@lean
 def number_columns(n: int, e: Fronts, k: int, full: int, columns: Int) -> None:
     """Write the numbers of a front's columns, but for those that wait."""
     owned = e.owned[k]
@@ -119,53 +98,80 @@ def number_columns(n: int, e: Fronts, k: int, full: int, columns: Int) -> None:
 
 @compiled
 @lean
-def add_child(
-    e: Fronts,
-    child: int,
-    left: Float,
-    numbers: Int,
-    at: int,
-    waits: int,
-    F: Float,
-    columns: Int,
-    k: int,
-    full: int,
-    start: Int,
-    to: Int,
-) -> None:
-    """Add to front k what is left of a ``child``: a matrix (t, t + 2) in ``left`` and the ``numbers`` of its columns.
-
-    Its first ``waits`` rows and columns wait for a pivot, and go to the place ``at``. ``start`` and ``to`` are memory
-    for the pieces of columns that stay together: as many as bodies, and three.
-    """
-    size, owned, pieces = len(numbers), e.owned[k], 0
-    if waits > 0:
-        start[0], to[0], pieces = 0, at, 1
-        for i in range(waits):
-            columns[at + i] = numbers[i]
-    i = waits
-    for slot in range(e.first[child] + e.owned[child], e.first[child + 1]):
-        place = place_of(e.onward[slot], owned, full - 6 * owned)
-        if pieces == 0 or place - to[pieces - 1] != i - start[pieces - 1]:
-            start[pieces], to[pieces] = i, place
-            pieces += 1
-        i += 6
-    start[pieces], to[pieces] = i, F.shape[0] - 1  # the border and the right-hand sides
-    pieces += 1
-    start[pieces] = size + 2
-    for piece in range(pieces):
-        for i in range(start[piece], min(start[piece + 1], size)):
-            add_pieces(F[to[piece] + i - start[piece]], left[i * (size + 2) : (i + 1) * (size + 2)], start, to, pieces)
+def lines(count: int) -> int:
+    """As many numbers, or a few more, so that they end where a cache line does."""
+    return -(-count // LINE) * LINE
 
 
 @compiled
 @lean
-def add_pieces(row: Float, part: Float, start: Int, to: Int, pieces: int) -> None:
-    """Add to a ``row``, from its places ``to`` on, the pieces of ``part``, each between one ``start`` and the next."""
-    for piece in range(pieces):
-        here, there = part[start[piece] : start[piece + 1]], row[to[piece] :]
-        for j in range(len(here)):
-            there[j] += here[j]
+def lead(e: Fronts, k: int) -> int:
+    """Where the matrix of front k begins in memory: what stays of its rows, if no pivot waits, begins a cache line."""
+    return int(-6 * e.owned[k] % LINE)
+
+
+@compiled
+@lean
+def width(e: Fronts, k: int, size: int) -> int:
+    """Numbers in the rows of front k, of as many as ``size``."""
+    return lines(lead(e, k) + size + 2)
+
+
+@compiled
+@lean
+def layout(e: Fronts, k: int, waits: Int) -> tuple[int, int]:
+    """Rows of front k before those that stay, and all of them, where of every child ``waits`` rows wait."""
+    waiting = 0
+    for j in range(e.begin[k], e.begin[k + 1]):
+        waiting += waits[e.child[j]]
+    return 6 * e.owned[k] + waiting, 6 * (e.first[k + 1] - e.first[k]) + waiting + 1
+
+
+@compiled
+@lean
+def passes_on(e: Fronts, k: int) -> bool:
+    """Whether what is left of front k is written to the next front at once: whether that takes from any."""
+    return bool(k + 1 < len(e.owned) and e.begin[k + 1] < e.begin[k + 2])
+
+
+class Book(NamedTuple):
+    """What is written down of every front.
+
+    Its ``size``; the number of pivots ``done``, and of those that wait, ``waits``; where its matrix begins in the
+    memory of those that stay, ``at_left``, which is free from ``base`` on when it has been taken; where the numbers of
+    its columns begin, ``at_number``; and where the rows of its pivots begin, ``at_upper``, ``wide`` each.
+    """
+
+    size: Int
+    done: Int
+    waits: Int
+    at_left: Int
+    base: Int
+    at_number: Int
+    at_upper: Int
+    wide: Int
+
+
+@compiled
+@lean
+def take_children(
+    e: Fronts, k: int, own: int, book: Book, left: Float, numbers: Int, F: Float, columns: Int, piece: Int
+) -> int:
+    """Add to front k what is left of its children but for the last, and write the numbers of all columns that wait.
+
+    Returns from where on the memory ``left`` is free of these children.
+    """
+    at, base = 6 * e.owned[k], len(left)
+    for j in range(e.begin[k], e.begin[k + 1]):
+        c = e.child[j]
+        for i in range(book.waits[c]):
+            columns[at + i] = numbers[book.at_number[c] + book.done[c] + i]
+        if c < k - 1:
+            base = min(base, book.base[c])
+            pieces = find_pieces(e, c, book.waits[c], at, k, own, len(F), piece)
+            add_rows(left[book.at_left[c] :], width(e, c, book.size[c]), book.size[c], book.done[c], F, piece, pieces)
+        at += book.waits[c]
+    return base
 
 
 @compiled
@@ -174,48 +180,62 @@ def fronts_solve(
 ) -> float:
     """As ``dense_solve``, front by front."""
     n, count = len(work.w), len(e.owned)
-    left, numbers = np.empty(e.memory[0]), np.empty(e.memory[2], np.int64)
-    upper, room = np.empty(e.memory[1]), np.empty(0)
-    most = (e.first[1:] - e.first[:-1]).max() + 3
-    start, to = np.empty(most, np.int64), np.empty(most, np.int64)
-    size, done, waits = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64)
-    at_left, at_number, at_upper = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64)
-    top, above, last, sign = 0, 0, 0, 1.0
+    left, upper, here, other, panel = work.left, work.upper, work.front, work.other, work.panel
+    most = (e.first[1:] - e.first[:-1]).max()
+    numbers, place = np.empty(e.memory[4], np.int64), np.empty(6 * most + 1, np.int64)
+    piece = np.empty((most + 2, 3), np.int64)
+    zeros = np.zeros((8, count), np.int64)
+    book = Book(zeros[0], zeros[1], zeros[2], zeros[3], zeros[4], zeros[5], zeros[6], zeros[7])
+    top, above, last, full, sign = 0, 0, 0, 0, 1.0
     border = border_unit(work.w if transposed else work.c, m.unit)
+    F = P = X = here[:0].reshape((0, 0))
     for k in range(count):
-        waiting = 0
-        for j in range(e.begin[k], e.begin[k + 1]):
-            waiting += waits[e.child[j]]
-        full = 6 * e.owned[k] + waiting
-        size[k] = t = 6 * (e.first[k + 1] - e.first[k]) + waiting + 1
-        if k == count - 1:
-            full = t
-        F = np.zeros((t, t + 2))
+        own, t = layout(e, k, book.waits)
+        start, stop = lead(e, k), lead(e, k) + t * width(e, k, t)
+        if passes_on(e, k) or k == count - 1:
+            here, other = grown(other, stop), here
+            G = here[start:stop].reshape((t, width(e, k, t)))
+        else:
+            book.at_left[k], book.base[k] = top + start, top
+            left = grown(left, top + stop)
+            G = left[top + start : top + stop].reshape((t, width(e, k, t)))
+            top = lines(top + stop)
+        if e.begin[k] < e.begin[k + 1]:
+            place, waiting = grown(place, len(F)), book.waits[k - 1]
+            pieces = find_pieces(e, k - 1, waiting, own - waiting, k, own, t, piece)
+            pass_on(F, P, X, full, G, piece, pieces, place)
+        else:
+            G[:] = 0.0
+        F = G
         numbers = grown(numbers, last + t)
         columns = numbers[last : last + t]
-        number_columns(n, e, k, full - (k == count - 1), columns)
-        add_own(m, work, e, k, drag, corner, border, transposed, full - (k == count - 1), F)
-        at, base = 6 * e.owned[k], top
-        for j in range(e.begin[k], e.begin[k + 1]):
-            c = e.child[j]
-            base = min(base, at_left[c])
-            rest = numbers[at_number[c] + done[c] : at_number[c] + size[c]]
-            add_child(e, c, left[at_left[c] :], rest, at, waits[c], F, columns, k, full - (k == count - 1), start, to)
-            at += waits[c]
-        room = grown(room, full * t)
-        done[k], turned = eliminate(F, room[: full * t].reshape((full, t)), columns, full, least)
+        number_columns(n, e, k, own, columns)
+        add_own(m, work, e, k, drag, corner, border, transposed, own, F)
+        free = take_children(e, k, own, book, left, numbers, F, columns, piece)
+        if passes_on(e, k) or k == count - 1:
+            top = min(top, free)
+        else:
+            book.base[k] = min(book.base[k], free)
+        full = t if k == count - 1 else own
+        panel, upper = grown(panel, full * t), grown(upper, above + full * (F.shape[1] + LINE))
+        P = panel[: full * t].reshape((full, t))
+        done, turned = eliminate(F, P, columns, full, least)
         sign *= turned
-        waits[k] = full - done[k]
-        at_number[k], at_left[k], at_upper[k] = last, base, above
-        last += t
-        top, above = base + (t - done[k]) * (t - done[k] + 2), above + done[k] * (t + 2)
-        left, upper = grown(left, top), grown(upper, above)
-        keep(F, done[k], upper[at_upper[k] :], left[base:])
-    if waits[count - 1] > 0:
+        wide = min(lines(t - done + 2), F.shape[1] - done)
+        book.size[k], book.done[k], book.waits[k], book.wide[k] = t, done, full - done, wide
+        book.at_number[k], book.at_upper[k] = last, above
+        X = upper[above : above + done * wide].reshape((done, wide))
+        finish(F, P, X, full)
+        keep_pivots(P, upper[above + done * wide :], done)
+        if not passes_on(e, k):
+            apply_pivots(F, done, P, X, done, t, full - done)
+        last, above = last + t, lines(above + done * (wide + done))
+    if book.waits[count - 1] > 0:
         return SINGULAR
+    here = grown(here, 2 * book.size.max())
     for k in range(count - 1, -1, -1):
-        rows = upper[at_upper[k] : at_upper[k] + done[k] * (size[k] + 2)].reshape((done[k], size[k] + 2))
-        substitute(rows, numbers[at_number[k] : at_number[k] + size[k]], work.rhs)
+        columns = numbers[book.at_number[k] : book.at_number[k] + book.size[k]]
+        substitute(upper[book.at_upper[k] :], book.done[k], book.wide[k], columns, work.rhs, here)
     for i in range(n + 1):
         unit = m.unit[i] if i < n else 1.0
         for j in range(2):
@@ -227,33 +247,59 @@ def fronts_solve(
 
 @compiled
 @lean
-def keep(F: Float, done: int, upper: Float, left: Float) -> None:
-    """Copy the rows of pivots of a front to ``upper``, and what is left of it to ``left``."""
-    size = F.shape[0]
-    for i in range(done):
-        row, to = F[i], upper[i * (size + 2) : (i + 1) * (size + 2)]
-        for j in range(size + 2):
-            to[j] = row[j]
-    stays = size - done + 2
-    for i in range(size - done):
-        row, to = F[done + i, done:], left[i * stays : (i + 1) * stays]
-        for j in range(stays):
-            to[j] = row[j]
+def keep_pivots(P: Float, into: Float, done: int) -> None:
+    """Copy pivots, and what is above each, from the first rows of ``P`` to a matrix (done, done) in ``into``."""
+    for c in range(done):
+        row, to = P[c], into[c * done : (c + 1) * done]
+        for i in range(c + 1):
+            to[i] = row[i]
 
 
 @compiled
 @lean
-def substitute(rows: Float, columns: Int, solution: Float) -> None:
-    """Find the unknowns of a front's pivots; those of its later columns are in ``solution`` (n + 1, 2) by then."""
+@fused
+def substitute(rows: Float, done: int, width: int, columns: Int, solution: Float, memory: Float) -> None:
+    """Find the unknowns of a front's pivots; those of its later columns are in ``solution`` (n + 1, 2) by then.
+
+    ``rows`` (done, width), in one row, are as ``finish`` leaves them, and ``keep_pivots`` what follows.
+    """
     size = len(columns)
-    for i in range(len(rows) - 1, -1, -1):
-        row = rows[i]
-        one, two = row[size], row[size + 1]
-        for j in range(i + 1, size):
-            one -= row[j] * solution[columns[j], 0]
-            two -= row[j] * solution[columns[j], 1]
-        solution[columns[i], 0] = one / row[i]
-        solution[columns[i], 1] = two / row[i]
+    rest = size - done
+    one, two = memory[:size], memory[size : 2 * size]
+    for j in range(done, size):
+        one[j], two[j] = solution[columns[j], 0], solution[columns[j], 1]
+    x, y = one[done:], two[done:]
+    fours = done - done % 4
+    for i in range(0, fours, 4):
+        p, q = rows[i * width : (i + 1) * width], rows[(i + 1) * width : (i + 2) * width]
+        r, s = rows[(i + 2) * width : (i + 3) * width], rows[(i + 3) * width : (i + 4) * width]
+        p0, q0, r0, s0 = p[rest], q[rest], r[rest], s[rest]
+        p1, q1, r1, s1 = p[rest + 1], q[rest + 1], r[rest + 1], s[rest + 1]
+        for j in range(rest):
+            p0 -= p[j] * x[j]
+            q0 -= q[j] * x[j]
+            r0 -= r[j] * x[j]
+            s0 -= s[j] * x[j]
+            p1 -= p[j] * y[j]
+            q1 -= q[j] * y[j]
+            r1 -= r[j] * y[j]
+            s1 -= s[j] * y[j]
+        one[i], one[i + 1], one[i + 2], one[i + 3] = p0, q0, r0, s0
+        two[i], two[i + 1], two[i + 2], two[i + 3] = p1, q1, r1, s1
+    for i in range(fours, done):
+        p = rows[i * width : (i + 1) * width]
+        p0, p1 = p[rest], p[rest + 1]
+        for j in range(rest):
+            p0 -= p[j] * x[j]
+            p1 -= p[j] * y[j]
+        one[i], two[i] = p0, p1
+    for c in range(done - 1, -1, -1):
+        above = rows[done * width + c * done : done * width + c * done + c + 1]
+        a, b = one[c] / above[c], two[c] / above[c]
+        for i in range(c):
+            one[i] -= above[i] * a
+            two[i] -= above[i] * b
+        solution[columns[c], 0], solution[columns[c], 1] = a, b
 
 
 @compilable

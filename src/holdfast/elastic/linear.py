@@ -19,6 +19,7 @@ from holdfast.base.arrays import Float
 from holdfast.base.compiled import compiled, fused, lean
 from holdfast.elastic.frames import add_stiffness
 from holdfast.elastic.model import Elastic
+from holdfast.elastic.ordering import Fronts
 
 LINE = 8  # numbers in a cache line
 APART = 16  # numbers between the memories of two threads
@@ -32,15 +33,22 @@ class Work(NamedTuple):
 
     ``K`` (P, 6, 6); ``w``, ``c`` (n,); ``rhs`` (n + 1, 2) two right-hand sides, which become the solutions. ``A``
     (n + 1, at least n + 3) holds the matrix of dense elimination and both of them; it is empty where there are fronts.
-    ``r`` (n,) is the unbalance at a displacement (newton.py), ``trial`` (n,) a displacement tried; ``v``, ``F`` (6,) a
-    sheet's twist and wrench; ``X``, ``Y`` (6, 6) what a sheet adds to the matrix, half-way.
+    They need memory for what is ``left`` of those that are taken later, for the ``upper`` triangle, for two that are
+    worked on, ``front`` and ``other``, and for a ``panel``. ``r`` (n,) is the unbalance at a displacement (newton.py),
+    ``trial`` (n,) a displacement tried; ``v``, ``F`` (6,) a sheet's twist and wrench; ``X``, ``Y`` (6, 6) what a sheet
+    adds to the matrix, half-way.
     """
 
+    A: Float
+    left: Float
+    upper: Float
+    front: Float
+    other: Float
+    panel: Float
     K: Float
     w: Float
     c: Float
     rhs: Float
-    A: Float
     r: Float
     trial: Float
     v: Float
@@ -49,20 +57,22 @@ class Work(NamedTuple):
     Y: Float
 
 
-def make_work(m: Elastic, *, dense: bool) -> Work:
+def make_work(m: Elastic, fronts: Fronts | None) -> Work:
     """The memory that one thread needs for a model: one block, so that no two threads write to the same cache line.
 
-    The rows of ``A`` begin where cache lines do: elimination takes half as long again where they begin anywhere.
+    The rows of ``A`` begin where cache lines do: elimination takes half as long again where they begin anywhere. So
+    does the memory for ``fronts``, which is empty where there are none.
     """
     n = len(m.wrench)
     width = -(-(n + 3) // LINE) * LINE
-    shapes = [(n + 1, width) if dense else (0, 0), m.bonded.shape, (n,), (n,), (n + 1, 2), (n,), (n,), (6,), (6,)]
-    shapes += [(6, 6), (6, 6)]
+    left, upper, front, panel = (0, 0, 0, 0) if fronts is None else (-(-fronts.memory[:4] // LINE) * LINE).tolist()
+    shapes = [(n + 1, width) if fronts is None else (0, 0), (left,), (upper,), (front,), (front,), (panel,)]
+    shapes += [m.bonded.shape, (n,), (n,), (n + 1, 2), (n,), (n,), (6,), (6,), (6, 6), (6, 6)]
     ends = np.cumsum([prod(shape) for shape in shapes])
     block = np.zeros(ends[-1] + 3 * APART)
     first = APART + (-block.ctypes.data // block.itemsize) % LINE
-    A, *others = (part.reshape(shape) for part, shape in zip(np.split(block[first:], ends)[:-1], shapes, strict=True))
-    return Work._make([*others[:4], A, *others[4:]])
+    parts = [part.reshape(shape) for part, shape in zip(np.split(block[first:], ends)[:-1], shapes, strict=True)]
+    return Work(*parts)
 
 
 @compiled
@@ -90,8 +100,10 @@ def add_body(m: Elastic, work: Work, body: int, border: float, transposed: bool,
         here, place = 6 * body + i, at + i
         unit = m.unit[here]
         A[place, place] += unit * unit * m.hold[here]
-        A[place, last], A[last, place] = across * unit * column[here], along * unit * row[here]
-        A[place, last + 1], A[place, last + 2] = unit * work.rhs[here, 0], unit * work.rhs[here, 1]
+        A[place, last] += across * unit * column[here]
+        A[last, place] += along * unit * row[here]
+        A[place, last + 1] += unit * work.rhs[here, 0]
+        A[place, last + 2] += unit * work.rhs[here, 1]
 
 
 @compiled

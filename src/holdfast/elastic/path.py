@@ -9,10 +9,11 @@ import numpy as np
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.compiled import compilable, compiled, lean
 from holdfast.elastic.direction import turn
-from holdfast.elastic.fronts import Fronts, solve
+from holdfast.elastic.fronts import solve
 from holdfast.elastic.linear import SINGULAR, Work
 from holdfast.elastic.model import Elastic
 from holdfast.elastic.newton import SHORTEST, Balance, newton, unbalance, worst
+from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.outcome import Event, PathOutcome, goes_on, outcome_of
 from holdfast.elastic.stepper import (
     STATIONS,

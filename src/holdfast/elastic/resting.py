@@ -17,10 +17,11 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.compiled import compilable
-from holdfast.elastic.fronts import Fronts, solve
+from holdfast.elastic.fronts import solve
 from holdfast.elastic.linear import Work
 from holdfast.elastic.model import Elastic
 from holdfast.elastic.newton import Balance, newton, rounding, unbalance, worst
+from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.vectors import farthest, go, largest, put, scale
 

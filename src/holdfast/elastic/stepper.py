@@ -13,11 +13,12 @@ import numpy as np
 from holdfast.base.arrays import Float
 from holdfast.base.compiled import compilable, compiled, lean
 from holdfast.elastic.direction import straight, torn, turn
-from holdfast.elastic.fronts import Fronts, solve
+from holdfast.elastic.fronts import solve
 from holdfast.elastic.law import next_change
 from holdfast.elastic.linear import ROUNDED, SINGULAR, Work
 from holdfast.elastic.model import Elastic
 from holdfast.elastic.newton import SHORTEST, Balance, newton, unbalance, worst
+from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.outcome import Event
 from holdfast.elastic.vectors import divide, dot, farthest, go, largest, put
 

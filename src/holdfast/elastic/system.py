@@ -13,9 +13,10 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.compiled import machine_code
 from holdfast.base.parallel import free_threads, in_parallel, left_if_stopped
 from holdfast.base.progress import report
-from holdfast.elastic.fronts import Fronts, fronts_of
+from holdfast.elastic.fronts import fronts_of
 from holdfast.elastic.linear import Work, make_work
 from holdfast.elastic.model import Elastic
+from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.path import PathResult, balances, follow_each, loads_nearby
 from holdfast.elastic.resting import MOST_STEPS, bond_all, lessen_drag, move
@@ -63,12 +64,13 @@ class System:
     @classmethod
     def dense(cls, model: Elastic) -> System:
         """By dense elimination."""
-        return cls(model, make_work(model, dense=True), None)
+        return cls(model, make_work(model, None), None)
 
     @classmethod
     def by_fronts(cls, model: Elastic) -> System:
         """By block-sparse elimination."""
-        return cls(model, make_work(model, dense=False), fronts_of(model))
+        fronts = fronts_of(model)
+        return cls(model, make_work(model, fronts), fronts)
 
     @property
     def long(self) -> bool:
@@ -156,7 +158,7 @@ class System:
         if not count:
             return
         threads = self.threads(count)
-        works = [make_work(self.model, dense=self.fronts is None) for _ in range(threads)]
+        works = [make_work(self.model, self.fronts) for _ in range(threads)]
         size = 1 if self.long else min(max(count // (SHARES * threads), 1), MOST_COLUMNS)
         blocks = np.split(np.arange(count), range(size, count, size))
 

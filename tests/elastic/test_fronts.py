@@ -1,0 +1,173 @@
+"""Elimination front by front against dense solving, on models at random: every way that a matrix may take."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from holdfast.elastic import fronts as module
+from holdfast.elastic.elimination import eliminate
+from holdfast.elastic.frames import twist_matrices
+from holdfast.elastic.fronts import fronts_of, fronts_solve, passes_on
+from holdfast.elastic.linear import SINGULAR, Work, dense_solve, make_work
+from holdfast.elastic.model import Elastic, Runs
+from holdfast.elastic.ordering import Fronts
+
+Array = NDArray[np.float64]
+
+NEAR = 0.35  # bodies in a cube of side one are joined up to this distance
+DRAG, CORNER, HOLD = 0.1, 0.7, 1e-5  # of a hold: too little for a pivot
+
+
+def turned(rng: np.random.Generator, count: int) -> Array:
+    return np.linalg.qr(rng.normal(size=(count, 3, 3)))[0]
+
+
+def model_at_random(seed: int, bodies: int) -> Elastic:
+    """Bodies at random in a cube, some of them joined to the ground, in more than one group where few are near."""
+    rng = np.random.default_rng(seed)
+    at = rng.uniform(size=(bodies, 3))
+    pairs = [(a, b) for b in range(bodies) for a in range(b) if np.linalg.norm(at[a] - at[b]) < NEAR]
+    grounded = [(-1, b) for b in range(bodies) if rng.uniform() < 0.5]
+    ends = rng.permutation(np.array([*pairs, *grounded, (0, -1)]))
+    n, count = 6 * bodies, len(ends)
+    half = rng.normal(size=(count, 6, 6))
+    none, starts = np.zeros(0), np.zeros(count + 1, dtype=np.int64)
+    return Elastic(
+        first=starts,
+        x=none,
+        y=none,
+        k=none,
+        apart=none,
+        mu=np.full(count, 0.5),
+        rho=1.0,
+        a=np.ascontiguousarray(ends[:, 0]),
+        b=np.ascontiguousarray(ends[:, 1]),
+        axes=turned(rng, count),
+        arm_a=rng.normal(size=(count, 3)),
+        arm_b=rng.normal(size=(count, 3)),
+        wrench=np.zeros(n),
+        scale=np.ones(n),
+        bonded=half @ half.transpose(0, 2, 1),
+        unit=rng.uniform(0.5, 2.0, n),
+        runs=Runs.of(starts, none, none, none),
+        hold=rng.uniform(0.0, HOLD, n),
+    )
+
+
+class Case(NamedTuple):
+    """A model, its fronts, and the matrix (n + 1, n + 1) and the right-hand sides (n + 1, 2) of a system."""
+
+    m: Elastic
+    fronts: Fronts
+    K: Array
+    w: Array
+    c: Array
+    A: Array
+    rhs: Array
+
+
+def case(seed: int, bodies: int, *, rank: int = 6, drag: float = DRAG) -> Case:
+    """A system whose sheets have stiffnesses of a rank: with a small one, bodies have too few pivots of their own."""
+    m = model_at_random(seed, bodies)
+    rng = np.random.default_rng(seed)
+    n, count = len(m.wrench), len(m.a)
+    K = rng.normal(size=(count, 6, rank)) @ rng.normal(size=(count, rank, 6))
+    w, c, rhs = rng.normal(size=n), rng.normal(size=n), rng.normal(size=(n + 1, 2))
+    A = np.diag(np.append(m.hold, CORNER))
+    from_a, from_b = twist_matrices(m)
+    for p in range(count):
+        T = np.zeros((6, n))
+        for body, twist, sign in ((m.b[p], from_b[p], 1), (m.a[p], from_a[p], -1)):
+            if body >= 0:
+                T[:, 6 * body : 6 * body + 6] += sign * twist
+        A[:n, :n] += T.T @ (K[p] + drag * m.bonded[p]) @ T
+    A[:n, n], A[n, :n] = -w, c
+    return Case(m, fronts_of(m), K, w, c, A, rhs)
+
+
+def filled(work: Work, each: Case) -> Work:
+    """The system in memory that holds no numbers, as another system or another thread may leave it."""
+    for memory in (work.left, work.upper, work.front, work.other, work.panel):
+        memory[:] = np.nan
+    work.K[:], work.w[:], work.c[:], work.rhs[:] = each.K, each.w, each.c, each.rhs
+    return work
+
+
+def error(solution: Array, A: Array, rhs: Array) -> float:
+    exact = np.linalg.solve(A, rhs)
+    return float(np.abs(solution - exact).max() / np.abs(exact).max())
+
+
+@pytest.mark.parametrize("transposed", [False, True])
+@pytest.mark.parametrize("rank", [6, 4, 3])
+@pytest.mark.parametrize(("seed", "bodies"), [(0, 1), (1, 2), (2, 7), (3, 20), (4, 20), (5, 45), (6, 70)])
+def test_solutions_are_those_of_dense_elimination(seed: int, bodies: int, rank: int, transposed: bool) -> None:
+    each = case(seed, bodies, rank=rank)
+    A = each.A.T if transposed else each.A
+    work = filled(make_work(each.m, each.fronts), each)
+    sign = fronts_solve(each.m, work, each.fronts, DRAG, CORNER, transposed, 0.0)
+    assert error(work.rhs, A, each.rhs) < 1e-8
+    assert sign == np.linalg.slogdet(A)[0]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_pivots_wait_wherever_they_may(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In fronts whose rest is passed on at once and in others, and more of them than there is memory for at first."""
+    each = case(seed, 60, rank=1, drag=0.0)
+    waiting = []
+
+    def watched(F: Array, P: Array, columns: NDArray[np.int64], full: int, least: float) -> tuple[int, float]:
+        done, sign = eliminate(F, P, columns, full, least)
+        waiting.append(full - done)
+        return done, sign
+
+    monkeypatch.setattr(module, "eliminate", watched)
+    work = filled(make_work(each.m, each.fronts), each)
+    sign = fronts_solve.py_func(each.m, work, each.fronts, 0.0, CORNER, False, 0.0)
+    assert error(work.rhs, each.A, each.rhs) < 1e-6
+    assert sign == np.linalg.slogdet(each.A)[0]
+    at_once = np.array([passes_on(each.fronts, k) for k in range(len(waiting))])
+    assert max(np.array(waiting)[at_once]) > 5
+    assert max(np.array(waiting)[~at_once]) > 5
+
+
+@pytest.mark.parametrize("rank", [6, 1])
+def test_memory_grows_where_there_is_too_little(rank: int) -> None:
+    each = case(8, 40, rank=rank, drag=0.0)
+    found = []
+    for fronts in (each.fronts, None):
+        work = filled(make_work(each.m, fronts), each)
+        sign = fronts_solve(each.m, work, each.fronts, 0.0, CORNER, False, 0.0)
+        found.append([*work.rhs.ravel(), sign])
+    assert found[0] == found[1]
+
+
+def test_a_body_that_nothing_holds_makes_a_system_singular() -> None:
+    each = case(9, 30, drag=0.0)
+    m = each.m._replace(hold=np.zeros_like(each.m.hold))
+    K = each.K * ((m.a != 4) & (m.b != 4))[:, None, None]
+    each = each._replace(m=m, K=K)
+    dense, sparse = filled(make_work(m, None), each), filled(make_work(m, each.fronts), each)
+    assert dense_solve(m, dense, 0.0, 0.0, False, 1e-12) == SINGULAR
+    assert fronts_solve(m, sparse, each.fronts, 0.0, 0.0, False, 1e-12) == SINGULAR
+
+
+@pytest.mark.parametrize(("seed", "bodies"), [(0, 1), (3, 20), (5, 45)])
+def test_a_front_comes_right_after_the_last_one_that_it_takes_from(seed: int, bodies: int) -> None:
+    """And takes all bodies that are left of each, in one order."""
+    e = case(seed, bodies).fronts
+    parent = np.full(len(e.owned), -1)
+    for k in range(len(e.owned)):
+        children = e.child[e.begin[k] : e.begin[k + 1]]
+        assert (np.diff(children) > 0).all()
+        assert len(children) == 0 or children[-1] == k - 1
+        parent[children] = k
+    assert (parent[:-1] >= 0).all()
+    for k, up in enumerate(parent[:-1]):
+        left = slice(e.first[k] + e.owned[k], e.first[k + 1])
+        assert (np.diff(e.onward[left]) > 0).all()
+        np.testing.assert_array_equal(e.body[e.first[up] + e.onward[left]], e.body[left])
