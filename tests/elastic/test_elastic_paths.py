@@ -28,7 +28,7 @@ from holdfast.elastic.stepper import (
     begin,
     cross_change,
     make_stepper,
-    rough_under,
+    rough_at,
     set_next_step,
 )
 from holdfast.elastic.system import STAGE, System
@@ -239,9 +239,20 @@ def test_behind_a_change_the_step_does_not_shrink_for_ever() -> None:
     assert walk.stepper.now.step == pytest.approx(LEAST * walk.stepper.now.length)
 
 
-@pytest.mark.parametrize(("s", "expected"), [(1.0, ROUGH), (-1e-3, OF_LOAD * 1e-2)])
-def test_points_of_large_groups_may_lack_little_beside_weight_and_load(s: float, expected: float) -> None:
-    assert rough_under(10.0, s) == pytest.approx(expected)
+@pytest.mark.parametrize(
+    ("known", "expected"),
+    [
+        ({"s": 1.0, "strength": 10.0, "length": 1.0, "step": 0.1}, ROUGH),
+        ({"s": -1e-3, "strength": 10.0, "length": 1.0, "step": 0.1}, OF_LOAD * 1e-2),
+        ({"s": 1.0, "strength": 10.0, "length": 1.0, "step": 1e-3}, 0.0),
+    ],
+)
+def test_points_of_large_groups_may_lack_little_beside_weight_and_load(
+    known: dict[str, float], expected: float
+) -> None:
+    """And nothing where the path creeps."""
+    now = at(**known)
+    assert rough_at(now, now.s) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(("reached", "expected"), [(0, False), (1, True)])

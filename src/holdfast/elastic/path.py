@@ -16,7 +16,6 @@ from holdfast.elastic.newton import SHORTEST, Balance, newton, unbalance, worst
 from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.outcome import Event, PathOutcome, goes_on, outcome_of
 from holdfast.elastic.stepper import (
-    NEAR_BALANCE,
     STATIONS,
     TOLERANCE,
     Stepper,
@@ -24,7 +23,6 @@ from holdfast.elastic.stepper import (
     appraise,
     begin,
     cross_change,
-    rough_under,
     set_next_step,
     sought_alone,
 )
@@ -273,15 +271,6 @@ def answer_to_loads(m: Elastic, work: Work, stepper: Stepper, cut: Float, fronts
 
 
 @compiled
-@lean
-def allowed(m: Elastic, load: Float, s: float, fronts: Fronts | None) -> tuple[float, float]:
-    """The unbalance that a state under s times a load may have, and what is enough where Newton's method stalls."""
-    strength = worst(m, load)
-    rough = 0.0 if fronts is None else rough_under(strength, s)
-    return max(TOLERANCE * max(1.0, strength * s), NEAR_BALANCE * rough), rough
-
-
-@compiled
 def loads_nearby(
     m: Elastic,
     work: Work,
@@ -303,9 +292,9 @@ def loads_nearby(
         put(work.w, loads[k])
         put(work.c, plane[k])
         put(there, q[k])
-        tolerance, rough = allowed(m, loads[k], s[k], fronts)
+        tolerance = TOLERANCE * max(1.0, worst(m, loads[k]) * s[k])
         path, level = Balance(1.0, 0.0, 0.0, origin), dot(plane[k], there)
-        point = newton(m, work, path, there, s[k], level, tolerance, MOST_SOUGHT, TINY, rough, fronts)
+        point = newton(m, work, path, there, s[k], level, tolerance, MOST_SOUGHT, TINY, 0.0, fronts)
         into[k] = point.s if point.converged else -1.0
 
 
@@ -324,5 +313,5 @@ def balances(
     for k in rows:
         put(work.w, loads[k])
         put(there, q[k])
-        tolerance, rough = allowed(m, loads[k], s[k], fronts)
-        into[k] = newton(m, work, held, there, s[k], 0.0, tolerance, MOST_SOUGHT, SHORTEST, rough, fronts).converged
+        tolerance = TOLERANCE * max(1.0, worst(m, loads[k]) * s[k])
+        into[k] = newton(m, work, held, there, s[k], 0.0, tolerance, MOST_SOUGHT, SHORTEST, 0.0, fronts).converged

@@ -42,12 +42,12 @@ FIRST_NEWTON, FIRST_SHARE = 60, 0.01  # for the first point, and the least share
 TURN = 0.3  # wanted correction of a point, as a share of the step
 AWAY = 0.7  # distance from where the directions at both ends lead, as a share of the motion, that hints at a branch
 HARDLY_AWAY = 0.4  # the same for points that are not found easily
-CREEPING = 0.01  # step, in lengths of the path so far, below which a change of sign straight ahead is gone through
+CREEPING = 0.01  # step, in lengths of the path, below which points are exact, and the sign may change straight on
 SHORTER = 0.3  # factor by which a step is shortened
 NEAR = 0.03  # share of a step that failed from which a corner in it is gone to
 BEFORE = 0.999  # share of the way to a corner that is gone before it is crossed
 SHORTENINGS = 4  # of one step, after which the path is continued behind the next change of a node
-LEAST = 1e-4  # step behind such a change, in lengths of the path so far; points of shorter steps are not rough
+LEAST = 1e-4  # step behind such a change, in lengths of the path so far
 MOST_CHANGES, MOST_IN_A_ROW = 200, 20  # of nodes that a path may be continued behind, in all and between two points
 LATE, FARTHER = 12, 1.5  # points without a new peak, and growth of the length, after which none is expected
 TOO_LATE = 40  # points without a new peak after which none is waited for, however near
@@ -225,14 +225,14 @@ def tolerance_at(now: Progress) -> float:
     return TOLERANCE * max(1.0, min(1e-7 * now.length / now.elastic, 10.0), 0.01 * now.strength * abs(now.s))
 
 
-@compiled
+@compilable
 @lean
-def rough_under(strength: float, s: float) -> float:
-    """The unbalance that is enough in a large group, under s times a load of this ``strength``, where Newton stalls.
+def rough_at(now: Progress, s: float) -> float:
+    """The unbalance that is enough for a point of a large group, with load s, where Newton's method stalls.
 
-    Not for points nearer to each other than to the path: they would lead along what they lack.
+    None is where the path creeps: points nearer to each other than to the path would lead along what they lack.
     """
-    return min(ROUGH, OF_LOAD * strength * abs(s))
+    return 0.0 if now.step < CREEPING * now.length else min(ROUGH, OF_LOAD * now.strength * abs(s))
 
 
 @compilable
@@ -245,8 +245,7 @@ def advance(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> 
     s, level = now.s + now.step * now.slope, dot(work.c, trial)
     first = now.points == 0
     steps, least = (FIRST_NEWTON, FIRST_SHARE) if first else (MOST_NEWTON, SHORTEST)
-    exact = fronts is None or now.step < LEAST * now.length
-    rough = 0.0 if exact else rough_under(now.strength, s)
+    rough = 0.0 if fronts is None else rough_at(now, s)
     tolerance = max(tolerance_at(now), NEAR_BALANCE * rough)
     point = newton(m, work, stepper.path, trial, s, level, tolerance, steps, least, rough, fronts)
     now.systems += point.systems
