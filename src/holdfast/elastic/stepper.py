@@ -25,7 +25,6 @@ from holdfast.elastic.vectors import divide, dot, farthest, go, largest, put
 TOLERANCE = 1e-7  # unbalance of points on the path, each body's in units of its own weight
 ROUGH = 1e-4  # the same where Newton's method stalls, in large groups
 OF_LOAD = 1e-3  # the same where the load is small, in shares of it
-NEAR_BALANCE = 0.1  # share of both that points of large groups may have in any case
 FALLEN = 0.99  # share of the peak below which the path has clearly fallen
 NEW_PEAK = 1e-4  # relative rise above the peak so far that counts as a new peak
 STATIONS = 4  # points before the peak that are kept
@@ -42,13 +41,12 @@ FIRST_NEWTON, FIRST_SHARE = 60, 0.01  # for the first point, and the least share
 TURN = 0.3  # wanted correction of a point, as a share of the step
 AWAY = 0.7  # distance from where the directions at both ends lead, as a share of the motion, that hints at a branch
 HARDLY_AWAY = 0.4  # the same for points that are not found easily
-CREEPING = 0.01  # step, in lengths of the path, below which points are exact, and the sign may change straight on
+CREEPING = 0.01  # step, in lengths of the path so far, below which a change of sign straight ahead is gone through
 SHORTER = 0.3  # factor by which a step is shortened
 NEAR = 0.03  # share of a step that failed from which a corner in it is gone to
 BEFORE = 0.999  # share of the way to a corner that is gone before it is crossed
 SHORTENINGS = 4  # of one step, after which the path is continued behind the next change of a node
-LEAST = 1e-4  # step behind such a change, in lengths of the path so far
-MOST_CHANGES, MOST_IN_A_ROW = 200, 20  # of nodes that a path may be continued behind, in all and between two points
+MOST_CHANGES = 200  # of nodes that a path may be continued behind
 LATE, FARTHER = 12, 1.5  # points without a new peak, and growth of the length, after which none is expected
 TOO_LATE = 40  # points without a new peak after which none is waited for, however near
 
@@ -61,8 +59,7 @@ class Progress:
 
     Where it is: ``s`` and the ``slope`` ds/dℓ; what the faint hold has ``carried``, of each body's own weight; the
     ``step`` Δℓ to be tried; the ``length`` ℓ so far; ``last``, s of the last regular point; ``turned``, the last
-    correction as a share of its step; ``points`` found, linear ``systems`` solved, node ``changes`` crossed, and those
-    ``in_a_row`` since the last point; how often
+    correction as a share of its step; ``points`` found, linear ``systems`` solved, node ``changes`` crossed; how often
     this step was ``shortened``, and whether that was because it was ``doubted`` to lie on the same branch; the
     ``fastest`` growth of the step for now; whether a ``corner`` lies just behind the step, and the step to be tried
     ``beyond`` it.
@@ -89,7 +86,6 @@ class Progress:
     points: int = 0
     systems: int = 0
     changes: int = 0
-    in_a_row: int = 0
     shortened: int = 0
     fastest: float = 4.0
     beyond: float = 0.0
@@ -168,8 +164,7 @@ def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, f
     now.strength = worst(m, load)
     now.elastic = max(largest(q), 1e-300)
     now.length, now.last, now.turned, now.highest, now.at_peak, now.short = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    now.points, now.systems, now.changes, now.in_a_row = 0, 0, 0, 0
-    now.shortened, now.late, now.doubted = 0, 0, False
+    now.points, now.systems, now.changes, now.shortened, now.late, now.doubted = 0, 0, 0, 0, 0, False
     now.beyond, now.noted, now.corner, now.stations = 0.0, 0.0, False, 0
     stepper.station_s[:] = 0.0
     now.flat_since, now.similar_since, now.fastest = np.inf, np.inf, FASTEST
@@ -227,16 +222,6 @@ def tolerance_at(now: Progress) -> float:
 
 @compilable
 @lean
-def rough_at(now: Progress, s: float) -> float:
-    """The unbalance that is enough for a point of a large group, with load s, where Newton's method stalls.
-
-    None is where the path creeps: points nearer to each other than to the path would lead along what they lack.
-    """
-    return 0.0 if now.step < CREEPING * now.length else min(ROUGH, OF_LOAD * now.strength * abs(s))
-
-
-@compilable
-@lean
 def advance(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> Event:
     """Try a step along the path, and take it if it leads to a new point."""
     now, q, trial, aimed = stepper.now, stepper.q, stepper.trial, stepper.aimed
@@ -245,9 +230,8 @@ def advance(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> 
     s, level = now.s + now.step * now.slope, dot(work.c, trial)
     first = now.points == 0
     steps, least = (FIRST_NEWTON, FIRST_SHARE) if first else (MOST_NEWTON, SHORTEST)
-    rough = 0.0 if fronts is None else rough_at(now, s)
-    tolerance = max(tolerance_at(now), NEAR_BALANCE * rough)
-    point = newton(m, work, stepper.path, trial, s, level, tolerance, steps, least, rough, fronts)
+    rough = 0.0 if fronts is None else min(ROUGH, OF_LOAD * now.strength * abs(s))
+    point = newton(m, work, stepper.path, trial, s, level, tolerance_at(now), steps, least, rough, fronts)
     now.systems += point.systems
     backward = now.orientation * point.sign < 0  # behind its plane the path would come back: rather another branch
     now.turned = farthest(trial, aimed) / max(farthest(aimed, q), 1e-300)
@@ -326,9 +310,8 @@ def cross_change(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None
         set_next_step(now)
         return Event.ADVANCED
     now.changes += 1
-    now.in_a_row += 1
     # further out rounding would balance anything
-    if now.changes > MOST_CHANGES or now.in_a_row > MOST_IN_A_ROW or not now.length + change <= FARTHEST * now.elastic:
+    if now.changes > MOST_CHANGES or not now.length + change <= FARTHEST * now.elastic:
         return Event.ASTRAY
     change = change * (1 + 1e-7) + 1e-12 * (now.elastic + now.length)
     go(q, q, change, stepper.tangent)
@@ -347,7 +330,7 @@ def cross_change(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None
             put(stepper.peak_q, q)
         return Event.RELEASED
     now.slope = turn(work, sign, now.orientation, stepper.tangent)
-    now.step = min(max(now.beyond, LEAST * now.length), 0.1 * (now.elastic + now.length))
+    now.step = min(now.beyond, 0.1 * (now.elastic + now.length))
     now.shortened, now.corner, now.fastest = 0, False, FASTEST
     return Event.NODE_CHANGED
 
@@ -358,7 +341,7 @@ def land(work: Work, stepper: Stepper, s: float, sign: float) -> None:
     """Take the point that was tried, with load ``s``, as the present one, and keep the bracket of the peak."""
     now, trial = stepper.now, stepper.trial
     higher = s > now.highest
-    now.shortened, now.doubted, now.in_a_row = 0, False, 0
+    now.shortened, now.doubted = 0, False
     now.points += 1
     now.late += 1
     now.length += now.step
