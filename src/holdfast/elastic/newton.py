@@ -17,7 +17,6 @@ from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.vectors import dot, go, put
 
 HALVINGS = 8  # of a Newton step, in search of a smaller unbalance
-STALLED = 2  # steps in a row, none of which halved the unbalance, after which a rough point is taken
 SHORTEST = 0.1  # share of a Newton step below which a point is given up where it is dear: on a path
 ROUNDING = 5e-17  # rounding error of a sum over its largest term, measured on bodies that have drifted far
 
@@ -141,13 +140,11 @@ def newton(
     tolerance: float,
     most: int,
     least: float,
-    rough: float,
     fronts: Fronts | None,
 ) -> Iteration:
     """Improve q (in place) and s until the unbalance is below ``tolerance`` on the plane c·q = ``level``.
 
-    It gives up after ``most`` steps, or where less than the share ``least`` of one brings an improvement. Where it has
-    STALLED, or would give up, an unbalance of up to ``rough`` is enough: a few idle faces then open and close in turn.
+    It gives up after ``most`` steps, or where less than the share ``least`` of one brings an improvement.
     After success ``work.rhs[:, 1]`` is the direction (dq, ds) of the path, dℓ = c·dq = 1, and ``sign`` belongs to it:
     from the system of the last whole step if no node changed its state in that. What such a step leaves of the
     unbalance is of the order of its length times what it changes in the stiffness, and that is below ``tolerance``.
@@ -162,7 +159,6 @@ def newton(
             return Iteration(True, s, step, step, states, sign)
         set_sides(work, level - dot(work.c, q))
         slow = slow + 1 if error > 0.5 * before else 0
-        done = done or (slow >= STALLED and error <= rough)
         before = error
         if not np.isfinite(error) or (not done and (step == most or slow > max(3, most // 4))):
             break
@@ -179,7 +175,7 @@ def newton(
                 break
             share *= 0.5
             if share < least:
-                return Iteration(error <= rough, s, step, step + 1, states, sign)
+                return Iteration(False, s, step, step + 1, states, sign)
         put(q, work.trial)
         s += share * work.rhs[n, 0]
         same = share == 1.0 and states == last

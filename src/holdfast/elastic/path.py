@@ -199,7 +199,7 @@ def refine(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> N
         s = (1 - share) * (now.rising_s + now.rising_slope * x) + share * now.falling_s
         put(work.c, plane)
         level = dot(plane, stepper.rising_q) + x
-        point = newton(m, work, stepper.path, q, s, level, TOLERANCE, 12, 0.0, 0.0, fronts)
+        point = newton(m, work, stepper.path, q, s, level, TOLERANCE, 12, 0.0, fronts)
         now.systems += point.systems
         if not point.converged:
             failed += 1
@@ -294,7 +294,7 @@ def loads_nearby(
         put(there, q[k])
         tolerance = TOLERANCE * max(1.0, worst(m, loads[k]) * s[k])
         path, level = Balance(1.0, 0.0, 0.0, origin), dot(plane[k], there)
-        point = newton(m, work, path, there, s[k], level, tolerance, MOST_SOUGHT, TINY, 0.0, fronts)
+        point = newton(m, work, path, there, s[k], level, tolerance, MOST_SOUGHT, TINY, fronts)
         into[k] = point.s if point.converged else -1.0
 
 
@@ -314,4 +314,4 @@ def balances(
         put(work.w, loads[k])
         put(there, q[k])
         tolerance = TOLERANCE * max(1.0, worst(m, loads[k]) * s[k])
-        into[k] = newton(m, work, held, there, s[k], 0.0, tolerance, MOST_SOUGHT, SHORTEST, 0.0, fronts).converged
+        into[k] = newton(m, work, held, there, s[k], 0.0, tolerance, MOST_SOUGHT, SHORTEST, fronts).converged

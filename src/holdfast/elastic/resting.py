@@ -60,7 +60,7 @@ def lessen_drag(
     work.w[:] = 0.0
     work.c[:] = 0.0
     bonded = q.copy()
-    found = newton(m, work, Balance(weight, 0.0, 1.0, origin), q, 0.0, 0.0, EXACT, 30, 0.0, 0.0, fronts)
+    found = newton(m, work, Balance(weight, 0.0, 1.0, origin), q, 0.0, 0.0, EXACT, 30, 0.0, fronts)
     taken, reached = found.steps, 1.0
     if found.converged:
         return Rest(RestOutcome.RESTS, taken, reached)
@@ -71,7 +71,7 @@ def lessen_drag(
         put(old, q)
         spread = largest(q) / max(largest(bonded), 1e-300)
         tolerance = ON_THE_WAY * max(1.0, ROUNDING * spread)
-        found = newton(m, work, Balance(weight, drag, 1.0, origin), q, 0.0, 0.0, tolerance, 25, 0.0, 0.0, fronts)
+        found = newton(m, work, Balance(weight, drag, 1.0, origin), q, 0.0, 0.0, tolerance, 25, 0.0, fronts)
         taken += found.steps + 1
         if not found.converged:
             put(q, old)
@@ -93,7 +93,7 @@ def lessen_drag(
         steps = found.steps
         if not growing or steady > 0.99 * drag:
             put(old, q)
-            found = newton(m, work, Balance(weight, 0.0, 1.0, origin), old, 0.0, 0.0, EXACT, 12, 0.0, 0.0, fronts)
+            found = newton(m, work, Balance(weight, 0.0, 1.0, origin), old, 0.0, 0.0, EXACT, 12, 0.0, fronts)
             taken += found.steps + 1
             if found.converged:
                 put(q, old)
@@ -121,9 +121,7 @@ def move(m: Elastic, work: Work, weight: float, q: Float, drift: Float, most: in
     while taken < most and drag < STIFFEST:
         noise = rounding(m, q)
         put(trial, q)
-        found = newton(
-            m, work, Balance(weight, drag, 1.0, q), trial, 0.0, 0.0, max(ON_THE_WAY, noise), 12, 0.0, 0.0, fronts
-        )
+        found = newton(m, work, Balance(weight, drag, 1.0, q), trial, 0.0, 0.0, max(ON_THE_WAY, noise), 12, 0.0, fronts)
         taken += found.steps + 1
         reached = drag
         if not found.converged:
@@ -145,7 +143,7 @@ def move(m: Elastic, work: Work, weight: float, q: Float, drift: Float, most: in
             return Rest(RestOutcome.DRIFTS, taken, reached)
         put(trial, q)
         tolerance = min(max(EXACT, noise), ON_THE_WAY)
-        found = newton(m, work, free, trial, 0.0, 0.0, tolerance, 8 if clear else 30, 0.0, 0.0, fronts)
+        found = newton(m, work, free, trial, 0.0, 0.0, tolerance, 8 if clear else 30, 0.0, fronts)
         taken += found.steps + 1
         if found.converged:
             put(q, trial)

@@ -23,8 +23,6 @@ from holdfast.elastic.outcome import Event
 from holdfast.elastic.vectors import divide, dot, farthest, go, largest, put
 
 TOLERANCE = 1e-7  # unbalance of points on the path, each body's in units of its own weight
-ROUGH = 1e-4  # the same where Newton's method stalls, in large groups
-OF_LOAD = 1e-3  # the same where the load is small, in shares of it
 FALLEN = 0.99  # share of the peak below which the path has clearly fallen
 NEW_PEAK = 1e-4  # relative rise above the peak so far that counts as a new peak
 STATIONS = 4  # points before the peak that are kept
@@ -168,7 +166,7 @@ def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, f
     now.beyond, now.noted, now.corner, now.stations = 0.0, 0.0, False, 0
     stepper.station_s[:] = 0.0
     now.flat_since, now.similar_since, now.fastest = np.inf, np.inf, FASTEST
-    rest = newton(m, work, stepper.path, q, 0.0, dot(load, q), TOLERANCE, 5, 0.0, 0.0, fronts)
+    rest = newton(m, work, stepper.path, q, 0.0, dot(load, q), TOLERANCE, 5, 0.0, fronts)
     if not rest.converged:
         return Event.NO_BEGINNING
     now.s, now.systems = rest.s, 1
@@ -230,8 +228,7 @@ def advance(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> 
     s, level = now.s + now.step * now.slope, dot(work.c, trial)
     first = now.points == 0
     steps, least = (FIRST_NEWTON, FIRST_SHARE) if first else (MOST_NEWTON, SHORTEST)
-    rough = 0.0 if fronts is None else min(ROUGH, OF_LOAD * now.strength * abs(s))
-    point = newton(m, work, stepper.path, trial, s, level, tolerance_at(now), steps, least, rough, fronts)
+    point = newton(m, work, stepper.path, trial, s, level, tolerance_at(now), steps, least, fronts)
     now.systems += point.systems
     backward = now.orientation * point.sign < 0  # behind its plane the path would come back: rather another branch
     now.turned = farthest(trial, aimed) / max(farthest(aimed, q), 1e-300)
@@ -404,7 +401,7 @@ def sought_alone(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None
     plane, anchor = work.c.copy(), q.copy()
     work.c[:] = 0.0
     held = Balance(0.0, FAINT, 1.0, anchor)  # bodies that the load does not reach float: a faint drag holds them
-    alone = newton(m, work, held, q, 1.0, 0.0, TOLERANCE * now.strength, MOST_ALONE, 0.0, 0.0, fronts)
+    alone = newton(m, work, held, q, 1.0, 0.0, TOLERANCE * now.strength, MOST_ALONE, 0.0, fronts)
     unbalance(m, work, Balance(0.0, 0.0, 0.0, anchor), q, 1.0)
     now.systems += alone.systems
     if alone.converged and worst(m, work.r) <= 10 * TOLERANCE * now.strength:
