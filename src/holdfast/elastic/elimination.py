@@ -94,7 +94,7 @@ def catch_up(P: Float, first: int, done: int, ahead: int, full: int) -> None:
     """Apply pivots ``first`` to ``done`` - 1, at most BLOCK, to columns ``ahead`` to ``full`` - 1: rows of ``P``."""
     for c in range(ahead, full):
         solve_above(P, first, done, P[c])
-    if done - first == BLOCK:
+    if done - first == BLOCK:  # factors by rows or by columns: [:, :] makes one type of both, compiled once
         take_block(P, 0, P.T[:, :], P, first, ahead, full, done)
         return
     for j in range(first, done):

@@ -22,29 +22,15 @@ from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compilable, compiled, fused, lean
 from holdfast.elastic.elimination import apply_pivots, eliminate, finish
 from holdfast.elastic.frames import add_stiffness
-from holdfast.elastic.linear import LINE, SINGULAR, Work, add_body, add_corner, border_unit, dense_solve
+from holdfast.elastic.linear import LINE, SINGULAR, Work, add_body, add_corner, border_unit, dense_solve, lines
 from holdfast.elastic.model import Elastic
-from holdfast.elastic.ordering import Fronts, Tree
+from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.passing import add_rows, find_pieces, pass_on, place_of
-
-SPARE = 1.3  # memory for pivots that wait, over what is needed if none does
 
 
 def fronts_of(m: Elastic) -> Fronts:
     """Order the bodies of a model, and say what each front takes."""
-    tree = Tree.of(len(m.wrench) // 6, m.a, m.b)
-    sizes = 6 * np.diff(tree.first) + 1
-    kept = 6 * tree.owned
-    stays = np.append(np.diff(tree.begin)[1:] == 0, False)  # fronts before one that takes from none
-    widths = sizes + 3 * LINE  # what it takes to begin and end where cache lines do
-    memory = [
-        (sizes * widths)[stays].sum(),
-        (kept * widths).sum(),
-        (sizes * widths).max(),
-        (kept * sizes).max(),
-        sizes.sum(),
-    ]
-    return Fronts(*tree, np.ceil(SPARE * np.array(memory)).astype(np.int64))
+    return Fronts.of(len(m.wrench) // 6, m.a, m.b)
 
 
 @compiled
@@ -94,13 +80,6 @@ def number_columns(n: int, e: Fronts, k: int, full: int, columns: Int) -> None:
         for i in range(6):
             columns[at + i] = 6 * e.body[e.first[k] + slot] + i
     columns[-1] = n
-
-
-@compiled
-@lean
-def lines(count: int) -> int:
-    """As many numbers, or a few more, so that they end where a cache line does."""
-    return -(-count // LINE) * LINE
 
 
 @compiled
@@ -182,7 +161,7 @@ def fronts_solve(
     n, count = len(work.w), len(e.owned)
     left, upper, here, other, panel = work.left, work.upper, work.front, work.other, work.panel
     most = (e.first[1:] - e.first[:-1]).max()
-    numbers, place = np.empty(e.memory[4], np.int64), np.empty(6 * most + 1, np.int64)
+    numbers, place = np.empty(6 * len(e.body) + count, np.int64), np.empty(6 * most + 1, np.int64)
     piece = np.empty((most + 2, 3), np.int64)
     zeros = np.zeros((8, count), np.int64)
     book = Book(zeros[0], zeros[1], zeros[2], zeros[3], zeros[4], zeros[5], zeros[6], zeros[7])

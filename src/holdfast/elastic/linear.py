@@ -10,18 +10,19 @@ large ones front by front (fronts.py); the algorithms (resting.py, path.py) are 
 
 from __future__ import annotations
 
-from math import prod
+from math import ceil, prod
 from typing import NamedTuple
 
 import numpy as np
 
 from holdfast.base.arrays import Float
-from holdfast.base.compiled import compiled, fused, lean
+from holdfast.base.compiled import compilable, compiled, fused, lean
 from holdfast.elastic.frames import add_stiffness
 from holdfast.elastic.model import Elastic
 from holdfast.elastic.ordering import Fronts
 
 LINE = 8  # numbers in a cache line
+SPARE = 1.3  # memory for pivots that wait, over what is needed if none does
 APART = 16  # numbers between the memories of two threads
 BORDER = 0.01  # largest entry of the border's row: others are of order one, and pivots are not to come from it
 ROUNDED = 1e-14  # pivots that are nothing but rounding, where entries are of order one
@@ -57,6 +58,22 @@ class Work(NamedTuple):
     Y: Float
 
 
+@compilable
+@lean
+def lines(count: int) -> int:
+    """As many numbers, or a few more, so that they end where a cache line does."""
+    return -(-count // LINE) * LINE
+
+
+def room_for(e: Fronts) -> list[int]:
+    """How many numbers ``left``, ``upper``, ``front`` and ``panel`` of ``Work`` need, if few pivots wait."""
+    sizes, kept = 6 * np.diff(e.first) + 1, 6 * e.owned
+    widths = sizes + 3 * LINE  # what it takes to begin and end where cache lines do
+    stays = np.append(np.diff(e.begin)[1:] == 0, False)  # fronts before one that takes from none
+    needed = ((sizes * widths)[stays].sum(), (kept * widths).sum(), (sizes * widths).max(), (kept * sizes).max())
+    return [lines(ceil(SPARE * each)) for each in needed]
+
+
 def make_work(m: Elastic, fronts: Fronts | None) -> Work:
     """The memory that one thread needs for a model: one block, so that no two threads write to the same cache line.
 
@@ -64,9 +81,8 @@ def make_work(m: Elastic, fronts: Fronts | None) -> Work:
     does the memory for ``fronts``, which is empty where there are none.
     """
     n = len(m.wrench)
-    width = -(-(n + 3) // LINE) * LINE
-    left, upper, front, panel = (0, 0, 0, 0) if fronts is None else (-(-fronts.memory[:4] // LINE) * LINE).tolist()
-    shapes = [(n + 1, width) if fronts is None else (0, 0), (left,), (upper,), (front,), (front,), (panel,)]
+    left, upper, front, panel = (0, 0, 0, 0) if fronts is None else room_for(fronts)
+    shapes = [(n + 1, lines(n + 3)) if fronts is None else (0, 0), (left,), (upper,), (front,), (front,), (panel,)]
     shapes += [m.bonded.shape, (n,), (n,), (n + 1, 2), (n,), (n,), (6,), (6,), (6, 6), (6, 6)]
     ends = np.cumsum([prod(shape) for shape in shapes])
     block = np.zeros(ends[-1] + 3 * APART)

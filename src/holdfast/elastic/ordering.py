@@ -14,8 +14,14 @@ WASTE = 0.3  # share of a front's blocks that may be zero for two fronts to beco
 SMALL = 5  # bodies of a front that may be made of two in any case
 
 
-class Tree(NamedTuple):
-    """The fronts in the order of elimination, children first; the last holds no body of its own. See ``fronts.py``."""
+class Fronts(NamedTuple):
+    """The fronts of a model in the order of elimination, children first, and all of its sheets, each in one front.
+
+    Front k holds bodies ``body[first[k]:first[k + 1]]``, of which it eliminates the first ``owned[k]``, the last front
+    none; ``onward`` is each body's place in the front that takes what is left, where the bodies are not eliminated
+    before. It takes what is left of the fronts ``child[begin[k]:begin[k + 1]]``, of which the last is front k - 1, and
+    the sheets ``sheet[since[k]:since[k + 1]]``, whose bodies have the places ``at_a`` and ``at_b`` in it (-1: fixed).
+    """
 
     first: Int
     body: Int
@@ -29,7 +35,7 @@ class Tree(NamedTuple):
     at_b: Int
 
     @classmethod
-    def of(cls, count: int, a: Int, b: Int) -> Tree:
+    def of(cls, count: int, a: Int, b: Int) -> Fronts:
         """Order ``count`` bodies whose sheets are between bodies ``a`` and ``b`` (P,), -1 for fixed ones."""
         later, order = _least_work(count, a, b)
         fronts = _merged(later, order)
@@ -65,30 +71,6 @@ class Tree(NamedTuple):
         )
 
 
-class Fronts(NamedTuple):
-    """The fronts of a model in the order of elimination, and all of its sheets, each in one front; see ``Tree``.
-
-    Front k holds bodies ``body[first[k]:first[k + 1]]``, of which it eliminates the first ``owned[k]``; ``onward`` is
-    each body's place in the front that takes what is left, where the bodies are not eliminated before. It takes what is
-    left of the fronts ``child[begin[k]:begin[k + 1]]``, of which the last is front k - 1, and the sheets
-    ``sheet[since[k]:since[k + 1]]``, whose bodies have the places ``at_a`` and ``at_b`` in it (-1: fixed). ``memory``:
-    how many numbers, if few pivots wait, are in the matrices of fronts that are not followed by the one that takes from
-    them, in all rows of pivots, in the largest matrix, in the largest panel, and in the lists of columns.
-    """
-
-    first: Int
-    body: Int
-    owned: Int
-    onward: Int
-    begin: Int
-    child: Int
-    since: Int
-    sheet: Int
-    at_a: Int
-    at_b: Int
-    memory: Int
-
-
 def _ends(lists: list) -> Int:  # type: ignore[type-arg]  # of any kind
     return np.concatenate([[0], np.cumsum([len(each) for each in lists])]).astype(np.int64)
 
@@ -104,19 +86,29 @@ def _least_work(count: int, a: Int, b: Int) -> tuple[list[set[int]], list[int]]:
         if one >= 0 and two >= 0 and one != two:
             near[one].add(two)
             near[two].add(one)
-    found = [_eliminated([set(each) for each in near], by_fill=by_fill) for by_fill in (False, True)]
+    found = [way([set(each) for each in near]) for way in (_fewest_neighbours, _least_fill)]
     return min(found, key=lambda each: sum((1 + len(later)) ** 2 for later in each[0]))
 
 
-def _eliminated(near: list[set[int]], *, by_fill: bool) -> tuple[list[set[int]], list[int]]:
+def _fewest_neighbours(near: list[set[int]]) -> tuple[list[set[int]], list[int]]:
     """One of both ways; ``near`` are all that each body is joined to, and those that come later when it returns."""
+    left, order = set(range(len(near))), []
+    while left:
+        body = min(left, key=lambda each: (len(near[each]), each))
+        left.remove(body)
+        order.append(body)
+        for other in near[body]:
+            near[other] |= near[body]
+            near[other] -= {other, body}
+    return near, order
+
+
+def _least_fill(near: list[set[int]]) -> tuple[list[set[int]], list[int]]:
+    """The other way, with the same arguments and results."""
     apart = [sum(len(own - near[other]) - 1 for other in own) // 2 for own in near]  # pairs of neighbours not joined
     left, order = set(range(len(near))), []
     while left:
-        if by_fill:
-            body = min(left, key=lambda each: (apart[each] / (1 + len(near[each])), each))
-        else:
-            body = min(left, key=lambda each: (len(near[each]), each))
+        body = min(left, key=lambda each: (apart[each] / (1 + len(near[each])), each))
         left.remove(body)
         order.append(body)
         around = sorted(near[body])
