@@ -48,9 +48,11 @@ class Rest(NamedTuple):
 
 @compilable
 def lessen_drag(
-    m: Elastic, work: Work, weight: float, q: Float, drift: Float, most: int, fronts: Fronts | None
+    m: Elastic, work: Work, weight: float, q: Float, drift: Float, exact: float, most: int, fronts: Fronts | None
 ) -> Rest:
     """Find q (6J,) at rest under ``weight`` times the wrench and no load, with ever less drag.
+
+    A state is at rest if its unbalance is at most ``exact``, each body's in units of its own weight.
 
     In single steps from the undeformed assembly; q is at first as with all contacts bonded. Where bodies drift,
     ``drift`` (6J,) becomes their velocity. It gives up after ``most`` steps of Newton's method.
@@ -60,7 +62,7 @@ def lessen_drag(
     work.w[:] = 0.0
     work.c[:] = 0.0
     bonded = q.copy()
-    found = newton(m, work, Balance(weight, 0.0, 1.0, origin), q, 0.0, 0.0, EXACT, 30, 0.0, fronts)
+    found = newton(m, work, Balance(weight, 0.0, 1.0, origin), q, 0.0, 0.0, exact, 30, 0.0, fronts)
     taken, reached = found.steps, 1.0
     if found.converged:
         return Rest(RestOutcome.RESTS, taken, reached)
@@ -93,7 +95,7 @@ def lessen_drag(
         steps = found.steps
         if not growing or steady > 0.99 * drag:
             put(old, q)
-            found = newton(m, work, Balance(weight, 0.0, 1.0, origin), old, 0.0, 0.0, EXACT, 12, 0.0, fronts)
+            found = newton(m, work, Balance(weight, 0.0, 1.0, origin), old, 0.0, 0.0, exact, 12, 0.0, fronts)
             taken += found.steps + 1
             if found.converged:
                 put(q, old)
@@ -106,7 +108,9 @@ def lessen_drag(
 
 
 @compilable
-def move(m: Elastic, work: Work, weight: float, q: Float, drift: Float, most: int, fronts: Fronts | None) -> Rest:
+def move(
+    m: Elastic, work: Work, weight: float, q: Float, drift: Float, exact: float, most: int, fronts: Fronts | None
+) -> Rest:
     """Find rest as ``lessen_drag`` does, but along the overdamped motion D q' = r(q) from q, by implicit steps.
 
     It drifts where its velocity has been the same for nearly all of the time and of the way, with a force that is no
@@ -142,7 +146,7 @@ def move(m: Elastic, work: Work, weight: float, q: Float, drift: Float, most: in
         if clear and time > LONG * since and rate * (time - since) > before:
             return Rest(RestOutcome.DRIFTS, taken, reached)
         put(trial, q)
-        tolerance = min(max(EXACT, noise), ON_THE_WAY)
+        tolerance = max(exact, min(noise, ON_THE_WAY))
         found = newton(m, work, free, trial, 0.0, 0.0, tolerance, 8 if clear else 30, 0.0, fronts)
         taken += found.steps + 1
         if found.converged:

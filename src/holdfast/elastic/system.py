@@ -19,7 +19,7 @@ from holdfast.elastic.model import Elastic
 from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.path import PathResult, balances, follow_each, loads_nearby
-from holdfast.elastic.resting import MOST_STEPS, bond_all, lessen_drag, move
+from holdfast.elastic.resting import EXACT, MOST_STEPS, bond_all, lessen_drag, move
 from holdfast.elastic.stepper import make_stepper
 
 P = ParamSpec("P")
@@ -85,25 +85,26 @@ class System:
         """The same under another wrench (n,), in the model's units; both work in the same memory."""
         return replace(self, model=self.model._replace(wrench=wrench))
 
-    def come_to_rest(self, near: Float | None = None, most: int = MOST_STEPS) -> Settled:
+    def come_to_rest(self, near: Float | None = None, most: int = MOST_STEPS, exact: float = EXACT) -> Settled:
         """Let bonded contacts come to rest, or not; if given, try first from a displacement ``near`` (n,).
 
-        Every search gives up after ``most`` steps of Newton's method, or half as many.
+        Every search gives up after ``most`` steps of Newton's method, or half as many. At rest the unbalance is at most
+        ``exact``, each body's in units of its own weight.
         """
         n = len(self.model.wrench)
         lessen, travel = (self._patiently(machine_code(one)) for one in (lessen_drag, move))
         q, drift = np.zeros(n), np.zeros(n)
         if near is not None:
             q[:] = near
-            found = travel(self.model, self.work, 1.0, q, drift, most, self.fronts)
+            found = travel(self.model, self.work, 1.0, q, drift, exact, most, self.fronts)
             if found.outcome is not RestOutcome.LOST:
                 return Settled(found.outcome, q, drift, found.steps, found.drag)
         machine_code(bond_all)(self.model, self.work, 1.0, q, self.fronts)
         bonded = q.copy()
-        found = lessen(self.model, self.work, 1.0, q, drift, most // 2, self.fronts)
+        found = lessen(self.model, self.work, 1.0, q, drift, exact, most // 2, self.fronts)
         if found.outcome is not RestOutcome.LOST:
             return Settled(found.outcome, q, drift, found.steps, found.drag)
-        moved = travel(self.model, self.work, 1.0, bonded, drift, most, self.fronts)
+        moved = travel(self.model, self.work, 1.0, bonded, drift, exact, most, self.fronts)
         return Settled(moved.outcome, bonded, drift, found.steps + moved.steps, moved.drag)
 
     def paths(self, start: Float, loads: Float, *, cuts: bool = False, most: Float | None = None) -> PathResult:

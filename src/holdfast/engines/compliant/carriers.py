@@ -23,8 +23,9 @@ from holdfast.elastic.sparse import FAINTEST, held
 from holdfast.elastic.system import System
 
 HUGE = 10.0  # load, relative to the group's weight, beside which no weight is expected to count any more
-PATIENCE = 400  # steps of Newton's method after which rest is not sought any longer
+PATIENCE = 1000  # steps of Newton's method after which rest is not sought any longer
 ALONE = 1e-6  # what the faint hold may carry of a load that contacts are to balance alone
+BALANCED = 1e-7  # what may be left of such a load
 AGAINST = 1e-6  # cosine between load and contact normal, above which the load is passed on there
 ROOM = 0.5  # of the clearance that all contacts are to have, which the program must leave
 
@@ -76,10 +77,12 @@ class Carriers:
 def rests_alone(system: System, most: int) -> bool:
     """Tell whether contacts come to rest under a load of order one that is the only wrench of a faintly held model.
 
-    Every search for rest gives up after ``most`` steps of Newton's method.
+    Every search for rest gives up after ``most`` steps of Newton's method. Bodies that carry nothing float, and whether
+    they touch those that do is decided last: it is enough that next to nothing of the load is left.
     """
-    end = system.come_to_rest(most=most)
-    carried = np.abs(system.model.hold * end.q).max(initial=0.0)
+    model = system.model
+    end = system.come_to_rest(most=most, exact=BALANCED * float(model.scale.min()))
+    carried = np.abs(model.hold * end.q).max(initial=0.0)
     return end.outcome is RestOutcome.RESTS and bool(carried <= ALONE)
 
 
