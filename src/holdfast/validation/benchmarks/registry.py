@@ -16,6 +16,7 @@ SUITES = (
     "compliant_maps",
     "constraint",
     "contacts",
+    "dense",
     "disassembly",
     "edits",
     "graph_slanted",
