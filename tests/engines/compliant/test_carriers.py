@@ -102,8 +102,8 @@ def test_loads_on_several_bodies_and_torques_are_left_to_others() -> None:
 def test_presses_on_a_dense_pallet_end_at_some_weights_or_not_at_all(shift: tuple[float, float], name: str) -> None:
     """Sixty boxes, one of them pressed all over, in columns or with every other layer shifted.
 
-    Of 70 presses on columns ten were undecided and ten ended far out. On shifted layers bodies that carry nothing float,
-    and whether they touch those that do is decided last: 23 were undecided and 13 ended far out.
+    Of 70 presses on columns ten were undecided and ten ended far out. On shifted layers bodies that carry nothing
+    float, and whether they touch those that do is decided last: 23 were undecided and 13 ended far out.
     """
     size = np.array([0.3, 0.2, 0.15])
     places = [np.array([i, j, k]) for i in range(5) for j in range(4) for k in range(3)]

@@ -27,8 +27,8 @@ class Review:
     """Compares answers on one grid with limit analysis where they deserve doubt.
 
     ``loose`` names the bodies that are only balanced. All answers are compared on a grid with a faint hold, which an
-    assembly with such bodies needs; on others those that are undecided, that have no lower bound, or that exceed HUGE
-    times the weight.
+    assembly with such bodies needs; on others those that are undecided, that have no lower bound, that exceed HUGE
+    times the weight, or that are too small to be told from none.
     """
 
     grid: Grid
@@ -52,7 +52,7 @@ class Review:
         """
         size, own = self._sizes(W), self._own(W)
         bounded = not isinstance(accuracy, ForcesOnly)
-        doubtful = np.flatnonzero(self._doubtful(found, size, accuracy))
+        doubtful = np.flatnonzero(self._doubtful(found, size, own, accuracy))
         if not len(doubtful) or not self.grid.certain.verdict().equilibrium_exists:
             return found
         wanted = accuracy if isinstance(accuracy, Within) else EXACT
@@ -99,12 +99,13 @@ class Review:
         assembly = self.grid.assembly
         return np.asarray(np.abs(W * assembly.equation_scale[:, None]).max(0, initial=0.0) / self.grid.unit)
 
-    def _doubtful(self, found: Answers, size: Float, accuracy: Accuracy) -> Bool:
+    def _doubtful(self, found: Answers, size: Float, own: Float, accuracy: Accuracy) -> Bool:
         loaded = size > 0
         if self.grid.held:
             return np.asarray(loaded)
         finite = found.status == Status.FINITE
-        doubt = (found.status == Status.UNDECIDED) | (finite & (np.where(finite, found.force, 0.0) * size > HUGE))
+        force = np.where(finite, found.force, 0.0)
+        doubt = (found.status == Status.UNDECIDED) | (finite & ((force * size > HUGE) | (force * own <= SLIGHT)))
         if not isinstance(accuracy, ForcesOnly):
             doubt |= finite & (found.lower <= 0)
         return np.asarray(loaded & doubt)
