@@ -131,7 +131,7 @@ class Mechanism(Value):
     kinematics: Kinematics
 
     def __post_init__(self) -> None:
-        seal(self)
+        self.own.setflags(write=False)  # the only array that is not sealed yet: maps make thousands of mechanisms
 
     def checked_after_load(self) -> None:
         """Raise HoldfastError if a body that was read from a file moves, but is not considered, or rests."""

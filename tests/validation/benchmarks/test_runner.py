@@ -37,6 +37,14 @@ def test_an_interrupted_run_resumes_after_the_last_case_done(tmp_path: Path) -> 
     assert [row["case"] for row in rows] == ["a", "b", "c"]
 
 
+def test_a_suite_without_its_scenes_says_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It used to end in an error of NumPy: a percentile of nothing."""
+    cargo = registry.suite("cargo")
+    monkeypatch.setattr("holdfast.validation.benchmarks.cargo.checkout", lambda: None)
+    with pytest.raises(hf.HoldfastError, match=r"benchmark cargo.*nothing to measure.*shared/cases"):
+        runner.run(cargo)
+
+
 def test_a_fresh_run_measures_everything(tmp_path: Path) -> None:
     measured: list[str] = []
     runner.run(suite(measured), tmp_path)

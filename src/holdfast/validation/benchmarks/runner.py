@@ -40,9 +40,13 @@ def run(suite: Suite, folder: Path | None = None, *, fresh: bool = False) -> lis
     """Measure all cases of a suite and return their rows.
 
     With a ``folder``, each case is written there as soon as it is measured, and cases that an interrupted run of the
-    same version on the same machine has left there are not measured again, unless ``fresh``.
+    same version on the same machine has left there are not measured again, unless ``fresh``. Raises HoldfastError if
+    there is no case, as where the scenes that a suite measures are missing.
     """
     cases, here = suite.cases(), machine()
+    if not cases:
+        remedy = "put the published scenes into shared/cases beside a checkout of holdfast, and run it from there"
+        raise HoldfastError(message(f"benchmark {suite.name}", "finds nothing to measure here", remedy))
     kept = None if folder is None else folder / f"{suite.name}.partial.json"
     done: dict[str, list[Row]] = {}
     if kept is not None and kept.exists() and not fresh:
