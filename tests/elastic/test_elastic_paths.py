@@ -23,6 +23,7 @@ from holdfast.elastic.stepper import (
     appraise,
     begin,
     cross_change,
+    land,
     make_stepper,
     set_next_step,
 )
@@ -252,6 +253,28 @@ def test_which_idle_faces_part_is_found_at_the_first_point(along: tuple[float, f
     stepper = make_stepper(len(load))._replace(now=Progress())
     assert begin(model, work, stepper, grid.settled.q, load, fronts) is Event.BEGUN
     assert advance(model, work, stepper, fronts) is Event.ADVANCED
+
+
+@pytest.mark.parametrize(
+    ("heights", "first"),
+    [
+        ((1.0, 2.0, 3.0), 0.0),
+        ((1.0, 2.0, 1.99, 1.5), 0.0),  # never above it again: it is the peak itself
+        ((1.0, 2.0, 1.999, 3.0), 0.0),  # by less than DIP
+        ((1.0, 2.0, 1.99, 1.985, 3.0, 2.9, 4.0), 2.0),
+        ((1.0, 2.0, 1.997, 2.0001, 1.9, 3.0), 2.0),
+    ],
+)
+def test_the_first_maximum_is_that_from_which_the_load_dips_before_it_rises_again(
+    heights: tuple[float, ...], first: float
+) -> None:
+    walk = Walk(0.2, push(X))
+    now = walk.stepper.now
+    for s in heights:
+        walk.work.rhs[0, 1] = 1.0
+        land(walk.work, walk.stepper, s, 1.0)
+    assert now.first == pytest.approx(first, rel=1e-3)
+    assert now.highest == max(heights)
 
 
 def at(**known: float) -> Progress:

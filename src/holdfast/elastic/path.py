@@ -40,7 +40,8 @@ class PathResult(NamedTuple):
     """What k load paths gave, among n = 6J displacements.
 
     ``outcome`` (k,) of PathOutcome; ``peak`` (k,) the largest s found, inf where the path is endless, that of the last
-    point where it was not followed further; ``last`` (k,) s where it ended (residual strength); ``short`` (k,) by how
+    point where it was not followed further; ``first`` (k,) the first maximum of s from which it dipped before it rose
+    to the peak, the peak if there was none; ``last`` (k,) s where it ended (residual strength); ``short`` (k,) by how
     much s of the peak may be too low; ``systems`` (k,) linear systems solved; ``q`` (k, n) at the peak, of endless
     paths under the load alone; ``motion`` (k, n) the direction of the path at its end; ``plane`` (k, n) across which
     the peak was found; ``cut`` (k, n), or (k, 0) if it was not asked for: peak / peak' = cut · load' to first order for
@@ -50,6 +51,7 @@ class PathResult(NamedTuple):
 
     outcome: Int
     peak: Float
+    first: Float
     last: Float
     short: Float
     systems: Int
@@ -146,6 +148,7 @@ def follow(
         put(into.station_plane[row, k], stepper.station_plane[k])
     into.outcome[row] = outcome
     into.peak[row] = np.inf if outcome == PathOutcome.ENDLESS else now.highest
+    into.first[row] = now.first if now.first > 0 else into.peak[row]
     into.last[row], into.short[row], into.systems[row] = now.last, now.short, now.systems
 
 

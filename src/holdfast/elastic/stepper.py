@@ -24,6 +24,7 @@ from holdfast.elastic.vectors import divide, dot, farthest, go, largest, put
 
 TOLERANCE = 1e-7  # unbalance of points on the path, each body's in units of its own weight
 FALLEN = 0.99  # share of the peak below which the path has clearly fallen
+DIP = 2e-3  # relative fall below the peak so far from which that was a maximum, even if the path rises above it later
 NEW_PEAK = 1e-4  # relative rise above the peak so far that counts as a new peak
 STATIONS = 4  # points before the peak that are kept
 APART = 3e-3  # relative rise of the load from one of them to the next
@@ -63,7 +64,8 @@ class Progress:
     ``beyond`` it.
 
     Of the peak: ``highest`` s; ``noted``, the last s that counted as a new peak, at the length ``at_peak``, and the
-    points since (``late``); ``short``, by how much it may be too low. It lies between a point where s rises
+    points since (``late``); ``short``, by how much it may be too low; the maximum from which s has ``dipped``, and the
+    ``first`` one above which it has risen after that, 0 if there was none. The peak lies between a point where s rises
     (``rising_s``, ``rising_slope``) and one where it does not (``falling_s``, ``falling_slope``), once the latter is
     known: ``closed``. The number of ``stations`` kept on the way to it.
 
@@ -94,6 +96,8 @@ class Progress:
     at_peak: float = 0.0
     late: int = 0
     short: float = 0.0
+    dipped: float = 0.0
+    first: float = 0.0
     rising_s: float = 0.0
     rising_slope: float = 0.0
     falling_s: float = 0.0
@@ -164,6 +168,7 @@ def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, f
     now.length, now.last, now.turned, now.highest, now.at_peak, now.short = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     now.points, now.systems, now.changes, now.shortened, now.late, now.doubted = 0, 0, 0, 0, 0, False
     now.beyond, now.noted, now.corner, now.stations = 0.0, 0.0, False, 0
+    now.dipped, now.first = 0.0, 0.0
     stepper.station_s[:] = 0.0
     now.flat_since, now.similar_since, now.fastest = np.inf, np.inf, FASTEST
     rest = newton(m, work, stepper.path, q, 0.0, dot(load, q), TOLERANCE, 5, 0.0, fronts)
@@ -342,7 +347,11 @@ def land(work: Work, stepper: Stepper, s: float, sign: float) -> None:
     now.points += 1
     now.late += 1
     now.length += now.step
+    if now.dipped == 0 and s < (1 - DIP) * now.highest:
+        now.dipped = now.highest
     if higher:
+        if now.first == 0:
+            now.first = now.dipped
         if s > now.noted * (1 + NEW_PEAK):
             now.at_peak, now.late, now.noted = now.length, 0, s
         now.highest = s

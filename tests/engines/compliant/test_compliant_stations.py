@@ -16,6 +16,7 @@ from holdfast.elastic.outcome import PathOutcome, RestOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.elastic.stepper import APART, STATIONS
 from holdfast.engines.compliant.grid import Grid
+from holdfast.engines.compliant.refinement import Bounded
 from holdfast.validation.benchmarks.reliability import random_pushes
 
 
@@ -38,6 +39,15 @@ def test_stations_are_points_of_the_path_below_its_peak(name: str) -> None:
         assert (ascending[1:] > (1 + 0.99 * APART) * ascending[:-1]).all()
         assert ascending[-1] <= paths.peak[k] * (1 + 1e-12)
     assert compared > 20
+
+
+def test_lower_bounds_are_less_where_the_load_has_dipped_on_the_way() -> None:
+    paths = PathResult.lost(3, 6, cuts=False)
+    paths.outcome[:] = PathOutcome.PEAK, PathOutcome.PEAK, PathOutcome.ENDLESS
+    paths.peak[:] = paths.first[:] = 10.0, 10.0, np.inf
+    paths.first[1] = 8.0
+    bounded = Bounded.unbounded(paths)._replace(below=np.array([9.9, 9.9, 0.0]))
+    assert bounded.lower.tolist() == pytest.approx([9.9, 7.92, np.inf])
 
 
 Balances = Callable[[Grid, Float, Float, Float], Bool]

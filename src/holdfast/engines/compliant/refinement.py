@@ -60,8 +60,15 @@ class Bounded(NamedTuple):
 
     @property
     def lower(self) -> Float:
-        """The lower bounds (k,): ``below``, or inf where the path is endless."""
-        return np.where(self.paths.outcome == PathOutcome.ENDLESS, np.inf, self.below)
+        """The lower bounds (k,): ``below``, or inf where the path is endless.
+
+        Where the load has dipped on the way to the peak they are less, by as much as the first maximum was: bodies snap
+        there, and what is found beyond it is for those that come to rest before they have gone far.
+        """
+        peak, first = self.paths.peak, self.paths.first
+        snaps = (self.paths.outcome == PathOutcome.PEAK) & (first < peak)
+        share = np.divide(first, peak, out=np.ones(len(peak)), where=snaps)
+        return np.where(self.paths.outcome == PathOutcome.ENDLESS, np.inf, self.below * share)
 
     def replaced(self, at: Int, others: Bounded) -> Bounded:
         """Return the same with ``others`` in the places ``at``."""
