@@ -87,7 +87,7 @@ class Progress:
     systems: int = 0
     changes: int = 0
     shortened: int = 0
-    fastest: float = 4.0
+    fastest: float = FASTEST
     beyond: float = 0.0
     corner: bool = False
     doubted: bool = False
