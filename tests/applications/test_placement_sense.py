@@ -77,6 +77,36 @@ def test_facets_of_round_sides_are_told_from_flat_faces(shape, flat: int, round_
     assert sum(not face.rolls for face in faces) == flat
 
 
+@pytest.mark.parametrize("radii", [(0.06, 0.05, 0.03), (0.02, 0.06, 0.06), (0.05, 0.02, 0.03)])
+def test_an_ellipsoid_lies_on_its_flat_side(radii: tuple[float, float, float]) -> None:
+    """No place was found for the first, and a lens was put on its rim: the true surface does not rest on facets."""
+    body = hf.Body("pebble", hf.Ellipsoid(radii), mass=0.2)
+    board = hf.Body("board", hf.Box((0.6, 0.4, 0.02)), pose=at(0, 0, -0.01), fixed=True)
+    p = hf.plan_placement(hf.Scene([board], 0.5), body, engine="graph", seed=1, budget=None)
+    assert p.pose is not None
+    assert p.pose[2, 3] == pytest.approx(min(radii), abs=1e-6)
+    assert abs(p.pose[2, int(np.argmin(radii))]) == pytest.approx(1, abs=1e-9)
+    assert not p.rating.rolls
+
+
+def test_up_to_which_slope_an_ellipsoid_rests_on_its_flat_side() -> None:
+    """The line from its middle to where a plane touches it is vertical there: sought here around the ellipse."""
+    b, c = 0.05, 0.03
+    angle = np.linspace(0, np.pi / 2, 100_001)
+    normal = np.stack([np.sin(angle), np.cos(angle)], 1)
+    touching = normal * [b**2, c**2]
+    touching /= np.linalg.norm(touching, axis=1)[:, None]
+    steepest = np.arccos(np.einsum("ij,ij->i", normal, touching).min())
+    faces = faces_of(hf.Body("pebble", hf.Ellipsoid((0.06, b, c)), mass=0.2))
+    assert [face.tilt for face in faces] == pytest.approx([steepest, steepest], rel=1e-6)
+    assert {tuple(face.foot) for face in faces} == {(0, 0, c), (0, 0, -c)}
+
+
+@pytest.mark.parametrize("radii", [(0.04, 0.04, 0.04), (0.06, 0.03, 0.03), (0.06, 0.0305, 0.03)])
+def test_an_ellipsoid_that_would_roll_has_no_flat_side(radii: tuple[float, float, float]) -> None:
+    assert not any(face.tilt > 0 and not face.rolls for face in faces_of(hf.Body("egg", hf.Ellipsoid(radii), mass=0.2)))
+
+
 def test_a_cylinder_rolls_on_a_floor_but_not_in_a_trough() -> None:
     faces = faces_of(cup())
     lying = pose_from(np.zeros(3), about_y(np.pi / 2))

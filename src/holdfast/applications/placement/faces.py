@@ -1,4 +1,4 @@
-"""Find the flat faces on which an object can stand, which are the facets of its convex hull."""
+"""Find the faces on which an object can stand: the facets of its convex hull, or the flat ends of an ellipsoid."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from holdfast.base.arrays import Float, unit
 from holdfast.base.rigid import tangents
 from holdfast.geometry.hull import convex_hull, hull_facets, smallest_rectangle
 from holdfast.scene.body import Body
+from holdfast.scene.round import Ellipsoid
 
 COPLANAR = 1e-3  # [rad] hull triangles whose normals differ by less belong to one face
 ROLLED = np.radians(np.arange(5.0, 31.0, 5.0))  # [rad] turns by which a face of a round side is told
@@ -45,7 +46,10 @@ class Face:
 
 
 def faces_of(body: Body) -> tuple[Face, ...]:
-    """Return all faces of the body's convex hull, the steadiest first."""
+    """Return all faces of the body's convex hull, the steadiest first; of an ellipsoid those on which it stands."""
+    flat = _flat_ends(body)
+    if flat:
+        return flat
     vertices = body.shape.surface.vertices
     facets = hull_facets(vertices, COPLANAR)
     outer = vertices[np.unique(np.concatenate([corners for _, corners in facets]))] - body.com_body
@@ -64,6 +68,25 @@ def rolls_on(faces: Sequence[Face], pose: Float, normals: Float) -> bool:
     local = -normals @ pose[:3, :3]
     touching = faces[int(np.argmax([float(face.normal @ local[0]) for face in faces]))]
     return touching.rolls and bool((local @ local[0] > np.cos(ONE_FACE)).all())
+
+
+def _flat_ends(body: Body) -> tuple[Face, ...]:
+    """Return both ends of the shortest axis of an ellipsoid; none of other bodies, nor where it would roll from there.
+
+    An ellipsoid with its centre of mass in the middle stands where that is lowest. Its facets stand for nothing: with
+    one of them on a plane the true surface touches elsewhere. With radii c < b < a it comes to rest on planes of up to
+    atan((b² - c²) / (2 b c)), the largest angle in the ellipse (b, c) between the line from its middle and the normal.
+    """
+    if not isinstance(body.shape, Ellipsoid):
+        return ()
+    radii = np.asarray(body.shape.radii, dtype=float)
+    short, middle, long = np.argsort(radii, kind="stable").tolist()
+    c, b = radii[short], radii[middle]
+    if c > (1 - LEVEL) * b or np.abs(body.com_body).max() > LEVEL * c:
+        return ()
+    tilt = float(np.arctan((b**2 - c**2) / (2 * b * c)))
+    ends = np.eye(3)[short] * np.array([[-1.0], [1.0]])
+    return tuple(Face(end, c * end, c * end[None], np.eye(3)[long], tilt, rolls=False) for end in ends)
 
 
 def _face(normal: Float, points: Float, com: Float, outer: Float, spun: Float) -> Face:
