@@ -76,6 +76,15 @@ def test_what_the_weight_of_others_holds_is_not_carried_alone() -> None:
     assert carried(grid, "plank", (0.05, 0, 0.12), DOWN)
 
 
+@pytest.mark.parametrize("beyond", [1e-3, 1e-4, 1e-5])
+def test_a_press_just_beyond_the_support_is_not_carried(beyond: float) -> None:
+    """It ends at up to 10,000 times the weight, where a hundred-thousandth of its moment is left: that is no rest."""
+    support, plank = block("support", (0.2, 0.1, 0.1), (0, 0, 0.05)), block("plank", (0.4, 0.1, 0.02), (0.1, 0, 0.11))
+    grid = grid_of(support, plank, block("on it", (0.1, 0.1, 0.1), (-0.05, 0, 0.17), 5.0))
+    assert not carried(grid, "plank", (0.1 + beyond, 0, 0.12), DOWN)
+    assert carried(grid, "plank", (0.09, 0, 0.12), DOWN)
+
+
 @pytest.mark.parametrize("beyond", [-0.002, 0.004, 0.006])
 def test_a_press_that_leads_far_ends_where_the_lever_says(beyond: float) -> None:
     """A plank tips over its support, which its lever decides: here at 15 and 22 times the weight of all bodies."""
