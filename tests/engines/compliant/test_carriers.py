@@ -98,6 +98,18 @@ def test_a_press_that_leads_far_ends_where_the_lever_says(beyond: float) -> None
     assert peak > HUGE * grid.assembly.weight
 
 
+def test_what_counts_beside_a_press_is_the_weight_that_its_carriers_bear() -> None:
+    """Their own and that of a block which rests on one of them; not that of bodies that only touch them."""
+    support, plank = block("support", (0.2, 0.1, 0.1), (0, 0, 0.05)), block("plank", (0.4, 0.1, 0.02), (0.1, 0, 0.11))
+    row = [block(f"r{i}", (0.05, 0.05, 0.05), (-0.125 - 0.05 * i, 0, 0.025), 3.0) for i in range(4)]
+    grid = grid_of(support, plank, block("on it", (0.1, 0.1, 0.1), (-0.05, 0, 0.17), 5.0), *row)
+    load = grid.loads(column(grid, "plank", (0.05, 0, 0.12), DOWN))[0]
+    expected = (support.mass + plank.mass + 5.0) / grid.assembly.mass.sum()
+    assert expected < grid.carriers.weight(load, grid.settled.q) < 1.03 * expected  # faces are sheared a little, too
+    all_of_them = grid.loads(body_forces(grid.assembly.mass[:, None] * DOWN)[:, None])[0]
+    assert grid.carriers.weight(all_of_them, grid.settled.q) == 1.0
+
+
 def test_loads_on_several_bodies_and_torques_are_left_to_others() -> None:
     grid = two_towers()
     assert not grid.carriers.balance(grid.loads(body_forces(grid.assembly.mass[:, None] * DOWN)[:, None])[0])
@@ -111,8 +123,9 @@ def test_loads_on_several_bodies_and_torques_are_left_to_others() -> None:
 def test_presses_on_a_dense_pallet_end_at_some_weights_or_not_at_all(shift: tuple[float, float], name: str) -> None:
     """Sixty boxes, one of them pressed all over, in columns or with every other layer shifted.
 
-    Of 70 presses on columns ten were undecided and ten ended far out. On shifted layers bodies that carry nothing
-    float, and whether they touch those that do is decided last: 23 were undecided and 13 ended far out.
+    Of 70 presses on columns ten were undecided and ten ended far out, at more than 200 weights of the box. On shifted
+    layers bodies that carry nothing float, and whether they touch those that do is decided last: 23 were undecided and
+    13 ended far out.
     """
     size = np.array([0.3, 0.2, 0.15])
     places = [np.array([i, j, k]) for i in range(5) for j in range(4) for k in range(3)]
@@ -125,6 +138,6 @@ def test_presses_on_a_dense_pallet_end_at_some_weights_or_not_at_all(shift: tupl
     assert len(found.force) > 12
     assert not (found.status == hf.Status.UNDECIDED).any()
     endless = np.isinf(found.force)
-    assert endless.sum() > 0.7 * len(endless)
+    assert endless.sum() > 0.9 * len(endless)
     assert (found.force[~endless] < HUGE * assembly.weight).all()
     assert (found.force <= proved.upper).all()

@@ -17,12 +17,13 @@ from scipy.sparse.csgraph import breadth_first_order
 from holdfast.base.arrays import Bool, Float
 from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import Outcome, solve
+from holdfast.elastic.law import node_forces
 from holdfast.elastic.model import Elastic, Runs
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.sparse import FAINTEST, held
 from holdfast.elastic.system import System
 
-HUGE = 10.0  # load, relative to the group's weight, beside which no weight is expected to count any more
+HUGE = 10.0  # load, relative to a weight, beside which this is not expected to count any more
 PATIENCE = 1000  # steps of Newton's method after which rest is not sought any longer
 ALONE = 1e-6  # what the faint hold may carry of a load that contacts are to balance alone
 BALANCED = 1e-7  # what may be left of such a load
@@ -49,6 +50,25 @@ class Carriers:
         if not len(few.a):  # there is nothing against it
             return False
         return rests_alone(System.of(few), PATIENCE) and self._others_leave(carry)
+
+    def weight(self, load: Float, q: Float) -> float:
+        """Return what counts beside a ``load`` (n,) where the bodies rest at ``q`` (n,), in the model's unit of force.
+
+        That is the weight of the bodies that pass the load on, and all that others press on them; or the whole weight,
+        which is the unit, where no such bodies were found.
+        """
+        carry = self._between(load)
+        if not carry.any() or carry.all():
+            return 1.0
+        own = np.linalg.norm(self.model.wrench.reshape(-1, 6)[carry, :3], axis=1).sum()
+        return float(own + self._pressed(carry, q)) or 1.0
+
+    def _pressed(self, carry: Bool, q: Float) -> float:
+        """Return the sum of the forces between bodies that ``carry`` (J,) and movable ones that do not."""
+        m, forces = self.model, np.zeros((len(self.model.k), 3))
+        node_forces(m, q, forces)
+        between = (carry[m.a] != carry[m.b]) & (m.a >= 0) & (m.b >= 0)
+        return float(np.linalg.norm(forces[np.repeat(between, np.diff(m.first))], axis=1).sum())
 
     def _between(self, load: Float) -> Bool:
         """Return which bodies (J,) the force of the ``load`` is passed on to, from contact to contact against it.

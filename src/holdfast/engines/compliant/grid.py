@@ -129,21 +129,24 @@ class Grid:
         All paths are lost if the assembly does not rest on this grid. If ``cuts`` is True, the result also holds the
         derivatives of the peaks by the load, in the units of W. No path is followed beyond ``most`` times its load.
 
-        Where systems are dear, a path that leads to HUGE times the weight is endless if few bodies carry its load alone
-        (carriers.py): what would be met further out are other branches, or rounding.
+        Where systems are dear, a path that leads to HUGE times the weight that counts beside its load is endless if few
+        bodies carry that alone (carriers.py): what would be met further out are other branches, or rounding.
         """
         loads = self.loads(W)
         if self.settled.outcome is not RestOutcome.RESTS:
             return PathResult.lost(*loads.shape, cuts=cuts).sealed()
         far = self.system.fronts is not None and most == np.inf
-        farthest = HUGE / np.abs(loads).max(1) if far else np.full(len(loads), most)
+        farthest = np.full(len(loads), most)
+        if far:
+            beside = np.array([self.carriers.weight(load, self.settled.q) for load in loads])
+            farthest = HUGE * beside / np.abs(loads).max(axis=1, initial=0.0)
         found = self._followed.paths(self.settled.q, loads, cuts=cuts, most=farthest)
         if far:
             found = self._led_on(loads, found, cuts=cuts)
         return found._replace(cut=world_rows(self.assembly, found.cut) / self.unit).sealed() if cuts else found
 
     def _led_on(self, loads: Float, found: PathResult, *, cuts: bool) -> PathResult:
-        """Return the paths ``found`` of ``loads`` (k, 6J), of which those left at HUGE times the weight are decided.
+        """Return the paths ``found`` of ``loads`` (k, 6J), of which those left at HUGE times a weight are decided.
 
         They are endless if few bodies carry the load alone; if not, they are followed once more, as far as they lead.
         """
