@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compilable, compiled, fused, lean
+from holdfast.base.memory import Memory
 from holdfast.elastic.elimination import apply_pivots, eliminate, finish
 from holdfast.elastic.frames import add_stiffness
 from holdfast.elastic.linear import LINE, SINGULAR, Work, add_body, add_corner, border_unit, dense_solve, lines
@@ -27,10 +28,13 @@ from holdfast.elastic.model import Elastic
 from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.passing import add_rows, find_pieces, pass_on, place_of
 
+_KNOWN = Memory(20_000)  # sheets of models whose fronts are kept
+
 
 def fronts_of(m: Elastic) -> Fronts:
-    """Order the bodies of a model, and say what each front takes."""
-    return Fronts.of(len(m.wrench) // 6, m.a, m.b)
+    """Order the bodies of a model, and say what each front takes; what was found for other nodes is taken again."""
+    count = len(m.wrench) // 6
+    return _KNOWN.recalled((count, m.a.tobytes(), m.b.tobytes()), len(m.a), lambda: Fronts.of(count, m.a, m.b))
 
 
 @compiled

@@ -12,6 +12,9 @@ from holdfast.base.arrays import Int
 MOST_OWNED = 6  # bodies that one front eliminates
 WASTE = 0.3  # share of a front's blocks that may be zero for two fronts to become one
 SMALL = 5  # bodies of a front that may be made of two in any case
+MANY = 100  # bodies from which an order is worth some tries
+TRIES, SEED = 8, 0  # of ties broken at random
+MOST_TRIED = 2500  # bodies that all tries put into order together: the time of one grows faster than their number
 
 
 class Fronts(NamedTuple):
@@ -79,14 +82,19 @@ def _least_work(count: int, a: Int, b: Int) -> tuple[list[set[int]], list[int]]:
     """For every body those that are eliminated later and that it is joined to by then; and the order.
 
     Next comes the body with the fewest neighbours, or the one that joins the fewest others, per neighbour: neither way
-    is better for all models, and of 300 boxes the better one takes about a tenth fewer products.
+    is better for all models. Which of equals comes first matters as much: of eight tries on 300 boxes the best takes a
+    fifth fewer products than the order of their numbers.
     """
     near: list[set[int]] = [set() for _ in range(count)]
     for one, two in zip(a.tolist(), b.tolist(), strict=True):
         if one >= 0 and two >= 0 and one != two:
             near[one].add(two)
             near[two].add(one)
-    found = [way([set(each) for each in near]) for way in (_fewest_neighbours, _least_fill)]
+    rng, ranks = np.random.default_rng(SEED), [np.arange(count)]
+    tries = min(TRIES, MOST_TRIED // count) if count >= MANY else 0
+    ranks += [rng.permutation(count) for _ in range(tries)]
+    found = [_fewest_neighbours([set(each) for each in near])]
+    found += [_least_fill([set(each) for each in near], rank.tolist()) for rank in ranks]
     return min(found, key=lambda each: sum((1 + len(later)) ** 2 for later in each[0]))
 
 
@@ -103,20 +111,23 @@ def _fewest_neighbours(near: list[set[int]]) -> tuple[list[set[int]], list[int]]
     return near, order
 
 
-def _least_fill(near: list[set[int]]) -> tuple[list[set[int]], list[int]]:
-    """The other way, with the same arguments and results."""
+def _least_fill(near: list[set[int]], rank: list[int]) -> tuple[list[set[int]], list[int]]:
+    """The other way, with the same arguments and results; ``rank`` tells which of equals comes first."""
     apart = [sum(len(own - near[other]) - 1 for other in own) // 2 for own in near]  # pairs of neighbours not joined
+    price = [(apart[body] / (1 + len(near[body])), rank[body]) for body in range(len(near))]
     left, order = set(range(len(near))), []
     while left:
-        body = min(left, key=lambda each: (apart[each] / (1 + len(near[each])), each))
+        body = min(left, key=price.__getitem__)
         left.remove(body)
         order.append(body)
         around = sorted(near[body])
+        changed = set(around)
         for one, two in combinations(around, 2):
             if two not in near[one]:
                 shared = near[one] & near[two]
                 for each in shared:
                     apart[each] -= 1
+                changed |= shared
                 apart[one] += len(near[one]) - len(shared)
                 apart[two] += len(near[two]) - len(shared)
                 near[one].add(two)
@@ -124,6 +135,8 @@ def _least_fill(near: list[set[int]]) -> tuple[list[set[int]], list[int]]:
         for other in around:
             apart[other] -= len(near[other]) - len(around)
             near[other].remove(body)
+        for each in changed:
+            price[each] = (apart[each] / (1 + len(near[each])), rank[each])
     return near, order
 
 
