@@ -17,6 +17,7 @@ from holdfast.elastic.path import PathResult
 from holdfast.elastic.stepper import APART, STATIONS
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.refinement import Bounded
+from holdfast.queries.request import push_columns
 from holdfast.validation.benchmarks.reliability import random_pushes
 
 
@@ -48,6 +49,27 @@ def test_lower_bounds_are_less_where_the_load_has_dipped_on_the_way() -> None:
     paths.first[1] = 8.0
     bounded = Bounded.unbounded(paths)._replace(below=np.array([9.9, 9.9, 0.0]))
     assert bounded.lower.tolist() == pytest.approx([9.9, 7.92, np.inf])
+
+
+def test_a_maximum_that_a_path_on_another_grid_passes_over_is_not_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A push on a wall whose forces gather on an edge: with more nodes there it leads a tenth farther."""
+    assembly = shipped("wall2x2")
+    state = hf.Compliant().prepare(assembly)
+    W = push_columns(
+        assembly, assembly.index["b0_1"], *np.array([[[0.0375, -0.05, 0.0875]], [[-0.0915, 0.99, -0.1078]]])
+    )
+    followed, peaks = Grid.paths, []
+
+    def dipped(grid: Grid, W: Float, *, cuts: bool = False) -> PathResult:
+        paths = followed(grid, W, cuts=cuts)
+        peaks.append(paths.peak[0])
+        return paths._replace(first=0.5 * paths.peak if len(peaks) == 1 else paths.peak)
+
+    monkeypatch.setattr(Grid, "paths", dipped)
+    found = state.refined.answers(W)
+    assert not found.own[0]
+    assert found.paths.peak[0] == peaks[-1] != peaks[0]
+    assert found.lower[0] == 0.5 * peaks[0]
 
 
 Balances = Callable[[Grid, Float, Float, Float], Bool]

@@ -217,6 +217,8 @@ class Refined:
             else:
                 better = self._estimated(asked, peaks, cuts=cuts)
             found = found.replaced(rows, better._replace(few=found.few[rows]))
+        passed = (paths.first < paths.peak) & (found.paths.first >= found.paths.peak)  # a maximum, on another grid
+        found.below[passed] = np.minimum(found.below, paths.first)[passed]
         return found
 
     def _estimated(self, W: Float, peaks: PathResult, *, cuts: bool) -> Bounded:
