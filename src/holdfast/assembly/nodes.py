@@ -13,7 +13,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, frozen, unit
 from holdfast.base.kinds import shaped
-from holdfast.base.rigid import snapped, tangents
+from holdfast.base.rigid import cross, snapped, tangents
 from holdfast.base.values import Value, seal
 from holdfast.contacts.nodes import Sampling, interface_nodes
 
@@ -140,8 +140,8 @@ def node_axes(assembly: Assembly, normals: Float) -> Float:
     The tangents follow from the assembly's own axes, so that they turn with it.
     """
     _, own = tangents(snapped(normals @ assembly.axes.T, 1.0, BITS))
-    t1 = unit(np.cross(own @ assembly.axes, normals))
-    return np.stack([normals, t1, np.cross(normals, t1)], axis=1)
+    t1 = unit(cross(own @ assembly.axes, normals))
+    return np.stack([normals, t1, cross(normals, t1)], axis=1)
 
 
 def equilibrium_operator(assembly: Assembly, nodes: ContactNodes) -> sparse.csc_matrix:
@@ -150,17 +150,31 @@ def equilibrium_operator(assembly: Assembly, nodes: ContactNodes) -> sparse.csc_
     The forces are (f_n, f_t1, f_t2) at the nodes. The wrenches are (force [N], torque [N m] about the centre of mass),
     along the world axes.
     """
-    rows, columns, values = [], [], []
-    columns_of = 3 * np.arange(len(nodes))
-    for body, sign in ((nodes.b, 1.0), (nodes.a, -1.0)):
-        free = np.flatnonzero(body >= 0)
-        force = sign * nodes.axes[free]
-        arm = nodes.points[free] - assembly.com[body[free]]
-        torque = np.cross(arm[:, None], force)
-        block = np.concatenate([force, torque], axis=2)  # (n, 3 components, 6 rows)
-        rows.append(np.broadcast_to((6 * body[free])[:, None, None] + np.arange(6), block.shape).ravel())
-        columns.append(np.broadcast_to(columns_of[free][:, None, None] + np.arange(3)[:, None], block.shape).ravel())
-        values.append(block.ravel())
-    shape = (6 * len(assembly.movable), 3 * len(nodes))
-    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    return sparse.csc_matrix(entries, shape=shape)
+    blocks = np.empty((len(nodes), 3, 2, 6))
+    for side, (body, sign) in enumerate(((nodes.b, 1.0), (nodes.a, -1.0))):
+        force = sign * nodes.axes
+        blocks[:, :, side, :3] = force
+        blocks[:, :, side, 3:] = cross(arms(assembly, nodes, body)[:, None], force)
+    return by_bodies(len(assembly.movable), nodes, blocks)
+
+
+def arms(assembly: Assembly, nodes: ContactNodes, body: Int) -> Float:
+    """Return the arms (I, 3) [m] of the nodes about the centre of mass of a ``body`` (I,) each, 0 for fixed ones."""
+    free = body >= 0
+    return np.asarray(np.where(free[:, None], nodes.points - assembly.com[np.where(free, body, 0)], 0.0))
+
+
+def by_bodies(count: int, nodes: ContactNodes, blocks: Float) -> sparse.csc_matrix:
+    """Return the matrix (6J, 3I) of ``blocks`` (I, 3, 2, 6): what a force along each axis of a node gives both bodies.
+
+    Those of body b come first in ``blocks``; fixed bodies have no rows. ``count`` is J.
+    """
+    bodies = np.stack([nodes.b, nodes.a], axis=1)
+    later = bodies[:, 0] > bodies[:, 1]  # rows are to be in order
+    bodies = np.where(later[:, None], bodies[:, ::-1], bodies)
+    blocks = np.where(later[:, None, None, None], blocks[:, :, ::-1], blocks)
+    free = bodies >= 0
+    kept = np.broadcast_to(free[:, None, :, None], blocks.shape)
+    rows = np.broadcast_to(6 * bodies[:, None, :, None] + np.arange(6), blocks.shape)
+    starts = np.concatenate([[0], np.cumsum(np.repeat(6 * free.sum(1), 3))])
+    return sparse.csc_matrix((blocks[kept], rows[kept], starts), shape=(6 * count, 3 * len(nodes)))

@@ -69,11 +69,10 @@ class Prepared:
         settings.presolve_enable = False  # the solver takes new entries only for the program as it was given
         settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
         cones = [_CONES[kind](size) for kind, size in program.cones]
-        upper = sparse.triu(program.P, format="csc")
         self._program = replace(program, A=program.A.copy())
         self._runs = cone_runs(program)
         self._long = self._program.A.nnz > LONG
-        self._solver = clarabel.DefaultSolver(upper, program.q, self._program.A, program.b, cones, settings)
+        self._solver = clarabel.DefaultSolver(_upper(program.P), program.q, self._program.A, program.b, cones, settings)
 
     def change(self, entries: Int, values: Float) -> None:
         """Set stored entries of A to ``values`` (k,); ``entries`` (k,) are their positions in ``A.data``."""
@@ -99,6 +98,12 @@ def solve(program: ConeProgram, *, tolerance: float = 1e-10, max_iterations: int
     scaled to order one.
     """
     return Prepared(program, tolerance=tolerance, max_iterations=max_iterations).solve()
+
+
+def _upper(P: sparse.csc_matrix) -> sparse.csc_matrix:
+    """Return the upper triangle: P itself where it is diagonal, as it mostly is."""
+    columns = np.repeat(np.arange(P.shape[1]), np.diff(P.indptr))
+    return P if (P.indices <= columns).all() else sparse.triu(P, format="csc")
 
 
 def _within_numbers(values: Float) -> Float:

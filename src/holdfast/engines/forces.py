@@ -10,6 +10,7 @@ from scipy import sparse
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, equilibrium_operator
 from holdfast.base.arrays import Float
+from holdfast.base.entries import Entries, diagonal, together
 from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import ConeSolution, Outcome, solve
 from holdfast.engines.cones import EXACT, FrictionCone
@@ -53,9 +54,8 @@ def force_program(
     b = np.zeros(G.shape[0] + C.shape[0])
     b[: G.shape[0]] = -scaled_wrench(assembly, wrench)
     share = nodes.weights / nodes.weights.mean() if len(nodes) else nodes.weights
-    count = 3 * len(nodes)
-    P = sparse.csc_matrix((np.repeat(1 / share, 3), np.arange(count), np.arange(count + 1)), shape=(count, count))
-    A = sparse.csc_matrix(sparse.vstack([G, C]))
+    A = together(Entries.of(G), Entries.of(C).below(G.shape[0])).matrix((len(b), G.shape[1]))
+    P = diagonal(np.repeat(1 / share, 3))
     return ConeProgram(P, np.zeros(A.shape[1]), A, b, (("zero", G.shape[0]), *cones)), G
 
 

@@ -9,10 +9,9 @@ from threading import Lock
 from typing import Any
 
 import numpy as np
-from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import ContactNodes, equilibrium_operator
+from holdfast.assembly.nodes import ContactNodes
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
@@ -29,7 +28,7 @@ from holdfast.engines.limit.hull import find_hull
 from holdfast.engines.limit.load_limit import LoadLimit
 from holdfast.engines.limit.loose import comes_loose
 from holdfast.engines.limit.proof import Proofs
-from holdfast.engines.limit.rounding import DOWN, UP
+from holdfast.engines.limit.rounding import DOWN, UP, Matrix
 from holdfast.engines.limit.sensitivity import gradient
 from holdfast.engines.limit.sets import find_set
 from holdfast.engines.limit.standing import proved_rest
@@ -277,6 +276,6 @@ class LimitState:
         return Kinematics.of(self.assembly, self.rest.nodes)
 
     @cached_property
-    def _gather(self) -> sparse.csr_matrix:
+    def _gather(self) -> Matrix:
         """Gᵀ (3I, 6J): twists to relative velocities at the nodes."""
-        return sparse.csr_matrix(equilibrium_operator(self.assembly, self.rest.nodes).T)
+        return self.proofs.equilibrium.gather

@@ -11,6 +11,7 @@ from scipy import sparse
 
 from holdfast.assembly.nodes import ContactNodes
 from holdfast.base.arrays import Float
+from holdfast.base.entries import Entries, together
 from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import Outcome, Prepared
 from holdfast.engines.cones import FrictionCone
@@ -62,15 +63,15 @@ class LoadProgram:
     def cone_program(self) -> ConeProgram:
         """The cone program in the variables (f, s). The last column of A holds the load in all equilibrium rows."""
         force, motion = self.scales.force, self.scales.motion
-        G = sparse.diags(motion) @ sparse.csr_matrix(self.equilibrium.G) @ sparse.diags(force)
+        rows, count = len(motion), len(force) + 1
         C, cones = self.cone.rows(self.nodes)
         owner = C.indices[C.indptr[:-1]] // 3  # all entries of a row belong to one node
         mu = self.nodes.mu
         unit = (np.where(mu > 0, np.minimum(mu, 1.0), 1.0) * self.tau)[owner]
-        friction = sparse.diags(1 / unit) @ C @ sparse.diags(force)
-        rows, count = len(motion), len(force) + 1
-        column = sparse.csc_matrix((np.ones(rows), (np.arange(rows), np.zeros(rows, int))), (rows + C.shape[0], 1))
-        A = sparse.csc_matrix(sparse.hstack([sparse.vstack([G, friction]), column]))
+        balance = Entries.of(self.equilibrium.G).scaled(motion, force)
+        friction = Entries.of(C).scaled(1 / unit, force).below(rows)
+        load = Entries(np.arange(rows), np.full(rows, count - 1), np.ones(rows))
+        A = together(balance, friction, load).matrix((rows + C.shape[0], count))
         b = np.concatenate([-motion * self.wrench, np.zeros(C.shape[0])])
         q = np.append(np.zeros(count - 1), -1.0)
         return ConeProgram(sparse.csc_matrix((count, count)), q, A, b, (("zero", rows), *cones))

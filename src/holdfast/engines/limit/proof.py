@@ -160,7 +160,7 @@ class Proofs:
     def _supports(self, ray: Float, load: Float) -> bool:
         """Whether forces (3I,) about balance the load and about lie in the cones."""
         scales = self.program.scales
-        left = float(np.abs(scales.motion * (self._equilibrium.G @ ray + load)).max())
+        left = float(np.abs(scales.motion * (self.equilibrium.G @ ray + load)).max())
         room = self.cone.room(self.rest.nodes.mu, ray.reshape(-1, 1, 3))[:, 0] / scales.force[::3]
         sliding = np.where(self.rest.nodes.mu[:, None] == 0, ray.reshape(-1, 3)[:, 1:] / scales.force[::3, None], 0.0)
         largest = max(float(np.abs(ray / scales.force).max(initial=0)), float(np.abs(scales.motion * load).max()))
@@ -169,10 +169,11 @@ class Proofs:
     @cached_property
     def program(self) -> LoadProgram:
         """The program, set up once for all loads."""
-        return LoadProgram(self._equilibrium, self.rest.nodes, self.wrench, self.cone, self._usual)
+        return LoadProgram(self.equilibrium, self.rest.nodes, self.wrench, self.cone, self._usual)
 
     @cached_property
-    def _equilibrium(self) -> Equilibrium:
+    def equilibrium(self) -> Equilibrium:
+        """The equilibrium operator of the nodes at rest, with bounds of rounding."""
         return Equilibrium.of(self.assembly, self.rest.nodes)
 
     @cached_property
@@ -182,12 +183,12 @@ class Proofs:
     @cached_property
     def _carried(self) -> Carried:
         resting = self.rest.forces.ravel()
-        return Carried(self._equilibrium, self.cone, self.rest.nodes.mu, self.wrench, resting, self._usual)
+        return Carried(self.equilibrium, self.cone, self.rest.nodes.mu, self.wrench, resting, self._usual)
 
     @cached_property
     def _repair(self) -> Repair:
         motion = self.program.scales.motion
-        return Repair(self._equilibrium, self.rest.nodes, self.cone, self.wrench, self._usual, motion)
+        return Repair(self.equilibrium, self.rest.nodes, self.cone, self.wrench, self._usual, motion)
 
 
 UNKNOWN = LoadLimit(0.0, 0.0, np.inf, Status.UNDECIDED, None, certain=True)

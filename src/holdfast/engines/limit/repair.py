@@ -22,6 +22,7 @@ from scipy import sparse
 
 from holdfast.assembly.nodes import ContactNodes
 from holdfast.base.arrays import Bool, Float
+from holdfast.base.entries import Entries, diagonal
 from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import solve
 from holdfast.engines.cones import FrictionCone
@@ -189,12 +190,12 @@ class Repair:
         scale = np.where(columns, self.scale, 0.0)
         weight = np.repeat(self.tau[:, None], 3, axis=1)
         weight[:, 1:] *= self.cone.corner * self.nodes.mu[:, None]
-        rows = sparse.diags(weight.ravel()) @ sparse.csr_matrix(self.equilibrium.gather) @ sparse.diags(scale)
-        A = sparse.csc_matrix(-sparse.csr_matrix(rows)[np.repeat(touched, 3)])
-        count = int(touched.sum())
+        count, asked = int(touched.sum()), np.repeat(touched, 3)
+        opening = Entries.of(self.equilibrium.gather).scaled(-weight.ravel(), scale).within(asked)
+        A = opening.matrix((3 * count, len(scale)))
         b = np.tile([-1.0, 0.0, 0.0], count)
         q = -scale * self.wrench
-        P = sparse.csc_matrix(1e-3 * max(float(np.abs(q).max(initial=0)), 1e-300) * sparse.identity(len(scale)))
+        P = diagonal(np.full(len(scale), 1e-3 * max(float(np.abs(q).max(initial=0)), 1e-300)))
         found = solve(ConeProgram(P, q, A, b, (("second_order", 3),) * count), tolerance=1e-6).x
         motion = scale * found
         if not np.isfinite(motion).all():

@@ -17,7 +17,7 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import ContactNodes, equilibrium_operator
+from holdfast.assembly.nodes import ContactNodes, arms, by_bodies, equilibrium_operator
 from holdfast.base.arrays import Float
 
 UNIT = 2.0**-53  # the unit roundoff u of double precision
@@ -49,12 +49,10 @@ class Equilibrium:
     @classmethod
     def of(cls, assembly: Assembly, nodes: ContactNodes) -> Equilibrium:
         """Return the operator of these nodes."""
-        G, H = sparse.csr_matrix(equilibrium_operator(assembly, nodes)), _magnitude(assembly, nodes)
-        terms = max(int(np.diff(H.indptr).max(initial=0)), 12) + 2
-        gather, spread = sparse.csr_matrix(G.T), sparse.csr_matrix(gamma(12) * H.T)
-        unknown = sparse.csr_matrix(gamma(terms) * H)
-        matrices = (_quick(m) for m in (G, gather, H, unknown, spread))
-        return cls(nodes, assembly.com, *matrices)
+        G, H = _quick(equilibrium_operator(assembly, nodes)), _quick(_magnitude(assembly, nodes))
+        most = np.count_nonzero(H, axis=1) if isinstance(H, np.ndarray) else np.diff(H.indptr)
+        terms = max(int(most.max(initial=0)), 12) + 2
+        return cls(nodes, assembly.com, G, _turned(G), H, gamma(terms) * H, _turned(gamma(12) * H))
 
     def velocities(self, motions: Float) -> tuple[Float, Float]:
         """Return Gᵀ y (3I, k) for motions y (6J, k), and bounds (3I, k) of their errors.
@@ -109,24 +107,26 @@ def gamma(terms: int) -> float:
     return (terms + SPARE) * UNIT * 1.01
 
 
-def _quick(matrix: sparse.csr_matrix) -> Matrix:
-    return matrix.toarray() if matrix.shape[0] * matrix.shape[1] <= DENSE else matrix
+def _quick(matrix: sparse.csc_matrix) -> Matrix:
+    if matrix.shape[0] * matrix.shape[1] <= DENSE:
+        return matrix.toarray(order="C")
+    return sparse.csr_matrix(matrix)
 
 
-def _magnitude(assembly: Assembly, nodes: ContactNodes) -> sparse.csr_matrix:
+def _turned(matrix: Matrix) -> Matrix:
+    """Return the transpose, by rows."""
+    return np.ascontiguousarray(matrix.T) if isinstance(matrix, np.ndarray) else sparse.csr_matrix(matrix.T)
+
+
+def _magnitude(assembly: Assembly, nodes: ContactNodes) -> sparse.csc_matrix:
     """Return H (6J, 3I): G with absolute values of all factors, and zero only where G is zero exactly."""
-    rows, columns, values = [], [], []
-    columns_of = 3 * np.arange(len(nodes))
-    for body in (nodes.b, nodes.a):
-        free = np.flatnonzero(body >= 0)
-        force = np.abs(nodes.axes[free])
-        x, y, z = np.abs(nodes.points[free] - assembly.com[body[free]]).T[:, :, None]
-        fx, fy, fz = np.moveaxis(force, 2, 0)
-        block = np.concatenate([force, np.stack([y * fz + z * fy, z * fx + x * fz, x * fy + y * fx], axis=2)], axis=2)
-        rows.append(np.broadcast_to((6 * body[free])[:, None, None] + np.arange(6), block.shape).ravel())
-        columns.append(np.broadcast_to(columns_of[free][:, None, None] + np.arange(3)[:, None], block.shape).ravel())
-        values.append(block.ravel())
-    shape = (6 * len(assembly.movable), 3 * len(nodes))
-    found = sparse.csr_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=shape)
+    blocks = np.empty((len(nodes), 3, 2, 6))
+    blocks[:, :, :, :3] = np.abs(nodes.axes)[:, :, None]
+    fx, fy, fz = np.moveaxis(np.abs(nodes.axes), 2, 0)
+    for side, body in enumerate((nodes.b, nodes.a)):
+        x, y, z = np.abs(arms(assembly, nodes, body)).T[:, :, None]
+        blocks[:, :, side, 3], blocks[:, :, side, 4] = y * fz + z * fy, z * fx + x * fz
+        blocks[:, :, side, 5] = x * fy + y * fx
+    found = by_bodies(len(assembly.movable), nodes, blocks)
     found.eliminate_zeros()
     return found
