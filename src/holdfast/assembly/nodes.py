@@ -110,22 +110,24 @@ def contact_nodes(assembly: Assembly, count: int | Int, sampling: Sampling, seed
 
     ``seed`` is the random seed of the sampling "paper".
     """
-    points, normals, weights, owner = [], [], [], []
+    points, normals, weights, owner, sizes = [], [], [], [], []
     counts = np.broadcast_to(count, len(assembly.interfaces)).tolist()
     for number, interface in enumerate(assembly.interfaces):
         samples = interface_nodes(interface, counts[number], sampling, seed + number)
         for patch, (nodes, areas) in zip(interface.patches, samples, strict=True):
             points.append(nodes)
             weights.append(areas)
-            normals.append(patch.normals_at(nodes))
             owner.append(np.full(len(nodes), number))
+            bent = patch.spots is not None and patch.spots.bent
+            normals.append(patch.normals_at(nodes if bent else nodes[:1]))  # a flat one has a single normal
+            sizes += [1] * len(nodes) if bent else [len(nodes)]
     if not points:
         return NO_NODES
     interface_of = np.concatenate(owner)
     ends = np.array(assembly.ends, dtype=np.int64)[interface_of]
     return ContactNodes(
         np.vstack(points),
-        node_axes(assembly, np.vstack(normals)),
+        np.repeat(node_axes(assembly, np.vstack(normals)), sizes, axis=0),
         np.array(assembly.mu)[interface_of],
         np.concatenate(weights),
         interface_of,

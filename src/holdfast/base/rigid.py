@@ -85,7 +85,7 @@ def pose_from(position: Float, quaternion: Float) -> Float:
 
 def cross(a: Float, b: Float) -> Float:
     """Return a x b of vectors (..., 3), to the last digit as ``np.cross``, which takes some three times as long."""
-    found = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    found = np.empty(np.broadcast_shapes(a.shape, b.shape), np.result_type(a, b))
     x, y, z, u, v, w = a[..., 0], a[..., 1], a[..., 2], b[..., 0], b[..., 1], b[..., 2]
     found[..., 0], found[..., 1], found[..., 2] = y * w - z * v, z * u - x * w, x * v - y * u
     return found
@@ -98,12 +98,12 @@ def transform(pose: Float, points: Float) -> Float:
 
 def wrench_at(force: Float, point: Float, reference: Float) -> Float:
     """Return the wrench (..., 6) about ``reference`` of a ``force`` (..., 3) that acts at ``point`` (..., 3)."""
-    return np.concatenate([force, np.cross(point - reference, force)], axis=-1)
+    return np.concatenate([force, cross(point - reference, force)], axis=-1)
 
 
 def shift_twist(twist: Float, reference: Float, new_reference: Float) -> Float:
     """Return the twist (6,) of the same rigid motion about ``new_reference`` (3,) instead of ``reference`` (3,)."""
-    return np.concatenate([twist[:3] + np.cross(twist[3:], new_reference - reference), twist[3:]])
+    return np.concatenate([twist[:3] + cross(twist[3:], new_reference - reference), twist[3:]])
 
 
 def rotation_about(axis: Float, origin: Float, reference: Float) -> Float:
@@ -111,7 +111,7 @@ def rotation_about(axis: Float, origin: Float, reference: Float) -> Float:
 
     The axis (..., 3) is a unit vector and the rate is 1 rad/s.
     """
-    velocity = np.cross(axis, reference - origin)
+    velocity = cross(axis, reference - origin)
     return np.concatenate([velocity, np.broadcast_to(axis, velocity.shape)], axis=-1)
 
 
@@ -122,10 +122,7 @@ def tangents(normal: Float) -> tuple[Float, Float]:
     seed = np.where(np.abs(normal[..., :1]) < 0.9, np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
     t1 = seed - (seed * normal).sum(-1, keepdims=True) * normal
     t1 = t1 / np.linalg.norm(t1, axis=-1, keepdims=True)
-    if normal.ndim == 1:  # as np.cross, which takes ten times as long for one vector, and every patch asks
-        (x, y, z), (u, v, w) = normal.tolist(), t1.tolist()
-        return np.asarray(t1), np.array([y * w - z * v, z * u - x * w, x * v - y * u])
-    return np.asarray(t1), np.cross(normal, t1)
+    return np.asarray(t1), cross(normal, t1)
 
 
 def _tangents_of_one(x: float, y: float, z: float) -> tuple[Float, Float]:

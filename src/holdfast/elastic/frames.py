@@ -14,6 +14,7 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.compiled import compiled, fused, lean
+from holdfast.base.rigid import cross
 from holdfast.elastic.model import Elastic
 
 
@@ -23,7 +24,7 @@ def twist_matrices(m: Elastic) -> tuple[Float, Float]:
     for ends, arm in ((m.a, m.arm_a), (m.b, m.arm_b)):
         T = np.zeros((len(ends), 6, 6))
         T[:, :3, :3] = T[:, 3:, 3:] = m.axes
-        T[:, :3, 3:] = np.cross(arm[:, None], m.axes)  # R (ω x p) = (p x R) ω, row by row
+        T[:, :3, 3:] = cross(arm[:, None], m.axes)  # R (ω x p) = (p x R) ω, row by row
         T[ends < 0] = 0.0
         found.append(T)
     return found[0], found[1]

@@ -1,9 +1,13 @@
-"""Motions that no contact resists, found by sparse LU, and a faint hold that resists them."""
+"""Motions that no contact resists, found by inverse iteration, and a faint hold that resists them."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 from scipy import sparse
+from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse.linalg import splu
 
 from holdfast.base.arrays import Bool, Float, Int
@@ -13,6 +17,7 @@ from holdfast.elastic.model import Elastic
 NO_RESISTANCE = 1e-9  # largest resistance that counts as none, where that of bonded contacts is of order one
 FAINT_HOLD = 1e-9  # stiffness of the faint hold of a body, in units of its contacts and size
 FAINTEST = 1e-11  # the same where bodies move far, so that the hold carries next to nothing there, too
+DENSE = 90  # displacements up to which dense elimination is faster than that of a sparse matrix
 NEAR_SINGULAR = 1e-12  # added to the diagonal so that a singular stiffness can be factored, in the same units
 
 
@@ -49,15 +54,24 @@ def unresisted_motion(m: Elastic, K: Float) -> Float:
     unit = np.repeat(np.sqrt(firmest.reshape(-1, 6).max(1)), 6) * np.stack([np.ones_like(size), size], 1).repeat(3)
     blocks = _blocks(m, K)
     scaled = blocks.ravel()[kept] / (unit[rows] * unit[columns])
-    A = sparse.csc_matrix((scaled, (rows, columns)), shape=(n, n))
-    factors = splu(A + NEAR_SINGULAR * sparse.eye(n, format="csc"))
+    A, solve = _factored(rows, columns, scaled, n)
     x = np.random.default_rng(0).normal(size=n)
     for _ in range(3):
-        x = factors.solve(x)
+        x = solve(x)
         x /= np.abs(x).max()
     if np.abs(np.asarray(A @ x)).max() > NO_RESISTANCE:
         return np.zeros(n // 6)
     return np.asarray(np.abs(x).reshape(-1, 6).max(1))
+
+
+def _factored(rows: Int, columns: Int, values: Float, n: int) -> tuple[Any, Callable[[Float], Float]]:
+    """Return the matrix (n, n) of these entries, summed where they meet, and what solves it; dense if it is small."""
+    if n <= DENSE:
+        A = np.bincount(n * rows + columns, values, n * n).reshape(n, n)
+        factors = lu_factor(A + NEAR_SINGULAR * np.eye(n), check_finite=False)
+        return A, lambda x: lu_solve(factors, x, check_finite=False)
+    B = sparse.csc_matrix((values, (rows, columns)), shape=(n, n))
+    return B, splu(B + NEAR_SINGULAR * sparse.eye(n, format="csc")).solve
 
 
 def held(m: Elastic, faint: float = FAINT_HOLD) -> Elastic:

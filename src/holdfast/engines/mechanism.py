@@ -15,7 +15,7 @@ from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Bool, Float, Int, frozen
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.kinds import shaped
-from holdfast.base.rigid import shift_twist
+from holdfast.base.rigid import cross, shift_twist
 from holdfast.base.text import listed
 from holdfast.base.values import Value, seal
 
@@ -179,7 +179,7 @@ def relative_velocity(nodes: ContactNodes, com: Float, twists: Float) -> Float:
     for body, sign in ((nodes.b, 1.0), (nodes.a, -1.0)):
         free = np.flatnonzero(body >= 0)
         twist = twists[body[free]]
-        velocity[free] += sign * (twist[:, :3] + np.cross(twist[:, 3:], nodes.points[free] - com[body[free]]))
+        velocity[free] += sign * (twist[:, :3] + cross(twist[:, 3:], nodes.points[free] - com[body[free]]))
     return np.asarray(np.einsum("ikx,ix->ik", nodes.axes, velocity))
 
 
@@ -262,7 +262,7 @@ def _motion(twist: Float, size: float, plural: bool) -> str:
     if rate * size < 1e-3 * np.linalg.norm(velocity):
         return f"slide{s} along {_vector(velocity / np.linalg.norm(velocity))}"
     axis = spin / rate
-    origin = np.cross(spin, velocity) / rate**2
+    origin = cross(spin, velocity) / rate**2
     pitch = float(axis @ velocity) / rate
     words = f"turn{s} about the axis through {_vector(origin)} along {_vector(axis)}"
     return words + (f" and advance{s} {pitch:.3g} m/rad" if abs(pitch) > 1e-3 * size else "")

@@ -11,7 +11,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
-from holdfast.base.rigid import shift_twist
+from holdfast.base.rigid import cross, shift_twist
 from holdfast.base.text import listed
 from holdfast.engines.absence import Absences, Absent
 from holdfast.engines.allowance import Allowance
@@ -208,7 +208,7 @@ class Doubtful:
         for patch in interface.patches:
             points = patch.polygon if patch.spots is None else patch.spots.points
             normals = patch.normals_at(points)
-            velocity = relative[:3] + np.cross(relative[3:], points)
+            velocity = relative[:3] + cross(relative[3:], points)
             opening = (velocity * normals).sum(1)
             sliding = np.linalg.norm(velocity - opening[:, None] * normals, axis=1)
             if (opening < assembly.mu[number] * sliding - CARRIES).any():

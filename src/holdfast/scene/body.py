@@ -157,7 +157,7 @@ class Body(Value):
         vertices = self.surface_world.vertices
         return frozen(vertices.min(0)), frozen(vertices.max(0))
 
-    @property
+    @cached_property
     def size(self) -> float:
         """The diagonal [m] of the bounding box in the world frame."""
         return float(np.linalg.norm(self.box[1] - self.box[0]))

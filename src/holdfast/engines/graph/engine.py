@@ -15,7 +15,7 @@ from holdfast.base.arrays import Bool, Float, Int, checked_number, checked_truth
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.progress import report
 from holdfast.base.ranges import MANY, MOST_SEED
-from holdfast.base.rigid import rotation_about, shift_twist
+from holdfast.base.rigid import cross, rotation_about, shift_twist
 from holdfast.base.text import listed
 from holdfast.base.values import Value
 from holdfast.contacts.nodes import Sampling
@@ -275,7 +275,7 @@ class GraphState:
         threshold = NO_MOMENT * (scale + np.linalg.norm(wrenches[:, :, 3:], axis=2).sum(1))
         loaded = (wrenches != 0).any((0, 2))
         central = wrenches.copy()
-        central[:, :, 3:] += np.cross(self.assembly.com - self._centre, wrenches[:, :, :3])
+        central[:, :, 3:] += cross(self.assembly.com - self._centre, wrenches[:, :, :3])
         for number, cut in enumerate(self._cut_axes):
             members = cut.members[loaded[cut.members]]
             if not len(cut.torque) or not len(members):
