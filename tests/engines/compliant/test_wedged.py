@@ -57,8 +57,9 @@ def missed(seed: int) -> int:
     return int((found.lower > least * (1 + 1e-9)).sum())
 
 
-@pytest.mark.parametrize("seed", [6, 18])
+@pytest.mark.parametrize("seed", [6, 18, 19])
 def test_lower_of_a_wedge_is_below_what_other_nodes_and_springs_give(seed: int) -> None:
+    """Of the last one, a push without an end moves it at 108 N on springs three times as stiff along the contacts."""
     assert missed(seed) == 0
 
 

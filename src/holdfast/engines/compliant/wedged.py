@@ -20,7 +20,6 @@ from holdfast.engines.compliant.grid import FINER, Grid
 from holdfast.engines.compliant.model import Springs
 from holdfast.engines.cones import EXACT
 from holdfast.engines.self_stress import self_stressed_nodes
-from holdfast.engines.verdict import Status
 
 RATIOS = (0.3, 3.0)  # times the engine's ratio of tangential to normal stiffness
 COARSER = 5  # nodes a side of the coarsest grid that a careful user would take
@@ -46,10 +45,11 @@ class Wedged:
     def covered(self, found: Answers, W: Float) -> Answers:
         """Return ``found`` for columns W (6J, n), with lower bounds that also hold on other springs and nodes.
 
-        A path that is lost on one of them counts as far as it was followed. Springs of imperfect faces are a sample
-        already, and are left alone.
+        A path that is lost on one of them counts as far as it was followed. An answer without an end keeps its status,
+        but its lower bound is finite where others end. Springs of imperfect faces are a sample already, and are left
+        alone.
         """
-        rows = np.flatnonzero((found.status == Status.FINITE) & (found.force > 0))
+        rows = np.flatnonzero((found.force > 0) & W.any(axis=0))
         if not len(rows) or self.grid.springs.faces is not None or not self.possible:
             return found
         least = most = found.force[rows]
@@ -57,10 +57,12 @@ class Wedged:
             paths = other.paths(W[:, rows])
             reached = np.where(paths.outcome == PathOutcome.ENDLESS, 2 * most, paths.peak)
             least, most = np.minimum(least, reached), np.maximum(most, reached)
-        sure = np.maximum(least - np.maximum(MARGIN * least, BEYOND * (most - least)), 0.0)
+        with np.errstate(invalid="ignore"):  # what has no end here or there
+            apart = np.where(np.isinf(most), least, most - least)
+            sure = np.where(np.isinf(least), np.inf, least - np.maximum(MARGIN * least, BEYOND * apart))
+            kept = np.where(np.isinf(found.force[rows]), 1.0, found.lower[rows] / found.force[rows])  # less the error
         lower = np.array(found.lower)
-        kept = np.divide(found.lower[rows], found.force[rows])  # what the discretisation error leaves
-        lower[rows] = np.minimum(lower[rows], kept * sure)
+        lower[rows] = np.minimum(lower[rows], kept * np.maximum(sure, 0.0))
         telling = int((least < (1 - MATTERS) * found.force[rows]).sum())
         if not telling:
             return replace(found, lower=lower)
