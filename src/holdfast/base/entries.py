@@ -23,14 +23,15 @@ class Entries(NamedTuple):
 
     @classmethod
     def of(cls, matrix: Float | sparse.csc_matrix | sparse.csr_matrix) -> Entries:
-        """Return the stored entries of a sparse matrix, in its order, or those of a dense one that are not zero."""
+        """Return the entries of a matrix that are not zero."""
         if isinstance(matrix, np.ndarray):
             columns, rows = np.nonzero(matrix.T)
             return cls(rows, columns, matrix[rows, columns])
         major = np.repeat(np.arange(len(matrix.indptr) - 1), np.diff(matrix.indptr))
-        minor = matrix.indices.astype(np.int64)
+        kept = np.flatnonzero(matrix.data)  # solvers take time for stored zeros, too
+        minor, major = matrix.indices[kept].astype(np.int64), major[kept]
         rows, columns = (minor, major) if matrix.format == "csc" else (major, minor)
-        return cls(rows, columns, matrix.data)
+        return cls(rows, columns, matrix.data[kept])
 
     def below(self, count: int) -> Entries:
         """Return the same entries ``count`` rows further down."""

@@ -41,7 +41,8 @@ class PathResult(NamedTuple):
 
     ``outcome`` (k,) of PathOutcome; ``peak`` (k,) the largest s found, inf where the path is endless, that of the last
     point where it was not followed further; ``first`` (k,) the first maximum of s from which it dipped before it rose
-    to the peak, the peak if there was none; ``last`` (k,) s where it ended (residual strength); ``short`` (k,) by how
+    to the peak, the peak if there was none; ``sharpest`` (k,) the largest correction of a point after the first, as a
+    share of its step; ``last`` (k,) s where it ended (residual strength); ``short`` (k,) by how
     much s of the peak may be too low; ``systems`` (k,) linear systems solved; ``q`` (k, n) at the peak, of endless
     paths under the load alone; ``motion`` (k, n) the direction of the path at its end; ``plane`` (k, n) across which
     the peak was found; ``cut`` (k, n), or (k, 0) if it was not asked for: peak / peak' = cut · load' to first order for
@@ -52,6 +53,7 @@ class PathResult(NamedTuple):
     outcome: Int
     peak: Float
     first: Float
+    sharpest: Float
     last: Float
     short: Float
     systems: Int
@@ -149,7 +151,12 @@ def follow(
     into.outcome[row] = outcome
     into.peak[row] = np.inf if outcome == PathOutcome.ENDLESS else now.highest
     into.first[row] = now.first if now.first > 0 else into.peak[row]
-    into.last[row], into.short[row], into.systems[row] = now.last, now.short, now.systems
+    into.sharpest[row], into.last[row], into.short[row], into.systems[row] = (
+        now.sharpest,
+        now.last,
+        now.short,
+        now.systems,
+    )
 
 
 @compiled

@@ -58,10 +58,10 @@ class Progress:
 
     Where it is: ``s`` and the ``slope`` ds/dℓ; what the faint hold has ``carried``, of each body's own weight; the
     ``step`` Δℓ to be tried; the ``length`` ℓ so far; ``last``, s of the last regular point; ``turned``, the last
-    correction as a share of its step; ``points`` found, linear ``systems`` solved, node ``changes`` crossed; how often
-    this step was ``shortened``, and whether that was because it was ``doubted`` to lie on the same branch; the
-    ``fastest`` growth of the step for now; whether a ``corner`` lies just behind the step, and the step to be tried
-    ``beyond`` it.
+    correction as a share of its step, and the ``sharpest``, the largest of all points but the first; ``points`` found,
+    linear ``systems`` solved, node ``changes`` crossed; how often this step was ``shortened``, and
+    whether that was because it was ``doubted`` to lie on the same branch; the ``fastest`` growth of the step for now;
+    whether a ``corner`` lies just behind the step, and the step to be tried ``beyond`` it.
 
     Of the peak: ``highest`` s; ``noted``, the last s that counted as a new peak, at the length ``at_peak``, and the
     points since (``late``); ``short``, by how much it may be too low; the maximum from which s has ``dipped``, and the
@@ -83,6 +83,7 @@ class Progress:
     length: float = 0.0
     last: float = 0.0
     turned: float = 0.0
+    sharpest: float = 0.0
     points: int = 0
     systems: int = 0
     changes: int = 0
@@ -168,7 +169,7 @@ def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, f
     now.length, now.last, now.turned, now.highest, now.at_peak, now.short = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     now.points, now.systems, now.changes, now.shortened, now.late, now.doubted = 0, 0, 0, 0, 0, False
     now.beyond, now.noted, now.corner, now.stations = 0.0, 0.0, False, 0
-    now.dipped, now.first = 0.0, 0.0
+    now.dipped, now.first, now.sharpest = 0.0, 0.0, 0.0
     stepper.station_s[:] = 0.0
     now.flat_since, now.similar_since, now.fastest = np.inf, np.inf, FASTEST
     rest = newton(m, work, stepper.path, q, 0.0, dot(load, q), TOLERANCE, 5, 0.0, fronts)
@@ -254,6 +255,8 @@ def advance(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> 
             return Event.STUCK
         shorten(m, stepper, backward)
         return Event.SHORTENED
+    if not first:
+        now.sharpest = max(now.sharpest, now.turned)
     land(work, stepper, point.s, point.sign)
     now.carried = carried(m, q)
     return Event.ADVANCED

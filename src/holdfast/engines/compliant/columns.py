@@ -89,6 +89,7 @@ class _Surveyor:
     def __post_init__(self) -> None:
         self.share = np.full(self.W.shape[1], np.nan)  # of lower bounds in peaks of the first grid
         self.few = np.zeros(self.W.shape[1], dtype=bool)  # whether forces have gathered at these peaks
+        self.endless = np.zeros(self.W.shape[1], dtype=bool)  # which paths have no end
 
     def follow(self, indices: Int, corners: Int) -> Solved:
         """Follow the paths of the columns with these numbers, which lie between ``corners`` (k, 3)."""
@@ -96,6 +97,7 @@ class _Surveyor:
         paths = answers.paths
         known = np.flatnonzero(answers.own)
         self.share[indices[known]], self.few[indices] = answers.below[known] / paths.peak[known], answers.few
+        self.endless[indices] = np.isinf(answers.lower)
         mechanisms = mechanisms_of(self.refined, paths)
         self.order.append(indices)
         self.answers.append(answers)
@@ -113,7 +115,8 @@ class _Surveyor:
         share, few = self.share[corners], self.few[corners]
         with np.errstate(invalid="ignore"):
             alike = (np.ptp(share, axis=1) <= ALIKE) & (few == few[:, :1]).all(1)
-        return Around(np.where(alike, share.min(1), np.nan), few[:, 0])
+        endless = np.asarray(self.endless[corners].all(1))
+        return Around(np.where(alike, share.min(1), np.nan), few[:, 0], endless)
 
     def columns(self, found: Survey) -> Columns:
         """Return the answers for all columns, from their paths or interpolated by the survey."""

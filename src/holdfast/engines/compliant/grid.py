@@ -154,9 +154,10 @@ class Grid:
         far = reported("loads that lead far", there.tolist())
         alone = np.array([self.carriers.balance(loads[k]) for k in far], dtype=bool)
         if alone.any():
-            outcome, peak = found.outcome.copy(), found.peak.copy()
-            outcome[there[alone]], peak[there[alone]] = PathOutcome.ENDLESS, np.inf
-            found = found._replace(outcome=outcome, peak=peak).sealed()
+            ends, outcome, peak, first = there[alone], found.outcome.copy(), found.peak.copy(), found.first.copy()
+            first[ends] = np.where(first[ends] < peak[ends], first[ends], np.inf)
+            outcome[ends], peak[ends] = PathOutcome.ENDLESS, np.inf
+            found = found._replace(outcome=outcome, peak=peak, first=first).sealed()
         others = there[~alone]
         if not len(others):
             return found

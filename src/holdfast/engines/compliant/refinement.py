@@ -27,6 +27,7 @@ RESOLVED = 28  # nodes a side, in paths, of contacts whose forces have gathered 
 DEAR = 120  # systems of a path after which another one on more nodes is dear
 DEAR_TERMS = 7000  # the same times the displacements of all bodies: of few bodies no path is dear
 WEDGED = 1.2  # times a peak, above which a path on more nodes tells that bodies are wedged, not what they hold
+SHARP = 0.7  # correction of a point, as a share of its step, after which a path without an end is doubtful
 MOST_CHUNK = 256  # columns that a thread takes at a time, after which it can be stopped
 MOST_NODES = 20_000  # largest number of nodes of a finer grid from which answers are taken
 
@@ -68,7 +69,7 @@ class Bounded(NamedTuple):
         peak, first = self.paths.peak, self.paths.first
         snaps = (self.paths.outcome == PathOutcome.PEAK) & (first < peak)
         share = np.divide(first, peak, out=np.ones(len(peak)), where=snaps)
-        return np.where(self.paths.outcome == PathOutcome.ENDLESS, np.inf, self.below * share)
+        return np.where(self.paths.outcome == PathOutcome.ENDLESS, (1 - LEAST_ERROR) * first, self.below * share)
 
     def replaced(self, at: Int, others: Bounded) -> Bounded:
         """Return the same with ``others`` in the places ``at``."""
@@ -82,18 +83,20 @@ class Bounded(NamedTuple):
 
 
 class Around(NamedTuple):
-    """What k loads have in common with others around them whose peaks are known.
+    """What k loads have in common with others around them whose answers are known.
 
     ``share`` (k,) is the least ratio of lower bound to peak among those, nan where nothing is to be taken from them;
-    ``few`` (k,) tells whether forces have gathered on few nodes at their peaks.
+    ``few`` (k,) tells whether forces have gathered on few nodes at their peaks, and ``endless`` (k,) whether none of
+    them has an end.
     """
 
     share: Float
     few: Bool
+    endless: Bool
 
     def chosen(self, which: Int) -> Around:
         """Return the same of some of the loads."""
-        return Around(self.share[which], self.few[which])
+        return Around(self.share[which], self.few[which], self.endless[which])
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,9 +220,36 @@ class Refined:
             else:
                 better = self._estimated(asked, peaks, cuts=cuts)
             found = found.replaced(rows, better._replace(few=found.few[rows]))
+        found = self._with_ends(W, paths, found, cuts=cuts, around=around)
         passed = (paths.first < paths.peak) & (found.paths.first >= found.paths.peak)  # a maximum, on another grid
         found.below[passed] = np.minimum(found.below, paths.first)[passed]
         return found
+
+    def _with_ends(self, W: Float, paths: PathResult, found: Bounded, *, cuts: bool, around: Around | None) -> Bounded:
+        """Return the answers ``found`` for columns W (6J, k), with those of the finer grid where only it has an end.
+
+        A path of this grid that turned sharply, or whose load dipped, may have passed over a maximum that bodies do not
+        come back from; and among many bodies the nodes may decide whether there is one. If the finer grid's path ends,
+        it is the answer; else what that has dipped from bounds it. The error is at least COARSE where no finer grid is
+        allowed to tell it. Among many bodies all paths are followed there but for those between others without an end.
+        """
+        doubtful = (paths.sharpest > SHARP) | (paths.first < paths.peak)
+        if self.grid.system.fronts is not None:
+            doubtful |= True if around is None else ~around.endless
+        rows = np.flatnonzero((paths.outcome == PathOutcome.ENDLESS) & doubtful)
+        if not len(rows):
+            return found
+        there = self._finer.grid.paths(W[:, rows], cuts=cuts)
+        first = found.paths.first.copy()
+        first[rows] = np.where(there.outcome == PathOutcome.ENDLESS, there.first, first[rows])
+        found = found._replace(paths=found.paths._replace(first=first).sealed())
+        ends = np.flatnonzero(there.outcome == PathOutcome.PEAK)
+        peaks = there.chosen(ends)
+        if self._may_refine:
+            better = self._finer._bounded(W[:, rows[ends]], peaks, cuts=cuts)
+        else:
+            better = Bounded.unbounded(peaks)._replace(below=_below(peaks.peak, peaks.peak, COARSE * peaks.peak))
+        return found.replaced(rows[ends], better.refined())
 
     def _estimated(self, W: Float, peaks: PathResult, *, cuts: bool) -> Bounded:
         """Give ``peaks`` of columns W (6J, k) lower bounds from the next finer grid, or take paths from there.

@@ -53,17 +53,19 @@ class Wedged:
         if not len(rows) or self.grid.springs.faces is not None or not self.possible:
             return found
         least = most = found.force[rows]
+        ends = np.isfinite(least)
         for other in self._others:
             paths = other.paths(W[:, rows])
             reached = np.where(paths.outcome == PathOutcome.ENDLESS, 2 * most, paths.peak)
             least, most = np.minimum(least, reached), np.maximum(most, reached)
+            ends |= paths.outcome == PathOutcome.PEAK
         with np.errstate(invalid="ignore"):  # what has no end here or there
             apart = np.where(np.isinf(most), least, most - least)
             sure = np.where(np.isinf(least), np.inf, least - np.maximum(MARGIN * least, BEYOND * apart))
             kept = np.where(np.isinf(found.force[rows]), 1.0, found.lower[rows] / found.force[rows])  # less the error
         lower = np.array(found.lower)
         lower[rows] = np.minimum(lower[rows], kept * np.maximum(sure, 0.0))
-        telling = int((least < (1 - MATTERS) * found.force[rows]).sum())
+        telling = int((ends & (least < (1 - MATTERS) * found.force[rows])).sum())
         if not telling:
             return replace(found, lower=lower)
         between = f"{RATIOS[0]:g} and {RATIOS[1]:g} times as stiff along the contacts, {COARSER} or more nodes a side"
