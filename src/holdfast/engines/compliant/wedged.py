@@ -16,6 +16,7 @@ from holdfast.assembly.nodes import contact_nodes
 from holdfast.base.arrays import Float
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.engines.answers import Answers
+from holdfast.engines.compliant.carriers import HUGE
 from holdfast.engines.compliant.grid import FINER, Grid
 from holdfast.engines.compliant.model import Springs
 from holdfast.engines.cones import EXACT
@@ -46,26 +47,26 @@ class Wedged:
         """Return ``found`` for columns W (6J, n), with lower bounds that also hold on other springs and nodes.
 
         A path that is lost on one of them counts as far as it was followed. An answer without an end keeps its status,
-        but its lower bound is finite where others end. Springs of imperfect faces are a sample already, and are left
-        alone.
+        but its lower bound is finite where others end within HUGE times the weight. Springs of imperfect faces are a
+        sample already, and are left alone.
         """
         rows = np.flatnonzero((found.force > 0) & W.any(axis=0))
         if not len(rows) or self.grid.springs.faces is not None or not self.possible:
             return found
         least = most = found.force[rows]
-        ends = np.isfinite(least)
+        farthest = np.where(np.isinf(least), HUGE / np.abs(self.grid.loads(W[:, rows])).max(axis=1), np.inf)
         for other in self._others:
             paths = other.paths(W[:, rows])
-            reached = np.where(paths.outcome == PathOutcome.ENDLESS, 2 * most, paths.peak)
+            none = (paths.outcome == PathOutcome.ENDLESS) | (paths.peak > farthest)
+            reached = np.where(none, 2 * most, paths.peak)
             least, most = np.minimum(least, reached), np.maximum(most, reached)
-            ends |= paths.outcome == PathOutcome.PEAK
         with np.errstate(invalid="ignore"):  # what has no end here or there
             apart = np.where(np.isinf(most), least, most - least)
             sure = np.where(np.isinf(least), np.inf, least - np.maximum(MARGIN * least, BEYOND * apart))
             kept = np.where(np.isinf(found.force[rows]), 1.0, found.lower[rows] / found.force[rows])  # less the error
         lower = np.array(found.lower)
         lower[rows] = np.minimum(lower[rows], kept * np.maximum(sure, 0.0))
-        telling = int((ends & (least < (1 - MATTERS) * found.force[rows])).sum())
+        telling = int((least < (1 - MATTERS) * found.force[rows]).sum())
         if not telling:
             return replace(found, lower=lower)
         between = f"{RATIOS[0]:g} and {RATIOS[1]:g} times as stiff along the contacts, {COARSER} or more nodes a side"
