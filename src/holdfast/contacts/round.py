@@ -1,6 +1,6 @@
-"""Exact contact of balls, cylinders, capsules and ellipsoids: with flat faces, and of all but the last with more.
+"""Exact contact of balls, cylinders, capsules and ellipsoids: with flat faces and with each other.
 
-All but ellipsoids touch each other exactly, too, and sharp edges and corners.
+All but ellipsoids touch sharp edges and corners exactly, too.
 
 Found on tessellated surfaces, such a contact lies at the nearest vertex, up to half an edge from where it is, or it is
 as wide as a facet. A part of a compound that is round touches as a whole body would, but for what of it lies inside
@@ -21,6 +21,7 @@ import shapely
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.rigid import tangents
 from holdfast.contacts.crisp import on_edges
+from holdfast.contacts.eggs import Egg, egg_meeting
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.parts import exposed, nearest_part
 from holdfast.contacts.swept import Meeting, Swept, meeting
@@ -52,6 +53,11 @@ class Smooth(NamedTuple):
             return None
         half = shape.half * self.pose[:3, 2]
         return Swept(self.pose[:3, 3], half, float(shape.radii[0]), shape.has_flat_ends)
+
+    @property
+    def egg(self) -> Egg:
+        """The ellipsoid."""
+        return Egg.of(self.pose, self.shape.radii)
 
 
 class _Near(NamedTuple):
@@ -122,9 +128,9 @@ def feet(a: Body, b: Body, *, gap: float, depth: float, breadth: float, angles: 
 
 
 def meet_smoothly(a: Body, b: Body) -> bool:
-    """Tell whether two bodies are balls or capsules: convex and smooth, so that ``feet`` finds all their contacts."""
+    """Tell whether two bodies are balls, capsules or ellipsoids: smooth, so that ``feet`` finds all their contacts."""
     shapes = [round_of(body.shape) for body in (a, b)]
-    return all(shape is not None and shape.is_swept and not shape.has_flat_ends for shape in shapes)
+    return all(shape is not None and not shape.has_flat_ends for shape in shapes)
 
 
 def not_at(feet: Sequence[Foot], patches: Sequence[Patch]) -> list[Patch]:
@@ -212,13 +218,14 @@ def _feet(of: Smooth, other: Body, sign: float, near_by: _Near) -> Iterator[Foot
 
 def _between_rounds(one: Smooth, two: Smooth, near: _Near) -> Iterator[Foot]:
     """Yield where two round parts touch, but for what of it lies inside other parts of their bodies."""
-    a, b = one.swept, two.swept
+    a, b, limits = one.swept, two.swept, {"gap": near.gap, "depth": near.depth, "cos_side": near.cos_angle}
     if a is None or b is None:
-        return
-    found = meeting(a, b, gap=near.gap, depth=near.depth, cos_twist=near.cos_curved, cos_side=near.cos_angle)
+        found = egg_meeting(a or one.egg, b or two.egg, **limits)
+    else:
+        found = meeting(a, b, cos_twist=near.cos_curved, **limits)
     if found is None:
         return
-    whole = float(np.linalg.norm(a.half) + np.linalg.norm(b.half)) + a.radius + b.radius
+    whole = sum(each.shape.half + float(each.shape.radii.max()) for each in (one, two))
     yield from _shown([one, two], found, found.normal, whole, near.seen)
 
 

@@ -1,0 +1,149 @@
+"""Where ellipsoids come nearest to each other, and to balls, capsules and the sides of cylinders.
+
+Along a unit normal n, an ellipsoid about c reaches as far as n·c + h(n), h(n) = √(nᵀ M n), where M = R diag(a²) Rᵀ has
+its half axes a along the columns of R. Two convex bodies are apart by the largest n·(c₂ - c₁) - h₁(n) - h₂(n) of all
+n, which is negative where they overlap; there, M n / h leads from a centre to where its surface touches. The second
+derivative of h, on the plane across n, is the inverse of the curvature there (Schneider, Convex Bodies: The
+Brunn-Minkowski Theory, section 2.5).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from holdfast.base.arrays import Float, unit
+from holdfast.base.rigid import tangents
+from holdfast.contacts.swept import TINY, Meeting, Swept
+
+MOST_STEPS = 60  # of Newton's method
+HALVINGS = 30  # of one of its steps
+FOUND = 1e-12  # of the bodies' size: step along the normal's plane, and sideways distance of the nearest points
+ROUNDING = 4e-16  # of the bodies' size, more or less, in how far apart they are
+ALONG = 1e-12  # of half an axis: how well the nearest point on it is known
+
+
+class Egg(NamedTuple):
+    """An ellipsoid about ``centre`` (3,) [m], whose ``squares`` (3, 3) [m²] is M: zero for a point."""
+
+    centre: Float
+    squares: Float
+
+    @classmethod
+    def of(cls, pose: Float, radii: Float) -> Egg:
+        """Return the ellipsoid with half axes ``radii`` (3,) [m] along the axes of a ``pose`` (4, 4)."""
+        return cls(pose[:3, 3], (pose[:3, :3] * radii**2) @ pose[:3, :3].T)
+
+    def reach(self, normal: Float) -> tuple[float, Float, Float]:
+        """Return h [m], the point M n / h (3,) [m] and the second derivative (3, 3) [m] of h along a normal (3,)."""
+        arm = self.squares @ normal
+        h = float(np.sqrt(normal @ arm))
+        if not h:
+            return 0.0, arm, self.squares
+        return h, arm / h, self.squares / h - np.outer(arm, arm) / h**3
+
+
+class Nearest(NamedTuple):
+    """How far two ellipsoids are ``apart`` [m], along a unit ``normal`` (3,), and where they touch: (3,) [m] each."""
+
+    apart: float
+    normal: Float
+    of_one: Float
+    of_two: Float
+
+
+def egg_meeting(one: Egg | Swept, two: Egg | Swept, *, gap: float, depth: float, cos_side: float) -> Meeting | None:
+    """Return where two bodies, one of them an ellipsoid, touch: up to ``gap`` apart and ``depth`` into each other [m].
+
+    None if nowhere. They touch at one point. As in ``meeting``, the normal has to stand on the side of one with flat
+    ends, to within the angle of ``cos_side``, and what overlaps by a rim need not do so by a side.
+    """
+    (first, at_one), (second, at_two) = _nearest_places(one, two)
+    found = nearest(first, second)
+    radii = [each.radius if isinstance(each, Swept) else 0.0 for each in (one, two)]
+    height = found.apart - sum(radii)
+    if not -depth <= height <= gap:
+        return None
+    for each, share in ((one, at_one), (two, at_two)):
+        if isinstance(each, Swept) and each.flat:
+            leans = float(each.along @ found.normal) ** 2 > 1 - cos_side**2
+            if leans or (abs(share) == 1 and height < -TINY * each.radius):
+                return None
+    ends = np.array([[found.of_one + radii[0] * found.normal], [found.of_two - radii[1] * found.normal]])
+    bend = np.linalg.eigvalsh(sum(_curvature(each, found.normal) for each in (one, two)))[0]
+    return Meeting(ends, found.normal, np.array([height]), float(bend))
+
+
+def nearest(one: Egg, two: Egg) -> Nearest:
+    """Return where two ellipsoids, or an ellipsoid and a point, come nearest to each other or overlap least.
+
+    The normal is improved by Newton's method on the unit sphere. Steps are halved until bodies are farther apart along
+    it, up to rounding; where they overlap by more than their curvature allows, it ends at a place from which no step is better.
+    """
+    way = two.centre - one.centre
+    size = float(np.sqrt(np.trace(one.squares) + np.trace(two.squares)))
+    normal = unit(way) if way.any() else np.array([0.0, 0.0, 1.0])
+    for _ in range(MOST_STEPS):
+        (h, arm, bend), (other_h, other_arm, other_bend) = one.reach(normal), two.reach(normal)
+        apart = float(normal @ way) - h - other_h
+        frame = np.array(tangents(normal))
+        sideways = frame @ (way - arm - other_arm)
+        stiff = frame @ (bend + other_bend) @ frame.T + apart * np.eye(2)
+        least = float(np.linalg.eigvalsh(stiff)[0])
+        if least <= FOUND * size:
+            stiff += (FOUND * size + 0.1 * abs(apart) - least) * np.eye(2)
+        step = np.linalg.solve(stiff, sideways) @ frame
+        if np.linalg.norm(sideways) <= FOUND * size or np.linalg.norm(step) <= FOUND:
+            break
+        for _ in range(HALVINGS):
+            tried = unit(normal + step)
+            if float(tried @ way) - one.reach(tried)[0] - two.reach(tried)[0] >= apart - ROUNDING * size:
+                break
+            step = step / 2
+        else:
+            break
+        normal = tried
+    (h, arm, _), (other_h, other_arm, _) = one.reach(normal), two.reach(normal)
+    return Nearest(float(normal @ way) - h - other_h, normal, one.centre + arm, two.centre - other_arm)
+
+
+def _nearest_places(one: Egg | Swept, two: Egg | Swept) -> tuple[tuple[Egg, float], tuple[Egg, float]]:
+    """Return both as ellipsoids, a swept one as the point of its axis that comes nearest, and that as a share of it."""
+    if isinstance(one, Swept) and isinstance(two, Egg):
+        share = _share(one, two)
+        return (_point(one, share), share), (two, 0.0)
+    if isinstance(two, Swept) and isinstance(one, Egg):
+        share = _share(two, one)
+        return (one, 0.0), (_point(two, share), share)
+    if isinstance(one, Egg) and isinstance(two, Egg):
+        return (one, 0.0), (two, 0.0)
+    raise TypeError("one of both has to be an ellipsoid")
+
+
+def _point(swept: Swept, share: float) -> Egg:
+    return Egg(swept.at(share), np.zeros((3, 3)))
+
+
+def _share(swept: Swept, egg: Egg) -> float:
+    """Return where on the axis it comes nearest to an ellipsoid, from -1 to 1: the distance is convex along it."""
+    if not swept.half.any():
+        return 0.0
+
+    def rises(share: float) -> float:
+        return float(nearest(egg, _point(swept, share)).normal @ swept.half)
+
+    low, high = rises(-1.0), rises(1.0)
+    if low >= 0 or high <= 0:
+        return -1.0 if low >= 0 else 1.0
+    return float(brentq(rises, -1.0, 1.0, xtol=ALONG, rtol=4 * ALONG))
+
+
+def _curvature(each: Egg | Swept, normal: Float) -> Float:
+    """Return the curvature (2, 2) [1/m] of a surface where it has this normal (3,), on the plane across it."""
+    frame = np.array(tangents(normal))
+    if isinstance(each, Swept):
+        along = frame @ each.along
+        return (np.eye(2) - np.outer(along, along)) / max(each.radius, 1e-300)
+    return np.asarray(np.linalg.inv(frame @ each.reach(normal)[2] @ frame.T))
