@@ -80,7 +80,8 @@ def nearest(one: Egg, two: Egg) -> Nearest:
     """Return where two ellipsoids, or an ellipsoid and a point, come nearest to each other or overlap least.
 
     The normal is improved by Newton's method on the unit sphere. Steps are halved until bodies are farther apart along
-    it, up to rounding; where they overlap by more than their curvature allows, it ends at a place from which no step is better.
+    it, up to rounding. Where they overlap by more than their curvature allows, it ends at a place from which no step is
+    better.
     """
     way = two.centre - one.centre
     size = float(np.sqrt(np.trace(one.squares) + np.trace(two.squares)))

@@ -31,8 +31,8 @@ class Capsule(Value):
 
     ``length`` [m] is the distance of the centres of the half balls, that is the height of the cylinder alone. Contacts
     with flat faces, sharp edges, balls, ellipsoids, other capsules and the sides of cylinders are exact; others are
-    those of an inscribed surface with ``segments`` sides. The mass properties are exact. Raises GeometryError if a length is not
-    positive, or if ``segments`` is not a multiple of four up to 1,000.
+    those of an inscribed surface with ``segments`` sides. The mass properties are exact. Raises GeometryError if a
+    length is not positive, or if ``segments`` is not a multiple of four up to 1,000.
     """
 
     radius: float
@@ -84,8 +84,8 @@ class Ellipsoid(Value):
     """An ellipsoid along the axes of its frame and centred on it; ``radii`` (3,) [m] are its half axes.
 
     Contacts with flat faces and with other round bodies are exact; others are those of an inscribed surface, an
-    icosahedron that is subdivided ``subdivisions`` times. The mass properties are exact. Raises GeometryError if a radius is not positive, or if
-    ``subdivisions`` is not between 0 and 6.
+    icosahedron that is subdivided ``subdivisions`` times. The mass properties are exact. Raises GeometryError if a
+    radius is not positive, or if ``subdivisions`` is not between 0 and 6.
     """
 
     radii: Float
