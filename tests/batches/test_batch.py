@@ -169,12 +169,13 @@ def test_rows_that_a_shard_loses_outlast_the_end_of_the_driver(
 )
 def test_what_a_scene_does_is_one_row_and_harms_no_other(folder: Path, word: str, outcome: str, told: str) -> None:
     (folder / "3.yaml").write_text(f"{word} now")
-    report = batch(folder, seconds=3.0, megabytes=1000)
+    seconds = 60.0 if outcome == "memory" else 3.0  # a busy machine takes a while to use it up
+    report = batch(folder, seconds=seconds, megabytes=1000)
     found = rows(folder.parent / "out")["scenes"]
     assert [row["outcome"] for row in found] == ["answered"] * 3 + [outcome] + ["answered"] * 4
     assert told in found[3]["told"]
     assert report.failures[0][:2] == (str(folder / "3.yaml"), outcome)
-    assert batch(folder, seconds=3.0).asked == 0
+    assert batch(folder, seconds=seconds).asked == 0
     (folder / "3.yaml").write_text("tame now")
     assert dict(batch(folder).outcomes) == {"answered": 8}
 
