@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
@@ -100,6 +101,21 @@ def test_no_point_of_an_axis_is_nearer() -> None:
         assert found.heights[0] >= min(each) - 1e-2
 
 
+def test_lines_are_at_least_so_far_away() -> None:
+    rng, close = np.random.default_rng(4), 0
+    for _ in range(200):
+        one, ends = egg(rng, np.zeros(3)), 2 * rng.normal(size=(1, 2, 3))
+        line = Swept(ends[0].mean(0), (ends[0, 1] - ends[0, 0]) / 2, 0.0, flat=False)
+        found = egg_meeting(one, line, **LIMITS)
+        assert found is not None
+        least = one.least_apart(ends)[0]
+        if found.heights[0] > -0.3:  # deeper ones may be nearer to another side
+            assert abs(least) <= abs(found.heights[0]) + 1e-9
+            assert least * found.heights[0] >= 0
+            close += 1
+    assert close > 50
+
+
 def test_the_side_of_a_cylinder_ends_at_its_rims() -> None:
     """Beside the middle an egg touches it; beyond an end, where it would meet the rim, that is left to others."""
     tin = Swept(np.zeros(3), np.array([0.0, 0.0, 1.0]), 0.5, flat=True)
@@ -165,3 +181,52 @@ def test_a_cylinder_that_lies_on_an_egg_touches_it_at_its_top(roll: float) -> No
     (patch,) = interface.patches
     np.testing.assert_allclose(patch.polygon, [[0, 0, 0.06]], atol=1e-9)
     assert hf.stability(found).status is not hf.Status.UNSTABLE
+
+
+@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize("seed", range(12))
+def test_an_egg_touches_a_box_where_a_search_finds_it_nearest(seed: int, order: int) -> None:
+    """At faces, edges and corners; the search is that for the point of the box least far out in the egg's own measure.
+
+    An egg scaled so that this point is on it touches the box there and nowhere else.
+    """
+    rng = np.random.default_rng(seed)
+    size, radii = rng.uniform(0.05, 0.2, 3), rng.uniform(0.03, 0.09, 3)
+    turn, centre = Rotation.random(random_state=seed).as_matrix(), rng.normal(size=3)
+    centre *= 0.3 / np.linalg.norm(centre)
+
+    def out(x: Float) -> float:
+        return float((((x * size / 2 - centre) @ turn / radii) ** 2).sum())
+
+    best = minimize(out, np.zeros(3), bounds=[(-1, 1)] * 3, method="L-BFGS-B", tol=1e-18).x
+    place, scale = best * size / 2, np.sqrt(out(best))
+    normal = turn @ (((place - centre) @ turn) / radii**2)
+    whole = Rotation.random(random_state=seed + 100).as_matrix()
+    box = hf.Body("box", hf.Box(size), pose=pose((0, 0, 0), whole), fixed=True)
+    it = hf.Body("it", hf.Ellipsoid(scale * radii), mass=1, pose=pose(whole @ centre, whole @ turn))
+    (interface,) = hf.assemble(hf.Scene([box, it][::order], 0.5), gap=1e-5).interfaces
+    (patch,) = interface.patches
+    assert patch.kind == "point"
+    assert patch.polygon[0] == pytest.approx(whole @ place, abs=1e-4)
+    away = patch.normal if interface.bodies[0] == "it" else -patch.normal
+    assert away == pytest.approx(whole @ normal / np.linalg.norm(normal), abs=2e-2)
+
+
+@pytest.mark.parametrize("roll", [0.0, 0.5, 7.0, 90.0])
+def test_an_egg_on_the_edges_of_a_slot_rolls_along_it(roll: float) -> None:
+    """Nothing but its drawing's facets would resist that; it lies on one point of each edge."""
+    across, gap = 0.05, 0.06
+    own = (Rotation.from_euler("y", roll, degrees=True)).as_matrix()
+    bodies = [
+        hf.Body(f"side {s:+d}", hf.Box((0.5, 0.2, 0.1)), fixed=True, pose=pose((0, s * (0.1 + gap / 2), -0.05)))
+        for s in (1, -1)
+    ]
+    height = 0.08 * np.sqrt(1 - (gap / 2 / across) ** 2)
+    shape = hf.Ellipsoid((0.08, across, 0.08))
+    found = hf.assemble(hf.Scene([*bodies, hf.Body("egg", shape, mass=1.0, pose=pose((0, 0, height), own))], 0.5))
+    assert len(found.interfaces) == 2
+    for interface in found.interfaces:
+        (patch,) = interface.patches
+        assert np.abs(patch.polygon[0]) == pytest.approx([0, gap / 2, 0], abs=1e-9)
+    push = hf.robustness(found, "egg", (-0.08, 0, height), (1.0, 0.0, 0.0), engine="limit")
+    assert push.force[0] < 1e-6

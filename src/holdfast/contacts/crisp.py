@@ -1,4 +1,4 @@
-"""Where balls, capsules and the sides of cylinders touch sharp edges and corners of another body, in closed form."""
+"""Where balls, capsules, ellipsoids and the sides of cylinders touch sharp edges and corners of another body."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from holdfast.base.arrays import Int
+from holdfast.contacts.eggs import Egg, egg_meeting
 from holdfast.contacts.skin import outward
 from holdfast.contacts.swept import Meeting, Swept, meeting
 from holdfast.geometry.surface import Surface
@@ -15,21 +16,29 @@ ROUNDING = 1e-9  # sine of the angle by which what is over an edge may seem to b
 
 
 def on_edges(
-    one: Swept, surface: Surface, edges: Int, *, gap: float, depth: float, cos_twist: float, cos_side: float
+    one: Swept | Egg, surface: Surface, edges: Int, *, gap: float, depth: float, cos_twist: float, cos_side: float
 ) -> Iterator[Meeting]:
-    """Yield where a swept body touches ``edges`` (n,) of a closed ``surface``; normals point into the latter.
+    """Yield where a round body touches ``edges`` (n,) of a closed ``surface``; normals point into the latter.
 
     The tolerances are those of ``meeting``. An edge is touched where it is nearer than the faces beside it, and its end
     where it is nearer than all that leads away from there.
     """
     ends = surface.vertices[surface.topology.edges[edges]]
-    box = [one.centre - np.abs(one.half) - one.radius - gap, one.centre + np.abs(one.half) + one.radius + gap]
+    wide = one.extent + gap
+    box = [one.centre - wide, one.centre + wide]
     near = ((ends.min(1) <= box[1]) & (ends.max(1) >= box[0])).all(1)
+    if isinstance(one, Egg):  # what comes near is sought step by step
+        apart = one.least_apart(ends)
+        near &= (apart <= gap) & (apart >= -depth)
     for edge, (start, stop) in zip(edges[near].tolist(), ends[near], strict=True):
         two = Swept((start + stop) / 2, (stop - start) / 2, 0.0, flat=False)
-        found = meeting(one, two, gap=gap, depth=depth, cos_twist=cos_twist, cos_side=cos_side)
+        if isinstance(one, Egg):
+            found = egg_meeting(one, two, gap=gap, depth=depth, cos_side=cos_side)
+        else:
+            found = meeting(one, two, gap=gap, depth=depth, cos_twist=cos_twist, cos_side=cos_side)
         if found is not None and _is_nearest(surface, edge, found):
-            yield found._replace(bend=min(found.bend, 1 / one.radius))  # what is beside an edge may lie along the round
+            own = one.bends(found.normal)[0] if isinstance(one, Egg) else 1 / one.radius
+            yield found._replace(bend=min(found.bend, float(own)))  # what is beside an edge may lie along the round
 
 
 def _is_nearest(surface: Surface, edge: int, found: Meeting) -> bool:

@@ -1,4 +1,4 @@
-"""Where ellipsoids come nearest to each other, and to balls, capsules and the sides of cylinders.
+"""Where ellipsoids come nearest to each other, to balls, capsules and the sides of cylinders, and to edges.
 
 Along a unit normal n, an ellipsoid about c reaches as far as n·c + h(n), h(n) = √(nᵀ M n), where M = R diag(a²) Rᵀ has
 its half axes a along the columns of R. Two convex bodies are apart by the largest n·(c₂ - c₁) - h₁(n) - h₂(n) of all
@@ -22,6 +22,7 @@ MOST_STEPS = 60  # of Newton's method
 HALVINGS = 30  # of one of its steps
 FOUND = 1e-12  # of the bodies' size: step along the normal's plane, and sideways distance of the nearest points
 ROUNDING = 4e-16  # of the bodies' size, more or less, in how far apart they are
+SHARPEST = 1e-30  # [m] radius of an edge: none, but a number to divide by
 ALONG = 1e-12  # of half an axis: how well the nearest point on it is known
 
 
@@ -36,10 +37,32 @@ class Egg(NamedTuple):
         """Return the ellipsoid with half axes ``radii`` (3,) [m] along the axes of a ``pose`` (4, 4)."""
         return cls(pose[:3, 3], (pose[:3, :3] * radii**2) @ pose[:3, :3].T)
 
+    @property
+    def extent(self) -> Float:
+        """(3,) [m] half the size of the box around it, along the axes of the world."""
+        return np.sqrt(np.diag(self.squares))
+
+    def bends(self, normal: Float) -> Float:
+        """Return the least and the greatest curvature (2,) [1/m] where the surface has this normal (3,)."""
+        return np.asarray(np.linalg.eigvalsh(_curvature(self, normal)))
+
+    def least_apart(self, ends: Float) -> Float:
+        """Return how far (n,) [m] it is at least from lines with these ``ends`` (n, 2, 3), or overlaps them: negative.
+
+        Where the ellipsoid is stretched to a ball of radius 1, lines are a known way from it, and stretching back to
+        its least half axis leaves at least that share of it.
+        """
+        squares, axes = np.linalg.eigh(self.squares)
+        radii = np.sqrt(np.maximum(squares, ROUNDING * squares[-1]))
+        starts, along = ((arms @ axes) / radii for arms in (ends[:, 0] - self.centre, ends[:, 1] - ends[:, 0]))
+        share = np.clip(-(starts * along).sum(1) / np.maximum((along * along).sum(1), 1e-300), 0, 1)
+        away = np.linalg.norm(starts + share[:, None] * along, axis=1)
+        return np.asarray((away - 1) * radii[0])
+
     def reach(self, normal: Float) -> tuple[float, Float, Float]:
         """Return h [m], the point M n / h (3,) [m] and the second derivative (3, 3) [m] of h along a normal (3,)."""
         arm = self.squares @ normal
-        h = float(np.sqrt(normal @ arm))
+        h = float(np.sqrt(max(float(normal @ arm), 0.0)))
         if not h:
             return 0.0, arm, self.squares
         return h, arm / h, self.squares / h - np.outer(arm, arm) / h**3
@@ -146,5 +169,6 @@ def _curvature(each: Egg | Swept, normal: Float) -> Float:
     frame = np.array(tangents(normal))
     if isinstance(each, Swept):
         along = frame @ each.along
-        return (np.eye(2) - np.outer(along, along)) / max(each.radius, 1e-300)
-    return np.asarray(np.linalg.inv(frame @ each.reach(normal)[2] @ frame.T))
+        return (np.eye(2) - np.outer(along, along)) / max(each.radius, SHARPEST)
+    radii, axes = np.linalg.eigh(frame @ each.reach(normal)[2] @ frame.T)
+    return np.asarray((axes / np.maximum(radii, SHARPEST)) @ axes.T)

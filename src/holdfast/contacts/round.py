@@ -1,6 +1,4 @@
-"""Exact contact of balls, cylinders, capsules and ellipsoids: with flat faces and with each other.
-
-All but ellipsoids touch sharp edges and corners exactly, too.
+"""Exact contact of balls, cylinders, capsules and ellipsoids: with flat faces, sharp edges and corners, and each other.
 
 Found on tessellated surfaces, such a contact lies at the nearest vertex, up to half an edge from where it is, or it is
 as wide as a facet. A part of a compound that is round touches as a whole body would, but for what of it lies inside
@@ -231,12 +229,12 @@ def _between_rounds(one: Smooth, two: Smooth, near: _Near) -> Iterator[Foot]:
 
 def _on_edges(of: Smooth, other: Body, sign: float, near: _Near) -> Iterator[Foot]:
     """Yield where a round part touches sharp edges and corners of another body, unless inside parts of its own."""
-    swept, local = of.swept, other.shape.surface.reduced
-    if swept is None or local.roughness.slope or not len(local.crisp):
+    local = other.shape.surface.reduced
+    if local.roughness.slope or not len(local.crisp):
         return
-    whole = 2 * (float(np.linalg.norm(swept.half)) + swept.radius)
+    whole = 2 * (of.shape.half + float(of.shape.radii.max()))
     for found in on_edges(
-        swept,
+        of.swept or of.egg,
         other.reduced_world,
         local.crisp,
         gap=near.gap,

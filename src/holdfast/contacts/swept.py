@@ -33,6 +33,11 @@ class Swept(NamedTuple):
         length = float(np.linalg.norm(self.half))
         return self.half / length if length else self.half
 
+    @property
+    def extent(self) -> Float:
+        """(3,) [m] half the size of the box around it, along the axes of the world."""
+        return np.asarray(np.abs(self.half) + self.radius)
+
     def share(self, point: Float) -> float:
         """Return where on the axis it comes nearest to a point (3,): from -1 to 1, as a multiple of ``half``."""
         length2 = float(self.half @ self.half)
