@@ -9,10 +9,10 @@ from scipy.spatial.transform import Rotation
 
 import holdfast as hf
 from holdfast.base.arrays import Float
-from holdfast.contacts.eggs import Egg, egg_meeting, nearest
+from holdfast.contacts.eggs import Egg, meet, nearest
 from holdfast.contacts.swept import Swept, meeting
 
-LIMITS = {"gap": np.inf, "depth": np.inf, "cos_side": float(np.cos(np.radians(5)))}
+LIMITS = {"gap": np.inf, "depth": np.inf, "cos_twist": 0.0, "cos_side": float(np.cos(np.radians(5)))}
 
 
 def pose(place: Float | tuple[float, ...], turn: Float | None = None) -> Float:
@@ -65,10 +65,8 @@ def test_ellipsoids_with_equal_axes_are_balls() -> None:
         a, b = rng.uniform(0.5, 2.0, 2)
         one, two = rng.normal(size=3), 3 * rng.normal(size=3)
         half = rng.normal(size=3)
-        found = egg_meeting(Egg.of(pose(one), np.full(3, a)), Swept(two, half, b, flat=False), **LIMITS)
-        exact = meeting(
-            Swept(one, np.zeros(3), a, flat=False), Swept(two, half, b, flat=False), cos_twist=0.0, **LIMITS
-        )
+        found = meet(Egg.of(pose(one), np.full(3, a)), Swept(two, half, b, flat=False), **LIMITS)
+        exact = meeting(Swept(one, np.zeros(3), a, flat=False), Swept(two, half, b, flat=False), **LIMITS)
         if found is None or exact is None:
             assert found is exact
             continue
@@ -82,7 +80,7 @@ def test_the_order_of_both_makes_no_difference() -> None:
     rng = np.random.default_rng(2)
     for _ in range(20):
         one, two = egg(rng, np.zeros(3)), Swept(4 * rng.normal(size=3), rng.normal(size=3), 0.4, flat=False)
-        found, other = egg_meeting(one, two, **LIMITS), egg_meeting(two, one, **LIMITS)
+        found, other = meet(one, two, **LIMITS), meet(two, one, **LIMITS)
         assert found is not None
         assert other is not None
         np.testing.assert_allclose(found.ends, other.ends[::-1], atol=1e-9)
@@ -93,7 +91,7 @@ def test_no_point_of_an_axis_is_nearer() -> None:
     rng = np.random.default_rng(3)
     for _ in range(10):
         one, two = egg(rng, np.zeros(3)), Swept(5 * rng.normal(size=3), 2 * rng.normal(size=3), 0.3, flat=False)
-        found = egg_meeting(one, two, **LIMITS)
+        found = meet(one, two, **LIMITS)
         assert found is not None
         shares = np.linspace(-1, 1, 201)
         each = [nearest(one, Egg(two.at(share), np.zeros((3, 3)))).apart - two.radius for share in shares]
@@ -106,7 +104,7 @@ def test_lines_are_at_least_so_far_away() -> None:
     for _ in range(200):
         one, ends = egg(rng, np.zeros(3)), 2 * rng.normal(size=(1, 2, 3))
         line = Swept(ends[0].mean(0), (ends[0, 1] - ends[0, 0]) / 2, 0.0, flat=False)
-        found = egg_meeting(one, line, **LIMITS)
+        found = meet(one, line, **LIMITS)
         assert found is not None
         least = one.least_apart(ends)[0]
         if found.heights[0] > -0.3:  # deeper ones may be nearer to another side
@@ -116,11 +114,25 @@ def test_lines_are_at_least_so_far_away() -> None:
     assert close > 50
 
 
+def test_the_gap_over_an_edge_bends_as_the_egg_does_along_it() -> None:
+    """A bend is what tells how far from a contact its drawing may touch: an edge, which has no radius, adds to it."""
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        one, way = egg(rng, np.zeros(3)), rng.normal(size=3)
+        edge = Swept(3 * rng.normal(size=3), 10 * way, 0.0, flat=False)
+        found = meet(one, edge, **LIMITS)
+        assert found is not None
+        along = edge.along  # across the normal, unless the edge ends there
+        if abs(along @ found.normal) < 1e-6:
+            assert found.bend == pytest.approx(along @ one.curvature(found.normal, 0.0) @ along, rel=1e-3)
+        assert found.bend >= one.flattest(found.normal) * (1 - 1e-3)
+
+
 def test_the_side_of_a_cylinder_ends_at_its_rims() -> None:
     """Beside the middle an egg touches it; beyond an end, where it would meet the rim, that is left to others."""
     tin = Swept(np.zeros(3), np.array([0.0, 0.0, 1.0]), 0.5, flat=True)
     for height, touches in ((0.0, True), (0.9, True), (1.6, False)):
-        found = egg_meeting(Egg.of(pose((1.0, 0.0, height)), np.array([0.5, 0.4, 0.7])), tin, **LIMITS)
+        found = meet(Egg.of(pose((1.0, 0.0, height)), np.array([0.5, 0.4, 0.7])), tin, **LIMITS)
         assert (found is not None) == touches
         if found is not None:
             assert found.heights[0] == pytest.approx(0.0, abs=1e-12)

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from holdfast.base.arrays import Int
-from holdfast.contacts.eggs import Egg, egg_meeting
+from holdfast.contacts.eggs import Egg, meet
 from holdfast.contacts.skin import outward
-from holdfast.contacts.swept import Meeting, Swept, meeting
+from holdfast.contacts.swept import Meeting, Swept
 from holdfast.geometry.surface import Surface
 
 ROUNDING = 1e-9  # sine of the angle by which what is over an edge may seem to be over a face beside it
@@ -32,13 +32,10 @@ def on_edges(
         near &= (apart <= gap) & (apart >= -depth)
     for edge, (start, stop) in zip(edges[near].tolist(), ends[near], strict=True):
         two = Swept((start + stop) / 2, (stop - start) / 2, 0.0, flat=False)
-        if isinstance(one, Egg):
-            found = egg_meeting(one, two, gap=gap, depth=depth, cos_side=cos_side)
-        else:
-            found = meeting(one, two, gap=gap, depth=depth, cos_twist=cos_twist, cos_side=cos_side)
+        found = meet(one, two, gap=gap, depth=depth, cos_twist=cos_twist, cos_side=cos_side)
         if found is not None and _is_nearest(surface, edge, found):
-            own = one.bends(found.normal)[0] if isinstance(one, Egg) else 1 / one.radius
-            yield found._replace(bend=min(found.bend, float(own)))  # what is beside an edge may lie along the round
+            # what is beside an edge may lie along the round
+            yield found._replace(bend=min(found.bend, one.flattest(found.normal)))
 
 
 def _is_nearest(surface: Surface, edge: int, found: Meeting) -> bool:

@@ -16,13 +16,12 @@ from scipy.optimize import brentq
 
 from holdfast.base.arrays import Float, unit
 from holdfast.base.rigid import tangents
-from holdfast.contacts.swept import TINY, Meeting, Swept
+from holdfast.contacts.swept import TINY, Meeting, Swept, gap_bends, meeting
 
 MOST_STEPS = 60  # of Newton's method
 HALVINGS = 30  # of one of its steps
 FOUND = 1e-12  # of the bodies' size: step along the normal's plane, and sideways distance of the nearest points
 ROUNDING = 4e-16  # of the bodies' size, more or less, in how far apart they are
-SHARPEST = 1e-30  # [m] radius of an edge: none, but a number to divide by
 ALONG = 1e-12  # of half an axis: how well the nearest point on it is known
 
 
@@ -42,9 +41,24 @@ class Egg(NamedTuple):
         """(3,) [m] half the size of the box around it, along the axes of the world."""
         return np.sqrt(np.diag(self.squares))
 
-    def bends(self, normal: Float) -> Float:
-        """Return the least and the greatest curvature (2,) [1/m] where the surface has this normal (3,)."""
-        return np.asarray(np.linalg.eigvalsh(_curvature(self, normal)))
+    @property
+    def thickness(self) -> float:
+        """The greatest half axis [m]."""
+        return float(np.sqrt(np.linalg.eigvalsh(self.squares)[-1]))
+
+    def curvature(self, normal: Float, least: float) -> Float:
+        """Return the curvature (3, 3) [1/m] of its surface where that has a unit ``normal`` (3,).
+
+        Radii of curvature count as no less than ``least`` [m].
+        """
+        frame = np.array(tangents(normal))
+        radii, axes = np.linalg.eigh(frame @ self.reach(normal)[2] @ frame.T)
+        along = axes.T @ frame
+        return np.asarray((along.T / np.maximum(radii, least)) @ along)
+
+    def flattest(self, normal: Float) -> float:
+        """Return the least curvature [1/m] where its surface has a unit ``normal`` (3,)."""
+        return float(np.linalg.eigvalsh(self.curvature(normal, TINY * self.thickness))[1])
 
     def least_apart(self, ends: Float) -> Float:
         """Return how far (n,) [m] it is at least from lines with these ``ends`` (n, 2, 3), or overlaps them: negative.
@@ -77,26 +91,35 @@ class Nearest(NamedTuple):
     of_two: Float
 
 
-def egg_meeting(one: Egg | Swept, two: Egg | Swept, *, gap: float, depth: float, cos_side: float) -> Meeting | None:
-    """Return where two bodies, one of them an ellipsoid, touch: up to ``gap`` apart and ``depth`` into each other [m].
+def meet(
+    one: Egg | Swept, two: Egg | Swept, *, gap: float, depth: float, cos_twist: float, cos_side: float
+) -> Meeting | None:
+    """Return where two round bodies touch, as ``meeting`` does; an ellipsoid touches at one point."""
+    if isinstance(one, Egg):
+        return _egg_meeting(one, two, gap=gap, depth=depth, cos_side=cos_side)
+    if isinstance(two, Swept):
+        return meeting(one, two, gap=gap, depth=depth, cos_twist=cos_twist, cos_side=cos_side)
+    found = _egg_meeting(two, one, gap=gap, depth=depth, cos_side=cos_side)
+    return None if found is None else found._replace(ends=found.ends[::-1], normal=-found.normal)
 
-    None if nowhere. They touch at one point. As in ``meeting``, the normal has to stand on the side of one with flat
-    ends, to within the angle of ``cos_side``, and what overlaps by a rim need not do so by a side.
-    """
-    (first, at_one), (second, at_two) = _nearest_places(one, two)
-    found = nearest(first, second)
-    radii = [each.radius if isinstance(each, Swept) else 0.0 for each in (one, two)]
-    height = found.apart - sum(radii)
+
+def _egg_meeting(egg: Egg, other: Egg | Swept, *, gap: float, depth: float, cos_side: float) -> Meeting | None:
+    """Return where an ellipsoid touches another body, as ``meet`` does."""
+    if isinstance(other, Egg):
+        share, radius, second = 0.0, 0.0, other
+    else:
+        share, radius = _share(other, egg), other.radius
+        second = _point(other, share)
+    found = nearest(egg, second)
+    height = found.apart - radius
     if not -depth <= height <= gap:
         return None
-    for each, share in ((one, at_one), (two, at_two)):
-        if isinstance(each, Swept) and each.flat:
-            leans = float(each.along @ found.normal) ** 2 > 1 - cos_side**2
-            if leans or (abs(share) == 1 and height < -TINY * each.radius):
-                return None
-    ends = np.array([[found.of_one + radii[0] * found.normal], [found.of_two - radii[1] * found.normal]])
-    bend = np.linalg.eigvalsh(sum(_curvature(each, found.normal) for each in (one, two)))[0]
-    return Meeting(ends, found.normal, np.array([height]), float(bend))
+    if isinstance(other, Swept) and other.flat:
+        leans = float(other.along @ found.normal) ** 2 > 1 - cos_side**2
+        if leans or (abs(share) == 1 and height < -TINY * radius):
+            return None
+    ends = np.array([[found.of_one], [found.of_two - radius * found.normal]])
+    return Meeting(ends, found.normal, np.array([height]), float(gap_bends(egg, other, found.normal)[0]))
 
 
 def nearest(one: Egg, two: Egg) -> Nearest:
@@ -133,19 +156,6 @@ def nearest(one: Egg, two: Egg) -> Nearest:
     return Nearest(float(normal @ way) - h - other_h, normal, one.centre + arm, two.centre - other_arm)
 
 
-def _nearest_places(one: Egg | Swept, two: Egg | Swept) -> tuple[tuple[Egg, float], tuple[Egg, float]]:
-    """Return both as ellipsoids, a swept one as the point of its axis that comes nearest, and that as a share of it."""
-    if isinstance(one, Swept) and isinstance(two, Egg):
-        share = _share(one, two)
-        return (_point(one, share), share), (two, 0.0)
-    if isinstance(two, Swept) and isinstance(one, Egg):
-        share = _share(two, one)
-        return (one, 0.0), (_point(two, share), share)
-    if isinstance(one, Egg) and isinstance(two, Egg):
-        return (one, 0.0), (two, 0.0)
-    raise TypeError("one of both has to be an ellipsoid")
-
-
 def _point(swept: Swept, share: float) -> Egg:
     return Egg(swept.at(share), np.zeros((3, 3)))
 
@@ -162,13 +172,3 @@ def _share(swept: Swept, egg: Egg) -> float:
     if low >= 0 or high <= 0:
         return -1.0 if low >= 0 else 1.0
     return float(brentq(rises, -1.0, 1.0, xtol=ALONG, rtol=4 * ALONG))
-
-
-def _curvature(each: Egg | Swept, normal: Float) -> Float:
-    """Return the curvature (2, 2) [1/m] of a surface where it has this normal (3,), on the plane across it."""
-    frame = np.array(tangents(normal))
-    if isinstance(each, Swept):
-        along = frame @ each.along
-        return (np.eye(2) - np.outer(along, along)) / max(each.radius, SHARPEST)
-    radii, axes = np.linalg.eigh(frame @ each.reach(normal)[2] @ frame.T)
-    return np.asarray((axes / np.maximum(radii, SHARPEST)) @ axes.T)

@@ -19,10 +19,10 @@ import shapely
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.rigid import tangents
 from holdfast.contacts.crisp import on_edges
-from holdfast.contacts.eggs import Egg, egg_meeting
+from holdfast.contacts.eggs import Egg, meet
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.parts import exposed, nearest_part
-from holdfast.contacts.swept import Meeting, Swept, meeting
+from holdfast.contacts.swept import Meeting, Swept
 from holdfast.contacts.tolerances import Angles
 from holdfast.geometry.facets import COPLANAR
 from holdfast.geometry.topology import FLAT, SMOOTH
@@ -44,18 +44,18 @@ class Smooth(NamedTuple):
     pose: Float
 
     @property
-    def swept(self) -> Swept | None:
-        """The ball or disc swept along its axis; None for an ellipsoid."""
+    def placed(self) -> Swept | Egg:
+        """The ball or disc swept along its axis, or the ellipsoid, in the world."""
         shape = self.shape
         if not shape.is_swept:
-            return None
+            return Egg.of(self.pose, shape.radii)
         half = shape.half * self.pose[:3, 2]
         return Swept(self.pose[:3, 3], half, float(shape.radii[0]), shape.has_flat_ends)
 
     @property
-    def egg(self) -> Egg:
-        """The ellipsoid."""
-        return Egg.of(self.pose, self.shape.radii)
+    def reach(self) -> float:
+        """How far it reaches from its centre [m], at most."""
+        return self.shape.half + float(self.shape.radii.max())
 
 
 class _Near(NamedTuple):
@@ -216,15 +216,10 @@ def _feet(of: Smooth, other: Body, sign: float, near_by: _Near) -> Iterator[Foot
 
 def _between_rounds(one: Smooth, two: Smooth, near: _Near) -> Iterator[Foot]:
     """Yield where two round parts touch, but for what of it lies inside other parts of their bodies."""
-    a, b, limits = one.swept, two.swept, {"gap": near.gap, "depth": near.depth, "cos_side": near.cos_angle}
-    if a is None or b is None:
-        found = egg_meeting(a or one.egg, b or two.egg, **limits)
-    else:
-        found = meeting(a, b, cos_twist=near.cos_curved, **limits)
-    if found is None:
-        return
-    whole = sum(each.shape.half + float(each.shape.radii.max()) for each in (one, two))
-    yield from _shown([one, two], found, found.normal, whole, near.seen)
+    a, b = one.placed, two.placed
+    found = meet(a, b, gap=near.gap, depth=near.depth, cos_twist=near.cos_curved, cos_side=near.cos_angle)
+    if found is not None:
+        yield from _shown([one, two], found, found.normal, one.reach + two.reach, near.seen)
 
 
 def _on_edges(of: Smooth, other: Body, sign: float, near: _Near) -> Iterator[Foot]:
@@ -232,9 +227,8 @@ def _on_edges(of: Smooth, other: Body, sign: float, near: _Near) -> Iterator[Foo
     local = other.shape.surface.reduced
     if local.roughness.slope or not len(local.crisp):
         return
-    whole = 2 * (of.shape.half + float(of.shape.radii.max()))
     for found in on_edges(
-        of.swept or of.egg,
+        of.placed,
         other.reduced_world,
         local.crisp,
         gap=near.gap,
@@ -242,7 +236,7 @@ def _on_edges(of: Smooth, other: Body, sign: float, near: _Near) -> Iterator[Foo
         cos_twist=near.cos_curved,
         cos_side=near.cos_angle,
     ):
-        yield from _shown([of], found, -sign * found.normal, whole, near.seen)
+        yield from _shown([of], found, -sign * found.normal, 2 * of.reach, near.seen)
 
 
 def _shown(of: Sequence[Smooth], found: Meeting, normal: Float, whole: float, seen: float) -> Iterator[Foot]:

@@ -6,7 +6,7 @@ for the radii. That of an edge is zero.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -37,6 +37,24 @@ class Swept(NamedTuple):
     def extent(self) -> Float:
         """(3,) [m] half the size of the box around it, along the axes of the world."""
         return np.asarray(np.abs(self.half) + self.radius)
+
+    @property
+    def thickness(self) -> float:
+        """The radius [m]."""
+        return self.radius
+
+    def curvature(self, normal: Float, least: float) -> Float:
+        """Return the curvature (3, 3) [1/m] of its surface where that has a unit ``normal`` (3,).
+
+        Radii of curvature count as no less than ``least`` [m].
+        """
+        flat = np.eye(3) - np.outer(normal, normal)
+        along = flat @ self.along
+        return np.asarray((flat - np.outer(along, along)) / max(self.radius, least))
+
+    def flattest(self, normal: Float) -> float:
+        """Return the curvature [1/m] across its axis."""
+        return 1 / self.radius
 
     def share(self, point: Float) -> float:
         """Return where on the axis it comes nearest to a point (3,): from -1 to 1, as a multiple of ``half``."""
@@ -86,7 +104,7 @@ def meeting(one: Swept, two: Swept, *, gap: float, depth: float, cos_twist: floa
         ):
             of_one = [one.at(share) + one.radius * way for (share, _), way in zip(pairs, normals, strict=True)]
             of_two = [two.at(other) - two.radius * way for (_, other), way in zip(pairs, normals, strict=True)]
-            bends = _bends(one, two, normal)
+            bends = gap_bends(one, two, normal)
             return Meeting(np.array([of_one, of_two]), normal, heights, float(bends[len(pairs) - 1]))
     return None
 
@@ -115,11 +133,21 @@ def _side_by_side(one: Swept, two: Swept) -> list[tuple[float, float]]:
     return [(share, two.share(one.at(share))) for share in (start, stop)]
 
 
-def _bends(one: Swept, two: Swept, normal: Float) -> Float:
+class Curved(Protocol):
+    """A smooth body, as ``Swept`` is one."""
+
+    @property
+    def thickness(self) -> float:
+        """How far it reaches from its axis or its centre [m]; 0 for an edge."""
+
+    def curvature(self, normal: Float, least: float) -> Float:
+        """Return the curvature (3, 3) [1/m] of its surface where that has a unit ``normal`` (3,).
+
+        Radii of curvature count as no less than ``least`` [m].
+        """
+
+
+def gap_bends(one: Curved, two: Curved, normal: Float) -> Float:
     """Return the least and the greatest curvature (2,) [1/m] of the gap between two surfaces along a normal (3,)."""
-    flat = np.eye(3) - np.outer(normal, normal)
-    bends = np.zeros((3, 3))
-    for each in (one, two):
-        along = flat @ each.along
-        bends += (flat - np.outer(along, along)) / max(each.radius, TINY * (one.radius + two.radius))
-    return np.asarray(np.linalg.eigvalsh(bends)[1:])
+    least = TINY * (one.thickness + two.thickness)  # an edge has no radius, and 1/0 would drown the other's
+    return np.asarray(np.linalg.eigvalsh(one.curvature(normal, least) + two.curvature(normal, least))[1:])
