@@ -118,9 +118,8 @@ def contact_nodes(assembly: Assembly, count: int | Int, sampling: Sampling, seed
             points.append(nodes)
             weights.append(areas)
             owner.append(np.full(len(nodes), number))
-            bent = patch.spots is not None and patch.spots.bent
-            normals.append(patch.normals_at(nodes if bent else nodes[:1]))  # a flat one has a single normal
-            sizes += [1] * len(nodes) if bent else [len(nodes)]
+            normals.append(patch.normals_at(nodes if patch.bent else nodes[:1]))  # a flat one has a single normal
+            sizes += [1] * len(nodes) if patch.bent else [len(nodes)]
     if not points:
         return NO_NODES
     interface_of = np.concatenate(owner)

@@ -63,6 +63,11 @@ class Patch(Value):
         set_(self, "normal", kept(self.normal))
         set_(self, "holes", tuple(kept(hole) for hole in self.holes))
 
+    @property
+    def bent(self) -> bool:
+        """Whether the patch is not in one plane."""
+        return self.spots is not None and self.spots.bent
+
     def normals_at(self, points: Float) -> Float:
         """Return the normals (n, 3) at points (n, 3) of the patch, of which those on a bent one are spots."""
         if self.spots is None or not self.spots.bent:
@@ -156,7 +161,7 @@ class Patch(Value):
     @cached_property
     def hull(self) -> Float:
         """The corners (m, 3) [m] of the convex hull, counter-clockwise seen from the tip of the normal."""
-        if self.kind != "face" or (self.spots is not None and self.spots.bent):
+        if self.kind != "face" or self.bent:
             return self.polygon
         return frozen(self.lifted(self.corners))
 

@@ -151,12 +151,8 @@ def follow(
     into.outcome[row] = outcome
     into.peak[row] = np.inf if outcome == PathOutcome.ENDLESS else now.highest
     into.first[row] = now.first if now.first > 0 else into.peak[row]
-    into.sharpest[row], into.last[row], into.short[row], into.systems[row] = (
-        now.sharpest,
-        now.last,
-        now.short,
-        now.systems,
-    )
+    into.sharpest[row] = now.sharpest
+    into.last[row], into.short[row], into.systems[row] = now.last, now.short, now.systems
 
 
 @compiled

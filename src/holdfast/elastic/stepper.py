@@ -59,9 +59,9 @@ class Progress:
     Where it is: ``s`` and the ``slope`` ds/dℓ; what the faint hold has ``carried``, of each body's own weight; the
     ``step`` Δℓ to be tried; the ``length`` ℓ so far; ``last``, s of the last regular point; ``turned``, the last
     correction as a share of its step, and the ``sharpest``, the largest of all points but the first; ``points`` found,
-    linear ``systems`` solved, node ``changes`` crossed; how often this step was ``shortened``, and
-    whether that was because it was ``doubted`` to lie on the same branch; the ``fastest`` growth of the step for now;
-    whether a ``corner`` lies just behind the step, and the step to be tried ``beyond`` it.
+    linear ``systems`` solved, node ``changes`` crossed; how often this step was ``shortened``, and whether that was
+    because it was ``doubted`` to lie on the same branch; the ``fastest`` growth of the step for now; whether a
+    ``corner`` lies just behind the step, and the step to be tried ``beyond`` it.
 
     Of the peak: ``highest`` s; ``noted``, the last s that counted as a new peak, at the length ``at_peak``, and the
     points since (``late``); ``short``, by how much it may be too low; the maximum from which s has ``dipped``, and the

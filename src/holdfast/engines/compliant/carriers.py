@@ -9,6 +9,7 @@ the others only have to be able to leave.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from scipy import sparse
@@ -33,9 +34,13 @@ ROOM = 0.5  # of the clearance that all contacts are to have, which the program 
 
 @dataclass(frozen=True, eq=False)
 class Carriers:
-    """The bodies of a ``model`` that carry loads without its weight; what was found for the same bodies is kept."""
+    """The bodies of a ``model`` at ``rest`` (n,) that carry loads without its weight.
+
+    What was found for the same bodies is kept.
+    """
 
     model: Elastic
+    rest: Float
     _leave: dict[bytes, bool] = field(default_factory=dict, init=False, repr=False)
 
     def balance(self, load: Float) -> bool:
@@ -51,24 +56,26 @@ class Carriers:
             return False
         return rests_alone(System.of(few), PATIENCE) and self._others_leave(carry)
 
-    def weight(self, load: Float, q: Float) -> float:
-        """Return what counts beside a ``load`` (n,) where the bodies rest at ``q`` (n,), in the model's unit of force.
+    def weight(self, load: Float) -> float:
+        """Return what counts beside a ``load`` (n,), in the model's unit of force.
 
-        That is the weight of the bodies that pass the load on, and all that others press on them; or the whole weight,
-        which is the unit, where no such bodies were found.
+        That is the weight of the bodies that pass the load on, and all that others press on them at rest; or the whole
+        weight, which is the unit, where no such bodies were found.
         """
-        carry = self._between(load)
+        m, carry = self.model, self._between(load)
         if not carry.any() or carry.all():
             return 1.0
-        own = np.linalg.norm(self.model.wrench.reshape(-1, 6)[carry, :3], axis=1).sum()
-        return float(own + self._pressed(carry, q)) or 1.0
+        own = np.linalg.norm(m.wrench.reshape(-1, 6)[carry, :3], axis=1).sum()
+        others = (carry[m.a] != carry[m.b]) & (m.a >= 0) & (m.b >= 0)
+        return float(own + self._pressed[others].sum()) or 1.0
 
-    def _pressed(self, carry: Bool, q: Float) -> float:
-        """Return the sum of the forces between bodies that ``carry`` (J,) and movable ones that do not."""
+    @cached_property
+    def _pressed(self) -> Float:
+        """The sum of the forces at rest at the nodes of each sheet (P,)."""
         m, forces = self.model, np.zeros((len(self.model.k), 3))
-        node_forces(m, q, forces)
-        between = (carry[m.a] != carry[m.b]) & (m.a >= 0) & (m.b >= 0)
-        return float(np.linalg.norm(forces[np.repeat(between, np.diff(m.first))], axis=1).sum())
+        node_forces(m, self.rest, forces)
+        sheet = np.repeat(np.arange(len(m.a)), np.diff(m.first))
+        return np.bincount(sheet, np.linalg.norm(forces, axis=1), len(m.a)).astype(np.float64)
 
     def _between(self, load: Float) -> Bool:
         """Return which bodies (J,) the force of the ``load`` is passed on to, from contact to contact against it.

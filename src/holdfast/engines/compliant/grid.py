@@ -138,7 +138,7 @@ class Grid:
         far = self.system.fronts is not None and most == np.inf
         farthest = np.full(len(loads), most)
         if far:
-            beside = np.array([self.carriers.weight(load, self.settled.q) for load in loads])
+            beside = np.array([self.carriers.weight(load) for load in loads])
             farthest = HUGE * beside / np.abs(loads).max(axis=1, initial=0.0)
         found = self._followed.paths(self.settled.q, loads, cuts=cuts, most=farthest)
         if far:
@@ -166,7 +166,7 @@ class Grid:
     @cached_property
     def carriers(self) -> Carriers:
         """What tells whether few bodies carry a load alone."""
-        return Carriers(self.system.model)
+        return Carriers(self.system.model, self.settled.q)
 
     @cached_property
     def _followed(self) -> System:

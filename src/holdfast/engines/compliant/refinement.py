@@ -64,7 +64,8 @@ class Bounded(NamedTuple):
         """The lower bounds (k,): ``below``, or inf where the path is endless.
 
         Where the load has dipped on the way to the peak they are less, by as much as the first maximum was: bodies snap
-        there, and what is found beyond it is for those that come to rest before they have gone far.
+        there, and what is found beyond it is for those that come to rest before they have gone far. Of an endless path
+        the bound is then the first maximum, less the least error.
         """
         peak, first = self.paths.peak, self.paths.first
         snaps = (self.paths.outcome == PathOutcome.PEAK) & (first < peak)

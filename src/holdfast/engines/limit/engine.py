@@ -28,7 +28,7 @@ from holdfast.engines.limit.hull import find_hull
 from holdfast.engines.limit.load_limit import LoadLimit
 from holdfast.engines.limit.loose import comes_loose
 from holdfast.engines.limit.proof import Proofs
-from holdfast.engines.limit.rounding import DOWN, UP, Matrix
+from holdfast.engines.limit.rounding import DOWN, UP
 from holdfast.engines.limit.sensitivity import gradient
 from holdfast.engines.limit.sets import find_set
 from holdfast.engines.limit.standing import proved_rest
@@ -228,7 +228,7 @@ class LimitState:
 
     def mechanisms(self, twists: Float) -> list[Mechanism]:
         """The collapse mechanisms of dual twists (k, 6J)."""
-        velocities = (self._gather @ twists.T).T.reshape(len(twists), len(self.rest.nodes), 3)
+        velocities = (self.proofs.equilibrium.gather @ twists.T).T.reshape(len(twists), len(self.rest.nodes), 3)
         modes = modes_of(velocities, self.rest.nodes.mu)
         return [
             describe(self.kinematics, t.reshape(-1, 6), mode, dual=True) for t, mode in zip(twists, modes, strict=True)
@@ -274,8 +274,3 @@ class LimitState:
     def kinematics(self) -> Kinematics:
         """What all mechanisms of this state share."""
         return Kinematics.of(self.assembly, self.rest.nodes)
-
-    @cached_property
-    def _gather(self) -> Matrix:
-        """Gᵀ (3I, 6J): twists to relative velocities at the nodes."""
-        return self.proofs.equilibrium.gather

@@ -111,7 +111,7 @@ def levelled(raw: hf.Assembly, found: hf.Assembly) -> ContactNodes:
     axes = np.array(nodes.axes)
     for k, interface in enumerate(found.interfaces):
         own = nodes.interface == k
-        flat = [patch for patch in interface.patches if patch.spots is None or not patch.spots.bent]
+        flat = [patch for patch in interface.patches if not patch.bent]
         if "merged" in interface.flags and len(flat) == len(interface.patches):
             off = [np.abs((nodes.points[own] - p.polygon[0]) @ p.normal) for p in flat]
             alike = [nodes.normals[own] @ p.normal for p in flat]
