@@ -151,12 +151,17 @@ def equilibrium_operator(assembly: Assembly, nodes: ContactNodes) -> sparse.csc_
     The forces are (f_n, f_t1, f_t2) at the nodes. The wrenches are (force [N], torque [N m] about the centre of mass),
     along the world axes.
     """
+    return by_bodies(len(assembly.movable), nodes, equilibrium_blocks(assembly, nodes))
+
+
+def equilibrium_blocks(assembly: Assembly, nodes: ContactNodes) -> Float:
+    """Return what a force along each axis of a node gives both bodies, (I, 3, 2, 6): body b first, then body a."""
     blocks = np.empty((len(nodes), 3, 2, 6))
     for side, (body, sign) in enumerate(((nodes.b, 1.0), (nodes.a, -1.0))):
         force = sign * nodes.axes
         blocks[:, :, side, :3] = force
         blocks[:, :, side, 3:] = cross(arms(assembly, nodes, body)[:, None], force)
-    return by_bodies(len(assembly.movable), nodes, blocks)
+    return blocks
 
 
 def arms(assembly: Assembly, nodes: ContactNodes, body: Int) -> Float:
@@ -166,9 +171,9 @@ def arms(assembly: Assembly, nodes: ContactNodes, body: Int) -> Float:
 
 
 def by_bodies(count: int, nodes: ContactNodes, blocks: Float) -> sparse.csc_matrix:
-    """Return the matrix (6J, 3I) of ``blocks`` (I, 3, 2, 6): what a force along each axis of a node gives both bodies.
+    """Return the matrix (6J, 3I) of ``blocks`` (I, 3, 2, 6), as those of ``equilibrium_blocks``.
 
-    Those of body b come first in ``blocks``; fixed bodies have no rows. ``count`` is J.
+    Fixed bodies have no rows. ``count`` is J.
     """
     bodies = np.stack([nodes.b, nodes.a], axis=1)
     later = bodies[:, 0] > bodies[:, 1]  # rows are to be in order
@@ -179,3 +184,12 @@ def by_bodies(count: int, nodes: ContactNodes, blocks: Float) -> sparse.csc_matr
     rows = np.broadcast_to(6 * bodies[:, None, :, None] + np.arange(6), blocks.shape)
     starts = np.concatenate([[0], np.cumsum(np.repeat(6 * free.sum(1), 3))])
     return sparse.csc_matrix((blocks[kept], rows[kept], starts), shape=(6 * count, 3 * len(nodes)))
+
+
+def dense_by_bodies(count: int, nodes: ContactNodes, blocks: Float) -> Float:
+    """Return the same as ``by_bodies``, with its zeros."""
+    found = np.zeros((count + 1, 6, len(nodes), 3))  # FIXED is -1, the last one
+    node = np.arange(len(nodes))
+    for side, body in enumerate((nodes.b, nodes.a)):
+        found[body, :, node] = blocks[:, :, side].transpose(0, 2, 1)
+    return found[:count].reshape(6 * count, 3 * len(nodes))

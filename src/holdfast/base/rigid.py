@@ -19,6 +19,8 @@ from holdfast.base.ranges import PLACE
 BESIDE = 1.2345  # sizes are often powers of two: their power of two is taken of something beside them
 FAR = 1e6  # [-] entries of a rotation are cut to this, far from rigid, before they are squared
 RIGID_TOLERANCE = 1e-5  # [-] largest entry of |RᵀR - 1|; scanned poses are printed with about six digits
+_LAST_ROW = frozen(np.array([0.0, 0.0, 0.0, 1.0]))
+_LAST_ROW_TOLERANCE = frozen(np.array([1e-12, 1e-12, 1e-12, RIGID_TOLERANCE]))
 
 
 class Frame(NamedTuple):
@@ -56,7 +58,7 @@ def checked_pose(value: Any, where: str) -> Float:  # noqa: ANN401 - anything a 
     Raises GeometryError for another shape, scale, shear, a reflection or NaN; ``where`` names the argument.
     """
     pose = checked(value, (4, 4), where, error=GeometryError)
-    if not np.allclose(pose[3], (0, 0, 0, 1), atol=1e-12):
+    if (np.abs(pose[3] - _LAST_ROW) > _LAST_ROW_TOLERANCE).any():
         raise GeometryError(message(where, f"last row is {pose[3].tolist()}", "needs (0, 0, 0, 1)"))
     if (np.abs(pose[:3, 3]) > PLACE.largest).any():
         raise GeometryError(message(where, f"is at {pose[:3, 3].tolist()}", f"needs coordinates {PLACE.most()}"))

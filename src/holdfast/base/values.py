@@ -80,6 +80,17 @@ def items_of(value: object) -> Iterator[tuple[str, Any]]:
         yield entry.name, getattr(value, entry.name)
 
 
+def altered(value: T, **items: object) -> T:
+    """Return a value like this dataclass with other contents of some fields, which are not checked.
+
+    Cached properties are not taken over.
+    """
+    other = object.__new__(type(value))
+    for name, item in {**dict(items_of(value)), **items}.items():
+        object.__setattr__(other, name, item)
+    return other
+
+
 def _names(value: object, role: Literal["compare", "repr"]) -> list[str]:
     """Return the names of the fields that take part in comparisons or in ``repr``."""
     return [entry.name for entry in fields(cast(Any, value)) if getattr(entry, role)]

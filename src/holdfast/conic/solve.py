@@ -69,13 +69,16 @@ class Prepared:
         settings.presolve_enable = False  # the solver takes new entries only for the program as it was given
         settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
         cones = [_CONES[kind](size) for kind, size in program.cones]
-        self._program = replace(program, A=program.A.copy())
+        self._program = program
+        self._changed = False
         self._runs = cone_runs(program)
         self._long = self._program.A.nnz > LONG
         self._solver = clarabel.DefaultSolver(_upper(program.P), program.q, self._program.A, program.b, cones, settings)
 
     def change(self, entries: Int, values: Float) -> None:
         """Set stored entries of A to ``values`` (k,); ``entries`` (k,) are their positions in ``A.data``."""
+        if not self._changed:  # the caller's program stays as it is
+            self._program, self._changed = replace(self._program, A=self._program.A.copy()), True
         self._program.A.data[entries] = values
         self._solver.update(A=(entries, values))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from holdfast.contacts.tolerances import Tolerances, plain_gap
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
+T = TypeVar("T")
 NEGLIGIBLE_WIDTH = 1e-6  # width, relative to the size of the smaller body, below which a patch is a rounding error
 NOMINAL_BREADTH = 1e-3  # width of a line or a point in the weights of nodes, relative to the size of the smaller body
 
@@ -92,20 +93,15 @@ def find_all_patches(
 
     Between the bodies named in ``same`` it is as in ``known``.
     """
-    pairs = list(neighbours(scene, tolerances.widest(scene)))
-    fresh = [(a, b) for a, b in pairs if known is None or a.name not in same or b.name not in same]
-    found: dict[Pair, list[tuple[Body, Body, tuple[Patch, ...]]]] = {(a.name, b.name): [] for a, b in pairs}
-    for a, b, patches in _patches_between(scene, tolerances, fresh):
+    pairs = list(neighbours(scene, tolerances.widest(scene), same))
+    found: dict[Pair, list[tuple[Body, Body, tuple[Patch, ...]]]] = {}
+    for a, b, patches in _patches_between(scene, tolerances, pairs):
         if patches:
-            found[a.name, b.name].append((a, b, patches))
-    result: dict[Pair, Touching] = {}
+            found.setdefault((a.name, b.name), []).append((a, b, patches))
+    result = {pair: touching for pair, touching in (known or {}).items() if all(name in same for name in pair)}
     for pair, parts in found.items():
-        if known is not None and all(name in same for name in pair):
-            if pair in known:
-                result[pair] = known[pair]
-        elif parts:
-            result[pair] = Touching(tuple(parts), tuple(patch for *_, patches in parts for patch in patches))
-    return result
+        result[pair] = Touching(tuple(parts), tuple(patch for *_, patches in parts for patch in patches))
+    return in_order(result, scene)
 
 
 def _patches_between(
@@ -226,18 +222,27 @@ def by_friction(
     return found
 
 
-def neighbours(scene: Scene, gap: float) -> Iterator[tuple[Body, Body]]:
+def in_order(by_pair: Mapping[Pair, T], scene: Scene) -> dict[Pair, T]:
+    """Return what is known of pairs of bodies in the order of the bodies in the scene."""
+    place = {body.name: k for k, body in enumerate(scene.bodies)}
+    return {pair: by_pair[pair] for pair in sorted(by_pair, key=lambda pair: (place[pair[0]], place[pair[1]]))}
+
+
+def neighbours(scene: Scene, gap: float, same: Collection[str] = ()) -> Iterator[tuple[Body, Body]]:
     """Yield the pairs of bodies, neither both fixed nor excluded, whose bounding boxes come within ``gap`` [m].
 
-    Of two bodies of which some parts alone may touch, only these are yielded, as bodies with fewer parts; where several
-    sets of parts may touch each other, a pair for each (``Scene.touching``).
+    Pairs of which both are named in ``same`` are left out. Of two bodies of which some parts alone may touch, only
+    these are yielded, as bodies with fewer parts; where several sets of parts may touch each other, a pair for each
+    (``Scene.touching``).
     """
     bodies = scene.bodies
     low = np.array([body.box[0] for body in bodies]).reshape(-1, 3) - gap / 2
     high = np.array([body.box[1] for body in bodies]).reshape(-1, 3) + gap / 2
     axis = int(np.argmax(np.ptp(low, axis=0)))
     length = high[:, axis] - low[:, axis]
+    asked = np.array([body.name not in same for body in bodies], dtype=bool)
     order = np.argsort(low[:, axis], kind="stable")
+    order = order[asked[order]]
     wide = length[order] > LARGE * np.median(length)  # a floor, which is near to all: searched apart
     found = []
     for part in (order[~wide], order[wide]):
@@ -245,7 +250,8 @@ def neighbours(scene: Scene, gap: float) -> Iterator[tuple[Body, Body]]:
         found.append(np.column_stack([near[:, 0], part[near[:, 1]]]))
     pairs = np.concatenate(found)
     fixed = np.array([body.fixed for body in bodies], dtype=bool)
-    pairs = pairs[(pairs[:, 0] < pairs[:, 1]) & ~fixed[pairs].all(1)]
+    once = (pairs[:, 0] < pairs[:, 1]) | ~asked[pairs[:, 0]]
+    pairs = np.sort(pairs[once & ~fixed[pairs].all(1)], axis=1)
     for i, j in pairs[np.lexsort(pairs.T[::-1])].tolist():
         yield from scene.touching(bodies[i], bodies[j])
 

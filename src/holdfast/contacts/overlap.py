@@ -14,7 +14,7 @@ from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
 from holdfast.base.progress import reported
 from holdfast.base.values import Value
-from holdfast.contacts.detect import neighbours
+from holdfast.contacts.detect import in_order, neighbours
 from holdfast.contacts.skin import near_boxes
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.geometry.distance import distance_to_surface, nearest_of, winding_number
@@ -78,13 +78,8 @@ def find_overlaps(
     true surfaces: their sagittas explain no overlap, nor do rotations.
     """
     solids: dict[int, manifold3d.Manifold | None] = {}
-    found: dict[tuple[str, str], Overlap] = {}
-    before = {overlap.bodies: overlap for overlap in known}
-    for a, b in reported("overlaps", list(neighbours(scene, 0.0))):
-        if a.name in same and b.name in same:
-            if (a.name, b.name) in before:
-                found[a.name, b.name] = before[a.name, b.name]
-            continue
+    found = {overlap.bodies: overlap for overlap in known if all(name in same for name in overlap.bodies)}
+    for a, b in reported("overlaps", list(neighbours(scene, 0.0, same))):
         one, other = scene.body(a.name), scene.body(b.name)
         tolerance = tolerances.base(one, other) if drawn else tolerances.between(one, other).gap
         if min(np.minimum(a.box[1], b.box[1]) - np.maximum(a.box[0], b.box[0])) < tolerance:
@@ -102,7 +97,7 @@ def find_overlaps(
         pair = (a.name, b.name)
         if depth > tolerance and (pair not in found or depth > found[pair].depth):
             found[pair] = Overlap(pair, depth, tolerance, estimated)
-    return tuple(found.values())
+    return tuple(in_order(found, scene).values())
 
 
 def _deepest(a: Body, b: Body) -> float:

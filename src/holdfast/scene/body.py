@@ -18,7 +18,7 @@ from holdfast.base.kinds import shaped
 from holdfast.base.ranges import DENSITY, INERTIA, MASS, PLACE
 from holdfast.base.rigid import checked_pose, transform
 from holdfast.base.text import quoted
-from holdfast.base.values import Value
+from holdfast.base.values import Value, altered
 from holdfast.geometry.cuboid import Cuboid
 from holdfast.geometry.surface import Surface
 from holdfast.scene.compound import Compound, Shape, as_shape
@@ -123,7 +123,7 @@ class Body(Value):
 
     def moved(self, pose: ArrayLike) -> Body:
         """Return the same body at another ``pose`` (4, 4), body frame to world."""
-        return replace(self, pose=checked_pose(pose, f"body {quoted(self.name)}: pose"))
+        return altered(self, pose=checked_pose(pose, f"body {quoted(self.name)}: pose"))
 
     @cached_property
     def com_body(self) -> Float:

@@ -19,7 +19,7 @@ from holdfast.base.kinds import shaped
 from holdfast.base.public import Summary, in_notebook, number
 from holdfast.base.ranges import ACCELERATION
 from holdfast.base.text import quoted
-from holdfast.base.values import Value
+from holdfast.base.values import Value, altered
 from holdfast.scene.body import Body, materials_of
 from holdfast.scene.excluded import (
     Excluded,
@@ -181,9 +181,10 @@ class Scene(Value):
             raise SceneError(message("scene: moved", f"got a {type(poses).__name__}", remedy))
         for name in poses:
             self.body(name)
-        return replace(
-            self, bodies=tuple(body.moved(poses[body.name]) if body.name in poses else body for body in self.bodies)
-        )
+        bodies = tuple(body.moved(poses[body.name]) if body.name in poses else body for body in self.bodies)
+        if any(isinstance(body.shape, HalfSpace) for body in bodies):
+            bodies = _under(bodies)
+        return altered(self, bodies=bodies)
 
     def with_body(self, body: Body) -> Scene:
         """Return the scene with ``body`` added after the others."""

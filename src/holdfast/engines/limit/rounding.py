@@ -17,7 +17,7 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import ContactNodes, arms, by_bodies, equilibrium_operator
+from holdfast.assembly.nodes import ContactNodes, arms, by_bodies, dense_by_bodies, equilibrium_blocks
 from holdfast.base.arrays import Float
 
 UNIT = 2.0**-53  # the unit roundoff u of double precision
@@ -49,7 +49,14 @@ class Equilibrium:
     @classmethod
     def of(cls, assembly: Assembly, nodes: ContactNodes) -> Equilibrium:
         """Return the operator of these nodes."""
-        G, H = _quick(equilibrium_operator(assembly, nodes)), _quick(_magnitude(assembly, nodes))
+        bodies, blocks, sizes = len(assembly.movable), equilibrium_blocks(assembly, nodes), _magnitude(assembly, nodes)
+        G: Matrix
+        H: Matrix
+        if 18 * bodies * len(nodes) <= DENSE:
+            G, H = dense_by_bodies(bodies, nodes, blocks), dense_by_bodies(bodies, nodes, sizes)
+        else:
+            G, H = (sparse.csr_matrix(by_bodies(bodies, nodes, each)) for each in (blocks, sizes))
+            H.eliminate_zeros()
         most = np.count_nonzero(H, axis=1) if isinstance(H, np.ndarray) else np.diff(H.indptr)
         terms = max(int(most.max(initial=0)), 12) + 2
         return cls(nodes, assembly.com, G, _turned(G), H, gamma(terms) * H, _turned(gamma(12) * H))
@@ -107,19 +114,13 @@ def gamma(terms: int) -> float:
     return (terms + SPARE) * UNIT * 1.01
 
 
-def _quick(matrix: sparse.csc_matrix) -> Matrix:
-    if matrix.shape[0] * matrix.shape[1] <= DENSE:
-        return matrix.toarray(order="C")
-    return sparse.csr_matrix(matrix)
-
-
 def _turned(matrix: Matrix) -> Matrix:
     """Return the transpose, by rows."""
     return np.ascontiguousarray(matrix.T) if isinstance(matrix, np.ndarray) else sparse.csr_matrix(matrix.T)
 
 
-def _magnitude(assembly: Assembly, nodes: ContactNodes) -> sparse.csc_matrix:
-    """Return H (6J, 3I): G with absolute values of all factors, and zero only where G is zero exactly."""
+def _magnitude(assembly: Assembly, nodes: ContactNodes) -> Float:
+    """Return the blocks (I, 3, 2, 6) of H: G with absolute values of all factors, zero only where G is zero exactly."""
     blocks = np.empty((len(nodes), 3, 2, 6))
     blocks[:, :, :, :3] = np.abs(nodes.axes)[:, :, None]
     fx, fy, fz = np.moveaxis(np.abs(nodes.axes), 2, 0)
@@ -127,6 +128,4 @@ def _magnitude(assembly: Assembly, nodes: ContactNodes) -> sparse.csc_matrix:
         x, y, z = np.abs(arms(assembly, nodes, body)).T[:, :, None]
         blocks[:, :, side, 3], blocks[:, :, side, 4] = y * fz + z * fy, z * fx + x * fz
         blocks[:, :, side, 5] = x * fy + y * fx
-    found = by_bodies(len(assembly.movable), nodes, blocks)
-    found.eliminate_zeros()
-    return found
+    return blocks
