@@ -9,6 +9,7 @@ component, and with |R| follows what happens at every node.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -58,16 +59,19 @@ class Balance:
             factor = np.linalg.cholesky(square if isinstance(square, np.ndarray) else square.toarray())
         except np.linalg.LinAlgError:
             return None
-        R = np.asarray(G.T @ cho_solve((factor, True), np.eye(len(factor)), check_finite=False))
-        size = np.asarray(unknown @ np.abs(R)) + gamma(G.shape[1]) * np.asarray(abs(G) @ np.abs(R))
-        error = np.abs(np.eye(len(factor)) - np.asarray(G @ R)) + size + gamma(1)
+        one = np.eye(len(factor))
+        R = np.asarray(G.T @ cho_solve((factor, True), one, check_finite=False))
+        length = np.abs(R)
+        absolute: Any = abs(G)
+        size = np.asarray((gamma(G.shape[1]) * absolute + unknown) @ length) * UP
+        error = np.abs(one - np.asarray(G @ R)) + size + gamma(1)
         worst = float(error.sum(1).max()) * UP
         if not worst < 1:
             return None
         inverse, size = np.zeros((len(scale), len(rows))), np.zeros((len(tau), len(rows)))
         inverse[:, rows] = scale[:, None] * R * share[rows]
         # f_n and f_t / μ change by what R says in units of tau, and the length of f_t by no more than the sum
-        size[:, rows] = tau[:, None] * np.abs(R).reshape(len(tau), 3, -1).sum(1) * UP
+        size[:, rows] = tau[:, None] * length.reshape(len(tau), 3, -1).sum(1) * UP
         return cls(equilibrium, scale, scale == 0, rows, share, inverse, size, worst / (1 - worst) * UP)
 
     def balanced(self, forces: Float, wrench: Float, loads: Float, factors: Float) -> tuple[Float, Float]:

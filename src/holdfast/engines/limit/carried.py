@@ -9,14 +9,14 @@ factor s0, (1 - θ) f + θ f0 balance the factor (1 - θ) s + θ s0, and the roo
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.engines.cones import FrictionCone
 from holdfast.engines.limit.balance import Balance
-from holdfast.engines.limit.interior import interior_forces
+from holdfast.engines.limit.interior import interior_forces, pressed_forces
 from holdfast.engines.limit.rounding import DOWN, UP, Equilibrium
 
 DEEP = 0.02  # room, in usual normal forces, that makes forces a good reference
@@ -66,16 +66,29 @@ class Carried:
     def reference(self) -> Reference | None:
         """Forces inside all cones at the factor 0, or None if no such forces are proved to exist.
 
-        They are the forces at rest if these are inside all cones, else such forces are sought. An assembly for which
-        the proof would take more memory than all else has none.
+        They are the forces at rest if these are inside all cones, else such forces are sought: by a program where there
+        are none close to the usual ones. An assembly for which the proof would take more memory than all else has none.
         """
-        nothing = np.zeros(len(self.wrench))
-        if len(self.resting) * len(nothing) > LARGEST:
+        if self._too_large:
             return None
-        found = self._checked(self.resting, 0.0, self.tau, nothing)
-        if found is not None and (found.room >= DEEP * self.tau).all():
-            return found
+        nothing = np.zeros(len(self.wrench))
+        if self.balance is not None:
+            near = partial(pressed_forces, self.balance, self.wrench, self.mu, self.tau)
+            for seek in (lambda: self.resting, near):
+                forces = seek()
+                found = None if forces is None else self._checked(forces, 0.0, self.tau, nothing)
+                if found is not None and (found.room >= DEEP * self.tau).all():
+                    return found
         return self._checked(*interior_forces(self.equilibrium, self.wrench, self.mu, self.tau), nothing)
+
+    @cached_property
+    def balance(self) -> Balance | None:
+        """The right inverse on all nodes, if there is one and it takes no more memory than all else."""
+        return None if self._too_large else Balance.of(self.equilibrium, self.mu, self.tau)
+
+    @property
+    def _too_large(self) -> bool:
+        return len(self.resting) * len(self.wrench) > LARGEST
 
     def lower(self, forces: Float, factors: Float, loads: Float) -> Float:
         """Return factors (k,) at which the loads (6J, k) are carried for certain, 0 where nothing is proved.
@@ -138,7 +151,7 @@ class Carried:
 
     def _checked(self, forces: Float, factor: float, tau: Float, load: Float) -> Reference | None:
         """Return forces (3I,) as a reference, if all nodes with a usual force ``tau`` (I,) are proved to have room."""
-        balance = Balance.of(self.equilibrium, self.mu, tau)
+        balance = self.balance if tau is self.tau else Balance.of(self.equilibrium, self.mu, tau)
         if balance is None:
             return None
         forces, change = balance.balanced(forces[:, None], self.wrench, load[:, None], np.array([factor]))

@@ -188,7 +188,8 @@ class Proofs:
     @cached_property
     def _repair(self) -> Repair:
         motion = self.program.scales.motion
-        return Repair(self.equilibrium, self.rest.nodes, self.cone, self.wrench, self._usual, motion)
+        balance = self._carried.balance
+        return Repair(self.equilibrium, self.rest.nodes, self.cone, self.wrench, self._usual, motion, balance)
 
 
 UNKNOWN = LoadLimit(0.0, 0.0, np.inf, Status.UNDECIDED, None, certain=True)

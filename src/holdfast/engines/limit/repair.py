@@ -15,6 +15,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -26,6 +28,7 @@ from holdfast.base.entries import Entries, diagonal
 from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import solve
 from holdfast.engines.cones import FrictionCone
+from holdfast.engines.limit.balance import Balance
 from holdfast.engines.limit.rounding import DOWN, EXTENDED, LEAST, UP, Equilibrium, gamma, inner
 from holdfast.engines.mechanism import moving_bodies
 
@@ -33,6 +36,9 @@ TIGHT = 5e-7  # share of a bound: one that mending raised by less needs no bette
 FAINT = 1e-100  # of the largest component of a motion: smaller ones are zero, so that products do not underflow
 LARGEST = 100  # components of a motion above which sticking takes more time than a solve
 STICKING = (1e-8, 1e-5)  # speeds, relative to the speeds that they are differences of, up to which a node sticks
+ROUNDS = 20  # of motions and velocities that open the nodes, each of which costs far less than a program
+BEYOND = 1.9  # times what a node lacks, which takes fewer rounds than just that
+WELL_OPEN = 0.1  # of 1 / tau, by which every node opens then
 SPARES = (0.02, 0.5, 5.0)  # of the rounding of an excess, opened in addition to it, until nothing is left
 
 
@@ -52,6 +58,7 @@ class Repair:
     """Upper bounds of the largest factors of loads under ``wrench`` (6J,), from motions (6J,) of a solver.
 
     ``tau`` (I,) [N] are the usual normal forces of the nodes, ``scale`` (6J,) units of the motion of every body.
+    ``balance`` is a right inverse of G on all nodes, if there is one.
     """
 
     equilibrium: Equilibrium
@@ -60,6 +67,7 @@ class Repair:
     wrench: Float
     tau: Float
     scale: Float
+    balance: Balance | None
     openings: dict[bytes, Opening | None] = field(default_factory=dict)
 
     def upper(self, motions: Float, loads: Float) -> tuple[Float, Float]:
@@ -72,9 +80,10 @@ class Repair:
         everything = np.ones(len(self.wrench) // 6, dtype=bool)
         with np.errstate(all="ignore"):
             plain = -(self.wrench @ motions) / (motions * loads).sum(0)
-            bounds, proofs = self._bounds(loads, *self._mended(motions, everything))
+            bounds, proofs = self._bounds(loads, *self._mended(motions, everything, self._usual_opening))
             for k in np.flatnonzero(sound & ~(bounds <= plain * (1 + TIGHT))):
-                for motion, moving in self._alternatives(motions[:, k]):
+                first = [] if self._usual_opening is None else [(motions[:, k], everything)]
+                for motion, moving in chain(first, self._alternatives(motions[:, k])):
                     mended = self._mended(motion[:, None], moving)
                     bound, proof = self._bounds(loads[:, k : k + 1], *mended)
                     if bound[0] < bounds[k]:
@@ -147,15 +156,17 @@ class Repair:
         proved = (least > 0) & inside & np.isfinite(bounds)
         return np.where(proved, bounds, np.inf), np.where(proved, motions / power, 0.0)
 
-    def _mended(self, motions: Float, moving: Bool) -> tuple[Float, Bool]:
+    def _mended(self, motions: Float, moving: Bool, opening: Opening | None = None) -> tuple[Float, Bool]:
         """Return the motions with as much of an opening as they need, and which (k,) are in the dual cone for certain.
 
-        The excess of the sum is computed anew, for rounding may leave a rest of it.
+        The opening is the least one of the bodies that are ``moving`` (J,), unless another is given. The excess of the
+        sum is computed anew, for rounding may leave a rest of it.
         """
         excess, unknown = self._excess(motions)
         for spare in SPARES:
-            outside = (excess > 0).any(0)
-            opening = self._opening(moving) if outside.any() else None
+            if not (excess > 0).any():
+                break
+            opening = opening or self._opening(moving)
             if opening is None:
                 break
             needed = np.where(excess > 0, (1 + 1e-6) * excess + spare * unknown, 0.0)
@@ -182,6 +193,31 @@ class Repair:
         if key not in self.openings:
             self.openings[key] = self._least_opening(moving)
         return self.openings[key]
+
+    @cached_property
+    def _usual_opening(self) -> Opening | None:
+        """A motion of all bodies that opens every node by about 1 / tau, if one is found without a program.
+
+        From velocities that open the nodes, motions close to them and velocities that open are taken in turn.
+        """
+        if self.balance is None:
+            return None
+        mu, asked = self.nodes.mu, np.zeros((len(self.tau), 3))
+        asked[:, 0] = 1 / self.tau
+        for _ in range(ROUNDS):
+            motion = asked.ravel() @ self.balance.inverse
+            u = np.asarray(self.equilibrium.gather @ motion).reshape(-1, 3)
+            speed = np.hypot(u[:, 1], u[:, 2])
+            lacking = 1 / self.tau - (u[:, 0] - mu * speed)
+            if (lacking * self.tau).max() <= 1 - WELL_OPEN:
+                opened = -self._excess(motion[:, None])[0][:, 0]
+                return Opening(motion, opened) if (opened > 0).all() else None
+            lacking = BEYOND * np.maximum(lacking, 0.0)
+            slower = np.minimum(mu * lacking / (1 + mu * mu), speed)
+            asked = u.copy()
+            asked[:, 0] += lacking - mu * slower
+            asked[:, 1:] *= (1 - np.divide(slower, speed, out=np.zeros(len(speed)), where=speed > 0))[:, None]
+        return None
 
     def _least_opening(self, moving: Bool) -> Opening | None:
         """Min the power against the weights  s.t.  every node opens by 1 / tau; the result is checked on the data."""
