@@ -52,13 +52,19 @@ def _pressing(assembly: Assembly, nodes: ContactNodes, cone: FrictionCone) -> Bo
     return np.asarray(solution.x[3 * count :] > 0.5)
 
 
-def needs_self_stress(assembly: Assembly, nodes: ContactNodes, wrench: Float, cone: FrictionCone) -> bool | None:
+def needs_self_stress(
+    assembly: Assembly, nodes: ContactNodes, wrench: Float, cone: FrictionCone, forces: Float
+) -> bool | None:
     """Say whether the equilibrium of ``wrench`` (6J,) with the least total normal force may need self-stress.
 
-    Self-stress only adds normal force, so the least equilibrium has none that it could do without. If the contacts that
-    it loads cannot carry self-stress, none is needed and the answer is False. If they can, the equilibrium is suspect
-    and the answer is True. None means that this was not settled.
+    If the contacts that an equilibrium loads cannot carry self-stress, it needs none and the answer is False. That is
+    tried with given ``forces`` (I, 3) [N] in equilibrium first, and then with those of the least total normal force:
+    self-stress only adds normal force, so the least equilibrium has none that it could do without. If its contacts can
+    carry self-stress, the equilibrium is suspect and the answer is True. None means that this was not settled.
     """
+    least = NO_FORCE * lighter_share(assembly, nodes)
+    if not clampable(nodes.chosen(forces[:, 0] > least * assembly.weight), cone.corner).any():
+        return False
     program, _ = force_program(assembly, nodes, wrench, cone)
     count = 3 * len(nodes)
     q = np.zeros(count)
@@ -66,6 +72,6 @@ def needs_self_stress(assembly: Assembly, nodes: ContactNodes, wrench: Float, co
     solution = solve(replace(program, P=sparse.csc_matrix((count, count)), q=q), tolerance=1e-9)
     if solution.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED) or solution.residual > ACCEPTED_RESIDUAL:
         return None
-    pressed = nodes.chosen(solution.x[::3] > NO_FORCE * lighter_share(assembly, nodes))
+    pressed = nodes.chosen(solution.x[::3] > least)
     stressed = self_stressed_nodes(assembly, pressed, cone)
     return None if stressed is None else bool(stressed.any())

@@ -104,7 +104,7 @@ def _judged(assembly: Assembly, rest: Rest, wrench: Float, cone: FrictionCone) -
     if verdict.status is not Status.STABLE:
         return rest
     slips = verdict.self_stress is not False
-    needed = slips and needs_self_stress(assembly, rest.nodes, wrench, cone)
+    needed = slips and needs_self_stress(assembly, rest.nodes, wrench, cone, rest.forces)
     if needed is False:
         reason = "an equilibrium exists that needs no self-stress"
         return replace(rest, verdict=replace(verdict, self_stress=False, reason=reason))
