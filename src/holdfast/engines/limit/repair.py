@@ -13,14 +13,15 @@ the others are opened. If these are clamped too, nothing bounds what an excess m
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import chain
 from typing import Any
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse.linalg import splu
 
 from holdfast.assembly.nodes import ContactNodes
 from holdfast.base.arrays import Bool, Float
@@ -30,15 +31,16 @@ from holdfast.conic.solve import solve
 from holdfast.engines.cones import FrictionCone
 from holdfast.engines.limit.balance import Balance
 from holdfast.engines.limit.rounding import DOWN, EXTENDED, LEAST, UP, Equilibrium, gamma, inner
+from holdfast.engines.limit.scales import Scales
 from holdfast.engines.mechanism import moving_bodies
 
 TIGHT = 5e-7  # share of a bound: one that mending raised by less needs no better one
 FAINT = 1e-100  # of the largest component of a motion: smaller ones are zero, so that products do not underflow
 LARGEST = 100  # components of a motion above which sticking takes more time than a solve
 STICKING = (1e-8, 1e-5)  # speeds, relative to the speeds that they are differences of, up to which a node sticks
-ROUNDS = 20  # of motions and velocities that open the nodes, each of which costs far less than a program
+ROUNDS = 150  # of motions and velocities that open the nodes, each of which costs far less than a program
 BEYOND = 1.9  # times what a node lacks, which takes fewer rounds than just that
-WELL_OPEN = 0.1  # of 1 / tau, by which every node opens then
+WELL_OPEN = 0.5  # of 1 / tau, by which every node opens then
 SPARES = (0.02, 0.5, 5.0)  # of the rounding of an excess, opened in addition to it, until nothing is left
 
 
@@ -198,14 +200,17 @@ class Repair:
     def _usual_opening(self) -> Opening | None:
         """A motion of all bodies that opens every node by about 1 / tau, if one is found without a program.
 
-        From velocities that open the nodes, motions close to them and velocities that open are taken in turn.
+        Motions closest to velocities that open the nodes, and velocities that open closest to those of the motion, are
+        taken in turn, with the momentum of accelerated gradients (Nesterov).
         """
-        if self.balance is None:
+        close = self._closest
+        if close is None:
             return None
         mu, asked = self.nodes.mu, np.zeros((len(self.tau), 3))
         asked[:, 0] = 1 / self.tau
+        before, weight = asked, 1.0
         for _ in range(ROUNDS):
-            motion = asked.ravel() @ self.balance.inverse
+            motion = close(asked.ravel())
             u = np.asarray(self.equilibrium.gather @ motion).reshape(-1, 3)
             speed = np.hypot(u[:, 1], u[:, 2])
             lacking = 1 / self.tau - (u[:, 0] - mu * speed)
@@ -214,10 +219,24 @@ class Repair:
                 return Opening(motion, opened) if (opened > 0).all() else None
             lacking = BEYOND * np.maximum(lacking, 0.0)
             slower = np.minimum(mu * lacking / (1 + mu * mu), speed)
-            asked = u.copy()
-            asked[:, 0] += lacking - mu * slower
-            asked[:, 1:] *= (1 - np.divide(slower, speed, out=np.zeros(len(speed)), where=speed > 0))[:, None]
+            u[:, 0] += lacking - mu * slower
+            u[:, 1:] *= (1 - np.divide(slower, speed, out=np.zeros(len(speed)), where=speed > 0))[:, None]
+            heavier = (1 + np.sqrt(1 + 4 * weight * weight)) / 2
+            asked, before, weight = u + (weight - 1) / heavier * (u - before), u, heavier
         return None
+
+    @property
+    def _closest(self) -> Callable[[Float], Float] | None:
+        """The map from velocities (3I,) of nodes to the motion (6J,) that fits them best, in units of both."""
+        if self.balance is not None:
+            return partial(np.matmul, self.balance.inverse.T)
+        units = Scales.of(self.equilibrium, self.nodes.mu, self.tau)
+        fit = sparse.csr_matrix(sparse.diags(units.motion) @ self.equilibrium.G @ sparse.diags(units.force))
+        try:
+            square = splu(sparse.csc_matrix(fit @ fit.T))
+        except RuntimeError:  # some bodies move without any contact that resists
+            return None
+        return lambda asked: np.asarray(units.motion * square.solve(fit @ (units.force * asked)))
 
     def _least_opening(self, moving: Bool) -> Opening | None:
         """Min the power against the weights  s.t.  every node opens by 1 / tau; the result is checked on the data."""
