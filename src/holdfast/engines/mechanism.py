@@ -211,11 +211,25 @@ def modes_of(velocities: Float, mu: Float) -> list[Mode]:
 
 def describe(kinematics: Kinematics, twists: Float, mode: Mode, *, dual: bool) -> Mechanism:
     """Return the mechanism of ``twists`` (K, 6), scaled to the fastest body. ``dual`` is as in ``Mechanism``."""
-    speeds = np.sqrt((twists[:, :3] ** 2).sum(1)) + kinematics.size * np.sqrt((twists[:, 3:] ** 2).sum(1))
-    top = speeds.max(initial=0)
-    scaled = twists / top if top > 0 else twists
-    moving = tuple(kinematics.names[k] for k in np.flatnonzero(speeds > AT_REST * top).tolist())
-    return Mechanism(moving=moving, own=scaled, mode=mode, dual=dual, kinematics=kinematics)
+    return describe_all(kinematics, twists.reshape(1, -1), [mode], dual=dual)[0]
+
+
+def describe_all(kinematics: Kinematics, twists: Float, modes: Sequence[Mode], *, dual: bool) -> list[Mechanism]:
+    """Return the mechanisms of ``twists`` (n, 6K) with a mode each, as ``describe`` does."""
+    twists = twists.reshape(len(twists), len(kinematics.names), 6)
+    squares = twists * twists
+    speeds = np.sqrt(squares[:, :, :3].sum(2)) + kinematics.size * np.sqrt(squares[:, :, 3:].sum(2))
+    top = speeds.max(1, initial=0.0)
+    scaled = twists / np.where(top > 0, top, 1.0)[:, None, None]
+    moves = speeds > AT_REST * top[:, None]
+    names: dict[bytes, tuple[str, ...]] = {}  # of the bodies that move: the same in most motions of a map
+    found = []
+    for own, which, mode in zip(scaled, moves, modes, strict=True):
+        key = which.tobytes()
+        if key not in names:
+            names[key] = tuple(kinematics.names[k] for k in np.flatnonzero(which).tolist())
+        found.append(Mechanism(moving=names[key], own=own, mode=mode, dual=dual, kinematics=kinematics))
+    return found
 
 
 def _groups(motion: Mechanism) -> list[str]:

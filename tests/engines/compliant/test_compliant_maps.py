@@ -301,6 +301,24 @@ def test_a_map_states_the_error_of_its_interpolation(monkeypatch: pytest.MonkeyP
     assert (found.lower[between] <= found.force[between] * (1 - stated.error[between])).all()
 
 
+def test_what_cannot_be_interpolated_is_followed_in_few_rounds() -> None:
+    """γ jumps from point to point on half of the face: that is followed together, and not all of the rest."""
+    loads = _plane_pushes(31)
+    rugged = loads[:, 4] > 0
+    value = np.where(rugged, np.random.default_rng(0).uniform(1, 2, len(loads)), 1.0)
+    slopes = value[:, None] * np.array([1.0, 0, 0, 0, 0, 0])
+    rounds = []
+
+    def follow(k: Int, corners: Int) -> Solved:
+        rounds.append(k)
+        return Solved(np.full(len(k), PathOutcome.PEAK), value[k], slopes[k], np.zeros(len(k), int), np.ones(len(k)))
+
+    found = survey(loads, [np.arange(len(loads))], follow, GAP)
+    assert found.solved[rugged].mean() > 0.95
+    assert found.solved[~rugged].mean() < 0.8
+    assert len(rounds) <= 25
+
+
 def test_nothing_is_interpolated_between_finite_and_endless() -> None:
     loads = _plane_pushes(15)
     endless = loads[:, 4] > 0.3

@@ -21,7 +21,7 @@ from holdfast.engines.compliant.gathered import gathered
 from holdfast.engines.compliant.model import Springs, force_unit, own_rows, world_rows
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.limit.engine import Limit, LimitState
-from holdfast.engines.mechanism import Mechanism, describe, modes_of
+from holdfast.engines.mechanism import Mechanism, describe_all, modes_of
 
 FINER = 2  # number of nodes along a side on the next finer grid, as a multiple of this grid's
 MOST_KEPT = 64  # grids with more nodes at some contacts
@@ -212,8 +212,5 @@ class Grid:
             twists = world_rows(self.assembly, motions[first : first + CHUNK])
             velocities = (relative @ twists.T).T.reshape(len(twists), len(self.nodes), 3)
             modes = modes_of(velocities, np.zeros(len(self.nodes)))
-            found += [
-                describe(self.places.kinematics, t.reshape(-1, 6), mode, dual=False)
-                for t, mode in zip(twists, modes, strict=True)
-            ]
+            found += describe_all(self.places.kinematics, twists, modes, dual=False)
         return found

@@ -33,6 +33,7 @@ KINK = 0.4  # weight in the spread of the relative distance between interpolated
 MIXED = 0.6  # the same weight where the three corners do not all have the same mechanism
 FLOOR = 1e-2  # minimum stated relative error, for the errors of grids and path steps
 UNLIKE = 0.5  # of what lower bounds differ by, as shares of 1/γ: there answers may come from other grids in between
+MANY = 0.3  # of the points of a face: once so many are solved, all that are doubtful are followed in one round
 UNTESTED = 16  # number of interpolated points in a triangle above which the path of one is followed to test the others
 
 
@@ -112,7 +113,7 @@ def survey(loads: Float, bodies: Sequence[Int], follow: Follow, gap: float) -> S
     first = np.unique(np.concatenate(wanted))
     _solve(first, corner[first], follow, solved, known)
     while faces:
-        picked, open_faces = [], []
+        picked, doubted = [], []
         for face in faces:
             asked = np.flatnonzero(~solved[face.members])
             if not len(asked):
@@ -128,10 +129,13 @@ def survey(loads: Float, bodies: Sequence[Int], follow: Follow, gap: float) -> S
             if endless.any():
                 picked.append(points[endless])
             spread[endless] = stated[endless] = 0.0
-            chosen = _doubtful(where, weights, spread, stated, STATED * gap)
-            if len(chosen):
-                picked.append(points[chosen])
-                open_faces.append((face, asked[chosen]))
+            doubted.append((face, asked, _Doubts(where, weights, spread, stated)))
+        chosen = [
+            doubts.chosen(STATED * gap, each=len(asked) > (1 - MANY) * len(face.members))
+            for face, asked, doubts in doubted
+        ]
+        open_faces = [(face, asked[k]) for (face, asked, _), k in zip(doubted, chosen, strict=True) if len(k)]
+        picked += [face.members[added] for face, added in open_faces]
         if not picked:
             break
         fresh = np.concatenate(picked)
@@ -167,13 +171,30 @@ def _solve(indices: Int, corners: Int, follow: Follow, solved: Bool, known: Solv
             column[indices] = found
 
 
-def _doubtful(where: Int, weights: Float, spread: Float, stated: Float, most: float) -> Int:
-    """Choose one point of each triangle that has a too large stated error (above ``most``) or too many points."""
-    crowded = np.bincount(where)[where] > UNTESTED
-    doubt = np.where(stated > most, np.minimum(spread, 1e6), 0.0) + 1e-6 * weights.min(1)
-    asked = np.flatnonzero((stated > most) | crowded)
-    order = asked[np.lexsort((-doubt[asked], where[asked]))]
-    return order[np.flatnonzero(np.diff(where[order], prepend=-1))]
+class _Doubts(NamedTuple):
+    """What is known of the k points of a face that are not solved.
+
+    ``where`` (k,) are their triangles and ``weights`` (k, 3) their shares in the corners; ``spread`` (k,) and
+    ``stated`` (k,) are the relative spread of the estimates and the stated error.
+    """
+
+    where: Int
+    weights: Float
+    spread: Float
+    stated: Float
+
+    def chosen(self, most: float, *, each: bool) -> Int:
+        """Choose points with a too large stated error (above ``most``): all, or with ``each`` one of each triangle.
+
+        One of the points is also chosen in triangles with too many points.
+        """
+        crowded = np.bincount(self.where)[self.where] > UNTESTED
+        wrong = self.stated > most
+        doubt = np.where(wrong, np.minimum(self.spread, 1e6), 0.0) + 1e-6 * self.weights.min(1)
+        asked = np.flatnonzero(wrong | crowded)
+        order = asked[np.lexsort((-doubt[asked], self.where[asked]))]
+        first = np.diff(self.where[order], prepend=-1) != 0
+        return np.asarray(order[first if each else first | wrong[order]])
 
 
 @compiled

@@ -34,7 +34,7 @@ from holdfast.engines.limit.sets import find_set
 from holdfast.engines.limit.standing import proved_rest
 from holdfast.engines.limit.support import Support
 from holdfast.engines.limit.worst_case import corners_of, weakest
-from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of
+from holdfast.engines.mechanism import Kinematics, Mechanism, describe_all, modes_of
 from holdfast.engines.rest import Rest, find_rest
 from holdfast.engines.self_stress import needs_self_stress
 from holdfast.engines.verdict import Status, Verdict
@@ -230,9 +230,7 @@ class LimitState:
         """The collapse mechanisms of dual twists (k, 6J)."""
         velocities = (self.proofs.equilibrium.gather @ twists.T).T.reshape(len(twists), len(self.rest.nodes), 3)
         modes = modes_of(velocities, self.rest.nodes.mu)
-        return [
-            describe(self.kinematics, t.reshape(-1, 6), mode, dual=True) for t, mode in zip(twists, modes, strict=True)
-        ]
+        return describe_all(self.kinematics, twists, modes, dual=True)
 
     def solve(self, load: Float) -> LoadLimit:
         """The largest factor of one load (6J,)."""
