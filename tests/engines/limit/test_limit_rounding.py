@@ -86,20 +86,55 @@ def test_errors_in_extended_precision_are_within_smaller_bounds(name: str) -> No
         assert abs(number - truth) <= Fraction(float(bound)) * (1 + Fraction(1, 10**15))
 
 
+def positive(matrix: list[list[Fraction]]) -> bool:
+    """Whether all eigenvalues of a symmetric matrix are above 0: by exact elimination."""
+    left = [list(row) for row in matrix]
+    for k in range(len(left)):
+        if not left[k][k] > 0:
+            return False
+        for i in range(k + 1, len(left)):
+            share = left[i][k] / left[k][k]
+            left[i] = [a - share * b for a, b in zip(left[i], left[k], strict=True)]
+    return True
+
+
 @pytest.mark.parametrize("name", SCENES)
-def test_a_right_inverse_is_as_good_as_it_says(name: str) -> None:
-    """The rows of |I - A R| sum up to less than α, exactly; α / (1 - α) is ``spill``."""
+def test_the_smallest_singular_value_is_as_large_as_it_says(name: str) -> None:
+    """A Aᵀ less σ² on the diagonal has no eigenvalue below 0, exactly; less 2.1 σ² it has one."""
     assembly = shipped(name)
     nodes = Limit().prepare(assembly).rest.nodes
     balance = Balance.of(Equilibrium.of(assembly, nodes), nodes.mu, np.ones(len(nodes)))
     assert balance is not None
     assert balance.rows.all()
+    scale, share = ([Fraction(float(v)) for v in numbers] for numbers in (balance.scale, balance.share))
     G = exact(assembly, nodes)
-    most = Fraction(balance.spill) / (1 + Fraction(balance.spill))
-    for i, row in enumerate(G):
-        total = Fraction(0)
-        for j in range(len(G)):
-            value = sum((row[c] * Fraction(float(balance.inverse[c, j])) for c in range(len(row))), Fraction(0))
-            scaled = value * Fraction(float(balance.share[i])) / Fraction(float(balance.share[j]))
-            total += abs(int(i == j) - scaled)
-        assert total <= most * (1 + Fraction(1, 100))
+    A = [[s * g * t for g, t in zip(row, scale, strict=True)] for s, row in zip(share, G, strict=True)]
+    square = [[sum((a * b for a, b in zip(one, two, strict=True)), Fraction(0)) for two in A] for one in A]
+
+    def less(shift: Fraction) -> list[list[Fraction]]:
+        return [[value - shift * (i == j) for j, value in enumerate(row)] for i, row in enumerate(square)]
+
+    assert positive(less(Fraction(balance.least) ** 2))
+    assert not positive(less(Fraction(21, 10) * Fraction(balance.least) ** 2))
+
+
+@pytest.mark.parametrize("mu", [0.3, 1.5])
+def test_corrections_change_the_room_of_no_node_by_more_than_is_said(mu: float) -> None:
+    """Imbalances of all sizes, and those that need most."""
+    assembly = shipped("stack").with_friction(dict.fromkeys((i.bodies for i in shipped("stack").interfaces), mu))
+    nodes = Limit().prepare(assembly).rest.nodes
+    rng = np.random.default_rng(4)
+    tau = 10 ** rng.uniform(-1, 1, len(nodes))
+    balance = Balance.of(Equilibrium.of(assembly, nodes), nodes.mu, tau)
+    assert balance is not None
+    worst = np.linalg.eigh(balance.scaled @ balance.scaled.T)[1][:, :1] / balance.share[:, None]
+    wrench = np.hstack([worst, rng.standard_normal((len(balance.share), 200)) / balance.share[:, None]])
+    forces = balance.forces_for(wrench)
+    assert np.allclose(balance.equilibrium.G @ forces, wrench, atol=1e-9 * np.abs(wrench).max())
+    room = np.abs(forces[::3]) + np.hypot(forces[1::3], forces[2::3]) / mu
+    said = np.sqrt(2) * tau[:, None] * np.linalg.norm(balance.share[:, None] * wrench, axis=0) / balance.least
+    assert (room <= said).all()
+    assert (room / said).max() > 0.1
+    spent = np.abs(wrench).T @ balance.slope(3 * tau)
+    assert (room.max(1) <= 3 * tau * spent.max()).all()
+    assert (room <= 3 * tau[:, None] * spent).all()

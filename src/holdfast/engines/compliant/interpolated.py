@@ -68,6 +68,15 @@ class Face:
     triangles: Int
     wider: float = WIDER
 
+    def begins(self, left: int) -> bool:
+        """Say whether few pushes are solved yet, if this many are left."""
+        return left > (1 - MANY) * len(self.members)
+
+    def learn(self, off: float, spread: float) -> None:
+        """Widen the stated error, for a push of this ``spread`` was ``off`` by that, both relative."""
+        if off > spread > 0:
+            self.wider = min(self.wider * off / spread, 4 * self.wider)
+
 
 @dataclass(frozen=True, eq=False)
 class Survey:
@@ -130,10 +139,7 @@ def survey(loads: Float, bodies: Sequence[Int], follow: Follow, gap: float) -> S
                 picked.append(points[endless])
             spread[endless] = stated[endless] = 0.0
             doubted.append((face, asked, _Doubts(where, weights, spread, stated)))
-        chosen = [
-            doubts.chosen(STATED * gap, each=len(asked) > (1 - MANY) * len(face.members))
-            for face, asked, doubts in doubted
-        ]
+        chosen = [doubts.chosen(STATED * gap, each=face.begins(len(asked))) for face, asked, doubts in doubted]
         open_faces = [(face, asked[k]) for (face, asked, _), k in zip(doubted, chosen, strict=True) if len(k)]
         picked += [face.members[added] for face, added in open_faces]
         if not picked:
@@ -146,9 +152,7 @@ def survey(loads: Float, bodies: Sequence[Int], follow: Follow, gap: float) -> S
             for k in added.tolist():
                 number = face.members[k]
                 if outcome[number] == PathOutcome.PEAK and value[number] > 0 and np.isfinite(error[number]):
-                    off = max(miss[number] / value[number] - FLOOR / 2, 0.0)
-                    if off > spreads[number] > 0:
-                        face.wider = min(face.wider * off / spreads[number], 4 * face.wider)
+                    face.learn(max(miss[number] / value[number] - FLOOR / 2, 0.0), spreads[number])
                 face.triangles = inserted(face.places, face.triangles, k)
         error[fresh], share[fresh], corner[fresh] = 0.0, (1.0, 0.0, 0.0), fresh[:, None]
         faces = [face for face, _ in open_faces]

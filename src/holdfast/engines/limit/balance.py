@@ -1,50 +1,53 @@
-"""Forces near given ones that balance exactly: a right inverse of G with a proved bound.
+"""Forces near given ones that balance exactly: corrections of least size, with a proved bound.
 
-With node scales T and row scales S, A = S G T and R about Aᵀ (A Aᵀ)⁻¹, the forces δ = -T R (A R)⁻¹ S r take away an
-imbalance r exactly. They cannot be computed exactly, but they are bounded. If all entries of I - A R are proved to be
-less than E, with α the largest row sum of E and α < 1, then |(A R)⁻¹ v| <= |v| + α / (1 - α) max |v| component by
-component, and with |R| follows what happens at every node.
+With node scales T and row scales S, A = S G T, the forces δ = -T Aᵀ (A Aᵀ)⁻¹ S r take away an imbalance r exactly. They
+cannot be computed exactly, but they are bounded: |T⁻¹ δ| <= |S r| / σ where σ is at most the smallest singular value of
+A. That σ² is not too large is proved by elimination: if Cholesky's method, in floating point, runs to its end for a
+symmetric matrix Q, no eigenvalue of Q is below -γ(n + 1) times the sum of its diagonal, n being its size (Rump,
+Verification of Positive Definiteness, 2006, theorem 2.3). Q is A Aᵀ less σ² on the diagonal, up to rounding.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy import sparse
 from scipy.linalg import cho_solve
 
 from holdfast.base.arrays import Bool, Float
-from holdfast.engines.limit.rounding import UP, Equilibrium, Matrix, gamma
+from holdfast.engines.limit.rounding import DOWN, UP, Equilibrium, Matrix, gamma
 from holdfast.engines.limit.scales import Scales
 
 STEPS = 3  # of refinement at most: the second takes away what rounding left of the first
 ENOUGH = 8  # an imbalance that is this many times as large as what rounding leaves is taken away once more
+GUESSES = 4  # steps of inverse iteration for the smallest eigenvalue, which is found from above
+SHARES = (0.5, 0.02)  # of that guess that are tried to be proved
+TANGENTIAL = float(np.sqrt(2)) * UP  # f_n and f_t / μ change together by no more than this times |T⁻¹ δ| of a node
 
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """A right inverse of G on the nodes that may press.
+    """Corrections of forces at the nodes that may press.
 
     ``scale`` (3I,) is T [N] and 0 for the force components that have to be 0, the ``silent`` ones. ``rows`` (6J,) says
-    which equations the others enter, and ``share`` (6J,) is S, 0 for the other equations. ``inverse`` (3I, 6J) [N] is
-    T R, and ``reach`` (I, 6J) [N] bounds the change of a node's room in its cone (``FrictionCone.room``) for every unit
-    of each component of S r, if α, ``spill``, is allowed for.
+    which equations the others enter, and ``share`` (6J,) is S, 0 for the other equations. ``scaled`` (n, 3I) is A in
+    these n equations, ``factor`` (n, n) the lower triangle of A Aᵀ by Cholesky's method, and ``least`` is σ.
     """
 
     equilibrium: Equilibrium
+    tau: Float
     scale: Float
     silent: Bool
     rows: Bool
     share: Float
-    inverse: Float
-    reach: Float
-    spill: float
+    scaled: Matrix
+    factor: Float
+    least: float
 
     @classmethod
     def of(cls, equilibrium: Equilibrium, mu: Float, tau: Float) -> Balance | None:
-        """Return the right inverse for nodes with usual normal forces ``tau`` (I,) [N], 0 for nodes without force.
+        """Return the corrections for nodes with usual normal forces ``tau`` (I,) [N], 0 for nodes without force.
 
         Returns None if the forces cannot balance every wrench on the bodies that they act on, or if that is not proved.
         """
@@ -53,26 +56,27 @@ class Balance:
         rows = share > 0
         if not rows.any():
             return None
-        G, unknown = (_scaled(m, share, scale)[rows] for m in (equilibrium.G, equilibrium.unknown))
-        square = G @ G.T
+        A, unknown = (_scaled(m, share, scale)[rows] for m in (equilibrium.G, equilibrium.unknown))
+        product = A @ A.T
+        square = product if isinstance(product, np.ndarray) else product.toarray()
         try:
-            factor = np.linalg.cholesky(square if isinstance(square, np.ndarray) else square.toarray())
+            factor: Float = np.asfortranarray(np.linalg.cholesky(square), dtype=np.float64)  # as LAPACK reads it
         except np.linalg.LinAlgError:
             return None
-        one = np.eye(len(factor))
-        R = np.asarray(G.T @ cho_solve((factor, True), one, check_finite=False))
-        length = np.abs(R)
-        absolute: Any = abs(G)
-        size = np.asarray((gamma(G.shape[1]) * absolute + unknown) @ length) * UP
-        error = np.abs(one - np.asarray(G @ R)) + size + gamma(1)
-        worst = float(error.sum(1).max()) * UP
-        if not worst < 1:
-            return None
-        inverse, size = np.zeros((len(scale), len(rows))), np.zeros((len(tau), len(rows)))
-        inverse[:, rows] = scale[:, None] * R * share[rows]
-        # f_n and f_t / μ change by what R says in units of tau, and the length of f_t by no more than the sum
-        size[:, rows] = tau[:, None] * length.reshape(len(tau), 3, -1).sum(1) * UP
-        return cls(equilibrium, scale, scale == 0, rows, share, inverse, size, worst / (1 - worst) * UP)
+        least = _least(A, unknown, square, factor)
+        return None if least is None else cls(equilibrium, tau, scale, scale == 0, rows, share, A, factor, least)
+
+    def forces_for(self, wrench: Float) -> Float:
+        """Return forces (3I, k) [N], as small as can be in units of T, that about make up ``wrench`` (6J, k)."""
+        asked = self.share[self.rows, None] * wrench[self.rows]
+        found = cho_solve((self.factor, True), asked, check_finite=False)
+        return np.asarray(self.scale[:, None] * (self.scaled.T @ found))
+
+    def motion_for(self, velocities: Float) -> Float:
+        """Return the motion (6J,) that is closest to ``velocities`` (3I,) of the nodes, in units of T⁻¹."""
+        motion, fitted = np.zeros(len(self.share)), np.asarray(self.scaled @ (self.scale * velocities))
+        motion[self.rows] = cho_solve((self.factor, True), fitted, check_finite=False)
+        return self.share * motion
 
     def balanced(self, forces: Float, wrench: Float, loads: Float, factors: Float) -> tuple[Float, Float]:
         """Return forces (3I, k) near these that almost balance w + s w_e, and bounds (I, k) [N] for what is left.
@@ -84,13 +88,14 @@ class Balance:
             forces = np.where(self.silent[:, None], 0.0, forces)
         left, error = self.equilibrium.imbalance(forces, wrench, loads, factors)
         for _ in range(STEPS):
-            forces = forces - self.inverse @ left
+            forces = forces - self.forces_for(left)
             left, error = self.equilibrium.imbalance(forces, wrench, loads, factors)
             off = np.abs(left)
             if not (off > ENOUGH * error).any():
                 break
         scaled = self.share[:, None] * (off + error) * UP
-        change = self.reach @ (scaled + self.spill * scaled.max(0, initial=0.0)) * (1 + gamma(len(scaled)))
+        length = np.sqrt((scaled * scaled).sum(0) * (1 + gamma(len(scaled)))) / self.least * UP
+        change = TANGENTIAL * self.tau[:, None] * length * UP
         if self.rows.all():
             return forces, change
         unheld = (wrench[~self.rows] != 0).any() | ((loads[~self.rows] != 0).any(0) & (factors != 0))
@@ -98,11 +103,51 @@ class Balance:
 
     def slope(self, room: Float) -> Float:
         """Return (6J,): a wrench w is balanced within ``room`` (I,) [N] of all nodes if the sum of slope |w| <= 1."""
-        pressing = (self.reach > 0).any(1)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            needed = (self.reach[pressing] / np.maximum(room[pressing], 0.0)[:, None]).max(0, initial=0.0)
-            spilled = self.spill * float((self.reach[pressing].sum(1) / np.maximum(room[pressing], 0.0)).max(initial=0))
-            return np.where(self.rows, (needed + spilled) * self.share * UP, np.inf)
+        pressing = self.tau > 0
+        with np.errstate(divide="ignore"):
+            tightest = float((self.tau[pressing] / np.maximum(room[pressing], 0.0)).max(initial=0.0))
+        needed = TANGENTIAL * tightest / self.least * UP
+        return np.where(self.rows, needed * self.share * UP, np.inf)
+
+
+def _least(A: Matrix, unknown: Matrix, square: Float, factor: Float) -> float | None:
+    """Return a proved lower bound, above 0, of the singular values of the exact A, if there is one.
+
+    Its computed entries ``A`` (n, m) may be off by ``unknown`` (n, m), and the computed ``square`` (n, n) by rounding.
+    """
+    count = len(square)
+    guess = np.cos(np.arange(count))  # along no axis, and the same each time
+    for _ in range(GUESSES):
+        guess = cho_solve((factor, True), guess / np.linalg.norm(guess), check_finite=False)
+    lowest = 1 / float(np.linalg.norm(guess))
+    terms = int(np.diff(A.indptr).max()) if sparse.issparse(A) else A.shape[1]
+    sizes, blur = (_squares(m) * (1 + gamma(count * A.shape[1])) for m in (A, unknown))
+    blurred = (float(np.sqrt(blur)) + gamma(2) * float(np.sqrt(sizes))) * UP
+    lost = (gamma(count + 1) * 1.01 * float(np.trace(square)) + gamma(terms) * sizes) * UP
+    for share in SHARES:
+        shift = share * lowest
+        lower = shift * (1 - gamma(1)) - lost - gamma(1) * float(square.diagonal().max())
+        if not lower > 0:
+            return None
+        proved = float(np.sqrt(lower)) * DOWN - blurred
+        if proved > 0 and _positive(square - shift * np.eye(count)):
+            return proved * DOWN
+    return None
+
+
+def _squares(matrix: Matrix) -> float:
+    """Return the sum of the squares of all entries."""
+    entries = matrix if isinstance(matrix, np.ndarray) else matrix.data
+    return float((entries * entries).sum())
+
+
+def _positive(matrix: Float) -> bool:
+    """Tell whether Cholesky's method runs to its end."""
+    try:
+        np.linalg.cholesky(matrix)
+    except np.linalg.LinAlgError:
+        return False
+    return True
 
 
 def _scaled(matrix: Matrix, share: Float, scale: Float) -> Matrix:

@@ -21,7 +21,7 @@ from holdfast.engines.limit.rounding import DOWN, UP, Equilibrium
 
 DEEP = 0.02  # room, in usual normal forces, that makes forces a good reference
 POOR = 1e-4  # share of a factor lost by mixing above which a reference for this very load is sought
-LARGEST = 20_000_000  # entries of a right inverse of G; one of as many takes 160 MB, several times
+LARGEST = 4_500  # equations of rest; twice as many would take minutes and gigabytes
 PRESSING = 1e-7  # share of the largest force of a ray below which a node does not press in it
 
 
@@ -83,12 +83,12 @@ class Carried:
 
     @cached_property
     def balance(self) -> Balance | None:
-        """The right inverse on all nodes, if there is one and it takes no more memory than all else."""
+        """The corrections of forces at all nodes, if they are proved and take no more memory than all else."""
         return None if self._too_large else Balance.of(self.equilibrium, self.mu, self.tau)
 
     @property
     def _too_large(self) -> bool:
-        return len(self.resting) * len(self.wrench) > LARGEST
+        return len(self.wrench) > LARGEST
 
     def lower(self, forces: Float, factors: Float, loads: Float) -> Float:
         """Return factors (k,) at which the loads (6J, k) are carried for certain, 0 where nothing is proved.

@@ -49,7 +49,7 @@ def pressed_forces(balance: Balance, wrench: Float, mu: Float, tau: Float) -> Fl
     rough = np.where(mu > 0, mu, 1.0)
     for _ in range(ROUNDS):
         left = balance.equilibrium.G @ forces.ravel() + wrench
-        forces = forces - (balance.inverse @ left).reshape(-1, 3)
+        forces = forces - balance.forces_for(left[:, None]).reshape(-1, 3)
         along = np.hypot(forces[:, 1], forces[:, 2]) / rough
         room = (forces[:, 0] - along) / tau
         if room.min() >= ENOUGH:

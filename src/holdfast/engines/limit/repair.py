@@ -13,15 +13,14 @@ the others are opened. If these are clamped too, nothing bounds what an excess m
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import chain
 from typing import Any
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import splu
 
 from holdfast.assembly.nodes import ContactNodes
 from holdfast.base.arrays import Bool, Float
@@ -31,7 +30,6 @@ from holdfast.conic.solve import solve
 from holdfast.engines.cones import FrictionCone
 from holdfast.engines.limit.balance import Balance
 from holdfast.engines.limit.rounding import DOWN, EXTENDED, LEAST, UP, Equilibrium, gamma, inner
-from holdfast.engines.limit.scales import Scales
 from holdfast.engines.mechanism import moving_bodies
 
 TIGHT = 5e-7  # share of a bound: one that mending raised by less needs no better one
@@ -60,7 +58,7 @@ class Repair:
     """Upper bounds of the largest factors of loads under ``wrench`` (6J,), from motions (6J,) of a solver.
 
     ``tau`` (I,) [N] are the usual normal forces of the nodes, ``scale`` (6J,) units of the motion of every body.
-    ``balance`` is a right inverse of G on all nodes, if there is one.
+    ``balance`` knows the corrections of forces at all nodes, if it is proved.
     """
 
     equilibrium: Equilibrium
@@ -203,14 +201,13 @@ class Repair:
         Motions closest to velocities that open the nodes, and velocities that open closest to those of the motion, are
         taken in turn, with the momentum of accelerated gradients (Nesterov).
         """
-        close = self._closest
-        if close is None:
+        if self.balance is None:
             return None
         mu, asked = self.nodes.mu, np.zeros((len(self.tau), 3))
         asked[:, 0] = 1 / self.tau
         before, weight = asked, 1.0
         for _ in range(ROUNDS):
-            motion = close(asked.ravel())
+            motion = self.balance.motion_for(asked.ravel())
             u = np.asarray(self.equilibrium.gather @ motion).reshape(-1, 3)
             speed = np.hypot(u[:, 1], u[:, 2])
             lacking = 1 / self.tau - (u[:, 0] - mu * speed)
@@ -224,19 +221,6 @@ class Repair:
             heavier = (1 + np.sqrt(1 + 4 * weight * weight)) / 2
             asked, before, weight = u + (weight - 1) / heavier * (u - before), u, heavier
         return None
-
-    @property
-    def _closest(self) -> Callable[[Float], Float] | None:
-        """The map from velocities (3I,) of nodes to the motion (6J,) that fits them best, in units of both."""
-        if self.balance is not None:
-            return partial(np.matmul, self.balance.inverse.T)
-        units = Scales.of(self.equilibrium, self.nodes.mu, self.tau)
-        fit = sparse.csr_matrix(sparse.diags(units.motion) @ self.equilibrium.G @ sparse.diags(units.force))
-        try:
-            square = splu(sparse.csc_matrix(fit @ fit.T))
-        except RuntimeError:  # some bodies move without any contact that resists
-            return None
-        return lambda asked: np.asarray(units.motion * square.solve(fit @ (units.force * asked)))
 
     def _least_opening(self, moving: Bool) -> Opening | None:
         """Min the power against the weights  s.t.  every node opens by 1 / tau; the result is checked on the data."""
