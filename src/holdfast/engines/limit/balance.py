@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
-from scipy.linalg import cho_solve
+from scipy.linalg import LinAlgError, cho_solve, cholesky
 
 from holdfast.base.arrays import Bool, Float
 from holdfast.engines.limit.rounding import DOWN, UP, Equilibrium, Matrix, gamma
@@ -59,9 +59,8 @@ class Balance:
         A, unknown = (_scaled(m, share, scale)[rows] for m in (equilibrium.G, equilibrium.unknown))
         product = A @ A.T
         square = product if isinstance(product, np.ndarray) else product.toarray()
-        try:
-            factor: Float = np.asfortranarray(np.linalg.cholesky(square), dtype=np.float64)  # as LAPACK reads it
-        except np.linalg.LinAlgError:
+        factor = _factor(square)
+        if factor is None:
             return None
         least = _least(A, unknown, square, factor)
         return None if least is None else cls(equilibrium, tau, scale, scale == 0, rows, share, A, factor, least)
@@ -130,7 +129,7 @@ def _least(A: Matrix, unknown: Matrix, square: Float, factor: Float) -> float | 
         if not lower > 0:
             return None
         proved = float(np.sqrt(lower)) * DOWN - blurred
-        if proved > 0 and _positive(square - shift * np.eye(count)):
+        if proved > 0 and _factor(square, shift) is not None:
             return proved * DOWN
     return None
 
@@ -141,13 +140,17 @@ def _squares(matrix: Matrix) -> float:
     return float((entries * entries).sum())
 
 
-def _positive(matrix: Float) -> bool:
-    """Tell whether Cholesky's method runs to its end."""
+def _factor(square: Float, shift: float = 0.0) -> Float | None:
+    """Return the lower triangle of a symmetric matrix less ``shift`` on its diagonal by Cholesky's method, or None.
+
+    None: the method does not run to its end.
+    """
+    own = np.array(square, order="F")
+    own[np.diag_indices_from(own)] -= shift
     try:
-        np.linalg.cholesky(matrix)
-    except np.linalg.LinAlgError:
-        return False
-    return True
+        return np.asarray(cholesky(own, lower=True, overwrite_a=True, check_finite=False))
+    except LinAlgError:
+        return None
 
 
 def _scaled(matrix: Matrix, share: Float, scale: Float) -> Matrix:
