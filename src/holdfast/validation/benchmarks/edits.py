@@ -15,7 +15,7 @@ from holdfast.validation.benchmarks.suite import Case, Row, Suite
 
 T = TypeVar("T")
 ENGINES = ("graph", "limit", "compliant")
-REPEATS = 5
+REPEATS = 15
 APART = 0.3  # [m] between places on the table
 
 
