@@ -171,16 +171,16 @@ class Mechanism(Value):
 
 
 def relative_velocity(nodes: ContactNodes, com: Float, twists: Float) -> Float:
-    """Return the velocity (I, 3) of body b relative to body a at every node, along (normal, t1, t2): u = Gᵀ q.
+    """Return the velocity (..., I, 3) of body b relative to body a at every node, along (normal, t1, t2): u = Gᵀ q.
 
-    ``com`` (J, 3) [m] are the centres of mass, about which ``twists`` (J, 6) are taken, all in the world frame.
+    ``com`` (J, 3) [m] are the centres of mass, about which ``twists`` (..., J, 6) are taken, all in the world frame.
     """
-    velocity = np.zeros((len(nodes), 3))
+    velocity = np.zeros((*twists.shape[:-2], len(nodes), 3))
     for body, sign in ((nodes.b, 1.0), (nodes.a, -1.0)):
         free = np.flatnonzero(body >= 0)
-        twist = twists[body[free]]
-        velocity[free] += sign * (twist[:, :3] + cross(twist[:, 3:], nodes.points[free] - com[body[free]]))
-    return np.asarray(np.einsum("ikx,ix->ik", nodes.axes, velocity))
+        twist, arm = twists[..., body[free], :], nodes.points[free] - com[body[free]]
+        velocity[..., free, :] += sign * (twist[..., :3] + cross(twist[..., 3:], arm))
+    return np.asarray(np.einsum("ikx,...ix->...ik", nodes.axes, velocity))
 
 
 def moving_bodies(motion: Float, scale: Float) -> Bool:

@@ -207,10 +207,8 @@ class Grid:
     def mechanisms(self, motions: Float) -> list[Mechanism]:
         """Return the mechanisms of ``motions`` (k, 6J), which are in the units of the model."""
         found: list[Mechanism] = []
-        relative = self.places.relative
         for first in range(0, len(motions), CHUNK):
             twists = world_rows(self.assembly, motions[first : first + CHUNK])
-            velocities = (relative @ twists.T).T.reshape(len(twists), len(self.nodes), 3)
-            modes = modes_of(velocities, np.zeros(len(self.nodes)))
+            modes = modes_of(self.places.velocities(twists), np.zeros(len(self.nodes)))
             found += describe_all(self.places.kinematics, twists, modes, dual=False)
         return found

@@ -20,9 +20,10 @@ from holdfast.assembly.nodes import ContactNodes, contact_nodes, equilibrium_ope
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.memory import Same
 from holdfast.base.rigid import snapped
-from holdfast.engines.mechanism import Kinematics
+from holdfast.engines.mechanism import Kinematics, relative_velocity
 
 BITS = 30  # binary digits of the model's numbers, each relative to those of the same sheet or body
+SEVERAL = 8  # motions from which on a matrix pays for velocities at the nodes
 FLAT = 1e-9  # largest distance of a sheet's nodes from its plane, relative to the assembly's size
 
 
@@ -103,15 +104,20 @@ class Places:
             [len(i.patches) == 1 and i.patches[0].rectangular for i in self.assembly.interfaces], dtype=bool
         )
 
-    @cached_property
-    def operator(self) -> sparse.csc_matrix:
-        """The equilibrium matrix G (6J, 3I), which maps forces at the nodes to wrenches on the bodies."""
-        return equilibrium_operator(self.assembly, self.nodes)
+    def velocities(self, twists: Float) -> Float:
+        """Return the relative velocities (k, I, 3) at the nodes for ``twists`` (k, 6J), world axes.
+
+        The matrix that maps twists to them is set up where they are many.
+        """
+        count = len(twists)
+        if count < SEVERAL:
+            return relative_velocity(self.nodes, self.assembly.com, twists.reshape(count, -1, 6))
+        return np.asarray((self._relative @ twists.T).T.reshape(count, len(self.nodes), 3))
 
     @cached_property
-    def relative(self) -> sparse.csr_matrix:
+    def _relative(self) -> sparse.csr_matrix:
         """Gᵀ (3I, 6J), which maps twists to relative velocities at the nodes."""
-        return sparse.csr_matrix(self.operator.T)
+        return sparse.csr_matrix(equilibrium_operator(self.assembly, self.nodes).T)
 
     @cached_property
     def kinematics(self) -> Kinematics:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import ContactNodes
+from holdfast.assembly.nodes import ContactNodes, wrenches_of
 from holdfast.base.arrays import Float
 from holdfast.base.text import listed
 from holdfast.elastic.law import evaluate, node_forces
@@ -86,7 +86,7 @@ def unbalanced(places: Places, forces: Float, wrench: Float) -> tuple[float, flo
     The first value is relative to the total weight, the second to each body's own weight.
     """
     assembly = places.assembly
-    left = places.operator @ forces.ravel() + wrench
+    left = wrenches_of(assembly, places.nodes, forces) + wrench
     weight = assembly.weight or float(np.abs(wrench).max(initial=0.0)) or 1.0
     total = float(np.abs(left * levers(assembly)).max(initial=0.0)) / weight
     return total, float(np.abs(left * assembly.equation_scale).max(initial=0.0)) / weight
