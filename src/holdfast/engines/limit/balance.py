@@ -92,13 +92,17 @@ class Balance:
             off = np.abs(left)
             if not (off > ENOUGH * error).any():
                 break
-        scaled = self.share[:, None] * (off + error) * UP
-        length = np.sqrt((scaled * scaled).sum(0) * (1 + gamma(len(scaled)))) / self.least * UP
-        change = TANGENTIAL * self.tau[:, None] * length * UP
+        change = self.change(off + error)
         if self.rows.all():
             return forces, change
         unheld = (wrench[~self.rows] != 0).any() | ((loads[~self.rows] != 0).any(0) & (factors != 0))
         return forces, np.where(unheld, np.inf, change)
+
+    def change(self, left: Float) -> Float:
+        """Bound by how much less room (I, k) [N] the nodes have once imbalances of at most ``left`` (6J, k) are gone."""
+        scaled = self.share[:, None] * left * UP
+        length = np.sqrt((scaled * scaled).sum(0) * (1 + gamma(len(scaled)))) / self.least * UP
+        return np.asarray(TANGENTIAL * self.tau[:, None] * length * UP)
 
     def slope(self, room: Float) -> Float:
         """Return (6J,): a wrench w is balanced within ``room`` (I,) [N] of all nodes if the sum of slope |w| <= 1."""
