@@ -170,3 +170,18 @@ def test_a_wrong_guess_of_the_smallest_singular_value_is_not_believed(
     nodes = Limit().prepare(assembly).rest.nodes
     balance = Balance.of(Equilibrium.of(assembly, nodes), nodes.mu, np.ones(len(nodes)))
     assert balance is None or positive(squared(balance, exact(assembly, nodes), Fraction(balance.least) ** 2))
+
+
+def test_forces_that_are_off_are_brought_into_balance() -> None:
+    """All but what rounding leaves is taken away, under a load, too."""
+    assembly = shipped("wall2x2")
+    state = Limit().prepare(assembly)
+    nodes, rng = state.rest.nodes, np.random.default_rng(6)
+    balance = Balance.of(Equilibrium.of(assembly, nodes), nodes.mu, np.ones(len(nodes)))
+    assert balance is not None
+    forces, loads = rng.standard_normal((3 * len(nodes), 5)), rng.standard_normal((len(state.wrench), 5))
+    factors = rng.uniform(1, 2, 5)
+    found, change = balance.balanced(forces, state.wrench, loads, factors)
+    left = balance.equilibrium.G @ found + state.wrench[:, None] + factors * loads
+    assert np.abs(left).max() <= 1e-12 * np.abs(state.wrench).max()
+    assert change.max() <= 1e-9

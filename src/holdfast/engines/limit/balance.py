@@ -99,7 +99,7 @@ class Balance:
         return forces, np.where(unheld, np.inf, change)
 
     def change(self, left: Float) -> Float:
-        """Bound by how much less room (I, k) [N] the nodes have once imbalances of at most ``left`` (6J, k) are gone."""
+        """Bound the room (I, k) [N] that nodes lose where imbalances of at most ``left`` (6J, k) are taken away."""
         scaled = self.share[:, None] * left * UP
         length = np.sqrt((scaled * scaled).sum(0) * (1 + gamma(len(scaled)))) / self.least * UP
         return np.asarray(TANGENTIAL * self.tau[:, None] * length * UP)
