@@ -10,6 +10,8 @@ import pytest
 from shared import FOLDER, needed
 
 import holdfast as hf
+from holdfast.engines.compliant.engine import Compliant
+from holdfast.queries.request import push_columns
 
 FILE = FOLDER / "cargo" / "pallets.json"
 MU = 0.4  # the file gives no friction
@@ -75,3 +77,16 @@ def test_pressing_down_on_a_top_box(place: int) -> None:
 @pytest.mark.parametrize("place", MANY)
 def test_pressing_down_on_all_top_boxes(place: int) -> None:
     check(place, 12)
+
+
+@pytest.mark.parametrize(
+    ("name", "point", "expected"), [("box39", (1.415, 2.32, 0.204), 2313.1), ("box37", (1.385, 2.32, 0.149), 2341.1)]
+)
+def test_long_steps_pass_over_no_maximum_of_a_pallet(
+    name: str, point: tuple[float, float, float], expected: float
+) -> None:
+    """Pushed at its side the row gives way, and would be held again at 2,600 and 2,770 N: expected by short steps."""
+    assembly = hf.assemble(hf.Scene(pallet(36).bodies, 0.5))
+    W = push_columns(assembly, assembly.index[name], np.array([point]), np.array([[0.0, -1.0, 0.0]]))
+    paths = Compliant().prepare(assembly).grid.paths(W)
+    assert paths.first[0] == pytest.approx(expected, rel=5e-3)

@@ -8,7 +8,7 @@ from elastic_blocks import HALF, HEIGHT, Array, block, push
 
 import holdfast as hf
 from holdfast.base.progress import listening
-from holdfast.elastic.direction import torn
+from holdfast.elastic.direction import HIDDEN, LEVEL, passes_over, torn
 from holdfast.elastic.fronts import fronts_of, solve
 from holdfast.elastic.linear import make_work
 from holdfast.elastic.newton import Balance, newton, unbalance
@@ -16,6 +16,7 @@ from holdfast.elastic.outcome import Event, PathOutcome, RestOutcome, goes_on, o
 from holdfast.elastic.path import PathResult
 from holdfast.elastic.stepper import (
     AWAY,
+    FALLEN,
     HARDLY_AWAY,
     MOST_CHANGES,
     Progress,
@@ -275,6 +276,34 @@ def test_the_first_maximum_is_that_from_which_the_load_dips_before_it_rises_agai
         land(walk.work, walk.stepper, s, 1.0)
     assert now.first == pytest.approx(first, rel=1e-3)
     assert now.highest == max(heights)
+
+
+@pytest.mark.parametrize(
+    ("onward", "load", "passed"),
+    [
+        (0.9 * LEVEL, 1.5, True),
+        (-0.1, 1.5, True),
+        (1.1 * LEVEL, 1.5, False),  # the load still rises
+        (0.9 * LEVEL, 2.01 / (1 + HIDDEN), False),  # there was hardly any room for a maximum
+    ],
+)
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_step_to_a_level_may_have_passed_over_a_maximum(
+    onward: float, load: float, passed: bool, sign: float
+) -> None:
+    """From the load 1 at the slope 1 along a step of 1: it may have gone on to 2."""
+    work = Walk(0.2, push(X)).work
+    work.rhs[:, 1] = 0.0
+    work.rhs[0, 1], work.rhs[len(work.rhs) - 1, 1] = 2.0 * sign, 2.0 * sign * onward
+    assert passes_over(work, sign, 1.0, 1.0, 1.0, 1.0, load) == passed
+    assert passes_over(work, 1.0, sign, 1.0, 1.0, 1.0, load) == passed
+
+
+def test_where_the_load_falls_steps_are_so_short_that_the_end_is_seen() -> None:
+    now = at(slope=-0.5, highest=2.0, length=100.0)
+    now.step, now.turned = 10.0, 0.1
+    set_next_step(now)
+    assert now.step == pytest.approx(2 * (1 - FALLEN) / 0.5)
 
 
 def at(**known: float) -> Progress:

@@ -9,6 +9,7 @@ from holdfast.base.compiled import compiled, lean
 from holdfast.elastic.linear import Work
 from holdfast.elastic.vectors import put
 
+LEVEL, HIDDEN = 0.05, 0.05  # of the slope before a step, where a maximum may hide in it, and of the load: how high
 STRAIGHT = 0.9999  # cosine of the angle between two directions up to which a path went straight on
 
 
@@ -65,3 +66,24 @@ def torn(
         away = max(away, abs(moved - 0.5 * step * (tangent[i] + there[i])))
         far = max(far, abs(moved))
     return bool(away > most * far)
+
+
+@compiled
+@lean
+def passes_over(
+    work: Work, sign: float, orientation: float, slope: float, step: float, before: float, load: float
+) -> bool:
+    """Whether a step to where the path is nearly level may have passed over a maximum of the load.
+
+    The ``load`` was ``before`` at the beginning of the step, with the ``slope`` ds/dℓ, and may have gone on so for a
+    while: by HIDDEN more than it is now, had it done so all the way.
+    """
+    n = len(work.rhs) - 1
+    best = 0.0
+    for j in range(n // 6):
+        total = 0.0
+        for i in range(6 * j, 6 * j + 6):
+            total += work.rhs[i, 1] ** 2
+        best = max(best, total)
+    onward = orientation * sign * work.rhs[n, 1] / max(np.sqrt(best), 1e-300)  # as ``turn`` returns it
+    return bool(onward < LEVEL * slope and before + slope * step > load + HIDDEN * abs(load))

@@ -12,7 +12,7 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.compiled import compilable, compiled, lean
-from holdfast.elastic.direction import straight, torn, turn
+from holdfast.elastic.direction import passes_over, straight, torn, turn
 from holdfast.elastic.fronts import solve
 from holdfast.elastic.law import next_change
 from holdfast.elastic.linear import ROUNDED, SINGULAR, Work
@@ -40,6 +40,7 @@ FIRST_NEWTON, FIRST_SHARE = 60, 0.01  # for the first point, and the least share
 TURN = 0.3  # wanted correction of a point, as a share of the step
 AWAY = 0.7  # distance from where the directions at both ends lead, as a share of the motion, that hints at a branch
 HARDLY_AWAY = 0.4  # the same for points that are not found easily
+DOUBTS = 2  # of one step: that it lies on the same branch, or that it hides no maximum
 CREEPING = 0.01  # step, in lengths of the path so far, below which a change of sign straight ahead is gone through
 SHORTER = 0.3  # factor by which a step is shortened
 NEAR = 0.03  # share of a step that failed from which a corner in it is gone to
@@ -59,9 +60,9 @@ class Progress:
     Where it is: ``s`` and the ``slope`` ds/dℓ; what the faint hold has ``carried``, of each body's own weight; the
     ``step`` Δℓ to be tried; the ``length`` ℓ so far; ``last``, s of the last regular point; ``turned``, the last
     correction as a share of its step, and the ``sharpest``, the largest of all points but the first; ``points`` found,
-    linear ``systems`` solved, node ``changes`` crossed; how often this step was ``shortened``, and whether that was
-    because it was ``doubted`` to lie on the same branch; the ``fastest`` growth of the step for now; whether a
-    ``corner`` lies just behind the step, and the step to be tried ``beyond`` it.
+    linear ``systems`` solved, node ``changes`` crossed; how often this step failed and was ``shortened``, and how often
+    it was ``doubted``; the ``fastest`` growth of the step for now; whether a ``corner`` lies just behind the step, and
+    the step to be tried ``beyond`` it.
 
     Of the peak: ``highest`` s; ``noted``, the last s that counted as a new peak, at the length ``at_peak``, and the
     points since (``late``); ``short``, by how much it may be too low; the maximum from which s has ``dipped``, and the
@@ -91,7 +92,7 @@ class Progress:
     fastest: float = FASTEST
     beyond: float = 0.0
     corner: bool = False
-    doubted: bool = False
+    doubted: int = 0
     highest: float = 0.0
     noted: float = 0.0
     at_peak: float = 0.0
@@ -167,7 +168,7 @@ def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, f
     now.strength = worst(m, load)
     now.elastic = max(largest(q), 1e-300)
     now.length, now.last, now.turned, now.highest, now.at_peak, now.short = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    now.points, now.systems, now.changes, now.shortened, now.late, now.doubted = 0, 0, 0, 0, 0, False
+    now.points, now.systems, now.changes, now.shortened, now.late, now.doubted = 0, 0, 0, 0, 0, 0
     now.beyond, now.noted, now.corner, now.stations = 0.0, 0.0, False, 0
     now.dipped, now.first, now.sharpest = 0.0, 0.0, 0.0
     stepper.station_s[:] = 0.0
@@ -241,10 +242,12 @@ def advance(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> 
     tried = now.shortened > 0 or now.step < CREEPING * now.length
     if point.converged and backward and tried and straight(work, stepper.tangent):
         now.orientation, backward = -now.orientation, False  # another branch leaves the path, which goes on
-    if point.converged and not backward and not now.doubted and now.turned > TURN:
+    if point.converged and not backward and now.doubted < DOUBTS and now.turned > TURN:
         most = AWAY if first or point.systems <= EASY else HARDLY_AWAY
-        now.doubted = torn(work, point.sign, now.orientation, q, stepper.tangent, trial, now.step, most)
-        if now.doubted:  # once: where the path has a sharp corner every step is torn
+        # torn once: where the path has a sharp corner every step is
+        doubt = now.doubted == 0 and torn(work, point.sign, now.orientation, q, stepper.tangent, trial, now.step, most)
+        if doubt or passes_over(work, point.sign, now.orientation, now.slope, now.step, now.s, point.s):
+            now.doubted += 1
             if first and point.s > now.s:
                 lead(work, stepper, point.s)
             now.step *= SHORTER
@@ -346,7 +349,7 @@ def land(work: Work, stepper: Stepper, s: float, sign: float) -> None:
     """Take the point that was tried, with load ``s``, as the present one, and keep the bracket of the peak."""
     now, trial = stepper.now, stepper.trial
     higher = s > now.highest
-    now.shortened, now.doubted = 0, False
+    now.shortened, now.doubted = 0, 0
     now.points += 1
     now.late += 1
     now.length += now.step
@@ -427,6 +430,11 @@ def sought_alone(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None
 @compilable
 @lean
 def set_next_step(now: Progress) -> None:
-    """Make the next step longer or shorter, as the last one needed little correction or much."""
+    """Make the next step longer or shorter, as the last one needed little correction or much.
+
+    Where the load falls it is to be seen how far: a longer step would pass over the dip.
+    """
     now.step = min(now.step * min(max(TURN / max(now.turned, 1e-9), 0.7), now.fastest), 3 * now.length)
+    if now.slope < 0:
+        now.step = min(now.step, (1 - FALLEN) * now.highest / -now.slope)
     now.fastest = min(RECOVERY * now.fastest, FASTEST)

@@ -362,6 +362,27 @@ def test_steps_stay_on_the_branch_that_short_steps_follow(
     assert found == expected or found == pytest.approx(expected, rel=1e-3)
 
 
+# (scene, body, point, direction): pushes whose long steps passed over a maximum, once found higher [m]
+MAXIMA = (
+    ("slope_two", "cube2", (-0.05, -0.0112, 0.1533), (0.9389, -0.1526, -0.3085)),  # 13.01 N
+    ("wall2x2", "b0_1", (0.0875, -0.05, 0.0375), (-0.079, 0.9853, -0.1516)),  # 75.12 N
+    ("arch", "v3", (-0.0542, -0.0214, 0.192), (0.1301, -0.2757, 0.9524)),  # 39.67 N
+)
+
+
+@pytest.mark.parametrize(("case", "expected"), list(zip(MAXIMA, (12.895, 74.541, 37.634), strict=True)))
+def test_steps_do_not_pass_over_a_maximum_that_short_steps_find(
+    case: tuple[str, str, tuple[float, ...], tuple[float, ...]], expected: float
+) -> None:
+    """Expected: the first maximum in steps a sixth as long, on the same nodes."""
+    scene, body, point, direction = case
+    assembly = hf.assemble(shipped_scene(scene))
+    along = np.array(direction) / np.linalg.norm(direction)
+    push = push_columns(assembly, assembly.index[body], np.array([point]), along[None])
+    found = Compliant().prepare(assembly).grid.paths(push)
+    assert found.first[0] == pytest.approx(expected, rel=4e-3)
+
+
 def test_triangulations_grow_as_delaunay_says() -> None:
     points = np.random.default_rng(2).random((60, 2))
     corners = corner_numbers(points)

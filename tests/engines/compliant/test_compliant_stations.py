@@ -56,7 +56,7 @@ def test_a_maximum_that_a_path_on_another_grid_passes_over_is_not_forgotten(monk
     assembly = shipped("wall2x2")
     state = hf.Compliant().prepare(assembly)
     W = push_columns(
-        assembly, assembly.index["b0_1"], *np.array([[[0.0375, -0.05, 0.0875]], [[-0.0915, 0.99, -0.1078]]])
+        assembly, assembly.index["b0_1"], *np.array([[[0.0125, 0.05, 0.0875]], [[0.1308, -0.9887, -0.0725]]])
     )
     followed, peaks = Grid.paths, []
 
