@@ -15,6 +15,19 @@ STRAIGHT = 0.9999  # cosine of the angle between two directions up to which a pa
 
 @compiled
 @lean
+def squares(work: Work) -> tuple[float, float]:
+    """The squared motion of the body that moves most along the direction that was found, and that of all together."""
+    best, whole = 0.0, 0.0
+    for j in range((len(work.rhs) - 1) // 6):
+        total = 0.0
+        for i in range(6 * j, 6 * j + 6):
+            total += work.rhs[i, 1] ** 2
+        best, whole = max(best, total), whole + total
+    return best, whole
+
+
+@compiled
+@lean
 def turn(work: Work, sign: float, orientation: float, tangent: Float) -> float:
     """Point ``tangent`` (n,) onwards along the path, scale it, set work.c to its plane; returns ds/dℓ.
 
@@ -23,12 +36,7 @@ def turn(work: Work, sign: float, orientation: float, tangent: Float) -> float:
     bodies: across that of a single one more paths turn back.
     """
     n = len(tangent)
-    best, whole = 0.0, 0.0
-    for j in range(n // 6):
-        total = 0.0
-        for i in range(6 * j, 6 * j + 6):
-            total += work.rhs[i, 1] ** 2
-        best, whole = max(best, total), whole + total
+    best, whole = squares(work)
     size = orientation * sign / max(np.sqrt(best), 1e-300)
     for i in range(n):
         tangent[i] = size * work.rhs[i, 1]
@@ -78,12 +86,6 @@ def passes_over(
     The ``load`` was ``before`` at the beginning of the step, with the ``slope`` ds/dℓ, and may have gone on so for a
     while: by HIDDEN more than it is now, had it done so all the way.
     """
-    n = len(work.rhs) - 1
-    best = 0.0
-    for j in range(n // 6):
-        total = 0.0
-        for i in range(6 * j, 6 * j + 6):
-            total += work.rhs[i, 1] ** 2
-        best = max(best, total)
-    onward = orientation * sign * work.rhs[n, 1] / max(np.sqrt(best), 1e-300)  # as ``turn`` returns it
+    best, _ = squares(work)
+    onward = orientation * sign * work.rhs[-1, 1] / max(np.sqrt(best), 1e-300)  # as ``turn`` returns it
     return bool(onward < LEVEL * slope and before + slope * step > load + HIDDEN * abs(load))

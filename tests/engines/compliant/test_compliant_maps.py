@@ -341,8 +341,19 @@ def test_an_undecided_neighbour_spoils_interpolation() -> None:
     assert (found.corner[~found.solved] != 0).all()
 
 
-# (scene, body, point, direction): pushes whose long steps once ended on another branch of the path [m]
-BRANCHES = (
+Case = tuple[str, str, tuple[float, ...], tuple[float, ...]]  # scene, body, point [m], direction
+
+
+def _pushed(case: Case) -> tuple[Standing, Float]:
+    """The state of a case's scene, and its push as a load column."""
+    scene, body, point, direction = case
+    assembly = hf.assemble(shipped_scene(scene))
+    along = np.array(direction) / np.linalg.norm(direction)
+    return Compliant().prepare(assembly), push_columns(assembly, assembly.index[body], np.array([point]), along[None])
+
+
+# Pushes whose long steps once ended on another branch of the path
+BRANCHES: tuple[Case, ...] = (
     ("slope_two", "cube2", (0, 0.0799, 0.1389), (0, -2, -1)),  # 4.97 N
     ("v_groove", "cube", (-0.0275, 0, 0.1139), (1, 0, -1)),  # 0.81 N, though nothing moves it
     ("wall2x2", "b1_0", (-0.05, 0.05, 0.15), (0, -1, 0)),  # 25.4 N
@@ -350,20 +361,15 @@ BRANCHES = (
 
 
 @pytest.mark.parametrize(("case", "expected"), list(zip(BRANCHES, (12.284, np.inf, 23.544), strict=True)))
-def test_steps_stay_on_the_branch_that_short_steps_follow(
-    case: tuple[str, str, tuple[float, ...], tuple[float, ...]], expected: float
-) -> None:
+def test_steps_stay_on_the_branch_that_short_steps_follow(case: Case, expected: float) -> None:
     """Expected: the same paths in steps a tenth as long."""
-    scene, body, point, direction = case
-    assembly = hf.assemble(shipped_scene(scene))
-    along = np.array(direction) / np.linalg.norm(direction)
-    push = push_columns(assembly, assembly.index[body], np.array([point]), along[None])
-    found = Compliant().prepare(assembly).load_factor(push).force[0]
+    state, push = _pushed(case)
+    found = state.load_factor(push).force[0]
     assert found == expected or found == pytest.approx(expected, rel=1e-3)
 
 
-# (scene, body, point, direction): pushes whose long steps passed over a maximum, once found higher [m]
-MAXIMA = (
+# Pushes whose long steps once passed over a maximum, to a higher one
+MAXIMA: tuple[Case, ...] = (
     ("slope_two", "cube2", (-0.05, -0.0112, 0.1533), (0.9389, -0.1526, -0.3085)),  # 13.01 N
     ("wall2x2", "b0_1", (0.0875, -0.05, 0.0375), (-0.079, 0.9853, -0.1516)),  # 75.12 N
     ("arch", "v3", (-0.0542, -0.0214, 0.192), (0.1301, -0.2757, 0.9524)),  # 39.67 N
@@ -371,16 +377,10 @@ MAXIMA = (
 
 
 @pytest.mark.parametrize(("case", "expected"), list(zip(MAXIMA, (12.895, 74.541, 37.634), strict=True)))
-def test_steps_do_not_pass_over_a_maximum_that_short_steps_find(
-    case: tuple[str, str, tuple[float, ...], tuple[float, ...]], expected: float
-) -> None:
+def test_steps_do_not_pass_over_a_maximum_that_short_steps_find(case: Case, expected: float) -> None:
     """Expected: the first maximum in steps a sixth as long, on the same nodes."""
-    scene, body, point, direction = case
-    assembly = hf.assemble(shipped_scene(scene))
-    along = np.array(direction) / np.linalg.norm(direction)
-    push = push_columns(assembly, assembly.index[body], np.array([point]), along[None])
-    found = Compliant().prepare(assembly).grid.paths(push)
-    assert found.first[0] == pytest.approx(expected, rel=4e-3)
+    state, push = _pushed(case)
+    assert state.grid.paths(push).first[0] == pytest.approx(expected, rel=4e-3)
 
 
 def test_triangulations_grow_as_delaunay_says() -> None:

@@ -9,7 +9,7 @@ factor s0, (1 - θ) f + θ f0 balance the factor (1 - θ) s + θ s0, and the roo
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
@@ -71,15 +71,20 @@ class Carried:
         """
         if self._too_large:
             return None
-        nothing = np.zeros(len(self.wrench))
-        if self.balance is not None:
-            near = partial(pressed_forces, self.balance, self.wrench, self.mu, self.tau)
-            for seek in (lambda: self.resting, near):
-                forces = seek()
-                found = None if forces is None else self._checked(forces, 0.0, self.tau, nothing)
-                if found is not None and (found.room >= DEEP * self.tau).all():
-                    return found
-        return self._checked(*interior_forces(self.equilibrium, self.wrench, self.mu, self.tau), nothing)
+        found = self._deep(self.resting)
+        if found is None and self.balance is not None:
+            found = self._deep(pressed_forces(self.balance, self.wrench, self.mu, self.tau))
+        if found is None:
+            inside = interior_forces(self.equilibrium, self.wrench, self.mu, self.tau)
+            found = self._checked(*inside, np.zeros(len(self.wrench)))
+        return found
+
+    def _deep(self, forces: Float | None) -> Reference | None:
+        """Return forces (3I,) as a reference at the factor 0, if there are any and all nodes have much room."""
+        if forces is None:
+            return None
+        found = self._checked(forces, 0.0, self.tau, np.zeros(len(self.wrench)))
+        return found if found is not None and (found.room >= DEEP * self.tau).all() else None
 
     @cached_property
     def balance(self) -> Balance | None:
