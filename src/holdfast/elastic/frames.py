@@ -31,12 +31,13 @@ def twist_matrices(m: Elastic) -> tuple[Float, Float]:
 
 
 def set_units(m: Elastic) -> None:
-    """Fill ``unit`` from ``bonded``: 1 where nothing resists a displacement even so."""
+    """Fill ``unit`` from ``bonded`` or, where that resists less, from ``hold``: 1 where nothing resists at all."""
     stiff = np.zeros((len(m.unit) // 6, 6))
     for ends, T in zip((m.a, m.b), twist_matrices(m), strict=True):
         free = ends >= 0
         np.add.at(stiff, ends[free], np.einsum("pki,pkl,pli->pi", T[free], m.bonded[free], T[free]))
-    m.unit[:] = 1 / np.sqrt(np.where(stiff > 0, stiff, 1.0)).ravel()
+    most = np.maximum(stiff.ravel(), m.hold)  # a ball turns on its point, and the hold alone resists
+    m.unit[:] = 1 / np.sqrt(np.where(most > 0, most, 1.0))
 
 
 @compiled

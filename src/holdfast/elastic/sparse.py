@@ -11,7 +11,7 @@ from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse.linalg import splu
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.elastic.frames import twist_matrices
+from holdfast.elastic.frames import set_units, twist_matrices
 from holdfast.elastic.model import Elastic
 
 NO_RESISTANCE = 1e-9  # largest resistance that counts as none, where that of bonded contacts is of order one
@@ -74,10 +74,10 @@ def _factored(rows: Int, columns: Int, values: Float, n: int) -> tuple[Any, Call
     return B, splu(B + NEAR_SINGULAR * sparse.eye(n, format="csc")).solve
 
 
-def held(m: Elastic, faint: float = FAINT_HOLD) -> Elastic:
-    """The model with a ``faint`` hold of every body, so that motions that no contact resists have a finite stiffness.
+def held(m: Elastic, bodies: Bool | None = None, faint: float = FAINT_HOLD) -> Elastic:
+    """The model with a ``faint`` hold of ``bodies`` (J,), so that motions that no contact resists have a stiffness.
 
-    The hold is too faint to carry anything: what it would carry counts as not balanced, and a path ends where it begins
+    All bodies are held if None. The hold is too faint to carry anything: what it would carry counts as not balanced, and a path ends where it begins
     to matter (stepper.py). Its unit lies midway between the firmest and the softest contact of a body: of a body that
     rests on a point and leans with a face, a hold measured by the face would carry part of the weight, and one measured
     by the point would be lost in rounding.
@@ -90,4 +90,9 @@ def held(m: Elastic, faint: float = FAINT_HOLD) -> Elastic:
         np.maximum.at(firm, ends[free], stiff[free])
     size = m.scale[::6] / m.scale[3::6]
     each = faint * np.sqrt(np.where(np.isfinite(soft), soft, 0.0) * firm)
-    return m._replace(hold=(each[:, None] * np.stack([np.ones_like(size), size**2], 1)).repeat(3, axis=1).ravel())
+    if bodies is not None:
+        each[~bodies] = 0.0
+    hold = (each[:, None] * np.stack([np.ones_like(size), size**2], 1)).repeat(3, axis=1).ravel()
+    own = m._replace(hold=np.maximum(hold, m.hold), unit=np.empty_like(m.unit))
+    set_units(own)
+    return own

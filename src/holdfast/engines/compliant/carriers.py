@@ -51,7 +51,7 @@ class Carriers:
         carry = self._between(load)
         if not carry.any() or carry.all():
             return False
-        few = held(_restricted(self.model, carry, load / np.abs(load).max()), FAINTEST)
+        few = held(_restricted(self.model, carry, load / np.abs(load).max()), faint=FAINTEST)
         if not len(few.a):  # there is nothing against it
             return False
         return rests_alone(System.of(few), PATIENCE) and self._others_leave(carry)

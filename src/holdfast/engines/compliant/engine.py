@@ -102,13 +102,16 @@ def state_on(
         return Standing(rest.verdict, Refined(grid, refinements))
     if rest is None and grid.settled.outcome is not RestOutcome.LOST:
         return Unpushable(not_at_rest(grid))
-    held = at_rest(grid.with_hold)  # without it some motions have no stiffness, and no path begins
-    if held is None and rest is None:
+    resting = rest or at_rest(grid.with_hold)
+    if resting is None:
         return Unpushable(not_at_rest(grid))
     certain = find_rest(assembly, wrench).verdict
     if certain.status is Status.UNSTABLE:  # the balance holds to within a tolerance only, and the proof is exact
         return Unpushable(certain)
-    if held is None:
-        assert rest is not None
-        return Unpushable(rest.verdict)
-    return Standing(held.verdict, Refined(grid.with_hold, refinements), held.loose)
+    # without a hold some motions have no stiffness, and no path begins; what said of others does not hang on it
+    few = grid.holding(resting.among(assembly))
+    for one in (few, grid.with_hold):
+        held = at_rest(one)
+        if held is not None:
+            return Standing(held.verdict, Refined(one, refinements), held.loose)
+    return Unpushable(resting.verdict)

@@ -32,8 +32,8 @@ CHUNK = 64  # number of motions that are turned into mechanisms at a time
 class Grid:
     """An assembly under ``wrench`` (6J,) [N, N m] on contact ``places`` with ``springs``, and its state of rest.
 
-    ``system`` is the elastic system in the units of the model, and ``settled`` the end of the search for rest. ``held``
-    tells whether a faint hold keeps every body in its place where no contact resists its motion.
+    ``system`` is the elastic system in the units of the model, and ``settled`` the end of the search for rest. ``hold``
+    (J,) names the bodies that a faint hold keeps in their places where no contact resists their motion; None for none.
     """
 
     places: Places
@@ -41,7 +41,7 @@ class Grid:
     springs: Springs
     system: System
     settled: Settled
-    held: bool = False
+    hold: Bool | None = None
     _local: dict[tuple[bytes, int, int], Grid] = field(default_factory=dict, init=False, repr=False)
     _making: RLock = field(default_factory=RLock, init=False, repr=False)  # of finer grids
 
@@ -53,20 +53,23 @@ class Grid:
         springs: Springs,
         nodes: ContactNodes | None = None,
         *,
-        hold: bool = False,
+        hold: Bool | None = None,
     ) -> Grid:
         """Find the state of rest on ``nodes`` or, if None, on a grid with ``springs.nodes`` along a side.
 
-        With ``hold``, a faint hold keeps every body in its place.
+        A faint hold keeps the bodies ``hold`` (J,) in their places or, if they do not come to rest so, all bodies.
         """
         places = Places.of(assembly, springs.nodes) if nodes is None else Places(assembly, nodes)
-        return cls._on(places, wrench, springs, hold=hold)
+        return cls._on(places, wrench, springs, hold)
 
     @classmethod
-    def _on(cls, places: Places, wrench: Float, springs: Springs, *, hold: bool) -> Grid:
+    def _on(cls, places: Places, wrench: Float, springs: Springs, hold: Bool | None) -> Grid:
         model = springs.model(places, wrench)
-        system = System.of(held(model) if hold else model)
-        return cls(places, wrench, springs, system, system.come_to_rest(), hold)
+        system = System.of(model if hold is None else held(model, hold))
+        settled = system.come_to_rest()
+        if hold is None or hold.all() or settled.outcome is RestOutcome.RESTS:
+            return cls(places, wrench, springs, system, settled, hold)
+        return cls._on(places, wrench, springs, np.ones_like(hold))
 
     @property
     def assembly(self) -> Assembly:
@@ -86,7 +89,7 @@ class Grid:
 
     @cached_property
     def _finer(self) -> Grid:
-        return Grid.of(self.assembly, self.wrench, self.springs.finer(FINER), hold=self.held)
+        return Grid.of(self.assembly, self.wrench, self.springs.finer(FINER), hold=self.hold)
 
     def with_more(self, contacts: Int, more: int, times: int = 1) -> Grid:
         """Return the grid with ``more`` nodes along a side at these ``contacts``, ``times`` as many at all others.
@@ -98,7 +101,7 @@ class Grid:
             grid = self._local.pop(key, None)
             if grid is None:
                 places = Places.with_more(self.assembly, times * self.springs.nodes, contacts, more)
-                grid = Grid._on(places, self.wrench, self.springs, hold=self.held)
+                grid = Grid._on(places, self.wrench, self.springs, self.hold)
             self._local[key] = grid
             if len(self._local) > MOST_KEPT:
                 self._local.pop(next(iter(self._local)), None)
@@ -107,7 +110,17 @@ class Grid:
     @cached_property
     def with_hold(self) -> Grid:
         """The grid on the same nodes with a faint hold of every body."""
-        return Grid._on(self.places, self.wrench, self.springs, hold=True)
+        return self.holding(np.ones(len(self.assembly.movable), dtype=bool))
+
+    def holding(self, bodies: Bool) -> Grid:
+        """Return the grid on the same nodes with a faint hold of ``bodies`` (J,)."""
+        return Grid._on(self.places, self.wrench, self.springs, bodies)
+
+    def loads_held(self, W: Float) -> Bool:
+        """Tell which columns of W (6J, k) load a body that is held: the hold may take part in what they meet."""
+        if self.hold is None:
+            return np.zeros(W.shape[1], dtype=bool)
+        return np.asarray((W.reshape(-1, 6, W.shape[1])[self.hold] != 0).any(axis=(0, 1)))
 
     @cached_property
     def certain(self) -> LimitState:
@@ -176,9 +189,9 @@ class Grid:
         stays the same. No contact resists that, so without a hold the path would have no direction and end.
         """
         faces = self.springs.faces
-        if self.held or faces is None or faces.imperfect.flatness == 0:
+        if faces is None or faces.imperfect.flatness == 0:
             return self.system
-        return replace(self.system, model=held(self.system.model, FAINTEST))
+        return replace(self.system, model=held(self.system.model, faint=FAINTEST))
 
     def loads_nearby(self, W: Float, s: Float, q: Float, plane: Float) -> Float:
         """Return the factors (k,) of columns W (6J, k) near points of their paths that were found on a coarser grid.

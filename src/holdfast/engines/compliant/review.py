@@ -26,9 +26,9 @@ PATIENCE = 200  # steps of Newton's method after which rest under such a load is
 class Review:
     """Compares answers on one grid with limit analysis where they deserve doubt.
 
-    ``loose`` names the bodies that are only balanced. All answers are compared on a grid with a faint hold, which an
-    assembly with such bodies needs; on others those that are undecided, that have no lower bound, that exceed HUGE
-    times the weight, or that are too small to be told from none.
+    ``loose`` names the bodies that are only balanced. Answers to loads of bodies that a faint hold keeps in their
+    places, as it has to keep those, are all compared; of others those that are undecided, that have no lower bound,
+    that exceed HUGE times the weight, or that are too small to be told from none.
     """
 
     grid: Grid
@@ -37,8 +37,8 @@ class Review:
     def of(self, found: Answers, W: Float, accuracy: Accuracy) -> Answers:
         """Return the answers ``found`` for columns W (6J, n), mended where limit analysis proves more.
 
-        - A push that moves a body which is only balanced, and that is too small to be told from none, becomes 0: on a
-          grid with a faint hold that of either method, on others that of limit analysis.
+        - A push that moves a body which is only balanced, and that is too small to be told from none, becomes 0: of a
+          body that is held that of either method, of others that of limit analysis.
         - An undecided answer becomes 0 where limit analysis proves that the least push moves something.
         - An answer above the proved bound by more than CONTRADICTION is undecided; one that is less far above it is
           lowered to it.
@@ -50,9 +50,9 @@ class Review:
           bound is undecided where limit analysis finds no end. An undecided answer is infinite if its path was lost
           above HUGE times the weight and one of the two searches for rest succeeds.
         """
-        size, own = self._sizes(W), self._own(W)
+        size, own, held = self._sizes(W), self._own(W), self.grid.loads_held(W)
         bounded = not isinstance(accuracy, ForcesOnly)
-        doubtful = np.flatnonzero(self._doubtful(found, size, own, accuracy))
+        doubtful = np.flatnonzero(self._doubtful(found, size, own, held, accuracy))
         if not len(doubtful) or not self.grid.certain.verdict().equilibrium_exists:
             return found
         wanted = accuracy if isinstance(accuracy, Within) else EXACT
@@ -62,8 +62,8 @@ class Review:
         upper[doubtful] = top = np.minimum(upper[doubtful], certain.upper)
         for k, row in enumerate(doubtful.tolist()):
             unknown, infinite = status[row] is Status.UNDECIDED, certain.status[k] is Status.INFINITE
-            confirmed = not self.grid.held and lower[row] * size[row] > ENDLESS  # a faint hold may have helped
-            if min(top[k], np.inf if unknown or not self.grid.held else force[row]) * own[row] <= SLIGHT:
+            confirmed = not held[row] and lower[row] * size[row] > ENDLESS  # a faint hold may have helped
+            if min(top[k], np.inf if unknown or not held[row] else force[row]) * own[row] <= SLIGHT:
                 status[row], force[row], lower[row] = Status.FINITE, 0.0, 0.0
                 mechanism[row] = certain.mechanism[k] if mechanism[row] is None else mechanism[row]
             elif unknown:
@@ -77,7 +77,7 @@ class Review:
                 status[row], force[row], lower[row], mechanism[row] = Status.UNDECIDED, 0.0, 0.0, None
             else:
                 force[row] = min(force[row], top[k])
-                if self.grid.held:  # the hold may have carried some
+                if held[row]:  # the hold may have carried some
                     lower[row] = max(lower[row] - CARRIED / size[row], 0.0)
                 lower[row] = min(lower[row], force[row])
         return replace(
@@ -99,16 +99,13 @@ class Review:
         assembly = self.grid.assembly
         return np.asarray(np.abs(W * assembly.equation_scale[:, None]).max(0, initial=0.0) / self.grid.unit)
 
-    def _doubtful(self, found: Answers, size: Float, own: Float, accuracy: Accuracy) -> Bool:
-        loaded = size > 0
-        if self.grid.held:
-            return np.asarray(loaded)
+    def _doubtful(self, found: Answers, size: Float, own: Float, held: Bool, accuracy: Accuracy) -> Bool:
         finite = found.status == Status.FINITE
         force = np.where(finite, found.force, 0.0)
-        doubt = (found.status == Status.UNDECIDED) | (finite & ((force * size > HUGE) | (force * own <= SLIGHT)))
+        doubt = held | (found.status == Status.UNDECIDED) | (finite & ((force * size > HUGE) | (force * own <= SLIGHT)))
         if not isinstance(accuracy, ForcesOnly):
             doubt |= finite & (found.lower <= 0)
-        return np.asarray(loaded & doubt)
+        return np.asarray((size > 0) & doubt)
 
     def _endless_behind(self, column: Float, size: float) -> bool:
         """Tell whether the path of one load (6J,) was lost far above the weight although it has no end."""
@@ -122,10 +119,9 @@ class Review:
         load = self.grid.loads(column[:, None])[0]
         if self.grid.carriers.balance(load):
             return True
-        grid = self.grid if self.grid.held else self.grid.with_hold
-        if rests_alone(grid.system.under(load / np.abs(load).max()), PATIENCE):
+        if rests_alone(self.grid.with_hold.system.under(load / np.abs(load).max()), PATIENCE):
             return True
-        if self.grid.held:  # the faint hold would carry too much
+        if self.grid.hold is not None:  # the faint hold would carry too much
             return False
         far = self.grid.system.under(self.grid.system.model.wrench + BEYOND * peak * load)
         return far.come_to_rest(near=self.grid.settled.q, most=PATIENCE).outcome is RestOutcome.RESTS

@@ -116,13 +116,13 @@ class Standing:
     def held(self, W: Float) -> Bool:
         """Tell which loads, columns of W (6J, n), certainly move nothing; False where more has to be asked.
 
-        Where bodies are only balanced or wedged, and where loads are so large that paths may leave their branch, it
-        takes what ``load_factor`` does: no path that ends at the load tells.
+        Where a load acts on a body that is only balanced, where bodies are wedged, and where loads are so large that
+        paths may leave their branch, it takes what ``load_factor`` does: no path that ends at the load tells.
         """
-        small = np.abs(self.grid.loads(W)).max(axis=1, initial=0.0) <= HUGE
+        small = (np.abs(self.grid.loads(W)).max(axis=1, initial=0.0) <= HUGE) & ~self.grid.loads_held(W)
         rows = np.flatnonzero(small & (W != 0).any(axis=0))
         held = ~(W != 0).any(axis=0)
-        if self.grid.held or self.grid.springs.faces is not None or not len(rows):
+        if self.grid.springs.faces is not None or not len(rows):
             return np.asarray(held)
         with self._asking:
             if not self._wedged.possible:

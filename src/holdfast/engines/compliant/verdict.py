@@ -8,7 +8,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, wrenches_of
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Bool, Float
 from holdfast.base.text import listed
 from holdfast.elastic.law import evaluate, node_forces
 from holdfast.elastic.model import Elastic
@@ -34,6 +34,10 @@ class AtRest(NamedTuple):
     verdict: Verdict
     loose: tuple[str, ...]
 
+    def among(self, assembly: Assembly) -> Bool:
+        """Tell which bodies (J,) of the assembly are only balanced."""
+        return np.array([body.name in self.loose for body in assembly.movable], dtype=bool)
+
 
 def at_rest(grid: Grid) -> AtRest | None:
     """Return the verdict on a grid that has come to rest, or None if it has not or if its forces balance badly.
@@ -46,7 +50,7 @@ def at_rest(grid: Grid) -> AtRest | None:
     forces = np.zeros((len(grid.nodes), 3))
     node_forces(m, end.q, forces)
     total, each = unbalanced(grid.places, forces * grid.unit, grid.wrench)
-    most, most_each = (CARRIED, CARRIED) if grid.held else (BALANCED, BALANCED_EACH)
+    most, most_each = (CARRIED, CARRIED) if grid.hold is not None else (BALANCED, BALANCED_EACH)
     if total > most or each > most_each:
         return None
     loose = balanced(grid.assembly, m, end.q)

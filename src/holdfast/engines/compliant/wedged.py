@@ -81,4 +81,4 @@ class Wedged:
         return tuple(self._on(one) for one in each)
 
     def _on(self, springs: Springs) -> Grid:
-        return Grid.of(self.grid.assembly, self.grid.wrench, springs, hold=self.grid.held)
+        return Grid.of(self.grid.assembly, self.grid.wrench, springs, hold=self.grid.hold)
