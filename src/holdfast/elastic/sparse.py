@@ -77,10 +77,10 @@ def _factored(rows: Int, columns: Int, values: Float, n: int) -> tuple[Any, Call
 def held(m: Elastic, bodies: Bool | None = None, faint: float = FAINT_HOLD) -> Elastic:
     """The model with a ``faint`` hold of ``bodies`` (J,), so that motions that no contact resists have a stiffness.
 
-    All bodies are held if None. The hold is too faint to carry anything: what it would carry counts as not balanced, and a path ends where it begins
-    to matter (stepper.py). Its unit lies midway between the firmest and the softest contact of a body: of a body that
-    rests on a point and leans with a face, a hold measured by the face would carry part of the weight, and one measured
-    by the point would be lost in rounding.
+    All bodies are held if None. The hold is too faint to carry anything: what it would carry counts as not balanced,
+    and a path ends where it begins to matter (stepper.py). Its unit lies midway between the firmest and the softest
+    contact of a body: of a body that rests on a point and leans with a face, a hold measured by the face would carry
+    part of the weight, and one measured by the point would be lost in rounding.
     """
     soft, firm = np.full(len(m.scale) // 6, np.inf), np.zeros(len(m.scale) // 6)
     stiff = m.bonded[:, range(3), range(3)].max(1, initial=0.0)
