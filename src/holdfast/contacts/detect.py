@@ -113,7 +113,7 @@ def _patches_between(
     """
     skins: dict[int, Skin] = {}
     own = [tolerances.between(scene.body(a.name), scene.body(b.name)) for a, b in pairs]
-    known = _of_cuboids(pairs, own)
+    known = of_cuboids(pairs, own)
     uses = Counter(id(body) for k, pair in enumerate(pairs) if known[k] is None for body in pair)
     for k, (a, b) in enumerate(reported("contacts", pairs)):
         patches = known[k]
@@ -129,7 +129,7 @@ def _patches_between(
         yield a, b, patches
 
 
-def _of_cuboids(pairs: Sequence[tuple[Body, Body]], tolerances: Sequence[Tolerances]) -> list[tuple[Patch, ...] | None]:
+def of_cuboids(pairs: Sequence[tuple[Body, Body]], tolerances: Sequence[Tolerances]) -> list[tuple[Patch, ...] | None]:
     """Return the patches of each pair of cuboids of which they are known at once, None for all other pairs."""
     numbers, near = [], []
     for k, ((a, b), own) in enumerate(zip(pairs, tolerances, strict=True)):

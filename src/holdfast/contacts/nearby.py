@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass, field
 
-from holdfast.contacts.detect import box_distance, by_friction, find_patches
+from holdfast.contacts.detect import box_distance, by_friction, find_patches, of_cuboids
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.skin import Skin
 from holdfast.contacts.tolerances import Tolerances, reach
@@ -66,11 +66,15 @@ class Nearby:
         return self._known[key]
 
     def _patches(self, a: Body, b: Body, gap: float, angle: float) -> tuple[Patch, ...]:
+        depth = self.tolerances.between(self.scene.body(a.name), self.scene.body(b.name)).depth
+        own = Tolerances(gap, angle, depth=depth)
+        known = of_cuboids([(a, b)], [own])[0]
+        if known is not None:
+            return known
         for body in (a, b):
             if id(body) not in self._skins:
                 self._skins[id(body)] = Skin.of(body)
-        depth = self.tolerances.between(self.scene.body(a.name), self.scene.body(b.name)).depth
-        return find_patches(a, b, self._skins[id(a)], self._skins[id(b)], Tolerances(gap, angle, depth=depth))
+        return find_patches(a, b, self._skins[id(a)], self._skins[id(b)], own)
 
 
 def _area(patches: tuple[Patch, ...]) -> float:

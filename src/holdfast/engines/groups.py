@@ -22,6 +22,7 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.base.memory import Same
 from holdfast.base.progress import reported
 from holdfast.base.text import listed
+from holdfast.base.values import Value
 from holdfast.engines import kept, presence
 from holdfast.engines.answers import ONLY_BALANCED, Answers, joined_notes, only_balanced, weakest_bound
 from holdfast.engines.capabilities import held_by
@@ -96,7 +97,7 @@ class Groups:
         if group.verdict.status is Status.UNDECIDED or not self.assembly.detected:
             return {number: group}
         found = {}
-        for k, text in self._reach.remarks(number, lambda k: self._as_found(k).verdict).items():
+        for k, text in self._remarks(number).items():
             falls = self._as_found(k)
             reason = f"no contact within tolerance holds {listed(falls.names)}, but {text}"
             verdict = undecided(reason, mechanism=falls.verdict.mechanism)
@@ -112,6 +113,18 @@ class Groups:
     @cached_property
     def _reach(self) -> Reach:
         return Reach(self.engine, self.assembly)
+
+    def _remarks(self, number: int) -> dict[int, str]:
+        """Return what ``Reach.remarks`` says of a group that falls, kept with the assembly if the engine is a value."""
+
+        def make() -> dict[int, str]:
+            return self._reach.remarks(number, lambda k: self._as_found(k).verdict)
+
+        if not isinstance(self.engine, Value):
+            return make()
+        loads = (None if load is None else load.tobytes() for load in (self.standing, self.acceleration))
+        key = ("remarks", self.engine, Same(self.assembly), number, *loads)
+        return self.assembly.memory.recalled(key, 1, make)
 
     def group_with(self, body: int) -> Group:
         """Return the group, prepared, that holds the movable body with this number."""
