@@ -30,7 +30,7 @@ def test_all_ways_to_apply_the_operator_agree(name: str) -> None:
     forces = rng.standard_normal((len(nodes), 3))
     assert np.allclose(wrenches_of(assembly, nodes, forces), G @ forces.ravel(), rtol=0, atol=1e-12)
     twists = rng.standard_normal((SEVERAL, 6 * count))
-    places = Places(assembly, nodes)
+    places = Places.at(assembly, nodes)
     expected = (G.T @ twists.T).T.reshape(SEVERAL, len(nodes), 3)
     for some in (twists, twists[:-1]):
         assert np.allclose(places.velocities(some), expected[: len(some)], rtol=0, atol=1e-12)

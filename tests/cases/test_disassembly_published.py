@@ -41,5 +41,5 @@ def test_what_is_safe_stands_by_other_verdicts(path: Path) -> None:
             assert find_rest(rest, weight).verdict.equilibrium_exists
             if rest.movable:
                 nodes = contact_nodes(rest, 49, "quadrature")
-                model = elastic_model(Places(rest, nodes), weight)
+                model = elastic_model(Places.at(rest, nodes), weight)
                 assert fixed_point(rest, nodes, weight, model.k, model.rho).outcome is not Fixed.MOVES

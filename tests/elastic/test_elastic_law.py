@@ -25,7 +25,7 @@ SCENES = ["cube", "table", "arch", "v_groove", "tabletop"]
 def model(name: str, ratio: float = 1.0) -> tuple:
     assembly = hf.assemble(shipped_scene(name))
     nodes = contact_nodes(assembly, 49, "quadrature")
-    return assembly, nodes, elastic_model(Places(assembly, nodes), assembly.weight_wrench(), ratio)
+    return assembly, nodes, elastic_model(Places.at(assembly, nodes), assembly.weight_wrench(), ratio)
 
 
 def unbalance(m, q: np.ndarray, K: np.ndarray | None = None) -> np.ndarray:
@@ -157,7 +157,7 @@ def test_what_is_left_of_a_front_is_its_schur_complement(size: int, full: int) -
 def test_few_pivots_wait_at_rest(monkeypatch: pytest.MonkeyPatch) -> None:
     """Small bodies resist turns far less than shifts: without scaled columns, 13 times one pivot waits for a front."""
     assembly = hf.assemble(wall(50, 3, 0.25, "wall"))
-    m = elastic_model(Places(assembly, contact_nodes(assembly, 25, "quadrature")), assembly.weight_wrench())
+    m = elastic_model(Places.at(assembly, contact_nodes(assembly, 25, "quadrature")), assembly.weight_wrench())
     order = fronts_of(m)
     work = make_work(m, order)
     work.K[:] = m.bonded

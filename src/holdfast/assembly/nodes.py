@@ -105,14 +105,18 @@ def reordered_nodes(nodes: ContactNodes, bodies: Int, interfaces: Int) -> Contac
     )
 
 
-def contact_nodes(assembly: Assembly, count: int | Int, sampling: Sampling, seed: int = 0) -> ContactNodes:
+def contact_nodes(
+    assembly: Assembly, count: int | Int, sampling: Sampling, seed: int = 0, among: Sequence[int] | None = None
+) -> ContactNodes:
     """Return the contact nodes of the assembly, with ``count`` nodes for every interface, or for each its own.
 
-    ``seed`` is the random seed of the sampling "paper".
+    They are those of the interfaces ``among``, by number, or of all. ``seed`` is the random seed of the sampling
+    "paper".
     """
     points, normals, weights, owner, sizes = [], [], [], [], []
     counts = np.broadcast_to(count, len(assembly.interfaces)).tolist()
-    for number, interface in enumerate(assembly.interfaces):
+    for number in range(len(counts)) if among is None else among:
+        interface = assembly.interfaces[number]
         samples = interface_nodes(interface, counts[number], sampling, seed + number)
         for patch, (nodes, areas) in zip(interface.patches, samples, strict=True):
             points.append(nodes)

@@ -31,6 +31,9 @@ from holdfast.queries.exposed import exposed_cells
 from holdfast.queries.map import RobustnessMap
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
+from holdfast.validation.benchmarks.edits import pallet
+from holdfast.validation.random_pushes import columns as pushed
+from holdfast.validation.random_pushes import random_pushes
 
 GAP = 0.01
 CASES = {"cube": 0.008, "stack": 0.013, "table": 0.03}
@@ -149,6 +152,23 @@ def test_answers_do_not_depend_on_the_number_of_threads(monkeypatch: pytest.Monk
         assert state.grid._local
     for other in found[1:]:
         for name in ("force", "lower", "solved", "error"):
+            np.testing.assert_array_equal(getattr(other, name), getattr(found[0], name))
+
+
+def test_answers_among_many_bodies_do_not_depend_on_the_number_of_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where forces gather in many ways, each has grids of its own, made in the thread that asks."""
+    assembly = hf.assemble(pallet(3, 2, 2))
+    W = pushed(assembly, random_pushes(assembly, np.random.default_rng(2), 30, slant=30))
+    found = []
+    for threads in (1, 2, 5):
+        for module in ("elastic.system", "engines.compliant.refinement"):
+            monkeypatch.setattr(f"holdfast.{module}.free_threads", lambda count=threads: count)
+        state = hf.Compliant().prepare(assembly)
+        assert state.grid.system.long
+        found.append(state.load_factor(W))
+        assert len(state.grid._local) > 4
+    for other in found[1:]:
+        for name in ("force", "lower"):
             np.testing.assert_array_equal(getattr(other, name), getattr(found[0], name))
 
 

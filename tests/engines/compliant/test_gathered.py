@@ -149,7 +149,7 @@ def test_contacts_without_nodes_change_nothing() -> None:
     ]
     assembly = on_board(np.eye(3), *jars, mu=0.5)
     grid = hf.Compliant().on(assembly, assembly.weight_wrench()).refined.grid
-    kept = Places(assembly, grid.nodes.chosen(grid.nodes.interface != 1))
+    kept = Places.at(assembly, grid.nodes.chosen(grid.nodes.interface != 1))
     model = grid.springs.model(kept, assembly.weight_wrench())
     push = np.zeros((18, 1))
     push[12:, 0] = (1, 0, 0, 0, 0.06, 0)  # on the last jar, above its middle: it tips over its rim

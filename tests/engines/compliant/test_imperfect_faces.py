@@ -39,7 +39,7 @@ def factor(assembly: Assembly, load: np.ndarray, apart: np.ndarray) -> float:
     """The largest factor of one load (6,) on a cube whose nodes are ``apart`` [m]."""
     nodes = contact_nodes(assembly, len(apart), "quadrature")
     system = System.of(
-        elastic_model(Places(assembly, nodes), assembly.weight_wrench(), stiffness=np.full(1, BED), apart=apart)
+        elastic_model(Places.at(assembly, nodes), assembly.weight_wrench(), stiffness=np.full(1, BED), apart=apart)
     )
     rest = system.come_to_rest()
     assert rest.outcome is RestOutcome.RESTS

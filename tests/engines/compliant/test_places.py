@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from compliant_scenes import shipped
 
 from holdfast.assembly.nodes import contact_nodes
@@ -26,7 +27,20 @@ def test_models_on_shared_places_are_those_on_new_ones() -> None:
     weight, shared = table.weight_wrench(), Places.of(table, 7)
     soft = np.linspace(1, 3, len(table.interfaces))
     for stiffness in (soft, None, soft):
-        fresh = Places(table, contact_nodes(table, 49, "quadrature"))
+        fresh = Places.at(table, contact_nodes(table, 49, "quadrature"))
         one, other = (elastic_model(places, weight, 0.5, stiffness) for places in (shared, fresh))
         for a, b in zip((*one._replace(runs=0), *one.runs), (*other._replace(runs=0), *other.runs), strict=True):
             np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.parametrize("contacts", [[0], [1, 2], [0, 3], [0, 1, 2, 3]])
+def test_sheets_with_more_nodes_at_some_contacts_are_those_of_all_nodes_together(contacts: list[int]) -> None:
+    assembly = shipped("tall_table")
+    some = Places.with_more(assembly, 7, np.array(contacts), 28)
+    whole = Places.at(assembly, some.nodes)
+    for name, one, other in zip(some.sheets._fields, some.sheets, whole.sheets, strict=True):
+        np.testing.assert_allclose(one, other, rtol=0, atol=1e-12, err_msg=name)
+        assert one.dtype == other.dtype
+    numbers = np.bincount(some.nodes.interface)
+    assert (numbers[contacts] > 400).all()
+    assert (np.delete(numbers, contacts) < 60).all()

@@ -59,7 +59,7 @@ class Grid:
 
         A faint hold keeps the bodies ``hold`` (J,) in their places or, if they do not come to rest so, all bodies.
         """
-        places = Places.of(assembly, springs.nodes) if nodes is None else Places(assembly, nodes)
+        places = Places.of(assembly, springs.nodes) if nodes is None else Places.at(assembly, nodes)
         return cls._on(places, wrench, springs, hold)
 
     @classmethod
@@ -99,13 +99,14 @@ class Grid:
         key = (contacts.tobytes(), more, times)
         with self._making:
             grid = self._local.pop(key, None)
-            if grid is None:
-                places = Places.with_more(self.assembly, times * self.springs.nodes, contacts, more)
-                grid = Grid._on(places, self.wrench, self.springs, self.hold)
+        if grid is None:  # threads ask for grids of their own: none waits for another's
+            places = Places.with_more(self.assembly, times * self.springs.nodes, contacts, more)
+            grid = Grid._on(places, self.wrench, self.springs, self.hold)
+        with self._making:
             self._local[key] = grid
             if len(self._local) > MOST_KEPT:
                 self._local.pop(next(iter(self._local)), None)
-            return grid
+        return grid
 
     @cached_property
     def with_hold(self) -> Grid:

@@ -46,12 +46,13 @@ class Springs:
         If there are ``faces``, clearances are at most ROUGHEST times the compression that the weight would cause on all
         contacts together.
         """
-        assembly, nodes = places.assembly, places.nodes
+        assembly, sheets = places.assembly, places.sheets
         stiffness = stiffness_of(assembly, self.stiffness)
         if self.faces is None:
             return elastic_model(places, wrench, self.ratio, stiffness)
         stiffness = stiffness * self.faces.stiffness(assembly)
-        most = ROUGHEST * force_unit(assembly, wrench) / max(float(stiffness[nodes.interface] @ nodes.weights), 1e-300)
+        total = float(stiffness[np.repeat(sheets.interface, np.diff(sheets.first))] @ sheets.weights)
+        most = ROUGHEST * force_unit(assembly, wrench) / max(total, 1e-300)
         softened = min(1.0, most / max(self.faces.imperfect.flatness, 1e-300))
         apart = softened * self.faces.clearances(assembly, self.nodes**2)
         return elastic_model(places, wrench, self.ratio, stiffness, apart)
@@ -91,8 +92,10 @@ def elastic_model(
     The stiffness of a node is the ``stiffness`` per area (interfaces,) [N/m³] of its interface, 1 unless given, times
     the node's tributary area. ``apart`` (I,) [m] is the clearance of each node, 0 unless given.
     """
-    assembly, nodes, sheets = places.assembly, places.nodes, places.sheets
-    k = nodes.weights if stiffness is None else nodes.weights * stiffness[nodes.interface]
+    assembly, sheets = places.assembly, places.sheets
+    k = sheets.weights
+    if stiffness is not None:
+        k = k * stiffness[np.repeat(sheets.interface, np.diff(sheets.first))]
     total = max(float(k.sum()), 1e-300)
     k = k / total
     clear = np.zeros(len(k)) if apart is None else apart * (total / force_unit(assembly, wrench))

@@ -8,6 +8,7 @@ axes and on the units of length.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -31,14 +32,17 @@ class Sheets(NamedTuple):
     """The P flat sheets of the I nodes of an assembly.
 
     Nodes ``first[p]`` to ``first[p + 1] - 1`` belong to sheet p and have the places ``x`` and ``y`` (I,) in its plane,
-    in sizes of the assembly. It lies between bodies ``a`` and ``b`` (P,). Its ``axes`` (P, 3, 3), normal and tangents,
-    and the arms ``arm_a`` and ``arm_b`` (P, 3) from their centres of mass to its origin are along the assembly's own
-    axes; arms are in sizes of the assembly, and zero of fixed bodies.
+    in sizes of the assembly, and the ``weights`` (I,) [m²]. It belongs to one ``interface`` (P,) and lies between
+    bodies ``a`` and ``b`` (P,). Its ``axes`` (P, 3, 3), normal and tangents, and the arms ``arm_a`` and ``arm_b``
+    (P, 3) from their centres of mass to its origin are along the assembly's own axes; arms are in sizes of the
+    assembly, and zero of fixed bodies.
     """
 
     first: Int
     x: Float
     y: Float
+    weights: Float
+    interface: Int
     mu: Float
     a: Int
     b: Int
@@ -46,35 +50,86 @@ class Sheets(NamedTuple):
     arm_a: Float
     arm_b: Float
 
+    @classmethod
+    def joined(cls, parts: Sequence[Sheets]) -> Sheets:
+        """Return the sheets of all ``parts``, one after another."""
+        ends = np.cumsum([0, *(part.first[-1] for part in parts)])
+        first = [end + part.first[:-1] for end, part in zip(ends, parts, strict=False)]
+        others = (np.concatenate(column) for column in zip(*(part[1:] for part in parts), strict=True))
+        return cls(np.concatenate([*first, ends[-1:]]), *others)
+
+    def between(self, start: int, stop: int) -> Sheets:
+        """Return the sheets of the interfaces from number ``start`` to ``stop`` - 1."""
+        begin, end = np.searchsorted(self.interface, [start, stop])
+        first = self.first[begin : end + 1]
+        nodes, sheets = slice(first[0], first[-1]), slice(begin, end)
+        of_nodes, of_sheets = (column[nodes] for column in self[1:4]), (column[sheets] for column in self[4:])
+        return Sheets._make((first - first[0], *of_nodes, *of_sheets))
+
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """The contact ``nodes`` of an assembly, and what follows from where they are."""
+    """Where contact nodes of an assembly lie, and what follows from it.
+
+    There are ``side`` along each side of a square patch, but ``more`` at the ``contacts`` of these numbers; or they are
+    those that are ``given``.
+    """
 
     assembly: Assembly
-    nodes: ContactNodes
+    side: int = 0
+    contacts: tuple[int, ...] = ()
+    more: int = 0
+    given: ContactNodes | None = None
+
+    @classmethod
+    def at(cls, assembly: Assembly, nodes: ContactNodes) -> Places:
+        """Return the places of these ``nodes``."""
+        return cls(assembly, given=nodes)
 
     @classmethod
     def of(cls, assembly: Assembly, side: int) -> Places:
         """Return the nodes of an assembly, ``side`` along each side of a square patch; they are kept with it."""
-        return assembly.memory.recalled(
-            ("places", Same(assembly), side),
-            len(assembly.movable),
-            lambda: cls(assembly, contact_nodes(assembly, side**2, "quadrature")),
-        )
+        key = ("places", Same(assembly), side)
+        return assembly.memory.recalled(key, len(assembly.movable), lambda: cls(assembly, side))
 
     @classmethod
     def with_more(cls, assembly: Assembly, side: int, contacts: Int, more: int) -> Places:
         """Return the nodes as ``of`` does, but ``more`` along each side at these ``contacts``, by number."""
-        counts = np.full(len(assembly.interfaces), side**2)
-        counts[contacts] = more**2
-        return cls(assembly, contact_nodes(assembly, counts, "quadrature"))
+        return cls(assembly, side, tuple(contacts.tolist()), more)
+
+    @cached_property
+    def nodes(self) -> ContactNodes:
+        """The nodes."""
+        if self.given is not None:
+            return self.given
+        counts = np.full(len(self.assembly.interfaces), self.side**2)
+        counts[list(self.contacts)] = self.more**2
+        return contact_nodes(self.assembly, counts, "quadrature")
 
     @cached_property
     def sheets(self) -> Sheets:
-        """The nodes as flat sheets."""
+        """The nodes as flat sheets. Where only some contacts have more, all others are as without."""
+        if not self.contacts:
+            return self._sheets
+        usual, parts, last = Places.of(self.assembly, self.side).sheets, [], 0
+        for contact in self.contacts:
+            parts += [usual.between(last, contact), self._finer(contact)]
+            last = contact + 1
+        return Sheets.joined([*parts, usual.between(last, len(self.assembly.interfaces))])
+
+    def _finer(self, contact: int) -> Sheets:
+        """The sheets of one of the contacts that have more nodes, kept with the assembly."""
+        assembly = self.assembly
+
+        def make() -> Sheets:
+            return Places.at(assembly, contact_nodes(assembly, self.more**2, "quadrature", among=[contact])).sheets
+
+        return assembly.memory.recalled(("sheets", Same(assembly), contact, self.more), 1, make)
+
+    @property
+    def _sheets(self) -> Sheets:
         assembly, nodes = self.assembly, self.nodes
-        first = _sheets(nodes, FLAT * assembly.size)
+        first = _begins(nodes, FLAT * assembly.size)
         start = first[:-1]
         count = len(start)
         sheet = np.repeat(np.arange(count), np.diff(first))
@@ -89,6 +144,8 @@ class Places:
             first,
             np.ascontiguousarray(local[:, 1]),
             np.ascontiguousarray(local[:, 2]),
+            nodes.weights,
+            nodes.interface[start],
             np.ascontiguousarray(nodes.mu[start]),
             np.ascontiguousarray(a),
             np.ascontiguousarray(b),
@@ -125,7 +182,7 @@ class Places:
         return Kinematics.of(self.assembly, self.nodes)
 
 
-def _sheets(nodes: ContactNodes, flat: float) -> Int:
+def _begins(nodes: ContactNodes, flat: float) -> Int:
     """Return the numbers (P + 1,) of the nodes at which the P sheets begin, and the number of nodes.
 
     A sheet is a run of nodes of one interface that have the same axes and lie in one plane.

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.base.parallel import in_parallel
+from holdfast.base.parallel import free_threads, in_parallel
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.elastic.system import STAGE
@@ -29,6 +29,7 @@ DEAR_TERMS = 7000  # the same times the displacements of all bodies: of few bodi
 WEDGED = 1.2  # times a peak, above which a path on more nodes tells that bodies are wedged, not what they hold
 SHARP = 0.7  # correction of a point, as a share of its step, after which a path without an end is doubtful
 MOST_CHUNK = 256  # columns that a thread takes at a time, after which it can be stopped
+ENOUGH = 2  # columns for each thread, from which on they are shared among threads
 MOST_NODES = 20_000  # largest number of nodes of a finer grid from which answers are taken
 
 
@@ -213,18 +214,39 @@ class Refined:
             like = np.isfinite(around.share[at]) & (around.few[at] == found.few[at])
             found.below[at[like]] = around.share[at[like]] * paths.peak[at[like]]
         kinds, kind = np.unique(contacts[~like], axis=0, return_inverse=True)
-        for number, which in enumerate(kinds):
-            rows = at[~like][kind.ravel() == number]
-            asked, peaks = W[:, rows], paths.chosen(rows)
-            if which.any():
-                better = self._resolved(asked, peaks, np.flatnonzero(which), cuts=cuts)
-            else:
-                better = self._estimated(asked, peaks, cuts=cuts)
-            found = found.replaced(rows, better._replace(few=found.few[rows]))
+        alike = [at[~like][kind.ravel() == number] for number in range(len(kinds))]
+
+        def better(number: int) -> Bounded:
+            asked, peaks = W[:, alike[number]], paths.chosen(alike[number])
+            if kinds[number].any():
+                return self._resolved(asked, peaks, np.flatnonzero(kinds[number]), cuts=cuts)
+            return self._estimated(asked, peaks, cuts=cuts)
+
+        for number, own in self._shared([len(rows) for rows in alike], better).items():
+            found = found.replaced(alike[number], own._replace(few=found.few[alike[number]]))
         found = self._with_ends(W, paths, found, cuts=cuts, around=around)
         passed = (paths.first < paths.peak) & (found.paths.first >= found.paths.peak)  # a maximum, on another grid
         found.below[passed] = np.minimum(found.below, paths.first)[passed]
         return found
+
+    def _shared(self, sizes: Sequence[int], ask: Callable[[int], Bounded]) -> dict[int, Bounded]:
+        """Ask for lots of columns of these ``sizes``, by number.
+
+        Lots of long paths that are too few for all threads are asked one in each thread, for each makes grids of its
+        own; the others share their own columns among threads.
+        """
+        threads = free_threads() if self.grid.system.long else 1
+        few = [number for number, size in enumerate(sizes) if size < ENOUGH * threads]
+        threads = min(threads, len(few))
+        found: dict[int, Bounded] = {}
+
+        def run(places: Iterable[int], memory: None) -> None:
+            for place in places:
+                found[few[place]] = ask(few[place])
+
+        if threads > 1:
+            in_parallel(STAGE, run, [None] * threads, len(few), sum(sizes[number] for number in few))
+        return {number: found[number] if number in found else ask(number) for number in range(len(sizes))}
 
     def _with_ends(self, W: Float, paths: PathResult, found: Bounded, *, cuts: bool, around: Around | None) -> Bounded:
         """Return the answers ``found`` for columns W (6J, k), with those of the finer grid where only it has an end.
@@ -293,17 +315,17 @@ class Refined:
         below = _below(peaks.peak, load, np.where(dear, COARSE * peaks.peak, 0.0))
         found = Bounded.unbounded(peaks)._replace(below=below)
         rows = np.flatnonzero(_changed(peaks.peak, load))
-        for more, times in ((RESOLVED, 1), (FINER * RESOLVED, FINER)):
+        for finest in (False, True):
             if not len(rows):  # no grid is made for nothing
                 break
-            grid = self.grid.with_more(contacts, more, times)
+            grid = most if finest else self.grid.with_more(contacts, RESOLVED)
             paths = grid.paths(W[:, rows], cuts=cuts)
             before = found.paths.peak[rows]
             found.below[rows], found.own[rows] = _below(before, paths.peak), False
             there = np.flatnonzero((paths.outcome == PathOutcome.PEAK) & (paths.peak <= WEDGED * before))
             rows, paths = rows[there], paths.chosen(there)
             load = np.full(len(rows), -1.0)
-            if grid is not most:
+            if not finest:
                 load = most.loads_nearby(W[:, rows], paths.peak, paths.q, paths.plane)
             told = np.where(load < 0, before[there], load)
             below = _below(paths.peak, told, np.where(load < 0, COARSE * paths.peak, 0.0))
