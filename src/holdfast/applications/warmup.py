@@ -30,7 +30,7 @@ from holdfast.queries.push import robustness
 from holdfast.queries.stability import stability
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
-from holdfast.scene.shapes import Box
+from holdfast.scene.shapes import Box, Cylinder
 from holdfast.scene.shipped import shipped_scene
 
 STAGE = "compiling everything, about a minute"
@@ -83,6 +83,12 @@ def _fall() -> None:
     stability(assemble(Scene([floor, *blocks], 0.5)))
 
 
+def _tin() -> None:
+    """What is no cuboid: its triangles are looked at."""
+    floor = Body("floor", Box((1.0, 1.0, 0.1)), fixed=True)
+    assemble(Scene([floor, Body("tin", Cylinder(0.05, 0.1), mass=1.0, pose=_at(0.0, 0.1))], 0.5))
+
+
 def _settled() -> None:
     """A box that stands a little deep and aslant in the ground."""
     floor = Body("floor", Box((1.0, 1.0, 0.1)), fixed=True)
@@ -120,6 +126,7 @@ QUESTIONS: tuple[Callable[[], object], ...] = (
     lambda: _map("cube", "limit"),
     lambda: disassembly_order(assemble(shipped_scene("stack"))),
     _fall,
+    _tin,
     _settled,
     _again,
     _tower,

@@ -6,10 +6,20 @@ import numpy as np
 import pytest
 
 import holdfast as hf
+from holdfast.engines.compliant.grid import Grid
+from holdfast.engines.compliant.state import Standing
 from holdfast.engines.groups import prepared
 from holdfast.queries.exposed import exposed_cells
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
+from holdfast.validation.benchmarks.edits import pallet
+from holdfast.validation.random_pushes import columns, random_pushes
+
+
+def grid_of(assembly: hf.Assembly) -> Grid:
+    state = hf.Compliant().prepare(assembly)
+    assert isinstance(state, Standing)
+    return state.grid
 
 
 @pytest.mark.parametrize(("name", "body"), [("stack", "cube2"), ("table", "slab"), ("cantilever", "B")])
@@ -24,3 +34,19 @@ def test_what_is_held_is_below_the_full_answer_and_most_below_it_is_held(name: s
     assert not asked.held(W * force * 1.001).any()
     assert asked.held(W * lower * 0.5).mean() > 0.5
     assert asked.held(0 * W).all()
+
+
+def test_loads_are_held_where_forces_have_gathered_on_few_nodes() -> None:
+    """As under most boxes of a pallet once they are pushed: more nodes at those contacts tell what they hold."""
+    assembly = hf.assemble(pallet(4, 3, 2))
+    W = columns(assembly, random_pushes(assembly, np.random.default_rng(4), 60, slant=30))
+    asked = prepared(hf.Compliant(), assembly)
+    found = asked.load_factor(W)
+    finite = np.isfinite(found.force) & (found.force > 0)
+    W, force, lower = W[:, finite], found.force[finite], found.lower[finite]
+    grid = grid_of(assembly)
+    reached = grid.paths(W * 0.5 * lower, most=1.0)
+    gathered = grid.gathered(reached.q).any(1)
+    assert gathered.sum() > 5
+    assert asked.held(W * 0.5 * lower)[gathered].mean() > 0.5
+    assert not asked.held(W * force * 1.001).any()

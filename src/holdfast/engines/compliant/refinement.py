@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -15,6 +15,8 @@ from holdfast.elastic.path import PathResult
 from holdfast.elastic.system import STAGE
 from holdfast.engines.compliant.bisection import with_bisected_peaks
 from holdfast.engines.compliant.grid import FINER, Grid
+
+T = TypeVar("T")
 
 SAFETY = 2.0  # discretisation error over the change to the next grid: errors fall at least in proportion to the step
 LEAST_ERROR = 2e-3  # minimum relative discretisation error
@@ -160,7 +162,8 @@ class Refined:
         """Tell which columns of W (6J, k) certainly move nothing, from paths that are not followed beyond them.
 
         That is so where the path leads to the load and the discretisation error there, estimated as for a peak by the
-        load that the finer grid has at the same displacement, leaves at least the load.
+        load that a finer grid has at the same displacement, leaves at least the load. Where forces have gathered on few
+        nodes, that grid has most nodes at those contacts.
         """
         paths = self.grid.paths(W, most=AMPLE)
         held = paths.outcome == PathOutcome.ENDLESS
@@ -168,9 +171,22 @@ class Refined:
         if not len(there):  # no finer grid is made for nothing
             return np.asarray(held)
         load = paths.peak[there]
-        finer = _on(self.grid.finer, W[:, there], paths.chosen(there))
+        kinds, alike = _alike(self.grid.gathered(paths.q[there]))
+
+        def on_finer(number: int) -> Float:
+            rows, contacts = there[alike[number]], np.flatnonzero(kinds[number])
+            if not len(contacts):
+                return _on(self.grid.finer, W[:, rows], paths.chosen(rows))
+            if not self._may_resolve:
+                return np.full(len(rows), -1.0)
+            most = self.grid.with_more(contacts, FINER * RESOLVED, FINER)
+            return most.loads_nearby(W[:, rows], paths.peak[rows], paths.q[rows], paths.plane[rows])
+
+        finer = np.empty(len(there))
+        for number, found in self._shared([len(rows) for rows in alike], on_finer).items():
+            finer[alike[number]] = found
         change = np.abs(finer - load)
-        sure = (finer > 0) & (change <= LARGE * load) & ~self.grid.gathered(paths.q[there]).any(1)
+        sure = (finer > 0) & (change <= LARGE * load)
         held[there] = sure & (load - SAFETY * change - LEAST_ERROR * load >= 1)
         return np.asarray(held)
 
@@ -213,23 +229,25 @@ class Refined:
         if around is not None:
             like = np.isfinite(around.share[at]) & (around.few[at] == found.few[at])
             found.below[at[like]] = around.share[at[like]] * paths.peak[at[like]]
-        kinds, kind = np.unique(contacts[~like], axis=0, return_inverse=True)
-        alike = [at[~like][kind.ravel() == number] for number in range(len(kinds))]
+        new = at[~like]
+        kinds, alike = _alike(contacts[~like])
 
         def better(number: int) -> Bounded:
-            asked, peaks = W[:, alike[number]], paths.chosen(alike[number])
+            rows = new[alike[number]]
+            asked, peaks = W[:, rows], paths.chosen(rows)
             if kinds[number].any():
                 return self._resolved(asked, peaks, np.flatnonzero(kinds[number]), cuts=cuts)
             return self._estimated(asked, peaks, cuts=cuts)
 
         for number, own in self._shared([len(rows) for rows in alike], better).items():
-            found = found.replaced(alike[number], own._replace(few=found.few[alike[number]]))
+            rows = new[alike[number]]
+            found = found.replaced(rows, own._replace(few=found.few[rows]))
         found = self._with_ends(W, paths, found, cuts=cuts, around=around)
         passed = (paths.first < paths.peak) & (found.paths.first >= found.paths.peak)  # a maximum, on another grid
         found.below[passed] = np.minimum(found.below, paths.first)[passed]
         return found
 
-    def _shared(self, sizes: Sequence[int], ask: Callable[[int], Bounded]) -> dict[int, Bounded]:
+    def _shared(self, sizes: Sequence[int], ask: Callable[[int], T]) -> dict[int, T]:
         """Ask for lots of columns of these ``sizes``, by number.
 
         Lots of long paths that are too few for all threads are asked one in each thread, for each makes grids of its
@@ -238,7 +256,7 @@ class Refined:
         threads = free_threads() if self.grid.system.long else 1
         few = [number for number, size in enumerate(sizes) if size < ENOUGH * threads]
         threads = min(threads, len(few))
-        found: dict[int, Bounded] = {}
+        found: dict[int, T] = {}
 
         def run(places: Iterable[int], memory: None) -> None:
             for place in places:
@@ -336,6 +354,12 @@ class Refined:
     def _dear(self, paths: PathResult) -> Bool:
         """Tell which paths took so long that another one, on more nodes, is too dear."""
         return np.asarray((paths.systems > DEAR) & (paths.systems * paths.q.shape[1] > DEAR_TERMS))
+
+
+def _alike(contacts: Bool) -> tuple[Bool, list[Int]]:
+    """Return the kinds (m, interfaces) of rows of ``contacts`` (k, interfaces), and which rows are of each kind."""
+    kinds, kind = np.unique(contacts, axis=0, return_inverse=True)
+    return kinds, [np.flatnonzero(kind.ravel() == number) for number in range(len(kinds))]
 
 
 def _changed(peak: Float, load: Float) -> Bool:
