@@ -7,12 +7,15 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from limit_scenes import Array, shipped
+from limit_scenes import G0, Array, shipped
 
+import holdfast as hf
 from holdfast import Assembly, Limit
 from holdfast.assembly.nodes import ContactNodes
+from holdfast.engines.answers import Bound
 from holdfast.engines.limit.balance import Balance
 from holdfast.engines.limit.rounding import EXTENDED, Equilibrium, inner
+from holdfast.scene.shipped.blocks import at
 
 SCENES = ["cube", "slope_two", "v_groove"]
 
@@ -100,9 +103,15 @@ def positive(matrix: list[list[Fraction]]) -> bool:
 
 
 def squared(balance: Balance, G: list[list[Fraction]], shift: Fraction) -> list[list[Fraction]]:
-    """A Aᵀ less ``shift`` on its diagonal, of an exact G."""
+    """A Aᵀ less ``shift`` on its diagonal, of an exact G, with its equations combined as they are."""
     scale, share = ([Fraction(float(v)) for v in numbers] for numbers in (balance.scale, balance.share))
-    A = [[s * g * t for g, t in zip(row, scale, strict=True)] for s, row in zip(share, G, strict=True)]
+    A = [[s * g * t for g, t in zip(row, scale, strict=True)] for s, row in zip(share, G, strict=True) if s]
+    if balance.combined is not None:
+        turn = [[Fraction(float(v)) for v in row] for row in balance.combined.resisted.toarray()]
+        columns = list(zip(*A, strict=True))
+        A = [
+            [sum((a * b for a, b in zip(row, column, strict=True)), Fraction(0)) for column in columns] for row in turn
+        ]
     square = [[sum((a * b for a, b in zip(one, two, strict=True)), Fraction(0)) for two in A] for one in A]
     return [[value - shift * (i == j) for j, value in enumerate(row)] for i, row in enumerate(square)]
 
@@ -143,7 +152,10 @@ def test_corrections_change_the_room_of_no_node_by_more_than_is_said(mu: float) 
 
 
 def test_what_rounding_hides_is_not_claimed() -> None:
-    """Four nodes closer and closer to one line, about which they hold less and less: down to what no digit tells."""
+    """Four nodes closer and closer to one line, about which they hold less and less: down to what no digit tells.
+
+    There the cube is only balanced.
+    """
     assembly = shipped("cube")
     nodes = Limit().prepare(assembly).rest.nodes
     proved = []
@@ -152,10 +164,11 @@ def test_what_rounding_hides_is_not_claimed() -> None:
         points[:, 1] = points[:, 1].mean() + apart * (points[:, 1] - points[:, 1].mean())
         near = replace(nodes, points=points)
         balance = Balance.of(Equilibrium.of(assembly, near), near.mu, np.ones(len(near)))
-        proved.append(balance is not None)
-        if balance is not None:
-            assert positive(squared(balance, exact(assembly, near), Fraction(balance.least) ** 2))
+        assert balance is None or positive(squared(balance, exact(assembly, near), Fraction(balance.least) ** 2))
+        proved.append(balance is not None and not balance.loose.any())
     assert proved[0]
+    assert balance is not None
+    assert balance.loose.all()
     assert not proved[-1]
     assert sum(proved) >= 3
 
@@ -185,3 +198,53 @@ def test_forces_that_are_off_are_brought_into_balance() -> None:
     left = balance.equilibrium.G @ found + state.wrench[:, None] + factors * loads
     assert np.abs(left).max() <= 1e-12 * np.abs(state.wrench).max()
     assert change.max() <= 1e-9
+
+
+BALLS = [
+    hf.Body("table", hf.Box((1, 1, 0.1)), pose=at(0, 0, -0.05), fixed=True),
+    hf.Body("box", hf.Box((0.2, 0.2, 0.1)), mass=1.0, pose=at(0, 0, 0.05)),
+    hf.Body("other", hf.Box((0.1, 0.1, 0.1)), mass=0.5, pose=at(0.04, 0, 0.15)),
+]
+
+
+def with_ball(x: float) -> hf.Assembly:
+    """A ball on the lower of two boxes, at ``x`` [m]."""
+    return hf.assemble(hf.Scene([*BALLS, hf.Body("ball", hf.Sphere(0.04), mass=0.2, pose=at(x, 0, 0.14))], 0.5))
+
+
+@pytest.mark.parametrize("x", [-0.06, -0.07])
+def test_what_a_ball_does_not_resist_is_told_apart_and_all_else_is_proved(x: float) -> None:
+    """The proved bounds of a box with a ball on it: closed form, that of sliding; the ball's own are 0 sideways."""
+    assembly = with_ball(x)
+    low = hf.robustness(assembly, "box", (-0.1, 0, 0.02), (1.0, 0, 0), engine="limit")
+    assert low.lower_bound is Bound.PROVED
+    assert low.lower == pytest.approx(0.5 * (1.0 + 0.5 + 0.2) * G0, rel=1e-5)
+    assert low.upper == pytest.approx(low.lower, rel=1e-5)
+    assert any("only balanced" in note and "ball" in note for note in low.notes)
+    aside = hf.robustness(assembly, "ball", (x - 0.04, 0, 0.14), (1.0, 0, 0), engine="limit")
+    assert aside.lower == 0
+    lifted = hf.robustness(assembly, "ball", (x, 0, 0.18), (0, 0, 1.0), engine="limit")
+    assert lifted.lower <= 0.2 * G0 * (1 + 1e-9)
+    assert lifted.upper >= 0.2 * G0 * (1 - 1e-9)
+    alone = hf.robustness(hf.assemble(hf.Scene(BALLS, 0.5)), "box", (-0.1, 0, 0.02), (1.0, 0, 0), engine="limit")
+    assert not alone.notes
+
+
+def test_a_ball_over_the_edge_of_its_contact_is_not_taken_for_balanced() -> None:
+    """A wrench along what no contact resists is balanced by nothing, however small the rest of it."""
+    assembly = with_ball(-0.06)
+    nodes = Limit().prepare(assembly).rest.nodes
+    balance = Balance.of(Equilibrium.of(assembly, nodes), nodes.mu, np.ones(len(nodes)))
+    assert balance is not None
+    assert [body.name for body, one in zip(assembly.movable, balance.loose, strict=True) if one] == ["ball"]
+    rows = slice(6 * assembly.index["ball"], 6 * assembly.index["ball"] + 6)
+    forces, wrench = np.zeros((3 * len(nodes), 1)), np.zeros(len(balance.share))
+    for roll, held in (((0, 0, -1, 0, 0, 0), True), ((0, 0, -1, 1e-6, 0, 0), False), ((0, 0, -1, 0, 0, 1e-6), False)):
+        wrench[rows] = roll
+        change = balance.balanced(forces, wrench, np.zeros((len(wrench), 1)), np.zeros(1))[1]
+        assert np.isfinite(change).all() == held
+    slope = balance.slope(np.ones(len(nodes)))
+    assert np.isinf(slope[rows]).any()
+    assert np.isfinite(np.delete(slope, range(rows.start, rows.stop))).all()
+    corrected = balance.forces_for(np.where(np.arange(len(wrench)) < rows.start, 1.0, 0.0)[:, None])
+    assert np.allclose((balance.equilibrium.G @ corrected)[: rows.start], 1.0)

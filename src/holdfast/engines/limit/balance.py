@@ -5,6 +5,10 @@ cannot be computed exactly, but they are bounded: |T⁻¹ δ| <= |S r| / σ wher
 A. That σ² is not too large is proved by elimination: if Cholesky's method, in floating point, runs to its end for a
 symmetric matrix Q, no eigenvalue of Q is below -γ(n + 1) times the sum of its diagonal, n being its size (Rump,
 Verification of Positive Definiteness, 2006, theorem 2.3). Q is A Aᵀ less σ² on the diagonal, up to rounding.
+
+A ball on a table resists no force that rolls it: its equations are not independent, and σ is 0. The equations of such
+bodies are combined into those that contacts resist and others, which no force enters but by rounding. The latter are
+asked to hold to within BALANCED, and all else is proved as if they held exactly: such bodies are only balanced.
 """
 
 from __future__ import annotations
@@ -15,7 +19,7 @@ import numpy as np
 from scipy import sparse
 from scipy.linalg import LinAlgError, cho_solve, cholesky
 
-from holdfast.base.arrays import Bool, Float
+from holdfast.base.arrays import Bool, Float, Int
 from holdfast.engines.limit.rounding import DOWN, UP, Equilibrium, Matrix, gamma
 from holdfast.engines.limit.scales import Scales
 
@@ -23,7 +27,42 @@ STEPS = 3  # of refinement at most: the second takes away what rounding left of 
 ENOUGH = 8  # an imbalance that is this many times as large as what rounding leaves is taken away once more
 GUESSES = 4  # steps of inverse iteration for the smallest eigenvalue, which is found from above
 SHARES = (0.5, 0.02)  # of that guess that are tried to be proved
+FREE = 1e-14  # square of a resistance that counts as none, where those of contacts are of order one
+BALANCED = 1e-9  # imbalance, in usual forces, of a body along what no contact of it resists
 TANGENTIAL = float(np.sqrt(2)) * UP  # f_n and f_t / μ change together by no more than this times |T⁻¹ δ| of a node
+
+
+@dataclass(frozen=True, eq=False)
+class Combined:
+    """Combinations of n equations: those that contacts resist, ``resisted`` (p, n), and others, ``free`` (m, n).
+
+    ``taken`` (n,) tells which equations the latter are made of.
+    """
+
+    resisted: sparse.csr_matrix
+    free: sparse.csr_matrix
+    taken: Bool
+
+    @classmethod
+    def of(cls, square: Float, body: Int) -> Combined | None:
+        """Combine equations, each of one ``body`` (n,), with A Aᵀ = ``square`` (n, n); None if all are resisted."""
+        resisted, free = np.eye(len(body)), []
+        dropped = np.zeros(len(body), dtype=bool)
+        for one in np.unique(body):
+            at = np.flatnonzero(body == one)
+            values, vectors = np.linalg.eigh(square[np.ix_(at, at)])
+            idle = values <= FREE
+            if not idle.any():
+                continue
+            rows = np.zeros((len(at), len(body)))
+            rows[:, at] = vectors.T
+            free.append(rows[idle])
+            resisted[at[~idle]] = rows[~idle]
+            dropped[at[idle]] = True
+        if not free:
+            return None
+        none = np.vstack(free)
+        return cls(sparse.csr_matrix(resisted[~dropped]), sparse.csr_matrix(none), (none != 0).any(0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +70,9 @@ class Balance:
     """Corrections of forces at the nodes that may press.
 
     ``scale`` (3I,) is T [N] and 0 for the force components that have to be 0, the ``silent`` ones. ``rows`` (6J,) says
-    which equations the others enter, and ``share`` (6J,) is S, 0 for the other equations. ``scaled`` (n, 3I) is A in
-    these n equations, ``factor`` (n, n) the lower triangle of A Aᵀ by Cholesky's method, and ``least`` is σ.
+    which equations the others enter, and ``share`` (6J,) is S, 0 for the other equations. Where bodies are only
+    balanced, ``combined`` is how these equations are combined. ``scaled`` (n, 3I) is A in what remains of them,
+    ``factor`` (n, n) the lower triangle of A Aᵀ by Cholesky's method, and ``least`` is σ.
     """
 
     equilibrium: Equilibrium
@@ -41,6 +81,7 @@ class Balance:
     silent: Bool
     rows: Bool
     share: Float
+    combined: Combined | None
     scaled: Matrix
     factor: Float
     least: float
@@ -57,31 +98,44 @@ class Balance:
         if not rows.any():
             return None
         A, unknown = (_scaled(m, share, scale)[rows] for m in (equilibrium.G, equilibrium.unknown))
-        product = A @ A.T
-        square = product if isinstance(product, np.ndarray) else product.toarray()
-        factor = _factor(square)
-        if factor is None:
-            return None
-        least = _least(A, unknown, square, factor)
-        return None if least is None else cls(equilibrium, tau, scale, scale == 0, rows, share, A, factor, least)
+        found, combined = _proved(A, unknown), None
+        if found is None:
+            combined = Combined.of(_square(A), np.flatnonzero(rows) // 6)
+            if combined is None:
+                return None
+            unknown = abs(combined.resisted) @ (unknown + gamma(8) * _sizes(A))
+            A = combined.resisted @ A
+            found = _proved(A, unknown)
+        return None if found is None else cls(equilibrium, tau, scale, scale == 0, rows, share, combined, A, *found)
+
+    @property
+    def loose(self) -> Bool:
+        """Which bodies (J,) are only balanced: no contact of theirs resists some motion of them."""
+        found = np.zeros((len(self.share) // 6, 6), dtype=bool)
+        if self.combined is not None:
+            found.ravel()[np.flatnonzero(self.rows)[self.combined.taken]] = True
+        return np.asarray(found.any(1))
 
     def forces_for(self, wrench: Float) -> Float:
         """Return forces (3I, k) [N], as small as can be in units of T, that about make up ``wrench`` (6J, k)."""
         asked = self.share[self.rows, None] * wrench[self.rows]
+        if self.combined is not None:
+            asked = self.combined.resisted @ asked
         found = cho_solve((self.factor, True), asked, check_finite=False)
         return np.asarray(self.scale[:, None] * (self.scaled.T @ found))
 
     def motion_for(self, velocities: Float) -> Float:
         """Return the motion (6J,) that is closest to ``velocities`` (3I,) of the nodes, in units of T⁻¹."""
         motion, fitted = np.zeros(len(self.share)), np.asarray(self.scaled @ (self.scale * velocities))
-        motion[self.rows] = cho_solve((self.factor, True), fitted, check_finite=False)
+        found = cho_solve((self.factor, True), fitted, check_finite=False)
+        motion[self.rows] = found if self.combined is None else self.combined.resisted.T @ found
         return self.share * motion
 
     def balanced(self, forces: Float, wrench: Float, loads: Float, factors: Float) -> tuple[Float, Float]:
         """Return forces (3I, k) near these that almost balance w + s w_e, and bounds (I, k) [N] for what is left.
 
         The bounds are of the change of room that balances exactly. They are infinite where a wrench acts along an
-        equation that no force enters.
+        equation that no force enters, or along what no contact of a body resists.
         """
         if self.silent.any():
             forces = np.where(self.silent[:, None], 0.0, forces)
@@ -93,14 +147,20 @@ class Balance:
             if not (off > ENOUGH * error).any():
                 break
         change = self.change(off + error)
-        if self.rows.all():
-            return forces, change
-        unheld = (wrench[~self.rows] != 0).any() | ((loads[~self.rows] != 0).any(0) & (factors != 0))
+        unheld = np.zeros(len(factors), dtype=bool)
+        if not self.rows.all():
+            unheld = (wrench[~self.rows] != 0).any() | ((loads[~self.rows] != 0).any(0) & (factors != 0))
+        if self.combined is not None:
+            acting = wrench[self.rows, None] + factors * loads[self.rows]
+            along = self.combined.free @ (self.share[self.rows, None] * acting)
+            unheld |= (np.abs(along) > BALANCED).any(0)
         return forces, np.where(unheld, np.inf, change)
 
     def change(self, left: Float) -> Float:
         """Bound the room (I, k) [N] that nodes lose where imbalances of at most ``left`` (6J, k) are taken away."""
         scaled = self.share[:, None] * left * UP
+        if self.combined is not None:
+            scaled = abs(self.combined.resisted) @ scaled[self.rows] * (1 + gamma(8))
         length = np.sqrt((scaled * scaled).sum(0) * (1 + gamma(len(scaled)))) / self.least * UP
         return np.asarray(TANGENTIAL * self.tau[:, None] * length * UP)
 
@@ -110,7 +170,25 @@ class Balance:
         with np.errstate(divide="ignore"):
             tightest = float((self.tau[pressing] / np.maximum(room[pressing], 0.0)).max(initial=0.0))
         needed = TANGENTIAL * tightest / self.least * UP
-        return np.where(self.rows, needed * self.share * UP, np.inf)
+        if self.combined is None:
+            return np.where(self.rows, needed * self.share * UP, np.inf)
+        held = self.rows.copy()
+        held[np.flatnonzero(self.rows)[self.combined.taken]] = False
+        longest = float(abs(self.combined.resisted).sum(0).max()) * (1 + gamma(8))
+        return np.where(held, needed * longest * self.share * UP, np.inf)
+
+
+def _proved(A: Matrix, unknown: Matrix) -> tuple[Float, float] | None:
+    """Return the Cholesky factor of A Aᵀ and a proved lower bound of the singular values of A, if there is one."""
+    square = _square(A)
+    factor = _factor(square)
+    least = None if factor is None else _least(A, unknown, square, factor)
+    return None if factor is None or least is None else (factor, least)
+
+
+def _square(A: Matrix) -> Float:
+    product = A @ A.T
+    return np.asarray(product if isinstance(product, np.ndarray) else product.toarray())
 
 
 def _least(A: Matrix, unknown: Matrix, square: Float, factor: Float) -> float | None:
@@ -136,6 +214,10 @@ def _least(A: Matrix, unknown: Matrix, square: Float, factor: Float) -> float | 
         if proved > 0 and _factor(square, shift) is not None:
             return proved * DOWN
     return None
+
+
+def _sizes(matrix: Matrix) -> Matrix:
+    return np.abs(matrix) if isinstance(matrix, np.ndarray) else sparse.csr_matrix(abs(matrix))
 
 
 def _squares(matrix: Matrix) -> float:

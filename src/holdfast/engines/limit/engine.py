@@ -16,7 +16,7 @@ from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.values import Value
-from holdfast.engines.answers import Answers, Bound, Claim, joined
+from holdfast.engines.answers import Answers, Bound, Claim, joined, only_balanced
 from holdfast.engines.capabilities import Gradient, LoadHull, LoadSet, Weakest
 from holdfast.engines.cones import ConeChoice, FrictionCone
 from holdfast.engines.contract import EXACT, Accuracy, State, Within
@@ -154,10 +154,10 @@ class LimitState:
         them, too.
 
         With the exact cone ``upper`` is proved: gravity over load power of a motion that was mended so that no contact
-        force gains on it, and infinite where that is not possible.
-        ``lower`` is that of contact forces that balance up to the solver's residual,
-        priced by its own multipliers: an estimate, for these are not exact either. An inscribed polygon gives no upper
-        bound of the true cone, a circumscribed one no lower bound.
+        force gains on it, and infinite where that is not possible. ``lower`` is proved by contact forces that balance
+        exactly (carried.py), as if bodies that are only balanced stayed so; where such forces are not found, it is an
+        estimate, and ``lower_bound`` says so. An inscribed polygon gives no upper bound of the true cone, a
+        circumscribed one no lower bound.
         """
         count = W.shape[1]
         if not self.rest.verdict.equilibrium_exists:
@@ -181,8 +181,15 @@ class LimitState:
             "verdict": self.rest.verdict,
             "lower_bound": Bound.NONE if self.engine.cone == "circumscribed" else known[lower],
             "upper_bound": Bound.NONE if self.engine.cone == "inscribed" else known[upper],
-            "notes": self.notes if lower else (*self.notes, UNPROVED),
+            "notes": (*self.notes, *self._taken) if lower else (*self.notes, UNPROVED),
         }
+
+    @property
+    def _taken(self) -> tuple[str, ...]:
+        """What proofs of ``lower`` take for granted: that bodies which are only balanced stay so."""
+        loose = self.proofs.loose
+        names = tuple(body.name for body, one in zip(self.assembly.movable, loose, strict=True) if one)
+        return (only_balanced(names),) if names else ()
 
     def _not_standing(self, count: int) -> Answers:
         """Answers without a force; that nothing balances the weights is proved by the motion with which they fall."""

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Bool, Float
 from holdfast.base.parallel import free_threads, in_parallel
 from holdfast.base.progress import reported
 from holdfast.conic.solve import Outcome
@@ -108,6 +108,12 @@ class Proofs:
         """
         reference = self._carried.reference
         return np.zeros(len(self.wrench)) if reference is None else reference.slope
+
+    @property
+    def loose(self) -> Bool:
+        """Which bodies (J,) are only balanced, to within rounding; ``lower`` is proved as if they stayed so."""
+        reference = self._carried.reference
+        return np.zeros(len(self.wrench) // 6, dtype=bool) if reference is None else reference.balance.loose
 
     def falls(self, motion: Float) -> bool:
         """Say whether a motion (6J,) proves that nothing balances the wrench, with what rounding may have done."""
