@@ -11,6 +11,7 @@ from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse.linalg import splu
 
 from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.compiled import compiled, lean
 from holdfast.elastic.frames import set_units, twist_matrices
 from holdfast.elastic.model import Elastic
 
@@ -96,3 +97,22 @@ def held(m: Elastic, bodies: Bool | None = None, faint: float = FAINT_HOLD) -> E
     own = m._replace(hold=np.maximum(hold, m.hold), unit=np.empty_like(m.unit))
     set_units(own)
     return own
+
+
+@compiled
+@lean
+def elastic_size(m: Elastic, q: Float, load: Float) -> float:
+    """The largest displacement at rest, q (n,), of the bodies that no hold keeps or that the ``load`` (n,) acts on.
+
+    A ball sinks a thousand times as deep into its point as boxes into each other, and says nothing about them.
+    """
+    every, found = 0.0, 0.0
+    for body in range(len(q) // 6):
+        far, counts = 0.0, False
+        for i in range(6 * body, 6 * body + 6):
+            far = max(far, abs(q[i]))
+            counts = counts or m.hold[i] == 0.0 or load[i] != 0.0
+        every = max(every, far)
+        if counts:
+            found = max(found, far)
+    return max(found if found > 0.0 else every, 1e-300)

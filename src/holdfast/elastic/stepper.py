@@ -20,7 +20,8 @@ from holdfast.elastic.model import Elastic
 from holdfast.elastic.newton import SHORTEST, Balance, newton, unbalance, worst
 from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.outcome import Event
-from holdfast.elastic.vectors import divide, dot, farthest, go, largest, put
+from holdfast.elastic.sparse import elastic_size
+from holdfast.elastic.vectors import divide, dot, farthest, go, put
 
 TOLERANCE = 1e-7  # unbalance of points on the path, each body's in units of its own weight
 FALLEN = 0.99  # share of the peak below which the path has clearly fallen
@@ -55,7 +56,7 @@ class Progress:
     """The numbers of a walk along a path.
 
     Constants: ``orientation``, the sign of the stiffness's determinant at rest; ``strength``, the largest component of
-    the load, each body's in its own weight and size; ``elastic``, the largest displacement at rest.
+    the load, each body's in its own weight and size; ``elastic``, the largest displacement at rest that counts.
 
     Where it is: ``s`` and the ``slope`` ds/dℓ; what the faint hold has ``carried``, of each body's own weight; the
     ``step`` Δℓ to be tried; the ``length`` ℓ so far; ``last``, s of the last regular point; ``turned``, the last
@@ -166,7 +167,7 @@ def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, f
     put(work.w, load)
     put(work.c, load)
     now.strength = worst(m, load)
-    now.elastic = max(largest(q), 1e-300)
+    now.elastic = elastic_size(m, q, load)
     now.length, now.last, now.turned, now.highest, now.at_peak, now.short = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     now.points, now.systems, now.changes, now.shortened, now.late, now.doubted = 0, 0, 0, 0, 0, 0
     now.beyond, now.noted, now.corner, now.stations = 0.0, 0.0, False, 0
