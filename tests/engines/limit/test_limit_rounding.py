@@ -244,7 +244,7 @@ def test_a_ball_over_the_edge_of_its_contact_is_not_taken_for_balanced() -> None
         change = balance.balanced(forces, wrench, np.zeros((len(wrench), 1)), np.zeros(1))[1]
         assert np.isfinite(change).all() == held
     slope = balance.slope(np.ones(len(nodes)))
-    assert np.isinf(slope[rows]).any()
+    assert np.isinf(slope[rows][[0, 1, 3, 4]]).all()  # along the table and about axes in it
     assert np.isfinite(np.delete(slope, range(rows.start, rows.stop))).all()
     corrected = balance.forces_for(np.where(np.arange(len(wrench)) < rows.start, 1.0, 0.0)[:, None])
     assert np.allclose((balance.equilibrium.G @ corrected)[: rows.start], 1.0)
