@@ -24,7 +24,7 @@ from holdfast.engines.limit.engine import Limit, LimitState
 from holdfast.engines.mechanism import Mechanism, describe_all, modes_of
 
 FINER = 2  # number of nodes along a side on the next finer grid, as a multiple of this grid's
-MOST_KEPT = 64  # grids with more nodes at some contacts
+MOST_KEPT = 2_500_000  # nodes, in all, of grids with more nodes at some contacts: some 100 MB
 CHUNK = 64  # number of motions that are turned into mechanisms at a time
 
 
@@ -94,7 +94,7 @@ class Grid:
     def with_more(self, contacts: Int, more: int, times: int = 1) -> Grid:
         """Return the grid with ``more`` nodes along a side at these ``contacts``, ``times`` as many at all others.
 
-        The last MOST_KEPT that were asked for are kept.
+        Those that were asked for last are kept, as long as they have MOST_KEPT nodes in all at most.
         """
         key = (contacts.tobytes(), more, times)
         with self._making:
@@ -104,8 +104,9 @@ class Grid:
             grid = Grid._on(places, self.wrench, self.springs, self.hold)
         with self._making:
             self._local[key] = grid
-            if len(self._local) > MOST_KEPT:
-                self._local.pop(next(iter(self._local)), None)
+            count = sum(len(each.system.model.k) for each in self._local.values())
+            while count > MOST_KEPT and len(self._local) > 1:
+                count -= len(self._local.pop(next(iter(self._local))).system.model.k)
         return grid
 
     @cached_property
