@@ -108,7 +108,7 @@ def state_on(
     certain = find_rest(assembly, wrench).verdict
     if certain.status is Status.UNSTABLE:  # the balance holds to within a tolerance only, and the proof is exact
         return Unpushable(certain)
-    # without a hold some motions have no stiffness, and no path begins; what said of others does not hang on it
+    # without a hold some motions have no stiffness, and no path begins; what is said of others must not hang on it
     few = grid.holding(resting.among(assembly))
     for one in (few, grid.with_hold):
         held = at_rest(one)

@@ -128,6 +128,7 @@ class Places:
 
     @property
     def _sheets(self) -> Sheets:
+        """The sheets of all nodes, placed anew."""
         assembly, nodes = self.assembly, self.nodes
         first = _begins(nodes, FLAT * assembly.size)
         start = first[:-1]

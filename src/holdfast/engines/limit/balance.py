@@ -151,9 +151,9 @@ class Balance:
         if not self.rows.all():
             unheld = (wrench[~self.rows] != 0).any() | ((loads[~self.rows] != 0).any(0) & (factors != 0))
         if self.combined is not None:
-            acting = wrench[self.rows, None] + factors * loads[self.rows]
-            along = self.combined.free @ (self.share[self.rows, None] * acting)
-            unheld |= (np.abs(along) > BALANCED).any(0)
+            share, free = self.share[self.rows, None], self.combined.free
+            along = np.abs(free @ (share * left[self.rows])) + abs(free) @ (share * error[self.rows])
+            unheld |= ~(along <= BALANCED).all(0)
         return forces, np.where(unheld, np.inf, change)
 
     def change(self, left: Float) -> Float:
