@@ -17,7 +17,6 @@ from holdfast.engines.contract import Within
 from holdfast.engines.limit.engine import Limit
 from holdfast.engines.limit.load_limit import LoadLimit
 from holdfast.engines.limit.program import LoadProgram, Solved
-from holdfast.engines.limit.proof import LEAST_LOADS
 
 T = TypeVar("T")
 THREADS = 4
@@ -62,9 +61,14 @@ def test_load_factors_are_the_same_from_four_threads() -> None:
         assert list(found.moving) == list(alone.moving)
 
 
-@pytest.mark.parametrize("count", [1, 7, 40])
-def test_loads_of_one_call_are_shared_among_threads(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    assembly = shipped("table")
+@pytest.mark.parametrize(
+    ("name", "count", "shared"), [("arch", 1, False), ("arch", 7, False), ("arch", 40, True), ("table", 40, False)]
+)
+def test_loads_of_one_call_are_shared_among_threads(
+    name: str, count: int, shared: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of many loads, and where a program is large enough for threads to be worth their while."""
+    assembly = shipped(name)
     W = columns(assembly, count, 9)
     found, maximise = {}, LoadProgram.maximise
     for threads in (1, THREADS):
@@ -79,7 +83,7 @@ def test_loads_of_one_call_are_shared_among_threads(count: int, monkeypatch: pyt
             patched.setattr("holdfast.engines.limit.proof.free_threads", lambda threads=threads: threads)
             patched.setattr(LoadProgram, "maximise", noted)
             found[threads] = Limit().prepare(assembly).load_factor(W)
-        assert (len(used) > 1) == (threads > 1 and count >= 2 * LEAST_LOADS)
+        assert (len(used) > 1) == (threads > 1 and shared)
     for name in ("force", "lower", "upper"):
         np.testing.assert_array_equal(getattr(found[THREADS], name), getattr(found[1], name))
 

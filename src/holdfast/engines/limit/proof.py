@@ -29,6 +29,7 @@ WIDE = 1e-6  # relative distance of two bounds above which a load is solved agai
 SMALL = 0.1  # factors that are smaller than usual ones by this are found less accurately
 CLOSE = 1e-3  # relative distance of two proved bounds that are an answer whatever the residual
 LEAST_LOADS = 4  # for each thread: a solver of its own must be worth setting up
+FEWEST_NODES = 20  # of a program whose loads threads share: smaller ones are solved in less time than threads wait
 SUPPORTED = 1e-5  # largest relative error of a ray that counts as contact forces that balance the load alone
 
 SOLVED = (Outcome.SOLVED, Outcome.ALMOST_SOLVED)
@@ -57,7 +58,7 @@ class Proofs:
         """What the solver finds for each of the loads (6J, k); many are shared among threads."""
         count = loads.shape[1]
         threads = min(free_threads(), count // LEAST_LOADS)
-        if threads < 2:
+        if threads < 2 or len(self.rest.nodes) < FEWEST_NODES:
             return [self.program.maximise(loads[:, k]) for k in reported("loads", range(count))]
         found: dict[int, Solved] = {}
 
