@@ -77,24 +77,21 @@ def _gauge() -> None:
 
 def _fall() -> None:
     """A tower that overhangs: its blocks are followed as they fall."""
-    floor = Body("floor", Box((1.0, 1.0, 0.1)), fixed=True)
     sizes = {"lower": (0.0, 0.1), "upper": (0.06, 0.2)}
     blocks = [Body(name, Box((0.1, 0.1, 0.1)), mass=1.0, pose=_at(x, z)) for name, (x, z) in sizes.items()]
-    stability(assemble(Scene([floor, *blocks], 0.5)))
+    stability(assemble(_on_floor(*blocks)))
 
 
 def _tin() -> None:
     """What is no cuboid: its triangles are looked at."""
-    floor = Body("floor", Box((1.0, 1.0, 0.1)), fixed=True)
-    assemble(Scene([floor, Body("tin", Cylinder(0.05, 0.1), mass=1.0, pose=_at(0.0, 0.1))], 0.5))
+    assemble(_on_floor(Body("tin", Cylinder(0.05, 0.1), mass=1.0, pose=_at(0.0, 0.1))))
 
 
 def _settled() -> None:
     """A box that stands a little deep and aslant in the ground."""
-    floor = Body("floor", Box((1.0, 1.0, 0.1)), fixed=True)
     pose = _at(0.0, 0.099)
     pose[:3, :3] = [[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]]
-    settle(Scene([floor, Body("box", Box((0.1, 0.1, 0.1)), mass=1.0, pose=pose)], 0.5))
+    settle(_on_floor(Body("box", Box((0.1, 0.1, 0.1)), mass=1.0, pose=pose)))
 
 
 def _again() -> None:
@@ -106,11 +103,14 @@ def _again() -> None:
 
 def _tower() -> None:
     """So many bodies that their equations are solved front by front."""
-    floor = Body("floor", Box((1.0, 1.0, 0.1)), fixed=True)
     size, count = 0.1, MOST_DENSE // 6 + 1
     heights = 0.05 + size * (0.5 + np.arange(count))
     blocks = [Body(f"{k}", Box((size, size, size)), mass=1.0, pose=_at(0.0, z)) for k, z in enumerate(heights)]
-    robustness(assemble(Scene([floor, *blocks], 0.5)), "0", (-0.5 * size, 0.0, heights[0]), (1, 0, 0))
+    robustness(assemble(_on_floor(*blocks)), "0", (-0.5 * size, 0.0, heights[0]), (1, 0, 0))
+
+
+def _on_floor(*bodies: Body) -> Scene:
+    return Scene([Body("floor", Box((1.0, 1.0, 0.1)), fixed=True), *bodies], 0.5)
 
 
 def _at(x: float, z: float) -> Float:

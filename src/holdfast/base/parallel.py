@@ -61,6 +61,21 @@ def in_parallel(
         stop.set()
 
 
+def answers_in_parallel(stage: str, ask: Callable[[int], R], threads: int, count: int, total: int) -> list[R]:
+    """Return what ``ask`` answers for each number below ``count``, asked in so many threads.
+
+    Reports and errors are those of ``in_parallel``.
+    """
+    found: dict[int, R] = {}
+
+    def run(numbers: Iterable[int], memory: None) -> None:
+        for number in numbers:
+            found[number] = ask(number)
+
+    in_parallel(stage, run, [None] * threads, count, total)
+    return [found[number] for number in range(count)]
+
+
 def left_if_stopped(function: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
     """Call a function in a thread and return its result; if the user stops the program, it is left to itself."""
     call = _Call(function, *args, **kwargs)

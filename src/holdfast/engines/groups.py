@@ -122,8 +122,8 @@ class Groups:
 
         if not isinstance(self.engine, Value):
             return make()
-        loads = (None if load is None else load.tobytes() for load in (self.standing, self.acceleration))
-        key = ("remarks", self.engine, Same(self.assembly), number, *loads)
+        content = Same(self.assembly), number
+        key = kept.key("remarks", self.engine, content, self.standing, self.acceleration)
         return self.assembly.memory.recalled(key, 1, make)
 
     def group_with(self, body: int) -> Group:

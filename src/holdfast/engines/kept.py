@@ -46,7 +46,7 @@ def _recalled(
     names = frozenset(whole.known_names)
     # the engine may name bodies and materials of the whole that are unknown in another one with the same part
     state, _ = whole.memory.recalled(
-        _key(engine, content, *loads), cost, lambda: (make(), names), valid=lambda known: known[1] <= names
+        key("state", engine, content, *loads), cost, lambda: (make(), names), valid=lambda known: known[1] <= names
     )
     return anew(state)
 
@@ -54,7 +54,7 @@ def _recalled(
 def forget(engine: Engine, whole: Assembly, part: Part, standing: Float | None, acceleration: Float | None) -> None:
     """Drop what ``recalled`` would return."""
     if isinstance(engine, Value):
-        whole.memory.forget(_key(engine, part.content, _own(part, standing), acceleration))
+        whole.memory.forget(key("state", engine, part.content, _own(part, standing), acceleration))
 
 
 def _own(part: Part, standing: Float | None) -> Float | None:
@@ -63,6 +63,7 @@ def _own(part: Part, standing: Float | None) -> Float | None:
     return None if own is None or not own.any() else own
 
 
-def _key(engine: Value, content: Same, standing: Float | None, acceleration: Float | None) -> Hashable:
+def key(what: str, engine: Value, content: Hashable, standing: Float | None, acceleration: Float | None) -> Hashable:
+    """Return the key by which ``what`` an engine says of ``content`` under these loads is kept with an assembly."""
     loads = (None if load is None else load.tobytes() for load in (standing, acceleration))
-    return ("state", engine, content, *loads)
+    return (what, engine, content, *loads)

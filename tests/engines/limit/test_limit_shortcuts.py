@@ -87,3 +87,13 @@ def test_dense_boxes_are_proved_without_a_program_of_their_own(monkeypatch: pyte
     found = push(assembly, "box001", assembly.com[assembly.index["box001"]] - 0.15 * X, X)
     assert found.status[0] is Status.FINITE
     assert found.upper[0] - found.lower[0] <= 1e-6 * found.upper[0]
+
+
+def test_of_what_falls_no_proof_of_being_carried_is_sought() -> None:
+    leaning = block("cube", (0.1, 0.1, 0.1), (0.06, 0, 0.15), 1.0)
+    assembly = assemble(Scene([floor(), block("below", (0.1, 0.1, 0.1), (0, 0, 0.05), 1.0), leaning], 0.5))
+    state = Limit().prepare(assembly)
+    assert state.verdict().status is Status.UNSTABLE
+    found = state.load_factor(np.eye(6 * len(assembly.movable)))
+    assert not found.notes
+    assert "reference" not in state.proofs._carried.__dict__

@@ -109,9 +109,11 @@ def state_on(
     if certain.status is Status.UNSTABLE:  # the balance holds to within a tolerance only, and the proof is exact
         return Unpushable(certain)
     # without a hold some motions have no stiffness, and no path begins; what is said of others must not hang on it
-    few = grid.holding(resting.among(assembly))
-    for one in (few, grid.with_hold):
-        held = at_rest(one)
-        if held is not None:
-            return Standing(held.verdict, Refined(one, refinements), held.loose)
-    return Unpushable(resting.verdict)
+    holding = grid.holding(resting.among(assembly))
+    held = at_rest(holding)
+    if held is None:
+        holding = grid.with_hold
+        held = at_rest(holding)
+    if held is None:
+        return Unpushable(resting.verdict)
+    return Standing(held.verdict, Refined(holding, refinements), held.loose)

@@ -112,6 +112,8 @@ class Grid:
     @cached_property
     def with_hold(self) -> Grid:
         """The grid on the same nodes with a faint hold of every body."""
+        if self.hold is not None and self.hold.all():
+            return self
         return self.holding(np.ones(len(self.assembly.movable), dtype=bool))
 
     def holding(self, bodies: Bool) -> Grid:

@@ -51,7 +51,7 @@ class Springs:
         if self.faces is None:
             return elastic_model(places, wrench, self.ratio, stiffness)
         stiffness = stiffness * self.faces.stiffness(assembly)
-        total = float(stiffness[np.repeat(sheets.interface, np.diff(sheets.first))] @ sheets.weights)
+        total = float(stiffness[sheets.owner] @ sheets.weights)
         most = ROUGHEST * force_unit(assembly, wrench) / max(total, 1e-300)
         softened = min(1.0, most / max(self.faces.imperfect.flatness, 1e-300))
         apart = softened * self.faces.clearances(assembly, self.nodes**2)
@@ -93,9 +93,7 @@ def elastic_model(
     the node's tributary area. ``apart`` (I,) [m] is the clearance of each node, 0 unless given.
     """
     assembly, sheets = places.assembly, places.sheets
-    k = sheets.weights
-    if stiffness is not None:
-        k = k * stiffness[np.repeat(sheets.interface, np.diff(sheets.first))]
+    k = sheets.weights if stiffness is None else sheets.weights * stiffness[sheets.owner]
     total = max(float(k.sum()), 1e-300)
     k = k / total
     clear = np.zeros(len(k)) if apart is None else apart * (total / force_unit(assembly, wrench))

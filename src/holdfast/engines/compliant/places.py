@@ -50,6 +50,11 @@ class Sheets(NamedTuple):
     arm_a: Float
     arm_b: Float
 
+    @property
+    def owner(self) -> Int:
+        """The interface (I,) of every node, by number."""
+        return np.repeat(self.interface, np.diff(self.first))
+
     @classmethod
     def joined(cls, parts: Sequence[Sheets]) -> Sheets:
         """Return the sheets of all ``parts``, one after another."""

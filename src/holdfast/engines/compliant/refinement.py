@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.base.parallel import free_threads, in_parallel
+from holdfast.base.parallel import answers_in_parallel, free_threads
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.elastic.system import STAGE
@@ -146,17 +146,14 @@ class Refined:
             return self._given(W, self.grid.paths(W, cuts=cuts), cuts=cuts, bounds=bounds, around=around)
         number = threads * -(-count // (threads * MOST_CHUNK))
         chunks = [np.arange(first, count, number) for first in range(number)]
-        parts: dict[int, Bounded] = {}
 
-        def run(rows: Iterable[int], memory: None) -> None:
-            for row in rows:
-                asked = W[:, chunks[row]]
-                there = None if around is None else around.chosen(chunks[row])
-                paths = self.grid.paths(asked, cuts=cuts)
-                parts[row] = self._given(asked, paths, cuts=cuts, bounds=bounds, around=there)
+        def ask(row: int) -> Bounded:
+            asked = W[:, chunks[row]]
+            there = None if around is None else around.chosen(chunks[row])
+            return self._given(asked, self.grid.paths(asked, cuts=cuts), cuts=cuts, bounds=bounds, around=there)
 
-        in_parallel(STAGE, run, [None] * threads, number, count)
-        return Bounded.joined([parts[row] for row in range(number)], np.argsort(np.concatenate(chunks)))
+        parts = answers_in_parallel(STAGE, ask, threads, number, count)
+        return Bounded.joined(parts, np.argsort(np.concatenate(chunks)))
 
     def held(self, W: Float) -> Bool:
         """Tell which columns of W (6J, k) certainly move nothing, from paths that are not followed beyond them.
@@ -179,12 +176,11 @@ class Refined:
                 return _on(self.grid.finer, W[:, rows], paths.chosen(rows))
             if not self._may_resolve:
                 return np.full(len(rows), -1.0)
-            most = self.grid.with_more(contacts, FINER * RESOLVED, FINER)
-            return most.loads_nearby(W[:, rows], paths.peak[rows], paths.q[rows], paths.plane[rows])
+            return self._most(contacts).loads_nearby(W[:, rows], paths.peak[rows], paths.q[rows], paths.plane[rows])
 
         finer = np.empty(len(there))
-        for number, found in self._shared([len(rows) for rows in alike], on_finer).items():
-            finer[alike[number]] = found
+        for rows, found in zip(alike, self._shared([len(rows) for rows in alike], on_finer), strict=True):
+            finer[rows] = found
         change = np.abs(finer - load)
         sure = (finer > 0) & (change <= LARGE * load)
         held[there] = sure & (load - SAFETY * change - LEAST_ERROR * load >= 1)
@@ -239,16 +235,15 @@ class Refined:
                 return self._resolved(asked, peaks, np.flatnonzero(kinds[number]), cuts=cuts)
             return self._estimated(asked, peaks, cuts=cuts)
 
-        for number, own in self._shared([len(rows) for rows in alike], better).items():
-            rows = new[alike[number]]
-            found = found.replaced(rows, own._replace(few=found.few[rows]))
+        for lot, own in zip(alike, self._shared([len(rows) for rows in alike], better), strict=True):
+            found = found.replaced(new[lot], own._replace(few=found.few[new[lot]]))
         found = self._with_ends(W, paths, found, cuts=cuts, around=around)
         passed = (paths.first < paths.peak) & (found.paths.first >= found.paths.peak)  # a maximum, on another grid
         found.below[passed] = np.minimum(found.below, paths.first)[passed]
         return found
 
-    def _shared(self, sizes: Sequence[int], ask: Callable[[int], T]) -> dict[int, T]:
-        """Ask for lots of columns of these ``sizes``, by number.
+    def _shared(self, sizes: Sequence[int], ask: Callable[[int], T]) -> list[T]:
+        """Ask for lots of columns of these ``sizes``, by number; returns the answers.
 
         Lots of long paths that are too few for all threads are asked one in each thread, for each makes grids of its
         own; the others share their own columns among threads.
@@ -257,14 +252,11 @@ class Refined:
         few = [number for number, size in enumerate(sizes) if size < ENOUGH * threads]
         threads = min(threads, len(few))
         found: dict[int, T] = {}
-
-        def run(places: Iterable[int], memory: None) -> None:
-            for place in places:
-                found[few[place]] = ask(few[place])
-
         if threads > 1:
-            in_parallel(STAGE, run, [None] * threads, len(few), sum(sizes[number] for number in few))
-        return {number: found[number] if number in found else ask(number) for number in range(len(sizes))}
+            total = sum(sizes[number] for number in few)
+            answers = answers_in_parallel(STAGE, lambda place: ask(few[place]), threads, len(few), total)
+            found = dict(zip(few, answers, strict=True))
+        return [found[number] if number in found else ask(number) for number in range(len(sizes))]
 
     def _with_ends(self, W: Float, paths: PathResult, found: Bounded, *, cuts: bool, around: Around | None) -> Bounded:
         """Return the answers ``found`` for columns W (6J, k), with those of the finer grid where only it has an end.
@@ -325,7 +317,7 @@ class Refined:
         load at its peak, ``_on`` tells what RESOLVED nodes at these contacts make of the peak, and the error is at
         least COARSE.
         """
-        most = self.grid.with_more(contacts, FINER * RESOLVED, FINER)
+        most = self._most(contacts)
         load = most.loads_nearby(W, peaks.peak, peaks.q, peaks.plane)
         dear = (load < 0) & self._dear(peaks)
         if dear.any():
@@ -350,6 +342,10 @@ class Refined:
             found = found.replaced(rows, Bounded.unbounded(paths)._replace(below=below).refined())
             rows = rows[np.where(load < 0, ~self._dear(paths), _changed(paths.peak, load))]
         return found
+
+    def _most(self, contacts: Int) -> Grid:
+        """Return the grid with most nodes at these contacts, and FINER times as many at all others."""
+        return self.grid.with_more(contacts, FINER * RESOLVED, FINER)
 
     def _dear(self, paths: PathResult) -> Bool:
         """Tell which paths took so long that another one, on more nodes, is too dear."""

@@ -34,35 +34,22 @@ TANGENTIAL = float(np.sqrt(2)) * UP  # f_n and f_t / μ change together by no mo
 
 @dataclass(frozen=True, eq=False)
 class Combined:
-    """Combinations of n equations: those that contacts resist, ``resisted`` (p, n), and others, ``free`` (m, n).
-
-    ``taken`` (n,) tells which equations the latter are made of.
-    """
+    """Combinations of n equations: those that contacts resist, ``resisted`` (p, n), and others, ``free`` (n - p, n)."""
 
     resisted: sparse.csr_matrix
     free: sparse.csr_matrix
-    taken: Bool
 
     @classmethod
     def of(cls, square: Float, body: Int) -> Combined | None:
         """Combine equations, each of one ``body`` (n,), with A Aᵀ = ``square`` (n, n); None if all are resisted."""
-        resisted, free = np.eye(len(body)), []
-        dropped = np.zeros(len(body), dtype=bool)
+        turn, idle = np.eye(len(body)), np.zeros(len(body), dtype=bool)
         for one in np.unique(body):
             at = np.flatnonzero(body == one)
             values, vectors = np.linalg.eigh(square[np.ix_(at, at)])
-            idle = values <= FREE
-            if not idle.any():
-                continue
-            rows = np.zeros((len(at), len(body)))
-            rows[:, at] = vectors.T
-            free.append(rows[idle])
-            resisted[at[~idle]] = rows[~idle]
-            dropped[at[idle]] = True
-        if not free:
-            return None
-        none = np.vstack(free)
-        return cls(sparse.csr_matrix(resisted[~dropped]), sparse.csr_matrix(none), (none != 0).any(0))
+            if (values <= FREE).any():
+                turn[np.ix_(at, at)] = vectors.T
+                idle[at] = values <= FREE
+        return cls(sparse.csr_matrix(turn[~idle]), sparse.csr_matrix(turn[idle])) if idle.any() else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,23 +85,29 @@ class Balance:
         if not rows.any():
             return None
         A, unknown = (_scaled(m, share, scale)[rows] for m in (equilibrium.G, equilibrium.unknown))
-        found, combined = _proved(A, unknown), None
+        square, combined = _square(A), None
+        found = _proved(A, unknown, square)
         if found is None:
-            combined = Combined.of(_square(A), np.flatnonzero(rows) // 6)
+            combined = Combined.of(square, np.flatnonzero(rows) // 6)
             if combined is None:
                 return None
             unknown = abs(combined.resisted) @ (unknown + gamma(8) * _sizes(A))
             A = combined.resisted @ A
-            found = _proved(A, unknown)
+            found = _proved(A, unknown, _square(A))
         return None if found is None else cls(equilibrium, tau, scale, scale == 0, rows, share, combined, A, *found)
 
     @property
     def loose(self) -> Bool:
         """Which bodies (J,) are only balanced: no contact of theirs resists some motion of them."""
-        found = np.zeros((len(self.share) // 6, 6), dtype=bool)
+        return np.asarray(self._free.reshape(-1, 6).any(1))
+
+    @property
+    def _free(self) -> Bool:
+        """Which equations (6J,) enter combinations that no contact resists."""
+        found = np.zeros(len(self.share), dtype=bool)
         if self.combined is not None:
-            found.ravel()[np.flatnonzero(self.rows)[self.combined.taken]] = True
-        return np.asarray(found.any(1))
+            found[np.flatnonzero(self.rows)[self.combined.free.getnnz(axis=0) > 0]] = True
+        return found
 
     def forces_for(self, wrench: Float) -> Float:
         """Return forces (3I, k) [N], as small as can be in units of T, that about make up ``wrench`` (6J, k)."""
@@ -170,23 +163,23 @@ class Balance:
         with np.errstate(divide="ignore"):
             tightest = float((self.tau[pressing] / np.maximum(room[pressing], 0.0)).max(initial=0.0))
         needed = TANGENTIAL * tightest / self.least * UP
-        if self.combined is None:
-            return np.where(self.rows, needed * self.share * UP, np.inf)
-        held = self.rows.copy()
-        held[np.flatnonzero(self.rows)[self.combined.taken]] = False
-        longest = float(abs(self.combined.resisted).sum(0).max()) * (1 + gamma(8))
-        return np.where(held, needed * longest * self.share * UP, np.inf)
+        if self.combined is not None:
+            needed *= float(abs(self.combined.resisted).sum(0).max()) * (1 + gamma(8))
+        return np.where(self.rows & ~self._free, needed * self.share * UP, np.inf)
 
 
-def _proved(A: Matrix, unknown: Matrix) -> tuple[Float, float] | None:
-    """Return the Cholesky factor of A Aᵀ and a proved lower bound of the singular values of A, if there is one."""
-    square = _square(A)
+def _proved(A: Matrix, unknown: Matrix, square: Float) -> tuple[Float, float] | None:
+    """Return the Cholesky factor of A Aᵀ and a proved lower bound of the singular values of A, if there is one.
+
+    ``unknown`` and ``square`` are as in ``_least``.
+    """
     factor = _factor(square)
     least = None if factor is None else _least(A, unknown, square, factor)
     return None if factor is None or least is None else (factor, least)
 
 
 def _square(A: Matrix) -> Float:
+    """Return A Aᵀ, dense."""
     product = A @ A.T
     return np.asarray(product if isinstance(product, np.ndarray) else product.toarray())
 
@@ -217,6 +210,7 @@ def _least(A: Matrix, unknown: Matrix, square: Float, factor: Float) -> float | 
 
 
 def _sizes(matrix: Matrix) -> Matrix:
+    """Return the absolute values of all entries."""
     return np.abs(matrix) if isinstance(matrix, np.ndarray) else sparse.csr_matrix(abs(matrix))
 
 

@@ -187,6 +187,8 @@ class LimitState:
     @property
     def _taken(self) -> tuple[str, ...]:
         """What proofs of ``lower`` take for granted: that bodies which are only balanced stay so."""
+        if not self.rest.verdict.equilibrium_exists:  # nothing is proved to be carried
+            return ()
         loose = self.proofs.loose
         names = tuple(body.name for body, one in zip(self.assembly.movable, loose, strict=True) if one)
         return (only_balanced(names),) if names else ()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Bool, Float
-from holdfast.base.parallel import free_threads, in_parallel
+from holdfast.base.parallel import answers_in_parallel, free_threads
 from holdfast.base.progress import reported
 from holdfast.conic.solve import Outcome
 from holdfast.engines.cones import FrictionCone
@@ -60,14 +60,7 @@ class Proofs:
         threads = min(free_threads(), count // LEAST_LOADS)
         if threads < 2 or len(self.rest.nodes) < FEWEST_NODES:
             return [self.program.maximise(loads[:, k]) for k in reported("loads", range(count))]
-        found: dict[int, Solved] = {}
-
-        def work(numbers: Iterable[int], _: int) -> None:
-            for k in numbers:
-                found[k] = self.program.maximise(loads[:, k])
-
-        in_parallel("loads", work, range(threads), count, count)
-        return [found[k] for k in range(count)]
+        return answers_in_parallel("loads", lambda k: self.program.maximise(loads[:, k]), threads, count, count)
 
     def _again(self, answer: LoadLimit, load: Float) -> LoadLimit:
         """The answer with the better of its bounds and those of another solve, in units of its factor."""
