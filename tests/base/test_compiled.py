@@ -51,6 +51,7 @@ def run(package: Path, environment: Mapping[str, str] | None = None) -> tuple[fl
     """``answer(3.0)`` in a new process, how many functions it had to compile, and what it said on stderr."""
     code = "from holdfast.toy.caller import answer\nprint(answer(3.0), sum(answer.stats.cache_misses.values()))\n"
     known = dict(os.environ, PYTHONPATH=str(package.parent), HOLDFAST_CACHE_DIR=str(package.parent / "cache"))
+    known["PYTHONDONTWRITEBYTECODE"] = "1"  # Python takes a file of the same second and size for the same
     done = subprocess.run(
         [sys.executable, "-c", code], env=known | dict(environment or {}), capture_output=True, text=True, check=True
     )
