@@ -13,7 +13,7 @@ from holdfast.elastic.fronts import fronts_of, fronts_solve, solve
 from holdfast.elastic.law import evaluate, nearest, next_change, node_forces
 from holdfast.elastic.linear import ROUNDED, SINGULAR, dense_solve, make_work
 from holdfast.elastic.model import Runs
-from holdfast.engines.compliant.model import elastic_model, levers, world_rows
+from holdfast.engines.compliant.model import elastic_model, world_rows
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.mechanism import relative_velocity
 from holdfast.scene.shipped import shipped_scene
@@ -58,7 +58,7 @@ def test_the_unbalance_is_that_of_the_equilibrium_operator(name: str) -> None:
     q = np.random.default_rng(1).normal(size=len(m.wrench))
     f = np.zeros((len(nodes), 3))
     node_forces(m, q, f)
-    along_the_world = levers(assembly) * (equilibrium_operator(assembly, nodes) @ f.ravel())
+    along_the_world = assembly.levers * (equilibrium_operator(assembly, nodes) @ f.ravel())
     expected = (along_the_world.reshape(-1, 3) @ assembly.axes.T).ravel() + m.wrench
     np.testing.assert_allclose(unbalance(m, q), expected, rtol=1e-7, atol=1e-8)  # the model is rounded to nine digits
 

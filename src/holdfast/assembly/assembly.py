@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.assembly.axes import own_frame
+from holdfast.assembly.axes import contact_axes, own_frame
 from holdfast.assembly.caution import check_units, warn_of_centres, warn_of_gap, warn_of_huge, warn_of_overlaps
+from holdfast.assembly.connected import components
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int, checked_items, checked_number, checked_truth, frozen
 from holdfast.base.errors import HoldfastError, SceneError, message
@@ -175,6 +176,11 @@ class Assembly(Value):
         return frozen(np.repeat(np.column_stack([share, share / size]).ravel(), 3))
 
     @cached_property
+    def levers(self) -> Float:
+        """Factors (6J,) that turn torques into forces by dividing them by ``size``."""
+        return frozen(np.tile(np.repeat([1.0, 1 / self.size], 3), len(self.movable)))
+
+    @cached_property
     def size(self) -> float:
         """The diagonal of a box around the movable bodies [m], along ``axes``, which serves as the scale of lengths."""
         if not self.movable:
@@ -186,6 +192,12 @@ class Assembly(Value):
     def axes(self) -> Float:
         """The rows (3, 3) are the axes of the assembly itself in the world: those of its heaviest movable body."""
         return own_frame(self.movable, self.scene.up).axes
+
+    @cached_property
+    def patch_axes(self) -> Float:
+        """The axes (patches, 3, 3) of all patches, those of one interface after another: see ``contact_axes``."""
+        normals = [patch.normal for interface in self.interfaces for patch in interface.patches]
+        return frozen(contact_axes(self.axes, np.array(normals).reshape(-1, 3)))
 
     @cached_property
     def hanging(self) -> tuple[tuple[str, ...], ...]:
@@ -253,16 +265,21 @@ class Assembly(Value):
 
         Contacts with fixed bodies connect nothing: two stacks that stand apart on one floor are two groups.
         """
-        between = [(a, b) for a, b in self.ends if FIXED not in (a, b)]
-        return tuple(tuple(self.movable[k].name for k in group) for group in components(len(self.movable), between))
+        return tuple(tuple(self.movable[k].name for k in group) for group in self._joined)
 
     @cached_property
     def group_of(self) -> Int:
         """The number (J,) of the group of every movable body."""
-        number = np.zeros(len(self.movable), dtype=np.int64)
-        for k, names in enumerate(self.groups):
-            number[[self.index[name] for name in names]] = k
-        return frozen(number)
+        number = [0] * len(self.movable)
+        for k, group in enumerate(self._joined):
+            for body in group:
+                number[body] = k
+        return frozen(np.array(number, dtype=np.int64))
+
+    @cached_property
+    def _joined(self) -> list[list[int]]:
+        """The numbers of the bodies of every group."""
+        return components(len(self.movable), [(a, b) for a, b in self.ends if a >= 0 and b >= 0])
 
     @cached_property
     def memory(self) -> Memory:
@@ -477,28 +494,6 @@ def checked_pose_sigma(value: object, where: str) -> tuple[float, float]:
 def body_forces(forces: Float) -> Float:
     """Return the wrenches (6J,) of forces (J, 3) [N] that act at the centres of mass."""
     return np.hstack([forces, np.zeros_like(forces)]).reshape(-1)
-
-
-def components(count: int, ends: Iterable[tuple[int, int]]) -> list[list[int]]:
-    """Return the connected groups of the numbers 0..count-1 that no path of edges connects to FIXED.
-
-    ``ends`` holds the edges as pairs of numbers; a negative number is FIXED.
-    """
-    parent = list(range(count + 1))  # the last one is FIXED
-
-    def root(k: int) -> int:
-        while parent[k] != k:
-            parent[k] = parent[parent[k]]
-            k = parent[k]
-        return k
-
-    for a, b in ends:
-        parent[root(a if a >= 0 else count)] = root(b if b >= 0 else count)
-    groups: dict[int, list[int]] = {}
-    for k in range(count):
-        groups.setdefault(root(k), []).append(k)
-    groups.pop(root(count), None)
-    return list(groups.values())
 
 
 def _given(scene: Scene, interfaces: Iterable[Interface]) -> tuple[Interface, ...]:

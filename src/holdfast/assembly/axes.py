@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from holdfast.base.arrays import Float, Int, frozen
-from holdfast.base.rigid import WORLD, Frame
+from holdfast.base.arrays import Float, Int, frozen, unit
+from holdfast.base.rigid import WORLD, Frame, cross, snapped, tangents
 from holdfast.scene.body import Body
 
+BITS = 40  # binary digits of normals that decide along which axis of the assembly the first tangent lies
 DIGITS = 9  # decimal digits of relative lengths and masses that decide an order
 
 
@@ -28,6 +29,16 @@ def own_frame(bodies: Sequence[Body], up: Float) -> Frame:
     return Frame(frozen(np.array(first.com_world)), frozen(u @ vt))
 
 
+def contact_axes(axes: Float, normals: Float) -> Float:
+    """Return the axes (n, 3, 3) of contacts with these unit ``normals`` (n, 3): rows normal, t1 and t2, world frame.
+
+    The tangents follow from the ``axes`` (3, 3) of the assembly in the world, so that they turn with it.
+    """
+    _, own = tangents(snapped(normals @ axes.T, 1.0, BITS))
+    t1 = unit(cross(own @ axes, normals))
+    return np.stack([normals, t1, cross(normals, t1)], axis=1)
+
+
 def by_place(com: Float, mass: Float, up: Float, axes: Float = WORLD.axes, *, heaviest: bool = False) -> Int:
     """Return the numbers (n,) of bodies with centres of mass ``com`` (n, 3) [m] and ``mass`` (n,) [kg] in an order.
 
@@ -35,9 +46,8 @@ def by_place(com: Float, mass: Float, up: Float, axes: Float = WORLD.axes, *, he
     the rows of ``axes`` (3, 3), all rounded. With ``heaviest``, mass comes first, the largest of all.
     """
     arm = com - com.mean(0)
-    arm = (arm / max(float(np.linalg.norm(arm, axis=1).max()), 1e-300)) @ np.vstack([axes, up]).T
-    place, height = np.round(arm[:, :3], DIGITS) + 0.0, np.round(arm[:, 3], DIGITS) + 0.0
-    far = np.round(np.linalg.norm(arm[:, :3], axis=1), DIGITS)
-    weight = np.round(mass / mass.max(), DIGITS)
+    arm = (arm / max(float(np.sqrt((arm * arm).sum(1).max())), 1e-300)) @ np.vstack([axes, up]).T
+    far = np.sqrt((arm[:, :3] * arm[:, :3]).sum(1))
+    x, y, z, height, far, weight = np.round([*arm.T, far, mass / mass.max()], DIGITS) + 0.0
     keys = (far, height, -weight) if heaviest else (far, weight, height)  # the last one counts most
-    return np.asarray(np.lexsort((*place.T[::-1], *keys)))
+    return np.asarray(np.lexsort((z, y, x, *keys)))

@@ -10,14 +10,14 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.axes import contact_axes
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Bool, Float, Int, frozen, unit
+from holdfast.base.arrays import Bool, Float, Int, frozen
+from holdfast.base.entries import Entries
 from holdfast.base.kinds import shaped
-from holdfast.base.rigid import cross, snapped, tangents
+from holdfast.base.rigid import cross
 from holdfast.base.values import Value, seal
 from holdfast.contacts.nodes import Sampling, interface_nodes
-
-BITS = 40  # binary digits of normals that decide along which axis of the assembly the first tangent lies
 
 
 @archived
@@ -113,40 +113,41 @@ def contact_nodes(
     They are those of the interfaces ``among``, by number, or of all. ``seed`` is the random seed of the sampling
     "paper".
     """
-    points, normals, weights, owner, sizes = [], [], [], [], []
     counts = np.broadcast_to(count, len(assembly.interfaces)).tolist()
-    for number in range(len(counts)) if among is None else among:
+    chosen = range(len(counts)) if among is None else among
+    points, weights, bent = [], [], []
+    owner: list[int] = []
+    sizes: list[int] = []
+    for number in chosen:
         interface = assembly.interfaces[number]
         samples = interface_nodes(interface, counts[number], sampling, seed + number)
         for patch, (nodes, areas) in zip(interface.patches, samples, strict=True):
+            if patch.bent:
+                bent.append((sum(sizes), patch.normals_at(nodes)))
             points.append(nodes)
             weights.append(areas)
-            owner.append(np.full(len(nodes), number))
-            normals.append(patch.normals_at(nodes if patch.bent else nodes[:1]))  # a flat one has a single normal
-            sizes += [1] * len(nodes) if patch.bent else [len(nodes)]
+            owner.append(number)
+            sizes.append(len(nodes))
     if not points:
         return NO_NODES
-    interface_of = np.concatenate(owner)
+    axes = assembly.patch_axes
+    if among is not None:
+        begins = np.cumsum([0, *(len(interface.patches) for interface in assembly.interfaces)])
+        axes = np.concatenate([axes[begins[number] : begins[number + 1]] for number in chosen])
+    axes = np.repeat(axes, sizes, axis=0)
+    for first, normals in bent:
+        axes[first : first + len(normals)] = contact_axes(assembly.axes, normals)
+    interface_of = np.repeat(owner, sizes)
     ends = np.array(assembly.ends, dtype=np.int64)[interface_of]
     return ContactNodes(
         np.vstack(points),
-        np.repeat(node_axes(assembly, np.vstack(normals)), sizes, axis=0),
+        axes,
         np.array(assembly.mu)[interface_of],
         np.concatenate(weights),
         interface_of,
         ends[:, 0],
         ends[:, 1],
     )
-
-
-def node_axes(assembly: Assembly, normals: Float) -> Float:
-    """Return the axes (n, 3, 3) of nodes with these unit ``normals`` (n, 3): rows normal, t1 and t2, world frame.
-
-    The tangents follow from the assembly's own axes, so that they turn with it.
-    """
-    _, own = tangents(snapped(normals @ assembly.axes.T, 1.0, BITS))
-    t1 = unit(cross(own @ assembly.axes, normals))
-    return np.stack([normals, t1, cross(normals, t1)], axis=1)
 
 
 def equilibrium_operator(assembly: Assembly, nodes: ContactNodes) -> sparse.csc_matrix:
@@ -156,6 +157,15 @@ def equilibrium_operator(assembly: Assembly, nodes: ContactNodes) -> sparse.csc_
     along the world axes.
     """
     return by_bodies(len(assembly.movable), nodes, equilibrium_blocks(assembly, nodes))
+
+
+def equilibrium_entries(assembly: Assembly, nodes: ContactNodes) -> Entries:
+    """Return the entries of the equilibrium matrix, zeros among them."""
+    blocks, bodies = equilibrium_blocks(assembly, nodes), np.stack([nodes.b, nodes.a], axis=1)
+    acting = np.broadcast_to((bodies >= 0)[:, None, :, None], blocks.shape)
+    rows = np.broadcast_to(6 * bodies[:, None, :, None] + np.arange(6), blocks.shape)
+    columns = np.broadcast_to(np.arange(3 * len(nodes)).reshape(-1, 3)[:, :, None, None], blocks.shape)
+    return Entries(rows[acting], columns[acting], blocks[acting])
 
 
 def equilibrium_blocks(assembly: Assembly, nodes: ContactNodes) -> Float:

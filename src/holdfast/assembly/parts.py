@@ -130,8 +130,10 @@ def _written(
     bodies = [*still, *(moving[k] for k in order.tolist())]
     scene = Scene(bodies, table, whole.scene.gravity, whole.scene.name, excluded)
     kept = tuple(entry[-1] for entry in found)
+    part = Assembly(scene, kept, whole.tolerances.on(scene), overlaps, occluded, whole.detected, whole.known_names)
+    part.__dict__["axes"] = frame.axes
     return _Written(
-        Assembly(scene, kept, whole.tolerances.on(scene), overlaps, occluded, whole.detected, whole.known_names),
+        part,
         order,
         np.array([entry[-3] for entry in found], dtype=np.int64),
         np.asarray(frozen(np.array([entry[-2] for entry in found], dtype=bool))),

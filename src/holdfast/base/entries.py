@@ -28,18 +28,26 @@ class Entries(NamedTuple):
             columns, rows = np.nonzero(matrix.T)
             return cls(rows, columns, matrix[rows, columns])
         major = np.repeat(np.arange(len(matrix.indptr) - 1), np.diff(matrix.indptr))
-        kept = np.flatnonzero(matrix.data)  # solvers take time for stored zeros, too
-        minor, major = matrix.indices[kept].astype(np.int64), major[kept]
+        minor = matrix.indices.astype(np.int64)
         rows, columns = (minor, major) if matrix.format == "csc" else (major, minor)
-        return cls(rows, columns, matrix.data[kept])
+        return cls(rows, columns, matrix.data).stored
 
     def below(self, count: int) -> Entries:
         """Return the same entries ``count`` rows further down."""
         return Entries(self.rows + count, self.columns, self.values)
 
-    def scaled(self, rows: Float, columns: Float) -> Entries:
-        """Return the entries times factors of their ``rows`` and ``columns``."""
-        return Entries(self.rows, self.columns, rows[self.rows] * self.values * columns[self.columns])
+    def scaled(self, rows: Float, columns: Float | None = None) -> Entries:
+        """Return the entries times factors of their ``rows`` and, if given, of their ``columns``."""
+        values = rows[self.rows] * self.values
+        return Entries(self.rows, self.columns, values if columns is None else values * columns[self.columns])
+
+    @property
+    def stored(self) -> Entries:
+        """The entries that are not zero: solvers take time for the others, too."""
+        kept = np.flatnonzero(self.values)
+        return (
+            self if len(kept) == len(self.values) else Entries(self.rows[kept], self.columns[kept], self.values[kept])
+        )
 
     def within(self, rows: Bool) -> Entries:
         """Return the entries in these ``rows``, which are numbered anew."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
+from statistics import median
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -88,12 +89,14 @@ def find_all_patches(
     tolerances: Tolerances,
     known: Mapping[Pair, Touching] | None = None,
     same: Collection[str] = (),
+    near: Sequence[tuple[Body, Body]] | None = None,
 ) -> dict[Pair, Touching]:
     """Find where all pairs of bodies touch, as if there were no third ones, in the order of the bodies.
 
-    Between the bodies named in ``same`` it is as in ``known``.
+    Between the bodies named in ``same`` it is as in ``known``. All other pairs that come ``near`` enough to touch are
+    sought unless they are given, as ``neighbours`` finds them.
     """
-    pairs = list(neighbours(scene, tolerances.widest(scene), same))
+    pairs = list(neighbours(scene, tolerances.widest(scene), same)) if near is None else near
     found: dict[Pair, list[tuple[Body, Body, tuple[Patch, ...]]]] = {}
     for a, b, patches in _patches_between(scene, tolerances, pairs):
         if patches:
@@ -243,9 +246,13 @@ def neighbours(scene: Scene, gap: float, same: Collection[str] = ()) -> Iterator
     asked = np.array([body.name not in same for body in bodies], dtype=bool)
     order = np.argsort(low[:, axis], kind="stable")
     order = order[asked[order]]
-    wide = length[order] > LARGE * np.median(length)  # a floor, which is near to all: searched apart
+    if not len(order):
+        return
+    wide = length[order] > LARGE * median(length.tolist())  # a floor, which is near to all: searched apart
     found = []
     for part in (order[~wide], order[wide]):
+        if not len(part):
+            continue
         near = near_boxes(low, high, low[part], high[part], axis, 0.0)
         found.append(np.column_stack([near[:, 0], part[near[:, 1]]]))
     pairs = np.concatenate(found)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Literal, get_args
@@ -180,6 +181,11 @@ class _Sheet:
             return False
         return bool((np.abs(self.corners[:, None] - corners).max(2).min(0) <= EXACT).all())
 
+    @property
+    def aspect(self) -> float:
+        """The shorter side over the longer one, the same for equal rectangles, however they lie."""
+        return float(f"{self.size[1] / self.size[0]:.12g}")
+
     @cached_property
     def lattice(self) -> Float:
         """Points (n, 2) spread over the patch: its spots, or such that each stands for the same area."""
@@ -189,8 +195,7 @@ class _Sheet:
 
     def spread(self, along: int, across: int) -> Float:
         """Middles (n, 2) of so many equal cells along either side of the rectangle, those on the patch."""
-        u, v = (np.arange(along) + 0.5) / along, (np.arange(across) + 0.5) / across
-        kept = self.kept(np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2))
+        kept = self.kept(_middles(along, across))
         return kept if len(kept) >= 8 else np.vstack([kept, self.corners])
 
 
@@ -200,12 +205,31 @@ def hull_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     Corners are taken as far as half the nodes go (at least four), so that a disc keeps nodes inside.
     """
     sheet = _Sheet.of(patch)
-    corners = sheet.corners
-    limit = len(corners) if len(corners) <= count // 2 else max(4, count // 2)
-    chosen = _farthest(corners, corners[:1], min(limit, count))
-    chosen = _farthest(sheet.lattice, chosen, count)
+    if sheet.whole and patch.spots is None:
+        chosen = _hull_nodes(tuple(np.rint(sheet.corners).ravel().tolist()), count)
+        return sheet.flat(chosen), _hull_shares(tuple(chosen.ravel().tolist()), sheet.aspect) * patch.measure
+    chosen = _hull_chosen(sheet.corners, sheet.lattice, count)
     owned = _owned(chosen, sheet.lattice, None if patch.spots is None else patch.spots.shares)
     return sheet.flat(chosen), _weights(sheet, chosen, owned)
+
+
+def _hull_chosen(corners: Float, lattice: Float, count: int) -> Float:
+    """Corners (n, 2) first, then the farthest of the points of a lattice (m, 2)."""
+    limit = len(corners) if len(corners) <= count // 2 else max(4, count // 2)
+    return _farthest(lattice, _farthest(corners, corners[:1], min(limit, count)), count)
+
+
+@lru_cache(maxsize=KEPT)
+def _hull_nodes(corners: tuple[float, ...], count: int) -> Float:
+    """The nodes (n, 2) of a unit square by its corners, of which the first one decides between equally far points."""
+    return frozen(_hull_chosen(np.array(corners).reshape(-1, 2), _middles(LATTICE, LATTICE), count))
+
+
+@lru_cache(maxsize=KEPT)
+def _hull_shares(unit: tuple[float, ...], aspect: float) -> Float:
+    """What each of these nodes has of the area of a rectangle (n,), whose sides are as 1 to ``aspect``."""
+    nodes = np.array(unit).reshape(-1, 2)
+    return _rectangle_shares(nodes, _owned(nodes, _middles(LATTICE, LATTICE)), aspect)
 
 
 def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
@@ -225,8 +249,7 @@ def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     between = CELLS if count < MANY else FEW_CELLS
     grid = _grid(across, along)
     if sheet.whole:
-        aspect = float(f"{sheet.size[1] / sheet.size[0]:.12g}")  # the same for equal rectangles, however they lie
-        return sheet.flat(grid), _rectangle_shares(across, along, between, aspect) * patch.measure
+        return sheet.flat(grid), _grid_shares(across, along, between, sheet.aspect) * patch.measure
     steps = np.array([across - 1, along - 1])
     edge = sheet.outline(steps)
     if len(edge) > count // 2:
@@ -238,6 +261,12 @@ def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     return sheet.flat(nodes), _weights(sheet, nodes, _owned(nodes, cells))
 
 
+def _middles(along: int, across: int) -> Float:
+    """The middles (n, 2) of so many equal cells along either side of the unit square."""
+    u, v = (np.arange(along) + 0.5) / along, (np.arange(across) + 0.5) / across
+    return np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2)
+
+
 @lru_cache(maxsize=KEPT)
 def _grid(across: int, along: int) -> Float:
     """So many nodes (n, 2) along either side of the unit square, its boundary included."""
@@ -246,17 +275,26 @@ def _grid(across: int, along: int) -> Float:
 
 
 @lru_cache(maxsize=KEPT)
-def _rectangle_shares(across: int, along: int, between: int, aspect: float) -> Float:
+def _grid_shares(across: int, along: int, between: int, aspect: float) -> Float:
     """What each node of a grid has of the area of a rectangle (n,), whose sides are as 1 to ``aspect``.
 
     Walls and pallets have hundreds of equal rectangles, so these are kept. Each node owns the cells around it,
     ``between`` of them from one node to the next, and half of them at a side.
     """
-    grid, sides = _grid(across, along), np.array([1.0, aspect])
-    owned = between**2 * np.where((grid > 0) & (grid < 1), 1.0, 0.5).prod(1)
-    ring = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]) * sides
-    moments, arm = flat.polynomial_moments([ring]), flat.distance_moment([ring], sides / 2)
-    return frozen(_matched(grid * sides, owned + 0.5, moments, arm, float(np.hypot(*sides))) / aspect)
+    grid = _grid(across, along)
+    return _rectangle_shares(grid, between**2 * np.where((grid > 0) & (grid < 1), 1.0, 0.5).prod(1), aspect)
+
+
+def _rectangle_shares(unit: Float, owned: Float, aspect: float) -> Float:
+    """What nodes at ``unit`` (n, 2), which own so many equal cells (n,), have of the area of a rectangle.
+
+    Its sides are 1 and the ``aspect`` a, its diagonal is d. The distance to its centre has the integral
+    [2 a d + a³ asinh(1/a) + asinh(a)] / 12.
+    """
+    a, d = aspect, math.hypot(1.0, aspect)
+    moments = np.array([a, a / 2, a * a / 2, a / 3, a * a / 4, a**3 / 3])
+    arm = (2 * a * d + a**3 * math.asinh(1 / a) + math.asinh(a)) / 12
+    return frozen(_matched(unit * [1.0, a], owned + 0.5, moments, arm, d) / a)
 
 
 def _owned(unit: Float, cells: Float, shares: Float | None = None) -> Float:

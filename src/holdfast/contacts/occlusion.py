@@ -25,13 +25,11 @@ class Fronts:
     def __init__(self, found: Mapping[Pair, Sequence[Patch]]) -> None:
         self._found = found
         self._pairs: dict[str, list[Pair]] = {}
-        self._nearest: dict[str, float] = {}  # [m] the least mean separation of the faces of a body
+        self._nearest: dict[str, float] = {}
         self._screens: dict[str, _Screen] = {}
-        for pair, patches in found.items():
-            nearest = min((_level(patch) for patch in patches if _hides(patch)), default=np.inf)
+        for pair in found:
             for end in pair:
                 self._pairs.setdefault(end, []).append(pair)
-                self._nearest[end] = min(self._nearest.get(end, np.inf), nearest)
 
     def visible(self, patches: Sequence[Patch], pair: Pair, gap: float, width: float) -> list[Patch]:
         """Return some patches of a pair less what those of other pairs hide; untouched ones are the same objects.
@@ -54,9 +52,16 @@ class Fronts:
         return [
             front
             for end, inward in zip(pair, (-1.0, 1.0), strict=True)
-            if self._nearest[end] < farthest  # as nearly nowhere
+            if self._nearest_of(end) < farthest  # as nearly nowhere
             for front in self._screen(end).before(patch, pair, inward, farthest, gap)
         ]
+
+    def _nearest_of(self, name: str) -> float:
+        """Return the least mean separation of the faces of a body [m]."""
+        if name not in self._nearest:
+            faces = (patch for pair in self._pairs[name] for patch in self._found[pair] if _hides(patch))
+            self._nearest[name] = min((_level(patch) for patch in faces), default=np.inf)
+        return self._nearest[name]
 
     def _screen(self, name: str) -> _Screen:
         if name not in self._screens:

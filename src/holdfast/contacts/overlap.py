@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -71,18 +71,23 @@ def find_overlaps(
     same: Collection[str] = (),
     *,
     drawn: bool = False,
+    near: Sequence[tuple[Body, Body]] | None = None,
 ) -> tuple[Overlap, ...]:
     """Find the pairs of bodies, not both fixed, that overlap by more than their gap, with or without contacts.
 
     Between the bodies named in ``same`` they are those of ``known``. With ``drawn`` the triangles are taken for the
-    true surfaces: their sagittas explain no overlap, nor do rotations.
+    true surfaces: their sagittas explain no overlap, nor do rotations. ``near`` holds at least all other pairs whose
+    boxes meet, as ``neighbours`` finds them; they are sought unless they are given.
     """
     solids: dict[int, manifold3d.Manifold | None] = {}
     found = {overlap.bodies: overlap for overlap in known if all(name in same for name in overlap.bodies)}
-    for a, b in reported("overlaps", list(neighbours(scene, 0.0, same))):
+    for a, b in reported("overlaps", list(neighbours(scene, 0.0, same)) if near is None else near):
+        shared = float((np.minimum(a.box[1], b.box[1]) - np.maximum(a.box[0], b.box[0])).min())
+        if shared < 0:
+            continue
         one, other = scene.body(a.name), scene.body(b.name)
         tolerance = tolerances.base(one, other) if drawn else tolerances.between(one, other).gap
-        if min(np.minimum(a.box[1], b.box[1]) - np.maximum(a.box[0], b.box[0])) < tolerance:
+        if shared < tolerance:
             continue
         for body in (a, b):
             if id(body) not in solids:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
-from holdfast.contacts.detect import Shown, Touching, find_all_patches, show
+from holdfast.contacts.detect import Shown, Touching, find_all_patches, neighbours, show
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.occlusion import Pair
 from holdfast.contacts.overlap import Overlap, find_overlaps
@@ -58,13 +58,15 @@ def search(scene: Scene, tolerances: Tolerances, before: Found | None = None) ->
     were. An interface is kept as long as it shows the same patches; others see how much of it third bodies hide.
     """
     if before is None or tolerances.rule != before.tolerances.rule:
-        overlaps = find_overlaps(scene, tolerances)
-        patches = find_all_patches(scene, tolerances)
+        near = list(neighbours(scene, tolerances.widest(scene)))
+        overlaps = find_overlaps(scene, tolerances, near=near)
+        patches = find_all_patches(scene, tolerances, near=near)
         shown = show(scene, tolerances, patches)
     else:
         same = {body.name for body in scene.bodies if before.bodies.get(body.name) is body}
-        overlaps = find_overlaps(scene, tolerances, before.overlaps, same)
-        patches = find_all_patches(scene, tolerances, before.patches, same)
+        near = list(neighbours(scene, tolerances.widest(scene), same))
+        overlaps = find_overlaps(scene, tolerances, before.overlaps, same, near=near)
+        patches = find_all_patches(scene, tolerances, before.patches, same, near)
         shown = show(scene, tolerances, patches, before.shown, _changed(patches, before.patches))
     deep = {overlap.bodies for overlap in overlaps}
     by_pair = {}

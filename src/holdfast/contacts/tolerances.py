@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from statistics import median
 from typing import NamedTuple
 
 import numpy as np
@@ -149,7 +150,7 @@ def default_gap(scene: Scene) -> float:
     The usual diagonal is the median, limited by USUAL_OVER_SMALLEST, so a huge body does not raise it.
     """
     sizes = [body.shape.surface.diagonal for body in scene.movable or scene.bodies]
-    return RELATIVE_GAP * min(float(np.median(sizes)), USUAL_OVER_SMALLEST * min(sizes))
+    return RELATIVE_GAP * min(median(sizes), USUAL_OVER_SMALLEST * min(sizes))
 
 
 def plain_gap(a: Body, b: Body) -> float:

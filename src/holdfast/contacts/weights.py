@@ -9,6 +9,7 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 
+MET = 1e-5  # relative error of an integral that counts as matched
 LEAST_SHARES = (0.1, 0.01)  # no corrected weight falls below this share of the given one; the larger if it can
 
 
@@ -35,7 +36,7 @@ def _corrected(tributary: Float, basis: Float, wanted: Float, floor: Float) -> F
         metric = np.where(free, tributary, 0.0)
         multipliers, *_ = np.linalg.lstsq((basis * metric) @ basis.T, wanted - basis @ base, rcond=1e-10)
         weights = base + metric * (basis.T @ multipliers)
-        if not np.allclose(basis @ weights, wanted, atol=1e-9 * wanted[0]):
+        if not (np.abs(basis @ weights - wanted) <= MET * np.abs(wanted) + 1e-9 * wanted[0]).all():
             return None
         low = free & (weights < floor)
         if not low.any():

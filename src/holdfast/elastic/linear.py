@@ -10,6 +10,7 @@ large ones front by front (fronts.py); the algorithms (resting.py, path.py) are 
 
 from __future__ import annotations
 
+from itertools import accumulate, pairwise
 from math import ceil, prod
 from typing import NamedTuple
 
@@ -84,11 +85,11 @@ def make_work(m: Elastic, fronts: Fronts | None) -> Work:
     left, upper, front, panel = (0, 0, 0, 0) if fronts is None else room_for(fronts)
     shapes = [(n + 1, lines(n + 3)) if fronts is None else (0, 0), (left,), (upper,), (front,), (front,), (panel,)]
     shapes += [m.bonded.shape, (n,), (n,), (n + 1, 2), (n,), (n,), (6,), (6,), (6, 6), (6, 6)]
-    ends = np.cumsum([prod(shape) for shape in shapes])
+    ends = list(accumulate((prod(shape) for shape in shapes), initial=0))
     block = np.zeros(ends[-1] + 3 * APART)
     first = APART + (-block.ctypes.data // block.itemsize) % LINE
-    parts = [part.reshape(shape) for part, shape in zip(np.split(block[first:], ends)[:-1], shapes, strict=True)]
-    return Work(*parts)
+    parts = (block[first + a : first + b] for a, b in pairwise(ends))
+    return Work(*(part.reshape(shape) for part, shape in zip(parts, shapes, strict=True)))
 
 
 @compiled

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from scipy import sparse
-from scipy.linalg import lu_factor, lu_solve
+from scipy.linalg.lapack import dgetrf, dgetrs
 from scipy.sparse.linalg import splu
 
 from holdfast.base.arrays import Bool, Float, Int
@@ -69,8 +69,8 @@ def _factored(rows: Int, columns: Int, values: Float, n: int) -> tuple[Any, Call
     """Return the matrix (n, n) of these entries, summed where they meet, and what solves it; dense if it is small."""
     if n <= DENSE:
         A = np.bincount(n * rows + columns, values, n * n).reshape(n, n)
-        factors = lu_factor(A + NEAR_SINGULAR * np.eye(n), check_finite=False)
-        return A, lambda x: lu_solve(factors, x, check_finite=False)
+        lu, order, _ = dgetrf(A + NEAR_SINGULAR * np.eye(n))
+        return A, lambda x: dgetrs(lu, order, x)[0]
     B = sparse.csc_matrix((values, (rows, columns)), shape=(n, n))
     return B, splu(B + NEAR_SINGULAR * sparse.eye(n, format="csc")).solve
 

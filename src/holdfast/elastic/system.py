@@ -50,10 +50,9 @@ class Settled:
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """A model of n = 6J displacements, and memory to work in; ``fronts``, or None for dense elimination."""
+    """A model of n = 6J displacements; ``fronts``, or None for dense elimination."""
 
     model: Elastic
-    work: Work
     fronts: Fronts | None
 
     @classmethod
@@ -64,13 +63,12 @@ class System:
     @classmethod
     def dense(cls, model: Elastic) -> System:
         """By dense elimination."""
-        return cls(model, make_work(model, None), None)
+        return cls(model, None)
 
     @classmethod
     def by_fronts(cls, model: Elastic) -> System:
         """By block-sparse elimination."""
-        fronts = fronts_of(model)
-        return cls(model, make_work(model, fronts), fronts)
+        return cls(model, fronts_of(model))
 
     @property
     def long(self) -> bool:
@@ -82,7 +80,7 @@ class System:
         return max(min(free_threads(), count if self.long else count // LEAST_COLUMNS), 1)
 
     def under(self, wrench: Float) -> System:
-        """The same under another wrench (n,), in the model's units; both work in the same memory."""
+        """The same under another wrench (n,), in the model's units."""
         return replace(self, model=self.model._replace(wrench=wrench))
 
     def come_to_rest(self, near: Float | None = None, most: int = MOST_STEPS, exact: float = EXACT) -> Settled:
@@ -91,20 +89,20 @@ class System:
         Every search gives up after ``most`` steps of Newton's method, or half as many. At rest the unbalance is at most
         ``exact``, each body's in units of its own weight.
         """
-        n = len(self.model.wrench)
+        n, work = len(self.model.wrench), make_work(self.model, self.fronts)
         lessen, travel = (self._patiently(machine_code(one)) for one in (lessen_drag, move))
         q, drift = np.zeros(n), np.zeros(n)
         if near is not None:
             q[:] = near
-            found = travel(self.model, self.work, 1.0, q, drift, exact, most, self.fronts)
+            found = travel(self.model, work, 1.0, q, drift, exact, most, self.fronts)
             if found.outcome is not RestOutcome.LOST:
                 return Settled(found.outcome, q, drift, found.steps, found.drag)
-        machine_code(bond_all)(self.model, self.work, 1.0, q, self.fronts)
+        machine_code(bond_all)(self.model, work, 1.0, q, self.fronts)
         bonded = q.copy()
-        found = lessen(self.model, self.work, 1.0, q, drift, exact, most // 2, self.fronts)
+        found = lessen(self.model, work, 1.0, q, drift, exact, most // 2, self.fronts)
         if found.outcome is not RestOutcome.LOST:
             return Settled(found.outcome, q, drift, found.steps, found.drag)
-        moved = travel(self.model, self.work, 1.0, bonded, drift, exact, most, self.fronts)
+        moved = travel(self.model, work, 1.0, bonded, drift, exact, most, self.fronts)
         return Settled(moved.outcome, bonded, drift, found.steps + moved.steps, moved.drag)
 
     def paths(self, start: Float, loads: Float, *, cuts: bool = False, most: Float | None = None) -> PathResult:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -9,7 +10,8 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.nodes import ContactNodes
-from holdfast.base.arrays import Float, Int, checked_whole, checked_word
+from holdfast.base.arrays import Float, checked_whole, checked_word
+from holdfast.base.entries import Entries, together
 from holdfast.conic.program import ConeKind
 
 ROUNDING = 2e-15  # of the terms of a room in the cone
@@ -29,11 +31,12 @@ class FrictionCone:
         checked_word(self.kind, get_args(ConeChoice), "cone")
         checked_whole(self.sides, "cone: sides", 3, MOST_SIDES)
 
-    def rows(self, nodes: ContactNodes) -> tuple[sparse.csr_matrix, tuple[tuple[ConeKind, int], ...]]:
-        """Rows C (m, 3I) and cones such that -C f in the cones states friction at every node.
+    def entries(self, nodes: ContactNodes) -> tuple[Entries, tuple[tuple[ConeKind, int], ...]]:
+        """Entries of C (m, 3I), and cones, such that -C f in the cones states friction at every node.
 
         In order: f_t = 0 of nodes without friction, f_n >= 0 of those, then the cones (μ f_n, f_t) of the others. The
-        rows of a node with μ > 1 are divided by μ, so that no entry is large.
+        rows of a node with μ > 1 are divided by μ, so that no entry is large. All entries of a row are of one node; m
+        is the size of all cones.
         """
         smooth, rough = np.flatnonzero(nodes.mu == 0), np.flatnonzero(nodes.mu > 0)
         single = np.concatenate([np.sort(np.r_[3 * smooth + 1, 3 * smooth + 2]), 3 * smooth])  # -1 in a row each
@@ -43,13 +46,17 @@ class FrictionCone:
             scale[:, 0] = np.minimum(nodes.mu[rough], 1.0)
             held: list[tuple[ConeKind, int]] = [("second_order", 3)] * len(rough)
             columns = np.concatenate([single, (3 * rough[:, None] + np.arange(3)).ravel()])
-            rows = diagonal_rows(columns, -np.append(np.ones(len(single)), scale.ravel()), 3 * len(nodes))
+            found = Entries(np.arange(len(columns)), columns, -np.append(np.ones(len(single)), scale.ravel()))
         else:
-            friction = self._polygon(nodes, rough)
-            held = [("nonnegative", friction.shape[0])]
-            none = diagonal_rows(single, -np.ones(len(single)), 3 * len(nodes))
-            rows = sparse.csr_matrix(sparse.vstack([none, friction]))
-        return rows, tuple((kind, size) for kind, size in (*free, *held) if size)
+            held = [("nonnegative", self.sides * len(rough))]
+            none = Entries(np.arange(len(single)), single, -np.ones(len(single)))
+            found = together(none, self._polygon(nodes, rough).below(len(single)))
+        return found, tuple((kind, size) for kind, size in (*free, *held) if size)
+
+    def rows(self, nodes: ContactNodes) -> tuple[sparse.csr_matrix, tuple[tuple[ConeKind, int], ...]]:
+        """C (m, 3I) and the cones, as ``entries`` has them."""
+        found, cones = self.entries(nodes)
+        return sparse.csr_matrix(found.matrix((size_of(cones), 3 * len(nodes)))), cones
 
     @property
     def corner(self) -> float:
@@ -88,7 +95,7 @@ class FrictionCone:
             return np.asarray(normal - widest - unknown)
         return np.asarray(np.minimum(normal * np.cos(np.pi / self.sides) - widest, normal - along) - unknown)
 
-    def _polygon(self, nodes: ContactNodes, rough: np.ndarray[tuple[int], np.dtype[np.intp]]) -> sparse.csr_matrix:
+    def _polygon(self, nodes: ContactNodes, rough: np.ndarray[tuple[int], np.dtype[np.intp]]) -> Entries:
         """Rows cos θ f_t1 + sin θ f_t2 - μ' f_n <= 0; μ' = μ cos(π/N) puts the polygon's corners on the circle."""
         angle = 2 * np.pi * np.arange(self.sides) / self.sides
         shrink = np.cos(np.pi / self.sides) if self.kind == "inscribed" else 1.0
@@ -98,13 +105,12 @@ class FrictionCone:
         block /= np.maximum(nodes.mu[rough], 1.0)[:, None, None]
         rows = np.broadcast_to(np.arange(len(rough) * self.sides)[:, None], (len(rough) * self.sides, 3))
         columns = np.broadcast_to(3 * rough[:, None, None] + np.arange(3), block.shape)
-        shape = (len(rough) * self.sides, 3 * len(nodes))
-        return sparse.csr_matrix((block.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
+        return Entries(rows.ravel(), columns.ravel(), block.ravel())
 
 
-def diagonal_rows(columns: Int, values: Float, width: int) -> sparse.csr_matrix:
-    """Return the matrix (n, ``width``) whose row k holds ``values[k]`` in column ``columns[k]`` and nothing else."""
-    return sparse.csr_matrix((values, columns, np.arange(len(columns) + 1)), shape=(len(columns), width))
+def size_of(cones: Sequence[tuple[ConeKind, int]]) -> int:
+    """Return the number of rows that ``cones`` take."""
+    return sum(size for _, size in cones)
 
 
 EXACT = FrictionCone()

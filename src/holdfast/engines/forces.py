@@ -8,12 +8,12 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import ContactNodes, equilibrium_operator
+from holdfast.assembly.nodes import ContactNodes, equilibrium_entries
 from holdfast.base.arrays import Float
-from holdfast.base.entries import Entries, diagonal, together
+from holdfast.base.entries import diagonal, together
 from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import ConeSolution, Outcome, solve
-from holdfast.engines.cones import EXACT, FrictionCone
+from holdfast.engines.cones import EXACT, FrictionCone, size_of
 
 ACCEPTED_RESIDUAL = 1e-7  # largest equilibrium error of accepted forces, relative to each body's own weight
 NO_FORCE = 1e-6  # normal force below which a node counts as unloaded, relative to the weight of its lighter body
@@ -40,23 +40,20 @@ class ForceSolution:
     iterations: int
 
 
-def force_program(
-    assembly: Assembly, nodes: ContactNodes, wrench: Float, cone: FrictionCone = EXACT
-) -> tuple[ConeProgram, sparse.csc_matrix]:
+def force_program(assembly: Assembly, nodes: ContactNodes, wrench: Float, cone: FrictionCone = EXACT) -> ConeProgram:
     """Set up min ½ Σ |f_i|²/w_i  s.t.  G f + wrench = 0, f in the friction cones (eq. 8-11).
 
     Forces are in units of the total weight, and each body's equilibrium in units of its own weight and size. The first
     6J rows are the equilibrium, the others the friction cones (``FrictionCone.rows``). ``wrench`` (6J,) is in [N, N m].
-    Returns the program and the scaled G.
     """
-    G = scaled_operator(assembly, equilibrium_operator(assembly, nodes))
-    C, cones = cone.rows(nodes)
-    b = np.zeros(G.shape[0] + C.shape[0])
-    b[: G.shape[0]] = -scaled_wrench(assembly, wrench)
+    count, (friction, cones) = len(wrench), cone.entries(nodes)
+    balance = equilibrium_entries(assembly, nodes).scaled(assembly.equation_scale).stored
+    b = np.zeros(count + size_of(cones))
+    b[:count] = -scaled_wrench(assembly, wrench)
     share = nodes.weights / nodes.weights.mean() if len(nodes) else nodes.weights
-    A = together(Entries.of(G), Entries.of(C).below(G.shape[0])).matrix((len(b), G.shape[1]))
+    A = together(balance, friction.stored.below(count)).matrix((len(b), 3 * len(nodes)))
     P = diagonal(np.repeat(1 / share, 3))
-    return ConeProgram(P, np.zeros(A.shape[1]), A, b, (("zero", G.shape[0]), *cones)), G
+    return ConeProgram(P, np.zeros(A.shape[1]), A, b, (("zero", count), *cones))
 
 
 def scaled_operator(assembly: Assembly, G: sparse.csc_matrix) -> sparse.csc_matrix:
@@ -81,10 +78,10 @@ def solve_forces(
     cone: FrictionCone = EXACT,
 ) -> ForceSolution:
     """Find contact forces that balance ``wrench`` (6J,) [N, N m], or a motion that proves that there are none."""
-    program, G = force_program(assembly, nodes, wrench, cone)
+    program = force_program(assembly, nodes, wrench, cone)
     solution = solve(program, tolerance=tolerance)
     if solution.outcome is Outcome.INFEASIBLE:
-        twists = (assembly.equation_scale * solution.z[: G.shape[0]]).reshape(-1, 6)
+        twists = (assembly.equation_scale * solution.z[: len(wrench)]).reshape(-1, 6)
         return ForceSolution(solution.outcome, None, twists, np.inf, 0.0, solution.iterations)
     if solution.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED):
         return ForceSolution(solution.outcome, None, None, np.inf, 0.0, solution.iterations)

@@ -65,7 +65,7 @@ def needs_self_stress(
     least = NO_FORCE * lighter_share(assembly, nodes)
     if not clampable(nodes.chosen(forces[:, 0] > least * assembly.weight), cone.corner).any():
         return False
-    program, _ = force_program(assembly, nodes, wrench, cone)
+    program = force_program(assembly, nodes, wrench, cone)
     count = 3 * len(nodes)
     q = np.zeros(count)
     q[::3] = 1.0

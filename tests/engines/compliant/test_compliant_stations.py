@@ -11,6 +11,7 @@ from test_compliant_recovery import asked
 
 import holdfast as hf
 from holdfast.base.arrays import Bool, Float
+from holdfast.elastic.linear import make_work
 from holdfast.elastic.newton import Balance, unbalance, worst
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
 from holdfast.elastic.path import PathResult
@@ -27,7 +28,7 @@ def test_stations_are_points_of_the_path_below_its_peak(name: str) -> None:
     grid = hf.Compliant().prepare(assembly).grid
     W = random_pushes(assembly, 12, 3)
     paths, loads = grid.paths(W), grid.loads(W)
-    m, work = grid.system.model, grid.system.work
+    m, work = grid.system.model, make_work(grid.system.model, grid.system.fronts)
     compared = 0
     for k in np.flatnonzero(paths.outcome == PathOutcome.PEAK):
         work.w[:] = loads[k]

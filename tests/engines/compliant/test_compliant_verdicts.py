@@ -11,6 +11,7 @@ from compliant_scenes import SMALL, STANDING, X, floor, shipped
 
 import holdfast as hf
 from holdfast import Status, stability
+from holdfast.elastic.linear import make_work
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
 from holdfast.elastic.resting import EXACT, lessen_drag, move
 from holdfast.engines.compliant.bisection import with_bisected_peaks
@@ -129,7 +130,8 @@ def test_rest_does_not_depend_on_the_way_there(name: str) -> None:
     system = hf.Compliant().prepare(shipped(name)).grid.system
     n = len(system.model.wrench)
     q, drift = np.zeros(n), np.zeros(n)
-    end = lessen_drag(system.model, system.work, 1.0, q, drift, EXACT, 3000, None)  # from no displacement at all
+    work = make_work(system.model, system.fronts)
+    end = lessen_drag(system.model, work, 1.0, q, drift, EXACT, 3000, None)  # from no displacement at all
     assert end.outcome is RestOutcome.RESTS
     np.testing.assert_allclose(q, system.come_to_rest().q, atol=1e-6 * np.abs(q).max())
 
@@ -143,7 +145,7 @@ def test_the_motion_itself_rests_below_the_peak_and_drifts_above(name: str) -> N
     paths = grid.paths(W)
     pushed = np.flatnonzero(paths.outcome == PathOutcome.PEAK)[:3]
     assert len(pushed) == 3
-    m, work = grid.system.model, grid.system.work
+    m, work = grid.system.model, make_work(grid.system.model, grid.system.fronts)
     loads = grid.loads(W)
     for k in pushed:
         for share, end in ((0.97, RestOutcome.RESTS), (1.03, RestOutcome.DRIFTS)):

@@ -20,7 +20,8 @@ from typing import TypeVar
 import numpy as np
 
 from holdfast.applications.disassembly.exits import Exits
-from holdfast.assembly.assembly import Assembly, components
+from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.connected import components
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
 from holdfast.base.public import PublicValue, Summary

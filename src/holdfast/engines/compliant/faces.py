@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import node_axes
 from holdfast.base.arrays import Float
 from holdfast.base.memory import Same
 from holdfast.contacts.interface import Patch
@@ -38,8 +37,8 @@ def grounds_of(assembly: Assembly) -> list[Ground]:
 
     def found() -> list[Ground]:
         patches = [patch for interface in assembly.interfaces for patch in interface.patches]
-        axes = node_axes(assembly, np.array([patch.normal for patch in patches]).reshape(-1, 3))
-        return [Ground(own[1:], patch.centroid, *_lattice(patch)) for patch, own in zip(patches, axes, strict=True)]
+        each = zip(patches, assembly.patch_axes, strict=True)
+        return [Ground(own[1:], patch.centroid, *_lattice(patch)) for patch, own in each]
 
     return assembly.memory.recalled(("grounds", Same(assembly)), len(assembly.movable), found)
 

@@ -61,7 +61,7 @@ def fixed_point(
     ``k`` (I,) is the normal stiffness of each node in any unit, and ``ratio`` the tangential over the normal stiffness.
     At most ``most`` programs are solved.
     """
-    program, G = force_program(assembly, nodes, wrench)
+    program = force_program(assembly, nodes, wrench)
     stiffness = np.column_stack([k, ratio * k, ratio * k]) / k.mean()
     program = replace(program, P=sparse.diags(1 / stiffness.ravel(), format="csc"))
     prepared = Prepared(program, tolerance=1e-10)
@@ -72,7 +72,7 @@ def fixed_point(
         q[::3] = search.phi
         prepared.aim(q)
         solution = prepared.solve()
-        twist = (assembly.equation_scale * solution.z[: G.shape[0]]).reshape(-1, 6)
+        twist = (assembly.equation_scale * solution.z[: len(wrench)]).reshape(-1, 6)
         if solution.outcome is Outcome.INFEASIBLE:
             return FixedPoint(Fixed.MOVES, None, twist, count)
         if solution.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED) or solution.residual > ACCEPTED_RESIDUAL:

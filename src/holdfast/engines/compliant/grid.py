@@ -32,18 +32,18 @@ CHUNK = 64  # number of motions that are turned into mechanisms at a time
 class Grid:
     """An assembly under ``wrench`` (6J,) [N, N m] on contact ``places`` with ``springs``, and its state of rest.
 
-    ``system`` is the elastic system in the units of the model, and ``settled`` the end of the search for rest. ``hold``
-    (J,) names the bodies that a faint hold keeps in their places where no contact resists their motion; None for none.
+    ``system`` is the elastic system in the units of the model. ``hold`` (J,) names the bodies that a faint hold keeps
+    in their places where no contact resists their motion; None for none.
     """
 
     places: Places
     wrench: Float
     springs: Springs
     system: System
-    settled: Settled
     hold: Bool | None = None
+    _rest: list[Settled] = field(default_factory=list, init=False, repr=False)
     _local: dict[tuple[bytes, int, int], Grid] = field(default_factory=dict, init=False, repr=False)
-    _making: RLock = field(default_factory=RLock, init=False, repr=False)  # of finer grids
+    _making: RLock = field(default_factory=RLock, init=False, repr=False)  # of finer grids, and of rest
 
     @classmethod
     def of(
@@ -55,7 +55,7 @@ class Grid:
         *,
         hold: Bool | None = None,
     ) -> Grid:
-        """Find the state of rest on ``nodes`` or, if None, on a grid with ``springs.nodes`` along a side.
+        """Return the assembly on ``nodes`` or, if None, on a grid with ``springs.nodes`` along a side.
 
         A faint hold keeps the bodies ``hold`` (J,) in their places or, if they do not come to rest so, all bodies.
         """
@@ -65,11 +65,18 @@ class Grid:
     @classmethod
     def _on(cls, places: Places, wrench: Float, springs: Springs, hold: Bool | None) -> Grid:
         model = springs.model(places, wrench)
-        system = System.of(model if hold is None else held(model, hold))
-        settled = system.come_to_rest()
-        if hold is None or hold.all() or settled.outcome is RestOutcome.RESTS:
-            return cls(places, wrench, springs, system, settled, hold)
+        grid = cls(places, wrench, springs, System.of(model if hold is None else held(model, hold)), hold)
+        if hold is None or hold.all() or grid.settled.outcome is RestOutcome.RESTS:
+            return grid
         return cls._on(places, wrench, springs, np.ones_like(hold))
+
+    @property
+    def settled(self) -> Settled:
+        """The end of the search for rest, which is made when it is first asked for: finer grids mostly have no need."""
+        with self._making:  # not a cached property: those of all grids would wait for each other
+            if not self._rest:
+                self._rest.append(self.system.come_to_rest())
+            return self._rest[0]
 
     @property
     def assembly(self) -> Assembly:

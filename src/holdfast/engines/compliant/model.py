@@ -63,25 +63,20 @@ def force_unit(assembly: Assembly, wrench: Float) -> float:
     return assembly.weight or float(np.abs(wrench).max(initial=0.0)) or 1.0
 
 
-def levers(assembly: Assembly) -> Float:
-    """Return the factors (6J,) that turn torques into forces by dividing them by the assembly's size."""
-    return np.tile(np.repeat([1.0, 1 / assembly.size], 3), len(assembly.movable))
-
-
 def own_rows(assembly: Assembly, rows: Float) -> Float:
     """Convert rows (k, 6J) of forces and torques [N, N m] to the model's axes and units of length, rounded."""
-    own = ((rows * levers(assembly)).reshape(-1, 3) @ assembly.axes.T).reshape(-1, len(assembly.movable), 6)
+    own = ((rows * assembly.levers).reshape(-1, 3) @ assembly.axes.T).reshape(-1, len(assembly.movable), 6)
     return snapped(own, np.abs(own).max(2, keepdims=True), BITS).reshape(rows.shape)
 
 
 def world_rows(assembly: Assembly, rows: Float) -> Float:
     """Convert rows (k, 6J) of displacements or motions in the model's axes and units of length to the world's."""
-    return (rows.reshape(-1, 3) @ assembly.axes).reshape(rows.shape) * levers(assembly)
+    return (rows.reshape(-1, 3) @ assembly.axes).reshape(rows.shape) * assembly.levers
 
 
 def motion_row(assembly: Assembly, twists: Float) -> Float:
     """Convert the twists (J, 6) of a motion to a row (6J,) in the model's axes and units of length."""
-    return (twists.reshape(-1, 3) @ assembly.axes.T).ravel() / levers(assembly)
+    return (twists.reshape(-1, 3) @ assembly.axes.T).ravel() / assembly.levers
 
 
 def elastic_model(
@@ -98,7 +93,7 @@ def elastic_model(
     k = k / total
     clear = np.zeros(len(k)) if apart is None else apart * (total / force_unit(assembly, wrench))
     clear = snapped(clear, np.abs(clear).max(initial=0.0), BITS)
-    scale = assembly.equation_scale / levers(assembly)
+    scale = assembly.equation_scale / assembly.levers
     model = Elastic(
         sheets.first,
         sheets.x,

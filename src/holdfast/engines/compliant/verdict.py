@@ -17,7 +17,7 @@ from holdfast.elastic.sparse import unresisted_motion
 from holdfast.elastic.stepper import CARRIED
 from holdfast.engines.compliant.fixed_point import Fixed, fixed_point
 from holdfast.engines.compliant.grid import Grid
-from holdfast.engines.compliant.model import levers, world_rows
+from holdfast.engines.compliant.model import world_rows
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.mechanism import NAMED, Kinematics, Mechanism, describe, modes_of, relative_velocity
 from holdfast.engines.rest import contact_forces, doubt_of, find_rest, undecided
@@ -92,7 +92,7 @@ def unbalanced(places: Places, forces: Float, wrench: Float) -> tuple[float, flo
     assembly = places.assembly
     left = wrenches_of(assembly, places.nodes, forces) + wrench
     weight = assembly.weight or float(np.abs(wrench).max(initial=0.0)) or 1.0
-    total = float(np.abs(left * levers(assembly)).max(initial=0.0)) / weight
+    total = float(np.abs(left * assembly.levers).max(initial=0.0)) / weight
     return total, float(np.abs(left * assembly.equation_scale).max(initial=0.0)) / weight
 
 

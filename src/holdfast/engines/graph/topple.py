@@ -8,15 +8,18 @@ v·n = 0, the contact slides.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
-from holdfast.base.arrays import Bool, Float
+from holdfast.base.arrays import Bool, Float, frozen
 from holdfast.base.compiled import compiled
 from holdfast.engines.graph.slip import node_slip
 from holdfast.geometry.hull import hull_edges, outline_numbers
 
 ON_AXIS = 1e-6  # distance of a node from the axis, relative to the assembly's size, below which the node does not move
 SLIDING = 1e-6  # |v·n| / |v| below which v·n counts as 0
+KEPT = 2000  # sets of points whose axes are kept
 
 
 def toppling_axes(points: Float, size: float) -> tuple[Float, Float]:
@@ -24,16 +27,23 @@ def toppling_axes(points: Float, size: float) -> tuple[Float, Float]:
 
     Facets in one plane count as one facet, and edges on one line as one edge. Points in one plane give the edges of a
     polygon, and points on one line give that line. A single point gives three orthogonal lines, because every rotation
-    about it is a sum of rotations about these. Points are in [m], and ``size`` [m] is that of the assembly.
+    about it is a sum of rotations about these. Points are in [m], and ``size`` [m] is that of the assembly. The axes of
+    the last KEPT sets of points are kept: most cuts of an edited assembly are as they were.
     """
+    return _axes_of(np.ascontiguousarray(points, dtype=np.float64).tobytes(), size)
+
+
+@lru_cache(maxsize=KEPT)
+def _axes_of(coordinates: bytes, size: float) -> tuple[Float, Float]:
+    points = np.frombuffer(coordinates).reshape(-1, 3)
     tolerance = ON_AXIS * size
     centred = points - points.mean(0)
     _, extents, directions = np.linalg.svd(centred, full_matrices=False)
     spread = extents / np.sqrt(len(points))
     if spread[0] <= tolerance:
-        return np.repeat(points[:1], 3, axis=0), np.eye(3)
+        return frozen(np.repeat(points[:1], 3, axis=0)), frozen(np.eye(3))
     if len(spread) < 2 or spread[1] <= tolerance:
-        return points[:1], directions[:1]
+        return frozen(points[:1]), frozen(directions[:1])
     if len(spread) < 3 or spread[2] <= tolerance:
         corners = outline_numbers(centred @ directions[:2].T)
         segments = np.column_stack([corners, np.roll(corners, -1)])
@@ -49,7 +59,7 @@ def _lines(start: Float, end: Float, tolerance: float) -> tuple[Float, Float]:
     keep = length > tolerance
     start, direction = start[keep], direction[keep] / length[keep, None]
     new = _first_of_line(start, direction, tolerance)
-    return start[new], direction[new]
+    return frozen(start[new]), frozen(direction[new])
 
 
 @compiled

@@ -14,7 +14,7 @@ from holdfast.base.arrays import Float
 from holdfast.base.entries import Entries, together
 from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import Outcome, Prepared
-from holdfast.engines.cones import FrictionCone
+from holdfast.engines.cones import FrictionCone, size_of
 from holdfast.engines.limit.rounding import Equilibrium
 from holdfast.engines.limit.scales import Scales
 
@@ -64,15 +64,15 @@ class LoadProgram:
         """The cone program in the variables (f, s). The last column of A holds the load in all equilibrium rows."""
         force, motion = self.scales.force, self.scales.motion
         rows, count = len(motion), len(force) + 1
-        C, cones = self.cone.rows(self.nodes)
-        owner = C.indices[C.indptr[:-1]] // 3  # all entries of a row belong to one node
-        mu = self.nodes.mu
+        C, cones = self.cone.entries(self.nodes)
+        held, mu, owner = size_of(cones), self.nodes.mu, np.zeros(size_of(cones), dtype=np.int64)
+        owner[C.rows] = C.columns // 3  # all entries of a row belong to one node
         unit = (np.where(mu > 0, np.minimum(mu, 1.0), 1.0) * self.tau)[owner]
         balance = Entries.of(self.equilibrium.G).scaled(motion, force)
-        friction = Entries.of(C).scaled(1 / unit, force).below(rows)
+        friction = C.stored.scaled(1 / unit, force).below(rows)
         load = Entries(np.arange(rows), np.full(rows, count - 1), np.ones(rows))
-        A = together(balance, friction, load).matrix((rows + C.shape[0], count))
-        b = np.concatenate([-motion * self.wrench, np.zeros(C.shape[0])])
+        A = together(balance, friction, load).matrix((rows + held, count))
+        b = np.concatenate([-motion * self.wrench, np.zeros(held)])
         q = np.append(np.zeros(count - 1), -1.0)
         return ConeProgram(sparse.csc_matrix((count, count)), q, A, b, (("zero", rows), *cones))
 

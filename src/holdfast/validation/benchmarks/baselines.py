@@ -104,7 +104,7 @@ def _polygons(courses: int, bricks: int) -> list[Row]:
     rows: list[Row] = []
     for sides in SIDES:
         state = hf.Limit("inscribed", sides).prepare(assembly)
-        base, _ = force_program(assembly, state.rest.nodes, state.wrench, FrictionCone("inscribed", sides))
+        base = force_program(assembly, state.rest.nodes, state.wrench, FrictionCone("inscribed", sides))
         equations = len(state.wrench)
         cost = np.append(np.zeros(base.A.shape[1]), -1.0)
         low = np.append(base.b[:equations], np.full(len(base.b) - equations, -np.inf))
