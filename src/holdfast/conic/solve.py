@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import Enum
+from typing import NamedTuple
 
 import clarabel
 import numpy as np
@@ -71,7 +72,7 @@ class Prepared:
         cones = [_CONES[kind](size) for kind, size in program.cones]
         self._program = program
         self._changed = False
-        self._runs = cone_runs(program)
+        self._rows = _Rows.of(program)
         self._long = self._program.A.nnz > LONG
         self._solver = clarabel.DefaultSolver(_upper(program.P), program.q, self._program.A, program.b, cones, settings)
 
@@ -90,8 +91,10 @@ class Prepared:
         """Solve the program with its current entries."""
         answer = left_if_stopped(self._solver.solve) if self._long else self._solver.solve()
         outcome = _OUTCOMES.get(str(answer.status), Outcome.TROUBLE)
-        x, z = _within_numbers(np.array(answer.x)), _within_numbers(np.array(answer.z))
-        return ConeSolution(outcome, x, z, violation(self._program, x, self._runs), int(answer.iterations))
+        x, z = np.array(answer.x), np.array(answer.z)
+        if outcome is not Outcome.SOLVED:
+            x, z = _within_numbers(x), _within_numbers(z)
+        return ConeSolution(outcome, x, z, self._rows.violation(self._program, x), int(answer.iterations))
 
 
 def solve(program: ConeProgram, *, tolerance: float = 1e-10, max_iterations: int = 200) -> ConeSolution:
@@ -122,25 +125,42 @@ _CONES = {
 }
 
 
-def violation(program: ConeProgram, x: Float, runs: list[tuple[str, int, int]] | None = None) -> float:
-    """Return the largest violation of the cones by b - A x.
+def violation(program: ConeProgram, x: Float) -> float:
+    """Return the largest violation of the cones by b - A x."""
+    return _Rows.of(program).violation(program, x)
 
-    ``runs`` is the result of ``cone_runs(program)``, to avoid computing it again.
-    """
-    slack = program.b - program.A @ x
-    worst, row = 0.0, 0
-    for kind, size, count in cone_runs(program) if runs is None else runs:
-        block = slack[row : row + size * count].reshape(count, size)
-        row += size * count
-        if not block.size:
-            continue
-        if kind == "zero":
-            worst = max(worst, float(np.abs(block).max()))
-        elif kind == "nonnegative":
-            worst = max(worst, float(-block.min()))
-        else:
-            worst = max(worst, float((np.sqrt((block[:, 1:] ** 2).sum(1)) - block[:, 0]).max()))
-    return worst
+
+class _Rows(NamedTuple):
+    """What it takes to check solutions of a program, whatever the entries of A: their places (nnz,), and its cones."""
+
+    rows: Int
+    columns: Int
+    runs: list[tuple[str, int, int]]
+
+    @classmethod
+    def of(cls, program: ConeProgram) -> _Rows:
+        A = program.A
+        columns = np.repeat(np.arange(A.shape[1]), np.diff(A.indptr))
+        return cls(A.indices.astype(np.int64), columns, cone_runs(program))
+
+    def violation(self, program: ConeProgram, x: Float) -> float:
+        """Return the largest violation of the cones by b - A x; SciPy's product takes three times as long."""
+        slack = program.b - np.bincount(self.rows, program.A.data * x[self.columns], len(program.b))
+        worst, row = 0.0, 0
+        for kind, size, count in self.runs:
+            block = slack[row : row + size * count]
+            row += size * count
+            if not len(block):
+                continue
+            if kind == "zero":
+                worst = max(worst, float(block.max()), float(-block.min()))
+            elif kind == "nonnegative":
+                worst = max(worst, float(-block.min()))
+            else:
+                block = block.reshape(count, size)
+                length = np.hypot(block[:, 1], block[:, 2]) if size == 3 else np.sqrt((block[:, 1:] ** 2).sum(1))
+                worst = max(worst, float((length - block[:, 0]).max()))
+        return worst
 
 
 def cone_runs(program: ConeProgram) -> list[tuple[str, int, int]]:

@@ -184,9 +184,9 @@ def relative_velocity(nodes: ContactNodes, com: Float, twists: Float) -> Float:
 
 
 def moving_bodies(motion: Float, scale: Float) -> Bool:
-    """Tell which bodies (J,) move noticeably in a motion (6J,), whose components have the units ``scale`` (6J,)."""
-    speeds = np.abs(motion / scale).reshape(-1, 6).max(axis=1)
-    return np.asarray(speeds > AT_REST * speeds.max(initial=0.0))
+    """Tell which bodies (..., J) move noticeably in motions (..., 6J), with components in units of ``scale`` (6J,)."""
+    speeds = np.abs(motion / scale).reshape(*motion.shape[:-1], -1, 6).max(axis=-1)
+    return np.asarray(speeds > AT_REST * speeds.max(axis=-1, keepdims=True, initial=0.0))
 
 
 def modes_of(velocities: Float, mu: Float) -> list[Mode]:

@@ -53,15 +53,15 @@ def certify(columns: Float, first: int, solve: Solve, cuts: Cuts, gap: float, le
     )
 
     def at(chosen: Int) -> None:
-        for k, limit in zip(chosen.tolist(), solve(columns[:, chosen]), strict=True):
-            _enter(bounds, k, limit)
+        limits = solve(columns[:, chosen])
+        for k, limit, cut in zip(chosen.tolist(), limits, cuts.learn(limits), strict=True):
+            _enter(bounds, k, limit, cut)
 
     def elsewhere(wanted: Float) -> tuple[Float, Float, Bool]:
         full = np.zeros((len(columns), len(wanted)))
         full[first : first + 6] = wanted.T
         limits = solve(full)
-        for limit in limits:
-            cuts.learn(limit)
+        cuts.learn(limits)
         spare = [_spare(limit, first) for limit in limits]
         endless = np.array([limit.status is Status.INFINITE for limit in limits], dtype=bool)
         return np.array([_high(limit) for limit in limits]), np.array(spare).reshape(-1, 6), endless
@@ -85,17 +85,16 @@ def _spare(limit: LoadLimit, first: int) -> Float:
     return np.full(6, np.inf) if limit.slope is None else limit.slope[first : first + 6]
 
 
-def _enter(bounds: Field, k: int, limit: LoadLimit) -> None:
-    """Take load ``k`` as solved."""
-    number = bounds.cuts.learn(limit)
+def _enter(bounds: Field, k: int, limit: LoadLimit, cut: int | None) -> None:
+    """Take load ``k`` as solved, which gave this ``cut``, if any."""
     bounds.solved[k] = True
     bounds.undecided[k] = limit.status is Status.UNDECIDED
     bounds.endless[k] = limit.status is Status.INFINITE
     bounds.high[k] = _high(limit)
     bounds.spare[k] = _spare(limit, bounds.first)
     bounds.low[k] = 0.0 if limit.status is not Status.FINITE else 1 / limit.upper * DOWN if limit.upper > 0 else np.inf
-    if number is not None:
-        bounds.cut[k] = number
+    if cut is not None:
+        bounds.cut[k] = cut
 
 
 @dataclass
@@ -165,11 +164,13 @@ class _Face:
         area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
         kept = np.abs(area) > 1e-10
         facets, a, u, v, area = facets[kept], a[kept], u[kept], v[kept], area[kept]
-        x, y = (points[:, None] - a).transpose(2, 0, 1)  # (n, facets)
-        second, third = (x * v[:, 1] - y * v[:, 0]) / area, (y * u[:, 0] - x * u[:, 1]) / area
+        # shares of the second and third corner are linear in the point: over all facets two products tell the nearest
+        rows = np.stack([v[:, 1], -v[:, 0], -u[:, 1], u[:, 0]]) / area
+        second, third = (points @ two - (a * two.T).sum(1) for two in (rows[:2], rows[2:]))  # (n, facets)
         best = np.argmax(np.minimum(np.minimum(second, third), 1 - second - third), axis=1)
-        row = np.arange(len(points))
-        second, third = second[row, best], third[row, best]
+        a, u, v, area = a[best], u[best], v[best], area[best]
+        x, y = (points - a).T
+        second, third = (x * v[:, 1] - y * v[:, 0]) / area, (y * u[:, 0] - x * u[:, 1]) / area
         shares = np.column_stack([1 - second - third, second, third])
         shares = np.where(shares > SLIGHT, shares, 0.0)
         at = facets[best]  # the three corners (n, 3) of each
@@ -177,11 +178,13 @@ class _Face:
         summed = np.einsum("nk,nk->n", shares, values[at])
         size = np.abs(wanted) + np.einsum("nk,nkc->nc", shares, np.abs(corners))
         missing = np.abs(wanted - np.einsum("nk,nkc->nc", shares, corners)) + ROUNDING * size
-        paid = _paid(slope, missing)
+        above = (summed + _paid(slope, missing)) * (1 + ROUNDING)
+        if not self.endless.any():
+            return above, np.zeros(len(points), dtype=bool), best
         made = (self.endless[at] | (shares == 0)).all(1) & (missing <= ALIKE * size).all(1)
         held = np.stack([_paid(self.spare[at[:, k]], missing) <= shares[:, k] * (1 - ROUNDING) for k in range(3)])
         proved = made & (summed == 0) & held.any(0)
-        return np.where(proved, 0.0, (summed + paid) * (1 + ROUNDING)), made, best
+        return np.where(proved, 0.0, above), made, best
 
     def learn(self, bounds: Field, chosen: Int) -> None:
         """Take the pushes at places ``chosen`` (k,) as corners of facets, now that they are solved."""

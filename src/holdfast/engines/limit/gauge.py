@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -29,15 +30,23 @@ class Cuts:
     motions: list[Float] = field(default_factory=list)
     certain: bool = True
 
-    def learn(self, limit: LoadLimit) -> int | None:
-        """Add the cut that one solved load proves, and return its number; return None if the load proves no cut."""
-        self.certain &= limit.certain
-        if limit.twists is None or not limit.upper > 0:
-            return None
-        row = np.zeros_like(limit.twists) if limit.proof is None else limit.proof / limit.upper
-        self.rows.append(np.where(np.repeat(moving_bodies(row, self.scale), 6), row, 0.0))
-        self.motions.append(limit.twists)
-        return len(self.rows) - 1
+    def learn(self, limits: Sequence[LoadLimit]) -> list[int | None]:
+        """Add the cuts that solved loads prove, and return the number of each; None for a load that proves no cut."""
+        self.certain &= all(limit.certain for limit in limits)
+        first = len(self.rows)
+        numbers: list[int | None] = []
+        rows: list[Float] = []
+        for limit in limits:
+            proves = limit.twists is not None and limit.upper > 0
+            numbers.append(first + len(rows) if proves else None)
+            if limit.twists is not None and proves:
+                rows.append(np.zeros_like(limit.twists) if limit.proof is None else limit.proof / limit.upper)
+                self.motions.append(limit.twists)
+        if rows:
+            every = np.array(rows)
+            every[np.repeat(~moving_bodies(every, self.scale), 6, axis=1)] = 0.0
+            self.rows += list(every)
+        return numbers
 
 
 @dataclass
