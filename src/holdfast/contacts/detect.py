@@ -101,7 +101,7 @@ def find_all_patches(
     for a, b, patches in _patches_between(scene, tolerances, pairs):
         if patches:
             found.setdefault((a.name, b.name), []).append((a, b, patches))
-    result = {pair: touching for pair, touching in (known or {}).items() if all(name in same for name in pair)}
+    result = {pair: touching for pair, touching in (known or {}).items() if pair[0] in same and pair[1] in same}
     for pair, parts in found.items():
         result[pair] = Touching(tuple(parts), tuple(patch for *_, patches in parts for patch in patches))
     return in_order(result, scene)
@@ -167,7 +167,7 @@ def show(
         before = None if known is None else known.get(pair)
         if before is None or before.touching is not touching:
             before = None
-        elif not any(name in changed for name in pair):
+        elif pair[0] not in changed and pair[1] not in changed:
             result[pair] = before
             continue
         a, b = (scene.body(name) for name in pair)

@@ -135,13 +135,13 @@ class Tolerances(Value):
 
     def widest(self, scene: Scene) -> float:
         """Return an upper bound of the gaps of all pairs of bodies [m]."""
-        lever = max((body.size / 2 for body in scene.movable), default=0.0)
-        surfaces = [body.shape.surface for body in scene.bodies]
+        surfaces = {id(surface): surface for surface in [body.shape.surface for body in scene.bodies]}.values()
         gap = self.gap
         if self.by_pair:
-            size = max((body.shape.surface.diagonal for body in scene.movable), default=0.0)
-            gap = max(RELATIVE_GAP * size, SIGMAS * 2 * max(surface.roughness.height for surface in surfaces))
-        return gap + self.spread + self._swing(lever) + 2 * max(surface.sagitta for surface in surfaces)
+            size = max([body.shape.surface.diagonal for body in scene.movable], default=0.0)
+            gap = max(RELATIVE_GAP * size, SIGMAS * 2 * max([surface.roughness.height for surface in surfaces]))
+        swing = self._swing(max([body.size / 2 for body in scene.movable], default=0.0)) if self.tilt else 0.0
+        return gap + self.spread + swing + 2 * max([surface.sagitta for surface in surfaces])
 
 
 def default_gap(scene: Scene) -> float:

@@ -162,12 +162,7 @@ class Groups:
 
     def reasons(self, bodies: Iterable[int]) -> tuple[str, ...]:
         """Say for each group of these bodies that does not stand, or may not stand, why it has no answers."""
-        groups = [self.group(number) for number in self._groups_of(bodies)]
-        return tuple(
-            f"{listed(group.names)}: {_WORDS[group.verdict.status]}: {group.verdict.reason}"
-            for group in groups
-            if group.verdict.status is not Status.STABLE
-        )
+        return _reasons([self.group(number) for number in self._groups_of(bodies)])
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -181,14 +176,16 @@ class Groups:
         """
         count = W.shape[1]
         loaded = (W.reshape(len(W) // 6, 6, count) != 0).any(1)
-        bodies = np.flatnonzero(loaded.any(1))
-        numbers = self._groups_of(bodies)
+        numbers = self._groups_of(np.flatnonzero(loaded.any(1)))
+        groups = [self.group(number) for number in reported("rest", numbers)]
+        if len(groups) == 1 and loaded.any(0).all():
+            found = self._answers(groups[0], W, accuracy)
+            return replace(found, verdict=joint(groups), notes=joined_notes([found.notes, _reasons(groups)]))
         table = _Smallest(count)
-        for number in numbers:
-            group = self.group(number)
+        for number, group in zip(numbers, groups, strict=True):
             columns = np.flatnonzero(loaded[self.assembly.group_of == number].any(0))
             table.add(columns, self._answers(group, W[:, columns], accuracy))
-        return table.answers(self.engine, self.verdict_on(bodies), self.reasons(bodies))
+        return table.answers(self.engine, joint(groups), _reasons(groups))
 
     def held(self, W: Float) -> Bool:
         """Tell which loads, columns of W (6J, n), certainly move nothing; False where ``load_factor`` has to be asked.
@@ -314,6 +311,15 @@ def _balanced(found: Answers, W: Float, assembly: Assembly) -> Answers:
 
 
 _WORDS = {Status.UNSTABLE: "does not stand", Status.UNDECIDED: "undecided"}
+
+
+def _reasons(groups: Sequence[Group]) -> tuple[str, ...]:
+    """Say for each group that does not stand, or may not stand, why it has no answers."""
+    return tuple(
+        f"{listed(group.names)}: {_WORDS[group.verdict.status]}: {group.verdict.reason}"
+        for group in groups
+        if group.verdict.status is not Status.STABLE
+    )
 
 
 class _Smallest:

@@ -126,10 +126,10 @@ class Scene(Value):
         """The unit vector (3,) opposite to gravity, world frame."""
         return frozen(unit(-self.gravity))
 
-    @property
+    @cached_property
     def movable(self) -> tuple[Body, ...]:
         """The bodies that are not fixed, in scene order."""
-        return tuple(body for body in self.bodies if not body.fixed)
+        return tuple([body for body in self.bodies if not body.fixed])
 
     def body(self, name: str) -> Body:
         """Return the body with this name; raises SceneError, with the most similar name, if there is none."""
@@ -181,7 +181,7 @@ class Scene(Value):
             raise SceneError(message("scene: moved", f"got a {type(poses).__name__}", remedy))
         for name in poses:
             self.body(name)
-        bodies = tuple(body.moved(poses[body.name]) if body.name in poses else body for body in self.bodies)
+        bodies = tuple([body.moved(poses[body.name]) if body.name in poses else body for body in self.bodies])
         if any(isinstance(body.shape, HalfSpace) for body in bodies):
             bodies = _under(bodies)
         return altered(self, bodies=bodies)
