@@ -164,13 +164,11 @@ class _Face:
         area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
         kept = np.abs(area) > 1e-10
         facets, a, u, v, area = facets[kept], a[kept], u[kept], v[kept], area[kept]
-        # shares of the second and third corner are linear in the point: over all facets two products tell the nearest
-        rows = np.stack([v[:, 1], -v[:, 0], -u[:, 1], u[:, 0]]) / area
-        second, third = (points @ two - (a * two.T).sum(1) for two in (rows[:2], rows[2:]))  # (n, facets)
-        best = np.argmax(np.minimum(np.minimum(second, third), 1 - second - third), axis=1)
-        a, u, v, area = a[best], u[best], v[best], area[best]
-        x, y = (points - a).T
+        x, y = (points[:, k, None] - a[:, k] for k in range(2))  # (n, facets)
         second, third = (x * v[:, 1] - y * v[:, 0]) / area, (y * u[:, 0] - x * u[:, 1]) / area
+        best = np.argmax(np.minimum(np.minimum(second, third), 1 - second - third), axis=1)
+        row = np.arange(len(points))
+        second, third = second[row, best], third[row, best]
         shares = np.column_stack([1 - second - third, second, third])
         shares = np.where(shares > SLIGHT, shares, 0.0)
         at = facets[best]  # the three corners (n, 3) of each
