@@ -181,12 +181,12 @@ def equilibrium_blocks(assembly: Assembly, nodes: ContactNodes) -> Float:
 def wrenches_of(assembly: Assembly, nodes: ContactNodes, forces: Float) -> Float:
     """Return the wrenches (6J,) of local contact ``forces`` (I, 3) [N] on the bodies: G f, without the matrix G."""
     count, world = len(assembly.movable), nodes.world(forces)
-    found = np.zeros((count + 1, 6))  # FIXED is -1, the last one
+    found = np.zeros(6 * (count + 1))  # FIXED is -1, the last one
     for body, sign in ((nodes.b, 1.0), (nodes.a, -1.0)):
         acting = np.hstack([world, cross(arms(assembly, nodes, body), world)])
-        for k in range(6):
-            found[:, k] += sign * np.bincount(body % (count + 1), acting[:, k], count + 1)
-    return found[:count].ravel()
+        rows = 6 * (body % (count + 1))[:, None] + np.arange(6)
+        found += sign * np.bincount(rows.ravel(), acting.ravel(), len(found))
+    return found[: 6 * count]
 
 
 def arms(assembly: Assembly, nodes: ContactNodes, body: Int) -> Float:

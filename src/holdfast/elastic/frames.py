@@ -32,11 +32,12 @@ def twist_matrices(m: Elastic) -> tuple[Float, Float]:
 
 def set_units(m: Elastic) -> None:
     """Fill ``unit`` from ``bonded`` or, where that resists less, from ``hold``: 1 where nothing resists at all."""
-    stiff = np.zeros((len(m.unit) // 6, 6))
+    count = len(m.unit)
+    stiff = np.zeros(count + 6)  # fixed bodies are -1, the last one
     for ends, T in zip((m.a, m.b), twist_matrices(m), strict=True):
-        free = ends >= 0
-        np.add.at(stiff, ends[free], np.einsum("pki,pkl,pli->pi", T[free], m.bonded[free], T[free]))
-    most = np.maximum(stiff.ravel(), m.hold)  # a ball turns on its point, and the hold alone resists
+        rows = (6 * ends[:, None] + np.arange(6)) % (count + 6)
+        stiff += np.bincount(rows.ravel(), np.einsum("pki,pkl,pli->pi", T, m.bonded, T).ravel(), count + 6)
+    most = np.maximum(stiff[:count], m.hold)  # a ball turns on its point, and the hold alone resists
     m.unit[:] = 1 / np.sqrt(np.where(most > 0, most, 1.0))
 
 

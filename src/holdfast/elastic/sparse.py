@@ -22,9 +22,12 @@ DENSE = 90  # displacements up to which dense elimination is faster than that of
 NEAR_SINGULAR = 1e-12  # added to the diagonal so that a singular stiffness can be factored, in the same units
 
 
-def _blocks(m: Elastic, K: Float) -> Float:
-    """The 6x6 blocks of every sheet's pairs of bodies (bb, ba, ab, aa), row by row, as ``_pattern`` has them."""
-    Ta, Tb = twist_matrices(m)
+def _blocks(twists: tuple[Float, Float], K: Float) -> Float:
+    """The 6x6 blocks of every sheet's pairs of bodies (bb, ba, ab, aa), row by row, as ``_pattern`` has them.
+
+    ``twists`` are those of ``twist_matrices``.
+    """
+    Ta, Tb = twists
     X, Y, to_b, to_a = K @ Tb, K @ Ta, Tb.transpose(0, 2, 1), Ta.transpose(0, 2, 1)
     return np.stack([to_b @ X, -(to_b @ Y), -(to_a @ X), to_a @ Y], 1)
 
@@ -47,13 +50,12 @@ def unresisted_motion(m: Elastic, K: Float) -> Float:
     """
     n = len(m.wrench)
     kept, rows, columns = _pattern(m)
-    blocks = _blocks(m, m.bonded)
-    firmest = np.zeros(n)
+    twists = twist_matrices(m)
     on = (rows == columns) & (rows % 6 < 3)
-    np.add.at(firmest, rows[on], blocks.ravel()[kept][on])
+    firmest = np.bincount(rows[on], _blocks(twists, m.bonded).ravel()[kept][on], n)
     size = m.scale[::6] / m.scale[3::6]
     unit = np.repeat(np.sqrt(firmest.reshape(-1, 6).max(1)), 6) * np.stack([np.ones_like(size), size], 1).repeat(3)
-    blocks = _blocks(m, K)
+    blocks = _blocks(twists, K)
     scaled = blocks.ravel()[kept] / (unit[rows] * unit[columns])
     A, solve = _factored(rows, columns, scaled, n)
     x = np.random.default_rng(0).normal(size=n)

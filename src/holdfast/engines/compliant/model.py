@@ -91,8 +91,10 @@ def elastic_model(
     k = sheets.weights if stiffness is None else sheets.weights * stiffness[sheets.owner]
     total = max(float(k.sum()), 1e-300)
     k = k / total
-    clear = np.zeros(len(k)) if apart is None else apart * (total / force_unit(assembly, wrench))
-    clear = snapped(clear, np.abs(clear).max(initial=0.0), BITS)
+    clear = np.zeros(len(k))
+    if apart is not None:
+        clear = apart * (total / force_unit(assembly, wrench))
+        clear = snapped(clear, np.abs(clear).max(initial=0.0), BITS)
     scale = assembly.equation_scale / assembly.levers
     model = Elastic(
         sheets.first,

@@ -354,6 +354,8 @@ class Refined:
 
 def _alike(contacts: Bool) -> tuple[Bool, list[Int]]:
     """Return the kinds (m, interfaces) of rows of ``contacts`` (k, interfaces), and which rows are of each kind."""
+    if len(contacts) and not contacts.any():  # as mostly
+        return contacts[:1], [np.arange(len(contacts))]
     kinds, kind = np.unique(contacts, axis=0, return_inverse=True)
     return kinds, [np.flatnonzero(kind.ravel() == number) for number in range(len(kinds))]
 
