@@ -83,6 +83,18 @@ def test_rectangles_are_integrated_exactly(name: str, sampling: Sampling, count:
     assert weights @ np.linalg.norm(arms, axis=1) == pytest.approx(distance, rel=1e-7)
 
 
+@pytest.mark.parametrize("name", ["square", "strip", "tilted"])
+@pytest.mark.parametrize("first", range(4))
+def test_nodes_of_a_rectangle_are_those_of_a_patch_that_is_nearly_one(name: str, first: int) -> None:
+    """Rectangles share nodes and areas that are worked out once; all other patches have theirs sampled anew."""
+    corners = np.roll([(x, y, 0.0) for x, y in SHAPES[name]], first, axis=0)
+    nearly = corners.copy()
+    nearly[2] += 2e-11 * (corners[2] - corners[0])
+    found = [interface_nodes(hf.Interface(("a", "b"), ring, UP), 20, "hull")[0] for ring in (corners, nearly)]
+    np.testing.assert_allclose(found[0][0], found[1][0], atol=1e-9)
+    np.testing.assert_allclose(found[0][1], found[1][1], rtol=1e-6)
+
+
 def test_a_hair_has_no_more_nodes_than_twice_what_was_asked() -> None:
     """A patch 4 m long and 17 nm wide had 200,000 of them: as many along it as squares would take."""
     corners = [(0, 0, 0), (4, 0, 0), (4, 1.7e-8, 0), (0, 1.5e-8, 0)]

@@ -149,6 +149,29 @@ def test_a_load_on_several_groups_is_carried_as_far_as_by_the_weakest(first: int
         assert (found.lower, found.upper) == (alone.lower, alone.upper)
 
 
+@pytest.mark.parametrize("engine", ENGINES_TESTED)
+@pytest.mark.parametrize("stranger", ["a heavy block", "a body in the air", "a falling body"])
+def test_rows_on_one_group_are_the_same_beside_rows_on_another(engine: str, stranger: str) -> None:
+    """Loads that all act on one group are answered by its own table, others by the smallest of several."""
+    assembly = hf.assemble(scene((*STACK, *STRANGERS[stranger])), gap=GAP)
+    other = STRANGERS[stranger][-1].name
+    W = np.zeros((6 * len(assembly.movable), 4))
+    W[6 * assembly.index["high"] : 6 * assembly.index["high"] + 3, :3] = DIRECTIONS.T
+    W[6 * assembly.index[other], 3] = 1.0
+    groups = prepared(ENGINES[engine](), assembly)
+    alone, beside, falls = groups.load_factor(W[:, :3]), groups.load_factor(W), groups.load_factor(W[:, 3:])
+    for name in ("force", "lower", "upper", "solved", "error"):
+        assert getattr(beside, name).tobytes() == getattr(alone, name).tobytes() + getattr(falls, name).tobytes(), name
+    assert [*alone.status, *falls.status] == beside.status.tolist()
+    assert [None if m is None else m.text for m in (*alone.mechanism, *falls.mechanism)] == [
+        None if m is None else m.text for m in beside.mechanism
+    ]
+    assert alone.verdict.status is hf.Status.STABLE
+    assert falls.verdict.status is (hf.Status.STABLE if stranger == "a heavy block" else hf.Status.UNSTABLE)
+    assert any("does not stand" in note for note in falls.notes) == (stranger != "a heavy block")
+    assert {*alone.notes, *falls.notes} == {*beside.notes}
+
+
 def test_an_undecided_group_leaves_the_smallest_open_but_not_below_what_gives_way_at_once() -> None:
     def rows(*rows: tuple[hf.Status, float, float]) -> Answers:
         status, force, upper = zip(*rows, strict=True)

@@ -57,14 +57,15 @@ def search(scene: Scene, tolerances: Tolerances, before: Found | None = None) ->
     What was found before between two bodies is kept if both are the same objects now and the tolerances are as they
     were. An interface is kept as long as it shows the same patches; others see how much of it third bodies hide.
     """
-    if before is None or tolerances.rule != before.tolerances.rule:
-        near = list(neighbours(scene, tolerances.widest(scene)))
+    if before is not None and tolerances.rule != before.tolerances.rule:
+        before = None
+    same = () if before is None else {body.name for body in scene.bodies if before.bodies.get(body.name) is body}
+    near = list(neighbours(scene, tolerances.widest(scene), same))
+    if before is None:
         overlaps = find_overlaps(scene, tolerances, near=near)
         patches = find_all_patches(scene, tolerances, near=near)
         shown = show(scene, tolerances, patches)
     else:
-        same = {body.name for body in scene.bodies if before.bodies.get(body.name) is body}
-        near = list(neighbours(scene, tolerances.widest(scene), same))
         overlaps = find_overlaps(scene, tolerances, before.overlaps, same, near=near)
         patches = find_all_patches(scene, tolerances, before.patches, same, near)
         shown = show(scene, tolerances, patches, before.shown, _changed(patches, before.patches))

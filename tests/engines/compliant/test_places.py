@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from compliant_scenes import shipped
 
+import holdfast as hf
 from holdfast.assembly.nodes import contact_nodes
 from holdfast.engines.compliant.model import elastic_model
 from holdfast.engines.compliant.places import Places
+from holdfast.queries.request import push_columns
 
 
 def test_they_are_kept_with_the_assembly() -> None:
@@ -44,3 +46,19 @@ def test_sheets_with_more_nodes_at_some_contacts_are_those_of_all_nodes_together
     numbers = np.bincount(some.nodes.interface)
     assert (numbers[contacts] > 400).all()
     assert (np.delete(numbers, contacts) < 60).all()
+
+
+def test_a_grid_that_only_tells_the_error_is_not_brought_to_rest() -> None:
+    """Its load at the displacement of a peak does not depend on how it rests; a path there begins at rest."""
+    cube = shipped("cube")
+    state = hf.Compliant().prepare(cube)
+    side = cube.com - [[0.05, 0.0, 0.0]]
+    W = push_columns(cube, 0, side, np.array([[1.0, 0.0, 0.0]]))
+    found = state.load_factor(W)
+    assert 0 < found.lower[0] < found.force[0] < np.inf
+    finer = state.grid.finer
+    assert not finer._rest
+    paths = finer.paths(W)
+    assert len(finer._rest) == 1
+    assert paths.peak[0] == pytest.approx(found.force[0], rel=0.02)
+    assert finer.settled is finer.settled
