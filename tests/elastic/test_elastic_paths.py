@@ -14,19 +14,16 @@ from holdfast.elastic.linear import make_work
 from holdfast.elastic.newton import Balance, newton, unbalance
 from holdfast.elastic.outcome import Event, PathOutcome, RestOutcome, goes_on, outcome_of
 from holdfast.elastic.path import PathResult
+from holdfast.elastic.progress import FALLEN, Progress, appraise, set_next_step
 from holdfast.elastic.stepper import (
     AWAY,
-    FALLEN,
     HARDLY_AWAY,
     MOST_CHANGES,
-    Progress,
     advance,
-    appraise,
     begin,
     cross_change,
     land,
     make_stepper,
-    set_next_step,
 )
 from holdfast.elastic.system import STAGE, System
 from holdfast.engines.compliant.grid import Grid
@@ -297,6 +294,29 @@ def test_a_step_to_a_level_may_have_passed_over_a_maximum(
     work.rhs[0, 1], work.rhs[len(work.rhs) - 1, 1] = 2.0 * sign, 2.0 * sign * onward
     assert passes_over(work, sign, 1.0, 1.0, 1.0, 1.0, load) == passed
     assert passes_over(work, 1.0, sign, 1.0, 1.0, 1.0, load) == passed
+
+
+@pytest.mark.parametrize(
+    ("since", "elastic", "length", "step"),
+    [
+        (10.0, 1.0, 90.0, 10.1),  # it has to be flat up to 100
+        (10.0, 5.0, 90.0, 60.6),  # up to 30 times the displacement at rest
+        (10.0, 1.0, 30.0, 70.7),
+        (10.0, 1.0, 12.0, 36.0),  # the usual step leads less far
+        (np.inf, 1.0, 90.0, 270.0),
+    ],
+)
+def test_no_step_is_longer_than_it_takes_to_see_that_a_path_remains_flat(
+    since: float, elastic: float, length: float, step: float
+) -> None:
+    """A box among 40 slid at 511 N; a longer step led to where another contact stopped it, and on to 530 N."""
+    now = at(slope=0.0, length=length, elastic=elastic, at_peak=10.0)
+    now.flat_since, now.step, now.turned, now.fastest = since, 1e3, 0.0, 3.0
+    set_next_step(now)
+    assert now.step == pytest.approx(step)
+    if np.isfinite(since) and step < 3 * length:
+        now.length += now.step
+        assert appraise(now) is Event.FLAT
 
 
 def test_where_the_load_falls_steps_are_so_short_that_the_end_is_seen() -> None:

@@ -15,15 +15,14 @@ from holdfast.elastic.model import Elastic
 from holdfast.elastic.newton import SHORTEST, Balance, newton, unbalance, worst
 from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.outcome import Event, PathOutcome, goes_on, outcome_of
+from holdfast.elastic.progress import appraise, set_next_step
 from holdfast.elastic.stepper import (
     STATIONS,
     TOLERANCE,
     Stepper,
     advance,
-    appraise,
     begin,
     cross_change,
-    set_next_step,
     sought_alone,
 )
 from holdfast.elastic.vectors import dot, go, mix, put

@@ -20,25 +20,19 @@ from holdfast.elastic.model import Elastic
 from holdfast.elastic.newton import SHORTEST, Balance, newton, unbalance, worst
 from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.outcome import Event
+from holdfast.elastic.progress import FARTHEST, FASTEST, FLAT, RECORD, TURN, Progress, set_next_step
 from holdfast.elastic.sparse import elastic_size
 from holdfast.elastic.vectors import divide, dot, farthest, go, put
 
 TOLERANCE = 1e-7  # unbalance of points on the path, each body's in units of its own weight
-FALLEN = 0.99  # share of the peak below which the path has clearly fallen
 DIP = 2e-3  # relative fall below the peak so far from which that was a maximum, even if the path rises above it later
 NEW_PEAK = 1e-4  # relative rise above the peak so far that counts as a new peak
 STATIONS = 4  # points before the peak that are kept
 APART = 3e-3  # relative rise of the load from one of them to the next
 FAINT, MOST_ALONE = 1e-8, 30  # drag while forces that balance the load alone are sought, and steps for it
-FLAT = 1e-4  # relative rise still to come, if the slope fell as 1/ℓ², below which the path counts as flat
-FARTHEST = 1e8  # length, in sizes of the displacement at rest, at which rounding would show
-CARRIED = 1e-5  # share of a body's weight or of the load that the faint hold carries where a path ends
-FASTEST = 3.0  # largest growth of the step from one point to the next
 CAREFUL = 1.0  # largest growth after a step that failed
-RECOVERY = 1.4  # factor by which the largest growth recovers from one point to the next
 MOST_NEWTON, EASY = 16, 8  # steps of Newton's method for one point, and those after which it counts as found easily
 FIRST_NEWTON, FIRST_SHARE = 60, 0.01  # for the first point, and the least share of one: which idle faces part is open
-TURN = 0.3  # wanted correction of a point, as a share of the step
 AWAY = 0.7  # distance from where the directions at both ends lead, as a share of the motion, that hints at a branch
 HARDLY_AWAY = 0.4  # the same for points that are not found easily
 DOUBTS = 2  # of one step: that it lies on the same branch, or that it hides no maximum
@@ -48,67 +42,6 @@ NEAR = 0.03  # share of a step that failed from which a corner in it is gone to
 BEFORE = 0.999  # share of the way to a corner that is gone before it is crossed
 SHORTENINGS = 4  # of one step, after which the path is continued behind the next change of a node
 MOST_CHANGES = 200  # of nodes that a path may be continued behind
-LATE, FARTHER = 12, 1.5  # points without a new peak, and growth of the length, after which none is expected
-TOO_LATE = 40  # points without a new peak after which none is waited for, however near
-
-
-class Progress:
-    """The numbers of a walk along a path.
-
-    Constants: ``orientation``, the sign of the stiffness's determinant at rest; ``strength``, the largest component of
-    the load, each body's in its own weight and size; ``elastic``, the largest displacement at rest that counts.
-
-    Where it is: ``s`` and the ``slope`` ds/dℓ; what the faint hold has ``carried``, of each body's own weight; the
-    ``step`` Δℓ to be tried; the ``length`` ℓ so far; ``last``, s of the last regular point; ``turned``, the last
-    correction as a share of its step, and the ``sharpest``, the largest of all points but the first; ``points`` found,
-    linear ``systems`` solved, node ``changes`` crossed; how often this step failed and was ``shortened``, and how often
-    it was ``doubted``; the ``fastest`` growth of the step for now; whether a ``corner`` lies just behind the step, and
-    the step to be tried ``beyond`` it.
-
-    Of the peak: ``highest`` s; ``noted``, the last s that counted as a new peak, at the length ``at_peak``, and the
-    points since (``late``); ``short``, by how much it may be too low; the maximum from which s has ``dipped``, and the
-    ``first`` one above which it has risen after that, 0 if there was none. The peak lies between a point where s rises
-    (``rising_s``, ``rising_slope``) and one where it does not (``falling_s``, ``falling_slope``), once the latter is
-    known: ``closed``. The number of ``stations`` kept on the way to it.
-
-    Of the end: the lengths since which the path has been flat (``flat_since``) and since which s has grown in
-    proportion to ℓ (``similar_since``); inf if it is not.
-    """
-
-    orientation: float = 0.0
-    strength: float = 0.0
-    elastic: float = 0.0
-    s: float = 0.0
-    slope: float = 0.0
-    carried: float = 0.0
-    step: float = 0.0
-    length: float = 0.0
-    last: float = 0.0
-    turned: float = 0.0
-    sharpest: float = 0.0
-    points: int = 0
-    systems: int = 0
-    changes: int = 0
-    shortened: int = 0
-    fastest: float = FASTEST
-    beyond: float = 0.0
-    corner: bool = False
-    doubted: int = 0
-    highest: float = 0.0
-    noted: float = 0.0
-    at_peak: float = 0.0
-    late: int = 0
-    short: float = 0.0
-    dipped: float = 0.0
-    first: float = 0.0
-    rising_s: float = 0.0
-    rising_slope: float = 0.0
-    falling_s: float = 0.0
-    falling_slope: float = 0.0
-    closed: bool = False
-    stations: int = 0
-    flat_since: float = 0.0
-    similar_since: float = 0.0
 
 
 class Stepper(NamedTuple):
@@ -139,12 +72,6 @@ class Stepper(NamedTuple):
     station_s: Float
     station_q: Float
     station_plane: Float
-
-
-RECORD = np.dtype(
-    [(name, {"float": "f8", "int": "i8", "bool": "?"}[kind]) for name, kind in Progress.__annotations__.items()],
-    align=True,
-)
 
 
 def make_stepper(n: int) -> Stepper:
@@ -379,33 +306,6 @@ def land(work: Work, stepper: Stepper, s: float, sign: float) -> None:
 
 
 @compilable
-@lean
-def appraise(now: Progress) -> Event:
-    """Whether the new point is the end of the path: FALLEN, FAR, FLAT, perhaps PROPORTIONAL, or else ADVANCED."""
-    s, slope, length, elastic = now.s, now.slope, now.length, now.elastic
-    late = now.late > TOO_LATE or (now.late > LATE and length > FARTHER * now.at_peak)
-    if s < FALLEN * now.highest or length >= (10 if slope < 0 else 100) * now.at_peak or late:
-        return Event.FALLEN
-    if abs(slope) * length > FLAT * abs(s):
-        now.flat_since = np.inf
-    elif length >= 10 * min(now.flat_since, length) and length > 30 * elastic:
-        return Event.FLAT
-    else:
-        now.flat_since = min(now.flat_since, length)
-    if slope > 0 and abs(slope * length - s) < 0.05 * s:
-        now.similar_since = min(now.similar_since, length)
-        if length >= 10 * now.similar_since and length > 100 * elastic:
-            now.similar_since = length
-            return Event.PROPORTIONAL
-    else:
-        now.similar_since = np.inf
-    if length > FARTHEST * elastic or now.carried > CARRIED * max(1.0, now.strength * abs(s)):
-        now.short = max(slope * length, 0.0) if s >= now.highest else 0.0
-        return Event.FAR
-    return Event.ADVANCED
-
-
-@compilable
 def sought_alone(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> Event:
     """ENDLESS if contact forces balance the load without any weight, sought from the present point over s; ADVANCED.
 
@@ -426,16 +326,3 @@ def sought_alone(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None
     put(work.c, plane)
     put(q, stepper.q)
     return Event.ADVANCED
-
-
-@compilable
-@lean
-def set_next_step(now: Progress) -> None:
-    """Make the next step longer or shorter, as the last one needed little correction or much.
-
-    Where the load falls it is to be seen how far: a longer step would pass over the dip.
-    """
-    now.step = min(now.step * min(max(TURN / max(now.turned, 1e-9), 0.7), now.fastest), 3 * now.length)
-    if now.slope < 0:
-        now.step = min(now.step, (1 - FALLEN) * now.highest / -now.slope)
-    now.fastest = min(RECOVERY * now.fastest, FASTEST)

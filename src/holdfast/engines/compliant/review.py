@@ -8,7 +8,7 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float
 from holdfast.elastic.outcome import RestOutcome
-from holdfast.elastic.stepper import CARRIED
+from holdfast.elastic.progress import CARRIED
 from holdfast.engines.answers import Answers, only_balanced
 from holdfast.engines.compliant.carriers import HUGE, rests_alone
 from holdfast.engines.compliant.grid import Grid

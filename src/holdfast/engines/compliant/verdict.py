@@ -13,8 +13,8 @@ from holdfast.base.text import listed
 from holdfast.elastic.law import evaluate, node_forces
 from holdfast.elastic.model import Elastic
 from holdfast.elastic.outcome import RestOutcome
+from holdfast.elastic.progress import CARRIED
 from holdfast.elastic.sparse import unresisted_motion
-from holdfast.elastic.stepper import CARRIED
 from holdfast.engines.compliant.fixed_point import Fixed, fixed_point
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.model import world_rows
