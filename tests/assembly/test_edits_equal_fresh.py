@@ -77,6 +77,36 @@ def test_answers_after_random_edits_are_those_of_a_fresh_assembly(name: str, eng
         assert answers(assembly, engine, names) == answers(anew(assembly), engine, names), step
 
 
+@pytest.mark.parametrize("level", [0.4, 0.7])
+@pytest.mark.parametrize("sheet_first", [True, False])
+@pytest.mark.parametrize("box_first", [True, False])
+def test_a_sheet_hides_and_bares_what_two_bodies_share_though_one_of_them_touches_it_nowhere(
+    level: float, sheet_first: bool, box_first: bool
+) -> None:
+    """Floor and sheet are fixed, so nobody asks how they touch; the box is 1.9 mm above the floor.
+
+    The sheet lies ``level`` of the way down from the box, and hides half of the floor from it.
+    """
+    gap, above, thick = 2e-3, 1.9e-3, 2e-4
+    floor = hf.Body("floor", hf.Box((1, 1, 0.1)), pose=at(0, 0, -0.05), fixed=True)
+    box = hf.Body("box", hf.Box((0.1, 0.1, 0.1)), mass=1.0, pose=at(0, 0, above + 0.05))
+    top = above * (1 - level)
+    sheet = hf.Body("sheet", hf.Box((0.1, 0.2, thick)), pose=at(0.05, 0, top - thick / 2), fixed=True)
+    pair = [box, floor] if box_first else [floor, box]
+    assembly = hf.assemble(hf.Scene([sheet, *pair] if sheet_first else [*pair, sheet], 0.5), gap=gap)
+
+    def seen(now: hf.Assembly) -> float:
+        return sum(i.area for i in now.interfaces if set(i.bodies) == {"floor", "box"})
+
+    assert seen(assembly) == pytest.approx(0.005)
+    away = assembly.moved({"sheet": at(0.3, 0, top - thick / 2)})
+    assert seen(away) == pytest.approx(0.01)
+    assert same_contacts(away, anew(away))
+    back = away.moved({"sheet": at(0.05, 0, top - thick / 2)})
+    assert same_contacts(back, assembly)
+    assert seen(assembly.without("sheet")) == pytest.approx(0.01)
+
+
 @needed
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["limit", "compliant"])

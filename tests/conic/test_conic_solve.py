@@ -1,5 +1,7 @@
 """Tiny cone programs with answers by hand, one for each way a solve can end."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy import sparse
@@ -164,3 +166,19 @@ def test_a_program_written_down_is_the_same_program(original: ConeProgram) -> No
     np.testing.assert_array_equal(original.b, copy.b)
     assert original.cones == copy.cones
     np.testing.assert_array_equal(solve(original).x, solve(copy).x)
+
+
+def test_certificates_of_any_length_are_numbers_whose_products_are_still_numbers() -> None:
+    """However long the solver's ray is, what is computed of it does not overflow; solutions are left as they are."""
+    prepared = Prepared(LINE)
+    real = prepared._solver
+
+    ray = SimpleNamespace(status="PrimalInfeasible", x=[1e200, -3e199], z=[2e150, 1.0, 0.0], iterations=3)
+    prepared._solver = SimpleNamespace(solve=lambda: ray)
+    found = prepared.solve()
+    assert found.outcome is Outcome.INFEASIBLE
+    assert found.x.tolist() == pytest.approx([1e100, -3e99])
+    assert np.abs(found.z).max() == 1e100
+    assert np.isfinite(found.residual)
+    prepared._solver = real
+    assert prepared.solve().x.tolist() == solve(LINE).x.tolist()

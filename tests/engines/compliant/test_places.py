@@ -8,9 +8,11 @@ from compliant_scenes import shipped
 
 import holdfast as hf
 from holdfast.assembly.nodes import contact_nodes
+from holdfast.contacts.interface import Patch
 from holdfast.engines.compliant.model import elastic_model
 from holdfast.engines.compliant.places import Places
 from holdfast.queries.request import push_columns
+from holdfast.scene.shipped.blocks import at
 
 
 def test_they_are_kept_with_the_assembly() -> None:
@@ -46,6 +48,29 @@ def test_sheets_with_more_nodes_at_some_contacts_are_those_of_all_nodes_together
     numbers = np.bincount(some.nodes.interface)
     assert (numbers[contacts] > 400).all()
     assert (np.delete(numbers, contacts) < 60).all()
+
+
+@pytest.mark.parametrize("contacts", [[0], [1], [0, 1]])
+def test_axes_of_contacts_with_several_patches_are_their_own(contacts: list[int]) -> None:
+    """Each of two cubes lies in a groove of the floor: two patches at right angles to each other."""
+    slope = np.sqrt(0.5)
+    bodies = [hf.Body("floor", hf.Box((4, 4, 0.1)), pose=at(0, 0, -0.5), fixed=True)]
+    interfaces = []
+    for name, x, size in (("one", 0.0, 1.0), ("two", 2.0, 0.7)):
+        bodies.append(hf.Body(name, hf.Box((0.5, 0.5, 0.5)), mass=1.0, pose=at(x, 0, 0.5)))
+        wall = size * np.array([[0.0, -0.2, 0], [slope, -0.2, slope], [slope, 0.2, slope], [0, 0.2, 0]])
+        sides = [(wall, (-slope, 0, slope)), (wall[::-1] * (-1, 1, 1), (slope, 0, slope))]
+        patches = [Patch((*ring, x, 0, 0), np.array(normal)) for ring, normal in sides]
+        interfaces.append(hf.Interface(("floor", name), patches=patches))
+    assembly = hf.assemble(hf.Scene(bodies, 0.5), interfaces=interfaces)
+    nodes = contact_nodes(assembly, 25, "quadrature", among=contacts)
+    whole = contact_nodes(assembly, 25, "quadrature")
+    kept = np.isin(whole.interface, contacts)
+    for name in ("points", "axes", "mu", "weights", "interface", "a", "b"):
+        np.testing.assert_array_equal(getattr(nodes, name), getattr(whole, name)[kept])
+    assert np.sort(np.unique(whole.normals.round(9), axis=0)[:, 0]) == pytest.approx([-slope, slope])
+    across = np.einsum("ix,ix->i", whole.points - [[2.0, 0, 0]] * whole.interface[:, None], whole.normals)
+    np.testing.assert_allclose(across, 0, atol=1e-12, err_msg="nodes lie in the plane of their own normal")
 
 
 def test_a_grid_that_only_tells_the_error_is_not_brought_to_rest() -> None:

@@ -10,6 +10,8 @@ from placed import at
 import holdfast as hf
 from holdfast.engines.contract import Within
 from holdfast.engines.limit.engine import Limit
+from holdfast.engines.limit.gauge import Cuts
+from holdfast.engines.limit.load_limit import LoadLimit
 from holdfast.engines.limit.program import LoadProgram
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import push_columns
@@ -136,3 +138,25 @@ def test_a_body_that_rolls_proves_nothing_about_pushes_on_its_neighbour() -> Non
     assert (whole.upper[rows] >= alone.force * (1 - 1e-6)).all()
     found = hf.robustness_map(assembly, spacing=0.012)
     assert "undecided" not in {str(status) for status in found.status}
+
+
+def test_cuts_are_numbered_on_from_those_learned_before_and_keep_their_motions() -> None:
+    """A load without an upper bound, or without a motion, proves no cut; bodies that hardly move get no row."""
+
+    def limit(upper: float, motion: list[float] | None, *, proved: bool = True, certain: bool = True) -> LoadLimit:
+        twists = None if motion is None else np.array(motion)
+        return LoadLimit(1.0, 1.0, upper, hf.Status.FINITE, twists, twists if proved else None, certain=certain)
+
+    slides, rolls = [1.0, *[0.0] * 11], [*[0.0] * 6, 2.0, *[0.0] * 5]
+    both = [1.0, *[0.0] * 5, 1e-9, *[0.0] * 5]
+    cuts = Cuts(np.ones(12))
+    assert cuts.learn([limit(2.0, slides), limit(0.0, slides), limit(4.0, rolls)]) == [0, None, 1]
+    assert cuts.learn([]) == []
+    assert cuts.learn([limit(1.0, None), limit(1.0, both), limit(np.inf, rolls, proved=False)]) == [None, 2, 3]
+    for row, expected in zip(cuts.rows, ([0.5, 0.0], [0.0, 0.5], [1.0, 0.0], [0.0, 0.0]), strict=True):
+        assert row[[0, 6]].tolist() == expected
+    assert [motion.tolist() for motion in cuts.motions] == [slides, rolls, both, rolls]
+    assert cuts.certain
+    cuts.learn([limit(1e12, slides, certain=False), limit(2.0, slides)])
+    assert [cuts.rows[k][0] for k in (4, 5)] == [1e-12, 0.5], "what hardly moves is told motion by motion"
+    assert not cuts.certain
