@@ -60,7 +60,7 @@ def test_axes_of_contacts_with_several_patches_are_their_own(contacts: list[int]
         bodies.append(hf.Body(name, hf.Box((0.5, 0.5, 0.5)), mass=1.0, pose=at(x, 0, 0.5)))
         wall = size * np.array([[0.0, -0.2, 0], [slope, -0.2, slope], [slope, 0.2, slope], [0, 0.2, 0]])
         sides = [(wall, (-slope, 0, slope)), (wall[::-1] * (-1, 1, 1), (slope, 0, slope))]
-        patches = [Patch((*ring, x, 0, 0), np.array(normal)) for ring, normal in sides]
+        patches = [Patch(ring + np.array([x, 0.0, 0.0]), np.array(normal)) for ring, normal in sides]
         interfaces.append(hf.Interface(("floor", name), patches=patches))
     assembly = hf.assemble(hf.Scene(bodies, 0.5), interfaces=interfaces)
     nodes = contact_nodes(assembly, 25, "quadrature", among=contacts)
