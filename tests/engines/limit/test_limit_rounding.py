@@ -13,7 +13,7 @@ import holdfast as hf
 from holdfast import Assembly, Limit
 from holdfast.assembly.nodes import ContactNodes
 from holdfast.engines.answers import Bound
-from holdfast.engines.limit.balance import Balance
+from holdfast.engines.limit.balance import Balance, _factor, _solved
 from holdfast.engines.limit.rounding import EXTENDED, Equilibrium, inner
 from holdfast.scene.shipped.blocks import at
 
@@ -248,3 +248,17 @@ def test_a_ball_over_the_edge_of_its_contact_is_not_taken_for_balanced() -> None
     assert np.isfinite(np.delete(slope, range(rows.start, rows.stop))).all()
     corrected = balance.forces_for(np.where(np.arange(len(wrench)) < rows.start, 1.0, 0.0)[:, None])
     assert np.allclose((balance.equilibrium.G @ corrected)[: rows.start], 1.0)
+
+
+@pytest.mark.parametrize("order", [[0, 1, 2], [2, 1, 0], [1, 2, 0]])
+def test_a_shift_beyond_the_smallest_eigenvalue_is_found_by_elimination(order: list[int]) -> None:
+    turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    values = np.array([1.0, 4.0, 9.0])[order]
+    for square in (np.diag(values), turn @ np.diag(values) @ turn.T):
+        for shift, definite in ((0.0, True), (0.9, True), (1.1, False), (3.0, False)):
+            factor = _factor(square, shift)
+            assert (factor is not None) == definite, shift
+            if factor is not None:
+                np.testing.assert_allclose(factor @ factor.T, square - shift * np.eye(3), atol=1e-14)
+                asked = np.array([[1.0, 0.0], [2.0, -1.0], [0.5, 3.0]])
+                np.testing.assert_allclose((square - shift * np.eye(3)) @ _solved(factor, asked), asked, atol=1e-12)
