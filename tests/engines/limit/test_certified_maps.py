@@ -9,6 +9,7 @@ from placed import at
 
 import holdfast as hf
 from holdfast.engines.contract import Within
+from holdfast.engines.limit.certified import _Face
 from holdfast.engines.limit.engine import Limit
 from holdfast.engines.limit.gauge import Cuts
 from holdfast.engines.limit.load_limit import LoadLimit
@@ -160,3 +161,24 @@ def test_cuts_are_numbered_on_from_those_learned_before_and_keep_their_motions()
     cuts.learn([limit(1e12, slides, certain=False), limit(2.0, slides)])
     assert [cuts.rows[k][0] for k in (4, 5)] == [1e-12, 0.5], "what hardly moves is told motion by motion"
     assert not cuts.certain
+
+
+def test_bounds_between_corners_pay_for_what_rounding_leaves_of_a_load() -> None:
+    """The gauge |w| over a square of moments: above it everywhere, by hardly more where wrenches cost nothing."""
+    random = np.random.default_rng(2)
+    loads = np.column_stack([np.zeros((30, 2)), np.ones(30), random.uniform(-0.3, 0.3, (30, 2)), np.zeros(30)])
+    face = _Face.of(np.arange(30), loads)
+    face.values = np.linalg.norm(face.loads, axis=1)
+    face.spare, face.endless = np.full((4, 6), np.inf), np.zeros(4, dtype=bool)
+    plain, dear = (face.envelope(np.arange(30), loads, np.full(6, slope)) for slope in (0.0, 1e12))
+    exact = np.linalg.norm(loads, axis=1)
+    assert (plain[0] >= exact).all()
+    assert not plain[1].any()
+    assert ((dear[0] > plain[0] + 1e-6) & (dear[0] < plain[0] + 1.0)).all()
+    face.endless[:] = True
+    face.values[:] = 0.0
+    above, endless, _ = face.envelope(np.arange(30), loads, np.full(6, 1e12))
+    assert endless.all()
+    assert (above > 0).all(), "nothing that endless corners carry besides is known"
+    face.spare[:] = 1e-9
+    assert (face.envelope(np.arange(30), loads, np.full(6, 1e12))[0] == 0).all()
