@@ -135,7 +135,7 @@ def test_the_best_of_several() -> None:
     assert len(best.candidates) == 8
     keys = [candidate.rating.key for candidate in best.candidates]
     assert keys == sorted(keys, reverse=True)
-    assert best.robustness >= one.robustness
+    assert best.robustness >= one.robustness * (1 - 1e-9)  # equally good places differ by rounding
     assert (best.pose == best.candidates[0].pose).all()
 
 

@@ -159,7 +159,7 @@ class System:
         threads = self.threads(count)
         works = [make_work(self.model, self.fronts) for _ in range(threads)]
         size = 1 if self.long else min(max(count // (SHARES * threads), 1), MOST_COLUMNS)
-        blocks = np.split(np.arange(count), range(size, count, size))
+        blocks = [np.arange(first, min(first + size, count)) for first in range(0, count, size)]
 
         def work_through(numbers: Iterable[int], work: Work) -> None:
             for number in numbers:

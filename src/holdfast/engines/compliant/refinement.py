@@ -76,7 +76,9 @@ class Bounded(NamedTuple):
         return np.where(self.paths.outcome == PathOutcome.ENDLESS, (1 - LEAST_ERROR) * first, self.below * share)
 
     def replaced(self, at: Int, others: Bounded) -> Bounded:
-        """Return the same with ``others`` in the places ``at``."""
+        """Return the same with ``others`` in the places ``at``, which are in order."""
+        if len(at) == len(self.own):  # in all places
+            return others
         below, own, few = self.below.copy(), self.own.copy(), self.few.copy()
         below[at], own[at], few[at] = others.below, others.own, others.few
         return Bounded(self.paths.replaced(at, others.paths), below, own, few)

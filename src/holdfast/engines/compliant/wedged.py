@@ -20,6 +20,7 @@ from holdfast.engines.compliant.carriers import HUGE
 from holdfast.engines.compliant.grid import FINER, Grid
 from holdfast.engines.compliant.model import Springs
 from holdfast.engines.cones import EXACT
+from holdfast.engines.peeling import clampable
 from holdfast.engines.self_stress import self_stressed_nodes
 
 RATIOS = (0.3, 3.0)  # times the engine's ratio of tangential to normal stiffness
@@ -38,8 +39,16 @@ class Wedged:
 
     @cached_property
     def possible(self) -> bool:
-        """Whether contact forces can balance each other without any load; True where that is not settled."""
-        assembly = self.grid.assembly
+        """Whether contact forces can balance each other without any load; True where that is not settled.
+
+        Bodies are peeled off by the directions of their contacts first, for which one node of every sheet will do.
+        """
+        assembly, places = self.grid.assembly, self.grid.places
+        if places.given is None:
+            begins = np.zeros(len(places.nodes), dtype=bool)
+            begins[places.sheets.first[:-1]] = True
+            if not clampable(places.nodes.chosen(begins)).any():
+                return False
         pressed = self_stressed_nodes(assembly, contact_nodes(assembly, CORNERS, "corners"), EXACT)
         return pressed is None or bool(pressed.any())
 
