@@ -309,7 +309,7 @@ def test_a_step_to_a_level_may_have_passed_over_a_maximum(
 def test_no_step_is_longer_than_it_takes_to_see_that_a_path_remains_flat(
     since: float, elastic: float, length: float, step: float
 ) -> None:
-    """A box among 40 slid at 511 N; a longer step led to where another contact stopped it, and on to 530 N."""
+    """A box on a pallet slid at 511 N; a longer step led to where another contact stopped it, and on to 530 N."""
     now = at(slope=0.0, length=length, elastic=elastic, at_peak=10.0)
     now.flat_since, now.step, now.turned, now.fastest = since, 1e3, 0.0, 3.0
     set_next_step(now)
