@@ -159,15 +159,6 @@ def equilibrium_operator(assembly: Assembly, nodes: ContactNodes) -> sparse.csc_
     return by_bodies(len(assembly.movable), nodes, equilibrium_blocks(assembly, nodes))
 
 
-def equilibrium_entries(assembly: Assembly, nodes: ContactNodes) -> Entries:
-    """Return the entries of the equilibrium matrix, zeros among them."""
-    blocks, bodies = equilibrium_blocks(assembly, nodes), np.stack([nodes.b, nodes.a], axis=1)
-    acting = np.broadcast_to((bodies >= 0)[:, None, :, None], blocks.shape)
-    rows = np.broadcast_to(6 * bodies[:, None, :, None] + np.arange(6), blocks.shape)
-    columns = np.broadcast_to(np.arange(3 * len(nodes)).reshape(-1, 3)[:, :, None, None], blocks.shape)
-    return Entries(rows[acting], columns[acting], blocks[acting])
-
-
 def equilibrium_blocks(assembly: Assembly, nodes: ContactNodes) -> Float:
     """Return what a force along each axis of a node gives both bodies, (I, 3, 2, 6): body b first, then body a."""
     blocks = np.empty((len(nodes), 3, 2, 6))
@@ -196,19 +187,25 @@ def arms(assembly: Assembly, nodes: ContactNodes, body: Int) -> Float:
 
 
 def by_bodies(count: int, nodes: ContactNodes, blocks: Float) -> sparse.csc_matrix:
-    """Return the matrix (6J, 3I) of ``blocks`` (I, 3, 2, 6), as those of ``equilibrium_blocks``.
+    """Return the matrix (6J, 3I) of ``blocks`` (I, 3, 2, 6), as those of ``equilibrium_blocks``; ``count`` is J."""
+    found, width = entries_by_bodies(nodes, blocks), 3 * len(nodes)
+    starts = np.concatenate([[0], np.cumsum(np.bincount(found.columns, minlength=width))])
+    return sparse.csc_matrix((found.values, found.rows, starts), shape=(6 * count, width))
 
-    Fixed bodies have no rows. ``count`` is J.
+
+def entries_by_bodies(nodes: ContactNodes, blocks: Float) -> Entries:
+    """Return the entries of that matrix, zeros among them, column by column with rows in order.
+
+    Fixed bodies have no rows.
     """
     bodies = np.stack([nodes.b, nodes.a], axis=1)
     later = bodies[:, 0] > bodies[:, 1]  # rows are to be in order
     bodies = np.where(later[:, None], bodies[:, ::-1], bodies)
     blocks = np.where(later[:, None, None, None], blocks[:, :, ::-1], blocks)
-    free = bodies >= 0
-    kept = np.broadcast_to(free[:, None, :, None], blocks.shape)
+    kept = np.broadcast_to((bodies >= 0)[:, None, :, None], blocks.shape)
     rows = np.broadcast_to(6 * bodies[:, None, :, None] + np.arange(6), blocks.shape)
-    starts = np.concatenate([[0], np.cumsum(np.repeat(6 * free.sum(1), 3))])
-    return sparse.csc_matrix((blocks[kept], rows[kept], starts), shape=(6 * count, 3 * len(nodes)))
+    columns = np.broadcast_to(np.arange(3 * len(nodes)).reshape(-1, 3)[:, :, None, None], blocks.shape)
+    return Entries(rows[kept], columns[kept], blocks[kept])
 
 
 def dense_by_bodies(count: int, nodes: ContactNodes, blocks: Float) -> Float:

@@ -45,9 +45,9 @@ class Entries(NamedTuple):
     def stored(self) -> Entries:
         """The entries that are not zero: solvers take time for the others, too."""
         kept = np.flatnonzero(self.values)
-        return (
-            self if len(kept) == len(self.values) else Entries(self.rows[kept], self.columns[kept], self.values[kept])
-        )
+        if len(kept) == len(self.values):
+            return self
+        return Entries(self.rows[kept], self.columns[kept], self.values[kept])
 
     def within(self, rows: Bool) -> Entries:
         """Return the entries in these ``rows``, which are numbered anew."""

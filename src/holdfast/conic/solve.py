@@ -94,7 +94,7 @@ class Prepared:
         x, z = np.array(answer.x), np.array(answer.z)
         if outcome is not Outcome.SOLVED:
             x, z = _within_numbers(x), _within_numbers(z)
-        return ConeSolution(outcome, x, z, self._rows.violation(self._program, x), int(answer.iterations))
+        return ConeSolution(outcome, x, z, violation(self._program, x, self._rows), int(answer.iterations))
 
 
 def solve(program: ConeProgram, *, tolerance: float = 1e-10, max_iterations: int = 200) -> ConeSolution:
@@ -125,11 +125,6 @@ _CONES = {
 }
 
 
-def violation(program: ConeProgram, x: Float) -> float:
-    """Return the largest violation of the cones by b - A x."""
-    return _Rows.of(program).violation(program, x)
-
-
 class _Rows(NamedTuple):
     """What it takes to check solutions of a program, whatever the entries of A: their places (nnz,), and its cones."""
 
@@ -143,24 +138,29 @@ class _Rows(NamedTuple):
         columns = np.repeat(np.arange(A.shape[1]), np.diff(A.indptr))
         return cls(A.indices.astype(np.int64), columns, cone_runs(program))
 
-    def violation(self, program: ConeProgram, x: Float) -> float:
-        """Return the largest violation of the cones by b - A x; SciPy's product takes three times as long."""
-        slack = program.b - np.bincount(self.rows, program.A.data * x[self.columns], len(program.b))
-        worst, row = 0.0, 0
-        for kind, size, count in self.runs:
-            block = slack[row : row + size * count]
-            row += size * count
-            if not len(block):
-                continue
-            if kind == "zero":
-                worst = max(worst, float(block.max()), float(-block.min()))
-            elif kind == "nonnegative":
-                worst = max(worst, float(-block.min()))
-            else:
-                block = block.reshape(count, size)
-                length = np.hypot(block[:, 1], block[:, 2]) if size == 3 else np.sqrt((block[:, 1:] ** 2).sum(1))
-                worst = max(worst, float((length - block[:, 0]).max()))
-        return worst
+
+def violation(program: ConeProgram, x: Float, known: _Rows | None = None) -> float:
+    """Return the largest violation of the cones by b - A x; SciPy's product takes three times as long.
+
+    ``known`` is ``_Rows.of(program)``, to avoid computing it again.
+    """
+    places = _Rows.of(program) if known is None else known
+    slack = program.b - np.bincount(places.rows, program.A.data * x[places.columns], len(program.b))
+    worst, row = 0.0, 0
+    for kind, size, count in places.runs:
+        block = slack[row : row + size * count]
+        row += size * count
+        if not len(block):
+            continue
+        if kind == "zero":
+            worst = max(worst, float(block.max()), float(-block.min()))
+        elif kind == "nonnegative":
+            worst = max(worst, float(-block.min()))
+        else:
+            block = block.reshape(count, size)
+            length = np.hypot(block[:, 1], block[:, 2]) if size == 3 else np.sqrt((block[:, 1:] ** 2).sum(1))
+            worst = max(worst, float((length - block[:, 0]).max()))
+    return worst
 
 
 def cone_runs(program: ConeProgram) -> list[tuple[str, int, int]]:

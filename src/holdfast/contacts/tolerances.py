@@ -135,7 +135,7 @@ class Tolerances(Value):
 
     def widest(self, scene: Scene) -> float:
         """Return an upper bound of the gaps of all pairs of bodies [m]."""
-        surfaces = {id(surface): surface for surface in [body.shape.surface for body in scene.bodies]}.values()
+        surfaces = [body.shape.surface for body in scene.bodies]
         gap = self.gap
         if self.by_pair:
             size = max([body.shape.surface.diagonal for body in scene.movable], default=0.0)

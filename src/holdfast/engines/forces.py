@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import ContactNodes, equilibrium_entries
+from holdfast.assembly.nodes import ContactNodes, entries_by_bodies, equilibrium_blocks
 from holdfast.base.arrays import Float
 from holdfast.base.entries import diagonal, together
 from holdfast.conic.program import ConeProgram
@@ -47,7 +47,7 @@ def force_program(assembly: Assembly, nodes: ContactNodes, wrench: Float, cone: 
     6J rows are the equilibrium, the others the friction cones (``FrictionCone.rows``). ``wrench`` (6J,) is in [N, N m].
     """
     count, (friction, cones) = len(wrench), cone.entries(nodes)
-    balance = equilibrium_entries(assembly, nodes).scaled(assembly.equation_scale).stored
+    balance = entries_by_bodies(nodes, equilibrium_blocks(assembly, nodes)).scaled(assembly.equation_scale).stored
     b = np.zeros(count + size_of(cones))
     b[:count] = -scaled_wrench(assembly, wrench)
     share = nodes.weights / nodes.weights.mean() if len(nodes) else nodes.weights

@@ -65,7 +65,8 @@ class LoadProgram:
         force, motion = self.scales.force, self.scales.motion
         rows, count = len(motion), len(force) + 1
         C, cones = self.cone.entries(self.nodes)
-        held, mu, owner = size_of(cones), self.nodes.mu, np.zeros(size_of(cones), dtype=np.int64)
+        held, mu = size_of(cones), self.nodes.mu
+        owner = np.zeros(held, dtype=np.int64)
         owner[C.rows] = C.columns // 3  # all entries of a row belong to one node
         unit = (np.where(mu > 0, np.minimum(mu, 1.0), 1.0) * self.tau)[owner]
         balance = Entries.of(self.equilibrium.G).scaled(motion, force)
