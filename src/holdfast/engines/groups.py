@@ -160,10 +160,6 @@ class Groups:
         """Say whether the groups of these movable bodies stand, given by the numbers of the bodies."""
         return joint([self.group(number) for number in reported("rest", self._groups_of(bodies))])
 
-    def reasons(self, bodies: Iterable[int]) -> tuple[str, ...]:
-        """Say for each group of these bodies that does not stand, or may not stand, why it has no answers."""
-        return _reasons([self.group(number) for number in self._groups_of(bodies)])
-
     @property
     def notes(self) -> tuple[str, ...]:
         """The simplifications that the answers rest on, of all groups that have been asked."""
