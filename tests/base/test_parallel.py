@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable
 from threading import Event, current_thread
 
 import pytest
 
-from holdfast.base.parallel import begin, free_threads, in_parallel, left_if_stopped
+from holdfast.base.parallel import begin, cores, free_threads, in_parallel, left_if_stopped
 from holdfast.base.progress import listening, report
 
 
@@ -41,7 +40,7 @@ def test_what_is_done_in_a_thread_has_no_threads_and_no_listeners_of_its_own() -
         report("after", 1, 1)
     assert told[-1] == ("after", 1)
     assert seen == [1, 1, 1]
-    assert free_threads() == os.cpu_count()
+    assert free_threads() == cores()
 
 
 def test_what_a_thread_raises_is_raised_here() -> None:

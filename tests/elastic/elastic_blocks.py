@@ -45,6 +45,18 @@ def block(mu: float) -> Elastic:
     return model
 
 
+def twist_matrices(m: Elastic) -> tuple[Array, Array]:
+    """T (P, 6, 6) of the bodies a and b of every sheet (frames.py), by their definition; zero for fixed ones."""
+    found = []
+    for ends, arm in ((m.a, m.arm_a), (m.b, m.arm_b)):
+        T = np.zeros((len(ends), 6, 6))
+        T[:, :3, :3] = T[:, 3:, 3:] = m.axes
+        T[:, :3, 3:] = np.cross(arm[:, None], m.axes)  # R (ω x p) = (p x R) ω, row by row
+        T[ends < 0] = 0.0
+        found.append(T)
+    return found[0], found[1]
+
+
 def push(force: tuple[float, float, float], height: float = 0.0) -> Array:
     """A load (6,): ``force`` at ``height`` above the centre of mass."""
     return np.concatenate([force, np.cross((0, 0, height), force)]).astype(float)

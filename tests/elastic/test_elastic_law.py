@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from elastic_blocks import block
+from elastic_blocks import block, twist_matrices
 
 import holdfast as hf
 from holdfast.assembly.nodes import contact_nodes, equilibrium_operator
 from holdfast.elastic import fronts
 from holdfast.elastic.elimination import apply_pivots, eliminate, finish
-from holdfast.elastic.frames import sheet_twist, twist_matrices
+from holdfast.elastic.frames import set_units, sheet_twist
 from holdfast.elastic.fronts import fronts_of, fronts_solve, solve
 from holdfast.elastic.law import evaluate, nearest, next_change, node_forces
 from holdfast.elastic.linear import ROUNDED, SINGULAR, dense_solve, make_work
@@ -77,6 +77,20 @@ def bordered(m, K: np.ndarray, w: np.ndarray, c: np.ndarray) -> np.ndarray:
         A[:n, :n] += T.T @ K[p] @ T
     A[:n, n], A[n, :n] = -w, c
     return A
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_units_bring_the_bonded_stiffness_of_every_displacement_to_one(name: str) -> None:
+    """Of contacts whose turns and shifts are coupled, as those of nodes about any other point than their middle are."""
+    _, _, m = model(name)
+    n, some = len(m.wrench), np.random.default_rng(3).normal(size=m.bonded.shape)
+    m = m._replace(bonded=some @ some.transpose(0, 2, 1), unit=np.empty(n), hold=np.zeros(n))
+    set_units(m)
+    stiff = np.diag(bordered(m, m.bonded, np.zeros(n), np.zeros(n)))[:n]
+    np.testing.assert_allclose(m.unit**2 * stiff, 1.0)
+    m = m._replace(bonded=np.zeros_like(m.bonded), hold=np.array([0.0, 4.0] * (n // 2)))
+    set_units(m)
+    assert m.unit.tolist() == [1.0, 0.5] * (n // 2)
 
 
 @pytest.mark.parametrize("name", SCENES)

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from elastic_blocks import twist_matrices
 from numpy.typing import NDArray
 
 from holdfast.elastic import fronts as module
 from holdfast.elastic.elimination import eliminate
-from holdfast.elastic.frames import twist_matrices
 from holdfast.elastic.fronts import fronts_of, fronts_solve, passes_on
 from holdfast.elastic.linear import SINGULAR, Work, dense_solve, make_work
 from holdfast.elastic.model import Elastic, Runs

@@ -47,6 +47,32 @@ def test_the_smallest_rectangle_turns_with_what_it_encloses(degrees: float) -> N
     assert np.linalg.det(axes) == pytest.approx(1)
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_no_rectangle_around_a_hull_is_smaller(seed: int) -> None:
+    points = np.random.default_rng(seed).normal(size=(30, 2)) * [1, 3]
+    hull = convex_hull(points, 1e-9)
+    axes, low, high = smallest_rectangle(hull)
+    np.testing.assert_allclose(axes @ axes.T, np.eye(2), atol=1e-12)
+    assert np.linalg.det(axes) == pytest.approx(1)
+    along = points @ axes.T
+    np.testing.assert_allclose([along.min(0), along.max(0)], [low, high])
+    length, width = high - low
+    assert length >= width
+    angles = np.linspace(0, np.pi, 5000)
+    one, other = np.stack([np.cos(angles), np.sin(angles)]), np.stack([-np.sin(angles), np.cos(angles)])
+    areas = np.ptp(hull @ one, axis=0) * np.ptp(hull @ other, axis=0)
+    assert length * width <= areas.min()
+    assert length * width == pytest.approx(areas.min(), rel=1e-2)
+
+
+def test_of_equal_rectangles_the_one_along_the_first_edge_is_taken() -> None:
+    """Rounding leaves the four sides of a square by no more than 1e-15 apart."""
+    for k in range(4):
+        ring = np.roll(np.array([(0.1, 0), (0.4, 0), (0.4, 0.3), (0.1, 0.3)]), -k, axis=0)
+        axes, _, _ = smallest_rectangle(ring)
+        np.testing.assert_allclose(axes[0], (ring[1] - ring[0]) / 0.3, atol=1e-12)
+
+
 def test_a_box_has_twelve_edges_and_six_facets() -> None:
     edges = hull_edges(BOX, 1e-6)
     assert len(edges) == 12

@@ -21,9 +21,14 @@ OFTEN = 0.1  # [s] between two progress reports, and the longest wait before a s
 _shared: ContextVar[bool] = ContextVar("holdfast_threads_shared", default=False)  # whether other threads are at work
 
 
+def cores() -> int:
+    """Return the number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def free_threads() -> int:
-    """Return how many threads work may be shared among: one for each processor, and one in all within a thread."""
-    return 1 if _shared.get() else os.cpu_count() or 1
+    """Return how many threads work may be shared among: one for each core, and one in all within a thread."""
+    return 1 if _shared.get() else cores()
 
 
 def in_parallel(

@@ -48,7 +48,8 @@ def snapped(values: Float, size: Float | float, bits: int) -> Float:
 
     What rounding did to them before, and what depends on the axes and units of the world, is lost.
     """
-    step = np.exp2(np.floor(np.log2(np.maximum(BESIDE * np.asarray(size), 1e-300))) - bits)
+    _, power = np.frexp(np.maximum(BESIDE * np.asarray(size), 1e-300))
+    step = np.ldexp(1.0, power - (bits + 1))
     return np.asarray(np.round(values / step) * step + 0.0)
 
 

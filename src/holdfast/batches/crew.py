@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from contextlib import ExitStack
 from multiprocessing.connection import wait
@@ -17,11 +16,6 @@ def keeper_for(question: Question, limits: Limits) -> Keeper:
     """Return the keeper of a worker that answers this question."""
     setup = Job(0, "", Question(question.verbs, question.options))
     return Keeper(ANSWERED_BY, setup, limits)
-
-
-def cores() -> int:
-    """Return the number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def answered_here(jobs: Iterator[Job], question: Question, limits: Limits, workers: int) -> Iterator[tuple[Job, Reply]]:

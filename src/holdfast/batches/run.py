@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Any
 from holdfast.base.arrays import checked_items, checked_number, checked_whole
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import checked_path
+from holdfast.base.parallel import cores
 from holdfast.base.progress import report
 from holdfast.base.text import quoted
-from holdfast.batches.crew import answered_here, cores
+from holdfast.batches.crew import answered_here
 from holdfast.batches.folder import Folder, Part, opened
 from holdfast.batches.inputs import Input, Inputs, Scenes, as_text, inputs_of
 from holdfast.batches.job import Job, Question

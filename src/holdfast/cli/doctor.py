@@ -14,8 +14,8 @@ from rich.table import Table as RichTable
 
 from holdfast import __version__
 from holdfast.base.code_store import FOLDER_VARIABLE, machine_code_folder
+from holdfast.base.parallel import cores
 from holdfast.base.text import many
-from holdfast.batches.crew import cores
 from holdfast.cli.common import AsJson
 from holdfast.cli.output import out, print_json
 

@@ -6,10 +6,13 @@ import itertools
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.linalg.lapack import dpotrf, dpotrs  # scipy's own functions take ten times as long to call
 
 from holdfast.base.arrays import Float
 
 MET = 1e-5  # relative error of an integral that counts as matched
+RANK = 1e-10  # singular values below this share of the largest count as zero
+REGULAR = 1e-6  # of its diagonal, which every pivot of a matrix exceeds that is far from singular
 LEAST_SHARES = (0.1, 0.01)  # no corrected weight falls below this share of the given one; the larger if it can
 
 
@@ -29,17 +32,27 @@ def corrected(weights: Float, basis: Float, wanted: Float, matched: Sequence[int
 
 def _corrected(tributary: Float, basis: Float, wanted: Float, floor: Float) -> Float | None:
     """The weights nearest to ``tributary`` with ``basis @ weights = wanted`` and none below ``floor``; None if none."""
-    free = np.ones(len(tributary), dtype=bool)
-    weights = tributary
-    while free.sum() > len(wanted):
-        base = np.where(free, tributary, floor)
-        metric = np.where(free, tributary, 0.0)
-        multipliers, *_ = np.linalg.lstsq((basis * metric) @ basis.T, wanted - basis @ base, rcond=1e-10)
-        weights = base + metric * (basis.T @ multipliers)
+    free = None  # all of them
+    base = metric = tributary
+    while free is None or free.sum() > len(wanted):
+        if free is not None:
+            base, metric = np.where(free, tributary, floor), np.where(free, tributary, 0.0)
+        weights = base + metric * (_multipliers((basis * metric) @ basis.T, wanted - basis @ base) @ basis)
         if not (np.abs(basis @ weights - wanted) <= MET * np.abs(wanted) + 1e-9 * wanted[0]).all():
             return None
-        low = free & (weights < floor)
+        low = weights < floor if free is None else free & (weights < floor)
         if not low.any():
             return np.asarray(weights)
-        free &= ~low
+        free = ~low if free is None else free & ~low
     return None
+
+
+def _multipliers(A: Float, b: Float) -> Float:
+    """The shortest x with A x = b for a symmetric ``A`` (m, m) that is not negative but may be singular.
+
+    Where it clearly is not, by the pivots of Cholesky's method, there is one such x, found in a fifth of the time.
+    """
+    factor, failed = dpotrf(A)
+    if not failed and (np.diag(factor) ** 2 > REGULAR * np.diag(A)).all():
+        return np.asarray(dpotrs(factor, b)[0])
+    return np.asarray(np.linalg.lstsq(A, b, rcond=RANK)[0])

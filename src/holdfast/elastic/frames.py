@@ -14,31 +14,32 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.compiled import compiled, fused, lean
-from holdfast.base.rigid import cross
 from holdfast.elastic.model import Elastic
 
 
-def twist_matrices(m: Elastic) -> tuple[Float, Float]:
-    """Return T (P, 6, 6) of the bodies a and b of every sheet, zero for fixed ones."""
-    found = []
-    for ends, arm in ((m.a, m.arm_a), (m.b, m.arm_b)):
-        T = np.zeros((len(ends), 6, 6))
-        T[:, :3, :3] = T[:, 3:, 3:] = m.axes
-        T[:, :3, 3:] = cross(arm[:, None], m.axes)  # R (ω x p) = (p x R) ω, row by row
-        T[ends < 0] = 0.0
-        found.append(T)
-    return found[0], found[1]
-
-
+@compiled
+@lean
 def set_units(m: Elastic) -> None:
     """Fill ``unit`` from ``bonded`` or, where that resists less, from ``hold``: 1 where nothing resists at all."""
-    count = len(m.unit)
-    stiff = np.zeros(count + 6)  # fixed bodies are -1, the last one
-    for ends, T in zip((m.a, m.b), twist_matrices(m), strict=True):
-        rows = (6 * ends[:, None] + np.arange(6)) % (count + 6)
-        stiff += np.bincount(rows.ravel(), np.einsum("pki,pkl,pli->pi", T, m.bonded, T).ravel(), count + 6)
-    most = np.maximum(stiff[:count], m.hold)  # a ball turns on its point, and the hold alone resists
-    m.unit[:] = 1 / np.sqrt(np.where(most > 0, most, 1.0))
+    stiff = m.unit
+    stiff[:] = 0.0
+    for p in range(len(m.a)):
+        R, D = m.axes[p], m.bonded[p]
+        for body, arm in ((m.a[p], m.arm_a[p]), (m.b[p], m.arm_b[p])):
+            if body < 0:
+                continue
+            for k in range(3):
+                one, two = (k + 1) % 3, (k + 2) % 3
+                for i in range(3):
+                    v = arm[one] * R[i, two] - arm[two] * R[i, one]  # of a turn about axis k, along row i
+                    for j in range(3):
+                        w = arm[one] * R[j, two] - arm[two] * R[j, one]
+                        stiff[6 * body + k] += R[i, k] * D[i, j] * R[j, k]
+                        stiff[6 * body + 3 + k] += v * D[i, j] * w + 2 * v * D[i, 3 + j] * R[j, k]
+                        stiff[6 * body + 3 + k] += R[i, k] * D[3 + i, 3 + j] * R[j, k]
+    for i in range(len(stiff)):
+        most = max(stiff[i], m.hold[i])  # a ball turns on its point, and the hold alone resists
+        stiff[i] = 1 / np.sqrt(most) if most > 0 else 1.0
 
 
 @compiled

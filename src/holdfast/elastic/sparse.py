@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -10,35 +11,17 @@ from scipy import sparse
 from scipy.linalg.lapack import dgetrf, dgetrs
 from scipy.sparse.linalg import splu
 
-from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.arrays import Bool, Float, Int, frozen
 from holdfast.base.compiled import compiled, lean
-from holdfast.elastic.frames import set_units, twist_matrices
+from holdfast.elastic.frames import add_stiffness, set_units
 from holdfast.elastic.model import Elastic
 
 NO_RESISTANCE = 1e-9  # largest resistance that counts as none, where that of bonded contacts is of order one
 FAINT_HOLD = 1e-9  # stiffness of the faint hold of a body, in units of its contacts and size
 FAINTEST = 1e-11  # the same where bodies move far, so that the hold carries next to nothing there, too
 DENSE = 90  # displacements up to which dense elimination is faster than that of a sparse matrix
+KEPT = 100  # random starts at most
 NEAR_SINGULAR = 1e-12  # added to the diagonal so that a singular stiffness can be factored, in the same units
-
-
-def _blocks(twists: tuple[Float, Float], K: Float) -> Float:
-    """The 6x6 blocks of every sheet's pairs of bodies (bb, ba, ab, aa), row by row, as ``_pattern`` has them.
-
-    ``twists`` are those of ``twist_matrices``.
-    """
-    Ta, Tb = twists
-    X, Y, to_b, to_a = K @ Tb, K @ Ta, Tb.transpose(0, 2, 1), Ta.transpose(0, 2, 1)
-    return np.stack([to_b @ X, -(to_b @ Y), -(to_a @ X), to_a @ Y], 1)
-
-
-def _pattern(m: Elastic) -> tuple[Bool, Int, Int]:
-    """Which entries of ``_blocks`` belong to free bodies, and the rows and columns of those."""
-    ends = np.stack([np.stack([m.b, m.b, m.a, m.a], 1), np.stack([m.b, m.a, m.b, m.a], 1)], 2)
-    rows = (6 * ends[:, :, 0, None, None] + np.arange(6)[:, None] + np.zeros((1, 6), int)).ravel()
-    columns = (6 * ends[:, :, 1, None, None] + np.arange(6) + np.zeros((6, 1), int)).ravel()
-    kept = np.repeat((ends >= 0).all(2).ravel(), 36)
-    return kept, rows[kept], columns[kept]
 
 
 def unresisted_motion(m: Elastic, K: Float) -> Float:
@@ -49,22 +32,45 @@ def unresisted_motion(m: Elastic, K: Float) -> Float:
     size.
     """
     n = len(m.wrench)
-    kept, rows, columns = _pattern(m)
-    twists = twist_matrices(m)
-    on = (rows == columns) & (rows % 6 < 3)
-    firmest = np.bincount(rows[on], _blocks(twists, m.bonded).ravel()[kept][on], n)
     size = m.scale[::6] / m.scale[3::6]
-    unit = np.repeat(np.sqrt(firmest.reshape(-1, 6).max(1)), 6) * np.stack([np.ones_like(size), size], 1).repeat(3)
-    blocks = _blocks(twists, K)
-    scaled = blocks.ravel()[kept] / (unit[rows] * unit[columns])
-    A, solve = _factored(rows, columns, scaled, n)
-    x = np.random.default_rng(0).normal(size=n)
+    softest = m.unit.reshape(-1, 6)[:, :3].min(1)  # that of the direction in which contacts are firmest
+    unit = softest[:, None] * np.stack([np.ones_like(size), 1 / size], 1).repeat(3, axis=1)
+    (rows, columns), values = np.empty((2, 144 * len(m.a)), dtype=np.int64), np.empty(144 * len(m.a))
+    count = _write_entries(m._replace(unit=unit.ravel()), K, rows, columns, values)
+    A, solve = _factored(rows[:count], columns[:count], values[:count], n)
+    x = _start(n)
     for _ in range(3):
         x = solve(x)
         x /= np.abs(x).max()
     if np.abs(np.asarray(A @ x)).max() > NO_RESISTANCE:
         return np.zeros(n // 6)
     return np.asarray(np.abs(x).reshape(-1, 6).max(1))
+
+
+@lru_cache(maxsize=KEPT)
+def _start(n: int) -> Float:
+    return frozen(np.random.default_rng(0).normal(size=n))
+
+
+@compiled
+def _write_entries(m: Elastic, K: Float, rows: Int, columns: Int, values: Float) -> int:
+    """Write the entries of the stiffness, in the ``unit`` of the model, sheet by sheet; returns how many there are."""
+    B, X, Y = np.empty((12, 12)), np.empty((6, 6)), np.empty((6, 6))
+    count = 0
+    for p in range(len(m.a)):
+        B[:] = 0.0
+        ends = m.b[p], m.a[p]
+        add_stiffness(m, p, K, 0.0, False, 6 if ends[1] >= 0 else -1, 0 if ends[0] >= 0 else -1, B, X, Y)
+        for one in range(2):
+            for other in range(2):
+                if ends[one] < 0 or ends[other] < 0:
+                    continue
+                for i in range(6):
+                    for j in range(6):
+                        rows[count], columns[count] = 6 * ends[one] + i, 6 * ends[other] + j
+                        values[count] = B[6 * one + i, 6 * other + j]
+                        count += 1
+    return count
 
 
 def _factored(rows: Int, columns: Int, values: Float, n: int) -> tuple[Any, Callable[[Float], Float]]:

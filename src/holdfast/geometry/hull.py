@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull
 
 from holdfast.base.arrays import Float, Int, unit
 from holdfast.base.compiled import compiled, lean
-from holdfast.geometry.polygon import turned, without_collinear
+from holdfast.geometry.polygon import without_collinear
 
 SAME = 1e-7  # of a unit square: points closer than this are one corner, and turns of twice that area are none
 
@@ -37,16 +37,46 @@ def convex_hull(points: Float, tolerance: float) -> Float:
 
 def smallest_rectangle(hull: Float) -> tuple[Float, Float, Float]:
     """The smallest rectangle around a hull (m, 2): rows of its (2, 2) axes, longer side first, and its bounds."""
-    edges = turned(hull, 1) - hull
-    directions = edges / np.linalg.norm(edges, axis=1, keepdims=True)
-    across = np.column_stack([-directions[:, 1], directions[:, 0]])
-    extents = np.ptp(hull @ directions.T, axis=0) * np.ptp(hull @ across.T, axis=0)
-    best = int(np.argmin(np.round(extents / extents.max(), 9)))
-    axes = np.array([directions[best], across[best]])
-    if np.ptp(hull @ axes[0]) < np.ptp(hull @ axes[1]) * (1 - 1e-9):
-        axes = np.array([across[best], -directions[best]])
+    axes = np.empty((2, 2))
+    _write_axes(hull, np.empty((len(hull), 3)), axes)
     along = hull @ axes.T
     return axes, along.min(0), along.max(0)
+
+
+@compiled
+@lean
+def _write_axes(hull: Float, each: Float, axes: Float) -> None:
+    """Write the axes of the smallest rectangle; ``each`` (m, 3) is scratch.
+
+    Of rectangles that are equal to within rounding it is the one along the first edge.
+    """
+    largest = 0.0
+    for e in range(len(hull)):
+        other = e + 1 if e + 1 < len(hull) else 0
+        x, y = hull[other, 0] - hull[e, 0], hull[other, 1] - hull[e, 1]
+        norm = np.sqrt(x * x + y * y)
+        x, y = x / norm, y / norm
+        each[e, 0], each[e, 1], each[e, 2] = x, y, _extent(hull, x, y) * _extent(hull, -y, x)
+        largest = max(largest, each[e, 2])
+    best = 0
+    for e in range(len(hull)):
+        if np.rint(each[e, 2] / largest * 1e9) < np.rint(each[best, 2] / largest * 1e9):
+            best = e
+    x, y = each[best, 0], each[best, 1]
+    if _extent(hull, x, y) < _extent(hull, -y, x) * (1 - 1e-9):
+        x, y = -y, x
+    axes[0, 0], axes[0, 1], axes[1, 0], axes[1, 1] = x, y, -y, x
+
+
+@compiled
+@lean
+def _extent(hull: Float, x: float, y: float) -> float:
+    """How far the hull extends along (x, y)."""
+    low, high = np.inf, -np.inf
+    for i in range(len(hull)):
+        along = x * hull[i, 0] + y * hull[i, 1]
+        low, high = min(low, along), max(high, along)
+    return high - low
 
 
 def corner_numbers(points: Float) -> Int:

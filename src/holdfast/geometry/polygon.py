@@ -39,18 +39,24 @@ def polynomial_moments(rings: Sequence[Float]) -> Float:
     """(6,) integrals of 1, x, y, x², xy, y² over a polygon; outer ring counter-clockwise, holes clockwise (Green)."""
     total = np.zeros(6)
     for ring in rings:
-        x, y = ring.T
-        u, v = turned(ring, 1).T
-        cross = x * v - u * y
-        total += [
-            cross.sum() / 2,
-            ((x + u) * cross).sum() / 6,
-            ((y + v) * cross).sum() / 6,
-            ((x * x + x * u + u * u) * cross).sum() / 12,
-            ((x * (2 * y + v) + u * (y + 2 * v)) * cross).sum() / 24,
-            ((y * y + y * v + v * v) * cross).sum() / 12,
-        ]
+        _add_moments(ring, total)
     return total
+
+
+@compiled
+@lean
+def _add_moments(ring: Float, total: Float) -> None:
+    """Add the integrals over a ring (k, 2), positive when counter-clockwise, to ``total`` (6,)."""
+    for i in range(len(ring)):
+        j = i + 1 if i + 1 < len(ring) else 0
+        x, y, u, v = ring[i, 0], ring[i, 1], ring[j, 0], ring[j, 1]
+        cross = x * v - u * y
+        total[0] += cross / 2
+        total[1] += (x + u) * cross / 6
+        total[2] += (y + v) * cross / 6
+        total[3] += (x * x + x * u + u * u) * cross / 12
+        total[4] += (x * (2 * y + v) + u * (y + 2 * v)) * cross / 24
+        total[5] += (y * y + y * v + v * v) * cross / 12
 
 
 def distance_moment(rings: Sequence[Float], centre: Float) -> float:

@@ -1,6 +1,6 @@
 """The elastic model of an assembly on the places of its contacts, in the units of ``elastic/law.py``.
 
-Displacements and loads are along the assembly's own axes and rounded as the places are (places.py).
+Displacements and loads are along the assembly's own axes and rounded as the places are (sheets.py).
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from holdfast.elastic.frames import set_units
 from holdfast.elastic.law import bond
 from holdfast.elastic.model import Elastic, Runs
 from holdfast.engines.compliant.faces import Faces
-from holdfast.engines.compliant.places import BITS, Places
+from holdfast.engines.compliant.places import Places
+from holdfast.engines.compliant.sheets import BITS
 from holdfast.engines.compliant.stiffness import Stiffness, stiffness_of
 
 ROUGHEST = 1e3  # flatness, in compressions under the weight, beyond which bodies rest on three nodes of a patch anyway

@@ -1,75 +1,25 @@
-"""Where an assembly's contacts lie: nodes grouped into flat sheets, in the units of ``elastic/law.py``.
+"""Where an assembly's contacts lie: nodes, and the flat sheets that they form.
 
 Nothing here depends on how stiff or how flat the contacts are, nor on the weight, so all grids on the same nodes share
-it. Bodies' displacements are along the assembly's own axes, and all numbers are rounded to BITS digits: where a load
-path branches, as under a symmetric push, the last digits decide which way it goes, and they would depend on the world's
-axes and on the units of length.
+it. How nodes are grouped: sheets.py.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
 
-from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, contact_nodes, equilibrium_operator
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.memory import Same
-from holdfast.base.rigid import snapped
+from holdfast.engines.compliant.sheets import Sheets, sheets_of
 from holdfast.engines.mechanism import Kinematics, relative_velocity
 
-BITS = 30  # binary digits of the model's numbers, each relative to those of the same sheet or body
 SEVERAL = 8  # motions from which on a matrix pays for velocities at the nodes
-FLAT = 1e-9  # largest distance of a sheet's nodes from its plane, relative to the assembly's size
-
-
-class Sheets(NamedTuple):
-    """The P flat sheets of the I nodes of an assembly.
-
-    Nodes ``first[p]`` to ``first[p + 1] - 1`` belong to sheet p and have the places ``x`` and ``y`` (I,) in its plane,
-    in sizes of the assembly, and the ``weights`` (I,) [m²]. It belongs to one ``interface`` (P,) and lies between
-    bodies ``a`` and ``b`` (P,). Its ``axes`` (P, 3, 3), normal and tangents, and the arms ``arm_a`` and ``arm_b``
-    (P, 3) from their centres of mass to its origin are along the assembly's own axes; arms are in sizes of the
-    assembly, and zero of fixed bodies.
-    """
-
-    first: Int
-    x: Float
-    y: Float
-    weights: Float
-    interface: Int
-    mu: Float
-    a: Int
-    b: Int
-    axes: Float
-    arm_a: Float
-    arm_b: Float
-
-    @property
-    def owner(self) -> Int:
-        """The interface (I,) of every node, by number."""
-        return np.repeat(self.interface, np.diff(self.first))
-
-    @classmethod
-    def joined(cls, parts: Sequence[Sheets]) -> Sheets:
-        """Return the sheets of all ``parts``, one after another."""
-        ends = np.cumsum([0, *(part.first[-1] for part in parts)])
-        first = [end + part.first[:-1] for end, part in zip(ends, parts, strict=False)]
-        others = (np.concatenate(column) for column in zip(*(part[1:] for part in parts), strict=True))
-        return cls(np.concatenate([*first, ends[-1:]]), *others)
-
-    def between(self, start: int, stop: int) -> Sheets:
-        """Return the sheets of the interfaces from number ``start`` to ``stop`` - 1."""
-        begin, end = np.searchsorted(self.interface, [start, stop])
-        first = self.first[begin : end + 1]
-        nodes, sheets = slice(first[0], first[-1]), slice(begin, end)
-        of_nodes, of_sheets = (column[nodes] for column in self[1:4]), (column[sheets] for column in self[4:])
-        return Sheets._make((first - first[0], *of_nodes, *of_sheets))
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,31 +84,8 @@ class Places:
     @property
     def _sheets(self) -> Sheets:
         """The sheets of all nodes, placed anew."""
-        assembly, nodes = self.assembly, self.nodes
-        first = _begins(nodes, FLAT * assembly.size)
-        start = first[:-1]
-        count = len(start)
-        sheet = np.repeat(np.arange(count), np.diff(first))
-        share = np.add.reduceat(nodes.points, start, axis=0) if count else np.empty((0, 3))
-        origin = share / np.diff(first)[:, None]
-        axes = nodes.axes[start]
-        local = np.einsum("ikx,ix->ik", axes[sheet], nodes.points - origin[sheet]) / assembly.size
-        extent = np.maximum.reduceat(np.abs(local).max(1), start) if count else np.empty(0)
-        local = snapped(local, extent[sheet, None], BITS)
-        a, b = nodes.a[start], nodes.b[start]
-        return Sheets(
-            first,
-            np.ascontiguousarray(local[:, 1]),
-            np.ascontiguousarray(local[:, 2]),
-            nodes.weights,
-            nodes.interface[start],
-            np.ascontiguousarray(nodes.mu[start]),
-            np.ascontiguousarray(a),
-            np.ascontiguousarray(b),
-            snapped(axes @ assembly.axes.T, 1.0, BITS),
-            _arms(assembly, origin, a),
-            _arms(assembly, origin, b),
-        )
+        assembly = self.assembly
+        return sheets_of(self.nodes, assembly.com, assembly.axes, assembly.size)
 
     @cached_property
     def rectangular(self) -> Bool:
@@ -186,24 +113,3 @@ class Places:
     def kinematics(self) -> Kinematics:
         """The bodies and contact nodes that all mechanisms on these nodes share."""
         return Kinematics.of(self.assembly, self.nodes)
-
-
-def _begins(nodes: ContactNodes, flat: float) -> Int:
-    """Return the numbers (P + 1,) of the nodes at which the P sheets begin, and the number of nodes.
-
-    A sheet is a run of nodes of one interface that have the same axes and lie in one plane.
-    """
-    if not len(nodes):
-        return np.zeros(1, dtype=np.int64)
-    steps = np.einsum("ix,ix->i", nodes.points[1:] - nodes.points[:-1], nodes.normals[1:])
-    turns = np.abs(nodes.axes[1:] - nodes.axes[:-1]).max((1, 2))
-    breaks = (nodes.interface[1:] != nodes.interface[:-1]) | (turns > 1e-12) | (np.abs(steps) > flat)
-    return np.concatenate([[0], np.flatnonzero(breaks) + 1, [len(nodes)]]).astype(np.int64)
-
-
-def _arms(assembly: Assembly, origin: Float, body: Int) -> Float:
-    """Return the arms (P, 3) of a body at the ``origin`` (P, 3) [m] of each sheet, as ``Sheets`` has them."""
-    arms, free = np.zeros((len(body), 3)), np.flatnonzero(body != FIXED)
-    arm = (origin[free] - assembly.com[body[free]]) @ assembly.axes.T / assembly.size
-    arms[free] = snapped(arm, np.abs(arm).max(1, initial=0.0)[:, None], BITS)
-    return arms
