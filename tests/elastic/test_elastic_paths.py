@@ -8,13 +8,24 @@ from elastic_blocks import HALF, HEIGHT, Array, block, push
 
 import holdfast as hf
 from holdfast.base.progress import listening
-from holdfast.elastic.direction import HIDDEN, LEVEL, passes_over, torn
+from holdfast.elastic.direction import onward, torn, turn
 from holdfast.elastic.fronts import fronts_of, solve
 from holdfast.elastic.linear import make_work
 from holdfast.elastic.newton import Balance, newton, unbalance
 from holdfast.elastic.outcome import Event, PathOutcome, RestOutcome, goes_on, outcome_of
 from holdfast.elastic.path import PathResult
-from holdfast.elastic.progress import FALLEN, Progress, appraise, set_next_step
+from holdfast.elastic.progress import (
+    FALLEN,
+    HIDDEN,
+    LEVEL,
+    Progress,
+    appraise,
+    extremum,
+    hides_dip,
+    measure_dip,
+    passes_over,
+    set_next_step,
+)
 from holdfast.elastic.stepper import (
     AWAY,
     HARDLY_AWAY,
@@ -284,16 +295,62 @@ def test_the_first_maximum_is_that_from_which_the_load_dips_before_it_rises_agai
         (0.9 * LEVEL, 2.01 / (1 + HIDDEN), False),  # there was hardly any room for a maximum
     ],
 )
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_step_to_a_level_may_have_passed_over_a_maximum(
-    onward: float, load: float, passed: bool, sign: float
-) -> None:
+def test_a_step_to_a_level_may_have_passed_over_a_maximum(onward: float, load: float, passed: bool) -> None:
     """From the load 1 at the slope 1 along a step of 1: it may have gone on to 2."""
-    work = Walk(0.2, push(X)).work
-    work.rhs[:, 1] = 0.0
-    work.rhs[0, 1], work.rhs[len(work.rhs) - 1, 1] = 2.0 * sign, 2.0 * sign * onward
-    assert passes_over(work, sign, 1.0, 1.0, 1.0, 1.0, load) == passed
-    assert passes_over(work, 1.0, sign, 1.0, 1.0, 1.0, load) == passed
+    assert passes_over(at(s=1.0), 1.0, load, onward) == passed
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_slope_onward_is_that_of_the_direction(sign: float) -> None:
+    walk = Walk(0.2, push(X))
+    walk.work.rhs[:, 1] = 0.1, -2.0, 0.3, 0.5, -0.2, 0.1, 0.7
+    expected = onward(walk.work, sign, -1.0)
+    assert expected == pytest.approx(-sign * 0.7 / np.sqrt(0.01 + 4 + 0.09 + 0.25 + 0.04 + 0.01))
+    assert turn(walk.work, sign, -1.0, np.zeros(6)) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "end"),
+    [(1.0, -1.0, 1.0), (0.3, -5.0, 1.2), (5.0, -0.1, 0.9), (1e-20, -1e-3, 1.5), (1.0, -1e-20, 1.0), (2.0, -3.0, 1.1)],
+)
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_extremum_is_that_of_the_cubic(a: float, b: float, end: float, sign: float) -> None:
+    x = np.linspace(0, 1, 100_001)
+    y = 1 + sign * (a * x + (3 * (end - 1) - 2 * a - b) * x**2 + (a + b - 2 * (end - 1)) * x**3)
+    found = extremum(1.0, sign * a, 1 + sign * (end - 1), sign * b)
+    assert found == pytest.approx(y.max() if sign > 0 else y.min(), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("rise", "s", "falls", "hidden"),
+    [
+        (0.4, 99.9, -0.4, False),  # the maximum lies at 100.05
+        (9.0, 99.5, -8.0, True),  # it lies at 101.9, from which 99.5 is a clear fall
+        (9.0, 99.5, 1.0, False),  # the load rises at both ends
+        (-9.0, 99.9, 8.0, True),  # the minimum lies at 97.9
+        (-0.4, 99.9, 0.4, False),
+        (-9.0, 98.5, 8.0, False),  # that it has clearly fallen is seen anyway
+    ],
+)
+@pytest.mark.parametrize("dipped", [0.0, 90.0])
+def test_a_step_may_hide_how_far_the_load_falls(
+    rise: float, s: float, falls: float, hidden: bool, dipped: float
+) -> None:
+    now = at(s=100.0, highest=100.0, crest=100.0, trough=100.0, dipped=dipped)
+    assert hides_dip(now, rise, s, falls) == hidden
+    small = hides_dip(at(s=100.0, highest=100.0, crest=100.0, trough=100.0, dipped=dipped), 1.5, 99.95, -1.5)
+    assert small == (dipped == 0)  # 0.37 below the maximum: a dip, and perhaps the first
+
+
+def test_the_trough_is_the_lowest_point_since_the_crest() -> None:
+    now = at(s=0.0)
+    steps = [(1.0, 1.0, 1.0), (1.0, 2.0, 1.0), (0.5, 2.0, -0.5), (-0.5, 1.5, -0.1), (-0.1, 1.8, 0.3), (0.3, 2.5, 0.3)]
+    seen = []
+    for rise, s, falls in steps:
+        measure_dip(now, rise, s, falls)
+        now.s = s
+        seen.append((now.crest, now.trough))
+    assert seen == [(1, 1), (2, 2), (2.125, 2), (2.125, 1.5), (2.125, 1.5), (2.5, 2.5)]
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,6 @@ from holdfast.base.compiled import compiled, lean
 from holdfast.elastic.linear import Work
 from holdfast.elastic.vectors import put
 
-LEVEL, HIDDEN = 0.05, 0.05  # of the slope before a step, where a maximum may hide in it, and of the load: how high
 STRAIGHT = 0.9999  # cosine of the angle between two directions up to which a path went straight on
 
 
@@ -46,6 +45,14 @@ def turn(work: Work, sign: float, orientation: float, tangent: Float) -> float:
 
 @compiled
 @lean
+def onward(work: Work, sign: float, orientation: float) -> float:
+    """The slope ds/dℓ that ``turn`` returns, without turning."""
+    best, _ = squares(work)
+    return float(orientation * sign * work.rhs[-1, 1] / max(np.sqrt(best), 1e-300))
+
+
+@compiled
+@lean
 def straight(work: Work, tangent: Float) -> bool:
     """Whether the path goes on at the point found as it came, along ``tangent`` (n,)."""
     along, here, before = 0.0, 0.0, 0.0
@@ -74,18 +81,3 @@ def torn(
         away = max(away, abs(moved - 0.5 * step * (tangent[i] + there[i])))
         far = max(far, abs(moved))
     return bool(away > most * far)
-
-
-@compiled
-@lean
-def passes_over(
-    work: Work, sign: float, orientation: float, slope: float, step: float, before: float, load: float
-) -> bool:
-    """Whether a step to where the path is nearly level may have passed over a maximum of the load.
-
-    The ``load`` was ``before`` at the beginning of the step, with the ``slope`` ds/dℓ, and may have gone on so for a
-    while: by HIDDEN more than it is now, had it done so all the way.
-    """
-    best, _ = squares(work)
-    onward = orientation * sign * work.rhs[-1, 1] / max(np.sqrt(best), 1e-300)  # as ``turn`` returns it
-    return bool(onward < LEVEL * slope and before + slope * step > load + HIDDEN * abs(load))

@@ -15,7 +15,7 @@ from holdfast.elastic.model import Elastic
 from holdfast.elastic.newton import SHORTEST, Balance, newton, unbalance, worst
 from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.outcome import Event, PathOutcome, goes_on, outcome_of
-from holdfast.elastic.progress import appraise, set_next_step
+from holdfast.elastic.progress import FALLEN, appraise, set_next_step
 from holdfast.elastic.stepper import (
     STATIONS,
     TOLERANCE,
@@ -25,7 +25,7 @@ from holdfast.elastic.stepper import (
     cross_change,
     sought_alone,
 )
-from holdfast.elastic.vectors import dot, go, mix, put
+from holdfast.elastic.vectors import divide, dot, go, mix, put
 
 REFINED = 5e-5  # relative accuracy of the peak
 REFINEMENTS = 20  # points that are tried to reach it
@@ -124,6 +124,8 @@ def follow(
             event = cross_change(m, work, stepper, fronts)
         elif event == Event.ADVANCED:
             event = appraise(now) if now.s < most else Event.REACHED
+            if event == Event.ADVANCED and fell_from_crest(m, work, stepper, fronts):
+                event = Event.FALLEN
             if event == Event.PROPORTIONAL:
                 event = sought_alone(m, work, stepper, fronts)
             if event == Event.ADVANCED and now.corner:
@@ -211,6 +213,21 @@ def refine(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> N
             continue
         failed = 0
         narrow(work, stepper, point.s, point.sign)
+
+
+@compilable
+@lean
+def fell_from_crest(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> bool:
+    """Whether the load has clearly fallen since its peak, which lies between points: if that decides, it is refined."""
+    now = stepper.now
+    if not now.closed or now.crest <= now.highest or now.trough >= FALLEN * now.crest:
+        return False
+    put(stepper.kept, stepper.tangent)
+    refine(m, work, stepper, fronts)
+    now.crest = now.highest
+    put(stepper.tangent, stepper.kept)
+    divide(work.c, stepper.tangent, dot(stepper.tangent, stepper.tangent))  # as ``turn`` sets it
+    return now.trough < FALLEN * now.crest
 
 
 @compilable

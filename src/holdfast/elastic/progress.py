@@ -7,7 +7,9 @@ import numpy as np
 from holdfast.base.compiled import compilable, lean
 from holdfast.elastic.outcome import Event
 
+DIP = 2e-3  # relative fall below the peak so far from which that was a maximum, even if the path rises above it later
 FALLEN = 0.99  # share of the peak below which the path has clearly fallen
+LEVEL, HIDDEN = 0.05, 0.05  # of the slope before a step, where a maximum may hide in it, and of the load: how high
 FLAT = 1e-4  # relative rise still to come, if the slope fell as 1/ℓ², below which the path counts as flat
 ENOUGH = 1.01  # times a step that leads to where a path has been flat for long enough: it may bend
 FARTHEST = 1e8  # length, in sizes of the displacement at rest, at which rounding would show
@@ -34,7 +36,8 @@ class Progress:
 
     Of the peak: ``highest`` s; ``noted``, the last s that counted as a new peak, at the length ``at_peak``, and the
     points since (``late``); ``short``, by how much it may be too low; the maximum from which s has ``dipped``, and the
-    ``first`` one above which it has risen after that, 0 if there was none. The peak lies between a point where s rises
+    ``first`` one above which it has risen after that, 0 if there was none; the ``crest``, the highest s between points,
+    as estimated, and the lowest point since, the ``trough``. The peak lies between a point where s rises
     (``rising_s``, ``rising_slope``) and one where it does not (``falling_s``, ``falling_slope``), once the latter is
     known: ``closed``. The number of ``stations`` kept on the way to it.
 
@@ -68,6 +71,8 @@ class Progress:
     short: float = 0.0
     dipped: float = 0.0
     first: float = 0.0
+    crest: float = 0.0
+    trough: float = 0.0
     rising_s: float = 0.0
     rising_slope: float = 0.0
     falling_s: float = 0.0
@@ -82,6 +87,63 @@ RECORD = np.dtype(
     [(name, {"float": "f8", "int": "i8", "bool": "?"}[kind]) for name, kind in Progress.__annotations__.items()],
     align=True,
 )
+
+
+@compilable
+@lean
+def measure_dip(now: Progress, rise: float, s: float, falls: float) -> None:
+    """Take note of the highest s between points and of the lowest point since, where a step leads to ``s``.
+
+    ``rise`` is what s would have risen by at the slope before the step, and ``falls`` at the slope behind it.
+    """
+    top = max(now.s, s)
+    if rise > 0 > falls:
+        top = extremum(now.s, rise, s, falls)
+    if top > now.crest:
+        now.crest, now.trough = top, s
+    now.trough = min(now.trough, s)
+
+
+@compilable
+@lean
+def passes_over(now: Progress, rise: float, s: float, falls: float) -> bool:
+    """Whether a step to where the path is nearly level, at ``s``, may have passed over a maximum of the load.
+
+    That may have gone on as before for a while: by HIDDEN more than it is now, had it done so all the way. The slopes
+    at both ends are as ``measure_dip`` has them.
+    """
+    return bool(falls < LEVEL * rise and now.s + rise > s + HIDDEN * abs(s))
+
+
+@compilable
+@lean
+def hides_dip(now: Progress, rise: float, s: float, falls: float) -> bool:
+    """Whether a step to ``s`` may hide how far the load falls, where that decides about a maximum.
+
+    Where the slopes at both ends, as ``measure_dip`` has them, differ in sign, there is an extremum between: about as
+    high as that of the cubic with these slopes, or not so far from the ends.
+    """
+    high, low = max(now.highest, s), min(now.trough, s) if s < now.highest else s
+    top, bottom = high, min(now.trough, s)
+    if rise > 0 > falls:
+        top, bottom = max(high, extremum(now.s, rise, s, falls)), low
+    elif rise < 0 < falls:
+        top, bottom = now.crest, min(bottom, extremum(now.s, rise, s, falls))
+    else:
+        return False
+    clearly = bottom < FALLEN * top and not low < FALLEN * high
+    return clearly or (now.dipped == 0 and bottom < (1 - DIP) * top and not low < (1 - DIP) * high)
+
+
+@compilable
+@lean
+def extremum(start: float, a: float, end: float, b: float) -> float:
+    """The extremum of the cubic from (0, ``start``) to (1, ``end``) with slopes a and b there, of opposite signs."""
+    rise, sign = end - start, 1.0 if a > 0 else -1.0  # a minimum is a maximum of what is upside down
+    A, B, C = sign * a, sign * (3 * rise - 2 * a - b), 3 * sign * (a + b - 2 * rise)
+    root = np.sqrt(max(B * B - A * C, 0.0))
+    x = -(B + root) / C if B > 0 else A / (root - B)  # where A + 2 B x + C x² = 0
+    return float(start + x * (a + x * sign * (B + x * C / 3)))
 
 
 @compilable

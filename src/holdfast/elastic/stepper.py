@@ -12,20 +12,31 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.compiled import compilable, compiled, lean
-from holdfast.elastic.direction import passes_over, straight, torn, turn
+from holdfast.elastic.direction import onward, straight, torn, turn
 from holdfast.elastic.fronts import solve
 from holdfast.elastic.law import next_change
 from holdfast.elastic.linear import ROUNDED, SINGULAR, Work
 from holdfast.elastic.model import Elastic
-from holdfast.elastic.newton import SHORTEST, Balance, newton, unbalance, worst
+from holdfast.elastic.newton import SHORTEST, Balance, Iteration, newton, unbalance, worst
 from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.outcome import Event
-from holdfast.elastic.progress import FARTHEST, FASTEST, FLAT, RECORD, TURN, Progress, set_next_step
+from holdfast.elastic.progress import (
+    DIP,
+    FARTHEST,
+    FASTEST,
+    FLAT,
+    RECORD,
+    TURN,
+    Progress,
+    hides_dip,
+    measure_dip,
+    passes_over,
+    set_next_step,
+)
 from holdfast.elastic.sparse import elastic_size
 from holdfast.elastic.vectors import divide, dot, farthest, go, put
 
 TOLERANCE = 1e-7  # unbalance of points on the path, each body's in units of its own weight
-DIP = 2e-3  # relative fall below the peak so far from which that was a maximum, even if the path rises above it later
 NEW_PEAK = 1e-4  # relative rise above the peak so far that counts as a new peak
 STATIONS = 4  # points before the peak that are kept
 APART = 3e-3  # relative rise of the load from one of them to the next
@@ -49,8 +60,8 @@ class Stepper(NamedTuple):
 
     The point ``q`` (n,) with the path's direction ``tangent``, dq/dℓ; the point ``trial`` that is being tried and where
     it was ``aimed``; displacement and plane of the highest point so far (``peak_q``, ``peak_plane``); displacement,
-    tangent and plane of the point before the peak, displacement and tangent of the one behind it. ``path`` is the
-    balance that all points keep.
+    tangent and plane of the point before the peak, displacement and tangent of the one behind it. ``kept`` is scratch.
+    ``path`` is the balance that all points keep.
 
     Of some points on the way to the peak, each higher than the one before: the load (STATIONS,), displacement and plane
     (STATIONS, n); the last ones are kept, and those that are not there yet have the load 0.
@@ -68,6 +79,7 @@ class Stepper(NamedTuple):
     rising_plane: Float
     falling_q: Float
     falling_tangent: Float
+    kept: Float
     path: Balance
     station_s: Float
     station_q: Float
@@ -98,7 +110,7 @@ def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, f
     now.length, now.last, now.turned, now.highest, now.at_peak, now.short = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     now.points, now.systems, now.changes, now.shortened, now.late, now.doubted = 0, 0, 0, 0, 0, 0
     now.beyond, now.noted, now.corner, now.stations = 0.0, 0.0, False, 0
-    now.dipped, now.first, now.sharpest = 0.0, 0.0, 0.0
+    now.dipped, now.first, now.sharpest, now.crest, now.trough = 0.0, 0.0, 0.0, 0.0, 0.0
     stepper.station_s[:] = 0.0
     now.flat_since, now.similar_since, now.fastest = np.inf, np.inf, FASTEST
     rest = newton(m, work, stepper.path, q, 0.0, dot(load, q), TOLERANCE, 5, 0.0, fronts)
@@ -170,16 +182,12 @@ def advance(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> 
     tried = now.shortened > 0 or now.step < CREEPING * now.length
     if point.converged and backward and tried and straight(work, stepper.tangent):
         now.orientation, backward = -now.orientation, False  # another branch leaves the path, which goes on
-    if point.converged and not backward and now.doubted < DOUBTS and now.turned > TURN:
-        most = AWAY if first or point.systems <= EASY else HARDLY_AWAY
-        # torn once: where the path has a sharp corner every step is
-        doubt = now.doubted == 0 and torn(work, point.sign, now.orientation, q, stepper.tangent, trial, now.step, most)
-        if doubt or passes_over(work, point.sign, now.orientation, now.slope, now.step, now.s, point.s):
-            now.doubted += 1
-            if first and point.s > now.s:
-                lead(work, stepper, point.s)
-            now.step *= SHORTER
-            return Event.TORN
+    if point.converged and not backward and now.doubted < DOUBTS and doubtful(work, stepper, point):
+        now.doubted += 1
+        if first and point.s > now.s:
+            lead(work, stepper, point.s)
+        now.step *= SHORTER
+        return Event.TORN
     if not point.converged or (backward and now.shortened < SHORTENINGS - 1):
         now.shortened += 1
         if now.shortened == SHORTENINGS:
@@ -191,6 +199,25 @@ def advance(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> 
     land(work, stepper, point.s, point.sign)
     now.carried = carried(m, q)
     return Event.ADVANCED
+
+
+@compilable
+@lean
+def doubtful(work: Work, stepper: Stepper, point: Iteration) -> bool:
+    """Whether the ``point`` that was found may lie on another branch, or the step to it may hide a maximum."""
+    now, sign = stepper.now, point.sign
+    rise, falls = now.slope * now.step, onward(work, sign, now.orientation) * now.step
+    if hides_dip(now, rise, point.s, falls):
+        return True
+    if not now.turned > TURN:
+        return False
+    most = AWAY if now.points == 0 or point.systems <= EASY else HARDLY_AWAY
+    # torn once: where the path has a sharp corner every step is
+    if now.doubted == 0 and torn(
+        work, sign, now.orientation, stepper.q, stepper.tangent, stepper.trial, now.step, most
+    ):
+        return True
+    return passes_over(now, rise, point.s, falls)
 
 
 @compilable
@@ -276,6 +303,7 @@ def cross_change(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None
 def land(work: Work, stepper: Stepper, s: float, sign: float) -> None:
     """Take the point that was tried, with load ``s``, as the present one, and keep the bracket of the peak."""
     now, trial = stepper.now, stepper.trial
+    measure_dip(now, now.slope * now.step, s, onward(work, sign, now.orientation) * now.step)
     higher = s > now.highest
     now.shortened, now.doubted = 0, 0
     now.points += 1
