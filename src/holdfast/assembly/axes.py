@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from holdfast.base.rigid import WORLD, Frame, cross, snapped, tangents
 from holdfast.scene.body import Body
 
 BITS = 40  # binary digits of normals that decide along which axis of the assembly the first tangent lies
+KEPT = 1000  # axes of rotations at most
 DIGITS = 9  # decimal digits of relative lengths and masses that decide an order
 
 
@@ -25,8 +27,14 @@ def own_frame(bodies: Sequence[Body], up: Float) -> Frame:
     com = np.array([body.com_world for body in bodies])
     mass = np.array([body.mass for body in bodies], dtype=np.float64)
     first = bodies[int(by_place(com, mass, up, heaviest=True)[0])]
-    u, _, vt = np.linalg.svd(first.pose[:3, :3].T)  # poses are rotations to six digits
-    return Frame(frozen(np.array(first.com_world)), frozen(u @ vt))
+    return Frame(frozen(np.array(first.com_world)), _axes_of(first.pose[:3, :3].tobytes()))
+
+
+@lru_cache(maxsize=KEPT)
+def _axes_of(rotation: bytes) -> Float:
+    """The axes (3, 3), as rows, of a body with this rotation: poses are rotations to six digits."""
+    u, _, vt = np.linalg.svd(np.frombuffer(rotation).reshape(3, 3).T)
+    return frozen(u @ vt)
 
 
 def contact_axes(axes: Float, normals: Float) -> Float:

@@ -10,12 +10,12 @@ against a, in the sheet's own axes (normal, t1, t2) and about its own origin, an
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from holdfast.base.arrays import Float, Int
+from holdfast.base.compiled import compiled, lean
 
 RUN = 7  # nodes: a row of the usual grid, and a whole share of one of finer grids
 
@@ -34,17 +34,31 @@ class Runs(NamedTuple):
     @classmethod
     def of(cls, first: Int, x: Float, y: Float, apart: Float) -> Runs:
         """Cut the sheets with nodes from ``first`` (P + 1,) on into runs of RUN nodes."""
-        starts = [np.arange(a, b, RUN) for a, b in pairwise(first.tolist())]
-        node = np.concatenate([*starts, first[-1:]]).astype(np.int64)
-        at = node[:-1]
-        box = np.empty((len(at), 5))
-        if len(at):
-            for column, (reduce, values) in enumerate(
-                [(np.minimum, x), (np.maximum, x), (np.minimum, y), (np.maximum, y), (np.minimum, apart)]
-            ):
-                box[:, column] = reduce.reduceat(values, at)
-        counts = np.array([0, *(len(each) for each in starts)])
-        return cls(np.cumsum(counts).astype(np.int64), node, box)
+        begins, size = np.empty_like(first), len(x) // RUN + len(first)
+        node, box = np.empty(size, dtype=np.int64), np.empty((size, 5))
+        count = _cut(first, x, y, apart, begins, node, box)
+        return cls(begins, node[: count + 1], box[:count])
+
+
+@compiled
+@lean
+def _cut(first: Int, x: Float, y: Float, apart: Float, begins: Int, node: Int, box: Float) -> int:
+    """Write the runs as ``Runs`` has them; returns how many there are."""
+    count = 0
+    for p in range(len(first) - 1):
+        begins[p] = count
+        for at in range(first[p], first[p + 1], RUN):
+            node[count] = at
+            around = box[count]
+            around[0], around[1], around[2], around[3], around[4] = np.inf, -np.inf, np.inf, -np.inf, np.inf
+            for i in range(at, min(at + RUN, first[p + 1])):
+                around[0], around[1] = min(around[0], x[i]), max(around[1], x[i])
+                around[2], around[3] = min(around[2], y[i]), max(around[3], y[i])
+                around[4] = min(around[4], apart[i])
+            count += 1
+    begins[-1] = count
+    node[count] = first[-1]
+    return count
 
 
 class Elastic(NamedTuple):
