@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Iterator, Mapping
 from dataclasses import fields
+from functools import cache
 from typing import Any, Literal, TypeVar, cast
 
 import numpy as np
@@ -37,13 +38,13 @@ class Value:
             return True
         if type(self) is not type(other):
             return NotImplemented
-        return all(alike(getattr(self, name), getattr(other, name)) for name in _names(self, "compare"))
+        return all(alike(getattr(self, name), getattr(other, name)) for name in _names_of(self, "compare"))
 
     def __hash__(self) -> int:
-        return hash((type(self).__name__, tuple(_key(getattr(self, name)) for name in _names(self, "compare"))))
+        return hash((type(self).__name__, tuple(_key(getattr(self, name)) for name in _names_of(self, "compare"))))
 
     def __repr__(self) -> str:
-        text = ", ".join(f"{name}={shown(getattr(self, name))}" for name in _names(self, "repr"))
+        text = ", ".join(f"{name}={shown(getattr(self, name))}" for name in _names_of(self, "repr"))
         return f"{type(self).__name__}({cut(text, LONGEST)})"
 
 
@@ -76,8 +77,8 @@ class Table(Mapping[K, V]):
 
 def items_of(value: object) -> Iterator[tuple[str, Any]]:
     """Yield the names and contents of the fields of a dataclass, in order."""
-    for entry in fields(cast(Any, value)):
-        yield entry.name, getattr(value, entry.name)
+    for name in _names_of(value):
+        yield name, getattr(value, name)
 
 
 def altered(value: T, **items: object) -> T:
@@ -91,15 +92,22 @@ def altered(value: T, **items: object) -> T:
     return other
 
 
-def _names(value: object, role: Literal["compare", "repr"]) -> list[str]:
-    """Return the names of the fields that take part in comparisons or in ``repr``."""
-    return [entry.name for entry in fields(cast(Any, value)) if getattr(entry, role)]
+def _names_of(value: object, role: Literal["all", "compare", "repr"] = "all") -> tuple[str, ...]:
+    """Return the names of the fields of a dataclass, those that take part in comparisons, or those in ``repr``."""
+    return _names(cast(Hashable, type(value)), role)
+
+
+@cache
+def _names(kind: Any, role: str) -> tuple[str, ...]:  # noqa: ANN401 - any dataclass
+    return tuple(entry.name for entry in fields(kind) if role == "all" or getattr(entry, role))
 
 
 def sealed(item: T) -> T:
     """Make all arrays in ``item`` read-only, in place, and return it."""
     if isinstance(item, np.ndarray):
         item.setflags(write=False)
+    elif item is None or isinstance(item, str | int | float):  # by far most of the others, and quickly told
+        return item
     elif isinstance(item, tuple | list):
         for part in item:
             sealed(part)

@@ -273,11 +273,13 @@ class Interface(Value):
         known = self._canonical.get(key)
         if known is None:
             patches = [(patch.flipped() if flipped else patch).canonical(frame) for patch in self.patches]
-            places = np.array([frame.seen(patch.polygon[0]) for patch in patches])
-            order = np.lexsort(snapped(places, float(np.abs(places).max()), FIRST).T[::-1])
+            if len(patches) > 1:
+                places = np.array([frame.seen(patch.polygon[0]) for patch in patches])
+                order = np.lexsort(snapped(places, float(np.abs(places).max()), FIRST).T[::-1])
+                patches = [patches[k] for k in order.tolist()]
             known = Interface(
                 self.bodies[::-1] if flipped else self.bodies,
-                patches=[patches[k] for k in order.tolist()],
+                patches=patches,
                 status=self.status,
                 flags=self.flags,
                 certain=self.certain,
