@@ -11,9 +11,9 @@ from holdfast.base.progress import listening
 from holdfast.elastic.direction import onward, torn, turn
 from holdfast.elastic.fronts import fronts_of, solve
 from holdfast.elastic.linear import make_work
-from holdfast.elastic.newton import Balance, newton, unbalance
+from holdfast.elastic.newton import Balance, Iteration, newton, unbalance
 from holdfast.elastic.outcome import Event, PathOutcome, RestOutcome, goes_on, outcome_of
-from holdfast.elastic.path import PathResult
+from holdfast.elastic.path import PathResult, fell_from_crest
 from holdfast.elastic.progress import (
     FALLEN,
     HIDDEN,
@@ -33,6 +33,7 @@ from holdfast.elastic.stepper import (
     advance,
     begin,
     cross_change,
+    doubtful,
     land,
     make_stepper,
 )
@@ -340,6 +341,34 @@ def test_a_step_may_hide_how_far_the_load_falls(
     assert hides_dip(now, rise, s, falls) == hidden
     small = hides_dip(at(s=100.0, highest=100.0, crest=100.0, trough=100.0, dipped=dipped), 1.5, 99.95, -1.5)
     assert small == (dipped == 0)  # 0.37 below the maximum: a dip, and perhaps the first
+
+
+@pytest.mark.parametrize(("rise", "falls", "doubt"), [(9.0, -8.0, True), (0.1, -0.1, False), (9.0, 8.0, False)])
+def test_a_step_that_may_hide_a_fall_is_doubted_however_straight_it_was(rise: float, falls: float, doubt: bool) -> None:
+    walk = Walk(0.2, push(X))
+    now = walk.stepper.now
+    now.s = now.highest = now.crest = now.trough = 100.0
+    now.slope, now.step, now.turned, now.orientation = rise / 2, 2.0, 0.0, 1.0
+    walk.work.rhs[:, 1] = 0.0
+    walk.work.rhs[0, 1], walk.work.rhs[6, 1] = 1.0, falls / now.step
+    assert doubtful(walk.work, walk.stepper, Iteration(True, 99.85, 3, 3, 0, 1.0)) == doubt
+
+
+@pytest.mark.parametrize(("trough", "fell"), [(1.005 * FALLEN, False), (0.995 * FALLEN, True)])
+def test_whether_the_load_has_fallen_from_its_crest_is_told_by_the_refined_peak(trough: float, fell: bool) -> None:
+    """A block that slides keeps its load; here its crest is thought to have been higher, as between two points."""
+    walk = Walk(0.2, push(X))
+    now, stepper, work = walk.stepper.now, walk.stepper, walk.work
+    while not now.closed:
+        if walk.step() is Event.ADVANCED:
+            set_next_step(now)
+    assert not fell_from_crest(walk.model, work, stepper, None)  # nothing suggests so
+    now.crest, now.trough = 1.02 * now.highest, trough * now.highest
+    tangent, plane, highest = stepper.tangent.copy(), work.c.copy(), now.highest
+    assert fell_from_crest(walk.model, work, stepper, None) == fell
+    assert now.crest == now.highest >= highest
+    np.testing.assert_array_equal(stepper.tangent, tangent)
+    np.testing.assert_allclose(work.c, plane, rtol=1e-12)
 
 
 def test_the_trough_is_the_lowest_point_since_the_crest() -> None:
