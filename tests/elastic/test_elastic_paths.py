@@ -362,10 +362,10 @@ def test_whether_the_load_has_fallen_from_its_crest_is_told_by_the_refined_peak(
     while not now.closed:
         if walk.step() is Event.ADVANCED:
             set_next_step(now)
-    assert not fell_from_crest(walk.model, work, stepper, None)  # nothing suggests so
+    assert not fell_from_crest(walk.model, work, stepper, walk.fronts)  # nothing suggests so
     now.crest, now.trough = 1.02 * now.highest, trough * now.highest
     tangent, plane, highest = stepper.tangent.copy(), work.c.copy(), now.highest
-    assert fell_from_crest(walk.model, work, stepper, None) == fell
+    assert fell_from_crest(walk.model, work, stepper, walk.fronts) == fell
     assert now.crest == now.highest >= highest
     np.testing.assert_array_equal(stepper.tangent, tangent)
     np.testing.assert_allclose(work.c, plane, rtol=1e-12)
