@@ -121,16 +121,17 @@ def hides_dip(now: Progress, rise: float, s: float, falls: float) -> bool:
     """Whether a step to ``s`` may hide how far the load falls, where that decides about a maximum.
 
     Where the slopes at both ends, as ``measure_dip`` has them, differ in sign, there is an extremum between: about as
-    high as that of the cubic with these slopes, or not so far from the ends.
+    high or low as that of the cubic with these slopes, or hardly beyond the ends.
     """
-    high, low = max(now.highest, s), min(now.trough, s) if s < now.highest else s
-    top, bottom = high, min(now.trough, s)
-    if rise > 0 > falls:
-        top, bottom = max(high, extremum(now.s, rise, s, falls)), low
-    elif rise < 0 < falls:
-        top, bottom = now.crest, min(bottom, extremum(now.s, rise, s, falls))
-    else:
+    if not (rise > 0 > falls or rise < 0 < falls):
         return False
+    between = extremum(now.s, rise, s, falls)
+    high = max(now.highest, s)
+    low = min(now.trough, s) if s < now.highest else s
+    if rise > 0:
+        top, bottom = max(high, between), low
+    else:
+        top, bottom = now.crest, min(now.trough, between)
     clearly = bottom < FALLEN * top and not low < FALLEN * high
     return clearly or (now.dipped == 0 and bottom < (1 - DIP) * top and not low < (1 - DIP) * high)
 
