@@ -13,7 +13,7 @@ from holdfast.elastic.fronts import fronts_of, solve
 from holdfast.elastic.linear import make_work
 from holdfast.elastic.newton import Balance, Iteration, newton, unbalance
 from holdfast.elastic.outcome import Event, PathOutcome, RestOutcome, goes_on, outcome_of
-from holdfast.elastic.path import PathResult, fell_from_crest
+from holdfast.elastic.path import PathResult, fell_from_crest, refine
 from holdfast.elastic.progress import (
     FALLEN,
     HIDDEN,
@@ -352,6 +352,42 @@ def test_a_step_that_may_hide_a_fall_is_doubted_however_straight_it_was(rise: fl
     walk.work.rhs[:, 1] = 0.0
     walk.work.rhs[0, 1], walk.work.rhs[6, 1] = 1.0, falls / now.step
     assert doubtful(walk.work, walk.stepper, Iteration(True, 99.85, 3, 3, 0, 1.0)) == doubt
+
+
+@pytest.mark.parametrize(
+    ("bends", "peak"),
+    [
+        (((0, 1.0), (0.5, 1.05), (0.8, 1.35), (1, 1.15)), 1.35),  # tangents of both ends meet beyond the second
+        (((0, 1.0), (0.3, 0.8), (0.5, 1.5), (1, 0.9)), 1.0),  # it does not rise at the first end
+        (((0, 1.0), (0.7, 1.7), (1, 1.1)), 1.7),
+    ],
+)
+def test_a_peak_is_found_between_points_though_the_load_bends_upwards_between(
+    bends: tuple[tuple[float, float], ...], peak: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    walk, asked = Walk(0.2, push(X)), []
+    x, y = np.array(bends, dtype=float).T
+    slopes = np.diff(y) / np.diff(x)
+
+    def on_the_bends(*known: object) -> Iteration:
+        _, work, _, q, _, level, *_ = known
+        asked.append(level)
+        q[:], work.rhs[:, 1] = 0.0, 0.0
+        q[0], work.rhs[0, 1] = level, 1.0
+        work.rhs[6, 1] = slopes[np.searchsorted(x, level) - 1]
+        return Iteration(True, float(np.interp(level, x, y)), 1, 1, 0, 1.0)
+
+    monkeypatch.setattr("holdfast.elastic.path.newton", on_the_bends)
+    now, stepper = walk.stepper.now, walk.stepper
+    now.closed, now.orientation, now.highest = True, 1.0, max(y[0], y[-1])
+    now.rising_s, now.rising_slope, now.falling_s, now.falling_slope = y[0], slopes[0], y[-1], slopes[-1]
+    for vector in (stepper.rising_q, stepper.falling_q, stepper.rising_tangent, stepper.falling_tangent):
+        vector[:] = 0.0
+    for vector in (stepper.falling_q, stepper.rising_tangent, stepper.falling_tangent, stepper.rising_plane):
+        vector[:] = np.eye(6)[0]
+    refine(walk.model, walk.work, stepper, walk.fronts)
+    assert now.highest == pytest.approx(peak, rel=2e-4)
+    assert len(asked) <= 12
 
 
 @pytest.mark.parametrize(("trough", "fell"), [(1.005 * FALLEN, False), (0.995 * FALLEN, True)])

@@ -15,7 +15,7 @@ from holdfast.elastic.model import Elastic
 from holdfast.elastic.newton import SHORTEST, Balance, newton, unbalance, worst
 from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.outcome import Event, PathOutcome, goes_on, outcome_of
-from holdfast.elastic.progress import FALLEN, appraise, set_next_step
+from holdfast.elastic.progress import FALLEN, appraise, extremum, extremum_at, set_next_step
 from holdfast.elastic.stepper import (
     STATIONS,
     TOLERANCE,
@@ -180,7 +180,7 @@ def refine(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> N
     """Close in on the peak from both sides, where there is a point behind it.
 
     Its place and height are estimated from s and slope at both ends: where their tangents meet, if s rises at one and
-    falls at the other, else midway.
+    falls at the other, or by a cubic where the tangents meet elsewhere; else midway.
     """
     now, q = stepper.now, stepper.trial
     plane = stepper.rising_plane
@@ -193,9 +193,12 @@ def refine(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> N
         falling = now.falling_slope / along if along > 0 else 0.0
         x, estimate = 0.5 * apart, now.rising_s + now.rising_slope * apart
         if falling < 0 < now.rising_slope:
+            ends = now.rising_s, now.rising_slope * apart, now.falling_s, falling * apart
             meet = (now.falling_s - falling * apart - now.rising_s) / (now.rising_slope - falling)
-            x = min(max(meet, 0.0), apart)
-            estimate = now.rising_s + now.rising_slope * x
+            if 0 < meet < apart:
+                x, estimate = meet, now.rising_s + now.rising_slope * meet
+            else:  # somewhere between the load bends upwards
+                x, estimate = apart * extremum_at(*ends), extremum(*ends)
         now.short = max(estimate - now.highest, 0.0)
         if now.short <= REFINED * now.highest:
             break

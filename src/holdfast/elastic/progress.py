@@ -140,11 +140,18 @@ def hides_dip(now: Progress, rise: float, s: float, falls: float) -> bool:
 @lean
 def extremum(start: float, a: float, end: float, b: float) -> float:
     """The extremum of the cubic from (0, ``start``) to (1, ``end``) with slopes a and b there, of opposite signs."""
+    x = extremum_at(start, a, end, b)
+    return float(start + x * (a + x * (3 * (end - start) - 2 * a - b + x * (a + b - 2 * (end - start)))))
+
+
+@compilable
+@lean
+def extremum_at(start: float, a: float, end: float, b: float) -> float:
+    """Where that extremum is: 0 < x < 1."""
     rise, sign = end - start, 1.0 if a > 0 else -1.0  # a minimum is a maximum of what is upside down
     A, B, C = sign * a, sign * (3 * rise - 2 * a - b), 3 * sign * (a + b - 2 * rise)
     root = np.sqrt(max(B * B - A * C, 0.0))
-    x = -(B + root) / C if B > 0 else A / (root - B)  # where A + 2 B x + C x² = 0
-    return float(start + x * (a + x * sign * (B + x * C / 3)))
+    return float(-(B + root) / C if B > 0 else A / (root - B))  # where A + 2 B x + C x² = 0
 
 
 @compilable
