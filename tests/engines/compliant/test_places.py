@@ -7,10 +7,11 @@ import pytest
 from compliant_scenes import shipped
 
 import holdfast as hf
-from holdfast.assembly.nodes import contact_nodes
+from holdfast.assembly.nodes import ContactNodes, contact_nodes
 from holdfast.contacts.interface import Patch
 from holdfast.engines.compliant.model import elastic_model
 from holdfast.engines.compliant.places import Places
+from holdfast.engines.compliant.sheets import sheets_of
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped.blocks import at
 
@@ -87,3 +88,24 @@ def test_a_grid_that_only_tells_the_error_is_not_brought_to_rest() -> None:
     assert len(finer._rest) == 1
     assert paths.peak[0] == pytest.approx(found.force[0], rel=0.02)
     assert finer.settled is finer.settled
+
+
+def test_a_sheet_ends_where_the_contact_or_its_plane_or_its_axes_change() -> None:
+    """Four nodes each: on one tread, on the next one, on its riser, and on another contact in the same plane."""
+    square = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (1.0, 1.0, 0.0)])
+    up, along = np.eye(3)[[2, 0, 1]], np.eye(3)
+    higher, riser = square + np.array([0, 0, 0.5]), square[:, [2, 0, 1]] + np.array([1, 0, 0.5])
+    points = np.vstack([square, higher, riser, riser])
+    axes = np.repeat([up, up, along, along], 4, axis=0)
+    number = np.repeat([0, 0, 0, 1], 4)
+    body = np.zeros(16, dtype=np.int64)
+    nodes = ContactNodes(points, axes, np.full(16, 0.5), np.ones(16), number, body - 1, body)
+    com, turn, size = np.array([[0.2, 0.3, 2.0]]), np.eye(3)[[1, 2, 0]], 2.0
+    sheets = sheets_of(nodes, com, turn, size)
+    assert sheets.first.tolist() == [0, 4, 8, 12, 16]
+    assert sheets.interface.tolist() == [0, 0, 0, 1]
+    np.testing.assert_allclose(sheets.x[:4], (square[:, 0] - 0.5) / size)
+    np.testing.assert_allclose(sheets.y[:4], (square[:, 1] - 0.5) / size)
+    np.testing.assert_allclose(sheets.axes[0], up @ turn.T, atol=1e-12)
+    np.testing.assert_allclose(sheets.arm_b[1], turn @ ([0.5, 0.5, 0.5] - com[0]) / size, atol=1e-8)
+    assert not sheets.arm_a.any()
