@@ -77,3 +77,4 @@ def test_rounding_is_to_binary_digits_of_the_size_and_symmetric() -> None:
     assert (snapped(values * (1 + 1e-15), 1.0, 20) == rounded).all()
     assert (snapped(rounded, 1.0, 20) == rounded).all()
     assert not snapped(np.zeros(3), 0.0, 20).any()
+    assert (snapped(np.array([0.49, 0.51, 1.49]) * 2.0**-20, 1.0, 20) == np.array([0, 1, 1]) * 2.0**-20).all()
