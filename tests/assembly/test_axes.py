@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 import holdfast as hf
 from holdfast.assembly.axes import own_frame
 from holdfast.assembly.parts import part_of
-from holdfast.base.rigid import WORLD, snapped
+from holdfast.base.rigid import WORLD, snapped, snapped_number
 from holdfast.validation.random_assemblies import FAMILIES, standing
 
 
@@ -77,4 +77,5 @@ def test_rounding_is_to_binary_digits_of_the_size_and_symmetric() -> None:
     assert (snapped(values * (1 + 1e-15), 1.0, 20) == rounded).all()
     assert (snapped(rounded, 1.0, 20) == rounded).all()
     assert not snapped(np.zeros(3), 0.0, 20).any()
+    assert [snapped_number(value, 1.0, 20) for value in values.tolist()] == rounded.tolist()
     assert (snapped(np.array([0.49, 0.51, 1.49]) * 2.0**-20, 1.0, 20) == np.array([0, 1, 1]) * 2.0**-20).all()

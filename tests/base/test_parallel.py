@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from threading import Event, current_thread
 
@@ -41,6 +42,13 @@ def test_what_is_done_in_a_thread_has_no_threads_and_no_listeners_of_its_own() -
     assert told[-1] == ("after", 1)
     assert seen == [1, 1, 1]
     assert free_threads() == cores()
+
+
+def test_work_is_shared_among_the_cores_that_the_process_may_use(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("os.sched_getaffinity", lambda process: {1, 4, 5}, raising=False)
+    assert cores() == free_threads() == 3
+    monkeypatch.delattr("os.sched_getaffinity")
+    assert cores() == free_threads() == os.cpu_count()
 
 
 def test_what_a_thread_raises_is_raised_here() -> None:

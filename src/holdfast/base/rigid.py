@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from holdfast.base.arrays import Float, checked, frozen
+from holdfast.base.compiled import compilable, lean
 from holdfast.base.errors import GeometryError, message
 from holdfast.base.ranges import PLACE
 
@@ -51,6 +52,15 @@ def snapped(values: Float, size: Float | float, bits: int) -> Float:
     _, power = np.frexp(np.maximum(BESIDE * np.asarray(size), 1e-300))
     step = np.ldexp(1.0, power - (bits + 1))
     return np.asarray(np.round(values / step) * step + 0.0)
+
+
+@compilable
+@lean
+def snapped_number(value: float, size: float, bits: int) -> float:
+    """Round a single value as ``snapped`` does, for compiled code."""
+    _, power = math.frexp(max(BESIDE * size, 1e-300))
+    step = math.ldexp(1.0, power - (bits + 1))
+    return float(np.rint(value / step) * step + 0.0)
 
 
 def checked_pose(value: Any, where: str) -> Float:  # noqa: ANN401 - anything a caller may pass

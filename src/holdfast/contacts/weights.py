@@ -32,18 +32,17 @@ def corrected(weights: Float, basis: Float, wanted: Float, matched: Sequence[int
 
 def _corrected(tributary: Float, basis: Float, wanted: Float, floor: Float) -> Float | None:
     """The weights nearest to ``tributary`` with ``basis @ weights = wanted`` and none below ``floor``; None if none."""
-    free = None  # all of them
+    held = np.zeros(len(tributary), dtype=bool)  # at the floor
     base = metric = tributary
-    while free is None or free.sum() > len(wanted):
-        if free is not None:
-            base, metric = np.where(free, tributary, floor), np.where(free, tributary, 0.0)
+    while len(held) - held.sum() > len(wanted):
         weights = base + metric * (_multipliers((basis * metric) @ basis.T, wanted - basis @ base) @ basis)
         if not (np.abs(basis @ weights - wanted) <= MET * np.abs(wanted) + 1e-9 * wanted[0]).all():
             return None
-        low = weights < floor if free is None else free & (weights < floor)
+        low = ~held & (weights < floor)
         if not low.any():
             return np.asarray(weights)
-        free = ~low if free is None else free & ~low
+        held |= low
+        base, metric = np.where(held, floor, tributary), np.where(held, 0.0, tributary)
     return None
 
 

@@ -54,22 +54,22 @@ def _start(n: int) -> Float:
 
 @compiled
 def _write_entries(m: Elastic, K: Float, rows: Int, columns: Int, values: Float) -> int:
-    """Write the entries of the stiffness, in the ``unit`` of the model, sheet by sheet; returns how many there are."""
+    """Write the entries of the stiffness, in the ``unit`` of the model, sheet by sheet; returns how many there are.
+
+    Of each sheet they are those of body b and body a, but for fixed ones.
+    """
     B, X, Y = np.empty((12, 12)), np.empty((6, 6)), np.empty((6, 6))
     count = 0
     for p in range(len(m.a)):
         B[:] = 0.0
         ends = m.b[p], m.a[p]
         add_stiffness(m, p, K, 0.0, False, 6 if ends[1] >= 0 else -1, 0 if ends[0] >= 0 else -1, B, X, Y)
-        for one in range(2):
-            for other in range(2):
-                if ends[one] < 0 or ends[other] < 0:
-                    continue
-                for i in range(6):
-                    for j in range(6):
-                        rows[count], columns[count] = 6 * ends[one] + i, 6 * ends[other] + j
-                        values[count] = B[6 * one + i, 6 * other + j]
-                        count += 1
+        for i in range(12):
+            for j in range(12):
+                one, other = ends[i // 6], ends[j // 6]
+                if one >= 0 and other >= 0:
+                    rows[count], columns[count], values[count] = 6 * one + i % 6, 6 * other + j % 6, B[i, j]
+                    count += 1
     return count
 
 

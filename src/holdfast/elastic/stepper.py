@@ -303,8 +303,7 @@ def cross_change(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None
 def land(work: Work, stepper: Stepper, s: float, sign: float) -> None:
     """Take the point that was tried, with load ``s``, as the present one, and keep the bracket of the peak."""
     now, trial = stepper.now, stepper.trial
-    measure_dip(now, now.slope * now.step, s, onward(work, sign, now.orientation) * now.step)
-    higher = s > now.highest
+    higher, rise = s > now.highest, now.slope * now.step
     now.shortened, now.doubted = 0, 0
     now.points += 1
     now.late += 1
@@ -320,6 +319,7 @@ def land(work: Work, stepper: Stepper, s: float, sign: float) -> None:
         put(stepper.peak_q, trial)
         before_peak(work, stepper)
     now.slope = turn(work, sign, now.orientation, stepper.tangent)
+    measure_dip(now, rise, s, now.slope * now.step)
     put(stepper.q, trial)
     now.s = now.last = s
     if higher:

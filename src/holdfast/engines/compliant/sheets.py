@@ -7,7 +7,6 @@ and on the units of length.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -15,8 +14,8 @@ import numpy as np
 
 from holdfast.assembly.nodes import ContactNodes
 from holdfast.base.arrays import Float, Int
-from holdfast.base.compiled import compilable, compiled, lean
-from holdfast.base.rigid import BESIDE
+from holdfast.base.compiled import compiled, lean
+from holdfast.base.rigid import snapped_number
 
 BITS = 30  # binary digits of the model's numbers, each relative to those of the same sheet or body
 FLAT = 1e-9  # largest distance of a sheet's nodes from its plane, relative to the assembly's size
@@ -139,11 +138,11 @@ def _place(
             y[i] = (R[2, 0] * d0 + R[2, 1] * d1 + R[2, 2] * d2) / size
             most = max(most, abs(x[i]), abs(y[i]))
         for i in range(begin, end):
-            x[i], y[i] = _snapped(x[i], most), _snapped(y[i], most)
+            x[i], y[i] = snapped_number(x[i], most, BITS), snapped_number(y[i], most, BITS)
         for row in range(3):
             for k in range(3):
                 along = R[row, 0] * own[k, 0] + R[row, 1] * own[k, 1] + R[row, 2] * own[k, 2]
-                turned[p, row, k] = _snapped(along, 1.0)
+                turned[p, row, k] = snapped_number(along, 1.0, BITS)
         for body, arm in ((a[p], arm_a[p]), (b[p], arm_b[p])):
             if body < 0:
                 continue
@@ -152,13 +151,4 @@ def _place(
                 arm[k] = (d0 * own[k, 0] + d1 * own[k, 1] + d2 * own[k, 2]) / size
                 most = max(most, abs(arm[k]))
             for k in range(3):
-                arm[k] = _snapped(arm[k], most)
-
-
-@compilable
-@lean
-def _snapped(value: float, size: float) -> float:
-    """Round as ``rigid.snapped`` does, to BITS binary digits."""
-    _, power = math.frexp(max(BESIDE * size, 1e-300))
-    step = math.ldexp(1.0, power - (BITS + 1))
-    return float(np.rint(value / step) * step + 0.0)
+                arm[k] = snapped_number(arm[k], most, BITS)
