@@ -13,6 +13,7 @@ from holdfast.elastic.fronts import fronts_of, fronts_solve, solve
 from holdfast.elastic.law import evaluate, nearest, next_change, node_forces
 from holdfast.elastic.linear import ROUNDED, SINGULAR, dense_solve, make_work
 from holdfast.elastic.model import Runs
+from holdfast.elastic.sparse import write_entries
 from holdfast.engines.compliant.model import elastic_model, world_rows
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.mechanism import relative_velocity
@@ -91,6 +92,20 @@ def test_units_bring_the_bonded_stiffness_of_every_displacement_to_one(name: str
     m = m._replace(bonded=np.zeros_like(m.bonded), hold=np.array([0.0, 4.0] * (n // 2)))
     set_units(m)
     assert m.unit.tolist() == [1.0, 0.5] * (n // 2)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_entries_of_the_stiffness_are_those_of_the_matrix_by_its_definition(name: str) -> None:
+    """Rows are not mistaken for columns: sliding makes a stiffness unsymmetric, and only its motions are asked for."""
+    _, _, m = model(name)
+    n, some = len(m.wrench), np.random.default_rng(4)
+    m, K = m._replace(unit=some.uniform(0.5, 2, n)), some.normal(size=m.bonded.shape)
+    (rows, columns), values = np.empty((2, 144 * len(m.a)), dtype=np.int64), np.empty(144 * len(m.a))
+    count = write_entries(m, K, rows, columns, values)
+    A = np.zeros((n, n))
+    np.add.at(A, (rows[:count], columns[:count]), values[:count])
+    expected = bordered(m, K, np.zeros(n), np.zeros(n))[:n, :n] * np.outer(m.unit, m.unit)
+    np.testing.assert_allclose(A, expected, atol=1e-12 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("name", SCENES)

@@ -36,7 +36,7 @@ def unresisted_motion(m: Elastic, K: Float) -> Float:
     softest = m.unit.reshape(-1, 6)[:, :3].min(1)  # that of the direction in which contacts are firmest
     unit = softest[:, None] * np.stack([np.ones_like(size), 1 / size], 1).repeat(3, axis=1)
     (rows, columns), values = np.empty((2, 144 * len(m.a)), dtype=np.int64), np.empty(144 * len(m.a))
-    count = _write_entries(m._replace(unit=unit.ravel()), K, rows, columns, values)
+    count = write_entries(m._replace(unit=unit.ravel()), K, rows, columns, values)
     A, solve = _factored(rows[:count], columns[:count], values[:count], n)
     x = _start(n)
     for _ in range(3):
@@ -53,7 +53,7 @@ def _start(n: int) -> Float:
 
 
 @compiled
-def _write_entries(m: Elastic, K: Float, rows: Int, columns: Int, values: Float) -> int:
+def write_entries(m: Elastic, K: Float, rows: Int, columns: Int, values: Float) -> int:
     """Write the entries of the stiffness, in the ``unit`` of the model, sheet by sheet; returns how many there are.
 
     Of each sheet they are those of body b and body a, but for fixed ones.
