@@ -6,8 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from holdfast.elastic.frames import set_units
+from holdfast.elastic.fronts import fronts_of
 from holdfast.elastic.law import bond
+from holdfast.elastic.linear import make_work
 from holdfast.elastic.model import Elastic, Runs
+from holdfast.elastic.outcome import Event
+from holdfast.elastic.progress import Progress
+from holdfast.elastic.stepper import advance, begin, cross_change, make_stepper
+from holdfast.elastic.system import System
 
 Array = NDArray[np.float64]
 
@@ -60,3 +66,31 @@ def twist_matrices(m: Elastic) -> tuple[Array, Array]:
 def push(force: tuple[float, float, float], height: float = 0.0) -> Array:
     """A load (6,): ``force`` at ``height`` above the centre of mass."""
     return np.concatenate([force, np.cross((0, 0, height), force)]).astype(float)
+
+
+class Walk:
+    """A path of a block, step by step."""
+
+    def __init__(self, mu: float, load: Array, start: Array | None = None) -> None:
+        self.model = block(mu)
+        self.fronts = fronts_of(self.model)
+        self.work = make_work(self.model, self.fronts)
+        self.stepper = make_stepper(6)._replace(now=Progress())
+        start = System.dense(self.model).come_to_rest().q if start is None else start
+        self.event = begin(self.model, self.work, self.stepper, start, load, self.fronts)
+
+    def step(self) -> Event:
+        self.event = advance(self.model, self.work, self.stepper, self.fronts)
+        return self.event
+
+    def cross(self) -> Event:
+        return cross_change(self.model, self.work, self.stepper, self.fronts)
+
+
+def at(**known: float) -> Progress:
+    now = Progress()
+    now.elastic, now.s, now.highest, now.slope, now.length, now.at_peak = 1.0, 1.0, 1.0, 0.5, 1.0, 1.0
+    now.flat_since = now.similar_since = np.inf
+    for name, value in known.items():
+        setattr(now, name, value)
+    return now

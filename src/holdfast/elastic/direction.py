@@ -45,14 +45,6 @@ def turn(work: Work, sign: float, orientation: float, tangent: Float) -> float:
 
 @compiled
 @lean
-def onward(work: Work, sign: float, orientation: float) -> float:
-    """The slope ds/dℓ that ``turn`` returns, without turning."""
-    best, _ = squares(work)
-    return float(orientation * sign * work.rhs[-1, 1] / max(np.sqrt(best), 1e-300))
-
-
-@compiled
-@lean
 def straight(work: Work, tangent: Float) -> bool:
     """Whether the path goes on at the point found as it came, along ``tangent`` (n,)."""
     along, here, before = 0.0, 0.0, 0.0

@@ -8,6 +8,7 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.compiled import compilable, compiled, lean
+from holdfast.elastic.cubic import summit
 from holdfast.elastic.direction import turn
 from holdfast.elastic.fronts import solve
 from holdfast.elastic.linear import SINGULAR, Work
@@ -15,7 +16,7 @@ from holdfast.elastic.model import Elastic
 from holdfast.elastic.newton import SHORTEST, Balance, newton, unbalance, worst
 from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.outcome import Event, PathOutcome, goes_on, outcome_of
-from holdfast.elastic.progress import FALLEN, appraise, extremum, extremum_at, set_next_step
+from holdfast.elastic.progress import FALLEN, appraise, fall, may_have_fallen, set_next_step
 from holdfast.elastic.stepper import (
     STATIONS,
     TOLERANCE,
@@ -30,7 +31,6 @@ from holdfast.elastic.vectors import divide, dot, go, mix, put
 REFINED = 5e-5  # relative accuracy of the peak
 REFINEMENTS = 20  # points that are tried to reach it
 MOST_FAILURES = 5  # of them in a row that are not found
-MOST_POINTS = 400  # on a path
 MOST_SOUGHT = 20  # steps of Newton's method on another grid
 TINY = 0.02  # share of one of them below which a load is given up there; states in balance are given up at SHORTEST
 
@@ -118,7 +118,7 @@ def follow(
     now = stepper.now
     event = begin(m, work, stepper, start, load, fronts)
     rises = now.slope > 0
-    while goes_on(event) and now.points < MOST_POINTS:
+    while goes_on(event) and now.points < now.most:
         event = advance(m, work, stepper, fronts)
         if event == Event.STUCK:
             event = cross_change(m, work, stepper, fronts)
@@ -179,8 +179,7 @@ def follow_each(
 def refine(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> None:
     """Close in on the peak from both sides, where there is a point behind it.
 
-    Its place and height are estimated from s and slope at both ends: where their tangents meet, if s rises at one and
-    falls at the other, or by a cubic where the tangents meet elsewhere; else midway.
+    Its place and height are estimated from s and slope at both ends (``summit``).
     """
     now, q = stepper.now, stepper.trial
     plane = stepper.rising_plane
@@ -191,18 +190,11 @@ def refine(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> N
         if not now.closed or apart <= 0 or failed > MOST_FAILURES:
             break
         falling = now.falling_slope / along if along > 0 else 0.0
-        x, estimate = 0.5 * apart, now.rising_s + now.rising_slope * apart
-        if falling < 0 < now.rising_slope:
-            ends = now.rising_s, now.rising_slope * apart, now.falling_s, falling * apart
-            meet = (now.falling_s - falling * apart - now.rising_s) / (now.rising_slope - falling)
-            if 0 < meet < apart:
-                x, estimate = meet, now.rising_s + now.rising_slope * meet
-            else:  # somewhere between the load bends upwards
-                x, estimate = apart * extremum_at(*ends), extremum(*ends)
+        place, estimate = summit(now.rising_s, now.rising_slope * apart, now.falling_s, falling * apart)
         now.short = max(estimate - now.highest, 0.0)
         if now.short <= REFINED * now.highest:
             break
-        x = min(max(x, 0.1 * apart), 0.9 * apart) * 0.2**failed
+        x = min(max(place, 0.1), 0.9) * apart * 0.2**failed
         share = x / apart if failed == 0 else 0.0
         back = (apart - x) / along if along > 0 else 0.0
         aim_between(stepper, share, x, back)
@@ -223,7 +215,9 @@ def refine(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> N
 def fell_from_crest(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> bool:
     """Whether the load has clearly fallen since its peak, which lies between points: if that decides, it is refined."""
     now = stepper.now
-    if not now.closed or now.crest <= now.highest or now.trough >= FALLEN * now.crest:
+    if not now.closed or now.crest <= now.highest:
+        return False
+    if not may_have_fallen(fall(now.trough, now.highest), fall(now.trough, now.crest)):
         return False
     put(stepper.kept, stepper.tangent)
     refine(m, work, stepper, fronts)
@@ -246,14 +240,18 @@ def aim_between(stepper: Stepper, share: float, x: float, back: float) -> None:
 @compilable
 @lean
 def narrow(work: Work, stepper: Stepper, s: float, sign: float) -> None:
-    """Let the point that was tried, with load ``s``, replace one end of the bracket of the peak."""
+    """Let the point that was tried, with load ``s``, replace one end of the bracket of the peak.
+
+    The maximum remains between: in front of a point that is lower than where s still rose, and behind one in a dip.
+    """
     now, q, tangent = stepper.now, stepper.trial, stepper.tangent
     slope = turn(work, sign, now.orientation, tangent)
     if s > now.highest:
         now.highest = s
         put(stepper.peak_q, q)
         put(stepper.peak_plane, work.c)
-    if slope > 0:
+    in_dip = now.rising_slope <= 0 and s < now.falling_s
+    if in_dip or (slope > 0 and s >= now.rising_s):
         put(stepper.rising_q, q)
         put(stepper.rising_tangent, tangent)
         put(stepper.rising_plane, work.c)

@@ -2,30 +2,51 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from holdfast.base.compiled import compilable, lean
+from holdfast.elastic.cubic import cubic, maximum_at, minimum_at
 from holdfast.elastic.outcome import Event
 
 DIP = 2e-3  # relative fall below the peak so far from which that was a maximum, even if the path rises above it later
 FALLEN = 0.99  # share of the peak below which the path has clearly fallen
+DEEPER = 3.0  # how much more than its estimate may be what a fall is deeper between points
 LEVEL, HIDDEN = 0.05, 0.05  # of the slope before a step, where a maximum may hide in it, and of the load: how high
 FLAT = 1e-4  # relative rise still to come, if the slope fell as 1/ℓ², below which the path counts as flat
-ENOUGH = 1.01  # times a step that leads to where a path has been flat for long enough: it may bend
+ENOUGH = 1.01  # times a step that leads to where a path has been flat or lower for long enough: it may bend
+NEW_PEAK = 1e-4  # relative rise above the peak so far that counts as a new peak
 FARTHEST = 1e8  # length, in sizes of the displacement at rest, at which rounding would show
 CARRIED = 1e-5  # share of a body's weight or of the load that the faint hold carries where a path ends
-FASTEST = 3.0  # largest growth of the step from one point to the next
-TURN = 0.3  # wanted correction of a point, as a share of the step
 RECOVERY = 1.4  # factor by which the largest growth recovers from one point to the next
-LATE, FARTHER = 12, 1.5  # points without a new peak, and growth of the length, after which none is expected
-TOO_LATE = 40  # points without a new peak after which none is waited for, however near
+SOON, LONG = 10.0, 100.0  # times the length at the peak up to which another is waited for: where the load fell, or not
+
+
+class Pace(NamedTuple):
+    """How closely a path is followed.
+
+    ``growth``: the largest growth of the step from one point to the next; ``correction``: that of a point that is
+    wanted, as a share of the step; ``patience``: points without a new peak after which none is waited for; ``most``
+    points of a path.
+    """
+
+    growth: float
+    correction: float
+    patience: int
+    most: int
+
+
+QUICK = Pace(2.5, 0.2, 80, 600)
+CLOSE = Pace(1.5, 0.05, 1000, 20_000)  # slow, and misses less: what the quick pace is compared with
 
 
 class Progress:
     """The numbers of a walk along a path.
 
-    Constants: ``orientation``, the sign of the stiffness's determinant at rest; ``strength``, the largest component of
-    the load, each body's in its own weight and size; ``elastic``, the largest displacement at rest that counts.
+    Constants: the Pace; ``orientation``, the sign of the stiffness's determinant at rest; ``strength``, the largest
+    component of the load, each body's in its own weight and size; ``elastic``, the largest displacement at rest that
+    counts.
 
     Where it is: ``s`` and the ``slope`` ds/dℓ; what the faint hold has ``carried``, of each body's own weight; the
     ``step`` Δℓ to be tried; the ``length`` ℓ so far; ``last``, s of the last regular point; ``turned``, the last
@@ -37,7 +58,8 @@ class Progress:
     Of the peak: ``highest`` s; ``noted``, the last s that counted as a new peak, at the length ``at_peak``, and the
     points since (``late``); ``short``, by how much it may be too low; the maximum from which s has ``dipped``, and the
     ``first`` one above which it has risen after that, 0 if there was none; the ``crest``, the highest s between points,
-    as estimated, and the lowest point since, the ``trough``. The peak lies between a point where s rises
+    as estimated, and the lowest point since, the ``trough``; whether the last step ``topped`` what was highest, and
+    whether it hid a maximum (``peaked``). The peak lies between a point where s rises
     (``rising_s``, ``rising_slope``) and one where it does not (``falling_s``, ``falling_slope``), once the latter is
     known: ``closed``. The number of ``stations`` kept on the way to it.
 
@@ -45,6 +67,10 @@ class Progress:
     proportion to ℓ (``similar_since``); inf if it is not.
     """
 
+    growth: float = QUICK.growth
+    correction: float = QUICK.correction
+    patience: int = QUICK.patience
+    most: int = QUICK.most
     orientation: float = 0.0
     strength: float = 0.0
     elastic: float = 0.0
@@ -60,7 +86,7 @@ class Progress:
     systems: int = 0
     changes: int = 0
     shortened: int = 0
-    fastest: float = FASTEST
+    fastest: float = QUICK.growth
     beyond: float = 0.0
     corner: bool = False
     doubted: int = 0
@@ -79,6 +105,8 @@ class Progress:
     falling_slope: float = 0.0
     closed: bool = False
     stations: int = 0
+    peaked: bool = False
+    topped: bool = False
     flat_since: float = 0.0
     similar_since: float = 0.0
 
@@ -96,11 +124,14 @@ def measure_dip(now: Progress, rise: float, s: float, falls: float) -> None:
 
     ``rise`` is what s would have risen by at the slope before the step, and ``falls`` at the slope behind it.
     """
-    top = max(now.s, s)
-    if rise > 0 > falls:
-        top = extremum(now.s, rise, s, falls)
+    x = maximum_at(now.s, rise, s, falls)
+    between = cubic(x, now.s, rise, s, falls) if x > 0 else now.s
+    now.peaked, top = between > max(now.s, s), max(between, s)
+    now.topped = top > now.crest or s > now.highest
     if top > now.crest:
         now.crest, now.trough = top, s
+        if top > now.noted * (1 + NEW_PEAK):
+            now.at_peak, now.late, now.noted = now.length - (1 - x if now.peaked else 0.0) * now.step, 0, top
     now.trough = min(now.trough, s)
 
 
@@ -120,38 +151,38 @@ def passes_over(now: Progress, rise: float, s: float, falls: float) -> bool:
 def hides_dip(now: Progress, rise: float, s: float, falls: float) -> bool:
     """Whether a step to ``s`` may hide how far the load falls, where that decides about a maximum.
 
-    Where the slopes at both ends, as ``measure_dip`` has them, differ in sign, there is an extremum between: about as
-    high or low as that of the cubic with these slopes, or hardly beyond the ends.
+    Between the ends it is about as high and low as the cubic with the slopes there, which ``measure_dip`` has, too.
     """
-    if not (rise > 0 > falls or rise < 0 < falls):
+    high_at, low_at = maximum_at(now.s, rise, s, falls), minimum_at(now.s, rise, s, falls)
+    if high_at < 0 and low_at < 0:
         return False
-    between = extremum(now.s, rise, s, falls)
-    high = max(now.highest, s)
-    low = min(now.trough, s) if s < now.highest else s
-    if rise > 0:
-        top, bottom = max(high, between), low
-    else:
-        top, bottom = now.crest, min(now.trough, between)
-    clearly = bottom < FALLEN * top and not low < FALLEN * high
-    return clearly or (now.dipped == 0 and bottom < (1 - DIP) * top and not low < (1 - DIP) * high)
+    top, bottom, most = now.crest, now.trough, 0.0
+    for second in (False, True):  # a maximum and a minimum, as they follow each other
+        if high_at > 0 and second == (0 < low_at < high_at):
+            between = cubic(high_at, now.s, rise, s, falls)
+            if between > top:
+                top, bottom = between, between
+        if low_at > 0 and second == (0 < high_at < low_at):
+            bottom = min(bottom, cubic(low_at, now.s, rise, s, falls))
+            most = fall(bottom, top)
+    most = max(most, fall(min(bottom, s), top))
+    seen = fall(min(now.trough, s) if s < now.highest else s, max(now.highest, s))
+    clearly = seen <= 1 - FALLEN and may_have_fallen(seen, most)
+    return clearly or (now.dipped == 0 and seen <= DIP < most)
 
 
 @compilable
 @lean
-def extremum(start: float, a: float, end: float, b: float) -> float:
-    """The extremum of the cubic from (0, ``start``) to (1, ``end``) with slopes a and b there, of opposite signs."""
-    x = extremum_at(start, a, end, b)
-    return float(start + x * (a + x * (3 * (end - start) - 2 * a - b + x * (a + b - 2 * (end - start)))))
+def fall(low: float, high: float) -> float:
+    """By how much of ``high`` the load has fallen."""
+    return float(1 - low / max(high, 1e-300))
 
 
 @compilable
 @lean
-def extremum_at(start: float, a: float, end: float, b: float) -> float:
-    """Where that extremum is: 0 < x < 1."""
-    rise, sign = end - start, 1.0 if a > 0 else -1.0  # a minimum is a maximum of what is upside down
-    A, B, C = sign * a, sign * (3 * rise - 2 * a - b), 3 * sign * (a + b - 2 * rise)
-    root = np.sqrt(max(B * B - A * C, 0.0))
-    return float(-(B + root) / C if B > 0 else A / (root - B))  # where A + 2 B x + C x² = 0
+def may_have_fallen(seen: float, estimate: float) -> bool:
+    """Whether a load may have clearly fallen that did so by ``seen`` from point to point, and between by estimate."""
+    return bool(seen + DEEPER * max(estimate - seen, 0.0) > 1 - FALLEN)
 
 
 @compilable
@@ -159,8 +190,8 @@ def extremum_at(start: float, a: float, end: float, b: float) -> float:
 def appraise(now: Progress) -> Event:
     """Whether the new point is the end of the path: FALLEN, FAR, FLAT, perhaps PROPORTIONAL, or else ADVANCED."""
     s, slope, length, elastic = now.s, now.slope, now.length, now.elastic
-    late = now.late > TOO_LATE or (now.late > LATE and length > FARTHER * now.at_peak)
-    if s < FALLEN * now.highest or length >= (10 if slope < 0 else 100) * now.at_peak or late:
+    longest = (SOON if has_fallen(now) else LONG) * now.at_peak
+    if s < FALLEN * now.highest or length >= longest or now.late > now.patience:
         return Event.FALLEN
     if abs(slope) * length > FLAT * abs(s):
         now.flat_since = np.inf
@@ -183,6 +214,13 @@ def appraise(now: Progress) -> Event:
 
 @compilable
 @lean
+def has_fallen(now: Progress) -> bool:
+    """Whether the load falls or is below a maximum."""
+    return bool(now.slope < 0 or now.s < (1 - DIP) * now.crest)
+
+
+@compilable
+@lean
 def flat_end(now: Progress) -> float:
     """The length up to which a path has to remain flat to have no other end."""
     return max(10 * min(now.flat_since, now.length), 30 * now.elastic)
@@ -193,12 +231,18 @@ def flat_end(now: Progress) -> float:
 def set_next_step(now: Progress) -> None:
     """Make the next step longer or shorter, as the last one needed little correction or much.
 
-    Where the load falls it is to be seen how far: a longer step would pass over the dip. One that is longer than it
-    takes to see that a path remains flat would lead to where other contacts stop bodies that have long begun to slide.
+    Where the load falls it is to be seen how far: a longer step would pass over the dip, and behind a maximum it soon
+    may rise to a higher one. One that is longer than it takes to see that a path remains flat, or that the load remains
+    below its peak, would lead to where other contacts stop bodies that have long begun to slide.
     """
-    now.step = min(now.step * min(max(TURN / max(now.turned, 1e-9), 0.7), now.fastest), 3 * now.length)
+    fastest = 1.0 if now.peaked else now.fastest
+    now.step = min(now.step * min(max(now.correction / max(now.turned, 1e-9), 0.7), fastest), 3 * now.length)
     if now.slope < 0:
         now.step = min(now.step, (1 - FALLEN) * now.highest / -now.slope)
+    end = FARTHEST * now.elastic
+    if has_fallen(now) and now.length < SOON * now.at_peak:
+        end = min(end, SOON * now.at_peak)
     if now.flat_since < np.inf and now.length < flat_end(now):
-        now.step = min(now.step, ENOUGH * (flat_end(now) - now.length))
-    now.fastest = min(RECOVERY * now.fastest, FASTEST)
+        end = min(end, flat_end(now))
+    now.step = min(now.step, ENOUGH * (end - now.length))
+    now.fastest = min(RECOVERY * now.fastest, now.growth)

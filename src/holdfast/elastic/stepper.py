@@ -12,7 +12,8 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.compiled import compilable, compiled, lean
-from holdfast.elastic.direction import onward, straight, torn, turn
+from holdfast.elastic.cubic import least_slope
+from holdfast.elastic.direction import straight, torn, turn
 from holdfast.elastic.fronts import solve
 from holdfast.elastic.law import next_change
 from holdfast.elastic.linear import ROUNDED, SINGULAR, Work
@@ -22,11 +23,12 @@ from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.outcome import Event
 from holdfast.elastic.progress import (
     DIP,
+    FALLEN,
     FARTHEST,
-    FASTEST,
     FLAT,
+    QUICK,
     RECORD,
-    TURN,
+    Pace,
     Progress,
     hides_dip,
     measure_dip,
@@ -37,8 +39,9 @@ from holdfast.elastic.sparse import elastic_size
 from holdfast.elastic.vectors import divide, dot, farthest, go, put
 
 TOLERANCE = 1e-7  # unbalance of points on the path, each body's in units of its own weight
-NEW_PEAK = 1e-4  # relative rise above the peak so far that counts as a new peak
 STATIONS = 4  # points before the peak that are kept
+OFF, OFF_RISING = 0.1, 0.4  # unbalance midway from which a step may hide a maximum, as a share of the load
+LEFT = 0.35  # share of the slope before a step that is left throughout, above which it hides none
 APART = 3e-3  # relative rise of the load from one of them to the next
 FAINT, MOST_ALONE = 1e-8, 30  # drag while forces that balance the load alone are sought, and steps for it
 CAREFUL = 1.0  # largest growth after a step that failed
@@ -86,12 +89,14 @@ class Stepper(NamedTuple):
     station_plane: Float
 
 
-def make_stepper(n: int) -> Stepper:
+def make_stepper(n: int, pace: Pace = QUICK) -> Stepper:
     """A walk among n = 6J displacements; its numbers are a record that compiled code can write."""
-    now = cast(Progress, np.zeros(1, RECORD)[0])
+    now = np.zeros(1, RECORD)[0]
+    for name, value in pace._asdict().items():
+        now[name] = value
     *vectors, anchor = np.zeros((len(Stepper._fields) - 4, n))
     path = Balance(1.0, 0.0, 0.0, anchor)
-    return Stepper._make([now, *vectors, path, np.zeros(STATIONS), *np.zeros((2, STATIONS, n))])
+    return Stepper._make([cast(Progress, now), *vectors, path, np.zeros(STATIONS), *np.zeros((2, STATIONS, n))])
 
 
 @compilable
@@ -110,9 +115,10 @@ def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, f
     now.length, now.last, now.turned, now.highest, now.at_peak, now.short = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     now.points, now.systems, now.changes, now.shortened, now.late, now.doubted = 0, 0, 0, 0, 0, 0
     now.beyond, now.noted, now.corner, now.stations = 0.0, 0.0, False, 0
+    now.peaked, now.topped = False, False
     now.dipped, now.first, now.sharpest, now.crest, now.trough = 0.0, 0.0, 0.0, 0.0, 0.0
     stepper.station_s[:] = 0.0
-    now.flat_since, now.similar_since, now.fastest = np.inf, np.inf, FASTEST
+    now.flat_since, now.similar_since, now.fastest = np.inf, np.inf, now.growth
     rest = newton(m, work, stepper.path, q, 0.0, dot(load, q), TOLERANCE, 5, 0.0, fronts)
     if not rest.converged:
         return Event.NO_BEGINNING
@@ -182,7 +188,7 @@ def advance(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> 
     tried = now.shortened > 0 or now.step < CREEPING * now.length
     if point.converged and backward and tried and straight(work, stepper.tangent):
         now.orientation, backward = -now.orientation, False  # another branch leaves the path, which goes on
-    if point.converged and not backward and now.doubted < DOUBTS and doubtful(work, stepper, point):
+    if point.converged and not backward and now.doubted < DOUBTS and doubtful(m, work, stepper, point):
         now.doubted += 1
         if first and point.s > now.s:
             lead(work, stepper, point.s)
@@ -203,13 +209,15 @@ def advance(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> 
 
 @compilable
 @lean
-def doubtful(work: Work, stepper: Stepper, point: Iteration) -> bool:
+def doubtful(m: Elastic, work: Work, stepper: Stepper, point: Iteration) -> bool:
     """Whether the ``point`` that was found may lie on another branch, or the step to it may hide a maximum."""
     now, sign = stepper.now, point.sign
-    rise, falls = now.slope * now.step, onward(work, sign, now.orientation) * now.step
+    rise, falls = now.slope * now.step, work.rhs[-1, 1] * now.step  # both across the plane of the step
     if hides_dip(now, rise, point.s, falls):
         return True
-    if not now.turned > TURN:
+    if now.points > 0 and now.doubted == 0 and strays(m, work, stepper, point, rise, falls):
+        return True
+    if not now.turned > now.correction:
         return False
     most = AWAY if now.points == 0 or point.systems <= EASY else HARDLY_AWAY
     # torn once: where the path has a sharp corner every step is
@@ -218,6 +226,25 @@ def doubtful(work: Work, stepper: Stepper, point: Iteration) -> bool:
     ):
         return True
     return passes_over(now, rise, point.s, falls)
+
+
+@compilable
+@lean
+def strays(m: Elastic, work: Work, stepper: Stepper, point: Iteration, rise: float, falls: float) -> bool:
+    """Whether the path may be elsewhere midway than where both ends' directions lead, and clearly higher there.
+
+    It may be if the slope before the step led there, and what balance lacks is more than OFF of the load: and more
+    than OFF_RISING of it, the more of the slope is left throughout.
+    """
+    now, middle = stepper.now, stepper.kept
+    n, left = len(middle), least_slope(now.s, rise, point.s, falls) / max(rise, 1e-300)
+    if left > LEFT or now.s + rise < point.s + (1 - FALLEN) * abs(point.s):
+        return False
+    for i in range(n):
+        middle[i] = 0.5 * (stepper.q[i] + stepper.trial[i]) + 0.125 * now.step * (stepper.tangent[i] - work.rhs[i, 1])
+    s = 0.5 * (now.s + point.s) + 0.125 * (rise - falls)  # as the cubic leads
+    unbalance(m, work, stepper.path, middle, s)
+    return worst(m, work.r) > (OFF + OFF_RISING * max(left, 0.0)) * now.strength * max(now.highest, point.s)
 
 
 @compilable
@@ -294,7 +321,7 @@ def cross_change(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None
         return Event.RELEASED
     now.slope = turn(work, sign, now.orientation, stepper.tangent)
     now.step = min(now.beyond, 0.1 * (now.elastic + now.length))
-    now.shortened, now.corner, now.fastest = 0, False, FASTEST
+    now.shortened, now.corner, now.fastest = 0, False, now.growth
     return Event.NODE_CHANGED
 
 
@@ -310,26 +337,25 @@ def land(work: Work, stepper: Stepper, s: float, sign: float) -> None:
     now.length += now.step
     if now.dipped == 0 and s < (1 - DIP) * now.highest:
         now.dipped = now.highest
+    measure_dip(now, rise, s, work.rhs[-1, 1] * now.step)
+    if now.topped:
+        before_peak(work, stepper)
     if higher:
         if now.first == 0:
             now.first = now.dipped
-        if s > now.noted * (1 + NEW_PEAK):
-            now.at_peak, now.late, now.noted = now.length, 0, s
         now.highest = s
         put(stepper.peak_q, trial)
-        before_peak(work, stepper)
     now.slope = turn(work, sign, now.orientation, stepper.tangent)
-    measure_dip(now, rise, s, now.slope * now.step)
     put(stepper.q, trial)
     now.s = now.last = s
     if higher:
         put(stepper.peak_plane, work.c)
         if s > (1 + APART) * stepper.station_s[(now.stations - 1) % STATIONS]:
             keep_station(work, stepper)
-    if higher and not now.slope <= 0:
+    if now.topped and not (now.peaked or now.slope <= 0):
         now.closed = False
         before_peak(work, stepper)
-    elif higher or not now.closed:
+    elif now.topped or not now.closed:
         behind_peak(stepper)
 
 

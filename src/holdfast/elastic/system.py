@@ -19,6 +19,7 @@ from holdfast.elastic.model import Elastic
 from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.path import PathResult, balances, follow_each, loads_nearby
+from holdfast.elastic.progress import QUICK, Pace
 from holdfast.elastic.resting import EXACT, MOST_STEPS, bond_all, lessen_drag, move
 from holdfast.elastic.stepper import make_stepper
 
@@ -105,18 +106,20 @@ class System:
         moved = travel(self.model, work, 1.0, bonded, drift, exact, most, self.fronts)
         return Settled(moved.outcome, bonded, drift, found.steps + moved.steps, moved.drag)
 
-    def paths(self, start: Float, loads: Float, *, cuts: bool = False, most: Float | None = None) -> PathResult:
+    def paths(
+        self, start: Float, loads: Float, *, cuts: bool = False, most: Float | None = None, pace: Pace = QUICK
+    ) -> PathResult:
         """Follow the paths of ``loads`` (k, n), none of them zero, from the state of rest ``start`` (n,).
 
         Loads are in the model's units; ``cuts``: say how peaks answer to other loads. If given, no path is followed
-        beyond ``most`` (k,) times its load.
+        beyond ``most`` (k,) times its load. ``pace`` says how closely they are followed.
         """
         count, n = loads.shape
         farthest = np.full(count, np.inf) if most is None else np.ascontiguousarray(most)
         found = PathResult.lost(count, n, cuts=cuts)
 
         def run(rows: Int, work: Work) -> None:
-            follow_each(self.model, work, make_stepper(n), start, loads, found, rows, farthest, self.fronts)
+            follow_each(self.model, work, make_stepper(n, pace), start, loads, found, rows, farthest, self.fronts)
 
         self._in_threads(count, run)
         return found.sealed()

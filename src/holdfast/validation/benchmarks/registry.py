@@ -23,6 +23,7 @@ SUITES = (
     "imperfect",
     "maps",
     "messy",
+    "paths",
     "pipeline",
     "placement",
     "questions",

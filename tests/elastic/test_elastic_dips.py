@@ -1,0 +1,341 @@
+"""Falls of the load between the points of a path: whether it hides maxima, where its peak is, and where it ends."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from elastic_blocks import Walk, at, push
+
+import holdfast as hf
+from holdfast.elastic.newton import Iteration
+from holdfast.elastic.outcome import Event
+from holdfast.elastic.path import fell_from_crest
+from holdfast.elastic.progress import (
+    CLOSE,
+    DEEPER,
+    DIP,
+    FALLEN,
+    HIDDEN,
+    LEVEL,
+    QUICK,
+    SOON,
+    appraise,
+    fall,
+    hides_dip,
+    may_have_fallen,
+    measure_dip,
+    passes_over,
+    set_next_step,
+)
+from holdfast.elastic.stepper import doubtful, land, strays
+from holdfast.engines.compliant.grid import Grid
+from holdfast.engines.compliant.model import Springs
+from holdfast.queries.request import push_columns
+from holdfast.scene.shipped import shipped_scene
+
+X = (1.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("heights", "first"),
+    [
+        ((1.0, 2.0, 3.0), 0.0),
+        ((1.0, 2.0, 1.99, 1.5), 0.0),  # never above it again: it is the peak itself
+        ((1.0, 2.0, 1.999, 3.0), 0.0),  # by less than DIP
+        ((1.0, 2.0, 1.99, 1.985, 3.0, 2.9, 4.0), 2.0),
+        ((1.0, 2.0, 1.997, 2.0001, 1.9, 3.0), 2.0),
+    ],
+)
+def test_the_first_maximum_is_that_from_which_the_load_dips_before_it_rises_again(
+    heights: tuple[float, ...], first: float
+) -> None:
+    walk = Walk(0.2, push(X))
+    now = walk.stepper.now
+    for s in heights:
+        walk.work.rhs[0, 1] = 1.0
+        land(walk.work, walk.stepper, s, 1.0)
+    assert now.first == pytest.approx(first, rel=1e-3)
+    assert now.highest == max(heights)
+
+
+@pytest.mark.parametrize(
+    ("onward", "load", "passed"),
+    [
+        (0.9 * LEVEL, 1.5, True),
+        (-0.1, 1.5, True),
+        (1.1 * LEVEL, 1.5, False),  # the load still rises
+        (0.9 * LEVEL, 2.01 / (1 + HIDDEN), False),  # there was hardly any room for a maximum
+    ],
+)
+def test_a_step_to_a_level_may_have_passed_over_a_maximum(onward: float, load: float, passed: bool) -> None:
+    """From the load 1 at the slope 1 along a step of 1: it may have gone on to 2."""
+    assert passes_over(at(s=1.0), 1.0, load, onward) == passed
+
+
+@pytest.mark.parametrize(
+    ("rise", "s", "falls", "hidden"),
+    [
+        (0.4, 99.9, -0.4, False),  # the maximum lies at 100.05
+        (9.0, 99.5, -8.0, True),  # it lies at 101.9, from which 99.5 is a clear fall
+        (9.0, 99.5, 1.0, True),  # the load rises at both ends, and ends lower
+        (9.0, 103.0, 1.0, False),  # it may have bent once
+        (-1.0, 98.9, -9.0, False),
+        (-9.0, 100.2, -1.0, True),  # it falls at both ends, and ends higher: a minimum lies at 98.9
+        (-9.0, 99.9, 8.0, True),  # the minimum lies at 97.9
+        (-0.4, 99.9, 0.4, False),
+        (-9.0, 98.5, 8.0, False),  # that it has clearly fallen is seen anyway
+    ],
+)
+@pytest.mark.parametrize("dipped", [0.0, 90.0])
+def test_a_step_may_hide_how_far_the_load_falls(
+    rise: float, s: float, falls: float, hidden: bool, dipped: float
+) -> None:
+    now = at(s=100.0, highest=100.0, crest=100.0, trough=100.0, dipped=dipped)
+    assert hides_dip(now, rise, s, falls) == hidden
+    small = hides_dip(at(s=100.0, highest=100.0, crest=100.0, trough=100.0, dipped=dipped), 0.8, 99.95, -0.8)
+    assert small == (dipped == 0)  # 0.22 below the maximum: a dip, and perhaps the first
+
+
+@pytest.mark.parametrize(
+    ("rise", "falls", "doubt"), [(9.0, -8.0, True), (0.1, -0.1, False), (9.0, 8.0, True), (0.1, 0.1, False)]
+)
+def test_a_step_that_may_hide_a_fall_is_doubted_however_straight_it_was(rise: float, falls: float, doubt: bool) -> None:
+    walk = Walk(0.2, push(X))
+    now = walk.stepper.now
+    now.s = now.highest = now.crest = now.trough = 100.0
+    now.slope, now.step, now.turned, now.orientation = rise / 2, 2.0, 0.0, 1.0
+    walk.work.rhs[:, 1] = 0.0
+    walk.work.rhs[0, 1], walk.work.rhs[6, 1] = 1.0, falls / now.step
+    assert doubtful(walk.model, walk.work, walk.stepper, Iteration(True, 99.85, 3, 3, 0, 1.0)) == doubt
+
+
+@pytest.mark.parametrize(
+    ("body", "point", "along", "peak", "later"),
+    [
+        ("v5", (0.2302, -0.075, 0.1585), (0.0, 1.0, 0.0), 55.78, 56.13),
+        ("v3", (-0.0542, -0.0214, 0.192), (0.13, -0.276, 0.952), 37.64, 40.06),
+    ],
+)
+def test_a_path_ends_where_the_load_has_clearly_fallen_between_points(
+    body: str, point: tuple[float, ...], along: tuple[float, ...], peak: float, later: float
+) -> None:
+    """Points lie 0.4 % below the crest; from the highest of them the load had fallen by 0.8 % before it rose to more.
+
+    The peaks are those of paths in steps of a sixth.
+    """
+    assembly = hf.assemble(shipped_scene("arch"))
+    grid = Grid.of(assembly, assembly.weight_wrench(), Springs(7))
+    unit = np.array([along]) / np.linalg.norm(along)
+    found = grid.paths(push_columns(assembly, assembly.index[body], np.array([point]), unit))
+    assert found.peak[0] == pytest.approx(peak, rel=2e-3)
+    assert found.peak[0] < 0.997 * later
+
+
+@pytest.mark.parametrize(
+    ("bends", "peak"),
+    [
+        (((0, 1.0), (0.5, 1.05), (0.8, 1.35), (1, 1.15)), 1.35),  # tangents of both ends meet beyond the second
+        (((0, 1.0), (0.3, 0.8), (0.5, 1.5), (1, 0.9)), 1.5),  # it does not rise at the first end
+        (((0, 1.2), (0.2, 1.1), (0.7, 1.5), (1, 1.3)), 1.5),
+        (((0, 1.0), (0.3, 1.5), (0.6, 0.7), (1, 0.9)), 1.5),  # it rises at the second end again
+        (((0, 1.0), (0.7, 1.7), (1, 1.1)), 1.7),
+    ],
+)
+def test_a_peak_is_found_between_points_though_the_load_bends_upwards_between(
+    bends: tuple[tuple[float, float], ...], peak: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    walk, asked = Walk(0.2, push(X)), []
+    x, y = np.array(bends, dtype=float).T
+    slopes = np.diff(y) / np.diff(x)
+
+    def on_the_bends(*known: object) -> Iteration:
+        _, work, _, q, _, level, *_ = known
+        asked.append(level)
+        q[:], work.rhs[:, 1] = 0.0, 0.0
+        q[0], work.rhs[0, 1] = level, 1.0
+        work.rhs[6, 1] = slopes[np.searchsorted(x, level) - 1]
+        return Iteration(True, float(np.interp(level, x, y)), 1, 1, 0, 1.0)
+
+    monkeypatch.setattr("holdfast.elastic.path.newton", on_the_bends)
+    now, stepper = walk.stepper.now, walk.stepper
+    now.closed, now.orientation, now.highest = True, 1.0, max(y[0], y[-1])
+    now.rising_s, now.rising_slope, now.falling_s, now.falling_slope = y[0], slopes[0], y[-1], slopes[-1]
+    for vector in (stepper.rising_q, stepper.falling_q, stepper.rising_tangent, stepper.falling_tangent):
+        vector[:] = 0.0
+    for vector in (stepper.falling_q, stepper.rising_tangent, stepper.falling_tangent, stepper.rising_plane):
+        vector[:] = np.eye(6)[0]
+    stepper.tangent[:] = 0.3, -1.0, 0.0, 0.2, 0.1, 0.0
+    now.crest, now.trough = 1.01 * peak, 0.985 * peak
+    assert fell_from_crest(walk.model, walk.work, stepper, walk.fronts)
+    assert now.highest == now.crest == pytest.approx(peak, rel=2e-4)
+    assert len(asked) <= 12
+    assert stepper.tangent.tolist() == [0.3, -1.0, 0.0, 0.2, 0.1, 0.0]  # the walk can go on
+    np.testing.assert_allclose(walk.work.c, stepper.tangent / (stepper.tangent**2).sum())
+
+
+@pytest.mark.parametrize(("trough", "fell"), [(1.005 * FALLEN, False), (0.995 * FALLEN, True)])
+def test_whether_the_load_has_fallen_from_its_crest_is_told_by_the_refined_peak(trough: float, fell: bool) -> None:
+    """A block that slides keeps its load; here its crest is thought to have been higher, as between two points."""
+    walk = Walk(0.2, push(X))
+    now, stepper, work = walk.stepper.now, walk.stepper, walk.work
+    while not now.closed:
+        if walk.step() is Event.ADVANCED:
+            set_next_step(now)
+    assert not fell_from_crest(walk.model, work, stepper, walk.fronts)  # nothing suggests so
+    now.crest, now.trough = 1.02 * now.highest, trough * now.highest
+    tangent, plane, highest = stepper.tangent.copy(), work.c.copy(), now.highest
+    assert fell_from_crest(walk.model, work, stepper, walk.fronts) == fell
+    assert now.crest == now.highest >= highest
+    np.testing.assert_array_equal(stepper.tangent, tangent)
+    np.testing.assert_allclose(work.c, plane, rtol=1e-12)
+
+
+def test_the_trough_is_the_lowest_point_since_the_crest() -> None:
+    now = at(s=0.0)
+    steps = [(1.0, 1.0, 1.0), (1.0, 2.0, 1.0), (0.5, 2.0, -0.5), (-0.5, 1.5, -0.1), (-0.1, 1.8, 0.3), (0.3, 2.5, 0.3)]
+    seen = []
+    for rise, s, falls in steps:
+        measure_dip(now, rise, s, falls)
+        now.s = s
+        seen.append((now.crest, now.trough))
+    assert seen == [(1, 1), (2, 2), (2.125, 2), (2.125, 1.5), (2.125, 1.5), (2.5, 2.5)]
+
+
+@pytest.mark.parametrize(
+    ("seen", "estimate", "perhaps"),
+    [(0.005, 0.005, False), (0.005, 0.0071, True), (0.005, 0.0063, False), (0.0, 0.003, False), (0.0099, 0.02, True)],
+)
+def test_a_fall_may_be_some_times_deeper_between_points_than_estimated(
+    seen: float, estimate: float, perhaps: bool
+) -> None:
+    assert may_have_fallen(seen, estimate) == perhaps
+    assert perhaps == (seen + DEEPER * (estimate - seen) > 1 - FALLEN)
+    assert fall(99.0, 100.0) == pytest.approx(0.01)
+
+
+def test_a_maximum_between_points_is_a_new_peak_where_it_is() -> None:
+    """From there on a higher one is waited for, not from the point behind it."""
+    now = at(s=1.0, highest=1.0, crest=1.0, trough=1.0, noted=1.0, length=30.0, at_peak=10.0, late=3)
+    now.step = 15.0
+    measure_dip(now, 1.0, 1.0, -2.0)
+    assert now.peaked
+    assert now.topped
+    assert now.noted == now.crest == pytest.approx(1 + 2 / 3**1.5)
+    assert now.at_peak == pytest.approx(30 - 15 * (1 - 1 / 3**0.5))
+    assert now.late == 0
+    measure_dip(now, -0.1, 0.85, -0.2)
+    assert not now.peaked
+    assert not now.topped
+
+
+def test_the_peak_is_sought_where_the_load_was_highest_between_points() -> None:
+    """The crest lies behind the second point, which is lower than the first; a higher point is the peak after all."""
+    walk = Walk(0.2, push(X))
+    now = walk.stepper.now
+    now.orientation, now.step = 1.0, 1.0
+    now.closed = False
+    for s, slope in ((1.0, 0.001), (0.9995, 0.05), (0.9998, -0.05), (0.999, -0.01)):
+        walk.work.rhs[:] = 0.0
+        walk.work.rhs[0, 1], walk.work.rhs[6, 1] = 1.0, slope
+        now.step = 1.0
+        land(walk.work, walk.stepper, s, 1.0)
+    assert now.closed
+    assert (now.rising_s, now.falling_s) == (0.9995, 0.9998)
+    assert now.highest == 1.0
+    assert now.crest == pytest.approx(0.9995 + 0.0125, abs=5e-4)
+    walk.work.rhs[6, 1] = 0.02
+    land(walk.work, walk.stepper, 1.001, 1.0)  # below the crest, above all points
+    assert not now.closed
+    assert now.rising_s == now.highest == 1.001
+
+
+@pytest.mark.parametrize(
+    ("shift", "rise", "falls", "astray"),
+    [
+        (0.0, 0.6, 0.0, False),  # midway it is in balance
+        (1.0, 0.6, 0.0, True),  # midway it is back where it was at rest
+        (1.0, 0.6, 0.6, False),  # the slope has not changed
+        (1.0, 0.005, 0.0, False),  # there was no room for a maximum
+    ],
+)
+def test_a_step_strays_where_its_middle_is_out_of_balance(
+    shift: float, rise: float, falls: float, astray: bool
+) -> None:
+    walk = Walk(0.2, push(X))
+    rest = walk.stepper.q.copy()
+    assert walk.step() is Event.ADVANCED
+    now, stepper, work = walk.stepper.now, walk.stepper, walk.work
+    s, found = now.s, stepper.q.copy()
+    stepper.q[:] = stepper.trial[:] = found + shift * (rest - found)
+    stepper.tangent[:], work.rhs[:] = 0.0, 0.0
+    now.step, now.slope = 1.0, rise * s
+    risen = s * (rise + falls) / 2
+    now.s = s - risen / 2 - s * (rise - falls) / 8  # midway the cubic has the load s
+    point = Iteration(True, now.s + risen, 2, 2, 0, 1.0)
+    assert strays(walk.model, work, stepper, point, rise * s, falls * s) == astray
+    work.rhs[0, 1], work.rhs[6, 1] = 1e-9, falls * s
+    now.turned = 0.0
+    assert doubtful(walk.model, work, stepper, point) == astray
+    now.doubted = 1
+    assert not doubtful(walk.model, work, stepper, point)  # once is enough: at a sharp bend every step does
+
+
+@pytest.mark.parametrize(
+    ("known", "step"),
+    [
+        ({}, 10 * QUICK.growth),
+        ({"peaked": True}, 10.0),  # a maximum lies just behind: perhaps a higher one ahead
+        ({"slope": -1e-9}, 5.05),  # it falls: SOON it is the end
+        ({"s": 0.997}, 5.05),
+        ({"s": 0.999}, 10 * QUICK.growth),
+        ({"elastic": 1e-6}, 5.05),  # FARTHEST
+    ],
+)
+def test_steps_are_no_longer_than_they_need_to_be(known: dict[str, float], step: float) -> None:
+    now = at(slope=0.5, length=95.0, at_peak=10.0, crest=1.0)
+    now.step, now.turned = 10.0, 0.01
+    for name, value in known.items():
+        setattr(now, name, value)
+    set_next_step(now)
+    assert now.step == pytest.approx(step)
+
+
+@pytest.mark.parametrize(
+    ("s", "slope", "length", "event"),
+    [
+        (1 - 0.9 * DIP, 0.5, 1.01 * SOON, Event.ADVANCED),
+        (1 - 1.1 * DIP, 0.5, 1.01 * SOON, Event.FALLEN),  # it rises, and is still below its crest
+        (1 - 1.1 * DIP, 0.5, 0.99 * SOON, Event.ADVANCED),
+        (1.0, -0.5, 1.01 * SOON, Event.FALLEN),
+        (1.0, 0.5, 101.0, Event.FALLEN),
+    ],
+)
+def test_behind_a_maximum_a_higher_one_is_waited_for_less_long(
+    s: float, slope: float, length: float, event: Event
+) -> None:
+    assert appraise(at(s=s, slope=slope, length=length, at_peak=1.0, crest=1.0, elastic=10.0)) is event
+
+
+@pytest.mark.parametrize(
+    ("scene", "body", "point", "along", "peak"),
+    [
+        ("tall_table", "slab", (0.21875, -0.1, 0.625), (0.09576195, 0.94407468, -0.31551965), 5.1227),  # 5.212 before
+        ("slope_two", "cube2", (0.05, -0.03354102, 0.16071594), (-0.9374576, -0.31544293, -0.14720396), 7.493),  # 7.796
+        ("slope_two", "cube1", (0.05, -0.06335526, 0.14580882), (-0.93132776, 0.2828303, 0.22942457), 6.1227),  # 5.772
+        ("slope_two", "cube2", (-0.05, -0.01118034, 0.15326238), (0.99686988, -0.05942561, -0.05214434), 8.7437),
+        ("arch", "v4", (0.09406949, -0.075, 0.23462176), (0.07560261, 0.90922125, 0.40939097), 50.829),  # 51.055
+        ("arch", "v1", (-0.26317959, -0.075, 0.12435604), (0.0, 1.0, 0.0), 50.335),  # 50.171
+    ],
+)
+def test_maxima_within_long_steps_are_those_of_short_ones(
+    scene: str, body: str, point: tuple[float, ...], along: tuple[float, ...], peak: float
+) -> None:
+    """Steps that led over them before gave what is said behind them."""
+    assembly = hf.assemble(shipped_scene(scene))
+    grid = Grid.of(assembly, assembly.weight_wrench(), Springs(7))
+    unit = np.array([along]) / np.linalg.norm(along)
+    loads = grid.loads(push_columns(assembly, assembly.index[body], np.array([point]), unit))
+    quick, close = grid.system.paths(grid.settled.q, loads), grid.system.paths(grid.settled.q, loads, pace=CLOSE)
+    assert close.peak[0] == pytest.approx(peak, rel=1e-3)
+    assert quick.peak[0] == pytest.approx(close.peak[0], rel=2e-3)
+    assert quick.systems[0] < close.systems[0]
