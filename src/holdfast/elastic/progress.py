@@ -38,6 +38,7 @@ class Pace(NamedTuple):
 
 
 QUICK = Pace(2.5, 0.2, 80, 600)
+BRIEF = QUICK._replace(patience=40)  # where systems are dear
 CLOSE = Pace(1.5, 0.05, 1000, 20_000)  # slow, and misses less: what the quick pace is compared with
 
 

@@ -19,7 +19,7 @@ from holdfast.elastic.model import Elastic
 from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.path import PathResult, balances, follow_each, loads_nearby
-from holdfast.elastic.progress import QUICK, Pace
+from holdfast.elastic.progress import BRIEF, QUICK, Pace
 from holdfast.elastic.resting import EXACT, MOST_STEPS, bond_all, lessen_drag, move
 from holdfast.elastic.stepper import make_stepper
 
@@ -107,14 +107,16 @@ class System:
         return Settled(moved.outcome, bonded, drift, found.steps + moved.steps, moved.drag)
 
     def paths(
-        self, start: Float, loads: Float, *, cuts: bool = False, most: Float | None = None, pace: Pace = QUICK
+        self, start: Float, loads: Float, *, cuts: bool = False, most: Float | None = None, pace: Pace | None = None
     ) -> PathResult:
         """Follow the paths of ``loads`` (k, n), none of them zero, from the state of rest ``start`` (n,).
 
         Loads are in the model's units; ``cuts``: say how peaks answer to other loads. If given, no path is followed
-        beyond ``most`` (k,) times its load. ``pace`` says how closely they are followed.
+        beyond ``most`` (k,) times its load. ``pace`` says how closely they are followed; QUICK or, where systems are
+        dear, BRIEF.
         """
         count, n = loads.shape
+        pace = pace or (QUICK if self.fronts is None else BRIEF)
         farthest = np.full(count, np.inf) if most is None else np.ascontiguousarray(most)
         found = PathResult.lost(count, n, cuts=cuts)
 
