@@ -66,7 +66,7 @@ def test_a_map_says_what_single_paths_say_within_its_stated_error(scene: str) ->
     assert not result.error[result.solved].any()
     between = ~result.solved & np.isfinite(exact.force) & decided
     off = np.abs(exact.force[between] / result.force[between] - 1)
-    assert between.sum() > 0.25 * len(between)
+    assert between.sum() > 0.2 * len(between)  # loads jump from point to point where a path ends at a dip
     assert off.mean() <= 0.005
     assert off.max() <= 0.03
     assert (off <= result.error[between]).all()
