@@ -80,6 +80,7 @@ def test_a_step_to_a_level_may_have_passed_over_a_maximum(onward: float, load: f
         (9.0, 99.5, 1.0, True),  # the load rises at both ends, and ends lower
         (9.0, 103.0, 1.0, False),  # it may have bent once
         (-1.0, 98.9, -9.0, False),
+        (-2.0, 100.8, -2.0, False),  # a minimum of 99.87, and behind it a maximum of 100.93
         (-9.0, 100.2, -1.0, True),  # it falls at both ends, and ends higher: a minimum lies at 98.9
         (-9.0, 99.9, 8.0, True),  # the minimum lies at 97.9
         (-0.4, 99.9, 0.4, False),
