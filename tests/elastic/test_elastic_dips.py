@@ -250,17 +250,32 @@ def test_the_peak_is_sought_where_the_load_was_highest_between_points() -> None:
     assert now.rising_s == now.highest == 1.001
 
 
+def test_the_peak_is_sought_within_a_step_behind_which_the_load_rises_again() -> None:
+    walk = Walk(0.2, push(X))
+    now = walk.stepper.now
+    now.orientation = 1.0
+    for s, slope in ((1.0, 0.5), (0.9, 0.1)):
+        walk.work.rhs[:] = 0.0
+        walk.work.rhs[0, 1], walk.work.rhs[6, 1] = 1.0, slope
+        now.step = 1.0
+        land(walk.work, walk.stepper, s, 1.0)
+    assert now.closed
+    assert (now.rising_s, now.falling_s, now.falling_slope) == (1.0, 0.9, 0.1)
+
+
 @pytest.mark.parametrize(
-    ("shift", "rise", "falls", "astray"),
+    ("shift", "bend", "rise", "falls", "astray"),
     [
-        (0.0, 0.6, 0.0, False),  # midway it is in balance
-        (1.0, 0.6, 0.0, True),  # midway it is back where it was at rest
-        (1.0, 0.6, 0.6, False),  # the slope has not changed
-        (1.0, 0.005, 0.0, False),  # there was no room for a maximum
+        (0.0, 0.0, 0.6, 0.0, False),  # midway it is in balance
+        (1.0, 0.0, 0.6, 0.0, True),  # midway it is back where it was at rest
+        (1.0, 1.0, 0.6, 0.0, False),  # both ends are, and their directions lead to the point in balance
+        (0.0, 1.0, 0.6, 0.0, True),  # they lead away from it
+        (1.0, 0.0, 0.6, 0.6, False),  # the slope has not changed
+        (1.0, 0.0, 0.005, 0.0, False),  # there was no room for a maximum
     ],
 )
 def test_a_step_strays_where_its_middle_is_out_of_balance(
-    shift: float, rise: float, falls: float, astray: bool
+    shift: float, bend: float, rise: float, falls: float, astray: bool
 ) -> None:
     walk = Walk(0.2, push(X))
     rest = walk.stepper.q.copy()
@@ -268,13 +283,14 @@ def test_a_step_strays_where_its_middle_is_out_of_balance(
     now, stepper, work = walk.stepper.now, walk.stepper, walk.work
     s, found = now.s, stepper.q.copy()
     stepper.q[:] = stepper.trial[:] = found + shift * (rest - found)
-    stepper.tangent[:], work.rhs[:] = 0.0, 0.0
+    stepper.tangent[:], work.rhs[:] = 4 * bend * (found - rest), 0.0
+    work.rhs[:6, 1] = -stepper.tangent
     now.step, now.slope = 1.0, rise * s
     risen = s * (rise + falls) / 2
     now.s = s - risen / 2 - s * (rise - falls) / 8  # midway the cubic has the load s
     point = Iteration(True, now.s + risen, 2, 2, 0, 1.0)
     assert strays(walk.model, work, stepper, point, rise * s, falls * s) == astray
-    work.rhs[0, 1], work.rhs[6, 1] = 1e-9, falls * s
+    work.rhs[6, 1] = falls * s
     now.turned = 0.0
     assert doubtful(walk.model, work, stepper, point) == astray
     now.doubted = 1
