@@ -9,7 +9,7 @@ from elastic_blocks import Walk, at, push
 import holdfast as hf
 from holdfast.elastic.newton import Iteration
 from holdfast.elastic.outcome import Event
-from holdfast.elastic.path import fell_from_crest
+from holdfast.elastic.path import fell_from_crest, narrow
 from holdfast.elastic.progress import (
     CLOSE,
     DEEPER,
@@ -356,3 +356,29 @@ def test_maxima_within_long_steps_are_those_of_short_ones(
     assert close.peak[0] == pytest.approx(peak, rel=1e-3)
     assert quick.peak[0] == pytest.approx(close.peak[0], rel=2e-3)
     assert quick.systems[0] < close.systems[0]
+
+
+@pytest.mark.parametrize(
+    ("slope_before", "s", "slope", "rising"),
+    [
+        (1.0, 1.3, 0.5, True),  # it still rises
+        (1.0, 0.9, 0.5, False),  # it has risen and fallen in front of this point
+        (1.0, 1.3, -0.5, False),
+        (-1.0, 0.8, -0.5, True),  # it has not risen to the second end yet
+        (-1.0, 1.3, -0.5, False),
+    ],
+)
+def test_of_a_bracket_the_side_is_kept_that_holds_a_maximum(
+    slope_before: float, s: float, slope: float, rising: bool
+) -> None:
+    """Its ends have the loads 1.0 and 1.2."""
+    walk = Walk(0.2, push(X))
+    now = walk.stepper.now
+    now.orientation, now.highest = 1.0, 1.2
+    now.rising_s, now.rising_slope, now.falling_s, now.falling_slope = 1.0, slope_before, 1.2, -1.0
+    walk.work.rhs[:] = 0.0
+    walk.work.rhs[0, 1], walk.work.rhs[6, 1] = 1.0, slope
+    narrow(walk.work, walk.stepper, s, 1.0)
+    assert ((now.rising_s, now.falling_s) == (s, 1.2)) == rising
+    assert ((now.rising_s, now.falling_s) == (1.0, s)) == (not rising)
+    assert now.highest == max(s, 1.2)
