@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
-from elastic_blocks import Walk, at, push
+from elastic_blocks import Walk, at, block, push
 
 import holdfast as hf
+from holdfast.elastic.model import Elastic
 from holdfast.elastic.newton import Iteration
 from holdfast.elastic.outcome import Event
 from holdfast.elastic.path import fell_from_crest, narrow
 from holdfast.elastic.progress import (
+    BRIEF,
     CLOSE,
     DEEPER,
     DIP,
@@ -19,6 +23,7 @@ from holdfast.elastic.progress import (
     LEVEL,
     QUICK,
     SOON,
+    Pace,
     appraise,
     fall,
     hides_dip,
@@ -27,7 +32,8 @@ from holdfast.elastic.progress import (
     passes_over,
     set_next_step,
 )
-from holdfast.elastic.stepper import doubtful, land, strays
+from holdfast.elastic.stepper import Stepper, doubtful, land, make_stepper, strays
+from holdfast.elastic.system import System
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.model import Springs
 from holdfast.queries.request import push_columns
@@ -382,3 +388,21 @@ def test_of_a_bracket_the_side_is_kept_that_holds_a_maximum(
     assert ((now.rising_s, now.falling_s) == (s, 1.2)) == rising
     assert ((now.rising_s, now.falling_s) == (1.0, s)) == (not rising)
     assert now.highest == max(s, 1.2)
+
+
+@pytest.mark.parametrize(("make", "pace"), [(System.dense, QUICK), (System.by_fronts, BRIEF)])
+def test_where_systems_are_dear_a_new_peak_is_waited_for_less_long(
+    make: Callable[[Elastic], System], pace: Pace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def noted(n: int, pace: Pace) -> Stepper:
+        asked.append(pace)
+        return make_stepper(n, pace)
+
+    monkeypatch.setattr("holdfast.elastic.system.make_stepper", noted)
+    system = make(block(0.2))
+    rest = system.come_to_rest().q
+    system.paths(rest, push(X)[None])
+    system.paths(rest, push(X)[None], pace=CLOSE)
+    assert asked == [pace, CLOSE]
