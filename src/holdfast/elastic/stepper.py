@@ -12,7 +12,7 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.compiled import compilable, compiled, lean
-from holdfast.elastic.cubic import least_slope
+from holdfast.elastic.cubic import cubic, least_slope
 from holdfast.elastic.direction import straight, torn, turn
 from holdfast.elastic.fronts import solve
 from holdfast.elastic.law import next_change
@@ -233,8 +233,8 @@ def doubtful(m: Elastic, work: Work, stepper: Stepper, point: Iteration) -> bool
 def strays(m: Elastic, work: Work, stepper: Stepper, point: Iteration, rise: float, falls: float) -> bool:
     """Whether the path may be elsewhere midway than where both ends' directions lead, and clearly higher there.
 
-    It may be if the slope before the step led there, and what balance lacks is more than OFF of the load: and more
-    than OFF_RISING of it, the more of the slope is left throughout.
+    It may be if the slope before the step leads clearly higher, if no more than LEFT of that slope remains somewhere
+    in the step, and if the unbalance midway is a large share of the load: OFF, and OFF_RISING times what remains more.
     """
     now, middle = stepper.now, stepper.kept
     n, left = len(middle), least_slope(now.s, rise, point.s, falls) / max(rise, 1e-300)
@@ -242,8 +242,7 @@ def strays(m: Elastic, work: Work, stepper: Stepper, point: Iteration, rise: flo
         return False
     for i in range(n):
         middle[i] = 0.5 * (stepper.q[i] + stepper.trial[i]) + 0.125 * now.step * (stepper.tangent[i] - work.rhs[i, 1])
-    s = 0.5 * (now.s + point.s) + 0.125 * (rise - falls)  # as the cubic leads
-    unbalance(m, work, stepper.path, middle, s)
+    unbalance(m, work, stepper.path, middle, cubic(0.5, now.s, rise, point.s, falls))
     return worst(m, work.r) > (OFF + OFF_RISING * max(left, 0.0)) * now.strength * max(now.highest, point.s)
 
 

@@ -35,13 +35,10 @@ SEED = 2026
 def cases() -> Mapping[str, Case]:
     """One case a scene, family or pallet."""
     some = [boxes for boxes in cargo.pallets(checkout()) if len(boxes) <= MOST_BOXES][::EVERY]
-    of_scenes = {f"scene {name}": partial(_case, f"scene {name}", partial(_scene, name)) for name in SCENES}
-    of_families = {f"family {name}": partial(_case, f"family {name}", partial(_family, name)) for name in FAMILIES}
-    of_pallets = {
-        f"pallet {k}: {len(boxes)} boxes": partial(_case, f"pallet {k}: {len(boxes)} boxes", partial(_pallet, boxes))
-        for k, boxes in enumerate(some)
-    }
-    return of_scenes | of_families | of_pallets
+    drawn: dict[str, Callable[[], Drawn]] = {f"scene {name}": partial(_scene, name) for name in SCENES}
+    drawn |= {f"family {name}": partial(_family, name) for name in FAMILIES}
+    drawn |= {f"pallet {k}: {len(boxes)} boxes": partial(_pallet, boxes) for k, boxes in enumerate(some)}
+    return {name: partial(_case, name, source) for name, source in drawn.items()}
 
 
 Drawn = Iterator[tuple[hf.Assembly, int]]  # assemblies, and the pushes of each slant
