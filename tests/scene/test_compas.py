@@ -94,6 +94,16 @@ def test_blocks_are_bodies_and_supports_are_fixed(kind: str, load: Callable[...,
     assert "fixed, as supports: 0" in scene.notes
 
 
+def test_a_list_of_meshes_is_a_block_each(load: Callable[..., hf.Scene]) -> None:
+    meshes = [{"dtype": "compas.datastructures/Mesh", "data": mesh(z), "guid": "g"} for z in AT.values()]
+    scene = load(meshes, fixed=["0"])
+    assert {body.name: body.fixed for body in scene.bodies} == {"0": True, "1": False, "2": False}
+    for body, z in zip(scene.bodies, AT.values(), strict=True):
+        np.testing.assert_allclose(body.box, ([-0.5, -0.5, z - 0.5], [0.5, 0.5, z + 0.5]), atol=1e-12)
+    with pytest.raises(hf.SceneError, match="in no known format"):
+        load([*meshes, {"dtype": "compas.geometry/Point", "data": [0, 0, 0]}])
+
+
 def test_masses_by_name_and_more_that_is_fixed(load: Callable[..., hf.Scene]) -> None:
     scene = load(of_compas_2(), mass={"1": 5.0}, fixed=["7"])
     assert {body.name: body.mass for body in scene.movable} == {"1": 5.0}

@@ -249,6 +249,40 @@ def test_name_pose_and_static_of_an_include_come_first(load: Callable[..., hf.Sc
         load(world(content))
 
 
+@pytest.mark.parametrize(
+    "what", ['<light name="sun"/>', '<light name="sun"/><actor name="walker"/>', '<actor name="a"/>']
+)
+def test_lights_and_actors_are_included_as_nothing(what: str, load: Callable[..., hf.Scene], tmp_path: Path) -> None:
+    (tmp_path / "sun").mkdir()
+    (tmp_path / "sun" / "model.sdf").write_text(f'<sdf version="1.6">{what}</sdf>')
+    include = "<include><uri>model://sun</uri></include>"
+    assert load(world(model(link()) + include), package={"sun": tmp_path / "sun"}) == load(world(model(link())))
+
+
+@pytest.mark.parametrize("comment", ["<!-- sim --iterations 100 -->", "<!----\n\n a -- b --->", "<!---->"])
+def test_comments_may_hold_hyphens(comment: str, load: Callable[..., hf.Scene]) -> None:
+    assert load(world(comment + model(link()))) == load(world(model(link())))
+    line = 5 + comment.count("\n")
+    with pytest.raises(hf.SceneError, match=rf"scene.sdf:{line}: <collision> 'c': has no <geometry>"):
+        load(world(comment + "\n" + model(link(shapes='<collision name="c"/>'))))
+
+
+def test_text_that_looks_like_a_comment_is_kept(load: Callable[..., hf.Scene]) -> None:
+    (body,) = load(world(model(link("l", pose("0 0 3").replace("0 0 3", "<![CDATA[0 0 3]]>"))))).movable
+    assert body.pose[2, 3] == 3
+    with pytest.raises(hf.SceneError, match="<!-- 3 -->"):
+        load(world(model(link("l", "<pose><![CDATA[<!-- 3 -->]]></pose>"))))
+
+
+def test_shapes_and_masses_may_be_placed_relative_to_their_own_link(load: Callable[..., hf.Scene]) -> None:
+    def scene(rest: str) -> hf.Scene:
+        shapes = collision(rest=pose("0.1 0 0.2", "0 0 0.3", rest))
+        inertial = INERTIAL.replace("<inertial>", "<inertial>" + pose("0 0.1 0", "0.2 0 0", rest))
+        return load(world(model(link(shapes=shapes, inertial=inertial))))
+
+    assert scene(' relative_to="link"') == scene("")
+
+
 def test_a_lone_model_needs_a_floor(load: Callable[..., hf.Scene]) -> None:
     content = f'<sdf version="1.9">{model(link(shapes=collision(rest=ode("0.3"))))}</sdf>'
     with pytest.raises(hf.SceneError, match=r"has nothing that is static; give floor=True"):

@@ -19,6 +19,7 @@ LARGEST = 1e30  # of the numbers in elements: what their products may reach is a
 _DECLARATION = re.compile(r"\s*<\?xml\b.*?\?>", re.DOTALL)
 _BEFORE_ROOT = re.compile(r"\s+|<\?.*?\?>|<!--.*?-->", re.DOTALL)
 _ROOT = re.compile(r"<(?:!DOCTYPE\s+)?([A-Za-z_][\w.:-]*)")
+_COMMENT = re.compile(r"<!\[CDATA\[.*?\]\]>|<!--(.*?)-->", re.DOTALL)
 
 
 @dataclass(eq=False)
@@ -97,12 +98,24 @@ def root_name(text: str) -> str:
     return root.group(1) if root else ""
 
 
+def without_comments(text: str) -> str:
+    """Return an XML text with its comments blanked and its lines where they were.
+
+    XML forbids two hyphens within a comment. The parsers of SDF, URDF and MJCF take them, and files have them.
+    """
+
+    def blanked(found: re.Match[str]) -> str:
+        return found.group() if found.group(1) is None else "\n" * found.group(1).count("\n")
+
+    return _COMMENT.sub(blanked, text)
+
+
 def parsed(text: str, path: Path) -> Element:
     """Return the outermost element of an XML text.
 
-    A declaration (``<?xml version="0.0" ?>``), right or wrong, is overlooked: the text is decoded already. Raises
-    SceneError, with the line, for a document type, as entities and references to other files need one, for text that is
-    no XML, and beyond MAX_BYTES, MAX_DEPTH and MAX_ELEMENTS.
+    A declaration (``<?xml version="0.0" ?>``), right or wrong, is overlooked: the text is decoded already. So are
+    comments, whatever they hold. Raises SceneError, with the line, for a document type, as entities and references to
+    other files need one, for text that is no XML, and beyond MAX_BYTES, MAX_DEPTH and MAX_ELEMENTS.
     """
     where = str(path)
     if len(text) > MAX_BYTES:
@@ -113,7 +126,7 @@ def parsed(text: str, path: Path) -> Element:
         text = "\n" * declaration.group().count("\n") + text[declaration.end() :]
     builder = _Builder(where)
     try:
-        builder.parser.Parse(text, True)
+        builder.parser.Parse(without_comments(text), True)
     except expat.ExpatError as cause:
         problem = f"is not XML: {expat.ErrorString(cause.code)}"
         raise SceneError(message(f"{where}:{cause.lineno}", problem, "check the file")) from cause

@@ -1,4 +1,4 @@
-"""Read assemblies of COMPAS: compas_assembly under COMPAS 1 and 2, and block models of compas_dem and compas_model."""
+"""Read assemblies of COMPAS: compas_assembly under COMPAS 1 and 2, block models of compas_dem, and lists of meshes."""
 
 from __future__ import annotations
 
@@ -23,12 +23,21 @@ from holdfast.scene.scene import Scene
 
 Data = Mapping[str, Any]
 
+MESH = "compas.datastructures/Mesh"
+
 
 def sniff(source: Source) -> bool:
-    """Tell whether the file is JSON of an assembly or a model of COMPAS."""
+    """Tell whether the file is JSON of an assembly or a model of COMPAS, or a list of its meshes."""
     data = source.data
+    if isinstance(data, list):
+        return bool(data) and all(_dtype(each) == MESH for each in data)
+    kind = _dtype(data)
+    return kind.startswith("compas_") and kind.endswith(("/Assembly", "Model"))
+
+
+def _dtype(data: Any) -> str:  # noqa: ANN401 - plain data
     kind = data.get("dtype") if isinstance(data, dict) else None
-    return isinstance(kind, str) and kind.startswith("compas_") and kind.endswith(("/Assembly", "Model"))
+    return kind if isinstance(kind, str) else ""
 
 
 def read(
@@ -43,10 +52,10 @@ def read(
 ) -> Scene:
     """Return the scene of an assembly: one body for each block, named by the number of its node in the graph.
 
-    Supports are fixed, and so are the blocks named in ``fixed``. COMPAS keeps neither friction nor masses nor units:
-    ``friction`` and ``density`` [kg/m³] or ``mass`` [kg] are needed, each one number or one for each name, and lengths
-    are taken as metres. Interfaces in the file are ignored; contacts are found anew. ``floor`` adds the half space
-    below z = 0.
+    In a list of meshes each is a block, named by its place from 0, and none is a support. Supports are fixed, and so
+    are the blocks named in ``fixed``. COMPAS keeps neither friction nor masses nor units: ``friction`` and ``density``
+    [kg/m³] or ``mass`` [kg] are needed, each one number or one for each name, and lengths are taken as metres.
+    Interfaces in the file are ignored; contacts are found anew. ``floor`` adds the half space below z = 0.
 
     Raises SceneError or GeometryError if the file is malformed, or if friction or masses are missing.
     """
@@ -90,8 +99,10 @@ def _inside(wrapped: Any) -> Data:  # noqa: ANN401
     return inner
 
 
-def _blocks(data: Data) -> tuple[dict[str, tuple[Data, Float]], list[str], int]:
+def _blocks(data: Data | list[Data]) -> tuple[dict[str, tuple[Data, Float]], list[str], int]:
     """Return the mesh and the matrix (4, 4) of each block by name, the names of supports, and the number of edges."""
+    if isinstance(data, list):
+        return {str(k): (_inside(mesh), np.eye(4)) for k, mesh in enumerate(data)}, [], 0
     inner = _inside(data)
     graph = inner["graph"]
     graph = _inside(graph) if "dtype" in graph else graph
@@ -149,4 +160,4 @@ def _node(name: str, mesh: Data, matrix: Float, where: str) -> Node:
     return Node(name, vertices, np.vstack(triangles), matrix)
 
 
-register("COMPAS assembly", (".json",), sniff, read, mark="`dtype: compas_.../Assembly`")
+register("COMPAS assembly", (".json",), sniff, read, mark="`dtype: compas_.../Assembly`, or a list of meshes")

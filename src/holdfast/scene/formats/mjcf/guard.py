@@ -16,6 +16,7 @@ from holdfast.scene.formats.source import Source
 MOST_ELEMENTS = 100_000  # after replication
 MOST_BYTES = 200_000_000  # of a file that a model names
 LARGEST = {"width": 16_384, "height": 98_304, "nrow": 4_096, "ncol": 4_096, "size": 100_000, "nkey": 100_000}
+UNUSED = ("njmax", "nconmax", "nstack", "memory")  # room for the solver, which the reader does not take
 SIZED = ("texture", "hfield", "numeric", "size")  # elements whose numbers above say how much memory is filled
 DECLARED = re.compile(r"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
 BEFORE = re.compile(r"\s*(?:<\?.*?\?>|<!--.*?-->)", re.DOTALL)  # what may stand before the first element
@@ -126,6 +127,6 @@ def _check_size(element: Xml.Element, count: int, path: Path) -> None:
             problem = f"is {quoted(element.get(key))}"
             raise SceneError(message(f"{path}: {element.tag} {key}", problem, f"the limit is {most:,}"))
     for key, value in element.items():
-        if element.tag == "size" and key.startswith("n") and _whole(value) > LARGEST["nkey"]:
+        if element.tag == "size" and key.startswith("n") and key not in UNUSED and _whole(value) > LARGEST["nkey"]:
             problem = f"is {quoted(value)}"
             raise SceneError(message(f"{path}: size {key}", problem, f"the limit is {LARGEST['nkey']:,}"))

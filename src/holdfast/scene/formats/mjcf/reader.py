@@ -17,7 +17,7 @@ from holdfast.base.arrays import checked
 from holdfast.base.errors import SceneError, located, message, nearest_of
 from holdfast.base.files import checked_path, read_ordinary
 from holdfast.base.text import one_line, quoted
-from holdfast.scene.formats.mjcf.guard import MOST_BYTES, files_of, parsed, root_of
+from holdfast.scene.formats.mjcf.guard import MOST_BYTES, UNUSED, files_of, parsed, root_of
 from holdfast.scene.formats.mjcf.live import from_mujoco
 from holdfast.scene.formats.mjcf.names import entries
 from holdfast.scene.formats.mjcf.writer import write
@@ -79,11 +79,18 @@ def _warnings(mujoco: Any) -> Iterator[list[str]]:  # noqa: ANN401 - MuJoCo has 
 
 
 def _compiled(mujoco: Any, source: Source, files: list[Path]) -> Any:  # noqa: ANN401 - MuJoCo has no types
-    """Return the compiled model; of one that is no file, MuJoCo is given what it names."""
+    """Return the compiled model; of one that is no file, MuJoCo is given what it names.
+
+    The room that a file asks for the solver is not taken: nothing is solved by MuJoCo here.
+    """
     if source.given is None:
-        return mujoco.MjModel.from_xml_path(str(source.path))
-    named = {place.name: read_ordinary(place, "file of a model", most=MOST_BYTES) for place in files}
-    return mujoco.MjModel.from_xml_string(source.text, named)
+        spec = mujoco.MjSpec.from_file(str(source.path))
+    else:
+        named = {place.name: read_ordinary(place, "file of a model", most=MOST_BYTES) for place in files}
+        spec = mujoco.MjSpec.from_string(source.text, named, named)
+    for room in UNUSED:
+        setattr(spec, room, -1)
+    return spec.compile()
 
 
 def _pose(mujoco: Any, model: Any, data: Any, key: str | int | None, qpos: ArrayLike | None) -> None:  # noqa: ANN401

@@ -68,7 +68,7 @@ class LinkReader:
             self.notes.append(f"link {where}: no <collision>, its <visual> is taken")
         for collision in element.all("collision") or element.all("visual"):
             with located(collision.place):
-                self._collision(scope, link, collision, where)
+                self._collision(scope, link, collision, element)
         if not fixed:
             if not truth(element, "gravity", True):
                 element.fail("has no weight (<gravity>false</gravity>)", "needs gravity, or a static model")
@@ -76,11 +76,12 @@ class LinkReader:
                 link.inertial = self._inertial(element, link.contents, where)
         return link
 
-    def _collision(self, scope: Scope, link: Link, element: Element, where: str) -> None:
+    def _collision(self, scope: Scope, link: Link, element: Element, owner: Element) -> None:
+        where = f"{scope.path}::{owner.attribute('name')}"
         geometry = element.needed("geometry")
         if len(geometry.children) != 1:
             geometry.fail(f"has {len(geometry.children)} shapes", "needs one")
-        shape, pose = geometry.children[0], _in_link(element)
+        shape, pose = geometry.children[0], _in_link(element, owner)
         if shape.tag == "empty":
             return
         mask, material = _mask(element), self.surfaces.material(self._mu(element, where))
@@ -125,7 +126,7 @@ class LinkReader:
             return Inertial(share * found.mass, found.com, share * found.inertia)
         if bare:
             self.notes.append(f"link {where}: mass 1 kg, which SDF says where a file says none")
-        return _given(inertial)
+        return _given(inertial, element)
 
 
 def coefficients(element: Element, *, bullet: bool) -> list[float]:
@@ -142,9 +143,9 @@ def _below(element: Element, *tags: str) -> Element | None:
     return found
 
 
-def _in_link(element: Element) -> Float:
+def _in_link(element: Element, link: Element) -> Float:
     pose, frame = posed(element)
-    if frame:
+    if frame and frame != link.attribute("name"):
         element.fail(f"has a pose relative to {quoted(frame)}", "needs one relative to its link")
     return pose
 
@@ -169,14 +170,15 @@ def _filled(content: Content, density: float) -> Inertial:
     return Inertial(density * own.volume, own.com, density * own.inertia).seen(content.piece.pose)
 
 
-def _given(element: Element | None) -> Inertial:
+def _given(element: Element | None, link: Element) -> Inertial:
     """Return the mass in an <inertial>, with SDF's values for what it leaves out: 1 kg, and 1 kg m² about each axis."""
     if element is None:
         return Inertial(1.0, np.zeros(3), np.eye(3))
+    pose = _in_link(element, link)
     child, inertia = element.child("mass"), element.child("inertia")
     mass = 1.0 if child is None else checked_number(child.values(1)[0], child.place, above=0, within=MASS)
     usual = {"ixx": 1.0, "iyy": 1.0, "izz": 1.0, "ixy": 0.0, "ixz": 0.0, "iyz": 0.0}
     found = {tag: None if inertia is None else inertia.child(tag) for tag in usual}
     entry = {tag: usual[tag] if each is None else each.values(1)[0] for tag, each in found.items()}
     rows = [["ixx", "ixy", "ixz"], ["ixy", "iyy", "iyz"], ["ixz", "iyz", "izz"]]
-    return Inertial(mass, np.zeros(3), np.array([[entry[tag] for tag in row] for row in rows])).seen(_in_link(element))
+    return Inertial(mass, np.zeros(3), np.array([[entry[tag] for tag in row] for row in rows])).seen(pose)

@@ -18,6 +18,7 @@ MOST_INCLUDES = 2_000  # models that a scene may include, one by one
 MOST_NAMES = 200_000  # links, frames, joints and models of a scene, those of included files each time
 MOST_LEVELS = 30  # models in each other
 NAMED = ("link", "frame", "joint")
+UNFELT = ("light", "actor")  # what may be included and touches nothing
 
 
 @dataclass(eq=False, repr=False)
@@ -147,6 +148,8 @@ class ScopeReader:
             self._files[real] = parsed(content, path)
         root = self._files[real]
         models = root.all("model")
+        if not models and any(root.all(tag) for tag in UNFELT):
+            return
         if root.tag != "sdf" or len(models) != 1:
             root.fail(f"is included and has {len(models)} models", "needs <sdf> with one <model>")
         element = models[0]
