@@ -74,7 +74,8 @@ def test_pushes_of_a_robot_are_predicted() -> None:
 
 # Walls: Ferris & Tin-Loi 2001. The force that moves all is a horizontal acceleration
 
-ROWS = {  # published.json has a gap of .5 in "e": then that row is shorter than the others, and the figures do not come out
+# published.json has a gap of .5 in "e"; then that row is shorter than the others, and the figures do not come out
+ROWS = {
     "E": [1, 1, 1, 1],
     "U": [0.5, 1, 1, 1, 0.5],
     "u": [0.5, 1, -1, 1, 0.5],
