@@ -244,6 +244,23 @@ def test_meshes_are_scaled_and_found_in_packages(load: Callable[..., hf.Scene], 
     assert hf.load_scene(tmp_path / "parts" / "urdf" / "thing.urdf", floor=True).body("thing").mass == 2.0
 
 
+def test_a_package_has_the_name_that_its_manifest_says(load: Callable[..., hf.Scene], tmp_path: Path) -> None:
+    """As in ROS, whatever the folder of a checkout is called."""
+    folder, broken = tmp_path / "checkout", tmp_path / "another"
+    (folder / "meshes").mkdir(parents=True)
+    broken.mkdir()
+    (broken / "package.xml").write_text("<package><name>parts")
+    trimesh.creation.box((1, 1, 1)).export(folder / "meshes" / "cube.stl")
+    (folder / "package.xml").write_text("<package format='3'><name>parts</name></package>")
+    content = mesh("package://parts/meshes/cube.stl")
+    beside = load(content)
+    (folder / "thing.urdf").write_text(content)
+    assert hf.load_scene(folder / "thing.urdf", floor=True) == beside
+    (folder / "package.xml").write_text("<package format='3'><name>other</name></package>")
+    with pytest.raises(hf.SceneError, match="the package 'parts', whose folder is unknown"):
+        load(content)
+
+
 def test_a_link_of_the_file_system_does_not_lead_out(load: Callable[..., hf.Scene], tmp_path: Path) -> None:
     outside = tmp_path.parent / f"{tmp_path.name}_outside"
     outside.mkdir()

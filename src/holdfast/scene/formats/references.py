@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from urllib.parse import unquote
 
 from holdfast.base.arrays import checked_mapping
 from holdfast.base.errors import SceneError, message, nearest_of
+from holdfast.base.files import read_ordinary
 from holdfast.base.text import quoted
+from holdfast.scene.xml import MAX_BYTES, parsed
 
 Packages = Mapping[str, str | Path] | Callable[[str], str | Path | None]
 
-MANIFESTS = ("package.xml", "model.config")  # a folder that holds one of these is a package of its folder's name
+ROS = "package.xml"  # the manifest of a package that says its name
+MANIFESTS = (ROS, "model.config")  # a folder that holds one of these is a package of its folder's name
 
 
 @dataclass(frozen=True)
@@ -28,6 +31,7 @@ class References:
     path: Path
     packages: Packages | None
     option: str = "package"
+    _found: dict[str, Path] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if self.packages is not None and not callable(self.packages):
@@ -50,13 +54,19 @@ class References:
         return self._inside(folder / inner, [folder], name, where)
 
     def package(self, name: str, where: str) -> Path:
-        """Return the folder of a package: as given, or the nearest folder above of this name with a manifest in it."""
+        """Return the folder of a package: as given, or the nearest one with a manifest and this name.
+
+        Looked at are the folders beside the file and those above it. The name is that in package.xml, or the folder's.
+        """
         given = self.packages(name) if callable(self.packages) else (self.packages or {}).get(name)
         if given is not None:
             return Path(given)
+        if name in self._found:
+            return self._found[name]
         here = Path(os.path.abspath(self.path)).parent
-        for folder in (here, *here.parents):
-            if folder.name == name and any((folder / each).is_file() for each in MANIFESTS):
+        for folder in (*_folders_in(here), here, *here.parents):
+            if _is_package(folder, name):
+                self._found[name] = folder
                 return folder
         known = [] if callable(self.packages) or not self.packages else list(self.packages)
         hint = f"{nearest_of(name, known)} " if known else ""
@@ -77,3 +87,23 @@ class References:
             remedy = f"move it there, or give its folder with {self.option}={{name: folder}}"
             raise SceneError(message(where, f"names {quoted(name)}, outside of the folder of the file", remedy))
         return path
+
+
+def _folders_in(folder: Path) -> list[Path]:
+    try:
+        return sorted(each for each in folder.iterdir() if each.is_dir() and not each.is_symlink())
+    except OSError:  # a folder that may not be listed
+        return []
+
+
+def _is_package(folder: Path, name: str) -> bool:
+    """Tell whether a folder is the package of this name, by its manifest, or by its own name with a manifest in it."""
+    if folder.name == name:
+        return any((folder / each).is_file() for each in MANIFESTS)
+    if not (folder / ROS).is_file():
+        return False
+    try:
+        content = read_ordinary(folder / ROS, ROS, most=MAX_BYTES).decode("utf-8", "replace")
+        return any(child.text.strip() == name for child in parsed(content, folder / ROS).all("name"))
+    except SceneError:  # of a package that nobody asked for
+        return False
