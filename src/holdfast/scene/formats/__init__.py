@@ -5,6 +5,6 @@ this list reads it.
 """
 
 from holdfast.scene.formats import native, published, settled  # isort: skip
-from holdfast.scene.formats import mjcf, urdf, sdf, gltf, compas, usd  # isort: skip
+from holdfast.scene.formats import mjcf, urdf, sdf, gltf, compas, usd, moveit  # isort: skip
 
-__all__ = ["compas", "gltf", "mjcf", "native", "published", "sdf", "settled", "urdf", "usd"]
+__all__ = ["compas", "gltf", "mjcf", "moveit", "native", "published", "sdf", "settled", "urdf", "usd"]

@@ -160,4 +160,4 @@ def _node(name: str, mesh: Data, matrix: Float, where: str) -> Node:
     return Node(name, vertices, np.vstack(triangles), matrix)
 
 
-register("COMPAS assembly", (".json",), sniff, read, mark="`dtype: compas_.../Assembly`, or a list of meshes")
+register("COMPAS assembly", (".json",), sniff, read, mark="`dtype: compas_.../Assembly`")

@@ -1,0 +1,179 @@
+"""Read planning scenes of MoveIt from its text files (.scene): objects of shapes, without masses or friction."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from typing import NoReturn
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from holdfast.base.arrays import Float, checked_truth
+from holdfast.base.errors import SceneError, located, message
+from holdfast.base.rigid import pose_from
+from holdfast.base.text import listed, quoted
+from holdfast.scene.body import Body
+from holdfast.scene.compound import Solid
+from holdfast.scene.formats.nodes import FLOOR, Numbers, check_weights, common, first_of, own
+from holdfast.scene.formats.registry import register
+from holdfast.scene.formats.rigid_parts import Piece, checked_fixed, filled, rigid_body, scene_of
+from holdfast.scene.formats.source import Source
+from holdfast.scene.friction import Friction
+from holdfast.scene.halfspace import HalfSpace
+from holdfast.scene.inertial import Inertial
+from holdfast.scene.scene import Scene
+from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
+
+MOST_SHAPES = 10_000  # of one object
+UNIT = 1e-3  # how far a quaternion's length may be from 1
+
+
+def sniff(source: Source) -> bool:
+    """Tell whether the file is a text whose second line begins an object, or that ends after a name."""
+    if source.suffix != ".scene" or b"\0" in source.head:
+        return False
+    second = source.text.partition("\n")[2].lstrip()
+    return second.startswith(("* ", "."))
+
+
+def read(
+    source: Source,
+    *,
+    friction: Friction | float | None = None,
+    density: Numbers | None = None,
+    mass: Numbers | None = None,
+    fixed: Collection[str] = (),
+    floor: bool = False,
+    gravity: ArrayLike = (0.0, 0.0, -9.81),
+) -> Scene:
+    """Return the scene of a planning scene's text: one body for each object, named by its id.
+
+    MoveIt keeps neither friction nor masses: ``friction`` and ``density`` [kg/m³] or ``mass`` [kg] are needed, each one
+    number or one for each name. ``fixed`` names the objects that never move, and ``floor`` adds the half space below
+    z = 0. Colours and subframes are left out. Raises SceneError if the file is malformed, or if friction or masses are
+    missing.
+    """
+    where = str(source.path)
+    objects = dict(_Lines(source).objects())
+    if friction is None:
+        raise SceneError(message(where, "says nothing of friction", "give friction="))
+    check_weights(mass, density, list(objects))
+    held = checked_fixed(fixed, objects, "object")
+    bodies = []
+    for name, (pose, pieces) in objects.items():
+        with located(f"{where}: object {quoted(name)}"):
+            inertial = None if name in held else _inertial(pieces, mass, density, name)
+            bodies.append(rigid_body(name, pieces, pose=pose, inertial=inertial, fixed=name in held))
+    if checked_truth(floor, "floor"):
+        bodies.append(Body(FLOOR, HalfSpace(), fixed=True))
+    if not any(body.fixed for body in bodies):
+        remedy = f"give fixed=[name] ({listed(objects)}), or floor=True for a floor at z = 0"
+        raise SceneError(message(where, "nothing in it is fixed", remedy))
+    table = friction if isinstance(friction, Friction) else Friction(default=friction)
+    return scene_of(bodies, table, gravity, source.path.stem, [])
+
+
+def _inertial(pieces: list[Piece], mass: Numbers | None, density: Numbers | None, name: str) -> Inertial:
+    """Return the mass of an object, spread evenly over its shapes."""
+    given, dense = first_of(own(mass, density, name), common(mass, density))
+    if given is None and dense is None:
+        problem = "has no mass"
+        raise SceneError(message(f"object {quoted(name)}", problem, "give mass= or density=, for it or for all"))
+    found = filled(pieces, 1.0 if dense is None else dense)
+    share = 1.0 if given is None else given / found.mass
+    return Inertial(share * found.mass, found.com, share * found.inertia)
+
+
+class _Lines:
+    """The lines of a file, one after the other."""
+
+    def __init__(self, source: Source) -> None:
+        self.path = source.path
+        self.lines = source.text.splitlines()
+        self.at = 1  # behind the name of the scene
+
+    def fail(self, problem: str, remedy: str) -> NoReturn:
+        raise SceneError(message(f"{self.path}:{self.at}", problem, remedy))
+
+    def line(self) -> str:
+        """Return the next line."""
+        if self.at >= len(self.lines):
+            self.fail("ends within an object", "needs the whole text of a planning scene, with a line '.' at its end")
+        self.at += 1
+        return self.lines[self.at - 1].strip()
+
+    def numbers(self, count: int) -> Float:
+        """Return the finite numbers of the next line."""
+        text = self.line()
+        try:
+            found = np.array([float(word) for word in text.split()])
+        except ValueError:
+            found = np.zeros(0)
+        if len(found) != count or not np.isfinite(found).all():
+            self.fail(f"holds {quoted(text)}", f"needs {count} finite numbers")
+        return found
+
+    def whole(self, most: int) -> int:
+        """Return the whole number on the next line."""
+        text = self.line()
+        if not text.isdecimal() or int(text) > most:
+            self.fail(f"holds {quoted(text)}", f"needs a whole number of at most {most:,}")
+        return int(text)
+
+    def pose(self) -> Float:
+        """Return a pose (4, 4) from two lines: a place, and a quaternion with its real part last."""
+        place = self.numbers(3)
+        x, y, z, w = self.numbers(4)
+        if abs(np.linalg.norm((x, y, z, w)) - 1) > UNIT:
+            self.fail("has a quaternion of another length than 1", "needs x, y, z, w")
+        return pose_from(place, np.array([w, x, y, z]))
+
+    def objects(self) -> Iterator[tuple[str, tuple[Float, list[Piece]]]]:
+        """Yield the name of each object with its pose and its shapes.
+
+        Files of older versions have no pose of the object: the number of its shapes follows its name.
+        """
+        seen: set[str] = set()
+        while (begin := self.line()) != ".":
+            name = begin.removeprefix("*").strip()
+            if not begin.startswith("*") or not name or name in seen:
+                self.fail(f"holds {quoted(begin)}", "needs '* ' and a name that no other object has, or '.' at the end")
+            seen.add(name)
+            newer = self.at < len(self.lines) and len(self.lines[self.at].split()) > 1
+            pose = self.pose() if newer else np.eye(4)
+            pieces = [self.piece() for _ in range(self.whole(MOST_SHAPES))]
+            if newer:
+                for _ in range(self.whole(MOST_SHAPES)):  # subframes
+                    self.line()
+                    self.pose()
+            if not pieces:
+                self.fail(f"ends the object {quoted(name)}, which has no shape", "needs one")
+            yield name, (pose, pieces)
+
+    def piece(self) -> Piece:
+        """Return a shape with its pose in the object; its colour is passed over."""
+        shape = self.shape()
+        pose = self.pose()
+        self.numbers(4)
+        return Piece(shape, pose)
+
+    def shape(self) -> Solid:
+        """Return the next shape."""
+        kind = self.line()
+        with located(f"{self.path}:{self.at}"):
+            match kind:
+                case "box":
+                    return Box(self.numbers(3))
+                case "sphere":
+                    return Sphere(float(self.numbers(1)[0]))
+                case "cylinder":
+                    radius, length = self.numbers(2)
+                    return Cylinder(float(radius), float(length))
+                case "mesh":
+                    corners, triangles = (int(number) for number in self.numbers(2))
+                    vertices = np.array([self.numbers(3) for _ in range(corners)])
+                    return Mesh(vertices, np.array([self.numbers(3) for _ in range(triangles)]).astype(np.int64))
+        return self.fail(f"holds {quoted(kind)}", "reads box, sphere, cylinder and mesh")
+
+
+register("MoveIt", (".scene",), sniff, read)
