@@ -181,13 +181,119 @@ ARM = (
 
 
 def test_a_chain_on_the_world_is_fixed_where_it_is_one_body_a_link() -> None:
-    motor = '<actuator><position joint="hinge"/></actuator>'
+    motor = '<actuator><position joint="hinge"/><motor joint="wrist"/></actuator>'
     read = scene(FLOOR + ARM + cube("a"), motor, qpos=[0.5, 0.2, 0, 0, 0.1, 1, 0, 0, 0])
     assert [(b.name, b.fixed) for b in read.bodies] == [("floor", True), ("link", True), ("hand", True), ("a", False)]
     assert read.body("hand").pose[:3, 3] == pytest.approx([np.cos(0.5), 0, 1 - np.sin(0.5)])
     (note,) = [note for note in read.notes if "held fixed" in note]
     assert "link, hand" in note
-    assert "no actuator drives joint 'wrist'" in note
+    with pytest.raises(hf.SceneError, match=r"joints that can move: joint 'wrist' of 'hand'; say rigid=True"):
+        scene(FLOOR + ARM + cube("a"), motor.replace('<motor joint="wrist"/>', ""))
+
+
+FINGERS = FLOOR + "".join(
+    f'<body name="{name}" pos="{x} 0 1"><joint name="{name}" type="slide" axis="1 0 0"/><geom size=".1"/></body>'
+    for x, name in enumerate(("left", "right"))
+)
+ON_TENDON = '<tendon><fixed name="both"><joint joint="left" coef="1"/><joint joint="right" coef="2"/></fixed></tendon>'
+LEFT = '<actuator><motor joint="left"/></actuator>'
+COUPLED = '<equality><joint joint1="left" joint2="right"/></equality>'
+BAR = '<body name="{0}" pos="{1}"><joint name="{0}" axis="0 1 0"/><geom type="capsule" size=".02" fromto="0 0 0 {2}"/>'
+FOUR_BARS = FLOOR + (
+    BAR.format("crank", "0 0 1", "0 0 .3")
+    + BAR.format("rod", "0 0 .3", ".5 0 0")
+    + "</body></body>"
+    + BAR.format("rocker", ".5 0 1", "0 0 .3")
+    + "</body>"
+)
+LOOP = '<equality><connect body1="rod" body2="rocker" anchor=".5 0 0"/></equality>'
+
+
+@pytest.mark.parametrize(
+    ("world", "rest", "loose"),
+    [
+        (FINGERS, COUPLED + LEFT, None),
+        (FINGERS, COUPLED + ON_TENDON + '<actuator><motor tendon="both"/></actuator>', None),
+        (FINGERS, ON_TENDON + '<actuator><motor tendon="both"/></actuator>', "left"),
+        (FINGERS, COUPLED, "left"),
+        (FINGERS, '<equality><joint joint1="left"/><joint joint1="right"/></equality>', None),
+        (FINGERS, COUPLED.replace("<joint", '<joint active="false"') + LEFT, "right"),
+        (FOUR_BARS, LOOP + '<actuator><motor joint="rocker"/></actuator>', None),
+        (FOUR_BARS, '<actuator><motor joint="rocker"/></actuator>', "crank"),
+    ],
+)
+def test_joints_that_follow_what_is_driven_are_held(world: str, rest: str, loose: str | None) -> None:
+    """A finger that follows the other, both on one tendon, a linkage with one drive; dense and sparse Jacobians."""
+    for jacobian in ("dense", "sparse"):
+        option = f'<option jacobian="{jacobian}"/>'
+        if loose is None:
+            assert not scene(world, option + rest).movable
+        else:
+            with pytest.raises(hf.SceneError, match=f"joints that can move: joint '{loose}' of '{loose}'"):
+                scene(world, option + rest)
+
+
+SHAPE = '<geom name="g" type="box" size=".1 .2 .3" mass="2"/>'
+SLIDES = "".join(
+    f'<joint name="s{k}" type="slide" axis="{axis}"/>' for k, axis in enumerate(("1 0 0", "0 1 1", "0 0 1"))
+)
+HINGES = "".join(
+    f'<joint name="h{k}" axis="{axis}" pos="0 0 {k}"/>' for k, axis in enumerate(("1 0 0", "0 1 0", "0 0 1"))
+)
+BALL = '<joint name="turn" type="ball"/>'
+LIGHT = '<inertial pos="0 0 0" mass="1e-8" diaginertia="1e-8 1e-8 1e-8"/>'
+FREED = {
+    "three slides and a ball": SLIDES + BALL + SHAPE,
+    "three slides and three hinges": SLIDES + HINGES + SHAPE,
+    "joints of weightless bodies": SLIDES + f'{LIGHT}<body name="b">{LIGHT}{BALL}<body name="c">{SHAPE}</body></body>',
+}
+
+
+@pytest.mark.parametrize("kind", FREED)
+def test_bodies_on_joints_that_let_them_move_freely_are_movable(kind: str) -> None:
+    """As in dm_control's and Adroit's objects: what they do is what a body with a free joint does, live too."""
+    world = f'{FLOOR}<body name="can" pos="0 0 .5">{FREED[kind]}</body>'
+    model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{world}</worldbody></mujoco>")
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    read = hf.from_mujoco(model, data)
+    (body,) = read.movable
+    assert body.mass == pytest.approx(2)
+    assert body.pose[:3, 3] == pytest.approx([0, 0, 0.5])
+    assert any("moves freely by its joints" in note for note in read.notes)
+    assert hf.stability(read).status == hf.Status.UNSTABLE
+    data.qpos[2] = -0.2  # along the third slide: now it stands on the floor
+    mujoco.mj_forward(model, data)
+    assert hf.stability(hf.from_mujoco(model, data)).status == hf.Status.STABLE
+
+
+@pytest.mark.parametrize(
+    ("joints", "rest"),
+    [
+        (SLIDES.replace('<joint name="s1" type="slide" axis="0 1 1"/>', '<joint name="s1" axis="0 1 0"/>'), ""),
+        (SLIDES + HINGES.replace("0 1 0", "1 0 0"), ""),  # two axes are the same
+        (SLIDES.replace("0 1 1", "1 0 0") + BALL, ""),
+        (SLIDES + BALL, '<actuator><motor joint="s2"/></actuator>'),
+        ('<joint name="s0"/>', ""),
+    ],
+)
+def test_other_joints_that_nothing_drives_are_refused_by_name_or_held_on_request(joints: str, rest: str) -> None:
+    world = FLOOR + f'<body name="can" pos="0 0 .3">{joints}{SHAPE}</body>'
+    with pytest.raises(hf.SceneError, match=r"joints that can move: joint 's0' of 'can'.*; say rigid=True"):
+        scene(world, rest)
+    held = scene(world, rest, rigid=True)
+    assert not held.movable
+    assert hf.stability(held).status == hf.Status.UNDECIDED
+    assert "nothing here can move" in hf.stability(held).reason
+
+
+def test_six_joints_that_actuators_drive_hold() -> None:
+    drives = "".join(f'<motor joint="{name}"/>' for name in ("s0", "s1", "s2"))
+    drives += '<motor joint="turn" gear="1 0 0"/>'
+    read = scene(
+        FLOOR + f'<body name="can" pos="0 0 .3">{SLIDES}{BALL}{SHAPE}</body>', f"<actuator>{drives}</actuator>"
+    )
+    assert not read.movable
 
 
 def test_a_keyframe_and_positions_say_where_bodies_are() -> None:
@@ -214,7 +320,7 @@ JOINTED = (
 
 
 def test_a_joint_between_bodies_that_move_is_refused_by_name_or_held_on_request() -> None:
-    match = r"joints between bodies that move: joint 'hinge' of 'lid'; say rigid=True"
+    match = r"joints that can move: joint 'hinge' of 'lid'; say rigid=True"
     with pytest.raises(hf.SceneError, match=match):
         scene(FLOOR + JOINTED)
     read = scene(FLOOR + JOINTED, rigid=True)
@@ -285,3 +391,43 @@ def test_gravity_may_be_tilted_or_off() -> None:
 def test_what_is_no_model_is_refused() -> None:
     with pytest.raises(hf.SceneError, match=r"from_mujoco: got a str and a NoneType; needs mujoco\.MjModel"):
         hf.from_mujoco("scene.xml", None)
+
+
+ACTING = {
+    "moving surfaces (surfacevel) of 'world'": (FLOOR.replace("/>", ' surfacevel="1 0 0 0 0 0"/>') + cube("a"), ""),
+    "adhesion of 'a'": (FLOOR + cube("a"), '<actuator><adhesion body="a" ctrlrange="0 1" gain="3"/></actuator>'),
+    "actuators that push of 'a'": (
+        FLOOR + cube("a").replace("<freejoint/>", '<freejoint/><site name="s"/>'),
+        '<actuator><general site="s" gear="1 0 0 0 0 0"/></actuator>',
+    ),
+    "springs of joints of 'a'": (
+        FLOOR + cube("a").replace("<freejoint/>", SLIDES.replace("/>", ' stiffness="3"/>') + BALL),
+        "",
+    ),
+    "wind": (FLOOR + cube("a"), '<option wind="1 0 0" density="1.2"/>'),
+}
+
+
+@pytest.mark.parametrize("what", ACTING)
+def test_what_acts_in_mujoco_and_is_not_read_is_named(what: str) -> None:
+    if "surfacevel" in what and not hasattr(mujoco.MjModel, "geom_surfacevel"):
+        pytest.skip("this version of MuJoCo has no moving surfaces")
+    assert f"ignored, though it acts: {what}" in scene(*ACTING[what]).notes
+    assert not [note for note in scene(FLOOR + cube("a")).notes if "though it acts" in note]
+
+
+def test_forces_that_are_applied_to_a_running_model_are_named() -> None:
+    made, data = model(FLOOR + cube("a"))
+    data.xfrc_applied[1, 0] = 3
+    assert "ignored, though it acts: applied forces (xfrc_applied) of 'a'" in hf.from_mujoco(made, data).notes
+
+
+def test_the_reason_of_a_fall_names_what_the_file_keeps_apart() -> None:
+    read = scene(
+        '<geom name="floor" type="plane" size="1 1 1" contype="2" conaffinity="2"/>'
+        + cube("a")
+        + FLOOR.replace('name="floor"', 'name="deep" pos="0 0 -3"')
+    )
+    found = hf.stability(read)
+    assert found.status == hf.Status.UNSTABLE
+    assert "a is 0 mm from floor, but the scene keeps these two apart (excluded)" in found.reason

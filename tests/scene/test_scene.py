@@ -69,8 +69,11 @@ def test_movable_bodies_keep_their_order_and_gravity_its_value() -> None:
     assert scene.mu("a", "b") == 0.5
 
 
-def test_a_scene_of_fixed_bodies_stands() -> None:
-    assert hf.stability(hf.assemble(hf.Scene([FLOOR], 0.5)), engine="graph").status == hf.Status.STABLE
+@pytest.mark.parametrize("engine", ["compliant", "limit", "graph"])
+def test_a_scene_in_which_nothing_can_move_is_not_said_to_stand(engine: str) -> None:
+    found = hf.stability(hf.assemble(hf.Scene([FLOOR], 0.5)), engine=engine)
+    assert found.status == hf.Status.UNDECIDED
+    assert found.reason.startswith("nothing here can move")
 
 
 def sunk(depth: float) -> hf.Scene:

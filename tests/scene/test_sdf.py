@@ -162,6 +162,84 @@ def test_friction_of_bullet_is_multiplied(load: Callable[..., hf.Scene]) -> None
     assert load(world('<physics type="bullet"/>' + of_both)).mu("m1", "m2") == 0.25
 
 
+def drake(mu: float, tag: str = "drake:mu_static") -> str:
+    return f"<drake:proximity_properties><{tag}>{mu}</{tag}></drake:proximity_properties>"
+
+
+def crates(*friction: str) -> str:
+    """A crate for each, far from the others."""
+    each = [model(link(shapes=collision(rest=rest)) + pose(f"{k} 0 0.3"), f"m{k}") for k, rest in enumerate(friction)]
+    return world("".join(each)).replace("<sdf ", '<sdf xmlns:drake="http://drake.mit.edu" ')
+
+
+def test_friction_of_drake_is_combined_as_drake_does(load: Callable[..., hf.Scene]) -> None:
+    scene = load(crates(drake(0.2), drake(0.6), ""))
+    assert scene.mu("m0", "m1") == pytest.approx(2 * 0.2 * 0.6 / 0.8)
+    assert scene.mu("m0", "m2") == pytest.approx(2 * 0.2 * 0.5 / 0.7)  # Drake's own where a file says none
+    notes = "\n".join(scene.notes)
+    assert "friction: tags of drake; of two surfaces it is their harmonic mean" in notes
+    assert "friction 0.5, which Drake says where a file says none" in notes
+    assert load(crates(drake(0.2), ""), friction=0.3).mu("m0", "m1") == pytest.approx(0.24)
+
+
+def test_friction_of_drake_and_of_others_needs_a_choice(load: Callable[..., hf.Scene]) -> None:
+    content = crates(drake(0.2) + ode("0.4"), drake(0.6) + ode("0.8"))
+    with pytest.raises(
+        hf.SceneError, match=r"friction for ode and drake, which combine it in different ways; give sim"
+    ):
+        load(content)
+    assert load(content, simulator="drake").mu("m0", "m1") == pytest.approx(0.3)
+    assert load(content, simulator="ode").mu("m0", "m1") == pytest.approx(0.4)
+
+
+def test_a_collision_without_contact_touches_nothing(load: Callable[..., hf.Scene]) -> None:
+    ghost = "<surface><contact><collide_without_contact>true</collide_without_contact></contact></surface>"
+    below = model(link(shapes=collision(rest=ghost)) + "<static>true</static>" + pose("0 0 0.3"), "ghost")
+    on_it = model(link() + pose("0 0 0.9"), "crate")
+    scene = load(world(below + on_it))
+    assert "link ghost::link: touches nothing (collide_without_contact)" in scene.notes
+    found = hf.stability(scene)
+    assert found.status == hf.Status.UNSTABLE
+    assert "the scene keeps these two apart" in found.reason
+    assert (
+        hf.stability(load(world(below.replace("true</collide", "false</collide") + on_it))).status == hf.Status.STABLE
+    )
+
+
+def test_tiny_spheres_are_points(load: Callable[..., hf.Scene]) -> None:
+    """As Drake's models of the YCB objects have them: four points carry a box that is a little smaller."""
+    low = "".join(
+        collision("<sphere><radius>1e-07</radius></sphere>", pose(f"{x} {y} -0.3"), f"p{x}{y}")
+        for x in (-0.1, 0.1)
+        for y in (-0.2, 0.2)
+    )
+    shapes = collision(BOX.replace("0.6", "0.59"), drake(0.4)) + low.replace("<geometry>", drake(0.4) + "<geometry>")
+    scene = load(world(model(link(shapes=shapes) + pose("0 0 0.3"))), friction=0.4)
+    assert any("spheres of radius 1e-07 m are taken as points (1e-06 m)" in note for note in scene.notes)
+    answer = hf.robustness(scene, "m", (0.1, 0, 0.05), (-1, 0, 0), engine="limit")
+    assert answer.force == pytest.approx(0.4 * 2 * 9.8, rel=1e-5)
+
+
+def test_what_is_not_read_and_may_matter_is_named(load: Callable[..., hf.Scene]) -> None:
+    odd = link(rest="<kinematic>true</kinematic>", shapes=collision(rest=ode("0.4", "<slip1>0.1</slip1>")))
+    content = world(model(odd + "<plugin name='p' filename='f'/>") + "<population name='p'/><gui/>" + "<wind/>")
+    scene = load(content)
+    assert (
+        "not read, though it may matter: <kinematic> in <link>, <population> in <world>, <slip1> in <ode>"
+        in scene.notes
+    )
+    assert not [note for note in load(world(model(link()))).notes if "not read" in note]
+
+
+def test_a_note_says_once_what_is_so_of_many_links(load: Callable[..., hf.Scene]) -> None:
+    scene = load(world("".join(model(link() + pose(f"{k} 0 0.3"), f"m{k}") for k in range(30))))
+    (note,) = [note for note in scene.notes if "friction 1, which SDF says" in note]
+    assert note.startswith("links ground::link, m0::link, m1::link")
+    assert "and 25 more: friction 1" in note
+    assert note in hf.stability(scene).notes
+    assert note in hf.robustness(scene, "m0", (0.1, 0, 0), (-1, 0, 0)).notes
+
+
 def test_parts_have_friction_of_their_own(load: Callable[..., hf.Scene]) -> None:
     shapes = collision(rest=ode("0.3")) + collision(rest=pose("0 0 0.6") + ode("0.7"), name="d")
     scene = load(world(model(link(shapes=shapes))))

@@ -222,6 +222,19 @@ def test_a_thing_alone_needs_something_below(load: Callable[..., hf.Scene]) -> N
         load(robot(LINK), floor=False)
 
 
+def test_what_is_not_read_and_may_matter_is_named(load: Callable[..., hf.Scene]) -> None:
+    odd = robot(LINK + '<gazebo reference="base"><static>true</static><kp>1</kp></gazebo><tether/>')
+    note = "not read, though it may matter: <static> in <gazebo>, <tether> in <robot>"
+    assert note in load(odd, friction=0.5).notes
+    assert not [note for note in load(robot(LINK), friction=0.5).notes if "not read" in note]
+
+
+def test_tiny_spheres_are_points(load: Callable[..., hf.Scene]) -> None:
+    scene = load(robot(solid("base", '<geometry><sphere radius="1e-7"/></geometry>')), friction=0.5)
+    assert "link 'base': spheres of radius 1e-07 m are taken as points (1e-06 m)" in scene.notes
+    assert scene.movable[0].shape == hf.Sphere(1e-6)
+
+
 def test_a_broken_declaration_is_overlooked(load: Callable[..., hf.Scene]) -> None:
     assert load(robot(LINK).replace('"1.0"', '"0.0"')).body("thing").mass == 2.0
 

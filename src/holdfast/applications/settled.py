@@ -243,8 +243,8 @@ def _judged(
             allowed = Tolerances(REMAINING * limits.reach, 1.0)
             remaining |= {o.bodies: 1e3 * o.depth for o in find_overlaps(assembly.scene, allowed)}
         faults = [f"{quoted(a)} and {quoted(b)} by {depth:.2g} mm" for (a, b), depth in remaining.items()]
-    notes = [f"{listed(moving(g, m))}: {m.end.value}" for g, m in done.items() if m.end in UNFINISHED]
-    status, reason = told(verdict, [f.body for f in fell], deep, faults, notes, limits)
+    unfinished = [f"{listed(moving(g, m))}: {m.end.value}" for g, m in done.items() if m.end in UNFINISHED]
+    status, reason = told(verdict, [f.body for f in fell], deep, faults, unfinished, limits)
     words = {name: word for fate in fates for name, word in fate.words.items()}
     for o in deep:
         words |= {n: f"overlaps {quoted(m)} by {1e3 * o.depth:.3g} mm" for n, m in (o.bodies, o.bodies[::-1])}
@@ -262,7 +262,7 @@ def _judged(
         stability=verdict,
         reach=limits.reach,
         steps=sum(motion.steps for motion in done.values()),
-        notes=tuple(notes),
+        notes=(*given.notes, *unfinished),
     )
 
 

@@ -9,7 +9,7 @@ import typer
 from holdfast.applications.disassembly.build import PUSHES, build_order
 from holdfast.applications.disassembly.order import BUDGET
 from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, SaveAnswer, engine_with
-from holdfast.cli.output import out, print_json
+from holdfast.cli.output import noted, out, print_json, tell_notes
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
 from holdfast.engines.verdict import Status
@@ -40,9 +40,10 @@ def build(
     if save is not None:
         result.save(save)
     if as_json:
-        print_json(result.to_dict())
+        print_json(noted(result.to_dict(), assembly.scene.notes))
     else:
         out.print(build_report(result))
+        tell_notes(assembly.scene.notes)
         if save is not None:
             out.say(f"wrote {save}")
     status = Status.STABLE if result.reached else Status.UNSTABLE if result.proven else Status.UNDECIDED

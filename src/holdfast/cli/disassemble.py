@@ -16,7 +16,7 @@ from holdfast.cli.common import (
     check_suffix,
     engine_with,
 )
-from holdfast.cli.output import out, print_json
+from holdfast.cli.output import noted, out, print_json, tell_notes
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
 from holdfast.engines.verdict import Status
@@ -48,9 +48,10 @@ def disassemble(
     if png is not None:
         result.save_png(png)
     if as_json:
-        print_json(result.to_dict())
+        print_json(noted(result.to_dict(), assembly.scene.notes))
     else:
         out.print(disassembly_report(result))
+        tell_notes(assembly.scene.notes)
         if png is not None:
             out.say(f"wrote {png}")
     status = Status.STABLE if result.reached else Status.UNSTABLE if result.proven else Status.UNDECIDED

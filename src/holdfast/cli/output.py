@@ -7,6 +7,7 @@ import errno
 import json
 import os
 import sys
+from collections.abc import Sequence
 from typing import Any
 
 from rich.console import Console
@@ -60,6 +61,17 @@ out, err = Output(), Output(stderr=True)
 def print_json(data: Any, *, indent: int | None = None) -> None:  # noqa: ANN401 - any JSON value
     """Print strict JSON: it has no NaN, and infinity is a text."""
     write(json.dumps(data, allow_nan=False, indent=indent) + "\n")
+
+
+def noted(data: dict[str, Any], notes: Sequence[str]) -> dict[str, Any]:
+    """Return plain data of an answer with the notes of its scene before its own."""
+    return data | {"notes": list(dict.fromkeys((*notes, *data.get("notes", ()))))}
+
+
+def tell_notes(notes: Sequence[str]) -> None:
+    """Print what the reader of a scene guessed or left out, a line each."""
+    for note in notes:
+        out.say(note, label="note:", style="yellow")
 
 
 def write(text: str) -> None:

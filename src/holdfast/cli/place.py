@@ -27,7 +27,7 @@ from holdfast.cli.common import (
     engine_with,
     exit_code,
 )
-from holdfast.cli.output import out, print_json
+from holdfast.cli.output import noted, out, print_json, tell_notes
 from holdfast.cli.scenes import PAIR, AssemblyGiven, paired, scene_named, takes_scene
 from holdfast.cli.terminal import progress
 from holdfast.engines.contract import Engine
@@ -126,7 +126,7 @@ def place(
     for_one = {"least_supports": least_supports, "next_to": next_to, "candidates": candidates, "attempts": attempts}
     for_many = {"stack": stack or None, "apart": apart}
     result = _placed(scene.assembled(rest), bodies, engine_with(engine), asked, for_one, for_many)
-    _tell(result, _written(result, png, save), rest.name or scene.scene, as_json)
+    _tell(result, _written(result, png, save), rest, rest.name or scene.scene, as_json)
 
 
 def _friction(rest: Scene, bodies: list[Body], known: Friction, given: Sequence[str]) -> Friction:
@@ -162,13 +162,15 @@ def _only(others: dict[str, Any], own: dict[str, Any], what: str) -> dict[str, A
     return {name: value for name, value in own.items() if value is not None}
 
 
-def _tell(result: Placement | Placements, written: list[Path], name: str, as_json: bool) -> None:
+def _tell(result: Placement | Placements, written: list[Path], scene: Scene, name: str, as_json: bool) -> None:
     """Print the result, and exit with its code."""
     if as_json:
-        print_json(placement_data(result) if isinstance(result, Placement) else result.to_dict())
+        data = placement_data(result) if isinstance(result, Placement) else result.to_dict()
+        print_json(noted(data, scene.notes))
     else:
         told = placement_report(result, name, result.name) if isinstance(result, Placement) else None
         out.print(told or placements_report(result, name), highlight=False)  # type: ignore[arg-type]
+        tell_notes(scene.notes)
         for path in written:
             out.say(f"wrote {path}")
     if isinstance(result, Placement):

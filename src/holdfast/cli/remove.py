@@ -9,7 +9,7 @@ import typer
 from holdfast.applications.disassembly.question import can_remove
 from holdfast.applications.disassembly.removal import Answer
 from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, engine_with
-from holdfast.cli.output import out, print_json
+from holdfast.cli.output import noted, out, print_json, tell_notes
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
 from holdfast.engines.verdict import Status
@@ -34,7 +34,8 @@ def remove(
         assembly = scene.assembled()
         result = can_remove(assembly, body, lift=lift, engine=method)
     if as_json:
-        print_json(result.to_dict())
+        print_json(noted(result.to_dict(), assembly.scene.notes))
     else:
         out.print(removal_report(result))
+        tell_notes(assembly.scene.notes)
     raise typer.Exit(EXIT[STATUS[result.answer]])

@@ -162,8 +162,9 @@ class Groups:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """The simplifications that the answers rest on, of all groups that have been asked."""
-        return joined_notes(group.state.notes for _, group in sorted(self._known.items()) if group.state is not None)
+        """What the scene's reader guessed or left out, and the simplifications of all groups that have been asked."""
+        asked = [group.state.notes for _, group in sorted(self._known.items()) if group.state is not None]
+        return joined_notes([self.assembly.scene.notes, *asked])
 
     def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
         """Find the largest factor of each load column of W (6J, n): the smallest over the groups that it loads.
@@ -176,12 +177,14 @@ class Groups:
         groups = [self.group(number) for number in reported("rest", numbers)]
         if len(groups) == 1 and loaded.any(0).all():
             found = self._answers(groups[0], W, accuracy)
-            return replace(found, verdict=joint(groups), notes=joined_notes([found.notes, _reasons(groups)]))
+            notes = joined_notes([self.assembly.scene.notes, found.notes, _reasons(groups)])
+            return replace(found, verdict=joint(groups), notes=notes)
         table = _Smallest(count)
         for number, group in zip(numbers, groups, strict=True):
             columns = np.flatnonzero(loaded[self.assembly.group_of == number].any(0))
             table.add(columns, self._answers(group, W[:, columns], accuracy))
-        return table.answers(self.engine, joint(groups), _reasons(groups))
+        found = table.answers(self.engine, joint(groups), _reasons(groups))
+        return replace(found, notes=joined_notes([self.assembly.scene.notes, found.notes]))
 
     def held(self, W: Float) -> Bool:
         """Tell which loads, columns of W (6J, n), certainly move nothing; False where ``load_factor`` has to be asked.
@@ -394,7 +397,7 @@ def joint(groups: Sequence[Group]) -> Verdict:
 def _reason(groups: Sequence[Group], status: Status) -> str:
     """Give the reason of every group with this status; groups with the same reason share it."""
     if not groups:
-        return "nothing here can move"
+        return "nothing that is asked about can move"
     by_reason: dict[str, list[str]] = {}
     for group in groups:
         if group.verdict.status is status:

@@ -165,6 +165,8 @@ def _loose(assembly: Assembly, group: tuple[str, ...]) -> str:
     inside, outside, gap = nearest
     own = assembly.tolerances.between(assembly.scene.body(inside), assembly.scene.body(outside))
     place = f"{inside} is {gap * 1e3:.3g} mm from {outside}"
+    if not assembly.scene.touching(assembly.scene.body(inside), assembly.scene.body(outside)):
+        return f"{text}; {place}, but the scene keeps these two apart (excluded): they never touch"
     deep = [o.depth for o in assembly.overlaps if set(o.bodies) == {inside, outside}]
     if deep:
         return f"{text}; {inside} overlaps {outside} by {deep[0] * 1e3:.3g} mm: correct the pose"

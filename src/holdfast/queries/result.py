@@ -47,7 +47,7 @@ class Result(PublicValue):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """The simplifications on which the answer depends."""
+        """What the reader of the scene's file guessed or left out, and the simplifications of the answer."""
         return self.answers.notes
 
     @property

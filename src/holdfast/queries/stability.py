@@ -13,6 +13,7 @@ from holdfast.base.text import listed
 from holdfast.engines.answers import Claim
 from holdfast.engines.groups import prepared
 from holdfast.engines.mechanism import Mechanism
+from holdfast.engines.rest import undecided
 from holdfast.engines.verdict import Certificate, ContactForces, GroupVerdict, Status, Verdict
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load, checked_assembly, engine_of, total_wrench
 from holdfast.scene.scene import Scene
@@ -31,8 +32,8 @@ class Stability(PublicValue):
     the total weight. If it does not stand, ``moving`` holds the names of the bodies that move, ``mechanism`` says how
     they move, and ``certificate`` proves that no contact can prevent it. All of these are attributes of ``verdict``,
     which is the worst of the verdicts on the groups of bodies that touch each other. ``groups`` holds these verdicts,
-    in the order of ``assembly.groups``, each with the names of its ``bodies``. ``notes`` are the simplifications on
-    which the answer depends.
+    in the order of ``assembly.groups``, each with the names of its ``bodies``. ``notes`` say what the reader of the
+    scene's file guessed or left out, and the simplifications on which the answer depends.
     """
 
     engine: str
@@ -113,11 +114,12 @@ def stability(
     """Decide whether the assembly stands under its weight and ``loads``.
 
     ``engine`` is the name of an engine, or an engine itself. An assembly that does not stand is an answer, not an
-    error: see Stability.
+    error: see Stability. One in which nothing can move is UNDECIDED, for nothing was asked of it.
     """
     assembly = checked_assembly(assembly)
     method = engine_of(engine)
     state = prepared(method, assembly, total_wrench(assembly, loads))
-    verdict, groups = state.verdict(), state.verdicts
+    verdict = state.verdict() if assembly.movable else undecided("nothing here can move: every body is fixed")
+    groups = state.verdicts
     notes = (*assembly.notes, *state.notes)
     return Stability(engine=method.name, claim=method.claim, verdict=verdict, groups=groups, notes=notes)

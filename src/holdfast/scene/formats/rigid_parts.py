@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, TypeVar
 
@@ -11,15 +12,17 @@ from numpy.typing import ArrayLike
 
 from holdfast.base.arrays import Float, checked_items
 from holdfast.base.errors import SceneError, message, nearest_of
+from holdfast.base.ranges import LENGTH
 from holdfast.base.rigid import transform
-from holdfast.base.text import quoted
+from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Part, Shape, Solid
 from holdfast.scene.excluded import Excluded
 from holdfast.scene.friction import Friction
 from holdfast.scene.inertial import Inertial
 from holdfast.scene.scene import Scene
-from holdfast.scene.shapes import Mesh
+from holdfast.scene.shapes import Mesh, Sphere
+from holdfast.scene.xml import Element
 
 
 class Piece(NamedTuple):
@@ -28,6 +31,52 @@ class Piece(NamedTuple):
     shape: Solid
     pose: Float
     material: str | None = None
+
+
+class Notes(list[str]):
+    """What a reader guessed, took for granted or left out; what is so of several links is said once."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._said: dict[str, tuple[int, list[str]]] = {}
+
+    def of(self, link: str, text: str) -> None:
+        """Note something of a link."""
+        place, links = self._said.setdefault(text, (len(self), []))
+        links.append(link)
+        if len(links) == 1:
+            self.append("")
+        self[place] = f"link{'s' if len(links) > 1 else ''} {listed(links)}: {text}"
+
+    def unread(self, elements: Iterable[Element], known: Mapping[str, Collection[str]]) -> None:
+        """Note the elements below these of which the reader knows neither what they mean nor that they do not matter.
+
+        ``known`` holds, for each tag whose children are looked at, the tags of those that are read or do not matter.
+        """
+        found: Counter[str] = Counter()
+        waiting, seen = list(elements), set[Element]()
+        while waiting:
+            element = waiting.pop()
+            for child in () if element in seen else element.children:
+                if child.tag not in known[element.tag]:
+                    found[f"<{child.tag}> in <{element.tag}>"] += 1
+                elif child.tag in known:
+                    waiting.append(child)
+            seen.add(element)
+        if found:
+            each = [what + (f" ({count} times)" if count > 1 else "") for what, count in sorted(found.items())]
+            self.append(f"not read, though it may matter: {listed(each, NAMED)}")
+
+
+NAMED = 12  # the most kinds of elements in one note
+
+
+def ball(radius: float, link: str, notes: Notes) -> Sphere:
+    """Return a sphere. One that is smaller than spheres may be stands for a point contact: it is as small as may be."""
+    if 0 < radius < LENGTH.least:
+        notes.of(link, f"spheres of radius {radius:g} m are taken as points ({LENGTH.least:g} m)")
+        return Sphere(LENGTH.least)
+    return Sphere(radius)
 
 
 M = TypeVar("M")

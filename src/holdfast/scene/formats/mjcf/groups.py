@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Float, Int
 from holdfast.base.errors import SceneError, message
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
+from holdfast.scene.formats.mjcf.mobility import FREE, free_by_joints, held_joints, joints_of
 from holdfast.scene.formats.mjcf.names import entries
 from holdfast.scene.inertial import Inertial, together
 
 STILL = 0  # the owner of bodies that do not move: the world
-FREE = 0  # mjJNT_FREE
 CONNECT, WELD = 0, 1  # mjEQ_CONNECT, mjEQ_WELD
 BODY, SITE = 1, 6  # mjOBJ_BODY, mjOBJ_SITE
 WRAP_SITES, WRAP_GEOMS = (3,), (4, 5)  # mjWRAP_SITE; mjWRAP_SPHERE, mjWRAP_CYLINDER
@@ -27,11 +27,11 @@ NO_EQUALITY = 1 << 1  # mjDSBL_EQUALITY
 class Groups:
     """The bodies of a model by what carries them; ``notes`` say what was held fixed or joined.
 
-    ``owner`` (nbody,) is the number of the body with the free joint that carries each body, or STILL. ``names`` are
+    ``owner`` (nbody,) is the number of the free body that carries each body, or STILL. ``names`` are
     those of all bodies, with the numbers of those without one; ``named`` are the numbers of those that have one.
     """
 
-    owner: np.ndarray[Any, np.dtype[np.int64]]
+    owner: Int
     names: Sequence[str]
     named: frozenset[int]
     notes: tuple[str, ...]
@@ -44,12 +44,14 @@ class Groups:
 def find_groups(model: Any, data: Any, *, rigid: bool) -> Groups:  # noqa: ANN401 - MuJoCo has no types
     """Find which bodies move as one.
 
-    A joint or a weld between bodies that move raises SceneError, with its name, unless ``rigid`` says that it is held.
+    A body moves if it has a free joint, or others that nothing holds and that together let it move as freely. A joint
+    or a weld between bodies that move raises SceneError, with its name, and so does one between a body and the world
+    that can move and that nothing drives, unless ``rigid`` says that they are held.
     """
     given = entries(model, "body", int(model.nbody))
     names = [name or f"body {b}" for b, name in enumerate(given)]
-    owner, below, fixed = _owners(model)
-    faults = [f"{_joint(model, j)} of {quoted(names[model.jnt_bodyid[j]])}" for j in below]
+    owner, faulty, fixed, freed = _owners(model, data)
+    faults = [f"{_joint(model, j)} of {quoted(names[model.jnt_bodyid[j]])}" for j in faulty]
     joined = []
     for a, b, what in _equalities(model, data):
         if owner[a] != owner[b]:
@@ -58,28 +60,45 @@ def find_groups(model: Any, data: Any, *, rigid: bool) -> Groups:  # noqa: ANN40
     _check_others(model, owner, names)
     if faults and not rigid:
         remedy = "say rigid=True to take what they join as one rigid body as it is now, or fix it in the model"
-        raise SceneError(message("joints between bodies that move", listed(faults), remedy))
+        raise SceneError(message("joints that can move", listed(faults), remedy))
     for a, b in joined:
         low, high = sorted((int(owner[a]), int(owner[b])))
         owner[owner == high] = low
-    notes = [f"taken as rigid as it is now: {text}" for text in faults]
+    notes = [f"taken as rigid as it is now: {listed(faults)}"] if faults else []
+    notes += [f"{quoted(names[b])} moves freely by its joints: {_named(model, each)}" for b, each in freed.items()]
     notes += _held(model, fixed, names)
     return Groups(owner, names, frozenset(b for b, name in enumerate(given) if name), tuple(notes))
 
 
-def _owners(model: Any) -> tuple[np.ndarray[Any, np.dtype[np.int64]], list[int], list[int]]:  # noqa: ANN401
-    """Return the owner of each body, the joints below free bodies, and those of chains that hang on the world."""
+def _owners(model: Any, data: Any) -> tuple[Int, list[int], list[int], dict[int, list[int]]]:  # noqa: ANN401
+    """Return the owner of each body, and the joints that are faults, that hold and that free a body, by its number.
+
+    Joints below free bodies are faults, and so are those of chains on the world that nothing holds.
+    """
+    count = int(model.nbody)
+    free = {b for b in range(1, count) if any(model.jnt_type[j] == FREE for j in joints_of(model, b))}
+    owner = _owned(model, free)
+    hung = [j for b in range(1, count) if owner[b] == STILL for j in joints_of(model, b)]
+    loose = {j for j, held in zip(hung, held_joints(model, data, hung), strict=True) if not held}
+    freed = {}
+    for b in sorted({int(model.jnt_bodyid[j]) for j in loose}):
+        by = free_by_joints(model, data, b, loose)
+        if by and not loose.isdisjoint(by):
+            freed[b] = by
+            loose -= set(by)
+    owner = _owned(model, free | set(freed))
+    joints = [j for j in range(int(model.njnt)) if model.jnt_type[j] != FREE]
+    gone = {j for each in freed.values() for j in each}
+    faulty = [j for j in joints if j not in gone and (j in loose or owner[model.jnt_bodyid[j]] != STILL)]
+    return owner, faulty, [j for j in joints if j not in gone and j not in faulty], freed
+
+
+def _owned(model: Any, free: set[int]) -> Int:  # noqa: ANN401
+    """Return the number of the free body that carries each body, or STILL."""
     owner = np.zeros(int(model.nbody), dtype=np.int64)
-    below: list[int] = []
-    fixed: list[int] = []
     for b in range(1, len(owner)):
-        joints = range(int(model.body_jntadr[b]), int(model.body_jntadr[b]) + int(model.body_jntnum[b]))
-        if any(model.jnt_type[j] == FREE for j in joints):
-            owner[b] = b
-            continue
-        owner[b] = owner[model.body_parentid[b]]
-        (below if owner[b] != STILL else fixed).extend(joints)
-    return owner, below, fixed
+        owner[b] = b if b in free else owner[model.body_parentid[b]]
+    return owner
 
 
 def _joint(model: Any, j: int) -> str:  # noqa: ANN401
@@ -121,13 +140,12 @@ def _check_others(model: Any, owner: Any, names: Sequence[str]) -> None:  # noqa
 
 
 def _held(model: Any, joints: list[int], names: Sequence[str]) -> list[str]:  # noqa: ANN401
-    if not joints:
-        return []
     bodies = dict.fromkeys(names[model.jnt_bodyid[j]] for j in joints)
-    note = f"held fixed at their joint positions: {listed(list(bodies))}"
-    driven = set(np.asarray(model.actuator_trnid)[:, 0].tolist()) if model.nu else set()
-    loose = [_joint(model, j) for j in joints if j not in driven]
-    return [note + (f"; no actuator drives {listed(loose)}, held all the same" if loose else "")]
+    return [f"held fixed at their joint positions: {listed(list(bodies))}"] if bodies else []
+
+
+def _named(model: Any, joints: Sequence[int]) -> str:  # noqa: ANN401
+    return listed([_joint(model, j).removeprefix("joint ") for j in joints])
 
 
 def frame_of(data: Any, b: int) -> Float:  # noqa: ANN401

@@ -24,6 +24,7 @@ from holdfast.scene.scene import Scene
 
 NO_GRAVITY = 1 << 7  # mjDSBL_GRAVITY
 SEEN = 1e-3  # of the size of the smaller body that moves: contacts that are soft overlap by less, and that is not told
+SITE, BODY = 4, 5  # mjTRN_SITE, mjTRN_BODY
 MOST_CONDIM = 3  # contacts of more dimensions resist turning and rolling at points
 
 
@@ -61,7 +62,8 @@ def from_mujoco(model: Any, data: Any, *, rigid: bool = False, name: str = "") -
             bodies.append(_body(model, data, group, rules))
     table = rules.table([g for group in groups for g in group.geoms]) if groups else {}
     gravity = np.zeros(3) if model.opt.disableflags & NO_GRAVITY else np.array(model.opt.gravity)
-    notes = [*owners.notes, *_left_out(model, rules, empty), *_overlaps(data, groups, bodies)]
+    notes = [*owners.notes, *_left_out(model, rules, empty), *_unread(model, data, owners)]
+    notes += _overlaps(data, groups, bodies)
     return Scene(bodies, Friction(pairs=table), gravity, name, _excluded(rules, groups), notes)
 
 
@@ -168,6 +170,34 @@ def _left_out(model: Any, rules: Rules, empty: list[str]) -> list[str]:  # noqa:
     if rules.sliding:
         notes.append("pairs with two coefficients of sliding friction: the smaller one is taken")
     return notes
+
+
+def _unread(model: Any, data: Any, owners: Groups) -> list[str]:  # noqa: ANN401
+    """Return notes of what acts on bodies in MuJoCo and not here.
+
+    Equality constraints, tendons, lifted weights and soft bodies are not among it: where they reach a body that moves,
+    the model is refused or the body held (groups.py). Sensors, keyframes, custom data and all that is seen do nothing.
+    """
+    moves, names = owners.owner != STILL, owners.names
+
+    def moving(bodies: Any) -> list[int]:  # noqa: ANN401 - numbers of bodies
+        return [int(b) for b in bodies if moves[b]]
+
+    def set_of_geoms(field: str) -> list[int]:  # not every version of MuJoCo has it
+        return [int(model.geom_bodyid[g]) for g in np.unique(np.nonzero(getattr(model, field, ()))[0])]
+
+    kind, target = np.asarray(model.actuator_trntype), np.asarray(model.actuator_trnid).reshape(-1, 2)[:, 0]
+    found = [
+        ("moving surfaces (surfacevel)", set_of_geoms("geom_surfacevel")),
+        ("adhesion", [*set_of_geoms("geom_adhesion"), *target[kind == BODY].tolist()]),
+        ("actuators that push", moving(np.asarray(model.site_bodyid)[target[kind == SITE]])),
+        ("applied forces (xfrc_applied)", moving(np.unique(np.nonzero(data.xfrc_applied)[0]))),
+        ("springs of joints", moving(np.asarray(model.jnt_bodyid)[np.unique(np.nonzero(model.jnt_stiffness)[0])])),
+    ]
+    each = [(what, listed([quoted(names[b]) for b in dict.fromkeys(bodies)])) for what, bodies in found if bodies]
+    notes = [f"ignored, though it acts: {what} of {who}" for what, who in each]
+    windy = bool(np.asarray(model.opt.wind).any()) and model.opt.density > 0
+    return [*notes, *(["ignored, though it acts: wind"] if windy else [])]
 
 
 def _overlaps(data: Any, groups: Sequence[Group], bodies: Sequence[Body]) -> list[str]:  # noqa: ANN401

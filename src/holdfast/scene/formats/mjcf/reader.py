@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.base.arrays import checked
-from holdfast.base.errors import SceneError, located, message, nearest_of
+from holdfast.base.errors import HoldfastWarning, SceneError, located, message, nearest_of
 from holdfast.base.files import checked_path, read_ordinary
 from holdfast.base.text import one_line, quoted
 from holdfast.scene.formats.mjcf.guard import MOST_BYTES, UNUSED, files_of, parsed, root_of
@@ -68,14 +69,20 @@ def read(
 
 @contextmanager
 def _warnings(mujoco: Any) -> Iterator[list[str]]:  # noqa: ANN401 - MuJoCo has no types
-    """Collect the warnings that MuJoCo would write to a file in the current folder."""
+    """Collect the warnings that MuJoCo would write to a file in the current folder, and those of its compiler."""
     told: list[str] = []
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda text: told.append(one_line(text)))
     try:
-        yield told
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            yield told
+            told += [one_line(str(each.message)) for each in caught if not isinstance(each.message, HoldfastWarning)]
     finally:
         mujoco.set_mju_user_warning(before)
+    for each in caught:
+        if isinstance(each.message, HoldfastWarning):
+            warnings.warn(each.message, stacklevel=2)
 
 
 def _compiled(mujoco: Any, source: Source, files: list[Path]) -> Any:  # noqa: ANN401 - MuJoCo has no types

@@ -11,7 +11,7 @@ from holdfast.base.arrays import Float, checked_number
 from holdfast.base.errors import located
 from holdfast.base.ranges import DENSITY, FRICTION, MASS
 from holdfast.base.text import quoted
-from holdfast.scene.formats.rigid_parts import Piece
+from holdfast.scene.formats.rigid_parts import Notes, Piece
 from holdfast.scene.formats.sdf.frames import posed
 from holdfast.scene.formats.sdf.scopes import Scope, truth
 from holdfast.scene.formats.sdf.shapes import plane_pose, solid_of
@@ -21,8 +21,30 @@ from holdfast.scene.shapes import MassProperties
 from holdfast.scene.xml import Element
 
 USUAL_FRICTION = 1.0  # of SDF, where a collision says nothing
+DRAKES_FRICTION = 0.5  # likewise of Drake (default_proximity_properties of SceneGraphConfig)
+RULES = {"ode": "least", "bullet": "product", "drake": "harmonic mean"}  # how simulators combine two surfaces
 USUAL_DENSITY = 1000.0  # [kg/m³] of SDF, for masses that are to be worked out
 USUAL_MASK = 0xFFFF
+
+
+# What is read of a file, or changes nothing at rest, or is noted in other words; all else is named in a note
+KNOWN = {
+    "world": ("model", "include", "frame", "joint", "light", "actor", "gravity", "physics", "scene", "gui", "plugin",
+              "audio", "spherical_coordinates", "magnetic_field", "atmosphere", "road", "wind"),
+    "model": ("pose", "static", "self_collide", "allow_auto_disable", "frame", "link", "joint", "model", "include",
+              "plugin", "light"),
+    "link": ("pose", "inertial", "collision", "visual", "sensor", "gravity", "self_collide", "must_be_base_link",
+             "velocity_decay", "light", "audio_sink", "audio_source", "projector", "battery", "particle_emitter",
+             "plugin"),
+    "inertial": ("pose", "mass", "inertia", "density", "auto_inertia_params"),
+    "collision": ("pose", "geometry", "surface", "density", "auto_inertia_params", "laser_retro", "max_contacts",
+                  "drake:proximity_properties", "drake:visual"),
+    "surface": ("bounce", "friction", "contact", "soft_contact"),
+    "friction": ("ode", "bullet"),
+    "ode": ("mu", "mu2", "fdir1"),
+    "bullet": ("friction", "friction2", "fdir1"),
+    "contact": ("collide_without_contact", "collide_bitmask", "poissons_ratio", "elastic_modulus"),
+}  # fmt: skip
 
 
 class Plane(NamedTuple):
@@ -53,19 +75,19 @@ class Link:
 
 @dataclass
 class LinkReader:
-    """Reads links; ``bullet`` chooses Bullet's friction, ``friction`` and ``density`` stand for missing values."""
+    """Reads links; ``tags`` says whose friction is taken, ``friction`` and ``density`` stand for missing values."""
 
-    bullet: bool
+    tags: str
     surfaces: Surfaces
     friction: float | None
     density: float | None
-    notes: list[str]
+    notes: Notes
 
     def link(self, scope: Scope, element: Element, fixed: bool) -> Link:
         """Return a link with its shapes and, unless it is fixed, its mass."""
         link, where = Link(), f"{scope.path}::{element.attribute('name')}"
         if element.all("visual") and not element.all("collision"):
-            self.notes.append(f"link {where}: no <collision>, its <visual> is taken")
+            self.notes.of(where, "no <collision>, its <visual> is taken")
         for collision in element.all("collision") or element.all("visual"):
             with located(collision.place):
                 self._collision(scope, link, collision, element)
@@ -85,26 +107,31 @@ class LinkReader:
         if shape.tag == "empty":
             return
         mask, material = _mask(element), self.surfaces.material(self._mu(element, where))
+        contact = _below(element, "surface", "contact")
+        if contact is not None and truth(contact, "collide_without_contact"):
+            self.notes.of(where, "touches nothing (collide_without_contact)")
+            mask = 0
         if shape.tag == "plane":
             link.planes.append(Plane(np.asarray(pose @ plane_pose(shape)), material, mask))
             return
         with located(shape.place):
-            solid, exact = solid_of(scope, shape)
+            solid, exact = solid_of(scope, shape, where, self.notes)
             link.contents.append(Content(element, Piece(solid, pose, material), exact, mask))
 
     def _mu(self, element: Element, where: str) -> float:
         """Return the coefficient of a surface: the least of its directions; that of ``friction`` or SDF if none."""
-        found = coefficients(element, bullet=self.bullet)
+        found = coefficients(element, self.tags)
         values = [checked_number(mu, f"{element.place}: friction", minimum=0, within=FRICTION) for mu in found]
         if values:
             if max(values) > min(values):
-                self.notes.append(f"link {where}: friction {min(values):g}, the least of its directions")
+                self.notes.of(where, f"friction {min(values):g}, the least of its directions")
             return min(values)
         if self.friction is not None:
-            self.notes.append(f"link {where}: friction {self.friction:g}, as given by friction=")
+            self.notes.of(where, f"friction {self.friction:g}, as given by friction=")
             return self.friction
-        self.notes.append(f"link {where}: friction {USUAL_FRICTION:g}, which SDF says where a file says none")
-        return USUAL_FRICTION
+        whose, usual = ("Drake", DRAKES_FRICTION) if self.tags == "drake" else ("SDF", USUAL_FRICTION)
+        self.notes.of(where, f"friction {usual:g}, which {whose} says where a file says none")
+        return usual
 
     def _inertial(self, element: Element, contents: list[Content], where: str) -> Inertial:
         """Return the mass that the file gives, or that of the shapes, each counted by itself, as SDF prescribes."""
@@ -115,7 +142,7 @@ class LinkReader:
             usual = self.density or USUAL_DENSITY
             usual = usual if inertial is None else _density(inertial, usual)
             each = [_filled(content, _density(content.element, usual)) for content in contents]
-            self.notes.append(f"link {where}: mass worked out from densities")
+            self.notes.of(where, "mass worked out from densities")
             if not each:
                 element.fail("has a mass to be worked out, and no shape", "add one")
             found = together(each)
@@ -125,14 +152,17 @@ class LinkReader:
             share = checked_number(mass.values(1)[0], mass.place, above=0, within=MASS) / found.mass
             return Inertial(share * found.mass, found.com, share * found.inertia)
         if bare:
-            self.notes.append(f"link {where}: mass 1 kg, which SDF says where a file says none")
+            self.notes.of(where, "mass 1 kg, which SDF says where a file says none")
         return _given(inertial, element)
 
 
-def coefficients(element: Element, *, bullet: bool) -> list[float]:
-    """Return what a collision says of its friction, to Bullet or to ODE."""
-    engine, names = ("bullet", ("friction", "friction2")) if bullet else ("ode", ("mu", "mu2"))
-    found = _below(element, "surface", "friction", engine)
+def coefficients(element: Element, tags: str) -> list[float]:
+    """Return what a collision says of its friction to Bullet, to Drake or to ODE, by the name of their ``tags``."""
+    if tags == "drake":
+        properties = element.all("drake:proximity_properties")
+        return [each.values(1)[0] for own in properties for each in own.all("drake:mu_static")]
+    names = ("friction", "friction2") if tags == "bullet" else ("mu", "mu2")
+    found = _below(element, "surface", "friction", tags)
     return [] if found is None else [each.values(1)[0] for name in names if (each := found.child(name)) is not None]
 
 

@@ -13,10 +13,10 @@ from holdfast.base.text import quoted
 from holdfast.scene.body import Body
 from holdfast.scene.formats.references import Packages, References
 from holdfast.scene.formats.registry import register
-from holdfast.scene.formats.rigid_parts import checked_fixed, rigid_body, scene_of
+from holdfast.scene.formats.rigid_parts import Notes, checked_fixed, rigid_body, scene_of
 from holdfast.scene.formats.sdf.frames import Frames
 from holdfast.scene.formats.sdf.groups import Group, groups_of
-from holdfast.scene.formats.sdf.links import LinkReader, coefficients
+from holdfast.scene.formats.sdf.links import KNOWN, RULES, LinkReader, coefficients
 from holdfast.scene.formats.sdf.scopes import Scope, ScopeReader
 from holdfast.scene.formats.sdf.touching import Touching, excluded_pairs, toucher
 from holdfast.scene.formats.source import Source
@@ -53,8 +53,8 @@ def read(
     that are static, and ``floor`` adds the half space below z = 0, with the friction of whatever lies on it. Joints
     that can move are refused by name, unless ``rigid`` is True: then they hold. ``friction`` is the coefficient of
     surfaces, and ``density`` [kg/m³] that of links, of which the file says nothing; without them SDF's own values are
-    taken, and noted: a coefficient of 1 and a mass of 1 kg. ``simulator``, "ode" or "bullet", chooses the friction
-    tags. ``package`` maps the names of packages and models to folders, or is a function that does.
+    taken, and noted: a coefficient of 1 and a mass of 1 kg. ``simulator``, "ode", "bullet" or "drake", chooses the
+    friction tags. ``package`` maps the names of packages and models to folders, or is a function that does.
 
     Raises SceneError or GeometryError if the file is malformed, or leaves out what is needed.
     """
@@ -64,9 +64,10 @@ def read(
         density = checked_number(density, "density", above=0, within=DENSITY)
     if friction is not None:
         friction = checked_number(friction, "friction", minimum=0, within=FRICTION)
-    notes: list[str] = []
-    bullet = _is_bullet(root, top, simulator, notes)
-    reader = LinkReader(bullet, Surfaces("product" if bullet else "least"), friction, density, notes)
+    notes = Notes()
+    notes.unread([scope.element for scope in top.within()], KNOWN)
+    tags = _tags(root, top, simulator, notes)
+    reader = LinkReader(tags, Surfaces(RULES[tags]), friction, density, notes)
     held = checked_fixed(fixed, [scope.path for scope in top.within() if not scope.is_world], "model")
     groups = groups_of(top, held, checked_truth(rigid, "rigid"), notes)
     frames = Frames()
@@ -108,19 +109,26 @@ def _world(root: Element, name: str | None) -> Element:
     return found[0]
 
 
-def _is_bullet(root: Element, top: Scope, simulator: str | None, notes: list[str]) -> bool:
-    """Say whether the friction is what the file says to Bullet: as chosen, as its physics says, or if nothing else."""
+def _tags(root: Element, top: Scope, simulator: str | None, notes: Notes) -> str:
+    """Say whose friction tags count: as chosen, those that are there, of ODE and Bullet those of the world's physics.
+
+    Drake combines coefficients in another way, so a file with its tags and others raises SceneError unless one is
+    chosen.
+    """
     if simulator is not None:
-        checked_word(simulator, ("ode", "bullet"), "simulator")
+        checked_word(simulator, RULES, "simulator")
     links = (link for scope in top.within() for link in scope.element.all("link"))
     collisions = [collision for link in links for collision in link.all("collision")]
-    by_bullet, by_ode = (any(coefficients(each, bullet=which) for each in collisions) for which in (True, False))
+    found = [tags for tags in RULES if any(coefficients(each, tags) for each in collisions)]
+    if simulator is None and "drake" in found and len(found) > 1:
+        problem = f"has friction for {' and '.join(found)}, which combine it in different ways"
+        root.fail(problem, f"give simulator={found[0]!r}, or another")
     named = {physics.attributes.get("type") for physics in root.all("physics")}
-    bullet = simulator == "bullet" or (simulator is None and ("bullet" in named if by_ode and by_bullet else by_bullet))
-    if by_bullet or by_ode:
-        rule = "product" if bullet else "least"
-        notes.append(f"friction: tags of {'bullet' if bullet else 'ode'}; of two surfaces it is their {rule}")
-    return bullet
+    usual = "bullet" if len(found) > 1 and "bullet" in named else (*found, "ode")[0]
+    chosen = simulator or usual
+    if found:
+        notes.append(f"friction: tags of {chosen}; of two surfaces it is their {RULES[chosen]}")
+    return chosen
 
 
 def _names(groups: list[Group]) -> list[str]:
@@ -161,7 +169,7 @@ def _bodies(group: Group, name: str, reader: LinkReader, frames: Frames) -> Iter
         touchers = tuple(toucher(place, content.mask) for place, link in links for content in link.contents)
         yield rigid_body(name, pieces, pose=base, inertial=inertial, fixed=group.fixed), touchers
     elif not planes and not group.fixed:
-        reader.notes.append(f"link {first.path}: has no shape, so it is left out")
+        reader.notes.of(first.path, "has no shape, so it is left out")
 
 
 def _relative(base: Float, pose: Float) -> Float:

@@ -9,21 +9,25 @@ from holdfast.base.errors import GeometryError
 from holdfast.base.ranges import LENGTH
 from holdfast.base.rigid import tangents
 from holdfast.scene.compound import Solid
+from holdfast.scene.formats.rigid_parts import Notes, ball
 from holdfast.scene.formats.sdf.scopes import Scope
 from holdfast.scene.round import Capsule, Ellipsoid
-from holdfast.scene.shapes import Box, Cylinder, MassProperties, Mesh, Sphere
+from holdfast.scene.shapes import Box, Cylinder, MassProperties, Mesh
 from holdfast.scene.xml import Element
 
 CONE_SIDES = 64
 
 
-def solid_of(scope: Scope, element: Element) -> tuple[Solid, MassProperties | None]:
-    """Return the shape of an element such as <box>, and its mass properties if they are not those of that shape."""
+def solid_of(scope: Scope, element: Element, link: str, notes: Notes) -> tuple[Solid, MassProperties | None]:
+    """Return the shape of an element such as <box>, and its mass properties if they are not those of that shape.
+
+    What is guessed of it is noted of the ``link``.
+    """
     match element.tag:
+        case "sphere":
+            return ball(_number(element, "radius"), link, notes), None
         case "box":
             return Box(np.array(element.needed("size").values(3))), None
-        case "sphere":
-            return Sphere(_number(element, "radius")), None
         case "cylinder":
             return Cylinder(_number(element, "radius"), _number(element, "length")), None
         case "capsule":

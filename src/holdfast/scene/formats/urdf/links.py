@@ -12,14 +12,27 @@ from holdfast.base.ranges import FRICTION, MASS
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Solid
 from holdfast.scene.formats.references import References
-from holdfast.scene.formats.rigid_parts import Piece, filled
+from holdfast.scene.formats.rigid_parts import Notes, Piece, ball, filled
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.formats.urdf.tree import origin_of
 from holdfast.scene.inertial import Inertial
 from holdfast.scene.round import Capsule
-from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
+from holdfast.scene.shapes import Box, Cylinder, Mesh
 from holdfast.scene.xml import Element
 
+# What is read of a file, or changes nothing at rest, or is noted in other words; all else is named in a note
+KNOWN = {
+    "robot": ("link", "joint", "material", "transmission", "gazebo", "sensor", "version"),
+    "link": ("inertial", "visual", "collision", "contact", "sensor", "drake:self_collision_filter_group"),
+    "collision": ("origin", "geometry", "verbose", "drake:proximity_properties", "material"),
+    "contact": ("lateral_friction", "rolling_friction", "spinning_friction", "stiffness", "damping", "restitution",
+                "inertia_scaling", "contact_cfm", "contact_erp", "friction_anchor", "collision_margin"),
+    "joint": ("origin", "parent", "child", "axis", "calibration", "dynamics", "limit", "mimic", "safety_controller",
+              "drake:acceleration", "drake:rotor_inertia", "drake:gear_ratio", "hardwareInterface"),
+    "gazebo": ("mu1", "mu2", "kp", "kd", "material", "plugin", "sensor", "selfCollide", "minDepth", "maxVel", "fdir1",
+               "maxContacts", "implicitSpringDamper", "dampingFactor", "laserRetro", "visual", "provideFeedback",
+               "disableFixedJointLumping", "preserveFixedJoint", "light"),
+}  # fmt: skip
 # How the simulators whose tags a file may have combine the coefficients of two surfaces
 RULES = {"bullet": "product", "drake": "harmonic mean", "gazebo": "least"}
 
@@ -35,7 +48,7 @@ class LinkReader:
     references: References
     simulator: str | None
     friction: float | None
-    notes: list[str]
+    notes: Notes
     surfaces: Surfaces = field(init=False)
 
     def __post_init__(self) -> None:
@@ -75,15 +88,15 @@ class LinkReader:
     def pieces(self, link: Element) -> list[Piece]:
         """Return the shapes of a link in its frame: those that collide, or else those that are seen."""
         if not link.all("collision") and link.all("visual"):
-            self.notes.append(f"link {quoted(link.attribute('name'))}: no <collision>, its <visual> is taken")
+            self.notes.of(_called(link), "no <collision>, its <visual> is taken")
         return [self._piece(link, element) for element in _seen(link)]
 
     def _piece(self, link: Element, element: Element) -> Piece:
         with located(element.place):
-            shape = self._shape(element.needed("geometry"))
+            shape = self._shape(element.needed("geometry"), link)
             return Piece(shape, origin_of(element), self.surfaces.material(self._mu(link, element)))
 
-    def _shape(self, geometry: Element) -> Solid:
+    def _shape(self, geometry: Element, link: Element) -> Solid:
         if len(geometry.children) != 1:
             geometry.fail(f"has {len(geometry.children)} shapes", "needs one")
         shape = geometry.children[0]
@@ -92,7 +105,7 @@ class LinkReader:
                 case "box":
                     return Box(np.array(shape.numbers("size", 3)))
                 case "sphere":
-                    return Sphere(shape.number("radius"))
+                    return ball(shape.number("radius"), _called(link), self.notes)
                 case "cylinder":
                     return Cylinder(shape.number("radius"), shape.number("length"))
                 case "capsule":
@@ -114,11 +127,11 @@ class LinkReader:
             values = [checked_number(value, f"{link.place}: friction", minimum=0, within=FRICTION) for value in own]
             if max(values) > min(values):
                 each = listed([f"{value:g}" for value in values])
-                self.notes.append(f"link {quoted(link.attribute('name'))}: the least of its coefficients {each}")
+                self.notes.of(_called(link), f"the least of its coefficients {each}")
             return min(values)
         if self.friction is None:
             link.fail("has no friction", "give friction=, for all surfaces without one")
-        self.notes.append(f"link {quoted(link.attribute('name'))}: friction {self.friction:g}, as given by friction=")
+        self.notes.of(_called(link), f"friction {self.friction:g}, as given by friction=")
         return self.friction
 
     def inertial(self, link: Element, pieces: list[Piece], density: float | None) -> Inertial | None:
@@ -127,7 +140,7 @@ class LinkReader:
         if element is None:
             if not pieces or density is None:
                 return None
-            self.notes.append(f"link {quoted(link.attribute('name'))}: mass from density {density:g} kg/m³")
+            self.notes.of(_called(link), f"mass from density {density:g} kg/m³")
             with located(link.place):
                 return filled(pieces, density)
         mass_element = element.needed("mass")
@@ -143,9 +156,13 @@ class LinkReader:
             element.fail("has no <inertia>", "add it")
         with located(link.place):
             shape = filled(pieces, 1.0)
-        self.notes.append(f"link {quoted(link.attribute('name'))}: inertia of its shape")
+        self.notes.of(_called(link), "inertia of its shape")
         middle = origin[:3, 3]
         return Inertial(mass, middle, Inertial(mass, shape.com, mass / shape.mass * shape.inertia).about(middle))
+
+
+def _called(link: Element) -> str:
+    return quoted(link.attribute("name"))
 
 
 def _seen(link: Element) -> list[Element]:

@@ -16,9 +16,9 @@ from holdfast.base.text import quoted
 from holdfast.scene.body import Body
 from holdfast.scene.formats.references import Packages, References
 from holdfast.scene.formats.registry import register
-from holdfast.scene.formats.rigid_parts import rigid_body, scene_of
+from holdfast.scene.formats.rigid_parts import Notes, rigid_body, scene_of
 from holdfast.scene.formats.source import Source
-from holdfast.scene.formats.urdf.links import LinkReader
+from holdfast.scene.formats.urdf.links import KNOWN, LinkReader
 from holdfast.scene.formats.urdf.tree import Group, groups_of
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.inertial import together
@@ -67,7 +67,8 @@ def read(
         density = checked_number(density, "density", above=0, within=DENSITY)
     name = checked_name(root.attributes.get("name") or source.path.stem, f"{root.place}: name")
     copies = _copies(name, pose, poses)
-    notes: list[str] = []
+    notes = Notes()
+    notes.unread([root], KNOWN)
     reader = LinkReader(root, References(source.path, package), simulator, friction, notes)
     links = _links(root)
     if not isinstance(fixed, bool):
@@ -155,7 +156,7 @@ def _body(
         unknown[0].fail("has no <inertial>", "give density=, or fixed=True")
     massive = [inertial for inertial in inertials if inertial.mass]
     if not massive and not fixed:
-        reader.notes.append(f"link {quoted(group.top)}: mass 0, so it is fixed, as in Bullet")
+        reader.notes.of(quoted(group.top), "mass 0, so it is fixed, as in Bullet")
         fixed = True
     mass = together(massive) if massive and not unknown else None
     return group.top, rigid_body(group.top, pieces, pose=group.pose, inertial=mass, fixed=fixed)
