@@ -32,12 +32,8 @@ def unresisted_motion(m: Elastic, K: Float) -> Float:
     size.
     """
     n = len(m.wrench)
-    size = m.scale[::6] / m.scale[3::6]
-    softest = m.unit.reshape(-1, 6)[:, :3].min(1)  # that of the direction in which contacts are firmest
-    unit = softest[:, None] * np.stack([np.ones_like(size), 1 / size], 1).repeat(3, axis=1)
-    (rows, columns), values = np.empty((2, 144 * len(m.a)), dtype=np.int64), np.empty(144 * len(m.a))
-    count = write_entries(m._replace(unit=unit.ravel()), K, rows, columns, values)
-    A, solve = _factored(rows[:count], columns[:count], values[:count], n)
+    rows, columns, values, _ = _entries(m, K)
+    A, solve = _factored(rows, columns, values, n)
     x = _start(n)
     for _ in range(3):
         x = solve(x)
@@ -45,6 +41,22 @@ def unresisted_motion(m: Elastic, K: Float) -> Float:
     if np.abs(np.asarray(A @ x)).max() > NO_RESISTANCE:
         return np.zeros(n // 6)
     return np.asarray(np.abs(x).reshape(-1, 6).max(1))
+
+
+def resistance(m: Elastic, K: Float) -> tuple[sparse.csc_matrix, Float]:
+    """The stiffness ``K`` (P, 6, 6) as a matrix (n, n), in units (n,) in which that of bonded contacts is of order one."""
+    rows, columns, values, unit = _entries(m, K)
+    n = len(m.wrench)
+    return sparse.csc_matrix((values, (rows, columns)), shape=(n, n)), unit
+
+
+def _entries(m: Elastic, K: Float) -> tuple[Int, Int, Float, Float]:
+    size = m.scale[::6] / m.scale[3::6]
+    softest = m.unit.reshape(-1, 6)[:, :3].min(1)  # that of the direction in which contacts are firmest
+    unit = (softest[:, None] * np.stack([np.ones_like(size), 1 / size], 1).repeat(3, axis=1)).ravel()
+    (rows, columns), values = np.empty((2, 144 * len(m.a)), dtype=np.int64), np.empty(144 * len(m.a))
+    count = write_entries(m._replace(unit=unit), K, rows, columns, values)
+    return rows[:count], columns[:count], values[:count], unit
 
 
 @lru_cache(maxsize=KEPT)

@@ -110,10 +110,10 @@ def state_on(
         return Unpushable(certain)
     # without a hold some motions have no stiffness, and no path begins; what is said of others must not hang on it
     holding = grid.holding(resting.among(assembly))
-    held = at_rest(holding)
+    held = at_rest(holding, resting.loose)
     if held is None:
         holding = grid.with_hold
-        held = at_rest(holding)
+        held = at_rest(holding, resting.loose)
     if held is None:
         return Unpushable(resting.verdict)
     return Standing(held.verdict, Refined(holding, refinements), held.loose)

@@ -10,11 +10,12 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, wrenches_of
 from holdfast.base.arrays import Bool, Float
 from holdfast.base.text import listed
-from holdfast.elastic.law import evaluate, node_forces
+from holdfast.elastic.law import node_forces
 from holdfast.elastic.model import Elastic
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.progress import CARRIED
 from holdfast.elastic.sparse import unresisted_motion
+from holdfast.engines.compliant.balanced import TAKEN_ALONG, only_balanced
 from holdfast.engines.compliant.fixed_point import Fixed, fixed_point
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.model import world_rows
@@ -25,7 +26,6 @@ from holdfast.engines.verdict import Status, Verdict
 
 BALANCED = 1e-8  # largest equilibrium error of a state of rest, relative to the total weight
 BALANCED_EACH = 1e-7  # largest equilibrium error of a state of rest, relative to each body's own weight
-TAKEN_ALONG = 1e-3  # displacement, relative to the largest in a motion, above which a body takes part in the motion
 
 
 class AtRest(NamedTuple):
@@ -39,10 +39,11 @@ class AtRest(NamedTuple):
         return np.array([body.name in self.loose for body in assembly.movable], dtype=bool)
 
 
-def at_rest(grid: Grid) -> AtRest | None:
+def at_rest(grid: Grid, loose: tuple[str, ...] | None = None) -> AtRest | None:
     """Return the verdict on a grid that has come to rest, or None if it has not or if its forces balance badly.
 
-    What a faint hold carries counts as unbalanced.
+    What a faint hold carries counts as unbalanced. ``loose`` names the bodies that are only balanced, where they are
+    known: a faint hold moves nodes that just touch.
     """
     m, end = grid.system.model, grid.settled
     if end.outcome is not RestOutcome.RESTS:
@@ -53,7 +54,8 @@ def at_rest(grid: Grid) -> AtRest | None:
     most, most_each = (CARRIED, CARRIED) if grid.hold is not None else (BALANCED, BALANCED_EACH)
     if total > most or each > most_each:
         return None
-    loose = balanced(grid.assembly, m, end.q)
+    if loose is None:
+        loose = _named(grid.assembly, only_balanced(m, end.q, most_each))
     return AtRest(_stands(grid.assembly, grid.nodes, forces * grid.unit, total, loose), loose)
 
 
@@ -74,7 +76,7 @@ def not_at_rest(grid: Grid) -> Verdict:
         if other.outcome is Fixed.RESTS and other.forces is not None:
             total, each = unbalanced(grid.places, other.forces, wrench)
             if each <= BALANCED_EACH:
-                return _stands(assembly, nodes, other.forces, total, balanced(assembly, m, None))
+                return _stands(assembly, nodes, other.forces, total, _unheld(assembly, m))
         if other.outcome is Fixed.MOVES and other.twists is not None:
             return _drifts(assembly, nodes, other.twists, True)
     tried = (
@@ -96,26 +98,22 @@ def unbalanced(places: Places, forces: Float, wrench: Float) -> tuple[float, flo
     return total, float(np.abs(left * assembly.equation_scale).max(initial=0.0)) / weight
 
 
-def balanced(assembly: Assembly, m: Elastic, q: Float | None) -> tuple[str, ...]:
-    """Name the bodies that are only balanced, as on an edge, a corner or a round side.
+def _unheld(assembly: Assembly, m: Elastic) -> tuple[str, ...]:
+    """Name the bodies that could move even if all contacts were bonded."""
+    return _named(assembly, unresisted_motion(m, m.bonded) > TAKEN_ALONG)
 
-    These are the bodies that take part in a motion which no contact stiffness resists, at the state of rest q (6J,). If
-    q is None, they are only those that could move even if all contacts were bonded.
-    """
-    K = m.bonded.copy()
-    if q is not None:
-        evaluate(m, 1.0, q, np.zeros(len(q)), K, np.zeros(6), np.zeros(6))
-    moved = unresisted_motion(m, K)
-    return tuple(body.name for body, far in zip(assembly.movable, moved, strict=True) if far > TAKEN_ALONG)
+
+def _named(assembly: Assembly, bodies: Bool) -> tuple[str, ...]:
+    return tuple(body.name for body, one in zip(assembly.movable, bodies, strict=True) if one)
 
 
 def _stands(
-    assembly: Assembly, nodes: ContactNodes, forces: Float, residual: float, only_balanced: tuple[str, ...] = ()
+    assembly: Assembly, nodes: ContactNodes, forces: Float, residual: float, loose: tuple[str, ...] = ()
 ) -> Verdict:
     contact = contact_forces(assembly, nodes, forces)
     reason = "elastic contacts with friction come to rest: their forces balance every body"
-    if only_balanced:
-        names = listed(only_balanced, NAMED)
+    if loose:
+        names = listed(loose, NAMED)
         reason += f"; only balanced, as on an edge, a corner or a round side: {names} (some smallest push moves it)"
     return Verdict(
         status=Status.STABLE,
