@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float
-from holdfast.elastic.outcome import RestOutcome
+from holdfast.elastic.outcome import PathOutcome, RestOutcome
 from holdfast.elastic.progress import CARRIED
 from holdfast.engines.answers import Answers, only_balanced
 from holdfast.engines.compliant.carriers import HUGE, rests_alone
@@ -48,7 +48,8 @@ class Review:
           analysis finds forces that balance the load alone: there the weight is nothing but a disturbance of the
           balance, of the size of those that a path is lost by. If nothing of this is found, such a peak without a lower
           bound is undecided where limit analysis finds no end. An undecided answer is infinite if its path was lost
-          above HUGE times the weight and one of the two searches for rest succeeds.
+          above HUGE times the weight that counts beside its load and one of the two searches for rest succeeds, or if
+          it has no end, on the finer grid neither, where every body is held.
         """
         size, own, held = self._sizes(W), self._own(W), self.grid.loads_held(W)
         bounded = not isinstance(accuracy, ForcesOnly)
@@ -108,9 +109,20 @@ class Review:
         return np.asarray((size > 0) & doubt)
 
     def _endless_behind(self, column: Float, size: float) -> bool:
-        """Tell whether the path of one load (6J,) was lost far above the weight although it has no end."""
+        """Tell whether the path of one load (6J,) was lost although it has no end."""
         reached = float(self.grid.paths(column[:, None]).peak[0])
-        return HUGE < reached * size < np.inf and self._endless(column, reached)
+        beside = self.grid.carriers.weight(self.grid.loads(column[:, None])[0])
+        if HUGE * beside < reached * size < np.inf and self._endless(column, reached):
+            return True
+        return all(self._endless_held(grid, column, size) for grid in (self.grid, self.grid.finer))
+
+    def _endless_held(self, grid: Grid, column: Float, size: float) -> bool:
+        """Tell whether the path of one load (6J,) has no end where a faint hold keeps every body in its place.
+
+        Where bodies lie on whole multiples of their size, some of them come to be only balanced on the way.
+        """
+        found = grid.with_hold.paths(column[:, None])
+        return bool(found.outcome[0] == PathOutcome.ENDLESS or found.peak[0] * size > ENDLESS)
 
     def _endless(self, column: Float, peak: float) -> bool:
         """Tell whether elastic contacts balance one load (6J,) without any weight, or BEYOND times its ``peak``."""
