@@ -19,6 +19,8 @@ SLIGHT = 1e-4  # push, relative to the pushed body's weight, below which a body 
 CONTRADICTION = 0.05  # share by which a peak may lie above the proved bound before it counts as wrong
 ENDLESS = 1e3  # lower bound, relative to the group's weight, above which limit analysis decides whether there is an end
 BEYOND = 30.0  # times a peak: bodies that rest under such a load do not move at the peak
+TENTH = 0.1  # of the load at which a path ended, where the hold tells whether contacts resist at all
+CLEARLY = 0.5  # of its share of what ends a path, above which the hold carries the load as it did from the beginning
 PATIENCE = 200  # steps of Newton's method after which rest under such a load is not sought any longer
 
 
@@ -38,7 +40,8 @@ class Review:
         """Return the answers ``found`` for columns W (6J, n), mended where limit analysis proves more.
 
         - A push that moves a body which is only balanced, and that is too small to be told from none, becomes 0: of a
-          body that is held that of either method, of others that of limit analysis.
+          body that is held that of either method, of others that of limit analysis. So does one that only the faint
+          hold resists, from the beginning.
         - An undecided answer becomes 0 where limit analysis proves that the least push moves something.
         - An answer above the proved bound by more than CONTRADICTION is undecided; one that is less far above it is
           lowered to it.
@@ -64,7 +67,8 @@ class Review:
         for k, row in enumerate(doubtful.tolist()):
             unknown, infinite = status[row] is Status.UNDECIDED, certain.status[k] is Status.INFINITE
             confirmed = not held[row] and lower[row] * size[row] > ENDLESS  # a faint hold may have helped
-            if min(top[k], np.inf if unknown or not held[row] else force[row]) * own[row] <= SLIGHT:
+            slight = min(top[k], np.inf if unknown or not held[row] else force[row]) * own[row] <= SLIGHT
+            if slight or (held[row] and self._gives_way(W[:, row], force[row], own[row])):
                 status[row], force[row], lower[row] = Status.FINITE, 0.0, 0.0
                 mechanism[row] = certain.mechanism[k] if mechanism[row] is None else mechanism[row]
             elif unknown:
@@ -107,6 +111,22 @@ class Review:
         if not isinstance(accuracy, ForcesOnly):
             doubt |= finite & (found.lower <= 0)
         return np.asarray((size > 0) & doubt)
+
+    def _gives_way(self, column: Float, force: float, own: float) -> bool:
+        """Tell whether the faint hold alone keeps a body from being moved by any share of a ``force`` along a load.
+
+        Its path ended where the hold carried CARRIED of a weight. Where contacts resist, the hold carries next to
+        nothing of a tenth of that force; where they do not, it carries a tenth as much from the beginning, however
+        little that is of the force: of a press on a box beside the edge that it is balanced on, contacts carry all but
+        the moment about the edge.
+        """
+        if not 0 < force * own <= 1:
+            return False
+        system, rest = self.grid.system, self.grid.settled.q
+        wrench = system.model.wrench + TENTH * force * self.grid.loads(column[:, None])[0]
+        end = system.under(wrench).come_to_rest(near=rest, most=PATIENCE)
+        carried = float(np.abs(system.model.scale * system.model.hold * (end.q - rest)).max())
+        return end.outcome is RestOutcome.RESTS and carried > CLEARLY * TENTH * CARRIED
 
     def _endless_behind(self, column: Float, size: float) -> bool:
         """Tell whether the path of one load (6J,) was lost although it has no end."""
