@@ -5,10 +5,13 @@ whose centre of mass lies exactly over the edge of its support has one, too, but
 weight has gathered at the edge, and the next nodes just touch without any force. Taken for pressed, these resist every
 turn, although one to the outside only opens them. So nodes whose force is nothing but rounding count as open, and a
 motion that nothing else resists counts if it presses none of them. Where it would press one, as a cylinder that lies
-between two walls without any clearance does when it rolls either way, the least push meets resistance.
+between two walls without any clearance does when it rolls either way, the least push meets resistance; but at the state
+of rest itself it may still have no stiffness.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -26,8 +29,19 @@ OPENS = 1e-4  # how far a node opens at least, relative to the largest displacem
 NOT_PRESSED = 1e-6  # how far a node may be pressed in a motion that neither presses nor opens it, in the same units
 
 
-def only_balanced(m: Elastic, q: Float, rounding: float) -> Bool:
-    """Tell which bodies (J,) take part in a motion that no contact resists, at the state of rest ``q`` (6J,).
+class Free(NamedTuple):
+    """Bodies at rest that some motions of theirs meet no stiffness in.
+
+    ``unstiff`` (J,) tells which have such a motion as long as no node begins to press; ``balanced`` (J,), which of
+    them have one in which none begins to.
+    """
+
+    unstiff: Bool
+    balanced: Bool
+
+
+def free_at(m: Elastic, q: Float, rounding: float) -> Free:
+    """Return the bodies that are free at the state of rest ``q`` (6J,).
 
     Forces of nodes up to ``rounding``, as a share of the largest on each of the bodies that touch there, count as none.
     """
@@ -40,15 +54,16 @@ def only_balanced(m: Elastic, q: Float, rounding: float) -> Bool:
     sheet = _sheets(m)
     nodes = np.flatnonzero(touching & (_with_fixed(moved)[m.a] | _with_fixed(moved)[m.b])[sheet])
     if not len(nodes):
-        return moved
+        return Free(moved, moved)
+    balanced = moved.copy()
     joined = np.zeros(len(m.a), dtype=bool)
     joined[sheet[touching | (pressed > 0)]] = True
     for bodies in _parts(m, moved, joined):
         inside = np.isin(m.a, bodies) | np.isin(m.b, bodies)
         own = nodes[inside[sheet[nodes]]]
         if len(own):
-            moved[bodies] = _not_pressing(m, K, bodies, own)
-    return moved
+            balanced[bodies] = _not_pressing(m, K, bodies, own)
+    return Free(moved, balanced)
 
 
 def _pressed(m: Elastic, q: Float) -> Float:

@@ -98,7 +98,7 @@ def state_on(
         return Unpushable(find_rest(assembly, wrench).verdict)
     grid = Grid.of(assembly, wrench, springs, nodes)
     rest = at_rest(grid)
-    if rest is not None and not rest.loose:
+    if rest is not None and not rest.free.unstiff.any():
         return Standing(rest.verdict, Refined(grid, refinements))
     if rest is None and grid.settled.outcome is not RestOutcome.LOST:
         return Unpushable(not_at_rest(grid))
@@ -109,11 +109,11 @@ def state_on(
     if certain.status is Status.UNSTABLE:  # the balance holds to within a tolerance only, and the proof is exact
         return Unpushable(certain)
     # without a hold some motions have no stiffness, and no path begins; what is said of others must not hang on it
-    holding = grid.holding(resting.among(assembly))
-    held = at_rest(holding, resting.loose)
+    holding = grid.holding(resting.free.unstiff)
+    held = at_rest(holding, resting.free)
     if held is None:
         holding = grid.with_hold
-        held = at_rest(holding, resting.loose)
+        held = at_rest(holding, resting.free)
     if held is None:
         return Unpushable(resting.verdict)
-    return Standing(held.verdict, Refined(holding, refinements), held.loose)
+    return Standing(held.verdict, Refined(holding, refinements), held.loose(assembly))

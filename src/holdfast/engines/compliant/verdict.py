@@ -15,7 +15,7 @@ from holdfast.elastic.model import Elastic
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.progress import CARRIED
 from holdfast.elastic.sparse import unresisted_motion
-from holdfast.engines.compliant.balanced import TAKEN_ALONG, only_balanced
+from holdfast.engines.compliant.balanced import TAKEN_ALONG, Free, free_at
 from holdfast.engines.compliant.fixed_point import Fixed, fixed_point
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.model import world_rows
@@ -29,21 +29,21 @@ BALANCED_EACH = 1e-7  # largest equilibrium error of a state of rest, relative t
 
 
 class AtRest(NamedTuple):
-    """The verdict on an assembly that rests, and the names of its bodies that are only balanced."""
+    """The verdict on an assembly that rests, and which bodies (J,) are free: they have to be held, or are balanced."""
 
     verdict: Verdict
-    loose: tuple[str, ...]
+    free: Free
 
-    def among(self, assembly: Assembly) -> Bool:
-        """Tell which bodies (J,) of the assembly are only balanced."""
-        return np.array([body.name in self.loose for body in assembly.movable], dtype=bool)
+    def loose(self, assembly: Assembly) -> tuple[str, ...]:
+        """Name the bodies that are only balanced."""
+        return _named(assembly, self.free.balanced)
 
 
-def at_rest(grid: Grid, loose: tuple[str, ...] | None = None) -> AtRest | None:
+def at_rest(grid: Grid, free: Free | None = None) -> AtRest | None:
     """Return the verdict on a grid that has come to rest, or None if it has not or if its forces balance badly.
 
-    What a faint hold carries counts as unbalanced. ``loose`` names the bodies that are only balanced, where they are
-    known: a faint hold moves nodes that just touch.
+    What a faint hold carries counts as unbalanced. ``free`` says which bodies are free, where they are known: a faint
+    hold moves nodes that just touch.
     """
     m, end = grid.system.model, grid.settled
     if end.outcome is not RestOutcome.RESTS:
@@ -54,9 +54,9 @@ def at_rest(grid: Grid, loose: tuple[str, ...] | None = None) -> AtRest | None:
     most, most_each = (CARRIED, CARRIED) if grid.hold is not None else (BALANCED, BALANCED_EACH)
     if total > most or each > most_each:
         return None
-    if loose is None:
-        loose = _named(grid.assembly, only_balanced(m, end.q, most_each))
-    return AtRest(_stands(grid.assembly, grid.nodes, forces * grid.unit, total, loose), loose)
+    free = free or free_at(m, end.q, most_each)
+    loose = _named(grid.assembly, free.balanced)
+    return AtRest(_stands(grid.assembly, grid.nodes, forces * grid.unit, total, loose), free)
 
 
 def not_at_rest(grid: Grid) -> Verdict:
