@@ -49,7 +49,8 @@ class Progress:
     component of the load, each body's in its own weight and size; ``elastic``, the largest displacement at rest that
     counts.
 
-    Where it is: ``s`` and the ``slope`` ds/dℓ; what the faint hold has ``carried``, of each body's own weight; the
+    Where it is: ``s`` and the ``slope`` ds/dℓ; what the faint hold has ``carried``, of each body's own
+    weight, and carries at ``rest``; the
     ``step`` Δℓ to be tried; the ``length`` ℓ so far; ``last``, s of the last regular point; ``turned``, the last
     correction as a share of its step, and the ``sharpest``, the largest of all points but the first; ``points`` found,
     linear ``systems`` solved, node ``changes`` crossed; how often this step failed and was ``shortened``, and how often
@@ -78,6 +79,7 @@ class Progress:
     s: float = 0.0
     slope: float = 0.0
     carried: float = 0.0
+    rest: float = 0.0
     step: float = 0.0
     length: float = 0.0
     last: float = 0.0
@@ -207,7 +209,7 @@ def appraise(now: Progress) -> Event:
             return Event.PROPORTIONAL
     else:
         now.similar_since = np.inf
-    if length > FARTHEST * elastic or now.carried > CARRIED * max(1.0, now.strength * abs(s)):
+    if length > FARTHEST * elastic or now.carried > now.rest + CARRIED * max(1.0, now.strength * abs(s)):
         now.short = max(slope * length, 0.0) if s >= now.highest else 0.0
         return Event.FAR
     return Event.ADVANCED

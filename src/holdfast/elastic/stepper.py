@@ -112,6 +112,7 @@ def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, f
     put(work.c, load)
     now.strength = worst(m, load)
     now.elastic = elastic_size(m, q, load)
+    now.rest = carried(m, q)
     now.length, now.last, now.turned, now.highest, now.at_peak, now.short = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     now.points, now.systems, now.changes, now.shortened, now.late, now.doubted = 0, 0, 0, 0, 0, 0
     now.beyond, now.noted, now.corner, now.stations = 0.0, 0.0, False, 0
