@@ -109,11 +109,8 @@ def state_on(
     if certain.status is Status.UNSTABLE:  # the balance holds to within a tolerance only, and the proof is exact
         return Unpushable(certain)
     # without a hold some motions have no stiffness, and no path begins; what is said of others must not hang on it
-    holding = grid.holding(resting.free.unstiff)
-    held = at_rest(holding, resting.free)
-    if held is None:
-        holding = grid.with_hold
-        held = at_rest(holding, resting.free)
-    if held is None:
-        return Unpushable(resting.verdict)
-    return Standing(held.verdict, Refined(holding, refinements), held.loose(assembly))
+    for holding in (grid.holding(resting.free.unstiff), grid.with_hold):
+        rests = holding.settled.outcome is RestOutcome.RESTS if rest is not None else at_rest(holding) is not None
+        if rests:
+            return Standing(resting.verdict, Refined(holding, refinements), resting.loose(assembly))
+    return Unpushable(resting.verdict)

@@ -9,6 +9,7 @@ import numpy as np
 from holdfast.base.arrays import Bool, Float
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
 from holdfast.elastic.progress import CARRIED
+from holdfast.elastic.stepper import carried
 from holdfast.engines.answers import Answers, only_balanced
 from holdfast.engines.compliant.carriers import HUGE, rests_alone
 from holdfast.engines.compliant.grid import Grid
@@ -125,8 +126,8 @@ class Review:
         system, rest = self.grid.system, self.grid.settled.q
         wrench = system.model.wrench + TENTH * force * self.grid.loads(column[:, None])[0]
         end = system.under(wrench).come_to_rest(near=rest, most=PATIENCE)
-        carried = float(np.abs(system.model.scale * system.model.hold * (end.q - rest)).max())
-        return end.outcome is RestOutcome.RESTS and carried > CLEARLY * TENTH * CARRIED
+        more = carried(system.model, end.q) - carried(system.model, rest)
+        return end.outcome is RestOutcome.RESTS and more > CLEARLY * TENTH * CARRIED
 
     def _endless_behind(self, column: Float, size: float) -> bool:
         """Tell whether the path of one load (6J,) was lost although it has no end."""

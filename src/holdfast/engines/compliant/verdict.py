@@ -39,11 +39,10 @@ class AtRest(NamedTuple):
         return _named(assembly, self.free.balanced)
 
 
-def at_rest(grid: Grid, free: Free | None = None) -> AtRest | None:
+def at_rest(grid: Grid) -> AtRest | None:
     """Return the verdict on a grid that has come to rest, or None if it has not or if its forces balance badly.
 
-    What a faint hold carries counts as unbalanced. ``free`` says which bodies are free, where they are known: a faint
-    hold moves nodes that just touch.
+    What a faint hold carries counts as unbalanced.
     """
     m, end = grid.system.model, grid.settled
     if end.outcome is not RestOutcome.RESTS:
@@ -54,7 +53,7 @@ def at_rest(grid: Grid, free: Free | None = None) -> AtRest | None:
     most, most_each = (CARRIED, CARRIED) if grid.hold is not None else (BALANCED, BALANCED_EACH)
     if total > most or each > most_each:
         return None
-    free = free or free_at(m, end.q, most_each)
+    free = free_at(m, end.q, most_each)
     loose = _named(grid.assembly, free.balanced)
     return AtRest(_stands(grid.assembly, grid.nodes, forces * grid.unit, total, loose), free)
 
