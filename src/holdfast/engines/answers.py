@@ -253,6 +253,14 @@ def only_balanced(names: Sequence[str]) -> str:
     return f"{ONLY_BALANCED}, so that some smallest push moves it: {listed(names, NAMED)}"
 
 
+def balanced_in_verdict(names: Sequence[str]) -> str:
+    """Return what the reason of a verdict ends with where these bodies are only balanced, nothing where none is."""
+    if not names:
+        return ""
+    only = f"{ONLY_BALANCED}, as on an edge, a corner or a round side: {listed(names, NAMED)}"
+    return f"; {only} (some smallest push moves it)"
+
+
 def joined(parts: Sequence[Answers]) -> Answers:
     """Join tables that answer for the same assembly into one, with the rows of all parts in order.
 

@@ -9,18 +9,18 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, wrenches_of
 from holdfast.base.arrays import Bool, Float
-from holdfast.base.text import listed
 from holdfast.elastic.law import node_forces
 from holdfast.elastic.model import Elastic
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.progress import CARRIED
 from holdfast.elastic.sparse import unresisted_motion
+from holdfast.engines.answers import balanced_in_verdict
 from holdfast.engines.compliant.balanced import TAKEN_ALONG, Free, free_at
 from holdfast.engines.compliant.fixed_point import Fixed, fixed_point
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.model import world_rows
 from holdfast.engines.compliant.places import Places
-from holdfast.engines.mechanism import NAMED, Kinematics, Mechanism, describe, modes_of, relative_velocity
+from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of, relative_velocity
 from holdfast.engines.rest import contact_forces, doubt_of, find_rest, undecided
 from holdfast.engines.verdict import Status, Verdict
 
@@ -111,9 +111,7 @@ def _stands(
 ) -> Verdict:
     contact = contact_forces(assembly, nodes, forces)
     reason = "elastic contacts with friction come to rest: their forces balance every body"
-    if loose:
-        names = listed(loose, NAMED)
-        reason += f"; only balanced, as on an edge, a corner or a round side: {names} (some smallest push moves it)"
+    reason += balanced_in_verdict(loose)
     return Verdict(
         status=Status.STABLE,
         reason=reason,

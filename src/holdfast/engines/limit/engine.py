@@ -16,7 +16,7 @@ from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.values import Value
-from holdfast.engines.answers import Answers, Bound, Claim, joined, only_balanced
+from holdfast.engines.answers import Answers, Bound, Claim, balanced_in_verdict, joined, only_balanced
 from holdfast.engines.capabilities import Gradient, LoadHull, LoadSet, Weakest
 from holdfast.engines.cones import ConeChoice, FrictionCone
 from holdfast.engines.contract import EXACT, Accuracy, State, Within
@@ -129,8 +129,9 @@ class LimitState:
     _certifying: Lock = field(default_factory=Lock, init=False, repr=False)
 
     def verdict(self) -> Verdict:
-        """Whether an equilibrium exists, and whether it needs self-stress."""
-        return self.rest.verdict
+        """Whether an equilibrium exists, whether it needs self-stress, and which bodies are only balanced in any."""
+        verdict, names = self.rest.verdict, self._loose
+        return replace(verdict, reason=verdict.reason + balanced_in_verdict(names)) if names else verdict
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -187,11 +188,13 @@ class LimitState:
     @property
     def _taken(self) -> tuple[str, ...]:
         """What proofs of ``lower`` take for granted: that bodies which are only balanced stay so."""
+        return (only_balanced(self._loose),) if self._loose else ()
+
+    @cached_property
+    def _loose(self) -> tuple[str, ...]:
         if not self.rest.verdict.equilibrium_exists:  # nothing is proved to be carried
             return ()
-        loose = self.proofs.loose
-        names = tuple(body.name for body, one in zip(self.assembly.movable, loose, strict=True) if one)
-        return (only_balanced(names),) if names else ()
+        return tuple(body.name for body, one in zip(self.assembly.movable, self.proofs.loose, strict=True) if one)
 
     def _not_standing(self, count: int) -> Answers:
         """Answers without a force; that nothing balances the weights is proved by the motion with which they fall."""
