@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
+from compliant_scenes import columns
 
 import holdfast as hf
 from holdfast.base.rigid import pose_from
@@ -39,3 +42,158 @@ def test_nothing_is_promised_that_limit_analysis_disproves(turn: float, segments
         assert (found.force <= 1.002 * limit.upper + allowed)[known].all()
         assert (found.lower <= limit.upper + allowed)[known].all()
         assert known.mean() > 0.5
+
+
+FLOOR = hf.Body("floor", hf.Box((6, 6, 0.1)), pose=at(0, 0, -0.05), fixed=True)
+BRICK, WEIGHT = hf.Box((0.2, 0.1, 0.06)), 2 * 9.81
+
+
+def block(name: str, x: float, y: float, z: float, side: float = 0.1, **options: Any) -> hf.Body:
+    return hf.Body(name, hf.Box((side, 0.1, 0.1)), pose=at(x, y, z), **{"mass": 1.0, **options})
+
+
+def half_over() -> hf.Assembly:
+    """A brick whose centre of mass lies over the right edge, x = 0.05, of the fixed cube below it."""
+    cube = block("cube", 0, 0, -0.05, fixed=True)
+    return hf.assemble(hf.Scene([cube, hf.Body("top", BRICK, mass=2.0, pose=at(0.05, 0, 0.03))], 0.5))
+
+
+def bond(courses: int, bricks: int, shift: float) -> hf.Assembly:
+    """A running bond, every other course of which is shifted."""
+    laid = [
+        hf.Body(f"c{i}_{j}", BRICK, mass=2.0, pose=at(0.2 * j + shift * (i % 2), 0, 0.03 + 0.06 * i))
+        for i in range(courses)
+        for j in range(bricks)
+    ]
+    return hf.assemble(hf.Scene([hf.Body("floor", hf.HalfSpace(), fixed=True), *laid], 0.5))
+
+
+def named(assembly: hf.Assembly, engine: str = "compliant") -> set[str]:
+    """The bodies that the verdict calls only balanced."""
+    verdict = hf.stability(assembly, engine=engine)
+    assert verdict.status is hf.Status.STABLE
+    told = verdict.reason.partition("only balanced")[2]
+    return {body.name for body in assembly.movable if f" {body.name}" in told.replace(",", "")}
+
+
+PUSHES = [  # point, direction and force [N] of the brick half over: over the edge any force has a moment or none
+    ((-0.05, 0, 0.06), (0, 0, -1), np.inf),  # on the inner end
+    ((0.05, 0, 0.06), (0, 0, -1), np.inf),  # right above the edge
+    ((0.06, 0, 0.06), (0, 0, -1), 0.0),  # a centimetre outside it: all but the moment is carried
+    ((0.0501, 0, 0.06), (0, 0, -1), 0.0),
+    ((-0.05, 0, 0.03), (1, 0, 0), 0.0),
+    ((0.15, 0, 0.03), (-1, 0, 0), 0.5 * WEIGHT),  # slides
+    ((0.05, -0.05, 0.03), (0, 1, 0), 0.5 * WEIGHT),
+    ((0.15, 0, 0), (0, 0, 1), WEIGHT * 0.1 / 0.2),  # lifted at its outer end it tips about the other edge of the cube
+    ((0.1, 0.02, 0), (0, 0, 1), WEIGHT * 0.1 / 0.15),
+]
+
+
+@pytest.mark.parametrize("engine", ["graph", "limit", "compliant", hf.Compliant(nodes=2), hf.Compliant(nodes=14)])
+def test_a_brick_half_over_an_edge_falls_at_any_moment_about_it(engine: Any) -> None:
+    points, along, force = (np.array(column, dtype=float) for column in zip(*PUSHES, strict=True))
+    found = hf.robustness(half_over(), "top", points, along, engine=engine)
+    np.testing.assert_allclose(found.force, force, rtol=2e-3, atol=1e-12)
+    assert (found.lower <= force).all()
+    assert any("only balanced" in note and "top" in note for note in found.notes)
+
+
+BASE = block("base", 0, 0, 0.05, fixed=True)
+TOP = block("top", 0.05, 0, 0.15)
+
+
+@pytest.mark.parametrize(
+    ("bodies", "balanced"),
+    [
+        pytest.param([BASE, TOP], {"top"}, id="over an edge"),
+        pytest.param([BASE, block("top", 0.05, 0.05, 0.15)], {"top"}, id="over a corner"),
+        pytest.param([block("base", 0, 0, 0.05, mass=5), TOP], {"top"}, id="over an edge of a loose body"),
+        pytest.param([BASE, TOP, block("on", 0.05, 0, 0.25)], {"top", "on"}, id="with a body on it"),
+        pytest.param([BASE, block("top", 0.025, 0, 0.15), block("on", 0.075, 0, 0.25)], {"top", "on"}, id="two at once"),
+        pytest.param([BASE, block("top", 0.05, 0, 0.15, 0.2), block("on", 0, 0, 0.25)], set(), id="with a counterweight"),
+        pytest.param([BASE, TOP, block("wall", 0.15, 0, 0.15, fixed=True)], set(), id="in front of a wall"),
+        pytest.param([BASE, TOP, block("wall", -0.05, 0, 0.15, fixed=True)], {"top"}, id="with a wall behind it"),
+        pytest.param([BASE, TOP, block("pillar", 0.1, 0, 0.05, fixed=True)], set(), id="on two pillars"),
+        pytest.param([BASE, block("top", 0, 0, 0.15, 0.6)], set(), id="a plank on a pillar"),
+    ],
+)
+def test_what_some_least_push_moves_is_named(bodies: list[hf.Body], balanced: set[str]) -> None:
+    """The wall that touches a body behind it cannot pull it back, and the one in front of it stops it at once."""
+    assert named(hf.assemble(hf.Scene([FLOOR, *bodies], 0.5), gap=1e-6)) == balanced
+
+
+def test_limit_and_compliant_say_so_in_the_same_words() -> None:
+    reasons = [hf.stability(half_over(), engine=engine).reason for engine in ("limit", "compliant")]
+    ends = [reason.partition("; only balanced")[2] for reason in reasons]
+    assert ends[0] == ends[1] != ""
+
+
+def test_a_bond_of_whole_bricks_is_answered_as_one_shifted_by_a_little_less() -> None:
+    """The last brick of the upper course is balanced on the edge of the one below; all others are not."""
+    whole, less = (hf.robustness_map(bond(2, 2, shift), spacing=0.05) for shift in (0.1, 0.0999))
+    assert named(whole.assembly) == {"c1_1"}
+    assert not named(less.assembly)
+    assert not (whole.status == hf.Status.UNDECIDED).any()
+    assert whole.body.tolist() == less.body.tolist()
+    tips = (whole.body == "c1_1") & (less.force < 0.05 * WEIGHT)
+    assert tips.any()
+    assert (whole.force[tips] == 0).all()
+    assert (whole.force[~tips] > 0.05 * WEIGHT).all()
+    both = np.isfinite(whole.force) & np.isfinite(less.force) & ~tips
+    np.testing.assert_allclose(whole.force[both], less.force[both], rtol=0.02)
+
+
+def test_paths_in_a_bond_of_whole_bricks_take_no_more_systems() -> None:
+    counts = []
+    for shift in (0.1, 0.0999):
+        assembly = bond(2, 4, shift)
+        grid = hf.Compliant().prepare(assembly).grid
+        pushes = hf.robustness_map(assembly, spacing=0.05)
+        loads = columns(assembly, list(zip(pushes.body, pushes.points, -pushes.normals, strict=True)))
+        counts.append(grid.paths(loads).systems.sum())
+    assert counts[0] < 1.5 * counts[1]
+
+
+def flush(rng: np.random.Generator) -> tuple[hf.Assembly, np.ndarray, float]:
+    """A ball on the floor that just touches one to three blocks, in a gap or a corner; its centre and radius."""
+    radius, loose = rng.uniform(0.02, 0.06), bool(rng.integers(2))
+    side = 1.6 * radius  # blocks at a right angle do not touch each other
+    reach, options = radius + side / 2, {"fixed": not loose, "mass": rng.uniform(0.5, 3)}
+    places = [(-reach, 0), (reach, 0), (0, reach)]
+    chosen = [places[k] for k in rng.permutation(3)[: rng.integers(1, 4)]]
+    shape = hf.Box((side, side, 0.1))
+    blocks = [hf.Body(f"w{k}", shape, pose=at(x, y, 0.05), **options) for k, (x, y) in enumerate(chosen)]
+    ball = hf.Body("ball", hf.Sphere(radius), mass=rng.uniform(0.1, 3), pose=at(0, 0, radius))
+    return hf.assemble(hf.Scene([FLOOR, *blocks, ball], rng.uniform(0.1, 0.9)), gap=1e-6), np.array([0, 0, radius]), radius
+
+
+def test_balls_flush_between_blocks_roll_at_no_push_or_at_a_clear_one() -> None:
+    """T6: six pushes of such balls got 0.0002 to 0.0007 of the weight, which only the faint hold carried."""
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        assembly, centre, radius = flush(rng)
+        assert named(assembly) == {"ball"}
+        ways = rng.normal(size=(8, 3))
+        ways /= np.linalg.norm(ways, axis=1)[:, None]
+        points = centre - radius * ways
+        along = rng.normal(size=(8, 3))
+        along *= np.sign((along * ways).sum(1))[:, None]
+        found, limit = (hf.robustness(assembly, "ball", points, along, engine=e) for e in ("compliant", "limit"))
+        weight = 9.81 * assembly.scene.body("ball").mass
+        known = found.status == hf.Status.FINITE
+        assert ((found.force == 0) | (found.force > 3e-3 * weight))[known].all()
+        assert (found.force[known & (limit.upper < 1e-9 * weight)] == 0).all()
+        assert any("only balanced" in note and "ball" in note for note in found.notes)
+
+
+def test_a_cylinder_between_two_walls_that_just_touch_it_is_held() -> None:
+    """Rolling either way presses one of them: nothing resists at rest, but no push moves it at once."""
+    pose = np.eye(4)
+    pose[:3, :3], pose[2, 3] = [[1, 0, 0], [0, 0, -1], [0, 1, 0]], 0.05
+    rod = hf.Body("rod", hf.Cylinder(0.05, 0.2), mass=1.0, pose=pose)
+    walls = [hf.Body(n, hf.Box((0.1, 0.3, 0.1)), pose=at(x, 0, 0.05), fixed=True) for n, x in (("l", -0.1), ("r", 0.1))]
+    assembly = hf.assemble(hf.Scene([FLOOR, rod, *walls], 0.5))
+    assert not named(assembly)
+    points, along = [(-0.05, 0, 0.05), (0.05, 0, 0.05), (0, -0.1, 0.05)], [(1, 0, 0), (-1, 0, 0), (0, 1, 0)]
+    found = hf.robustness(assembly, "rod", points, along)
+    np.testing.assert_allclose(found.force, [np.inf, np.inf, 0.5 * 9.81], rtol=2e-3)
