@@ -44,7 +44,7 @@ def unresisted_motion(m: Elastic, K: Float) -> Float:
 
 
 def resistance(m: Elastic, K: Float) -> tuple[sparse.csc_matrix, Float]:
-    """The stiffness ``K`` (P, 6, 6) as a matrix (n, n), in units (n,) in which that of bonded contacts is of order one."""
+    """The stiffness ``K`` (P, 6, 6) as a matrix (n, n), in units (n,) in which that of bonded contacts is about one."""
     rows, columns, values, unit = _entries(m, K)
     n = len(m.wrench)
     return sparse.csc_matrix((values, (rows, columns)), shape=(n, n)), unit

@@ -109,8 +109,12 @@ TOP = block("top", 0.05, 0, 0.15)
         pytest.param([BASE, block("top", 0.05, 0.05, 0.15)], {"top"}, id="over a corner"),
         pytest.param([block("base", 0, 0, 0.05, mass=5), TOP], {"top"}, id="over an edge of a loose body"),
         pytest.param([BASE, TOP, block("on", 0.05, 0, 0.25)], {"top", "on"}, id="with a body on it"),
-        pytest.param([BASE, block("top", 0.025, 0, 0.15), block("on", 0.075, 0, 0.25)], {"top", "on"}, id="two at once"),
-        pytest.param([BASE, block("top", 0.05, 0, 0.15, 0.2), block("on", 0, 0, 0.25)], set(), id="with a counterweight"),
+        pytest.param(
+            [BASE, block("top", 0.025, 0, 0.15), block("on", 0.075, 0, 0.25)], {"top", "on"}, id="two at once"
+        ),
+        pytest.param(
+            [BASE, block("top", 0.05, 0, 0.15, 0.2), block("on", 0, 0, 0.25)], set(), id="with a counterweight"
+        ),
         pytest.param([BASE, TOP, block("wall", 0.15, 0, 0.15, fixed=True)], set(), id="in front of a wall"),
         pytest.param([BASE, TOP, block("wall", -0.05, 0, 0.15, fixed=True)], {"top"}, id="with a wall behind it"),
         pytest.param([BASE, TOP, block("pillar", 0.1, 0, 0.05, fixed=True)], set(), id="on two pillars"),
@@ -164,7 +168,11 @@ def flush(rng: np.random.Generator) -> tuple[hf.Assembly, np.ndarray, float]:
     shape = hf.Box((side, side, 0.1))
     blocks = [hf.Body(f"w{k}", shape, pose=at(x, y, 0.05), **options) for k, (x, y) in enumerate(chosen)]
     ball = hf.Body("ball", hf.Sphere(radius), mass=rng.uniform(0.1, 3), pose=at(0, 0, radius))
-    return hf.assemble(hf.Scene([FLOOR, *blocks, ball], rng.uniform(0.1, 0.9)), gap=1e-6), np.array([0, 0, radius]), radius
+    return (
+        hf.assemble(hf.Scene([FLOOR, *blocks, ball], rng.uniform(0.1, 0.9)), gap=1e-6),
+        np.array([0, 0, radius]),
+        radius,
+    )
 
 
 def test_balls_flush_between_blocks_roll_at_no_push_or_at_a_clear_one() -> None:

@@ -113,11 +113,10 @@ def _not_pressing(m: Elastic, K: Float, bodies: Int, nodes: Int) -> Bool:
     """
     A, unit = resistance(m, K)
     columns = (6 * bodies[:, None] + np.arange(6)).ravel()
-    block = A[:, columns]
-    block = block[np.flatnonzero(block.getnnz(axis=1))].toarray()
+    own = A[:, columns]
+    block = own[np.flatnonzero(own.getnnz(axis=1))].toarray()
     free = _null(np.vstack([block, np.zeros((1, len(columns)))]), NO_RESISTANCE * np.sqrt(len(block) + 1))
-    opening = (_opening(m, nodes) @ sparse.diags(unit)).tocsc()[:, columns]
-    opening = opening.toarray()
+    opening = (_opening(m, nodes) @ sparse.diags(unit)).tocsc()[:, columns].toarray()
     opening /= np.abs(opening).max(axis=1, keepdims=True)
     rates = opening @ free
     open_ = _opened(rates)
@@ -157,9 +156,8 @@ def _opened(rates: Float) -> Bool | None:
     nodes, count = rates.shape
     if not count:
         return np.zeros(nodes, dtype=bool)
-    one, none = sparse.eye(nodes), sparse.csr_matrix((nodes, count))
-    each = sparse.hstack([sparse.eye(count), sparse.csr_matrix((count, nodes))])
-    A = sparse.vstack([sparse.hstack([-rates, one]), sparse.hstack([none, one]), sparse.hstack([none, -one]), each, -each])
+    opened, moved = np.eye(nodes, count + nodes, count), np.eye(count, count + nodes)
+    A = np.vstack([np.hstack([-rates, np.eye(nodes)]), opened, -opened, moved, -moved])
     program = ConeProgram(  # every node opens by up to OPENS, and all together by as much as can be
         P=sparse.csc_matrix((A.shape[1], A.shape[1])),
         q=np.concatenate([np.zeros(count), -np.ones(nodes)]),

@@ -3,26 +3,61 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
 from holdfast.elastic.progress import CARRIED
-from holdfast.elastic.stepper import carried
 from holdfast.engines.answers import Answers, only_balanced
+from holdfast.engines.compliant.beginnings import SMALL, gives_way, path_from
 from holdfast.engines.compliant.carriers import HUGE, rests_alone
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.contract import EXACT, Accuracy, ForcesOnly, Within
+from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.verdict import Status
 
 SLIGHT = 1e-4  # push, relative to the pushed body's weight, below which a body that is only balanced gives way to any
 CONTRADICTION = 0.05  # share by which a peak may lie above the proved bound before it counts as wrong
 ENDLESS = 1e3  # lower bound, relative to the group's weight, above which limit analysis decides whether there is an end
 BEYOND = 30.0  # times a peak: bodies that rest under such a load do not move at the peak
-TENTH = 0.1  # of the load at which a path ended, where the hold tells whether contacts resist at all
-CLEARLY = 0.5  # of its share of what ends a path, above which the hold carries the load as it did from the beginning
+TOO_SOON = 0.01  # end of a path, relative to the pushed body's weight, that its beginning at a kink may be why
 PATIENCE = 200  # steps of Newton's method after which rest under such a load is not sought any longer
+
+
+class _Row(NamedTuple):
+    """One answer, with the names that the columns of a table have."""
+
+    status: Status
+    force: float
+    lower: float
+    mechanism: Mechanism | None
+
+
+ENDLESS_ROW = _Row(Status.INFINITE, np.inf, np.inf, None)
+UNDECIDED_ROW = _Row(Status.UNDECIDED, 0.0, 0.0, None)
+
+
+class _Asked(NamedTuple):
+    """One ``load`` (6J,): its ``size`` relative to all weights, and to its ``own`` body's; whether that is ``held``.
+
+    ``bounded`` tells whether a lower bound is wanted.
+    """
+
+    load: Float
+    size: float
+    own: float
+    held: bool
+    bounded: bool
+
+
+class _Proved(NamedTuple):
+    """What limit analysis proves of one load: its ``top``, or that it is ``endless``, and the mechanism."""
+
+    top: float
+    endless: bool
+    mechanism: Mechanism | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +77,8 @@ class Review:
 
         - A push that moves a body which is only balanced, and that is too small to be told from none, becomes 0: of a
           body that is held that of either method, of others that of limit analysis. So does one that only the faint
-          hold resists, from the beginning.
+          hold resists, from the beginning. One whose path ended at its beginning, below TOO_SOON of the body's weight,
+          is followed anew from where the kink at rest is left (beginnings.py).
         - An undecided answer becomes 0 where limit analysis proves that the least push moves something.
         - An answer above the proved bound by more than CONTRADICTION is undecided; one that is less far above it is
           lowered to it.
@@ -62,39 +98,63 @@ class Review:
             return found
         wanted = accuracy if isinstance(accuracy, Within) else EXACT
         certain = self.grid.certain.anew().load_factor(W[:, doubtful], wanted)
-        force, lower, upper = (np.array(column) for column in (found.force, found.lower, found.upper))
-        status, mechanism = np.array(found.status), np.array(found.mechanism)
+        upper = np.array(found.upper)
+        known: dict[str, Any] = {name: np.array(getattr(found, name)) for name in _Row._fields}
         upper[doubtful] = top = np.minimum(upper[doubtful], certain.upper)
         for k, row in enumerate(doubtful.tolist()):
-            unknown, infinite = status[row] is Status.UNDECIDED, certain.status[k] is Status.INFINITE
-            confirmed = not held[row] and lower[row] * size[row] > ENDLESS  # a faint hold may have helped
-            slight = min(top[k], np.inf if unknown or not held[row] else force[row]) * own[row] <= SLIGHT
-            if slight or (held[row] and self._gives_way(W[:, row], force[row], own[row])):
-                status[row], force[row], lower[row] = Status.FINITE, 0.0, 0.0
-                mechanism[row] = certain.mechanism[k] if mechanism[row] is None else mechanism[row]
-            elif unknown:
-                if infinite and self._endless_behind(W[:, row], size[row]):
-                    status[row], force[row], lower[row], mechanism[row] = Status.INFINITE, np.inf, np.inf, None
-            elif force[row] > (1 + CONTRADICTION) * top[k]:
-                status[row], force[row], lower[row], mechanism[row] = Status.UNDECIDED, 0.0, 0.0, None
-            elif infinite and (confirmed or self._endless(W[:, row], float(force[row]))):
-                status[row], force[row], lower[row], mechanism[row] = Status.INFINITE, np.inf, np.inf, None
-            elif infinite and bounded and lower[row] <= 0 and force[row] * size[row] > HUGE:
-                status[row], force[row], lower[row], mechanism[row] = Status.UNDECIDED, 0.0, 0.0, None
-            else:
-                force[row] = min(force[row], top[k])
-                if held[row]:  # the hold may have carried some
-                    lower[row] = max(lower[row] - CARRIED / size[row], 0.0)
-                lower[row] = min(lower[row], force[row])
-        return replace(
-            found,
-            force=force,
-            lower=lower,
-            upper=upper,
-            status=status,
-            mechanism=mechanism,
-            notes=(*found.notes, *self._notes),
-        )
+            endless = certain.status[k] is Status.INFINITE
+            proved = _Proved(float(top[k]), endless, certain.mechanism[k])
+            asked = _Asked(W[:, row], float(size[row]), float(own[row]), bool(held[row]), bounded)
+            mended = self._mended(_Row._make(column[row] for column in known.values()), asked, proved)
+            for column, value in zip(known.values(), mended, strict=True):
+                column[row] = value
+        return replace(found, **known, upper=upper, notes=(*found.notes, *self._notes))
+
+    def _mended(self, row: _Row, asked: _Asked, proved: _Proved) -> _Row:
+        """Return one answer, mended as ``of`` says."""
+        if self._gives_way(row, asked, proved):
+            return _Row(Status.FINITE, 0.0, 0.0, proved.mechanism if row.mechanism is None else row.mechanism)
+        if asked.held and row.force * asked.own <= TOO_SOON:
+            row = self._begun_anew(row, asked, proved)
+        if row.status is Status.UNDECIDED:
+            return ENDLESS_ROW if proved.endless and self._endless_behind(asked.load, asked.size) else row
+        if row.force > (1 + CONTRADICTION) * proved.top:
+            return UNDECIDED_ROW
+        confirmed = not asked.held and row.lower * asked.size > ENDLESS  # a faint hold may have helped
+        if proved.endless and (confirmed or self._endless(asked.load, float(row.force))):
+            return ENDLESS_ROW
+        if proved.endless and asked.bounded and row.lower <= 0 and row.force * asked.size > HUGE:
+            return UNDECIDED_ROW
+        force = min(row.force, proved.top)
+        lower = (
+            max(row.lower - CARRIED / asked.size, 0.0) if asked.held else row.lower
+        )  # the hold may have carried some
+        return row._replace(force=force, lower=min(lower, force))
+
+    def _gives_way(self, row: _Row, asked: _Asked, proved: _Proved) -> bool:
+        """Tell whether the least load moves something: by limit analysis, or a held body that nothing else resists."""
+        known = asked.held and row.status is not Status.UNDECIDED
+        if min(proved.top, row.force if known else np.inf) * asked.own <= SLIGHT:
+            return True
+        if not asked.held or row.force * asked.own > 1:
+            return False
+        load = self.grid.loads(asked.load[:, None])[0]
+        return gives_way(self.grid, load, row.force if row.force > 0 else SMALL / asked.own)
+
+    def _begun_anew(self, row: _Row, asked: _Asked, proved: _Proved) -> _Row:
+        """Return the answer of a path that begins where the body that is held has left the kink at rest, if it is more.
+
+        It is infinite if the path has no end, or a peak that no weight counts beside, on the finer grid neither. What
+        contradicts limit analysis is left.
+        """
+        load, start = self.grid.loads(asked.load[:, None])[0], SMALL / asked.own
+        peak, motion = path_from(self.grid, load, start)
+        if peak * asked.size > ENDLESS:
+            endless = proved.endless and path_from(self.grid.finer, load, start)[0] * asked.size > ENDLESS
+            return ENDLESS_ROW if endless else row
+        if not row.force < peak <= (1 + CONTRADICTION) * proved.top:
+            return row
+        return row._replace(status=Status.FINITE, force=peak, mechanism=self.grid.mechanisms(motion[None])[0])
 
     def _sizes(self, W: Float) -> Float:
         """Return the largest component (n,) of each column of W (6J, n), relative to the weight and the size."""
@@ -112,22 +172,6 @@ class Review:
         if not isinstance(accuracy, ForcesOnly):
             doubt |= finite & (found.lower <= 0)
         return np.asarray((size > 0) & doubt)
-
-    def _gives_way(self, column: Float, force: float, own: float) -> bool:
-        """Tell whether the faint hold alone keeps a body from being moved by any share of a ``force`` along a load.
-
-        Its path ended where the hold carried CARRIED of a weight. Where contacts resist, the hold carries next to
-        nothing of a tenth of that force; where they do not, it carries a tenth as much from the beginning, however
-        little that is of the force: of a press on a box beside the edge that it is balanced on, contacts carry all but
-        the moment about the edge.
-        """
-        if not 0 < force * own <= 1:
-            return False
-        system, rest = self.grid.system, self.grid.settled.q
-        wrench = system.model.wrench + TENTH * force * self.grid.loads(column[:, None])[0]
-        end = system.under(wrench).come_to_rest(near=rest, most=PATIENCE)
-        more = carried(system.model, end.q) - carried(system.model, rest)
-        return end.outcome is RestOutcome.RESTS and more > CLEARLY * TENTH * CARRIED
 
     def _endless_behind(self, column: Float, size: float) -> bool:
         """Tell whether the path of one load (6J,) was lost although it has no end."""
