@@ -191,17 +191,24 @@ class Refined:
     def _recovered(self, W: Float, lost: PathResult, *, cuts: bool, bounds: bool) -> Bounded:
         """Recover paths of columns W (6J, k) that are ``lost`` on this grid.
 
-        A path is taken from the next finer grid if it is not lost there and leads at least as far as on this grid.
+        Where some bodies are held, a path on which another comes to be only balanced, too, is followed with every body
+        held. A path is taken from the next finer grid if it is not lost there and leads at least as far as on this one.
         Otherwise the peak is found by bisection on this grid. Its lower bound is what the path itself reached on both
         grids: bodies that come to rest under a larger load need not have stayed where they were while it rose.
         """
-        peaks, reached = Bounded.unbounded(lost), lost.peak
-        if self._may_refine:
-            there = self._finer.grid.paths(W, cuts=cuts)
-            agree = (there.outcome != PathOutcome.LOST) & (there.peak >= (1 - COARSE) * reached)
+        peaks, reached = Bounded.unbounded(lost), lost.peak.copy()
+        held = self.grid.hold is not None and not self.grid.hold.all()
+        others = [replace(self, grid=self.grid.with_hold)] if held else []
+        for other in [*others, self._finer] if self._may_refine else others:
+            left = np.flatnonzero(peaks.paths.outcome == PathOutcome.LOST)
+            if not len(left):
+                break
+            there = other.grid.paths(W[:, left], cuts=cuts)
+            agree = (there.outcome != PathOutcome.LOST) & (there.peak >= (1 - COARSE) * reached[left])
             kept = np.flatnonzero(agree)
-            better = self._finer._given(W[:, kept], there.chosen(kept), cuts=cuts, bounds=bounds)
-            peaks, reached = peaks.replaced(kept, better.refined()), np.minimum(reached, there.peak)
+            better = other._given(W[:, left[kept]], there.chosen(kept), cuts=cuts, bounds=bounds)
+            peaks = peaks.replaced(left[kept], better.refined())
+            reached[left] = np.minimum(reached[left], there.peak)
         rest = np.flatnonzero(peaks.paths.outcome == PathOutcome.LOST)
         found = with_bisected_peaks(self.grid, W[:, rest], lost.chosen(rest))
         known = (found.outcome == PathOutcome.PEAK) & bounds
