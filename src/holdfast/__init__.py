@@ -3,6 +3,14 @@
 Every public name is imported when it is first used, so that ``import holdfast`` costs next to nothing.
 """
 
+import os
+import sys
+
+# `python -m holdfast` searches the current folder first, where anybody's scenes and other files may be: no longer from
+# here on, unless holdfast itself lies there. While Python looks for the module it has put "-m" into sys.argv.
+if getattr(sys, "argv", [])[:1] == ["-m"] and sys.path[0] == os.getcwd() != os.path.dirname(os.path.dirname(__file__)):
+    del sys.path[0]
+
 from importlib import import_module
 from typing import TYPE_CHECKING
 

@@ -55,7 +55,8 @@ class Reply:
 class Keeper:
     """A worker that calls ``function`` (module:name) for every item, and its limits; see worker.py.
 
-    ``setup`` is what the worker is warmed up with. ``folders`` are searched for modules before all others.
+    ``setup`` is what the worker is warmed up with. ``folders`` are searched for modules before all others. The current
+    folder is not searched: the files in it may be anybody's.
     """
 
     function: str
@@ -189,9 +190,10 @@ class Keeper:
         self._log.seek(0)
         self._log.truncate()
         limits = (str(self.limits.megabytes), str(self.limits.seconds))
-        path = os.pathsep.join([*self.folders, *filter(None, [os.environ.get("PYTHONPATH")])])
+        named = os.environ.get("PYTHONPATH", "").split(os.pathsep)  # where nothing between two colons is this folder
+        path = os.pathsep.join([*self.folders, *filter(None, named)])
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "holdfast.batches.worker", self.function, *limits],
+            [sys.executable, "-P", "-m", "holdfast.batches.worker", self.function, *limits],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._log,

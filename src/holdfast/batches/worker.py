@@ -1,4 +1,4 @@
-"""A process that answers one item after the other: ``python -m holdfast.batches.worker MODULE:FUNCTION MB SECONDS``.
+"""A process that answers one item after the other: ``python -P -m holdfast.batches.worker MODULE:FUNCTION MB SECONDS``.
 
 Its keeper (keeper.py) is at the other end of its stdin and stdout. First comes what ``warm`` of the module is called
 with, then the items. For each, ``function(item, tell)`` is called, and what it returns is sent back, as is all that it
