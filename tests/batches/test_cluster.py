@@ -92,11 +92,46 @@ def test_separate_workers_with_tls_one_of_them_killed(folder: Path, tmp_path: Pa
         assert rows(folder.parent / "there") == rows(folder.parent / "here")
 
 
-class processes:  # noqa: N801 - used as a function
-    """A scheduler and two workers as processes of their own, bound to loopback, as a context."""
+def test_by_address_it_gives_the_same_rows(folder: Path, tmp_path: Path) -> None:
+    with processes(None, tmp_path) as (address, _):
+        same(folder, address)
 
-    def __init__(self, files: dict[str, Path], folder: Path) -> None:
-        self.tls = ["--tls-ca-file", files["ca"], "--tls-cert", files["cert"], "--tls-key", files["key"]]
+
+@pytest.mark.parametrize("tls", [False, True], ids=["tcp", "tls"])
+def test_the_command_asks_by_address(folder: Path, tmp_path: Path, tls: bool) -> None:
+    files = certificates(tmp_path) if tls else None
+    (folder / "4.yaml").write_text("slow 4")
+    (folder / "7.yaml").write_text("slow 7")
+    with processes(files, tmp_path) as (address, _):
+        assert address.startswith("tls:" if tls else "tcp:")
+        options = {f"--tls-{name}": str(path) for name, path in (files or {}).items()}
+        command = [sys.executable, "-m", "holdfast", "batch", str(folder), "--out", str(tmp_path / "out")]
+        command += ["--scheduler", address, *(part for option in options.items() for part in option)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=100)
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert "12 answered" in done.stdout
+    assert {row["reason"] for row in hf.read_batch(tmp_path / "out").rows()} == {f"slow {k}" for k in range(12)}
+
+
+def test_tls_by_address_takes_its_certificates_from_dasks_own_configuration(folder: Path, tmp_path: Path) -> None:
+    import dask
+
+    files = certificates(tmp_path)
+    names = {"ca-file": str(files["ca"]), "client.cert": str(files["cert"]), "client.key": str(files["key"])}
+    with processes(files, tmp_path) as (address, _):
+        with pytest.raises(hf.HoldfastError, match="cannot be reached"):
+            hf.batch(str(folder / "*.yaml"), out=tmp_path / "none", scheduler=address)
+        with dask.config.set({f"distributed.comm.tls.{name}": path for name, path in names.items()}):
+            same(folder, address)
+
+
+class processes:  # noqa: N801 - used as a function
+    """A scheduler and two workers as processes of their own, bound to loopback, as a context; TLS if there are files."""
+
+    def __init__(self, files: dict[str, Path] | None, folder: Path) -> None:
+        known = {"ca-file": "ca", "cert": "cert", "key": "key"}
+        self.tls = [part for name, key in known.items() if files for part in (f"--tls-{name}", files[key])]
+        self.protocol = "tls" if files else "tcp"
         self.file, self.folder = folder / "scheduler.json", folder
         self.started: list[subprocess.Popen[bytes]] = []
 
@@ -108,7 +143,7 @@ class processes:  # noqa: N801 - used as a function
         return self.started[-1]
 
     def __enter__(self) -> tuple[str, list[subprocess.Popen[bytes]]]:
-        where = ("--host", LOOPBACK, "--port", 0, "--protocol", "tls", "--no-dashboard")
+        where = ("--host", LOOPBACK, "--port", 0, "--protocol", self.protocol, "--no-dashboard")
         self.run("distributed.cli.dask_scheduler", *where, "--scheduler-file", self.file)
         until = time.monotonic() + 60
         while not self.file.exists():

@@ -45,7 +45,7 @@ def answered_there(
         if not isinstance(client, Client):
             client = stack.enter_context(connected(scheduler))
         given: dict[Future, Job] = {}
-        done = as_completed()
+        done = as_completed(loop=client.loop)  # without, it asks for Dask's default client, which ours is not
         stack.callback(lambda: client.cancel(list(given)))
         for job in islice(jobs, _room(client)):
             given[_submitted(client, job, question, limits)] = job

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -58,11 +59,12 @@ class Running:
         """Ask the scenes that the arguments name."""
         scenes = [(item.name, item.path) for text in globs for item in inputs_of(text).items]
         limits: dict[str, Any] = {"workers": self.workers, "seconds": self.seconds, "megabytes": self.megabytes}
-        with progress(), lines():
-            where = None if self.scheduler is None else self._client()
+        with progress(), lines(), self._client() as where:
             return asked(scenes, ask, out=folder, options=_read(options), scheduler=where, **limits, **more)
 
-    def _client(self) -> Any:  # noqa: ANN401 - Dask has no types
+    def _client(self) -> AbstractContextManager[Any]:  # Dask has no types
+        if self.scheduler is None:
+            return nullcontext()
         from holdfast.batches.cluster import connected
 
         files = {"tls_ca_file": self.tls_ca, "tls_client_cert": self.tls_cert, "tls_client_key": self.tls_key}
