@@ -4,11 +4,15 @@ Numba's own disk cache only looks at the file of the compiled function. If a fun
 it reads, changes in another file, Numba keeps running the old machine code. Here, all machine code lies in a folder
 whose name is a hash of everything that it may depend on: the sources of all modules that take part in compiled code,
 and the versions of Python, Numba, llvmlite and NumPy. The processor is part of the key of every entry.
+
+To load machine code is to run it, so it is taken only from folders and files that belong to the user or to root, and
+that nobody else may write. Where others may, nothing is kept, and every process compiles for itself.
 """
 
 from __future__ import annotations
 
 import hashlib
+import io
 import os
 import pickle
 import re
@@ -29,6 +33,7 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataC
 
 from holdfast.base.errors import HoldfastWarning, message
 from holdfast.base.linking import Types, callees, linkable, ready, size_of
+from holdfast.base.owners import OTHERS_WRITE, read_ours, why_not_our_folders
 from holdfast.base.progress import report
 
 FOLDER_VARIABLE = "HOLDFAST_CACHE_DIR"  # environment variable that names another folder for machine code
@@ -40,6 +45,7 @@ _PACKAGE = Path(__file__).parents[1]
 _IMPORT = re.compile(r"^\s*from (holdfast[\w.]*) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
 _CONSTANT = re.compile(r"\b[A-Z][A-Z0-9_]+\b")
 _OWN = ("compiled.py", "linking.py", "code_store.py")
+_LEVELS = 3  # of folders below which a file lies: of all versions, of this one, of its module
 
 
 def machine_code_folder() -> Path:
@@ -94,7 +100,9 @@ class _Locator:
     def ensure_cache_path(self) -> None:
         if not self._folder.parent.exists():
             _drop_oldest(self._folder.parents[1])
-        self._folder.mkdir(parents=True, exist_ok=True)
+        self._folder.parents[_LEVELS - 1].mkdir(parents=True, exist_ok=True)
+        for path in (*reversed(self._folder.parents[: _LEVELS - 1]), self._folder):
+            path.mkdir(mode=0o755, exist_ok=True)
 
     def get_cache_path(self) -> str:
         return str(self._folder)
@@ -131,8 +139,18 @@ class _CheckedFile(IndexDataCacheFile):  # type: ignore[misc]
     def _data_name(self, number: int) -> str:
         return str(self._data_name_pattern).format(number=uuid4().int)
 
-    def _load_data(self, name: str) -> Any:  # noqa: ANN401 - what Numba pickled
-        content = Path(self._data_path(name)).read_bytes()
+    def _load_index(self) -> Any:  # noqa: ANN401 - what Numba pickled
+        try:
+            stream = io.BytesIO(read_ours(Path(self._index_path)))
+        except FileNotFoundError:
+            return {}
+        if pickle.load(stream) != self._version:
+            return {}
+        stamp, found = pickle.load(stream)
+        return found if stamp == self._source_stamp else {}
+
+    def _load_data(self, name: str) -> Any:  # noqa: ANN401
+        content = read_ours(Path(self._data_path(name)))
         if hashlib.sha256(content[DIGEST:]).digest() != content[:DIGEST]:
             raise ValueError("the checksum does not fit")
         return pickle.loads(content[DIGEST:])
@@ -141,6 +159,12 @@ class _CheckedFile(IndexDataCacheFile):  # type: ignore[misc]
         content = self._dump(data)
         with self._open_for_write(self._data_path(name)) as stream:
             stream.write(hashlib.sha256(content).digest() + content)
+
+    @contextmanager
+    def _open_for_write(self, filepath: str) -> Iterator[Any]:
+        with super()._open_for_write(filepath) as stream:
+            os.chmod(stream.name, os.fstat(stream.fileno()).st_mode & 0o777 & ~OTHERS_WRITE)
+            yield stream
 
 
 class _Overloads(FunctionCache):  # type: ignore[misc]
@@ -180,7 +204,7 @@ class CodeStore:
         Then it is compiled next, and that is reported.
         """
         try:
-            found = self._inner.load_overload(signature, context)
+            found = self._inner.load_overload(signature, context) if self._ours else None
         except Exception as cause:  # a damaged file may raise anything
             self._tell(cause)
             stem = f"{self._function.__module__.rsplit('.', 1)[-1]}.{self._function.__qualname__}-"
@@ -194,12 +218,13 @@ class CodeStore:
     def save_overload(self, signature: Any, result: Any) -> None:  # noqa: ANN401
         """Save the machine code, or warn once if that is not possible."""
         with _told():
-            self._inner.save_overload(signature, result)
+            if self._ours:
+                self._inner.save_overload(signature, result)
 
     def load_entry(self, types: Types, context: Any) -> Any:  # noqa: ANN401
         """Return the library of the entry for these types and its constants, or None as above."""
         try:
-            return self._inner.load_entry(types, context)
+            return self._inner.load_entry(types, context) if self._ours else None
         except Exception as cause:  # a damaged file may raise anything
             self._tell(cause)
             return None
@@ -207,7 +232,8 @@ class CodeStore:
     def save_entry(self, types: Types, context: Any, library: Any, constants: list[Any]) -> None:  # noqa: ANN401
         """Save the library of the entry, or warn once if that is not possible."""
         with _told():
-            self._inner.save_entry(types, context, library, constants)
+            if self._ours:
+                self._inner.save_entry(types, context, library, constants)
 
     def enable(self) -> None:
         """Asked by Numba; machine code is always kept."""
@@ -225,6 +251,11 @@ class CodeStore:
             self._kept = _Overloads(self._function)
         return self._kept
 
+    @property
+    def _ours(self) -> bool:
+        """Whether its folders are the user's or root's alone; if not, that is said once."""
+        return _checked(Path(self.cache_path))
+
     def _tell(self, cause: Exception) -> None:
         name = f"{self._function.__module__}.{self._function.__qualname__}"
         problem = f"cannot be used ({type(cause).__name__}: {cause})"
@@ -239,6 +270,22 @@ def _told() -> Iterator[None]:
         yield
     except OSError as cause:
         _warn_unkept(str(machine_code_folder()), cause.strerror or str(cause))
+
+
+@cache
+def _checked(folder: Path) -> bool:
+    """Whether a folder of machine code, and those in which it lies, are ours alone; if not, warn once."""
+    reason = why_not_our_folders(folder, _LEVELS)
+    if reason:
+        _warn_not_ours(reason)
+    return not reason
+
+
+@cache
+def _warn_not_ours(reason: str) -> None:
+    problem = f"{reason}, so it could hold anybody's: it is not used, and every process compiles for itself"
+    remedy = f"chmod go-w it if it is yours, or name a folder of your own by the environment variable {FOLDER_VARIABLE}"
+    warnings.warn(message("machine code", problem, remedy), HoldfastWarning, stacklevel=7)
 
 
 @cache
