@@ -6,7 +6,7 @@ import fcntl
 import json
 import os
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,10 +19,17 @@ from holdfast.base.text import quoted
 from holdfast.batches import tables
 from holdfast.batches.job import Question
 from holdfast.batches.journal import Journal, Record
-from holdfast.batches.schema import TABLES, VERSION, described
+from holdfast.batches.schema import TABLES, VERSION, Row, described
 
 ABOUT, SCHEMA, JOURNAL, LOCK = "batch.json", "schema.json", "journal", "lock"
 MOST_BYTES = 1_000_000_000
+ABOUT_HOLDS: dict[str, tuple[type, Callable[[Any], bool]]] = {  # the kind of each entry of batch.json, what it may be
+    "version": (str, bool),
+    "ask": (list, lambda value: all(isinstance(each, str) for each in value)),
+    "options": (dict, lambda value: all(isinstance(each, dict) for each in value.values())),
+    "shard_size": (int, lambda value: value > 0),
+    "storage": (str, lambda value: value in tables.STORAGES),
+}
 LAST = "scenes"  # the table that is written last: a shard is there when this file of it is
 
 
@@ -71,29 +78,48 @@ class Folder:
 
     def shards(self) -> list[int]:
         """Return the numbers of the shards that are complete."""
-        found = (self.path / LAST).glob(f"*{self.storage.suffix}")
-        return sorted(int(path.stem) for path in found if path.stem.isdecimal())
+        return sorted(self._numbers(LAST))
+
+    def lost(self) -> list[int]:
+        """Return the numbers of shards that are not there, though later ones or other tables of theirs are."""
+        there = self._numbers(LAST)
+        known = {shard for table in TABLES for shard in self._numbers(table)} | set(range(max(there, default=0)))
+        return sorted(known - there)
+
+    def _numbers(self, table: str) -> set[int]:
+        found = (self.path / table).glob(f"*{self.storage.suffix}")
+        numbers = {int(path.stem): path.name for path in found if path.stem.isdecimal()}
+        return {number for number, name in numbers.items() if self.file(table, number).name == name}
+
+    def rows(self, table: str, shard: int, columns: Sequence[str] | None = None) -> list[Row]:
+        """Return the rows of a table in a shard; raise DamagedError, which names the file, if it is damaged."""
+        found = self.storage.rows(table, self.file(table, shard), columns)
+        if table == LAST and not found:
+            raise tables.DamagedError(message(str(self.file(LAST, shard)), "is damaged: it is empty", tables.ANEW))
+        return found
 
     def names(self, shard: int) -> list[str]:
-        """Return the names of the scenes in a shard."""
-        rows = self.storage.rows_in(LAST, self.file(LAST, shard), ["scene"])
-        return [str(row["scene"]) for row in rows]
+        """Return the names of the scenes in a shard; raise DamagedError if their file is damaged."""
+        return [str(row["scene"]) for row in self.rows(LAST, shard, ["scene"])]
 
     def records(self, shard: int) -> dict[str, Record]:
-        """Return the rows of all scenes of a shard by their names."""
+        """Return the rows of all scenes of a shard by their names; raise DamagedError if one of its files is damaged."""
         found: dict[str, Record] = {}
-        for row in self.storage.rows_in(LAST, self.file(LAST, shard), None):
+        for row in self.rows(LAST, shard):
             found[row["scene"]] = {table: [] for table in TABLES} | {LAST: [row]}
         for table in TABLES:
             if table != LAST:
-                for row in self.storage.rows_in(table, self.file(table, shard), None):
+                for row in self.rows(table, shard):
+                    if row["scene"] not in found:
+                        problem = f"has rows of {quoted(row['scene'])}, which is not in the table {LAST}"
+                        raise tables.DamagedError(message(str(self.file(table, shard)), problem, tables.ANEW))
                     found[row["scene"]][table].append(row)
         return found
 
     def write(self, shard: int, records: Sequence[Record]) -> None:
         """Write a shard. Its rows stand in journals meanwhile; what it held before is gone first."""
         for table in TABLES:
-            (self.path / table).mkdir(exist_ok=True)
+            _made(self.path / table)
         self.remove(shard)
         for table in (*(table for table in TABLES if table != LAST), LAST):
             rows = [row for record in records for row in record[table]]
@@ -102,7 +128,11 @@ class Folder:
     def remove(self, shard: int) -> None:
         """Remove a shard, beginning with what says that it is there."""
         for table in (LAST, *(table for table in TABLES if table != LAST)):
-            self.file(table, shard).unlink(missing_ok=True)
+            path = self.file(table, shard)
+            try:
+                path.unlink(missing_ok=True)
+            except OSError as cause:
+                raise HoldfastError(message(str(path), f"cannot be removed: {cause.strerror}", "remove it")) from cause
 
 
 def about(folder: Path) -> dict[str, Any]:
@@ -111,10 +141,14 @@ def about(folder: Path) -> dict[str, Any]:
     content = read_ordinary(path, "folder of a batch", most=MOST_BYTES, error=HoldfastError)
     try:
         data = json.loads(content)
-        if data["format"] != VERSION or not all(isinstance(data[key], int | str) for key in ("shard_size", "storage")):
-            raise ValueError(f"its format is {data['format']!r:.40}")
-    except (ValueError, LookupError, TypeError) as cause:
-        raise HoldfastError(message(str(path), f"is damaged: {cause}", f"needs {VERSION}: another folder")) from cause
+        if data["format"] != VERSION:
+            raise ValueError(f"its format is {quoted(data['format'])}")
+        for key, (kind, known) in ABOUT_HOLDS.items():
+            if type(data[key]) is not kind or not known(data[key]):
+                raise ValueError(f"{key} is {quoted(data[key])}")
+    except (ValueError, LookupError, TypeError, RecursionError) as cause:
+        problem = f"is damaged: {'it lacks ' if isinstance(cause, KeyError) else ''}{cause}"
+        raise HoldfastError(message(str(path), problem, f"needs {VERSION}: another folder")) from cause
     return dict(data)
 
 
@@ -122,7 +156,13 @@ def reading(folder: object) -> Folder:
     """Open a folder to read its tables."""
     path = checked_path(folder, "folder of a batch")
     told = about(path)
-    return Folder(path, int(told["shard_size"]), tables.storage_named(told["storage"]))
+    found = Folder(path, told["shard_size"], tables.storage_named(told["storage"]))
+    lost = [str(found.file(LAST, shard)) for shard in found.lost()]
+    if lost:
+        what = f"{lost[0]}{f' and {len(lost) - 1:,} more' if len(lost) > 1 else ''}"
+        text = message(what, "is not there: not finished, or lost", tables.ANEW)
+        warnings.warn(text, HoldfastWarning, stacklevel=4)
+    return found
 
 
 def opened(path: Path, question: Question, shard_size: int, part: Part, stack: ExitStack) -> Folder:
@@ -130,11 +170,7 @@ def opened(path: Path, question: Question, shard_size: int, part: Part, stack: E
 
     Raises HoldfastError if the folder holds answers to another question, or another driver writes to it.
     """
-    try:
-        (path / JOURNAL).mkdir(parents=True, exist_ok=True)
-    except OSError as cause:
-        remedy = "name a folder that can be made"
-        raise HoldfastError(message(str(path), f"cannot be made: {cause.strerror}", remedy)) from cause
+    _made(path / JOURNAL)
     _lock(path, part, stack)
     storage = tables.PARQUET if tables.has_pyarrow() else tables.LINES
     new = {"format": VERSION, "version": __version__, **json.loads(question.text), "shard_size": shard_size}
@@ -153,6 +189,15 @@ def opened(path: Path, question: Question, shard_size: int, part: Part, stack: E
     return Folder(path, shard_size, storage, part)
 
 
+def _made(folder: Path) -> None:
+    """Make a folder, if there is none; raise HoldfastError if that cannot be."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as cause:
+        remedy = "name a folder that can be made"
+        raise HoldfastError(message(str(folder), f"cannot be made: {cause.strerror}", remedy)) from cause
+
+
 def _check_same(path: Path, old: dict[str, Any], new: dict[str, Any]) -> None:
     for key, value in new.items():
         if old.get(key) != value:
@@ -166,7 +211,7 @@ def _lock(path: Path, part: Part, stack: ExitStack) -> None:
     Drivers of an array share one lock, in which they write into how many parts the shards are divided, and each holds
     one of its own. A driver that does all shards holds the first alone.
     """
-    shared = stack.enter_context((path / JOURNAL / LOCK).open("a+"))
+    shared = stack.enter_context(_lock_file(path / JOURNAL / LOCK))
     if part.of == 1:
         if not _held(shared, fcntl.LOCK_EX):
             raise _busy(path)
@@ -182,9 +227,16 @@ def _lock(path: Path, part: Part, stack: ExitStack) -> None:
     if divided != str(part.of):
         problem = f"other drivers divide its shards by {divided}, not by {part.of}"
         raise HoldfastError(message(str(path), problem, "wait for them, or divide as they do"))
-    own = stack.enter_context((path / JOURNAL / f"{LOCK}-{part.number}-{part.of}").open("a"))
+    own = stack.enter_context(_lock_file(path / JOURNAL / f"{LOCK}-{part.number}-{part.of}"))
     if not _held(own, fcntl.LOCK_EX):
         raise _busy(path)
+
+
+def _lock_file(path: Path) -> IO[str]:
+    try:
+        return path.open("a+", errors="replace")
+    except OSError as cause:
+        raise HoldfastError(message(str(path), f"cannot be opened: {cause.strerror}", "remove it")) from cause
 
 
 def _held(stream: IO[str], kind: int) -> bool:

@@ -1,7 +1,7 @@
 """Journals: finished scenes, one line each, from when they are answered until their shard is written.
 
 A line holds all rows of a scene. It is given to the system at once, so that it outlasts the process; about once a
-second it is also brought to the disk. A last line that is not complete is dropped.
+second it is also brought to the disk. A line that is damaged or not complete is dropped.
 """
 
 from __future__ import annotations
@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import IO
 
 from holdfast.base.errors import HoldfastError, message
-from holdfast.batches.schema import Tables
-from holdfast.batches.tables import completed, line_of
+from holdfast.base.files import check_ordinary
+from holdfast.batches.schema import TABLES, Tables
+from holdfast.batches.tables import check_row, completed, line_of
 
 SYNCED = 1.0  # [s] after which what was appended is brought to the disk
 
@@ -88,19 +89,24 @@ class Journal:
         self.places, self._end = {}, 0
 
     def _index(self) -> None:
-        """Find the beginnings of all complete lines."""
+        """Find the beginnings of all lines that are complete and sound; behind the last, there is nothing to keep."""
+        check_ordinary(self.path, "journal", error=HoldfastError, remedy="remove it: what it held is asked anew")
+        place = 0
         with self.path.open("rb") as stream:
             for line in stream:
-                if not line.endswith(b"\n"):
-                    break
+                begin, place = place, place + len(line)
                 try:
-                    name = name_of(json.loads(line))
-                except (ValueError, LookupError, TypeError):  # blocks of zeros, as after a power failure
-                    break
-                self.places[name] = self._end
-                self._end += len(line)
+                    name = name_of(_record(line))
+                except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
+                    continue  # such as blocks of zeros after a power failure
+                if line.endswith(b"\n"):
+                    self.places[name], self._end = begin, place
 
 
 def _record(line: bytes) -> Record:
     data = json.loads(line)
-    return {table: [completed(table, row) for row in rows] for table, rows in data.items()}
+    found = {table: [completed(table, row) for row in data.get(table, [])] for table in TABLES}
+    for table, rows in found.items():
+        for row in rows:
+            check_row(table, row)
+    return found

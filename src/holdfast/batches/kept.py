@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import warnings
 from collections import OrderedDict
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
+from typing import TypeVar
 
+from holdfast.base.errors import HoldfastWarning
 from holdfast.batches.folder import Folder
 from holdfast.batches.job import Job
 from holdfast.batches.journal import Journal, Record, name_of
 from holdfast.batches.keys import Digests, key_of_files
+from holdfast.batches.tables import DamagedError
+
+T = TypeVar("T")
 
 REMEMBERED = 3  # shards whose rows are kept in memory: inputs that moved come from neighbouring ones
 
@@ -20,7 +26,8 @@ class Kept:
         self.folder, self.retry = folder, retry
         self.displaced = folder.displaced()
         self._digests = Digests()
-        self._shards = {name: shard for shard in folder.shards() for name in folder.names(shard)}
+        self.damaged: set[int] = set()  # shards of which a file is damaged or missing: their scenes are asked anew
+        self._shards = {name: shard for shard in folder.shards() for name in self._looked_at(shard, folder.names, [])}
         self._journals: dict[str, list[Journal]] = {}
         for journal in [*folder.journals(), self.displaced]:
             for name in journal.places:
@@ -68,10 +75,22 @@ class Kept:
         """Return the rows of a shard as they were at the first look."""
         if shard not in self._remembered:
             there = self.folder.file("scenes", shard).exists()  # another driver may be replacing it
-            self._remembered[shard] = self.folder.records(shard) if there else {}
+            self._remembered[shard] = self._looked_at(shard, self.folder.records, {}) if there else {}
             while len(self._remembered) > REMEMBERED:
                 self._remembered.popitem(last=False)
         return self._remembered[shard]
+
+    def _looked_at(self, shard: int, look: Callable[[int], T], nothing: T) -> T:
+        """Return what is found in a shard; if it is damaged, ``nothing``, with one warning that names the file."""
+        if shard in self.damaged:
+            return nothing
+        try:
+            return look(shard)
+        except DamagedError as cause:
+            self.damaged.add(shard)
+            if self.folder.part.has(shard):
+                warnings.warn(f"{cause}", HoldfastWarning, stacklevel=4)
+            return nothing
 
 
 def renumbered(record: Record, job: Job) -> Record:

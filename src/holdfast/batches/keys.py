@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import stat
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -89,6 +90,8 @@ def _key(job: Job, parts: Sequence[Sequence[str]]) -> str:
 def _digest(path: Path) -> str:
     found = hashlib.sha256()
     try:
+        if not stat.S_ISREG(os.stat(path).st_mode):  # which might never end
+            return MISSING
         with open(path, "rb") as stream:
             while block := stream.read(BLOCK):
                 found.update(block)

@@ -60,8 +60,7 @@ def counted(folder: Folder) -> BatchReport:
     verdicts: Counter[str] = Counter()
     failures: list[tuple[str, str, str]] = []
     for shard in folder.shards():
-        file = folder.file("scenes", shard)
-        for row in folder.storage.rows_in("scenes", file, ["scene", "outcome", "status", "told"]):
+        for row in folder.rows("scenes", shard, ["scene", "outcome", "status", "told"]):
             outcomes[row["outcome"]] += 1
             if row["status"] is not None:
                 verdicts[row["status"]] += 1
@@ -93,11 +92,15 @@ class BatchTables:
         return f"BatchTables({str(self.folder.path)!r}, {len(self.folder.shards())} shards)"
 
     def rows(self, table: str = "scenes") -> Iterator[Row]:
-        """Yield the rows of a table as dicts, in the order of the scenes; raises HoldfastError for an unknown name."""
+        """Yield the rows of a table as dicts, in the order of the scenes.
+
+        Raises HoldfastError for an unknown name, and for a damaged file, which it names: the same batch asks its scenes
+        anew.
+        """
         if table not in TABLES:
             raise HoldfastError(message("read_batch", f"table {table!r} is unknown", nearest_of(table, TABLES)))
         for shard in self.folder.shards():
-            yield from self.folder.storage.rows_in(table, self.folder.file(table, shard), None)
+            yield from self.folder.rows(table, shard)
 
     def arrow(self, table: str = "scenes") -> Any:  # noqa: ANN401 - a pyarrow.Table, which has no types
         """Return a table as a pyarrow.Table; units and meanings are in the metadata of its fields."""

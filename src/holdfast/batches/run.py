@@ -175,7 +175,7 @@ class Driver:
 
     def _unchanged(self, shard: int, names: list[str]) -> bool:
         """Say whether a shard is complete and holds these scenes, in this order, as they were kept."""
-        there = self.folder.file("scenes", shard).exists()
+        there = self.folder.file("scenes", shard).exists() and shard not in self.kept.damaged
         return there and self.folder.names(shard) == names and not self.folder.journal(shard).path.exists()
 
     def _write(self, job: Job, reply: Reply) -> None:

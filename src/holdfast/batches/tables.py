@@ -13,11 +13,19 @@ from typing import Any
 
 from holdfast.base.archive import to_dict
 from holdfast.base.errors import HoldfastError, message
-from holdfast.base.files import read_ordinary, write_atomically
+from holdfast.base.files import check_ordinary, read_ordinary, write_atomically
+from holdfast.base.text import one_line, quoted
 from holdfast.batches.schema import TABLES, VERSION, Column, Row
 
 MOST_BYTES = 20_000_000_000  # of a shard's file
+ANEW = "ask the same batch again: what the file held is asked anew"
+LONGEST_CAUSE = 200  # characters of what a library says of a damaged file
+_NAMES = {table: frozenset(column.name for column in columns) for table, columns in TABLES.items()}
 INFINITE = {"inf": math.inf, "-inf": -math.inf}  # as JSON lines say it
+
+
+class DamagedError(HoldfastError):
+    """A file of a batch folder, which the message names, is missing or holds what no batch wrote."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +41,18 @@ class Storage:
         """Write the rows of a table to a file, which appears complete or not at all."""
         write_atomically(path, self.bytes_of(table, rows))
 
+    def rows(self, table: str, path: Path, columns: Sequence[str] | None = None) -> list[Row]:
+        """Return the rows of a table from a file, of all columns or of some; raise DamagedError if it is damaged."""
+        check_ordinary(path, "shard", error=DamagedError, remedy=ANEW)
+        try:
+            found = self.rows_in(table, path, columns)
+            for row in found:
+                check_row(table, row)
+        except Exception as cause:  # who reads bytes that are damaged may raise anything
+            problem = f"is damaged: {one_line(str(cause), LONGEST_CAUSE) or type(cause).__name__}"
+            raise DamagedError(message(str(path), problem, ANEW)) from cause
+        return found
+
 
 def has_pyarrow() -> bool:
     """Say whether pyarrow is installed."""
@@ -47,7 +67,30 @@ def storage_named(name: str) -> Storage:
     if name == PARQUET.name and not has_pyarrow():
         remedy = "pip install 'holdfast[tables]', or give another folder, which is then written as JSON lines"
         raise HoldfastError(message("batch", "its tables are Parquet files, and pyarrow is not installed", remedy))
-    return {each.name: each for each in (PARQUET, LINES)}[name]
+    return STORAGES[name]
+
+
+def check_row(table: str, row: Row) -> None:
+    """Raise ValueError unless the values of a row are such as its table has; the scene has to be named."""
+    _check_names(table, row)
+    for column in TABLES[table]:
+        value = row.get(column.name)
+        if value is not None and not _fits(column.kind, value):
+            raise ValueError(f"{column.name} is {quoted(value)}, no {column.kind}")
+    if row.get("scene") is None:
+        raise ValueError("a row names no scene")
+
+
+def _check_names(table: str, row: Row) -> None:
+    strange = row.keys() - _NAMES[table]
+    if strange:
+        raise ValueError(f"{quoted(min(strange))} is no column of the table {table}")
+
+
+def _fits(kind: str, value: Any) -> bool:  # noqa: ANN401 - checked here
+    if kind == "texts":
+        return isinstance(value, list) and all(isinstance(each, str) for each in value)
+    return type(value) in {"text": (str,), "number": (float,), "whole": (int,), "flag": (bool,)}[kind]
 
 
 def line_of(data: Any) -> str:  # noqa: ANN401 - plain data
@@ -56,7 +99,11 @@ def line_of(data: Any) -> str:  # noqa: ANN401 - plain data
 
 
 def completed(table: str, row: Row) -> Row:
-    """Return a row with all columns of its table, in their order, and infinities as numbers."""
+    """Return a row with all columns of its table, in their order, and infinities as numbers.
+
+    Raises ValueError for a column that the table does not have.
+    """
+    _check_names(table, row)
     return {column.name: _value(column, row.get(column.name)) for column in TABLES[table]}
 
 
@@ -115,3 +162,4 @@ def _rows_in_lines(table: str, path: Path, columns: Sequence[str] | None) -> lis
 
 PARQUET = Storage("parquet", ".parquet", _parquet_of, _rows_in_parquet)
 LINES = Storage("json lines", ".jsonl", _lines_of, _rows_in_lines)
+STORAGES = {each.name: each for each in (PARQUET, LINES)}

@@ -1,0 +1,191 @@
+"""Folders of batches that were damaged: the file is named, what it held is asked anew, and nothing is passed over."""
+
+from __future__ import annotations
+
+import os
+import random
+import shutil
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import batch_drill
+import pytest
+
+import holdfast as hf
+from holdfast.batches import crew, tables
+from holdfast.batches.schema import TABLES, reproducible
+from holdfast.report.batch import write_report
+
+HERE = str(Path(__file__).parent)
+Rows = dict[str, list[dict[str, Any]]]
+
+
+@pytest.fixture(autouse=True)
+def drill(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(crew, "ANSWERED_BY", "batch_drill:answered")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([HERE, *filter(None, [os.environ.get("PYTHONPATH")])]))
+
+
+@pytest.fixture(scope="module", params=["parquet", "json lines"])
+def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with eight scenes and their batch in three shards."""
+    here = tmp_path_factory.mktemp("made")
+    (here / "in").mkdir()
+    for k in range(8):
+        (here / "in" / f"{k}.yaml").write_text(f"scene {k}")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(crew, "ANSWERED_BY", "batch_drill:answered")
+        patch.setenv("PYTHONPATH", os.pathsep.join([HERE, *filter(None, [os.environ.get("PYTHONPATH")])]))
+        if request.param == "json lines":
+            patch.setattr(tables, "has_pyarrow", lambda: False)
+        batch(here)
+    return here
+
+
+@pytest.fixture
+def here(made: Path, tmp_path: Path) -> Path:
+    shutil.copytree(made, tmp_path / "here")
+    return tmp_path / "here"
+
+
+def batch(here: Path) -> hf.BatchReport:
+    scenes = [(f"{k}.yaml", here / "in" / f"{k}.yaml") for k in range(8)]
+    return hf.batch(scenes, out=here / "out", workers=1, shard_size=3)
+
+
+def rows(here: Path) -> Rows:
+    found = hf.read_batch(here / "out")
+    return {name: [{**reproducible(name, row), "path": ""} for row in found.rows(name)] for name in TABLES}
+
+
+def cut(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:-20])
+
+
+def changed(path: Path) -> None:
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2 :] = bytes(byte ^ 0x5A for byte in content[len(content) // 2 :])
+    path.write_bytes(content)
+
+
+def emptied(path: Path) -> None:
+    path.write_bytes(b"")
+
+
+def of_another_table(path: Path) -> None:
+    other = "pushes" if path.parent.name == "scenes" else "scenes"
+    shutil.copy(path.parents[1] / other / path.name, path)
+
+
+def of_another_shard(path: Path) -> None:
+    shutil.copy(path.with_name(path.name.replace("1", "0")), path)
+
+
+DAMAGES = (cut, changed, emptied, of_another_table, Path.unlink)
+
+
+@pytest.mark.parametrize("table", ["scenes", "pushes"])
+@pytest.mark.parametrize("damage", DAMAGES, ids=lambda each: each.__name__)
+def test_a_damaged_shard_is_named_and_asked_anew(
+    here: Path, table: str, damage: Callable[[Path], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = rows(here)
+    (path,) = (here / "out" / table).glob("000001.*")
+    damage(path)
+    if damage is emptied and path.parent.name == "pushes" and path.suffix == ".jsonl":
+        pytest.skip("a table of JSON lines without rows is an empty file: nothing tells it from one that was emptied")
+    gone = (table, damage) == ("scenes", Path.unlink)  # like a shard that was never finished: no error, but it is said
+    with pytest.warns(hf.HoldfastWarning) if gone else pytest.raises(hf.HoldfastError) as told:
+        rows(here)
+    said = str(told[0].message if gone else told.value)
+    assert str(path) in said
+    assert "ask the same batch again" in said
+    monkeypatch.setenv(batch_drill.TRACE, str(here / "trace"))
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always")
+        report = batch(here)
+    assert [str(path) in str(each.message) for each in warned] == ([] if gone else [True])
+    assert (report.asked, report.kept) == (3, 5)
+    assert (here / "trace").read_text().split() == ["3.yaml", "4.yaml", "5.yaml"]
+    assert rows(here) == before
+
+
+def test_rows_of_another_shard_are_seen(here: Path) -> None:
+    before = rows(here)
+    (path,) = (here / "out" / "pushes").glob("000001.*")
+    of_another_shard(path)
+    with pytest.warns(hf.HoldfastWarning, match=r"000001.*: has rows of '0\.yaml', which is not in the table scenes"):
+        assert batch(here).asked == 3
+    assert rows(here) == before
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "[]",
+        "{}",
+        "[" * 100_000,
+        '{"format": "holdfast-batch/1"}',
+        '{"format": "holdfast-batch/1", "version": "1", "ask": [], "options": {}, "shard_size": "a", "storage": "parquet"}',
+        '{"format": "holdfast-batch/1", "version": "1", "ask": [], "options": {}, "shard_size": 3, "storage": "zip"}',
+        '{"format": "holdfast-batch/1", "version": "1", "ask": [], "options": [], "shard_size": 3, "storage": "parquet"}',
+        '{"format": "holdfast-batch/1", "version": "1", "ask": 3, "options": {}, "shard_size": 3, "storage": "parquet"}',
+    ],
+)
+def test_what_says_what_was_asked_is_checked(here: Path, text: str) -> None:
+    (here / "out" / "batch.json").write_text(text)
+    for asked in (rows, batch, lambda here: write_report(here / "out", here / "page.html")):
+        with pytest.raises(hf.HoldfastError, match=r"batch\.json: is damaged"):
+            asked(here)
+
+
+@pytest.mark.parametrize("name", ["scenes", "journal", "journal/lock", "journal/000001.jsonl"])
+def test_a_file_where_a_folder_belongs_and_the_other_way_round_are_told(here: Path, name: str) -> None:
+    path = here / "out" / name
+    if path.is_dir():
+        shutil.rmtree(path)
+        path.write_text("")
+    else:
+        path.unlink(missing_ok=True)
+        path.mkdir()
+    with pytest.raises(hf.HoldfastError, match=name):
+        batch(here)
+
+
+def test_whatever_is_damaged_the_answers_are_right_or_it_is_told(here: Path, tmp_path: Path) -> None:
+    """One file at random, damaged at random, 40 times; nothing but errors that name a file may come of it."""
+    rng, before, told = random.Random(20261126), rows(here), 0
+    for trial in range(40):
+        there = tmp_path / f"{trial}"
+        shutil.copytree(here, there)
+        path = rng.choice(sorted(path for path in (there / "out").rglob("*") if path.is_file()))
+        tamper(rng, path)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", hf.HoldfastWarning)
+            try:
+                batch(there)
+                assert rows(there) == before, path
+            except hf.HoldfastError as error:
+                told += 1
+                assert str(there) in str(error)
+        shutil.rmtree(there)
+    assert told < 20
+
+
+def tamper(rng: random.Random, path: Path) -> None:
+    content = bytearray(path.read_bytes())
+    match rng.randrange(4):
+        case 0:
+            del content[rng.randrange(len(content) + 1) :]
+        case 1:
+            path.unlink()
+            return
+        case 2:
+            content = bytearray(rng.randbytes(rng.randrange(200)))
+        case _:  # only where it is not seen by its meaning: numbers and texts that are as good as others are not tried
+            at = rng.randrange(len(content) + 1)
+            content[at:at] = b"\xff\0\xff"
+    path.write_bytes(content)
