@@ -390,3 +390,59 @@ def test_wrong_arguments_are_told_before_anything_is_written(folder: Path, optio
         batch(folder, **options)
     assert words in str(told.value)
     assert not (folder.parent / "out").exists()
+
+
+MANIFEST = "scene,name\n{place},one\n"
+PUSHES = "body,x,y,z,dx,dy,dz\n{place},0,0,0,1,0,0\n"
+BROKEN = {
+    "line 2: is no CSV: field larger than field limit": lambda text: text.format(place="a" * 200_000).encode(),
+    "line 2: has the byte 0xe9, which is not UTF-8": lambda text: text.format(place="é").encode("latin-1"),
+    "line 1: has the byte 0xff, which is not UTF-8": lambda text: text.format(place="a").encode("utf-16"),
+}
+
+
+@pytest.mark.parametrize("words", BROKEN)
+def test_broken_manifests_and_files_of_pushes_are_told(folder: Path, words: str) -> None:
+    for name, text in (("manifest.csv", MANIFEST), ("pushes.csv", PUSHES)):
+        path = folder / name
+        path.write_bytes(BROKEN[words](text))
+        with pytest.raises(hf.HoldfastError, match=rf"{name}, {words}.*; "):
+            ask(folder, path)
+    assert not (folder.parent / "out").exists()
+
+
+def ask(folder: Path, path: Path) -> hf.BatchReport:
+    if path.stem == "manifest":
+        return hf.batch(path, out=folder.parent / "out", workers=1)
+    return hf.batch(str(folder / "*.yaml"), f"push:{path}", out=folder.parent / "out", workers=1)
+
+
+def test_a_carriage_return_by_itself_ends_a_line(folder: Path) -> None:
+    """As files of old Macs have it; within a name it makes two lines of one, and both are told."""
+    (folder / "manifest.csv").write_bytes(b"scene,name\r0.yaml,one\r1.y\raml,two\r")
+    report = ask(folder, folder / "manifest.csv")
+    assert [each[:2] for each in report.failures] == [("1.y", "crash"), ("two", "crash")], "the drill reads them"
+    (folder / "pushes.csv").write_bytes(b"body,x,y,z,dx,dy,dz\na\rb,0,0,0,1,0,0\n")
+    with pytest.raises(hf.HoldfastError, match=r"pushes\.csv, line 2: holds no six numbers"):
+        ask(folder, folder / "pushes.csv")
+
+
+@pytest.mark.parametrize("content", [b"", b"PAR1", b"PAR1" + 200 * b"\xff" + b"PAR1"])
+def test_a_broken_parquet_manifest_is_told(folder: Path, content: bytes) -> None:
+    (folder / "manifest.parquet").write_bytes(content)
+    with pytest.raises(hf.HoldfastError, match=r"manifest\.parquet: is no Parquet file that can be read: .*as CSV"):
+        hf.batch(folder / "manifest.parquet", out=folder.parent / "out")
+
+
+@pytest.mark.parametrize("place", ["no\0file", "/", "a" * 5000, "\ud800"])
+def test_places_that_are_no_files_are_rows_of_their_own(folder: Path, place: str) -> None:
+    report = hf.batch([str(folder / "0.yaml"), place], out=folder.parent / "out", workers=1)
+    assert dict(report.outcomes) == {"answered": 1, "crash": 1}, "the drill reads whatever it is given"
+    assert report.failures[0][0] == place.replace("\ud800", "\\ud800")
+
+
+def test_a_file_whose_name_is_not_utf8_is_asked(folder: Path) -> None:
+    os.rename(folder / "0.yaml", os.fsencode(folder) + b"/\xe9.yaml")
+    report = batch(folder)
+    assert dict(report.outcomes) == {"answered": 8}
+    assert rows(folder.parent / "out")["scenes"][-1]["files"] == ["\\xe9.yaml"]

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-import csv
 import glob
 import os
 from collections.abc import Iterable, Iterator, Sized
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from holdfast.base.errors import HoldfastError, message
-from holdfast.base.text import quoted
+from holdfast.base.files import check_ordinary, read_ordinary
+from holdfast.base.text import one_line, quoted
+from holdfast.batches.csv_files import csv_rows
 from holdfast.scene.formats.registry import readable
 from holdfast.scene.scene import Scene
 
 MANIFESTS = (".csv", ".parquet")
 COLUMN, NAMES = "scene", "name"  # of a manifest: where the scenes are, and what they are called if not so
+MOST_BYTES = 1_000_000_000  # of a manifest
 MAGIC = frozenset("*?[")
 
 Scenes: TypeAlias = "str | os.PathLike[str] | Iterable[str | os.PathLike[str] | Scene | tuple[str, Any]]"
@@ -37,8 +40,11 @@ class Input:
 
 
 def as_text(path: str) -> str:
-    """Return a path as a text that every table can hold, though file names may be any bytes."""
-    return os.fsencode(path).decode("utf-8", "backslashreplace")
+    """Return a path or a name as a text that every table can hold, though file names may be any bytes."""
+    try:
+        return os.fsencode(path).decode("utf-8", "backslashreplace")
+    except UnicodeEncodeError:  # a lone surrogate, which is that of no file
+        return path.encode("utf-8", "backslashreplace").decode()
 
 
 @dataclass(frozen=True)
@@ -93,12 +99,16 @@ def _manifest(path: Path) -> Iterator[Input]:
         if not isinstance(place, str) or not place:
             problem = f"row {number + 1} has no text in the column {COLUMN!r}"
             raise HoldfastError(message(str(path), problem, "needs a path of a scene file in every row"))
-        yield Input.file(str(path.parent / place), row.get(NAMES) or as_text(place))
+        name = row.get(NAMES) or as_text(place)
+        if not isinstance(name, str):
+            problem = f"row {number + 1} has {quoted(name)} in the column {NAMES!r}"
+            raise HoldfastError(message(str(path), problem, "needs a text there, or nothing"))
+        yield Input.file(str(path.parent / place), name)
 
 
 def _csv(path: Path) -> Iterator[dict[str, Any]]:
-    with path.open(encoding="utf-8-sig", newline="") as stream:
-        yield from csv.DictReader(stream)
+    content = read_ordinary(path, "manifest", most=MOST_BYTES, error=HoldfastError, too_large="divide it")
+    yield from (row for _, row in islice(csv_rows(content, str(path)), 1, None))
 
 
 def _parquet(path: Path) -> Iterator[dict[str, Any]]:
@@ -107,16 +117,24 @@ def _parquet(path: Path) -> Iterator[dict[str, Any]]:
     except ImportError as cause:
         remedy = "pip install 'holdfast[tables]', or write the manifest as CSV"
         raise HoldfastError(message(str(path), "needs pyarrow, which is not installed", remedy)) from cause
-    file = parquet.ParquetFile(path)
-    columns = [name for name in (COLUMN, NAMES) if name in file.schema_arrow.names]
-    for batch in file.iter_batches(columns=columns, use_threads=False):
-        yield from batch.to_pylist()
+    check_ordinary(path, "manifest", error=HoldfastError)
+    try:
+        with path.open("rb") as stream:  # Arrow would take the name of a path for UTF-8
+            file = parquet.ParquetFile(stream)
+            columns = [name for name in (COLUMN, NAMES) if name in file.schema_arrow.names]
+            for batch in file.iter_batches(columns=columns, use_threads=False):
+                yield from batch.to_pylist()
+    except HoldfastError:  # what is done with the rows
+        raise
+    except Exception as cause:  # what reads damaged bytes may raise anything
+        problem = f"is no Parquet file that can be read: {one_line(str(cause), 200) or type(cause).__name__}"
+        raise HoldfastError(message(str(path), problem, "write it anew, or as CSV")) from cause
 
 
 def _input(number: int, item: Any) -> Input:  # noqa: ANN401 - checked here
     if isinstance(item, tuple) and len(item) == 2 and isinstance(item[0], str):
         inner = _input(number, item[1])
-        return Input(item[0], inner.path, inner.scene)
+        return Input(as_text(item[0]), inner.path, inner.scene)
     if isinstance(item, Scene):
         return Input(item.name or f"scene {number}", None, item)
     if isinstance(item, str | os.PathLike):

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 import inspect
-import io
 import json
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -16,6 +14,7 @@ from holdfast.base.arrays import checked_items, checked_mapping
 from holdfast.base.errors import HoldfastError, message, nearest_of
 from holdfast.base.files import read_ordinary
 from holdfast.base.text import quoted
+from holdfast.batches.csv_files import csv_rows
 from holdfast.batches.job import Push, Question
 from holdfast.queries.map import robustness_map
 from holdfast.queries.push import robustness
@@ -96,18 +95,19 @@ def read_pushes(path: Path) -> tuple[Push, ...]:
 
     Raises HoldfastError if a column is missing or a value is no number.
     """
-    text = read_ordinary(path, "file of pushes", most=MOST_BYTES, error=HoldfastError).decode("utf-8-sig", "replace")
-    reader = csv.DictReader(io.StringIO(text))
-    missing = [name for name in PUSH_COLUMNS if name not in (reader.fieldnames or ())]
+    content = read_ordinary(path, "file of pushes", most=MOST_BYTES, error=HoldfastError, too_large="divide it")
+    rows = csv_rows(content, str(path))
+    _, columns = next(rows)
+    missing = [name for name in PUSH_COLUMNS if name not in columns]
     if missing:
         remedy = f"needs {', '.join(PUSH_COLUMNS)} and, if pushes differ between scenes, scene"
         raise HoldfastError(message(str(path), f"has no column {missing[0]}", remedy))
     pushes = []
-    for row in reader:
+    for line, row in rows:
         try:
-            x, y, z, dx, dy, dz = (float(row[name]) for name in PUSH_COLUMNS[1:])
-        except (TypeError, ValueError):
-            where = f"{path}, line {reader.line_num}"
+            x, y, z, dx, dy, dz = (float(row[name] or "") for name in PUSH_COLUMNS[1:])
+        except ValueError:
+            where = f"{path}, line {line}"
             raise HoldfastError(message(where, "holds no six numbers", "needs x, y, z, dx, dy, dz")) from None
-        pushes.append(Push(row.get("scene") or "", row["body"], (x, y, z), (dx, dy, dz)))
+        pushes.append(Push(row.get("scene") or "", row["body"] or "", (x, y, z), (dx, dy, dz)))
     return tuple(pushes)

@@ -217,7 +217,7 @@ def record_of(job: Job, reply: Reply) -> Record:
     row: Row = record["scenes"][0]
     if reply.outcome != DONE:
         row |= {"outcome": reply.outcome, "told": reply.told.encode("utf-8", "backslashreplace").decode()}
-    row |= {"seconds": reply.seconds, "peak_mb": reply.peak}
+    row |= {"seconds": reply.seconds, "peak_mb": reply.peak, "files": [as_text(name) for name in row["files"] or ()]}
     return record
 
 
