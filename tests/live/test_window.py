@@ -10,6 +10,7 @@ import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
@@ -72,7 +73,7 @@ def click_left(live: hf.LiveView) -> None:
 
 def test_it_is_served_to_this_machine_alone(live: hf.LiveView) -> None:
     assert live.url.startswith("http://127.0.0.1:")
-    port = int(live.url.rsplit(":", 1)[1])
+    port = urlsplit(live.url).port
     with urllib.request.urlopen(live.url) as page:
         assert page.status == 200
     assert listeners(port) == {"0100007F"}
@@ -265,7 +266,7 @@ def test_a_notebook_shows_it_in_the_cell(live: hf.LiveView) -> None:
 
 
 def test_closing_frees_the_port(live: hf.LiveView) -> None:
-    port = int(live.url.rsplit(":", 1)[1])
+    port = urlsplit(live.url).port
     live.close()
     with pytest.raises(OSError, match=r".*"), socket.create_connection(("127.0.0.1", port), timeout=2):
         pass

@@ -225,7 +225,9 @@ class Controls:
         self._changed(f"weigh {name}", lambda: weighing(self._window.model.assembly, name, mass))
 
     def _rubbed(self) -> None:
-        pair, mu = self._named[self._pair.value], float(self._mu.value)
+        pair, mu = self._named.get(self._pair.value), float(self._mu.value)
+        if pair is None:  # no two bodies touch, or no longer these
+            return
         self._changed(f"friction of {pair}", lambda: rubbing(self._window.model.assembly, pair, mu))
 
     def _undone(self) -> None:

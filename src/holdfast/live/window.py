@@ -31,6 +31,7 @@ from holdfast.drawing.thumbnail import png_bytes
 from holdfast.drawing.tone import before_film
 from holdfast.live import scenery
 from holdfast.live.controls import Controls
+from holdfast.live.door import Door
 from holdfast.live.edits import placed
 from holdfast.live.gizmo import Gizmo
 from holdfast.live.model import Model
@@ -48,10 +49,10 @@ UNMOVED: Final = np.eye(4)
 Z_UP: Final = (0.5**0.5, 0.5**0.5, 0.0, 0.0)  # glTF has y up; this quaternion turns it to z
 
 
-def server_at(port: int) -> Any:  # noqa: ANN401 - viser's own type
-    """Return a server that listens on this machine's loopback alone and opens no tunnel, whatever a page asks.
+def server_at(port: int) -> tuple[Any, str]:
+    """Return a server, of viser's own type, and its token, without which nobody comes in (door.py).
 
-    Raises HoldfastError if viser is not installed.
+    It listens on this machine's loopback alone and opens no tunnel, whatever a page asks. Raises HoldfastError if viser is not installed.
     """
     try:
         from viser import ViserServer
@@ -64,8 +65,11 @@ def server_at(port: int) -> Any:  # noqa: ANN401 - viser's own type
         def request_share_url(self, verbose: bool = True) -> None:
             """Share nothing: a page may ask for a public tunnel by a message of its own."""
 
-    with _silent():
-        return Local(host=HERE, port=port, label="holdfast", verbose=False)
+    servers: list[Any] = []
+    door = Door(lambda name: servers[0].gui._gui_input_handle_from_uuid.get(name) if servers else None)
+    with _silent(), door.kept():
+        servers.append(Local(host=HERE, port=port, label="holdfast", verbose=False))
+    return servers[0], door.token
 
 
 @contextlib.contextmanager
@@ -83,7 +87,7 @@ class Window:
 
     def __init__(self, model: Model, port: int) -> None:
         self.model = model
-        self.server = server_at(port)
+        self.server, self._token = server_at(port)
         self.worker = Worker(self._tell, self._refuse)
         self._lock = threading.RLock()
         self._frames: dict[str, Any] = {}
@@ -101,8 +105,8 @@ class Window:
 
     @property
     def url(self) -> str:
-        """The address of the page."""
-        return f"http://{HERE}:{self.server.get_port()}"
+        """The address of the page, with its token."""
+        return f"http://{HERE}:{self.server.get_port()}/{self._token}"
 
     def close(self) -> None:
         """Stop the page and all that computes for it."""
@@ -294,6 +298,8 @@ class Window:
     def _clicked(self, event: Any) -> None:  # noqa: ANN401 - viser's own type
         self.aim = (0.0, 0.0)
         origin, ray = np.array(event.ray_origin), np.array(event.ray_direction)
+        if not ray.any():  # what the page may say, but no click gives
+            return
 
         def job() -> None:
             self.model.choose(origin, ray)
