@@ -100,6 +100,71 @@ def test_room_for_the_solver_is_not_taken(size: str, tmp_path: Path) -> None:
         assert [body.name for body in scene.movable] == ["a"]
 
 
+def attaching(*files: str) -> str:
+    models = "".join(f'<model name="m{k}" file="{file}"/>' for k, file in enumerate(files))
+    there = "".join(f'<attach model="m{k}" body="b" prefix="p{k}"/>' for k in range(len(files)))
+    return whole(f'<asset>{models}</asset><worldbody>{there}<geom {BOX}/><body name="b"><geom {BOX}/></body></worldbody>')
+
+
+@pytest.mark.parametrize("circle", [["scene.xml"], ["1.xml", "scene.xml"], ["1.xml", "2.xml", "1.xml"]])
+def test_a_model_that_attaches_itself_is_told(circle: list[str], tmp_path: Path) -> None:
+    """MuJoCo follows it until the process dies of it."""
+    for here, there in zip(circle, circle[1:], strict=False):
+        (tmp_path / here).write_text(attaching(there))
+    with pytest.raises(hf.SceneError, match=r"model file '.*\.xml': attaches a model to itself"):
+        load(attaching(circle[0]), tmp_path)
+
+
+def test_a_model_that_includes_what_attaches_it_is_told(tmp_path: Path) -> None:
+    (tmp_path / "in.xml").write_text(whole('<asset><model name="m" file="scene.xml"/></asset>'))
+    with pytest.raises(hf.SceneError, match="attaches a model to itself"):
+        load(whole('<include file="in.xml"/><worldbody><attach model="m" body="b" prefix="p"/></worldbody>'), tmp_path)
+
+
+def test_models_that_double_by_attaching_are_counted(tmp_path: Path) -> None:
+    """Nineteen models, each of which attaches the next one twice: half a million bodies, from 4 kB."""
+    for k in range(18):
+        (tmp_path / f"{k}.xml").write_text(attaching(f"{k + 1}.xml", f"{k + 1}.xml"))
+    (tmp_path / "18.xml").write_text(whole(f'<worldbody><body name="b"><geom {BOX}/></body></worldbody>'))
+    with pytest.raises(hf.SceneError, match="has more than 100,000 elements with all copies"):
+        load(attaching("0.xml", "0.xml"), tmp_path)
+    (tmp_path / "2.xml").write_text((tmp_path / "18.xml").read_text())
+    assert load(whole(f'<asset><model name="m" file="0.xml"/></asset>{WORLD}'), tmp_path).body("a").fixed is False
+    for k in range(30):
+        (tmp_path / f"{k}.xml").write_text(attaching(f"{k + 1}.xml"))
+    with pytest.raises(hf.SceneError, match="is attached more than 20 levels deep"):
+        load(attaching("0.xml"), tmp_path)
+
+
+def test_files_of_attached_models_stay_inside(folder: Path) -> None:
+    (folder / "parts" / "child.xml").write_text(mesh("t.obj"))
+    content = attaching("parts/child.xml").replace('body="b"', 'body="a"')
+    assert load(content, folder).bodies
+    (folder / "parts" / "child.xml").write_text(mesh("../../beside/t.obj"))
+    with pytest.raises(hf.SceneError, match=r"leads to .*, outside"):
+        load(content, folder)
+
+
+@pytest.mark.parametrize(
+    ("asset", "match"),
+    [
+        ('<hfield name="h" nrow="4096" ncol="4096" size="1 1 1 1"/>', "300,000 cells of heightfields"),
+        (3 * '<hfield nrow="400" ncol="400" size="1 1 1 1"/>', "300,000 cells of heightfields"),
+        ('<hfield name="h" file="large.png" size="1 1 1 1"/>', "300,000 cells of heightfields"),
+        ('<hfield name="h" file="large.bin" size="1 1 1 1"/>', "300,000 cells of heightfields"),
+        ('<texture name="t" builtin="flat" width="16384" height="1"/>', "100,000,000 pixels of textures"),
+        ('<texture name="t" type="2d" builtin="flat" width="16384" height="16384"/>', "100,000,000 pixels of"),
+        ('<texture name="t" type="2d" file="large.png"/>', "100,000,000 pixels of textures"),
+    ],
+)
+def test_what_few_bytes_would_fill_is_refused_before_it_is(asset: str, match: str, tmp_path: Path) -> None:
+    sizes = (30_000).to_bytes(4, "big") * 2
+    (tmp_path / "large.png").write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + sizes + b"\x08\2\0\0\0")
+    (tmp_path / "large.bin").write_bytes((30_000).to_bytes(4, "little") * 2 + b"\0" * 40)
+    with pytest.raises(hf.SceneError, match=rf"has more than {match}"):
+        load(whole(f"<asset>{asset}</asset>{WORLD}"), tmp_path)
+
+
 def mesh(file: str, compiler: str = "") -> str:
     return whole(f'{compiler}<asset><mesh name="m" file="{file}"/></asset>{MESHED}')
 

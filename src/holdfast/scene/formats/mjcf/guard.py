@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 import re
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 from xml.etree import ElementTree as Xml
 
 from holdfast.base.errors import SceneError, message
@@ -13,7 +15,17 @@ from holdfast.base.files import check_ordinary
 from holdfast.base.text import quoted
 from holdfast.scene.formats.source import Source
 
-MOST_ELEMENTS = 100_000  # after replication
+ROOT = "mujoco"
+ELEMENTS = "elements"
+MOST_ELEMENTS = 100_000
+MOST_NESTED = 20  # models that are attached one to the other
+MOST = {  # of a model with all that it attaches: a cell takes 3 kB until its surface is answered, a pixel up to 9 bytes
+    ELEMENTS: (MOST_ELEMENTS, "elements with all copies of its <replicate> and <attach>"),
+    "hfield": (300_000, "cells of heightfields"),
+    "texture": (100_000_000, "pixels of textures"),
+}
+KTX = b"\xabKTX"
+PNG = b"\x89PNG\r\n\x1a\n"
 MOST_BYTES = 200_000_000  # of a file that a model names
 LARGEST = {"width": 16_384, "height": 98_304, "nrow": 4_096, "ncol": 4_096, "size": 100_000, "nkey": 100_000}
 UNUSED = ("njmax", "nconmax", "nstack", "memory")  # room for the solver, which the reader does not take
@@ -47,29 +59,81 @@ def parsed(text: str, where: str) -> Xml.Element:
 
 
 def files_of(text: str, path: Path, within: Path) -> list[Path]:
-    """Return the files that a model names, included ones too.
+    """Return the files that a model names, included and attached ones too.
 
     ``path`` is that of the model. Raises SceneError for a file that lies outside the folder ``within``, is missing or
-    too large or no ordinary file, for a model that declares entities, and for one that asks for more than it may.
+    too large or no ordinary file, for a model that declares entities or attaches itself, and for one that asks for more
+    than it may.
     """
     files: list[Path] = []
+    _asked(text, path, _Asked(within, files, {}), (path.resolve(),))
+    return list(dict.fromkeys(files))
+
+
+class _Asked(NamedTuple):
+    """What is asked so far: the folder ``within`` which all files lie, the files, and how much attached models ask."""
+
+    within: Path
+    files: list[Path]
+    models: dict[Path, Counter[str]]
+
+
+def _asked(text: str, path: Path, so_far: _Asked, above: tuple[Path, ...]) -> Counter[str]:
+    """Add the files that a model names to those so far, and return how much it asks for, by the keys of MOST.
+
+    ``above`` are the models that it is attached to, and itself.
+    """
+    within, files = so_far.within, so_far.files
     trees = [parsed(text, str(path))]
+    included: list[Path] = []
     for tree in trees:  # grows while included files are found
         for element in tree.iter("include"):
             (place,) = _places(element.get("file", ""), ("",), element, path, within)
-            if place not in files:
-                files.append(place)
+            if place not in included:
+                included.append(place)
                 trees.append(parsed(Source(place).text, str(place)))
+    files += included
+    attached = _attached(trees, path, so_far, above)
     folders = tuple(dict.fromkeys(["", *(each for tree in trees for each in _folders(tree))]))
-    count = 0
+    count: Counter[str] = Counter()
     for tree in trees:
         for element, copies in _expanded(tree):
-            count += copies
-            _check_size(element, count, path)
-            for key, name in element.items():
-                if key.startswith("file") and element.tag != "include" and name:
-                    files += _places(name, folders, element, path, within)
-    return list(dict.fromkeys(files))
+            _check_size(element, path)
+            count[ELEMENTS] += copies
+            places: list[Path] = []
+            if element.tag not in ("include", "model"):
+                named = [name for key, name in element.items() if key.startswith("file") and name]
+                places = [place for name in named for place in _places(name, folders, element, path, within)]
+            files += places
+            count[element.tag] += _filled(element, places)
+            for key, amount in attached.get(element.get("model", ""), {}).items() if element.tag == "attach" else ():
+                count[key] += copies * amount
+            _check_amounts(count, path)
+    return count
+
+
+def _attached(
+    trees: list[Xml.Element], path: Path, so_far: _Asked, above: tuple[Path, ...]
+) -> dict[str, Counter[str]]:
+    """Return how much each model asks for that may be attached, by the names under which that is done.
+
+    MuJoCo follows a model that attaches itself, directly or by others, until the process dies.
+    """
+    found: dict[str, Counter[str]] = {}
+    for element in (each for tree in trees for each in tree.iter("model")):
+        (place,) = _places(element.get("file", ""), ("",), element, path, so_far.within)
+        so_far.files.append(place)
+        here, where = place.resolve(), f"{path}: model file {quoted(element.get('file'))}"
+        if here in above:
+            raise SceneError(message(where, "attaches a model to itself", "name another file"))
+        if len(above) > MOST_NESTED:
+            raise SceneError(message(where, f"is attached more than {MOST_NESTED} levels deep", "flatten the model"))
+        if here not in so_far.models:
+            source = Source(place)
+            known = root_of(source.text) == ROOT  # MuJoCo reads URDF here, too, which attaches nothing
+            so_far.models[here] = _asked(source.text, place, so_far, (*above, here)) if known else Counter()
+        found[element.get("name", "")] = so_far.models[here]
+    return found
 
 
 def _folders(tree: Xml.Element) -> Iterator[str]:
@@ -97,7 +161,7 @@ def _places(name: str, folders: tuple[str, ...], element: Xml.Element, path: Pat
     if not found:
         remedy = "give it beside the model, or correct its name"
         raise SceneError(message(where, f"is not in {quoted(str(path.parent), 120)}", remedy))
-    return found[:1] if element.tag == "include" else found
+    return found[:1] if element.tag in ("include", "model") else found
 
 
 def _expanded(tree: Xml.Element) -> Iterator[tuple[Xml.Element, int]]:
@@ -118,10 +182,36 @@ def _whole(number: str) -> int:
         return 1  # MuJoCo says what is wrong with it
 
 
-def _check_size(element: Xml.Element, count: int, path: Path) -> None:
-    if count > MOST_ELEMENTS:
-        problem = f"has more than {MOST_ELEMENTS:,} elements with all copies of its <replicate>"
-        raise SceneError(message(str(path), problem, "split the model"))
+def _filled(element: Xml.Element, places: list[Path]) -> int:
+    """Return how many cells or pixels an element has: by its numbers, or as its files say in their first bytes."""
+    if element.tag not in ("hfield", "texture"):
+        return 0
+    if places:
+        return max(_size_of(place) for place in places)
+    if element.tag == "hfield":
+        return _whole(element.get("nrow", "")) * _whole(element.get("ncol", ""))
+    flat = element.get("type", "cube") == "2d"
+    width, height = (_whole(element.get(key, "")) for key in ("width", "height"))
+    return width * (height if flat else 6 * width)
+
+
+def _size_of(place: Path) -> int:
+    """Return the number of pixels of a PNG file, or of the cells of MuJoCo's own, which begins with their numbers."""
+    head = Source(place).head
+    if head.startswith(KTX):  # for graphics cards: MuJoCo keeps it as it is
+        return 0
+    if head.startswith(PNG):
+        return int.from_bytes(head[16:20], "big") * int.from_bytes(head[20:24], "big")
+    return int.from_bytes(head[:4], "little") * int.from_bytes(head[4:8], "little")
+
+
+def _check_amounts(count: Counter[str], path: Path) -> None:
+    for key, (most, what) in MOST.items():
+        if count[key] > most:
+            raise SceneError(message(str(path), f"has more than {most:,} {what}", "split the model"))
+
+
+def _check_size(element: Xml.Element, path: Path) -> None:
     for key, most in LARGEST.items():
         if element.tag in SIZED and _whole(element.get(key, "")) > most:
             problem = f"is {quoted(element.get(key))}"

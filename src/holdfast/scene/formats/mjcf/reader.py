@@ -18,16 +18,13 @@ from holdfast.base.arrays import checked
 from holdfast.base.errors import HoldfastWarning, SceneError, located, message, nearest_of
 from holdfast.base.files import checked_path, read_ordinary
 from holdfast.base.text import one_line, quoted
-from holdfast.scene.formats.mjcf.guard import MOST_BYTES, UNUSED, files_of, parsed, root_of
+from holdfast.scene.formats.mjcf.guard import MOST_BYTES, ROOT, UNUSED, files_of, parsed, root_of
 from holdfast.scene.formats.mjcf.live import from_mujoco
 from holdfast.scene.formats.mjcf.names import entries
 from holdfast.scene.formats.mjcf.writer import write
 from holdfast.scene.formats.registry import register
 from holdfast.scene.formats.source import Source
 from holdfast.scene.scene import Scene
-
-ROOT = "mujoco"
-
 
 def sniff(source: Source) -> bool:
     """Tell whether the first element of the file is ``<mujoco>``."""
