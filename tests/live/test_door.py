@@ -49,7 +49,11 @@ def socket_of(live: hf.LiveView, path: str | None = None, **options: Any) -> Cli
     """A web socket as the page opens it, from the address without its query, or at another path."""
     here = urlsplit(live.url)
     address = f"ws://127.0.0.1:{here.port}{here.path if path is None else path}"
-    given = {"origin": f"http://127.0.0.1:{here.port}", "subprotocols": [f"viser-v{viser.__version__}"], "max_size": None}
+    given = {
+        "origin": f"http://127.0.0.1:{here.port}",
+        "subprotocols": [f"viser-v{viser.__version__}"],
+        "max_size": None,
+    }
     return connect(address, **given | options)
 
 
@@ -102,7 +106,12 @@ def test_nobody_comes_in_without_the_token(live: hf.LiveView, path: str) -> None
 def test_another_name_of_this_machine_is_not_taken(live: hf.LiveView, host: str) -> None:
     """A name that leads to 127.0.0.1 makes its page one of the same origin: DNS rebinding."""
     assert asked(live, urlsplit(live.url).path, host)[0] == 403
-    upgrade = {"Upgrade": "websocket", "Connection": "Upgrade", "Origin": f"http://{host}", "Sec-WebSocket-Version": "13"}
+    upgrade = {
+        "Upgrade": "websocket",
+        "Connection": "Upgrade",
+        "Origin": f"http://{host}",
+        "Sec-WebSocket-Version": "13",
+    }
     upgrade |= {"Sec-WebSocket-Key": "x" * 22 + "==", "Sec-WebSocket-Protocol": f"viser-v{viser.__version__}"}
     assert asked(live, urlsplit(live.url).path, host, **upgrade)[0] == 403
 

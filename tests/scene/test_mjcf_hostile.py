@@ -103,7 +103,9 @@ def test_room_for_the_solver_is_not_taken(size: str, tmp_path: Path) -> None:
 def attaching(*files: str) -> str:
     models = "".join(f'<model name="m{k}" file="{file}"/>' for k, file in enumerate(files))
     there = "".join(f'<attach model="m{k}" body="b" prefix="p{k}"/>' for k in range(len(files)))
-    return whole(f'<asset>{models}</asset><worldbody>{there}<geom {BOX}/><body name="b"><geom {BOX}/></body></worldbody>')
+    return whole(
+        f'<asset>{models}</asset><worldbody>{there}<geom {BOX}/><body name="b"><geom {BOX}/></body></worldbody>'
+    )
 
 
 @pytest.mark.parametrize("circle", [["scene.xml"], ["1.xml", "scene.xml"], ["1.xml", "2.xml", "1.xml"]])

@@ -112,9 +112,7 @@ def _asked(text: str, path: Path, so_far: _Asked, above: tuple[Path, ...]) -> Co
     return count
 
 
-def _attached(
-    trees: list[Xml.Element], path: Path, so_far: _Asked, above: tuple[Path, ...]
-) -> dict[str, Counter[str]]:
+def _attached(trees: list[Xml.Element], path: Path, so_far: _Asked, above: tuple[Path, ...]) -> dict[str, Counter[str]]:
     """Return how much each model asks for that may be attached, by the names under which that is done.
 
     MuJoCo follows a model that attaches itself, directly or by others, until the process dies.

@@ -26,6 +26,7 @@ from holdfast.scene.formats.registry import register
 from holdfast.scene.formats.source import Source
 from holdfast.scene.scene import Scene
 
+
 def sniff(source: Source) -> bool:
     """Tell whether the first element of the file is ``<mujoco>``."""
     return source.head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<") and root_of(source.text) == ROOT

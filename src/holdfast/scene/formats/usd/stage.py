@@ -14,7 +14,9 @@ from holdfast.base.errors import SceneError, message
 from holdfast.base.files import check_ordinary
 from holdfast.base.ranges import SCALE
 from holdfast.base.rigid import Y_TO_Z
+from holdfast.base.text import quoted
 from holdfast.scene.formats.references import Packages, References
+from holdfast.scene.formats.usd.guard import check_lengths
 
 MOST_LAYERS = 1_000
 MOST_PRIMS = 200_000  # of a stage, instances counted one by one
@@ -79,7 +81,9 @@ def _check_layers(path: Path, packages: Packages | None) -> None:
     while waiting:
         here = waiting.pop()
         layer: Any = _opened(here, Sdf.Layer.FindOrOpen)
-        if here.suffix.lower() == ".usdz":  # a package: what it names lies in it, or USD does not find it
+        _check_specs(layer)
+        if here.suffix.lower() == ".usdz":
+            _check_package(here, layer)
             continue
         for name in layer.GetCompositionAssetDependencies():
             if not name:
@@ -92,6 +96,51 @@ def _check_layers(path: Path, packages: Packages | None) -> None:
                 raise SceneError(message(str(path), "has too many layers", f"the limit is {MOST_LAYERS:,}"))
 
 
+def _check_specs(layer: Any) -> None:  # noqa: ANN401
+    """Raise SceneError if a binary layer names a child that it does not hold: composing it would end the process."""
+    from pxr import Sdf
+
+    if layer.GetFileFormat().formatId == "usda":  # the parser makes what it names
+        return
+
+    def look(path: Any) -> None:  # noqa: ANN401
+        if path.isEmpty or (not path.IsTargetPath() and layer.GetObjectAtPath(path) is None):
+            lost.append(str(path))
+
+    lost: list[str] = []
+    layer.Traverse(Sdf.Path.absoluteRootPath, look)
+    if lost:
+        problem = f"is damaged: it names {quoted(lost[0])}, and does not hold it"
+        raise SceneError(message(layer.identifier, problem, "check the file"))
+
+
+def _check_package(package: Path, root: Any) -> None:  # noqa: ANN401
+    """Open all layers in a package one by one; raise SceneError if one names what is not in the package.
+
+    USD would look for it at its absolute path, or in the current folder.
+    """
+    from pxr import Ar, Sdf
+
+    waiting, seen = [root], {root.identifier}
+    while waiting:
+        layer = waiting.pop()
+        for name in filter(None, layer.GetCompositionAssetDependencies()):
+            found = Sdf.ComputeAssetPathRelativeToLayer(layer, name)
+            outer = Ar.SplitPackageRelativePathOuter(found)[0] if Ar.IsPackageRelativePath(found) else ""
+            if not outer or Path(outer).resolve() != package.resolve():
+                problem = f"names {quoted(name)}, which is not in the package"
+                raise SceneError(message(layer.identifier, problem, "put it into the package"))
+            if found not in seen:
+                seen.add(found)
+                with told(package):
+                    waiting.append(Sdf.Layer.FindOrOpen(found))
+                if waiting[-1] is None:
+                    raise SceneError(message(found, "is no USD", "check the package"))
+                _check_specs(waiting[-1])
+            if len(seen) > MOST_LAYERS:
+                raise SceneError(message(str(package), "has too many layers", f"the limit is {MOST_LAYERS:,}"))
+
+
 @contextmanager
 def told(path: Path) -> Iterator[None]:
     """Raise SceneError instead of any error of USD in this block."""
@@ -102,11 +151,14 @@ def told(path: Path) -> Iterator[None]:
     except Tf.ErrorException as cause:
         said = " ".join(str(cause).split()).rpartition(" : ")[2].strip(" '") or type(cause).__name__
         raise SceneError(message(str(path), f"is no USD: {said}", "check the file")) from cause
+    except UnicodeDecodeError as cause:  # USD quotes what it does not understand
+        raise SceneError(message(str(path), f"has bytes that are not UTF-8: {cause}", "check the file")) from cause
 
 
 def _opened(path: Path, open_: Callable[[str], Any]) -> Any:  # noqa: ANN401
     """Return what ``open_`` makes of a file; raise SceneError if there is none, or if it is no USD."""
     check_ordinary(path, "layer", remedy="check the paths in the file")
+    check_lengths(path)
     with told(path):
         found = open_(str(path))
     if not found:

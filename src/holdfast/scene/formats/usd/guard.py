@@ -1,0 +1,97 @@
+"""What can be seen of a binary USD file before USD opens it: every length it states lies within the file.
+
+USD takes memory for as much as a file says it has, and finds out afterwards that it has not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from struct import Struct
+from typing import BinaryIO, NamedTuple
+
+from holdfast.base.errors import SceneError, message
+from holdfast.base.text import quoted
+
+CRATE = b"PXR-USDC"
+ENTRY = b"PK\x03\x04"
+MOST_ENTRIES = 10_000  # of a package
+MOST_NESTED = 4  # packages one in the other
+DENSEST = 1024  # values that a byte can hold: four to a byte, and what is alike 255 times over
+LOCAL = Struct("<4sHHHHHIIIHH")  # of an entry of a package: mark, version, flags, method, times, sums, sizes, lengths
+SECTION = Struct("<16sqq")  # of the table of contents of a crate: a name, where it begins, its length
+NUMBER = Struct("<Q")
+COUNTED = (b"TOKENS", b"STRINGS", b"FIELDS", b"FIELDSETS", b"PATHS", b"SPECS")  # sections that begin with a number
+
+
+class Part(NamedTuple):
+    """A part of an open file: where it begins and its length, both in bytes, and its name for messages."""
+
+    stream: BinaryIO
+    begin: int
+    length: int
+    where: str
+
+    def read(self, at: int, count: int) -> bytes:
+        """Return bytes of the part; raise SceneError if it has not so many."""
+        if at < 0 or count < 0 or at + count > self.length:
+            problem = f"states a length beyond its end: {count:,} bytes at {at:,} of {self.length:,}"
+            raise SceneError(message(self.where, problem, "check the file"))
+        self.stream.seek(self.begin + at)
+        return self.stream.read(count)
+
+    def number(self, at: int) -> int:
+        """Return a whole number of eight bytes."""
+        return int(NUMBER.unpack(self.read(at, NUMBER.size))[0])
+
+
+def check_lengths(path: Path) -> None:
+    """Raise SceneError if a length in a crate or a package exceeds the file, or a name in a package leads out of it."""
+    with path.open("rb") as stream:
+        size = stream.seek(0, 2)
+        _check(Part(stream, 0, size, str(path)), 0)
+
+
+def _check(part: Part, depth: int) -> None:
+    head = part.read(0, min(8, part.length))
+    if head == CRATE:
+        _check_crate(part)
+    elif head.startswith(ENTRY):
+        if depth == MOST_NESTED:
+            raise SceneError(message(part.where, f"is nested more than {MOST_NESTED} packages deep", "unpack it"))
+        for entry in _entries(part):
+            _check(entry, depth + 1)
+
+
+def _check_crate(crate: Part) -> None:
+    """Check where the sections of a crate lie, and that none says it holds more values than fit into its bytes."""
+    contents = crate.number(16)
+    count = crate.number(contents)
+    table = crate.read(contents + NUMBER.size, count * SECTION.size)
+    for name, begin, length in SECTION.iter_unpack(table):
+        crate.read(begin, 0)
+        crate.read(begin + length, 0)
+        if name.rstrip(b"\0") in COUNTED and crate.number(begin) > DENSEST * max(length, 0):
+            problem = f"its section {quoted(name.rstrip(bytes(1)).decode())} states {crate.number(begin):,} values"
+            raise SceneError(message(crate.where, f"{problem} in {length:,} bytes", "check the file"))
+
+
+def _entries(package: Part) -> Iterator[Part]:
+    """Yield the files in a package, which lie in it one after the other, as they are."""
+    at = 0
+    for _ in range(MOST_ENTRIES):
+        if package.length - at < LOCAL.size or package.read(at, 4) != ENTRY:
+            return
+        header = LOCAL.unpack(package.read(at, LOCAL.size))
+        flags, method, length, name_length, more = header[2], header[3], header[7], header[9], header[10]
+        name = package.read(at + LOCAL.size, name_length).decode("utf-8", "replace")
+        where = f"{package.where}[{name}]"
+        if method or flags & 0b1001 or header[8] != length:
+            problem = "is packed, encrypted or without its length"
+            raise SceneError(message(where, problem, "a .usdz holds files as they are: write it with USD's own tools"))
+        begin = at + LOCAL.size + name_length + more
+        package.read(begin, 0)
+        package.read(begin + length, 0)
+        yield Part(package.stream, package.begin + begin, length, where)
+        at = begin + length
+    raise SceneError(message(package.where, "has too many files", f"the limit is {MOST_ENTRIES:,}"))
