@@ -126,7 +126,7 @@ def test_tls_by_address_takes_its_certificates_from_dasks_own_configuration(fold
 
 
 class processes:  # noqa: N801 - used as a function
-    """A scheduler and two workers as processes of their own, bound to loopback, as a context; TLS if there are files."""
+    """A scheduler and two workers as processes of their own, on loopback, as a context; TLS if there are files."""
 
     def __init__(self, files: dict[str, Path] | None, folder: Path) -> None:
         known = {"ca-file": "ca", "cert": "cert", "key": "key"}

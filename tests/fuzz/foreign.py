@@ -60,6 +60,29 @@ SDF = """<?xml version="1.0"?>
 <collision name="d"><pose>0 0 0.5 0 0 0</pose><geometry><sphere><radius>0.1</radius></sphere></geometry></collision>
 </link></model></world></sdf>
 """
+API = '"PhysicsRigidBodyAPI", "PhysicsMassAPI", "PhysicsCollisionAPI"'
+USD = f"""#usda 1.0
+(
+    metersPerUnit = 1
+    upAxis = "Z"
+)
+def Xform "w"
+{{
+    def Cube "a" (prepend apiSchemas = [{API}])
+    {{
+        double size = 0.2
+        float physics:mass = 2
+        double3 xformOp:translate = (0, 0, 0.1)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }}
+    def Mesh "b" (prepend apiSchemas = [{API}])
+    {{
+        point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+        int[] faceVertexCounts = [3, 3, 3, 3]
+        int[] faceVertexIndices = [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]
+    }}
+}}
+"""
 FILLED = {"friction": 0.5, "density": 500.0, "floor": True}  # what formats without contacts do not say
 Foreign = tuple[str, bytes, dict[str, Any]]  # suffix, content and options
 
@@ -75,7 +98,21 @@ def scenes(folder: Path) -> list[Foreign]:
         (".sdf", SDF.encode(), {}),
         (".json", json.dumps(compas()).encode(), FILLED),
         (".glb", parts.export(file_type="glb"), FILLED),
+        *usd(folder),
     ]
+
+
+def usd(folder: Path) -> list[Foreign]:
+    """A stage as text, as a crate and as a package; none where usd-core is not installed."""
+    try:
+        from pxr import Usd, UsdUtils
+    except ImportError:
+        return []
+    options = {"friction": 0.5, "floor": True}
+    (folder / "u.usda").write_text(USD)
+    Usd.Stage.Open(str(folder / "u.usda")).Export(str(folder / "u.usdc"))
+    UsdUtils.CreateNewUsdzPackage(str(folder / "u.usdc"), str(folder / "u.usdz"))
+    return [(f".{each}", (folder / f"u.{each}").read_bytes(), options) for each in ("usda", "usdc", "usdz")]
 
 
 def compas() -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -111,7 +112,7 @@ def attaching(*files: str) -> str:
 @pytest.mark.parametrize("circle", [["scene.xml"], ["1.xml", "scene.xml"], ["1.xml", "2.xml", "1.xml"]])
 def test_a_model_that_attaches_itself_is_told(circle: list[str], tmp_path: Path) -> None:
     """MuJoCo follows it until the process dies of it."""
-    for here, there in zip(circle, circle[1:], strict=False):
+    for here, there in pairwise(circle):
         (tmp_path / here).write_text(attaching(there))
     with pytest.raises(hf.SceneError, match=r"model file '.*\.xml': attaches a model to itself"):
         load(attaching(circle[0]), tmp_path)

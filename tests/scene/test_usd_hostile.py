@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 import struct
+import zlib
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,7 @@ from holdfast.batches.keeper import Keeper, Limits
 from holdfast.batches.words import DONE
 
 pxr = pytest.importorskip("pxr", reason="needs usd-core, of the extra usd")
-from pxr import Usd, UsdUtils  # noqa: E402
+from pxr import Usd  # noqa: E402
 
 CASES = Path(__file__).parents[3] / "shared" / "cases" / "hostile"
 API = '"PhysicsRigidBodyAPI", "PhysicsMassAPI", "PhysicsCollisionAPI"'
@@ -29,16 +30,10 @@ def load(path: Path) -> hf.Scene:
 
 def entry(name: str, content: bytes, at: int) -> bytes:
     """A file in a package: USD wants it at a multiple of 64 bytes."""
-    import zlib
-
     pad = -(at + 30 + len(name)) % 64
     sizes = (zlib.crc32(content), len(content), len(content))
-    return (
-        struct.pack("<4sHHHHHIIIHH", b"PK\3\4", 10, 0, 0, 0, 0, *sizes, len(name), pad)
-        + name.encode()
-        + pad * b"\0"
-        + content
-    )
+    header = struct.pack("<4sHHHHHIIIHH", b"PK\3\4", 10, 0, 0, 0, 0, *sizes, len(name), pad)
+    return header + name.encode() + pad * b"\0" + content
 
 
 def package(path: Path, **files: str) -> Path:
@@ -51,7 +46,8 @@ def package(path: Path, **files: str) -> Path:
 
 
 def referring(asset: str) -> str:
-    return f'#usda 1.0\n(\n metersPerUnit = 1\n upAxis = "Z"\n)\n{GROUND}def "b" (prepend references = @{asset}@)\n{{\n}}\n'
+    head = f'#usda 1.0\n(\n metersPerUnit = 1\n upAxis = "Z"\n)\n{GROUND}'
+    return f'{head}def "b" (prepend references = @{asset}@)\n{{\n}}\n'
 
 
 def test_layers_of_a_package_are_read_from_it(tmp_path: Path) -> None:

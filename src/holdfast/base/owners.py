@@ -1,4 +1,4 @@
-"""Whose files are: what is run without being looked at must be the user's own, or root's, and nobody else's to write."""
+"""Whose files are: what is run unseen must belong to the user or to root, and nobody else may write it."""
 
 from __future__ import annotations
 

@@ -103,7 +103,7 @@ class Folder:
         return [str(row["scene"]) for row in self.rows(LAST, shard, ["scene"])]
 
     def records(self, shard: int) -> dict[str, Record]:
-        """Return the rows of all scenes of a shard by their names; raise DamagedError if one of its files is damaged."""
+        """Return the rows of all scenes of a shard by their names; raise DamagedError if a file of it is damaged."""
         found: dict[str, Record] = {}
         for row in self.rows(LAST, shard):
             found[row["scene"]] = {table: [] for table in TABLES} | {LAST: [row]}

@@ -27,9 +27,10 @@ Viewable = Scene | Assembly | RobustnessMap | Settled | TransportLimits | Disass
 
 
 class LiveView:
-    """A live view that is open at ``url``, on this machine and for who knows it alone, until ``close`` or the end of the program.
+    """A live view that is open at ``url`` until ``close`` or the end of the program.
 
-    It is a context manager. In a notebook, the last value of a cell shows the view in the cell.
+    It is on this machine alone, and for who knows the address alone. It is a context manager. In a notebook, the last
+    value of a cell shows the view in the cell.
     """
 
     def __init__(self, window: Window) -> None:
@@ -73,10 +74,10 @@ def view(
     """Open a scene, an assembly or an answer in the browser, to turn it, push it and edit it.
 
     The page is served at http://127.0.0.1 and a ``port`` from the given one on; nothing else than this machine can
-    reach it, only who knows the token in its address, and it asks nothing of other machines. ``browser`` opens it in the browser. The map of the bodies is
-    computed by ``engine`` at points ``spacing`` [m] apart, by default a fiftieth of the size of the assembly, while the
-    view is open; a RobustnessMap brings its own. A Settled, a Disassembly or a Placement brings the states that a
-    slider goes through, and TransportLimits their plot.
+    reach it, only who knows the token in its address, and it asks nothing of other machines. ``browser`` opens it in
+    the browser. The map of the bodies is computed by ``engine`` at points ``spacing`` [m] apart, by default a fiftieth
+    of the size of the assembly, while the view is open; a RobustnessMap brings its own. A Settled, a Disassembly or a
+    Placement brings the states that a slider goes through, and TransportLimits their plot.
 
     Raises HoldfastError if viser is not installed (``pip install 'holdfast[live]'``), or for anything else than these.
     """

@@ -52,7 +52,8 @@ Z_UP: Final = (0.5**0.5, 0.5**0.5, 0.0, 0.0)  # glTF has y up; this quaternion t
 def server_at(port: int) -> tuple[Any, str]:
     """Return a server, of viser's own type, and its token, without which nobody comes in (door.py).
 
-    It listens on this machine's loopback alone and opens no tunnel, whatever a page asks. Raises HoldfastError if viser is not installed.
+    It listens on this machine's loopback alone and opens no tunnel, whatever a page asks. Raises HoldfastError if viser
+    is not installed.
     """
     try:
         from viser import ViserServer
