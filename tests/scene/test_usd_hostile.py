@@ -122,6 +122,25 @@ def test_lengths_beyond_the_file_are_told_before_memory_is_taken(
         load(tmp_path / "m.usdc")
 
 
+def test_a_list_that_is_longer_than_its_file_is_told(tmp_path: Path) -> None:
+    """USD would take memory for as many values as the file says."""
+    corners = "int[] faceVertexIndices = [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]"
+    counts = "int[] faceVertexCounts = [3, 3, 3, 3]"
+    points = "point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]"
+    mesh = f'def Mesh "m" (prepend apiSchemas = [{API}])\n{{ {corners}\n {counts}\n {points}\n}}\n'
+    (tmp_path / "s.usda").write_text(SCENE + mesh)
+    Usd.Stage.Open(str(tmp_path / "s.usda")).Export(str(tmp_path / "s.usdc"))
+    assert load(tmp_path / "s.usdc").body("m").mass is not None
+    content = (tmp_path / "s.usdc").read_bytes()
+    for known, length in ((struct.pack("<Q4i", 12, 0, 2, 1, 0), 12), (struct.pack("<Q4i", 4, 3, 3, 3, 3), 4)):
+        assert content.count(known) == 1
+        for more in (1 << 37, 1 << 60, len(content)):
+            changed = known.replace(struct.pack("<Q", length), struct.pack("<Q", more), 1)
+            (tmp_path / "m.usdc").write_bytes(content.replace(known, changed))
+            with pytest.raises(hf.SceneError, match=rf"m\.usdc: states {more:,} values in"):
+                load(tmp_path / "m.usdc")
+
+
 def test_a_contents_of_too_many_sections_is_told(crate: bytes, tmp_path: Path) -> None:
     contents = struct.unpack_from("<q", crate, 16)[0]
     for at, number in ((contents, 117_178_119), (16, 1 << 40), (16, -1), (16, len(crate) - 3)):

@@ -21,6 +21,10 @@ DENSEST = 1024  # values that a byte can hold: four to a byte, and what is alike
 LOCAL = Struct("<4sHHHHHIIIHH")  # of an entry of a package: mark, version, flags, method, times, sums, sizes, lengths
 SECTION = Struct("<16sqq")  # of the table of contents of a crate: a name, where it begins, its length
 NUMBER = Struct("<Q")
+PLACE = (1 << 48) - 1  # of what says where a value is
+MOST_VALUES = 20_000_000  # of one list: more than in the largest file that is read
+LISTED = frozenset((31, 40, 41, 48, 49, 50))  # kinds of values that begin with their number: dictionaries, vectors
+OPERATED = frozenset((*range(32, 40), 54, 55))  # and those that have a byte before it: edits of lists
 COUNTED = (b"TOKENS", b"STRINGS", b"FIELDS", b"FIELDSETS", b"PATHS", b"SPECS")  # sections that begin with a number
 
 
@@ -68,12 +72,73 @@ def _check_crate(crate: Part) -> None:
     contents = crate.number(16)
     count = crate.number(contents)
     table = crate.read(contents + NUMBER.size, count * SECTION.size)
+    fields = [begin for name, begin, _ in SECTION.iter_unpack(table) if name.rstrip(b"\0") == b"FIELDS"]
     for name, begin, length in SECTION.iter_unpack(table):
         crate.read(begin, 0)
         crate.read(begin + length, 0)
         if name.rstrip(b"\0") in COUNTED and crate.number(begin) > DENSEST * max(length, 0):
             problem = f"its section {quoted(name.rstrip(bytes(1)).decode())} states {crate.number(begin):,} values"
             raise SceneError(message(crate.where, f"{problem} in {length:,} bytes", "check the file"))
+    for begin in fields:
+        _check_values(crate, begin)
+
+
+def _check_values(crate: Part, begin: int) -> None:
+    """Check that no list of values is longer than the rest of the file allows; ``begin`` is the section FIELDS.
+
+    The fields are numbers of eight bytes, packed: what kind of value each has, and where its content is.
+    """
+    version = tuple(crate.read(8, 3))
+    if version < (0, 4, 0):  # not packed, and older than UsdPhysics
+        raise SceneError(message(crate.where, f"is of version {version}", "write it anew with USD's own tools"))
+    count, packed = crate.number(begin), crate.number(begin + 8)
+    at = begin + 16 + packed
+    for (value,) in NUMBER.iter_unpack(_unpacked(crate, at + 8, crate.number(at), count * NUMBER.size)):
+        kind, place = value >> 48 & 0xFF, value & PLACE
+        array, inlined, dense = value >> 63 & 1, value >> 62 & 1, value >> 61 & 1
+        if inlined or not place or not (array or kind in LISTED or kind in OPERATED):
+            continue
+        place += kind in OPERATED and not array
+        short = array and version < (0, 7, 0)
+        held = int.from_bytes(crate.read(place, 4), "little") if short else crate.number(place)
+        if held > min(MOST_VALUES, (DENSEST if dense else 1) * (crate.length - place)):
+            problem = f"states {held:,} values in {crate.length - place:,} bytes"
+            raise SceneError(message(crate.where, problem, "check the file"))
+
+
+def _unpacked(crate: Part, at: int, length: int, most: int) -> bytes:
+    """Return what LZ4 packed: runs of bytes as they are, each followed by a piece of what came before."""
+    content = crate.read(at, length)
+    found, at = bytearray(), 1  # the first byte says in how many pieces it is: 0 for one
+    try:
+        while at < len(content) and not content[0]:
+            token, at = content[at], at + 1
+            run, at = _extended(content, at, token >> 4)
+            found += content[at : at + run]
+            at += run
+            if at >= len(content):
+                break
+            back = content[at] | content[at + 1] << 8
+            copied, at = _extended(content, at + 2, token & 15)
+            copied += 4
+            begin = len(found) - back
+            if back == 0 or begin < 0 or len(found) + copied > most:
+                break
+            found += (found[begin:] * (copied // back + 1))[:copied]
+    except IndexError:
+        pass
+    if len(found) != most:
+        raise SceneError(message(crate.where, "has damaged fields", "check the file"))
+    return bytes(found)
+
+
+def _extended(content: bytes, at: int, count: int) -> tuple[int, int]:
+    """Return a length that goes on in further bytes if it begins with 15, and where it ends."""
+    more = 255 if count == 15 else 0
+    while more == 255:
+        more, at = content[at], at + 1
+        count += more
+    return count, at
 
 
 def _entries(package: Part) -> Iterator[Part]:
