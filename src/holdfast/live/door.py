@@ -94,7 +94,7 @@ class Door:
     def understood(self, raw: Any) -> bool:  # noqa: ANN401 - whatever comes
         """Say whether a message is one that a page sends."""
         import msgspec
-        from viser._messages import Message
+        from viser.infra import Message
 
         try:
             found = msgspec.msgpack.decode(raw)
@@ -123,8 +123,7 @@ class Door:
         if isinstance(now, tuple):
             return _fits(value, len(now))
         low, high = getattr(control, "min", None), getattr(control, "max", None)
-        bounded = low is not None and high is not None
-        return _fits(value, 0) and (not bounded or low <= value <= high)
+        return _fits(value, 0) and (low is None or high is None or low <= value <= high)
 
     def _options(self, answer: Callable[..., Any]) -> dict[str, Any]:
         """Return what websockets is asked for instead of what viser asks."""
