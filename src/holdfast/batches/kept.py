@@ -27,7 +27,10 @@ class Kept:
         self.displaced = folder.displaced()
         self._digests = Digests()
         self.damaged: set[int] = set()  # shards of which a file is damaged or missing: their scenes are asked anew
-        self._shards = {name: shard for shard in folder.shards() for name in self._looked_at(shard, folder.names, [])}
+        self._shards: dict[str, int] = {}
+        for shard in folder.shards():
+            none: list[str] = []
+            self._shards |= dict.fromkeys(self._looked_at(shard, folder.names, none), shard)
         self._journals: dict[str, list[Journal]] = {}
         for journal in [*folder.journals(), self.displaced]:
             for name in journal.places:

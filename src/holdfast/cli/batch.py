@@ -68,7 +68,10 @@ class Running:
         from holdfast.batches.cluster import connected
 
         files = {"tls_ca_file": self.tls_ca, "tls_client_cert": self.tls_cert, "tls_client_key": self.tls_key}
-        return connected(self.scheduler, {name: str(path) for name, path in files.items() if path is not None})
+        client: AbstractContextManager[Any] = connected(
+            self.scheduler, {name: str(path) for name, path in files.items() if path is not None}
+        )
+        return client
 
 
 def batch(
