@@ -129,7 +129,7 @@ class Controls:
         self.play.on_update(lambda _: window.play(self.play.value))
         self._gui.add_html(MARKED)
         self.marks = self._gui.add_checkbox("mark contacts", True)
-        self.marks.on_update(lambda _: window.draw_push())
+        self.marks.on_update(lambda _: window.worker.ask("draw push", window.draw_push))
 
     def _show(self) -> None:
         window = self._window
@@ -138,7 +138,7 @@ class Controls:
         self.contacts = self._gui.add_checkbox("contact patches", True)
         self.forces = self._gui.add_checkbox("contact forces", False)
         for control in (self._colour, self.surfaces, self.contacts, self.forces):
-            control.on_update(lambda _: window.draw())
+            control.on_update(lambda _: window.worker.ask("draw", window.draw))  # which alone changes the model
         self._gui.add_button("save picture").on_click(lambda event: window.picture(event.client))
 
     def _edit(self) -> None:
