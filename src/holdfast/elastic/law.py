@@ -20,6 +20,8 @@ from holdfast.elastic.frames import add_wrench, sheet_twist
 from holdfast.elastic.model import Elastic, Runs
 from holdfast.elastic.vectors import scale
 
+AMPLIFIED, PRESSED = 1.2, 1.5  # normal forces over the load and over those at rest, from which a load jams bodies
+
 
 @compiled
 @lean
@@ -174,6 +176,45 @@ def node_forces(m: Elastic, q: Float, f: Float) -> None:
             if wanted > m.mu[p] * normal:
                 share *= m.mu[p] * normal / wanted
             f[i, 0], f[i, 1], f[i, 2] = normal, -share * u1, -share * u2
+
+
+@compiled
+@lean
+def slid(m: Elastic, rest: Float, q: Float, thrust: float, v: Float, w: Float) -> float:
+    """How far contacts have slid at q (n,), in compressions, where a load of ``thrust`` jams bodies; 0 where it does not.
+
+    Nodes count by how much their forces have changed since ``rest`` (n,): the mean of how far they were moved along
+    their faces, over the mean of how far they are pressed. A load jams bodies where all contacts press by AMPLIFIED
+    times the load more than at rest, and those that it changes, each by how much, by PRESSED times as much as at rest.
+    ``v``, ``w`` (6,) are scratch.
+    """
+    far = deep = normal = before = more = 0.0
+    for p in range(len(m.a)):
+        sheet_twist(m, p, q, v)
+        sheet_twist(m, p, rest, w)
+        n = n0 = d1 = d2 = 0.0
+        for i in range(m.first[p], m.first[p + 1]):
+            x, y, k, apart = m.x[i], m.y[i], m.k[i], m.apart[i]
+            pressed = max(0.0, x * v[5] - y * v[4] - v[0] - apart)
+            pressed0 = max(0.0, x * w[5] - y * w[4] - w[0] - apart)
+            if pressed <= 0.0 and pressed0 <= 0.0:
+                continue
+            u1, u2, w1, w2 = v[1] - y * v[3], v[2] + x * v[3], w[1] - y * w[3], w[2] + x * w[3]
+            moved = np.sqrt(u1 * u1 + u2 * u2)
+            share = min(m.rho, m.mu[p] * pressed / max(moved, 1e-300))
+            share0 = min(m.rho, m.mu[p] * pressed0 / max(np.sqrt(w1 * w1 + w2 * w2), 1e-300))
+            f0, f1, f2 = k * (pressed - pressed0), k * (share * u1 - share0 * w1), k * (share * u2 - share0 * w2)
+            n, n0, d1, d2 = n + k * pressed, n0 + k * pressed0, d1 + f1, d2 + f2
+            if pressed > 0.0:
+                weight = np.sqrt(f0 * f0 + f1 * f1 + f2 * f2)
+                far += weight * moved
+                deep += weight * pressed
+        change = np.sqrt((n - n0) ** 2 + d1 * d1 + d2 * d2)
+        more += n - n0
+        normal += change * n
+        before += change * n0
+    jams = more > AMPLIFIED * thrust and normal > PRESSED * before
+    return float(far / deep) if jams and deep > 0.0 else 0.0
 
 
 @compiled

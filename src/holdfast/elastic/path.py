@@ -11,12 +11,13 @@ from holdfast.base.compiled import compilable, compiled, lean
 from holdfast.elastic.cubic import summit
 from holdfast.elastic.direction import turn
 from holdfast.elastic.fronts import solve
+from holdfast.elastic.law import slid
 from holdfast.elastic.linear import SINGULAR, Work
 from holdfast.elastic.model import Elastic
 from holdfast.elastic.newton import SHORTEST, Balance, newton, unbalance, worst
 from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.outcome import Event, PathOutcome, goes_on, outcome_of
-from holdfast.elastic.progress import FALLEN, appraise, fall, may_have_fallen, set_next_step
+from holdfast.elastic.progress import FALLEN, SLID, appraise, fall, may_have_fallen, set_next_step
 from holdfast.elastic.stepper import (
     STATIONS,
     TOLERANCE,
@@ -40,7 +41,8 @@ class PathResult(NamedTuple):
 
     ``outcome`` (k,) of PathOutcome; ``peak`` (k,) the largest s found, inf where the path is endless, that of the last
     point where it was not followed further; ``first`` (k,) the first maximum of s from which it dipped before it rose
-    to the peak, the peak if there was none; ``sharpest`` (k,) the largest correction of a point after the first, as a
+    to the peak, the peak if there was none; ``before`` (k,) the largest s, at most the peak, before contacts that the
+    load presses have slid far (SLID); ``sharpest`` (k,) the largest correction of a point after the first, as a
     share of its step; ``last`` (k,) s where it ended (residual strength); ``short`` (k,) by how
     much s of the peak may be too low; ``systems`` (k,) linear systems solved; ``q`` (k, n) at the peak, of endless
     paths under the load alone; ``motion`` (k, n) the direction of the path at its end; ``plane`` (k, n) across which
@@ -52,6 +54,7 @@ class PathResult(NamedTuple):
     outcome: Int
     peak: Float
     first: Float
+    before: Float
     sharpest: Float
     last: Float
     short: Float
@@ -152,6 +155,11 @@ def follow(
     into.outcome[row] = outcome
     into.peak[row] = np.inf if outcome == PathOutcome.ENDLESS else now.highest
     into.first[row] = now.first if now.first > 0 else into.peak[row]
+    into.before[row] = into.peak[row]
+    if now.slid > SLID:
+        thrust, v, w = now.thrust * now.highest, stepper.twists[0], stepper.twists[1]
+        if slid(m, stepper.start, stepper.peak_q, thrust, v, w) > SLID:
+            into.before[row] = min(now.before, into.peak[row])
     into.sharpest[row] = now.sharpest
     into.last[row], into.short[row], into.systems[row] = now.last, now.short, now.systems
 

@@ -19,6 +19,8 @@ ENOUGH = 1.01  # times a step that leads to where a path has been flat or lower 
 NEW_PEAK = 1e-4  # relative rise above the peak so far that counts as a new peak
 FARTHEST = 1e8  # length, in sizes of the displacement at rest, at which rounding would show
 CARRIED = 1e-5  # share of a body's weight or of the load that the faint hold carries where a path ends
+SLID = 3.0  # compressions that contacts which the load presses have slid, up to which it holds without sliding first
+LEAST_SLID = 0.1  # share of that: below it, how far they have slid says nothing about how the load rises
 RECOVERY = 1.4  # factor by which the largest growth recovers from one point to the next
 SOON, LONG = 10.0, 100.0  # times the length at the peak up to which another is waited for: where the load fell, or not
 
@@ -46,7 +48,7 @@ class Progress:
     """The numbers of a walk along a path.
 
     Constants: the Pace; ``orientation``, the sign of the stiffness's determinant at rest; ``strength``, the largest
-    component of the load, each body's in its own weight and size; ``elastic``, the largest displacement at rest that
+    component of the load, each body's in its own weight and size; ``thrust``, the size of its forces; ``elastic``, the largest displacement at rest that
     counts.
 
     Where it is: ``s`` and the ``slope`` ds/dℓ; what the faint hold has ``carried``, of each body's own
@@ -65,6 +67,9 @@ class Progress:
     (``rising_s``, ``rising_slope``) and one where it does not (``falling_s``, ``falling_slope``), once the latter is
     known: ``closed``. The number of ``stations`` kept on the way to it.
 
+    Of what was reached before contacts have slid far (SLID): how far they have ``slid`` at the last point that was
+    looked at, and the highest s ``before`` that.
+
     Of the end: the lengths since which the path has been flat (``flat_since``) and since which s has grown in
     proportion to ℓ (``similar_since``); inf if it is not.
     """
@@ -75,6 +80,7 @@ class Progress:
     most: int = QUICK.most
     orientation: float = 0.0
     strength: float = 0.0
+    thrust: float = 0.0
     elastic: float = 0.0
     s: float = 0.0
     slope: float = 0.0
@@ -110,6 +116,8 @@ class Progress:
     stations: int = 0
     peaked: bool = False
     topped: bool = False
+    slid: float = 0.0
+    before: float = 0.0
     flat_since: float = 0.0
     similar_since: float = 0.0
 
@@ -147,6 +155,21 @@ def passes_over(now: Progress, rise: float, s: float, falls: float) -> bool:
     at both ends are as ``measure_dip`` has them.
     """
     return bool(falls < LEVEL * rise and now.s + rise > s + HIDDEN * abs(s))
+
+
+@compilable
+@lean
+def measure_sliding(now: Progress, last: float, slid: float) -> None:
+    """Take note of the highest s before contacts have slid far, where a step led from s ``last`` to ``slid``.
+
+    The nearer the end of a path, the farther they slide for the same rise of s: between points, s counts as linear in
+    the logarithm.
+    """
+    reached = now.s
+    if slid > SLID:
+        low = max(now.slid, SLID * LEAST_SLID)
+        reached = last + (now.s - last) * np.log(SLID / low) / np.log(slid / low)
+    now.before, now.slid = max(now.before, reached), slid
 
 
 @compilable

@@ -15,7 +15,7 @@ from holdfast.base.compiled import compilable, compiled, lean
 from holdfast.elastic.cubic import cubic, least_slope
 from holdfast.elastic.direction import straight, torn, turn
 from holdfast.elastic.fronts import solve
-from holdfast.elastic.law import next_change
+from holdfast.elastic.law import next_change, slid
 from holdfast.elastic.linear import ROUNDED, SINGULAR, Work
 from holdfast.elastic.model import Elastic
 from holdfast.elastic.newton import SHORTEST, Balance, Iteration, newton, unbalance, worst
@@ -28,10 +28,12 @@ from holdfast.elastic.progress import (
     FLAT,
     QUICK,
     RECORD,
+    SLID,
     Pace,
     Progress,
     hides_dip,
     measure_dip,
+    measure_sliding,
     passes_over,
     set_next_step,
 )
@@ -63,8 +65,8 @@ class Stepper(NamedTuple):
 
     The point ``q`` (n,) with the path's direction ``tangent``, dq/dℓ; the point ``trial`` that is being tried and where
     it was ``aimed``; displacement and plane of the highest point so far (``peak_q``, ``peak_plane``); displacement,
-    tangent and plane of the point before the peak, displacement and tangent of the one behind it. ``kept`` is scratch.
-    ``path`` is the balance that all points keep.
+    tangent and plane of the point before the peak, displacement and tangent of the one behind it; ``start``, the state
+    of rest. ``kept`` is scratch, and so is ``twists`` (2, 6). ``path`` is the balance that all points keep.
 
     Of some points on the way to the peak, each higher than the one before: the load (STATIONS,), displacement and plane
     (STATIONS, n); the last ones are kept, and those that are not there yet have the load 0.
@@ -83,10 +85,12 @@ class Stepper(NamedTuple):
     falling_q: Float
     falling_tangent: Float
     kept: Float
+    start: Float
     path: Balance
     station_s: Float
     station_q: Float
     station_plane: Float
+    twists: Float
 
 
 def make_stepper(n: int, pace: Pace = QUICK) -> Stepper:
@@ -94,9 +98,10 @@ def make_stepper(n: int, pace: Pace = QUICK) -> Stepper:
     now = np.zeros(1, RECORD)[0]
     for name, value in pace._asdict().items():
         now[name] = value
-    *vectors, anchor = np.zeros((len(Stepper._fields) - 4, n))
+    *vectors, anchor = np.zeros((len(Stepper._fields) - 5, n))
     path = Balance(1.0, 0.0, 0.0, anchor)
-    return Stepper._make([cast(Progress, now), *vectors, path, np.zeros(STATIONS), *np.zeros((2, STATIONS, n))])
+    stations = np.zeros(STATIONS), *np.zeros((2, STATIONS, n))
+    return Stepper._make([cast(Progress, now), *vectors, path, *stations, np.zeros((2, 6))])
 
 
 @compilable
@@ -105,18 +110,19 @@ def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, f
     """Find the direction of the path at the state of rest ``start`` (n,) under ``load`` (n,)."""
     now, q = stepper.now, stepper.q
     put(q, start)
+    put(stepper.start, start)
     put(stepper.peak_q, start)
     put(stepper.falling_q, start)
     stepper.falling_tangent[:] = 0.0
     put(work.w, load)
     put(work.c, load)
-    now.strength = worst(m, load)
+    now.strength, now.thrust = worst(m, load), thrust_of(load)
     now.elastic = elastic_size(m, q, load)
     now.rest = carried(m, q)
     now.length, now.last, now.turned, now.highest, now.at_peak, now.short = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     now.points, now.systems, now.changes, now.shortened, now.late, now.doubted = 0, 0, 0, 0, 0, 0
     now.beyond, now.noted, now.corner, now.stations = 0.0, 0.0, False, 0
-    now.peaked, now.topped = False, False
+    now.peaked, now.topped, now.slid, now.before = False, False, 0.0, 0.0
     now.dipped, now.first, now.sharpest, now.crest, now.trough = 0.0, 0.0, 0.0, 0.0, 0.0
     stepper.station_s[:] = 0.0
     now.flat_since, now.similar_since, now.fastest = np.inf, np.inf, now.growth
@@ -131,6 +137,16 @@ def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, f
     put(stepper.peak_plane, work.c)
     now.rising_s, now.falling_s, now.falling_slope, now.closed = 0.0, 0.0, 0.0, now.slope <= 0
     return Event.BEGUN
+
+
+@compilable
+@lean
+def thrust_of(load: Float) -> float:
+    """The sum of the sizes of the forces of a ``load`` (n,) on all bodies."""
+    total = 0.0
+    for i in range(0, len(load), 6):
+        total += np.sqrt(load[i] ** 2 + load[i + 1] ** 2 + load[i + 2] ** 2)
+    return float(total)
 
 
 @compilable
@@ -203,8 +219,11 @@ def advance(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> 
         return Event.SHORTENED
     if not first:
         now.sharpest = max(now.sharpest, now.turned)
+    last = now.s
     land(work, stepper, point.s, point.sign)
     now.carried = carried(m, q)
+    if now.slid <= SLID:
+        measure_sliding(now, last, slid(m, stepper.start, q, now.thrust * now.s, stepper.twists[0], stepper.twists[1]))
     return Event.ADVANCED
 
 
