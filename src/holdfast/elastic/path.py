@@ -81,6 +81,11 @@ class PathResult(NamedTuple):
         endless = np.where(self.outcome == PathOutcome.ENDLESS, np.inf, 0.0)
         return np.where(self.outcome == PathOutcome.PEAK, self.peak, endless)
 
+    @property
+    def sure(self) -> Float:
+        """(k,) the load before which nothing snaps: the peak, or the first maximum from which the load dipped."""
+        return np.minimum(self.first, self.peak)
+
     def chosen(self, which: Int | Bool | slice) -> PathResult:
         """Some of the paths."""
         return PathResult._make(column[which] for column in self)

@@ -55,7 +55,7 @@ def with_bisected_peaks(grid: Grid, W: Float, paths: PathResult) -> PathResult:
         if found.holds > 0 and found.moves - found.holds <= WIDEST * found.moves < np.inf:
             outcome[k], peak[k], short[k] = PathOutcome.PEAK, found.holds, found.moves - found.holds
             q[k], motion[k] = found.q, found.motion
-    return paths._replace(outcome=outcome, peak=peak, first=peak, short=short, q=q, motion=motion).sealed()
+    return paths._replace(outcome=outcome, peak=peak, first=peak, before=peak, short=short, q=q, motion=motion).sealed()
 
 
 def _bracket(grid: Grid, column: Float, paths: PathResult, k: int) -> Peak:

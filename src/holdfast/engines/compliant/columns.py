@@ -23,7 +23,9 @@ class Columns:
 
     ``outcome`` (k,) holds a PathOutcome for each column, ``factor`` (k,) the peak factor, and ``lower`` (k,) its lower
     bound. ``mechanisms`` (k) say what gives way. ``solved`` (k,) is True for columns with a path of their own.
-    ``error`` (k,) is the relative error of interpolated factors, and 0 for the others.
+    ``error`` (k,) is the relative error of interpolated factors, and 0 for the others. ``before``
+    (k,) is the lower bound of what is reached before bodies that the load jams slide far, and ``leans`` (k,) is True
+    where contacts that are open at rest take part at the peak.
     """
 
     outcome: Int
@@ -32,12 +34,14 @@ class Columns:
     mechanisms: list[Mechanism | None]
     solved: Bool
     error: Float
+    before: Float
+    leans: Bool
 
     @classmethod
     def unknown(cls, count: int) -> Columns:
         """Return ``count`` columns whose paths were lost."""
-        lost = np.full(count, PathOutcome.LOST, dtype=np.int64)
-        return cls(lost, np.zeros(count), np.zeros(count), [None] * count, np.ones(count, bool), np.zeros(count))
+        lost, none, no = np.full(count, PathOutcome.LOST, dtype=np.int64), np.zeros(count), np.zeros(count, bool)
+        return cls(lost, none, none, [None] * count, np.ones(count, bool), none, none, no)
 
 
 def followed(refined: Refined, W: Float, *, bounds: bool) -> Columns:
@@ -45,8 +49,9 @@ def followed(refined: Refined, W: Float, *, bounds: bool) -> Columns:
     answers = refined.answers(W, bounds=bounds)
     paths = answers.paths
     count = W.shape[1]
-    mechanisms = mechanisms_of(refined, paths)
-    return Columns(paths.outcome, paths.factor, answers.lower, mechanisms, np.ones(count, bool), np.zeros(count))
+    mechanisms, leans = mechanisms_of(refined, paths), refined.grid.leans(W, paths)
+    known = np.ones(count, bool), np.zeros(count)
+    return Columns(paths.outcome, paths.factor, answers.lower, mechanisms, *known, answers.before, leans)
 
 
 def surveyed(refined: Refined, W: Float, groups: Sequence[tuple[int, Int]], error: float) -> Columns:
@@ -84,6 +89,7 @@ class _Surveyor:
     order: list[Int] = field(default_factory=list)
     answers: list[Bounded] = field(default_factory=list)
     mechanisms: list[Mechanism | None] = field(default_factory=list)
+    leans: list[Bool] = field(default_factory=list)
     kinds: dict[tuple[str, ...], int] = field(default_factory=dict)  # a number for each kind of mechanism
 
     def __post_init__(self) -> None:
@@ -102,6 +108,7 @@ class _Surveyor:
         self.order.append(indices)
         self.answers.append(answers)
         self.mechanisms += mechanisms
+        self.leans.append(self.refined.grid.leans(self.W[:, indices], paths))
         with np.errstate(divide="ignore"):
             value = np.where(paths.outcome == PathOutcome.PEAK, 1 / paths.peak, 0.0)
         motion = [-1 if m is None else self.kinds.setdefault((m.mode, *m.moving), len(self.kinds)) for m in mechanisms]
@@ -126,17 +133,21 @@ class _Surveyor:
         place[done] = np.arange(len(done))
         known_factor = np.concatenate([answers.paths.factor for answers in self.answers])
         known_lower = np.concatenate([answers.lower for answers in self.answers])
+        known_before = np.concatenate([answers.before for answers in self.answers])
+        known_leans = np.concatenate(self.leans)
         outcome = np.concatenate([answers.paths.outcome for answers in self.answers])[place]
-        factor, lower = known_factor[place], known_lower[place]
+        factor, lower, before = known_factor[place], known_lower[place], known_before[place]
+        leans = known_leans[place]
         mechanisms = [self.mechanisms[k] for k in place]
         between = np.flatnonzero(~found.solved)
         corner, nearest = place[found.corner[between]], np.argmax(found.share[between], axis=1)
         outcome[between] = PathOutcome.PEAK
         factor[between] = 1 / found.value[between]
         with np.errstate(invalid="ignore"):  # what is infinite is no corner
-            share = (known_lower / known_factor)[corner].min(1)
-        lower[between] = factor[between] * np.maximum(1 - found.error[between], 0.0) * share
+            share, sliding = ((known / known_factor)[corner].min(1) for known in (known_lower, known_before))
+        sure = factor[between] * np.maximum(1 - found.error[between], 0.0)
+        lower[between], before[between], leans[between] = sure * share, sure * sliding, known_leans[corner].any(1)
         for k, column in enumerate(between.tolist()):
             mechanisms[column] = self.mechanisms[corner[k, nearest[k]]]
         error = np.where(found.solved, 0.0, found.error)
-        return Columns(outcome, factor, lower, mechanisms, found.solved, error)
+        return Columns(outcome, factor, lower, mechanisms, found.solved, error, before, leans)

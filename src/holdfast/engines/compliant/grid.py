@@ -18,6 +18,7 @@ from holdfast.elastic.sparse import FAINTEST, held
 from holdfast.elastic.system import Settled, System
 from holdfast.engines.compliant.carriers import HUGE, Carriers
 from holdfast.engines.compliant.gathered import gathered
+from holdfast.engines.compliant.idle import idle, leaning
 from holdfast.engines.compliant.model import Springs, force_unit, own_rows, world_rows
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.limit.engine import Limit, LimitState
@@ -138,6 +139,11 @@ class Grid:
         """Limit analysis of the same assembly under the same wrench, which proves above which load bodies move."""
         return Limit().on(self.assembly, self.wrench)
 
+    @cached_property
+    def lightest(self) -> float:
+        """The weight of the lightest body, in the model's unit of force."""
+        return float(np.linalg.norm(self.wrench.reshape(-1, 6)[:, :3], axis=1).min() / self.unit)
+
     @property
     def unit(self) -> float:
         """The model's unit of force [N]."""
@@ -178,10 +184,12 @@ class Grid:
         far = reported("loads that lead far", there.tolist())
         alone = np.array([self.carriers.balance(loads[k]) for k in far], dtype=bool)
         if alone.any():
-            ends, outcome, peak, first = there[alone], found.outcome.copy(), found.peak.copy(), found.first.copy()
-            first[ends] = np.where(first[ends] < peak[ends], first[ends], np.inf)
+            ends, outcome, peak = there[alone], found.outcome.copy(), found.peak.copy()
+            first, before = found.first.copy(), found.before.copy()
+            for sure in (first, before):
+                sure[ends] = np.where(sure[ends] < peak[ends], sure[ends], np.inf)
             outcome[ends], peak[ends] = PathOutcome.ENDLESS, np.inf
-            found = found._replace(outcome=outcome, peak=peak, first=first).sealed()
+            found = found._replace(outcome=outcome, peak=peak, first=first, before=before).sealed()
         others = there[~alone]
         if not len(others):
             return found
@@ -191,6 +199,18 @@ class Grid:
     def carriers(self) -> Carriers:
         """What tells whether few bodies carry a load alone."""
         return Carriers(self.system.model, self.settled.q)
+
+    @cached_property
+    def idle(self) -> tuple[int, ...]:
+        """The numbers of interfaces that are open as detected and carry nothing at rest (idle.py)."""
+        return idle(self.places, self.system.model, self.settled.q)
+
+    def leans(self, W: Float, paths: PathResult) -> Bool:
+        """Tell at which of the ends of ``paths`` of columns W (6J, k) contacts that are ``idle`` at rest carry some."""
+        if not self.idle:
+            return np.zeros(len(paths.peak), dtype=bool)
+        s = np.where(paths.outcome == PathOutcome.PEAK, paths.peak, 1.0)  # of endless ones under the load alone
+        return leaning(self.places, self.system.model, self.idle, s[:, None] * self.loads(W), paths.q)
 
     @cached_property
     def _followed(self) -> System:

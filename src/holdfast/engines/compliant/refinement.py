@@ -70,10 +70,18 @@ class Bounded(NamedTuple):
         there, and what is found beyond it is for those that come to rest before they have gone far. Of an endless path
         the bound is then the first maximum, less the least error.
         """
-        peak, first = self.paths.peak, self.paths.first
-        snaps = (self.paths.outcome == PathOutcome.PEAK) & (first < peak)
-        share = np.divide(first, peak, out=np.ones(len(peak)), where=snaps)
-        return np.where(self.paths.outcome == PathOutcome.ENDLESS, (1 - LEAST_ERROR) * first, self.below * share)
+        peak, sure = self.paths.peak, self.paths.sure
+        less = (self.paths.outcome == PathOutcome.PEAK) & (sure < peak)
+        share = np.divide(sure, peak, out=np.ones(len(peak)), where=less)
+        return np.where(self.paths.outcome == PathOutcome.ENDLESS, (1 - LEAST_ERROR) * sure, self.below * share)
+
+    @property
+    def before(self) -> Float:
+        """The lower bounds (k,) of what is reached before bodies that the load jams slide far (SLID): ``lower`` or less."""
+        sure, before = self.paths.sure, self.paths.before
+        less = before < sure
+        share = np.divide(before, sure, out=np.ones(len(sure)), where=less & np.isfinite(sure))
+        return np.where(less & np.isinf(sure), (1 - LEAST_ERROR) * before, self.lower * share)
 
     def replaced(self, at: Int, others: Bounded) -> Bounded:
         """Return the same with ``others`` in the places ``at``, which are in order."""
@@ -165,7 +173,8 @@ class Refined:
         nodes, that grid has most nodes at those contacts.
         """
         paths = self.grid.paths(W, most=AMPLE)
-        held = paths.outcome == PathOutcome.ENDLESS
+        sure = np.minimum(paths.sure, paths.before) >= 1
+        held = (paths.outcome == PathOutcome.ENDLESS) & sure
         there = np.flatnonzero(paths.outcome == PathOutcome.REACHED)
         if not len(there):  # no finer grid is made for nothing
             return np.asarray(held)
@@ -184,8 +193,7 @@ class Refined:
         for rows, found in zip(alike, self._shared([len(rows) for rows in alike], on_finer), strict=True):
             finer[rows] = found
         change = np.abs(finer - load)
-        sure = (finer > 0) & (change <= LARGE * load)
-        held[there] = sure & (load - SAFETY * change - LEAST_ERROR * load >= 1)
+        held[there] = sure[there] & (finer > 0) & (change <= LARGE * load) & (load - SAFETY * change - LEAST_ERROR * load >= 1)
         return np.asarray(held)
 
     def _recovered(self, W: Float, lost: PathResult, *, cuts: bool, bounds: bool) -> Bounded:
@@ -282,9 +290,11 @@ class Refined:
         if not len(rows):
             return found
         there = self._finer.grid.paths(W[:, rows], cuts=cuts)
-        first = found.paths.first.copy()
-        first[rows] = np.where(there.outcome == PathOutcome.ENDLESS, there.first, first[rows])
-        found = found._replace(paths=found.paths._replace(first=first).sealed())
+        first, before = found.paths.first.copy(), found.paths.before.copy()
+        endless = there.outcome == PathOutcome.ENDLESS
+        first[rows] = np.where(endless, there.first, first[rows])
+        before[rows] = np.where(endless, there.before, before[rows])
+        found = found._replace(paths=found.paths._replace(first=first, before=before).sealed())
         ends = np.flatnonzero(there.outcome == PathOutcome.PEAK)
         peaks = there.chosen(ends)
         if self._may_refine:

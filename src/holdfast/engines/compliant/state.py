@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from threading import Event, RLock
 from typing import TypeAlias
@@ -11,17 +11,19 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.parallel import begin, free_threads
+from holdfast.base.text import listed
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.engines.answers import Answers, Bound, Claim
 from holdfast.engines.compliant.carriers import HUGE
 from holdfast.engines.compliant.columns import Columns, followed, surveyed
 from holdfast.engines.compliant.grid import Grid
+from holdfast.engines.compliant.idle import open_pair
 from holdfast.engines.compliant.refinement import Refined
 from holdfast.engines.compliant.review import Review
-from holdfast.engines.compliant.wedged import Wedged
+from holdfast.engines.compliant.wedged import MATTERS, Wedged
 from holdfast.engines.contract import EXACT, Accuracy, ForcesOnly, Within
 from holdfast.engines.directions import by_body
-from holdfast.engines.mechanism import Mechanism
+from holdfast.engines.mechanism import NAMED, Mechanism
 from holdfast.engines.verdict import Status, Verdict
 
 NAME, CLAIM = "compliant", Claim.HOLDS
@@ -93,8 +95,8 @@ class Standing:
         ``lower`` is the peak minus the estimated discretisation error. With ``Within(gap)``, MANY or more columns that
         load one body alone are interpolated between paths (interpolated.py), with expected relative errors of at most
         ``gap``; ``lower`` then also allows for the stated interpolation error. With ``ForcesOnly``, ``lower`` is 0 and
-        no finer grid is needed. ``lower`` of wedged bodies covers other springs, too (wedged.py). Of several threads
-        that ask, one waits for the other.
+        no finer grid is needed. ``lower`` of wedged bodies covers other springs, too (wedged.py), and leans on no
+        contact that is open at rest (idle.py). Of several threads that ask, one waits for the other.
         """
         with self._asking:
             return self._load_factor(W, accuracy)
@@ -111,7 +113,33 @@ class Standing:
         else:
             columns = followed(self.refined, asked, bounds=not isinstance(accuracy, ForcesOnly))
         found = self._review.of(_answers(W.shape[1], loaded, columns, self.decided, accuracy), W, accuracy)
-        return found if isinstance(accuracy, ForcesOnly) else self._wedged.covered(found, W)
+        if isinstance(accuracy, ForcesOnly):
+            return found
+        found = _before_sliding(self._wedged.covered(found, W), loaded, columns.before)
+        return self._without_idle(found, W, loaded[columns.leans], accuracy)
+
+    def _without_idle(self, found: Answers, W: Float, leaning: Int, accuracy: Accuracy) -> Answers:
+        """Return the answers ``found`` for columns W (6J, n); ``lower`` of those ``leaning`` is without idle contacts."""
+        if self._bare is None or not len(leaning):
+            return found
+        there, lower = self._bare.load_factor(W[:, leaning], accuracy), np.array(found.lower)
+        least = np.minimum(lower[leaning], there.lower)
+        telling = int((least < (1 - MATTERS) * lower[leaning]).sum())
+        lower[leaning] = least
+        if not telling:
+            return replace(found, lower=lower)
+        which = listed([open_pair(self.grid.assembly, k) for k in self.grid.idle], NAMED)
+        words = f"{telling} of {len(found)} answers lean on contacts that are open at rest, and lower is without them"
+        return replace(found, lower=lower, notes=(*found.notes, f"{words}: {which}"))
+
+    @cached_property
+    def _bare(self) -> Standing | None:
+        """The same state without contacts that are open and carry nothing at rest; None if there are none."""
+        grid = self.grid
+        if not grid.idle or grid.springs.faces is not None:
+            return None
+        bare = Grid.of(grid.assembly.without_interfaces(grid.idle), grid.wrench, grid.springs, hold=grid.hold)
+        return Standing(self.decided, replace(self.refined, grid=bare), self.loose)
 
     def held(self, W: Float) -> Bool:
         """Tell which loads, columns of W (6J, n), certainly move nothing; False where more has to be asked.
@@ -127,6 +155,8 @@ class Standing:
         with self._asking:
             if not self._wedged.possible:
                 held[rows] = self.refined.held(W[:, rows])
+                if self._bare is not None:
+                    held &= self._bare.held(W)
         return np.asarray(held)
 
     def _begin_bounds(self) -> None:
@@ -145,6 +175,18 @@ class Standing:
 
 
 CompliantState: TypeAlias = Standing | Unpushable
+
+
+def _before_sliding(found: Answers, loaded: Int, before: Float) -> Answers:
+    """Return the answers with ``lower`` of those ``loaded`` at most what is reached ``before`` bodies slide far."""
+    most = np.minimum(found.lower[loaded], before)
+    telling = int((most < (1 - MATTERS) * found.lower[loaded]).sum())
+    if not (most < found.lower[loaded]).any():
+        return found
+    lower = np.array(found.lower)
+    lower[loaded] = most
+    words = f"{telling} of {len(found)} answers hold only after sliding: lower is what is reached before"
+    return replace(found, lower=lower, notes=(*found.notes, words) if telling else found.notes)
 
 
 def _loaded(W: Float) -> Int:

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from holdfast.assembly.nodes import contact_nodes
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Float, Int
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.engines.answers import Answers
 from holdfast.engines.compliant.carriers import HUGE
@@ -24,9 +24,10 @@ from holdfast.engines.peeling import clampable
 from holdfast.engines.self_stress import self_stressed_nodes
 
 RATIOS = (0.3, 3.0)  # times the engine's ratio of tangential to normal stiffness
-COARSER = 5  # nodes a side of the coarsest grid that a careful user would take
+COARSER = (2, 3, 5)  # nodes a side of coarser grids: with 2 all pressure has gathered at corners, with 3 on edges
 MARGIN = 0.01  # of the least answer over these: grids and springs between and beyond them are a little different
-BEYOND = 0.05  # of the range of the answers over these, by which others may lie beyond it
+BEYOND = 0.05  # of the range of the answers over these, or of the least, by which others may lie beyond it
+JAMMED = 3.0  # times the weight beside a load, from which what it finds depends on what it presses itself
 MATTERS = 0.05  # relative change of an answer above which it is said to depend on stiffness
 CORNERS = 4  # nodes of a patch, at least
 
@@ -52,6 +53,20 @@ class Wedged:
         pressed = self_stressed_nodes(assembly, contact_nodes(assembly, CORNERS, "corners"), EXACT)
         return pressed is None or bool(pressed.any())
 
+    def _asked(self, found: Answers, W: Float) -> Int:
+        """Return which answers depend on stiffness: all where bodies are wedged, else those far above the weight.
+
+        There the load itself presses what holds it, and bodies are wedged as long as it lasts.
+        """
+        rows = np.flatnonzero((found.force > 0) & W.any(axis=0))
+        if not len(rows) or self.possible:
+            return rows
+        loads = self.grid.loads(W[:, rows])
+        size = np.abs(loads).max(axis=1) * np.where(np.isfinite(found.force[rows]), found.force[rows], 0.0)
+        heavy = np.flatnonzero(size > JAMMED * self.grid.lightest)
+        jams = [k for k in heavy.tolist() if size[k] > JAMMED * self.grid.carriers.weight(loads[k])]
+        return rows[jams]
+
     def covered(self, found: Answers, W: Float) -> Answers:
         """Return ``found`` for columns W (6J, n), with lower bounds that also hold on other springs and nodes.
 
@@ -59,26 +74,28 @@ class Wedged:
         but its lower bound is finite where others end within HUGE times the weight. Springs of imperfect faces are a
         sample already, and are left alone.
         """
-        rows = np.flatnonzero((found.force > 0) & W.any(axis=0))
-        if not len(rows) or self.grid.springs.faces is not None or not self.possible:
+        if self.grid.springs.faces is not None:
+            return found
+        rows = self._asked(found, W)
+        if not len(rows):
             return found
         least = most = found.force[rows]
         farthest = np.where(np.isinf(least), HUGE / np.abs(self.grid.loads(W[:, rows])).max(axis=1), np.inf)
         for other in self._others:
             paths = other.paths(W[:, rows])
             none = (paths.outcome == PathOutcome.ENDLESS) | (paths.peak > farthest)
-            reached = np.where(none, 2 * most, paths.peak)
+            reached = np.where(none & np.isinf(paths.sure), 2 * most, paths.sure)
             least, most = np.minimum(least, reached), np.maximum(most, reached)
         with np.errstate(invalid="ignore"):  # what has no end here or there
             apart = np.where(np.isinf(most), least, most - least)
-            sure = np.where(np.isinf(least), np.inf, least - np.maximum(MARGIN * least, BEYOND * apart))
+            sure = np.where(np.isinf(least), np.inf, least - np.maximum(MARGIN * least, BEYOND * np.minimum(apart, least)))
             kept = np.where(np.isinf(found.force[rows]), 1.0, found.lower[rows] / found.force[rows])  # less the error
         lower = np.array(found.lower)
         lower[rows] = np.minimum(lower[rows], kept * np.maximum(sure, 0.0))
         telling = int((least < (1 - MATTERS) * found.force[rows]).sum())
         if not telling:
             return replace(found, lower=lower)
-        between = f"{RATIOS[0]:g} and {RATIOS[1]:g} times as stiff along the contacts, {COARSER} or more nodes a side"
+        between = f"{RATIOS[0]:g} and {RATIOS[1]:g} times as stiff along the contacts, {COARSER[0]} or more nodes a side"
         words = f"{telling} of {len(found)} answers depend on stiffness: bodies are wedged, and lower covers contacts"
         return replace(found, lower=lower, notes=(*found.notes, f"{words} between {between}"))
 
@@ -86,7 +103,7 @@ class Wedged:
     def _others(self) -> tuple[Grid, ...]:
         springs = self.grid.springs
         each = [replace(springs, ratio=factor * springs.ratio) for factor in RATIOS]
-        each += [replace(springs, nodes=min(COARSER, springs.nodes)), springs.finer(FINER)]
+        each += [replace(springs, nodes=nodes) for nodes in COARSER if nodes < springs.nodes] + [springs.finer(FINER)]
         return tuple(self._on(one) for one in each)
 
     def _on(self, springs: Springs) -> Grid:
