@@ -115,7 +115,7 @@ class Standing:
         found = self._review.of(_answers(W.shape[1], loaded, columns, self.decided, accuracy), W, accuracy)
         if isinstance(accuracy, ForcesOnly):
             return found
-        found = _before_sliding(self._wedged.covered(found, W), loaded, columns.before)
+        found = _before_sliding(self._wedged.covered(found, W), loaded, columns)
         return self._without_idle(found, W, loaded[columns.leans], accuracy)
 
     def _without_idle(self, found: Answers, W: Float, leaning: Int, accuracy: Accuracy) -> Answers:
@@ -177,11 +177,15 @@ class Standing:
 CompliantState: TypeAlias = Standing | Unpushable
 
 
-def _before_sliding(found: Answers, loaded: Int, before: Float) -> Answers:
-    """Return the answers with ``lower`` of those ``loaded`` at most what is reached ``before`` bodies slide far."""
-    most = np.minimum(found.lower[loaded], before)
+def _before_sliding(found: Answers, loaded: Int, columns: Columns) -> Answers:
+    """Return the answers with ``lower`` of those ``loaded`` at most what is reached before bodies slide far.
+
+    A path that turned out to have left its branch, as the answer has no end, tells nothing.
+    """
+    slides = (columns.before < columns.lower) & (np.isfinite(found.force[loaded]) | np.isinf(columns.factor))
+    most = np.minimum(found.lower[loaded], np.where(slides, columns.before, np.inf))
     telling = int((most < (1 - MATTERS) * found.lower[loaded]).sum())
-    if not (most < found.lower[loaded]).any():
+    if not slides.any():
         return found
     lower = np.array(found.lower)
     lower[loaded] = most

@@ -81,7 +81,7 @@ class Wedged:
             return found
         least = most = found.force[rows]
         farthest = np.where(np.isinf(least), HUGE / np.abs(self.grid.loads(W[:, rows])).max(axis=1), np.inf)
-        for other in self._others:
+        for other in (*self._coarser, *self._others) if self.possible else self._coarser:
             paths = other.paths(W[:, rows])
             none = (paths.outcome == PathOutcome.ENDLESS) | (paths.peak > farthest)
             reached = np.where(none & np.isinf(paths.sure), 2 * most, paths.sure)
@@ -100,11 +100,16 @@ class Wedged:
         return replace(found, lower=lower, notes=(*found.notes, f"{words} between {between}"))
 
     @cached_property
+    def _coarser(self) -> tuple[Grid, ...]:
+        """Grids on which pressure gathers as on edges: they tell most where the load itself presses what holds it."""
+        springs = self.grid.springs
+        return tuple(self._on(replace(springs, nodes=nodes)) for nodes in COARSER if nodes < springs.nodes)
+
+    @cached_property
     def _others(self) -> tuple[Grid, ...]:
         springs = self.grid.springs
         each = [replace(springs, ratio=factor * springs.ratio) for factor in RATIOS]
-        each += [replace(springs, nodes=nodes) for nodes in COARSER if nodes < springs.nodes] + [springs.finer(FINER)]
-        return tuple(self._on(one) for one in each)
+        return tuple(self._on(one) for one in (*each, springs.finer(FINER)))
 
     def _on(self, springs: Springs) -> Grid:
         return Grid.of(self.grid.assembly, self.grid.wrench, springs, hold=self.grid.hold)
