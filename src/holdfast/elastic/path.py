@@ -17,7 +17,15 @@ from holdfast.elastic.model import Elastic
 from holdfast.elastic.newton import SHORTEST, Balance, newton, unbalance, worst
 from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.outcome import Event, PathOutcome, goes_on, outcome_of
-from holdfast.elastic.progress import FALLEN, SLID, appraise, fall, may_have_fallen, set_next_step
+from holdfast.elastic.progress import (
+    FALLEN,
+    SLID,
+    appraise,
+    fall,
+    may_have_fallen,
+    measure_sliding,
+    set_next_step,
+)
 from holdfast.elastic.stepper import (
     STATIONS,
     TOLERANCE,
@@ -119,29 +127,14 @@ def follow(
 ) -> None:
     """Raise s from 0 at the rest state ``start`` (n,) along the path r(q) + s load = 0; the result goes ``into`` a row.
 
-    1. Find the direction in which the path begins. 2. Step along it until it falls, is flat, far or endless, is lost,
-    or leads to ``most`` times the load. 3. If it has a peak, refine that. 4. If asked for, find how the peak answers to
-    other loads.
+    1. Find the direction in which the path begins, and 2. step along it, as ``walk`` does. 3. If it has a peak, refine
+    that. 4. If asked for, find how the peak answers to other loads. 5. If contacts have slid far at its end, find where
+    they had not.
     """
     now = stepper.now
-    event = begin(m, work, stepper, start, load, fronts)
-    rises = now.slope > 0
-    while goes_on(event) and now.points < now.most:
-        event = advance(m, work, stepper, fronts)
-        if event == Event.STUCK:
-            event = cross_change(m, work, stepper, fronts)
-        elif event == Event.ADVANCED:
-            event = appraise(now) if now.s < most else Event.REACHED
-            if event == Event.ADVANCED and fell_from_crest(m, work, stepper, fronts):
-                event = Event.FALLEN
-            if event == Event.PROPORTIONAL:
-                event = sought_alone(m, work, stepper, fronts)
-            if event == Event.ADVANCED and now.corner:
-                event = cross_change(m, work, stepper, fronts)
-            else:
-                set_next_step(now)
+    event = walk(m, work, stepper, start, load, most, False, fronts)
     outcome = outcome_of(event)
-    if outcome == PathOutcome.PEAK and rises and now.highest <= 0:  # it was left at the first step
+    if outcome == PathOutcome.PEAK and now.rises and now.highest <= 0:  # it was left at the first step
         outcome = PathOutcome.LOST
     put(into.q[row], stepper.peak_q)
     if event == Event.NO_BEGINNING:
@@ -160,13 +153,62 @@ def follow(
     into.outcome[row] = outcome
     into.peak[row] = np.inf if outcome == PathOutcome.ENDLESS else now.highest
     into.first[row] = now.first if now.first > 0 else into.peak[row]
-    into.before[row] = into.peak[row]
-    if now.slid > SLID:
-        thrust, v, w = now.thrust * now.highest, stepper.twists[0], stepper.twists[1]
-        if slid(m, stepper.start, stepper.peak_q, thrust, v, w) > SLID:
-            into.before[row] = min(now.before, into.peak[row])
     into.sharpest[row] = now.sharpest
     into.last[row], into.short[row], into.systems[row] = now.last, now.short, now.systems
+    into.before[row] = into.peak[row]
+    far = slid_at(m, stepper, stepper.q, now.s) if outcome == PathOutcome.ENDLESS else 0.0
+    if outcome == PathOutcome.PEAK or outcome == PathOutcome.REACHED:
+        far = slid_at(m, stepper, stepper.peak_q, now.highest)
+    if far > SLID:
+        walk(m, work, stepper, start, load, into.peak[row], True, fronts)
+        into.before[row] = min(now.before, into.peak[row])
+
+
+@compilable
+@lean
+def walk(
+    m: Elastic,
+    work: Work,
+    stepper: Stepper,
+    start: Float,
+    load: Float,
+    most: float,
+    watched: bool,
+    fronts: Fronts | None,
+) -> Event:
+    """Step along a path until it falls, is flat, far or endless, is lost, or leads to ``most`` times the load.
+
+    If it is ``watched``, it ends where contacts have slid far.
+    """
+    now = stepper.now
+    event = begin(m, work, stepper, start, load, fronts)
+    now.rises = now.slope > 0
+    while goes_on(event) and now.points < now.most:
+        last = now.s
+        event = advance(m, work, stepper, fronts)
+        if event == Event.STUCK:
+            event = cross_change(m, work, stepper, fronts)
+        elif event == Event.ADVANCED:
+            event = appraise(now) if now.s < most else Event.REACHED
+            if watched and now.slid <= SLID:
+                measure_sliding(now, last, slid_at(m, stepper, stepper.q, now.s))
+                event = Event.REACHED if now.slid > SLID else event
+            if event == Event.ADVANCED and fell_from_crest(m, work, stepper, fronts):
+                event = Event.FALLEN
+            if event == Event.PROPORTIONAL:
+                event = sought_alone(m, work, stepper, fronts)
+            if event == Event.ADVANCED and now.corner:
+                event = cross_change(m, work, stepper, fronts)
+            else:
+                set_next_step(now)
+    return event
+
+
+@compilable
+@lean
+def slid_at(m: Elastic, stepper: Stepper, q: Float, s: float) -> float:
+    """How far contacts that the load jams have slid at a point q (n,) of a path, with the load s, in compressions."""
+    return slid(m, stepper.start, q, stepper.now.thrust * s, stepper.twists[0], stepper.twists[1])
 
 
 @compiled

@@ -57,7 +57,7 @@ class Progress:
     correction as a share of its step, and the ``sharpest``, the largest of all points but the first; ``points`` found,
     linear ``systems`` solved, node ``changes`` crossed; how often this step failed and was ``shortened``, and how often
     it was ``doubted``; the ``fastest`` growth of the step for now; whether a ``corner`` lies just behind the step, and
-    the step to be tried ``beyond`` it.
+    the step to be tried ``beyond`` it; whether the path began to rise (``rises``).
 
     Of the peak: ``highest`` s; ``noted``, the last s that counted as a new peak, at the length ``at_peak``, and the
     points since (``late``); ``short``, by how much it may be too low; the maximum from which s has ``dipped``, and the
@@ -67,8 +67,8 @@ class Progress:
     (``rising_s``, ``rising_slope``) and one where it does not (``falling_s``, ``falling_slope``), once the latter is
     known: ``closed``. The number of ``stations`` kept on the way to it.
 
-    Of what was reached before contacts have slid far (SLID): how far they have ``slid`` at the last point that was
-    looked at, and the highest s ``before`` that.
+    Of what was reached before contacts have slid far (SLID), if that is looked for: how far they have ``slid`` at the
+    last point, and the highest s ``before`` that.
 
     Of the end: the lengths since which the path has been flat (``flat_since``) and since which s has grown in
     proportion to ℓ (``similar_since``); inf if it is not.
@@ -116,6 +116,7 @@ class Progress:
     stations: int = 0
     peaked: bool = False
     topped: bool = False
+    rises: bool = False
     slid: float = 0.0
     before: float = 0.0
     flat_since: float = 0.0

@@ -15,7 +15,7 @@ from holdfast.base.compiled import compilable, compiled, lean
 from holdfast.elastic.cubic import cubic, least_slope
 from holdfast.elastic.direction import straight, torn, turn
 from holdfast.elastic.fronts import solve
-from holdfast.elastic.law import next_change, slid
+from holdfast.elastic.law import next_change
 from holdfast.elastic.linear import ROUNDED, SINGULAR, Work
 from holdfast.elastic.model import Elastic
 from holdfast.elastic.newton import SHORTEST, Balance, Iteration, newton, unbalance, worst
@@ -28,12 +28,10 @@ from holdfast.elastic.progress import (
     FLAT,
     QUICK,
     RECORD,
-    SLID,
     Pace,
     Progress,
     hides_dip,
     measure_dip,
-    measure_sliding,
     passes_over,
     set_next_step,
 )
@@ -219,11 +217,8 @@ def advance(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> 
         return Event.SHORTENED
     if not first:
         now.sharpest = max(now.sharpest, now.turned)
-    last = now.s
     land(work, stepper, point.s, point.sign)
     now.carried = carried(m, q)
-    if now.slid <= SLID:
-        measure_sliding(now, last, slid(m, stepper.start, q, now.thrust * now.s, stepper.twists[0], stepper.twists[1]))
     return Event.ADVANCED
 
 
