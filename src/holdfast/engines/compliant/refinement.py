@@ -193,7 +193,9 @@ class Refined:
         for rows, found in zip(alike, self._shared([len(rows) for rows in alike], on_finer), strict=True):
             finer[rows] = found
         change = np.abs(finer - load)
-        held[there] = sure[there] & (finer > 0) & (change <= LARGE * load) & (load - SAFETY * change - LEAST_ERROR * load >= 1)
+        held[there] = (
+            sure[there] & (finer > 0) & (change <= LARGE * load) & (load - SAFETY * change - LEAST_ERROR * load >= 1)
+        )
         return np.asarray(held)
 
     def _recovered(self, W: Float, lost: PathResult, *, cuts: bool, bounds: bool) -> Bounded:

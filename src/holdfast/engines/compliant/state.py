@@ -126,9 +126,10 @@ class Standing:
         least = np.minimum(lower[leaning], there.lower)
         telling = int((least < (1 - MATTERS) * lower[leaning]).sum())
         lower[leaning] = least
-        if not telling:
+        assembly = self.grid.assembly
+        which = listed([open_pair(assembly, k) for k in self.grid.idle if assembly.interfaces[k].certain], NAMED)
+        if not telling or not which:  # of contacts that are not certain presence.py tells
             return replace(found, lower=lower)
-        which = listed([open_pair(self.grid.assembly, k) for k in self.grid.idle], NAMED)
         words = f"{telling} of {len(found)} answers lean on contacts that are open at rest, and lower is without them"
         return replace(found, lower=lower, notes=(*found.notes, f"{words}: {which}"))
 

@@ -88,14 +88,18 @@ class Wedged:
             least, most = np.minimum(least, reached), np.maximum(most, reached)
         with np.errstate(invalid="ignore"):  # what has no end here or there
             apart = np.where(np.isinf(most), least, most - least)
-            sure = np.where(np.isinf(least), np.inf, least - np.maximum(MARGIN * least, BEYOND * np.minimum(apart, least)))
+            sure = np.where(
+                np.isinf(least), np.inf, least - np.maximum(MARGIN * least, BEYOND * np.minimum(apart, least))
+            )
             kept = np.where(np.isinf(found.force[rows]), 1.0, found.lower[rows] / found.force[rows])  # less the error
         lower = np.array(found.lower)
         lower[rows] = np.minimum(lower[rows], kept * np.maximum(sure, 0.0))
         telling = int((least < (1 - MATTERS) * found.force[rows]).sum())
         if not telling:
             return replace(found, lower=lower)
-        between = f"{RATIOS[0]:g} and {RATIOS[1]:g} times as stiff along the contacts, {COARSER[0]} or more nodes a side"
+        between = (
+            f"{RATIOS[0]:g} and {RATIOS[1]:g} times as stiff along the contacts, {COARSER[0]} or more nodes a side"
+        )
         words = f"{telling} of {len(found)} answers depend on stiffness: bodies are wedged, and lower covers contacts"
         return replace(found, lower=lower, notes=(*found.notes, f"{words} between {between}"))
 
