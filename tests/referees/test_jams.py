@@ -1,8 +1,8 @@
 """Jams (findings T1 to T3): `lower` is held, by MuJoCo with the bodies' real shapes or by discrete elements.
 
 MuJoCo's bodies chatter where friction is about to let go, and walk the faster the longer its steps are; and they sink
-in, which makes air under a ceiling that touches. Discrete elements remember how friction came about, but stay where they
-are. What both of them see move is confirmed.
+in, which makes air under a ceiling that touches. Discrete elements remember how friction came about, but stay where
+they are. What both of them see move is confirmed.
 """
 
 from __future__ import annotations

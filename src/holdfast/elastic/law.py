@@ -20,7 +20,10 @@ from holdfast.elastic.frames import add_wrench, sheet_twist
 from holdfast.elastic.model import Elastic, Runs
 from holdfast.elastic.vectors import scale
 
-AMPLIFIED, PRESSED = 1.2, 1.5  # normal forces over the load and over those at rest, from which a load jams bodies
+# Normal forces over the load, and over those at rest, from which a load jams bodies: its contacts then press more than
+# the load does, as in a wedge, and most of what they press is due to it. A cube that is pressed has 1 at most, a push
+# into a groove of 45 degrees 1.1; the jams of findings T1 to T3 have 1.3 to 2.7, and 1.9 to 27 times what is at rest.
+AMPLIFIED, PRESSED = 1.2, 1.5
 
 
 @compiled
@@ -181,7 +184,7 @@ def node_forces(m: Elastic, q: Float, f: Float) -> None:
 @compiled
 @lean
 def slid(m: Elastic, rest: Float, q: Float, thrust: float, v: Float, w: Float) -> float:
-    """How far contacts have slid at q (n,), in compressions, where a load of ``thrust`` jams bodies; 0 where it does not.
+    """How far contacts have slid at q (n,), in compressions, where a load of size ``thrust`` jams bodies; 0 elsewhere.
 
     Nodes count by how much their forces have changed since ``rest`` (n,): the mean of how far they were moved along
     their faces, over the mean of how far they are pressed. A load jams bodies where all contacts press by AMPLIFIED

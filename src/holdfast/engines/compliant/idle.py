@@ -46,7 +46,7 @@ def idle(places: Places, m: Elastic, q: Float) -> tuple[int, ...]:
 
 
 def leaning(places: Places, m: Elastic, idle: tuple[int, ...], loads: Float, q: Float) -> Bool:
-    """Tell in which states q (k, 6J) under ``loads`` (k, 6J), of the model, ``idle`` contacts carry some of the load."""
+    """Tell in which states q (k, 6J) under ``loads`` (k, 6J), of the model, ``idle`` contacts carry some of them."""
     found = np.zeros(len(q), dtype=bool)
     thrust = np.linalg.norm(loads.reshape(len(q), -1, 6)[:, :, :3], axis=2).sum(1)
     for row in range(len(q)):

@@ -77,7 +77,7 @@ class Bounded(NamedTuple):
 
     @property
     def before(self) -> Float:
-        """The lower bounds (k,) of what is reached before bodies that the load jams slide far (SLID): ``lower`` or less."""
+        """The lower bounds (k,) of what is reached before bodies that the load jams slide far: ``lower`` or less."""
         sure, before = self.paths.sure, self.paths.before
         less = before < sure
         share = np.divide(before, sure, out=np.ones(len(sure)), where=less & np.isfinite(sure))
@@ -193,9 +193,8 @@ class Refined:
         for rows, found in zip(alike, self._shared([len(rows) for rows in alike], on_finer), strict=True):
             finer[rows] = found
         change = np.abs(finer - load)
-        held[there] = (
-            sure[there] & (finer > 0) & (change <= LARGE * load) & (load - SAFETY * change - LEAST_ERROR * load >= 1)
-        )
+        sure[there] &= (finer > 0) & (change <= LARGE * load)
+        held[there] = sure[there] & (load - SAFETY * change - LEAST_ERROR * load >= 1)
         return np.asarray(held)
 
     def _recovered(self, W: Float, lost: PathResult, *, cuts: bool, bounds: bool) -> Bounded:

@@ -119,7 +119,7 @@ class Standing:
         return self._without_idle(found, W, loaded[columns.leans], accuracy)
 
     def _without_idle(self, found: Answers, W: Float, leaning: Int, accuracy: Accuracy) -> Answers:
-        """Return the answers ``found`` for columns W (6J, n); ``lower`` of those ``leaning`` is without idle contacts."""
+        """Return answers for columns W (6J, n), with ``lower`` of those ``leaning`` without contacts idle at rest."""
         if self._bare is None or not len(leaning):
             return found
         there, lower = self._bare.load_factor(W[:, leaning], accuracy), np.array(found.lower)
