@@ -27,7 +27,8 @@ from holdfast.engines.peeling import clampable
 from holdfast.engines.self_stress import self_stressed_nodes
 
 RATIOS = (0.3, 3.0)  # times the engine's ratio of tangential to normal stiffness
-COARSER = (2, 3, 5)  # nodes a side of coarser grids: with 2 all pressure has gathered at corners, with 3 on edges
+GATHERED = (2, 3)  # nodes a side of which all, and all but one, are on edges: pressure has gathered there
+COARSER = 5  # nodes a side of the coarsest grid that a careful user would take
 MARGIN = 0.01  # of the least answer over these: grids and springs between and beyond them are a little different
 BEYOND = 0.05  # of the range of the answers over these, or of the least, by which others may lie beyond it
 JAMMED = 3.0  # times the weight beside a load, from which what it finds depends on what it presses itself
@@ -84,7 +85,7 @@ class Wedged:
             return found
         least = most = found.force[rows]
         farthest = np.where(np.isinf(least), HUGE / np.abs(self.grid.loads(W[:, rows])).max(axis=1), np.inf)
-        for other in (*self._coarser, *self._others) if self.possible else self._coarser:
+        for other in (*self._edges, *self._others) if self.possible else self._edges:
             paths = other.paths(W[:, rows])
             reached = np.where(paths.sure >= farthest, 2 * most, paths.sure)
             least, most = np.minimum(least, reached), np.maximum(most, reached)
@@ -101,19 +102,20 @@ class Wedged:
         words = f"{telling} of {len(found)} answers depend on stiffness: bodies are wedged, and lower covers contacts"
         if self.possible:
             words += f" between {RATIOS[0]:g} and {RATIOS[1]:g} times as stiff along the contacts,"
-        return replace(found, lower=lower, notes=(*found.notes, f"{words} with {COARSER[0]} or more nodes a side"))
+        return replace(found, lower=lower, notes=(*found.notes, f"{words} with {GATHERED[0]} or more nodes a side"))
 
     @cached_property
-    def _coarser(self) -> tuple[Grid, ...]:
-        """Grids on which pressure gathers as on edges: they tell most where the load itself presses what holds it."""
+    def _edges(self) -> tuple[Grid, ...]:
+        """Grids on which pressure has gathered on edges: they tell most where the load itself presses what holds it."""
         springs = self.grid.springs
-        return tuple(self._on(replace(springs, nodes=nodes)) for nodes in COARSER if nodes < springs.nodes)
+        return tuple(self._on(replace(springs, nodes=nodes)) for nodes in GATHERED if nodes < springs.nodes)
 
     @cached_property
     def _others(self) -> tuple[Grid, ...]:
         springs = self.grid.springs
         each = [replace(springs, ratio=factor * springs.ratio) for factor in RATIOS]
-        return tuple(self._on(one) for one in (*each, springs.finer(FINER)))
+        each += [replace(springs, nodes=min(COARSER, springs.nodes)), springs.finer(FINER)]
+        return tuple(self._on(one) for one in each)
 
     def _on(self, springs: Springs) -> Grid:
         return Grid.of(self.grid.assembly, self.grid.wrench, springs, hold=self.grid.hold)
