@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from placed import at
 from scipy.spatial.transform import Rotation
 
@@ -153,7 +154,7 @@ def test_more_bodies_do_not_change_an_answer_on_a_half_space() -> None:
         (lambda: hf.Part("box"), "shape is a str"),
         (lambda: hf.Body("b", hf.HalfSpace(), mass=1, com=(0, 0, 0)), "HalfSpace that can move"),
         (lambda: hf.HalfSpace().mass_properties, "has no end"),
-        (lambda: hf.Compound([hf.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])]).surface, "part 0"),
+        (lambda: hf.Compound([hf.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])]).mass_properties, "part 0"),
     ],
 )
 def test_what_makes_no_sense_is_told(make: object, told: str) -> None:
@@ -173,3 +174,62 @@ def test_all_shapes_go_to_files_and_come_back(tmp_path: Path) -> None:
     for suffix in (".yaml", ".json"):
         hf.save_scene(scene, tmp_path / f"scene{suffix}")
         assert hf.load_scene(tmp_path / f"scene{suffix}") == scene
+
+
+# Cups of convex pieces, as collision models are made: a plate, and walls that lean outwards and meet in mitres
+
+
+def cup(sides: int, radius: float, height: float, thick: float, lean: float, begin: float) -> list[np.ndarray]:
+    """The corners of the plate and of each wall; the walls begin at the height ``begin`` in the plate."""
+    turn = 2 * np.pi * np.arange(sides) / sides
+
+    def ring(inward: float, z: float) -> np.ndarray:
+        rho = radius - inward + lean * z
+        return np.column_stack([rho * np.cos(turn), rho * np.sin(turn), np.full(sides, z)])
+
+    pieces = [np.vstack([ring(0, 0), ring(0, thick)])]
+    for k in range(sides):
+        ends = [k, (k + 1) % sides]
+        pieces.append(np.vstack([ring(inward, z)[ends] for inward in (0, thick) for z in (begin, height)]))
+    return pieces
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_mitred_pieces_are_united_and_weigh_what_their_union_does(seed: int) -> None:
+    """Their edges coincide but for rounding; volume and centre beside integrals over the height."""
+    rng = np.random.default_rng(seed)
+    sides, radius, height = int(rng.integers(3, 13)), rng.uniform(0.03, 0.1), rng.uniform(0.03, 0.12)
+    thick, lean = rng.uniform(0.002, 0.006), rng.uniform(0, 0.5)
+    begin = (0.0, thick / 2, thick)[seed % 3]
+    turn, shift = Rotation.random(random_state=seed).as_matrix(), rng.normal(size=3)
+    pieces = [trimesh.convex.convex_hull(p @ turn.T + shift) for p in cup(sides, radius, height, thick, lean, begin)]
+    body = hf.Body("cup", hf.Compound([hf.Mesh(piece.vertices, piece.faces) for piece in pieces]), mass=0.2)
+    out, inner, z = np.poly1d([lean, radius]), np.poly1d([lean, radius - thick]), np.poly1d([1, 0])
+    share = float(sides / 2 * np.sin(2 * np.pi / sides))
+    area = [out**2 * share, (out**2 - inner**2) * share]  # of the plate, and of the walls above it
+
+    def over(power: np.poly1d) -> float:
+        parts = [(a * power).integ() for a in area]
+        return float(parts[0](thick) - parts[0](0) + parts[1](height) - parts[1](thick))
+
+    volume = over(np.poly1d([1]))
+    assert body.shape.mass_properties.volume == pytest.approx(volume, rel=1e-9)
+    assert body.com_body == pytest.approx(turn @ (0, 0, over(z) / volume) + shift, abs=1e-9)
+
+
+def test_an_open_part_is_taken_where_the_mass_is_known_or_the_body_fixed() -> None:
+    """A plate with an open rim: it touches with both, and asks for what it cannot work out."""
+    rim = trimesh.creation.cylinder(0.1, 0.02, sections=24)
+    rim.update_faces(np.abs(rim.face_normals[:, 2]) < 0.5)  # the side alone
+    at = np.eye(4)
+    at[2, 3] = 0.03
+    shape = hf.Compound([hf.Box((0.1, 0.1, 0.04)), hf.Part(hf.Mesh(rim.vertices, rim.faces), at)])
+    assert set(shape.part_of.tolist()) == {0, 1}
+    floor = hf.Body("floor", hf.HalfSpace(), fixed=True)
+    lift = np.eye(4)
+    lift[2, 3] = 0.02
+    known = hf.Body("plate", shape, mass=0.4, com=(0, 0, 0), inertia=np.eye(3) * 1e-3, pose=lift)
+    assert hf.stability(hf.Scene([floor, known], 0.5)).status == hf.Status.STABLE
+    assert hf.Body("plate", shape, fixed=True).shape.surface.faces.shape[1] == 3
+    with pytest.raises(hf.GeometryError, match=r"body 'plate': part 1: .*is not watertight.*give mass=, com="):
+        hf.Body("plate", shape, mass=0.4)

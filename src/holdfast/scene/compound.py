@@ -20,7 +20,7 @@ from holdfast.geometry.union import united
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.inertial import Inertial, together
 from holdfast.scene.round import Capsule, Ellipsoid
-from holdfast.scene.shapes import Box, Cylinder, MassProperties, Mesh, Sphere
+from holdfast.scene.shapes import Box, Cylinder, MassProperties, Mesh, Sphere, enclosed
 
 APART = 1e-9  # share of the volume of all parts up to which common volume is rounding
 
@@ -62,8 +62,9 @@ class Compound(Value):
 
     Contacts, maps and pictures see the surface of their union, so nothing touches inside. Common volume counts once in
     the mass properties, which are those of the shapes themselves where parts have no common volume, and of the union of
-    their surfaces otherwise. ``parts`` are ``Part`` objects, or shapes that need no pose. Raises GeometryError for no
-    parts, or for a part that does not enclose a volume.
+    their surfaces otherwise. ``parts`` are ``Part`` objects, or shapes that need no pose. A part may be an open mesh:
+    its surface is taken as it is, and the mass properties raise GeometryError, so that the body has to be fixed or be
+    given its mass, centre and inertia. Raises GeometryError for no parts.
     """
 
     parts: tuple[Part, ...]
@@ -78,17 +79,29 @@ class Compound(Value):
     @cached_property
     def _united(self) -> tuple[Surface, Int, float]:
         """The surface of the union, the part of each of its triangles, and the volume that parts have in common."""
-        surfaces = []
-        for k, part in enumerate(self.parts):
-            with located(f"part {k}"):
-                _ = part.shape.mass_properties.volume  # raises now if it encloses none
-            surfaces.append((part.placed(part.shape.surface.vertices), part.shape.surface.faces))
-        found = united(surfaces)
-        if found is None:
-            problem = "the union of its parts cannot be made"
-            raise GeometryError(message("Compound", problem, "check its meshes, or give one mesh"))
-        sagitta = max(part.shape.surface.sagitta for part in self.parts)
-        return Surface(found.vertices, found.faces, sagitta), found.part, found.shared
+        each = [(part.placed(part.shape.surface.vertices), part.shape.surface.faces) for part in self.parts]
+        opened = [k for k, part in enumerate(self.parts) if isinstance(part.shape, Mesh) and not part.shape.is_closed]
+        closed = [k for k in range(len(self.parts)) if k not in opened]
+        vertices, faces, owner, shared = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)], [], 0.0
+        if closed:
+            found = united([each[k] for k in closed])
+            if found is None:
+                problem = "the union of its parts cannot be made"
+                raise GeometryError(message("Compound", problem, "check its meshes, or give one mesh"))
+            vertices, faces, shared = [found.vertices], [found.faces], found.shared
+            owner = [np.array(closed)[found.part]]
+        for k in opened:
+            faces.append(each[k][1] + sum(len(other) for other in vertices))
+            vertices.append(each[k][0])
+            owner.append(np.full(len(each[k][1]), k))
+        surfaces = [part.shape.surface for part in self.parts]
+        whole = Surface(
+            np.vstack(vertices),
+            np.vstack(faces),
+            max(surface.sagitta for surface in surfaces),
+            all(surface.oriented for surface in surfaces),
+        )
+        return whole, np.concatenate(owner), shared
 
     @property
     def surface(self) -> Surface:
@@ -112,11 +125,20 @@ class Compound(Value):
 
     @cached_property
     def mass_properties(self) -> MassProperties:
-        """The mass properties of all parts together, with common volume counted once."""
+        """The mass properties of all parts together, with common volume counted once.
+
+        Raises GeometryError if a part does not enclose a volume.
+        """
         surface, _, shared = self._united
-        volume = sum(part.shape.mass_properties.volume for part in self.parts)
+        volume = 0.0
+        for k, part in enumerate(self.parts):
+            with located(f"part {k}"):
+                volume += part.shape.mass_properties.volume
         if shared > APART * volume:
-            return Mesh(surface.vertices, surface.faces, where="Compound").mass_properties
+            import trimesh
+
+            # as it is: to weld corners of a union that coincide but for rounding would open it again
+            return enclosed(trimesh.Trimesh(surface.vertices, surface.faces, process=False))
         own = ((part.pose, part.shape.mass_properties) for part in self.parts)
         return MassProperties(*together(Inertial(p.volume, p.com, p.inertia).seen(pose) for pose, p in own))
 

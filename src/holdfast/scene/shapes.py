@@ -303,6 +303,11 @@ class Mesh(Value):
         if not float(solid.volume) > LEAST_VOLUME * float(np.prod(solid.extents.clip(1e-300))):
             problem = f"encloses a volume of {float(solid.volume):.3g} m³"
             raise GeometryError(message(self.where, problem, "needs a solid: check for flat or inside-out pieces"))
-        return MassProperties(
-            float(solid.volume), np.array(solid.center_mass), np.array(solid.moment_inertia) / solid.density
-        )
+        return enclosed(solid)
+
+
+def enclosed(solid: trimesh.Trimesh) -> MassProperties:
+    """Return the mass properties of the volume that a closed surface encloses, by integrals over its triangles."""
+    return MassProperties(
+        float(solid.volume), np.array(solid.center_mass), np.array(solid.moment_inertia) / solid.density
+    )

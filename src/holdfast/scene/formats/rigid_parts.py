@@ -43,6 +43,8 @@ class Notes(list[str]):
     def of(self, link: str, text: str) -> None:
         """Note something of a link."""
         place, links = self._said.setdefault(text, (len(self), []))
+        if link in links:
+            return
         links.append(link)
         if len(links) == 1:
             self.append("")
