@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-import secrets
 import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -99,7 +98,7 @@ def write_atomically(path: str | os.PathLike[str], content: bytes) -> None:
     """
     try:
         target = _target(Path(path))
-        temporary = target.with_name(f".{secrets.token_hex(8)}.tmp")
+        temporary = target.with_name(f".{os.urandom(8).hex()}.tmp")
         _unfinished.add(temporary)
         try:
             with temporary.open("xb") as stream:
