@@ -71,6 +71,10 @@ def normal_at(skin: Skin, face: int, point: Float, height: float, tiny: float, n
                 normal[m] += skin.normals[other, m]
             break
     length = np.sqrt(dot3(normal, normal))
+    if length < 1:  # the two faces are wound against each other, as in a mesh whose inside is not known: no mean
+        for m in range(3):
+            normal[m] = skin.normals[face, m]
+        return 0.0
     for m in range(3):
         normal[m] /= length
     return 1.0 if near else 0.0

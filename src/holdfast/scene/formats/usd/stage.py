@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -88,7 +89,8 @@ def _check_layers(path: Path, packages: Packages | None) -> None:
         for name in layer.GetCompositionAssetDependencies():
             if not name:
                 continue
-            found = references.file(str(here.parent / name) if "://" not in name else name, str(here))
+            # absolute, or the folder of a stage with a relative path would come twice
+            found = references.file(os.path.abspath(here.parent / name) if "://" not in name else name, str(here))
             if found.resolve() not in seen:
                 seen.add(found.resolve())
                 waiting.append(found)
