@@ -117,9 +117,10 @@ def union(pieces: Sequence[Sequence[Float]], tolerance: float, smallest_hole: fl
     """The union of polygons [outline, holes ...] of (k, 2), as [outline counter-clockwise, holes clockwise].
 
     Pieces clipped one by one miss each other along shared edges by rounding, and some are so thin that their corners
-    are out of order: they are joined on a grid finer than ``tolerance``, the union is widened by ``tolerance``, which
-    closes hairlines, and narrowed again with square corners; every vertex is then moved onto the piece's corner that it
-    came from. Holes narrower than ``smallest_hole`` are left-out pieces, not holes.
+    are out of order: each is widened by ``tolerance``, which closes hairlines, they are joined on a grid finer than
+    that, and the union is narrowed again with square corners; every vertex is then moved onto the piece's corner that
+    it came from. (The union of 720 needles that miss each other takes 30 s to be widened.) Holes narrower than
+    ``smallest_hole`` are left-out pieces, not holes.
     """
     if len(pieces) == 1:
         return rings_of(shapely_polygon(pieces[0]), tolerance, smallest_hole)
@@ -128,9 +129,8 @@ def union(pieces: Sequence[Sequence[Float]], tolerance: float, smallest_hole: fl
         return [[without_collinear(outline, tolerance)]]
     whole = _polygons(pieces)
     solid = np.where(shapely.is_valid(whole), whole, shapely.convex_hull(whole))
-    merged = shapely.union_all(solid, grid_size=tolerance / 8)
-    for distance in (tolerance, -tolerance):
-        merged = merged.buffer(distance, join_style="mitre", mitre_limit=100)
+    wide = shapely.buffer(solid, tolerance, join_style="mitre", mitre_limit=100)
+    merged = shapely.union_all(wide, grid_size=tolerance / 8).buffer(-tolerance, join_style="mitre", mitre_limit=100)
     corners = np.vstack([ring for rings in pieces for ring in rings])
     nearest = cKDTree(corners)
     result = []
