@@ -373,3 +373,13 @@ def test_a_scene_is_assembled() -> None:
 def test_options_are_checked(options: dict[str, int], match: str) -> None:
     with pytest.raises(hf.HoldfastError, match=match):
         hf.disassembly_order(shipped("stack"), **options)
+
+
+@pytest.mark.parametrize("budget", [0, 1, 3])
+def test_a_search_for_all_asks_no_more_than_its_budget(budget: int) -> None:
+    """It ends in the middle of a step, too, and then proves nothing."""
+    scene = hf.shipped_scene("tabletop")
+    found = hf.disassembly_order(scene, engine="limit", budget=budget)
+    assert found.removals.asked <= budget
+    assert not found.reached
+    assert not found.proven

@@ -13,7 +13,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.axes import contact_axes, own_frame
-from holdfast.assembly.caution import check_units, warn_of_centres, warn_of_gap, warn_of_huge, warn_of_overlaps
+from holdfast.assembly.caution import (
+    check_copies,
+    check_units,
+    warn_of_centres,
+    warn_of_gap,
+    warn_of_huge,
+    warn_of_overlaps,
+)
 from holdfast.assembly.connected import components
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int, checked_items, checked_number, checked_truth, frozen
@@ -423,8 +430,8 @@ def assemble(
     A body whose centre of mass lies farther outside of it than it is large raises a HoldfastWarning, too.
 
     A scene whose movable bodies are all as large as houses is taken for one in millimetres, and refused unless
-    ``allow_large`` says that its units are metres. Raises HoldfastError also if an argument is out of range or is not a
-    scene.
+    ``allow_large`` says that its units are metres. Raises HoldfastError also if bodies of one shape lie in one place,
+    or if an argument is out of range or is not a scene.
     """
     if not hasattr(scene, "movable"):
         problem = f"got a {type(scene).__name__}"
@@ -433,6 +440,8 @@ def assemble(
         raise HoldfastError(
             message("assemble", f"gap = {quoted(gap)} and pose_sigma = {quoted(pose_sigma)}", "give one of them")
         )
+    if interfaces is None:
+        check_copies(scene)
     tolerances = _tolerances(scene, gap, angle, pose_sigma)
     if not checked_truth(allow_large, "assemble: allow_large"):
         check_units(scene.movable)

@@ -8,9 +8,11 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from holdfast.base.errors import HoldfastWarning, SceneError, message
-from holdfast.base.text import quoted
+from holdfast.base.text import listed, quoted
 from holdfast.contacts.overlap import Overlap
 from holdfast.scene.body import Body
+from holdfast.scene.halfspace import HalfSpace
+from holdfast.scene.scene import Scene
 
 HUGE = 50.0  # [m] a movable body larger than this is suspected to be given in other units
 # [m] Where no movable body is smaller than the first and half of them are larger than the second, as cups and boxes are
@@ -29,6 +31,24 @@ def check_units(bodies: Iterable[Body]) -> None:
     problem = f"the smallest of {len(across):,} movable bodies, {quoted(smallest)}, is {across[smallest]:.3g} m across"
     remedy = "are the sizes in millimetres? Give metres (meshes: scale 0.001), or say allow_large=True or --allow-large"
     raise SceneError(message("scene", problem, remedy))
+
+
+def check_copies(scene: Scene) -> None:
+    """Raise SceneError if bodies of one shape lie in one place, as scenes that were put together twice have them.
+
+    Every two of them would overlap all over. Fixed ones may, and so may those that never touch (``excluded``).
+    """
+    places: dict[bytes, list[Body]] = {}
+    for body in scene.bodies:
+        if not isinstance(body.shape, HalfSpace):
+            places.setdefault(body.pose.tobytes() + np.array(body.box).tobytes(), []).append(body)
+    for first, *others in places.values():
+        alike = [b for b in others if b.shape == first.shape and not (b.fixed and first.fixed)]
+        alike = [b for b in alike if scene.touching(first, b)]
+        if alike:
+            names = listed([quoted(body.name) for body in (first, *alike)], WORST)
+            problem = f"are {len(alike) + 1:,} bodies of one shape in one place"
+            raise SceneError(message(names, problem, "move them apart, or leave all but one out"))
 
 
 def _across(body: Body) -> float:

@@ -84,8 +84,16 @@ def checked_pose(value: Any, where: str) -> Float:  # noqa: ANN401 - anything a 
 
 
 def pose_from(position: Float, quaternion: Float) -> Float:
-    """Return the read-only pose (4, 4) with this position (3,) [m] and quaternion (w, x, y, z), which is normalised."""
-    w, x, y, z = quaternion / np.linalg.norm(quaternion)
+    """Return the read-only pose (4, 4) with this position (3,) [m] and quaternion (w, x, y, z), which is normalised.
+
+    Raises GeometryError if the quaternion is zero or not finite.
+    """
+    largest = float(np.abs(quaternion).max())
+    if not 0 < largest < np.inf:
+        problem = f"is the quaternion {quaternion.tolist()}"
+        raise GeometryError(message("orientation", problem, "needs finite numbers that are not all zero"))
+    scaled = quaternion / largest  # its squares are numbers, too
+    w, x, y, z = scaled / np.linalg.norm(scaled)
     pose = np.eye(4)
     pose[:3, :3] = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],

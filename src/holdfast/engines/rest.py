@@ -65,8 +65,7 @@ def find_rest(assembly: Assembly, wrench: Float, nodes: ContactNodes | None = No
             points, given = contact_nodes(assembly, 4, "corners"), False
     if slow is not None:
         reason = f"{slow.verdict.reason}, but so slowly that rounding may be why"
-        mechanism, certificate = slow.verdict.mechanism, slow.verdict.certificate
-        return replace(slow, verdict=undecided(reason, mechanism=mechanism, certificate=certificate))
+        return replace(slow, verdict=undecided(reason, mechanism=slow.verdict.mechanism))
     return Rest(nodes, nothing, undecided("the force program was not solved: " + "; then ".join(tried)))
 
 
@@ -103,9 +102,9 @@ def _stable(assembly: Assembly, nodes: ContactNodes, forces: Float, residual: fl
     )
 
 
-def undecided(reason: str, *, mechanism: Mechanism | None = None, certificate: Certificate | None = None) -> Verdict:
-    """Return an UNDECIDED verdict with its reason."""
-    return Verdict(status=Status.UNDECIDED, reason=reason, mechanism=mechanism, certificate=certificate)
+def undecided(reason: str, *, mechanism: Mechanism | None = None) -> Verdict:
+    """Return an UNDECIDED verdict with its reason; it has no certificate, for that proves a fall."""
+    return Verdict(status=Status.UNDECIDED, reason=reason, mechanism=mechanism)
 
 
 def unstable(reason: str, mechanism: Mechanism, certificate: Certificate) -> Verdict:
@@ -203,7 +202,7 @@ def _falls(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float
     certificate = Certificate(power, excess)
     if not power > 0 or certificate.violation > CERTIFIED:
         reason = f"the solver's proof of collapse does not hold up (violation {certificate.violation:.1e})"
-        return undecided(reason, mechanism=mechanism, certificate=certificate)
+        return undecided(reason, mechanism=mechanism)
     doubt = doubt_of(assembly, twists)
     if doubt:
         return undecided(f"no equilibrium on the contacts found, but {doubt}", mechanism=mechanism)

@@ -308,6 +308,7 @@ class Mesh(Value):
 
 def enclosed(solid: trimesh.Trimesh) -> MassProperties:
     """Return the mass properties of the volume that a closed surface encloses, by integrals over its triangles."""
-    return MassProperties(
-        float(solid.volume), np.array(solid.center_mass), np.array(solid.moment_inertia) / solid.density
-    )
+    with np.errstate(all="ignore"):  # of trimesh, where triangles have no area or sizes are beyond all
+        return MassProperties(
+            float(solid.volume), np.array(solid.center_mass), np.array(solid.moment_inertia) / solid.density
+        )

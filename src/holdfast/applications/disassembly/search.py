@@ -44,10 +44,13 @@ def everything(removals: Removals, budget: int) -> Plan:
     tries: list[Iterator[str]] = [_candidates(order, whole, doubts)]
     longest: tuple[Removal, ...] = ()
     while states[-1]:
-        found = None
+        found, spent = None, False
         for name in tries[-1]:
             if states[-1] - {name} in dead:
                 continue
+            spent = removals.asked >= budget
+            if spent:
+                break
             removal = removals.answer(name, states[-1])
             undecided = undecided or removal.answer is Answer.UNDECIDED
             if removal.answer is Answer.SAFE:
@@ -63,8 +66,8 @@ def everything(removals: Removals, budget: int) -> Plan:
         if len(steps) >= len(longest):
             longest = tuple(steps)
         dead.add(states[-1])
-        if not steps or removals.asked > budget:
-            closed = not steps and not undecided
+        if not steps or spent:
+            closed = not steps and not undecided and not spent
             return Plan(longest, False, closed, float("inf") if closed else float(len(whole)))
         states.pop()
         tries.pop()
@@ -208,7 +211,7 @@ class _Best:
         while self.heap:
             bound = self.heap[0][0]
             least = min(float(bound), self.unsure)
-            if bound >= limit or removals.asked > self.budget:
+            if bound >= limit or removals.asked >= self.budget:
                 return self._given_up(min(least, limit))
             _, _, _, _, remaining, name, steps = heapq.heappop(self.heap)
             after = remaining - {name}

@@ -42,8 +42,9 @@ class Stage(NamedTuple):
 
         rows = UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(Usd.TimeCode.Default())
         matrix = np.array(rows, dtype=np.float64).T
-        matrix[:3] *= self.metres
-        return np.asarray(self.turn @ matrix)
+        with np.errstate(over="ignore", invalid="ignore"):  # what is beyond all is told with the name of its prim
+            matrix[:3] *= self.metres
+            return np.asarray(self.turn @ matrix)
 
 
 def opened(path: Path, packages: Packages | None, notes: list[str]) -> Stage:
