@@ -391,6 +391,7 @@ def joint(groups: Sequence[Group]) -> Verdict:
         residual=max((v.residual for v in verdicts), default=0.0),
         mechanism=_all_motions([v.mechanism for v in verdicts if v.status is status]),
         certificate=_all_proofs([v.certificate for v in verdicts if v.status is status]),
+        balanced=tuple(name for v in verdicts for name in v.balanced),
     )
 
 

@@ -76,6 +76,7 @@ class Verdict(Value):
       total weight.
     - ``mechanism``: how bodies move if the assembly does not stand. ``certificate`` proves that no contact can
       prevent it.
+    - ``balanced``: the names of bodies that are only balanced if it stands: some smallest push moves them.
     """
 
     status: Status
@@ -86,6 +87,7 @@ class Verdict(Value):
     residual: float = np.inf
     mechanism: Mechanism | None = None
     certificate: Certificate | None = None
+    balanced: tuple[str, ...] = ()
 
 
 @archived

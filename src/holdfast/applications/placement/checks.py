@@ -11,9 +11,11 @@ import numpy as np
 
 from holdfast.applications.placement.faults import (
     AWAY,
+    BALANCED,
     FALLEN,
     FORBIDDEN,
     GRIPPED,
+    HANGS,
     KEPT_OUT,
     MARGINAL,
     OUTSIDE,
@@ -24,7 +26,7 @@ from holdfast.applications.placement.faults import (
     UNSUPPORTED,
     UNSURE,
 )
-from holdfast.applications.placement.margins import carriers_of, clearance, edge_margin
+from holdfast.applications.placement.margins import carriers_of, clearance, edge_margin, hangs_over
 from holdfast.applications.placement.options import Options
 from holdfast.applications.placement.reach import Reach
 from holdfast.assembly.assembly import Assembly
@@ -114,8 +116,12 @@ class Checks:
             return OVERLAPS, placed, ()
         contacts = find_contacts(beside, self.assembly.tolerances).interfaces
         touched = {name for interface in contacts for name in interface.bodies}
-        if len(touched.intersection(options.supports)) < options.least_supports:
+        carriers = carriers_of(placed.name, contacts, self.up)
+        asked = bool(carriers) and carriers <= set(options.supports)
+        if not asked or len(touched.intersection(options.supports)) < options.least_supports:
             return UNSUPPORTED, placed, ()
+        if hangs_over(placed, self.frozen, contacts, self.up):
+            return HANGS, placed, ()
         if touched.intersection(options.avoid):
             return FORBIDDEN, placed, ()
         if not self.reach.object_fits(placed):
@@ -149,9 +155,11 @@ class Checks:
     def judged(self, after: Assembly) -> tuple[str, Assembly | None]:
         """Return the fault of an assembly with the object in place, and the assembly if everything stands."""
         keep_to_time()
-        status = prepared(self.engine, after).verdict().status
-        if status is not Status.STABLE:
-            return FALLEN if status is Status.UNSTABLE else UNSURE, None
+        verdict = prepared(self.engine, after).verdict()
+        if verdict.status is not Status.STABLE:
+            return FALLEN if verdict.status is Status.UNSTABLE else UNSURE, None
+        if self.body.name in verdict.balanced:
+            return BALANCED, None
         if self.confirm is not None and prepared(self.confirm, after).verdict().status is not Status.STABLE:
             return REFUSED, None
         margin = self.options.mass_margin

@@ -17,6 +17,7 @@ from holdfast.contacts.overlap import distance
 from holdfast.scene.body import Body
 
 ALIKE = 0.9  # cosine; triangles of a support whose normal is this close to that of the contact belong to its top
+NOTHING = 1e-3  # of the object's size: what rounding and the corners of round faces may jut out over an edge
 SLIT = 0.02  # of the object's size: narrower slits between the tops of several supports are no edges
 
 
@@ -68,6 +69,34 @@ def edge_margin(placed: Body, beside: Sequence[Body], interfaces: Sequence[Inter
         return 0.0
     edge = shapely.union_all(tops).buffer(slit, join_style="mitre").buffer(-slit, join_style="mitre").boundary
     return float(min(edge.distance(foot) for foot in feet)) if not edge.is_empty else 0.0
+
+
+def hangs_over(placed: Body, beside: Sequence[Body], interfaces: Sequence[Interface], up: Float) -> bool:
+    """Tell whether the object juts out over an edge of what carries it, although there would be room for all of it.
+
+    Seen along ``up`` (3,), its own faces where it touches must lie in the tops of its supports, or between them if
+    there are several. What is larger than these in each way juts out wherever it is put. ``interfaces`` are those of
+    ``placed`` with the bodies ``beside``.
+    """
+    bodies, slack = {body.name: body for body in beside}, NOTHING * placed.size
+    tops, feet, carriers = [], [], set()
+    for interface in interfaces:
+        other, sense = _across(placed.name, interface)
+        for patch in _carrying(interface, sense, up):
+            tops.append(_top(bodies[other], patch.polygon, sense * patch.normal, up, SLIT * placed.size))
+            feet.append(_top(placed, patch.polygon, -sense * patch.normal, up, SLIT * placed.size))
+            carriers.add(other)
+    whole, foot = shapely.union_all(tops), shapely.union_all(feet)
+    if foot.is_empty or not foot.area > 0:  # it lies on a round side, an edge or a corner
+        return False
+    whole = whole.convex_hull if len(carriers) > 1 else whole
+    return bool((_sides(foot) <= _sides(whole)).all() and not whole.buffer(slack).covers(foot))
+
+
+def _sides(outline: shapely.Geometry) -> Float:
+    """Return the shorter and the longer side (2,) of the smallest rectangle about an outline."""
+    corners = np.array(shapely.minimum_rotated_rectangle(outline).exterior.coords)
+    return np.sort(np.linalg.norm(np.diff(corners, axis=0)[:2], axis=1))
 
 
 def _top(support: Body, corners: Float, normal: Float, up: Float, slack: float) -> shapely.Geometry:

@@ -119,6 +119,7 @@ def _stands(
         self_stress=False,
         forces=contact,
         residual=residual,
+        balanced=loose,
     )
 
 

@@ -131,7 +131,9 @@ class LimitState:
     def verdict(self) -> Verdict:
         """Whether an equilibrium exists, whether it needs self-stress, and which bodies are only balanced in any."""
         verdict, names = self.rest.verdict, self._loose
-        return replace(verdict, reason=verdict.reason + balanced_in_verdict(names)) if names else verdict
+        if not names:
+            return verdict
+        return replace(verdict, reason=verdict.reason + balanced_in_verdict(names), balanced=names)
 
     @property
     def notes(self) -> tuple[str, ...]:
