@@ -189,7 +189,7 @@ def test_a_load_that_no_place_bears_gets_a_reason() -> None:
         engine="graph",
         supports=["left", "right"],
         avoid=["floor"],
-        attempts=60,
+        attempts=12,
     )
     assert p.pose is None
     assert "does not stand with it" in p.reason

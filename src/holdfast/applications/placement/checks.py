@@ -26,7 +26,7 @@ from holdfast.applications.placement.faults import (
     UNSUPPORTED,
     UNSURE,
 )
-from holdfast.applications.placement.margins import carriers_of, clearance, edge_margin, hangs_over
+from holdfast.applications.placement.margins import carriers_of, clearance, edge_margin, way_back
 from holdfast.applications.placement.options import Options
 from holdfast.applications.placement.reach import Reach
 from holdfast.assembly.assembly import Assembly
@@ -103,7 +103,10 @@ class Checks:
         return True
 
     def fits(self, pose: Float) -> tuple[str, Body, tuple[Interface, ...]]:
-        """Return the fault of a pose by geometry alone, the object in it, and its interfaces if it has no fault."""
+        """Return the fault of a pose by geometry alone, the object in it, and its interfaces.
+
+        There are none if it has another fault than HANGS.
+        """
         keep_to_time()
         options, placed = self.options, self.body.moved(pose)
         fault = self.misplaced(placed)
@@ -120,8 +123,8 @@ class Checks:
         asked = bool(carriers) and carriers <= set(options.supports)
         if not asked or len(touched.intersection(options.supports)) < options.least_supports:
             return UNSUPPORTED, placed, ()
-        if hangs_over(placed, self.frozen, contacts, self.up):
-            return HANGS, placed, ()
+        if way_back(placed, self.frozen, contacts, self.up) is not None:
+            return HANGS, placed, contacts
         if touched.intersection(options.avoid):
             return FORBIDDEN, placed, ()
         if not self.reach.object_fits(placed):
@@ -144,6 +147,19 @@ class Checks:
         """Return the fault of a pose, and the assembly with the object in that pose if it has no fault."""
         fault, placed, contacts = self.fits(pose)
         return (fault, None) if fault else self.judged(self.with_object(placed, contacts))
+
+    def nudged(self, pose: Float) -> tuple[str, Float, Assembly | None]:
+        """Return what ``fault`` does, and the pose, which is a little farther in if the object would jut out there."""
+        fault, placed, contacts = self.fits(pose)
+        back = way_back(placed, self.frozen, contacts, self.up) if fault == HANGS else None
+        if back is not None:
+            pose = np.array(pose)
+            pose[:3, 3] += back
+            fault, placed, contacts = self.fits(pose)
+        if fault:
+            return fault, pose, None
+        fault, after = self.judged(self.with_object(placed, contacts))
+        return fault, pose, after
 
     def with_object(self, placed: Body, contacts: Sequence[Interface]) -> Assembly:
         """Return the assembly with the object added, whose interfaces are ``contacts``."""

@@ -17,6 +17,7 @@ from holdfast.contacts.overlap import distance
 from holdfast.scene.body import Body
 
 ALIKE = 0.9  # cosine; triangles of a support whose normal is this close to that of the contact belong to its top
+ROOM = 1.1  # how many times its own size there must be for an object not to jut out: exact fits are not found by chance
 NOTHING = 1e-3  # of the object's size: what rounding and the corners of round faces may jut out over an edge
 SLIT = 0.02  # of the object's size: narrower slits between the tops of several supports are no edges
 
@@ -71,13 +72,14 @@ def edge_margin(placed: Body, beside: Sequence[Body], interfaces: Sequence[Inter
     return float(min(edge.distance(foot) for foot in feet)) if not edge.is_empty else 0.0
 
 
-def hangs_over(placed: Body, beside: Sequence[Body], interfaces: Sequence[Interface], up: Float) -> bool:
-    """Tell whether the object juts out over an edge of what carries it, although there would be room for all of it.
+def way_back(placed: Body, beside: Sequence[Body], interfaces: Sequence[Interface], up: Float) -> Float | None:
+    """Return the level shift (3,) [m] that brings an object back which juts out over an edge; None if it does not.
 
     Seen along ``up`` (3,), its own faces where it touches must lie in the tops of its supports, or between them if
-    there are several. What is larger than these in each way juts out wherever it is put. ``interfaces`` are those of
-    ``placed`` with the bodies ``beside``.
+    there are several. What is about as large as these, or larger, may jut out. The shift brings the object into the
+    smallest rectangle about the tops. ``interfaces`` are those of ``placed`` with the bodies ``beside``.
     """
+    axes = np.array(tangents(up))
     bodies, slack = {body.name: body for body in beside}, NOTHING * placed.size
     tops, feet, carriers = [], [], set()
     for interface in interfaces:
@@ -88,15 +90,21 @@ def hangs_over(placed: Body, beside: Sequence[Body], interfaces: Sequence[Interf
             carriers.add(other)
     whole, foot = shapely.union_all(tops), shapely.union_all(feet)
     if foot.is_empty or not foot.area > 0:  # it lies on a round side, an edge or a corner
-        return False
+        return None
     whole = whole.convex_hull if len(carriers) > 1 else whole
-    return bool((_sides(foot) <= _sides(whole)).all() and not whole.buffer(slack).covers(foot))
+    sides, room = _sides(foot), _sides(whole)
+    fits = np.sort(np.linalg.norm(sides, axis=1)) * ROOM <= np.sort(np.linalg.norm(room, axis=1))
+    if not fits.all() or whole.buffer(slack).covers(foot):
+        return None
+    ways = room / np.linalg.norm(room, axis=1)[:, None]
+    inner, outer = (shapely.get_coordinates(shape.convex_hull) @ ways.T for shape in (foot, whole))
+    back = np.maximum(outer.min(0) - inner.min(0), 0) + np.minimum(outer.max(0) - inner.max(0), 0)
+    return np.asarray(back @ ways @ axes)
 
 
 def _sides(outline: shapely.Geometry) -> Float:
-    """Return the shorter and the longer side (2,) of the smallest rectangle about an outline."""
-    corners = np.array(shapely.minimum_rotated_rectangle(outline).exterior.coords)
-    return np.sort(np.linalg.norm(np.diff(corners, axis=0)[:2], axis=1))
+    """Return two sides (2, 2) of the smallest rectangle about an outline, as vectors."""
+    return np.diff(shapely.get_coordinates(shapely.minimum_rotated_rectangle(outline)), axis=0)[:2]
 
 
 def _top(support: Body, corners: Float, normal: Float, up: Float, slack: float) -> shapely.Geometry:

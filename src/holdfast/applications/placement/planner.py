@@ -232,8 +232,8 @@ class Planner:
         rest = proposals.let_down(pose)
         if rest is None:
             return Candidate(pose, places, normals, FALLS if self.checks.free(pose) else OVERLAPS), None
-        fault, after = self.checks.fault(rest)
-        return Candidate(rest, places, normals, fault), after
+        fault, pose, after = self.checks.nudged(rest)
+        return Candidate(pose, places, normals, fault), after
 
     def _best(self, search: Search, support: SupportPoints, clock: Clock) -> Placement:
         """Choose the best candidate, and compute its full map."""
