@@ -84,6 +84,10 @@ class System:
         """The same under another wrench (n,), in the model's units."""
         return replace(self, model=self.model._replace(wrench=wrench))
 
+    def slippery(self, share: float) -> System:
+        """The same with all coefficients of friction times ``share``."""
+        return replace(self, model=self.model._replace(mu=share * self.model.mu))
+
     def come_to_rest(self, near: Float | None = None, most: int = MOST_STEPS, exact: float = EXACT) -> Settled:
         """Let bonded contacts come to rest, or not; if given, try first from a displacement ``near`` (n,).
 

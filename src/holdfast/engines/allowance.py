@@ -12,7 +12,8 @@ from holdfast.base.rigid import tangents
 from holdfast.contacts.tolerances import SIGMAS
 from holdfast.engines.answers import Answers
 from holdfast.engines.contract import Accuracy
-from holdfast.engines.limit.engine import Limit, LimitState
+from holdfast.engines.limit.engine import Limit
+from holdfast.engines.limit.state import LimitState
 
 STEEPEST = 1.5  # [rad] largest friction angle
 DIRECTIONS = 8  # horizontal directions in which all bodies may lean

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Hashable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -39,6 +39,7 @@ class Reach:
 
     engine: Engine
     assembly: Assembly
+    _judged: dict[Hashable, Verdict] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def _nearby(self) -> Nearby:
@@ -157,7 +158,12 @@ class Reach:
         return find_rest(part, part.weight_wrench()).verdict
 
     def _by_engine(self, part: Assembly) -> Verdict:
-        return self.engine.prepare(part).verdict()
+        """Return the engine's verdict, kept: wider gaps mostly find the same contacts as the one before."""
+        bodies = tuple((body.name, body.fixed) for body in part.bodies)
+        key = bodies, tuple((i.bodies, *(patch.polygon.tobytes() for patch in i.patches)) for i in part.interfaces)
+        if key not in self._judged:
+            self._judged[key] = self.engine.prepare(part).verdict()
+        return self._judged[key]
 
     def _words(self, names: Sequence[str], met: Sequence[Interface], gap: float, *, wide: bool) -> str:
         """Name the nearest of the contacts that a fall meets, with its distance and what to do about it."""

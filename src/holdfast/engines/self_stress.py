@@ -1,19 +1,17 @@
-"""Whether an equilibrium needs self-stress, that is contact forces that balance each other without any load."""
+"""Which contacts can carry self-stress, that is forces that balance each other without any load."""
 
 from __future__ import annotations
-
-from dataclasses import replace
 
 import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, equilibrium_operator
-from holdfast.base.arrays import Bool, Float
+from holdfast.base.arrays import Bool
 from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import Outcome, solve
 from holdfast.engines.cones import FrictionCone
-from holdfast.engines.forces import ACCEPTED_RESIDUAL, NO_FORCE, force_program, lighter_share, scaled_operator
+from holdfast.engines.forces import scaled_operator
 from holdfast.engines.peeling import clampable
 
 
@@ -50,28 +48,3 @@ def _pressing(assembly: Assembly, nodes: ContactNodes, cone: FrictionCone) -> Bo
     if solution.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED) or solution.residual > 1e-6:
         return None
     return np.asarray(solution.x[3 * count :] > 0.5)
-
-
-def needs_self_stress(
-    assembly: Assembly, nodes: ContactNodes, wrench: Float, cone: FrictionCone, forces: Float
-) -> bool | None:
-    """Say whether the equilibrium of ``wrench`` (6J,) with the least total normal force may need self-stress.
-
-    If the contacts that an equilibrium loads cannot carry self-stress, it needs none and the answer is False. That is
-    tried with given ``forces`` (I, 3) [N] in equilibrium first, and then with those of the least total normal force:
-    self-stress only adds normal force, so the least equilibrium has none that it could do without. If its contacts can
-    carry self-stress, the equilibrium is suspect and the answer is True. None means that this was not settled.
-    """
-    least = NO_FORCE * lighter_share(assembly, nodes)
-    if not clampable(nodes.chosen(forces[:, 0] > least * assembly.weight), cone.corner).any():
-        return False
-    program = force_program(assembly, nodes, wrench, cone)
-    count = 3 * len(nodes)
-    q = np.zeros(count)
-    q[::3] = 1.0
-    solution = solve(replace(program, P=sparse.csc_matrix((count, count)), q=q), tolerance=1e-9)
-    if solution.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED) or solution.residual > ACCEPTED_RESIDUAL:
-        return None
-    pressed = nodes.chosen(solution.x[::3] > least)
-    stressed = self_stressed_nodes(assembly, pressed, cone)
-    return None if stressed is None else bool(stressed.any())

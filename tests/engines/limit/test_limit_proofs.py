@@ -14,9 +14,9 @@ from limit_scenes import G0, X, Z, block, columns, cube, floor, push, push_wrenc
 from holdfast import Bound, Friction, Limit, Scene, Status, assemble
 from holdfast.conic.solve import Outcome
 from holdfast.engines.answers import Answers
-from holdfast.engines.limit.engine import LimitState
 from holdfast.engines.limit.program import LoadProgram, Solved
 from holdfast.engines.limit.rounding import EXTENDED
+from holdfast.engines.limit.state import LimitState
 from holdfast.validation.ill_conditioned import FAMILIES, Query, queries
 
 SIDE = (0.1, 0.1, 0.1)

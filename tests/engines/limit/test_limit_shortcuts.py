@@ -8,8 +8,8 @@ from limit_scenes import G0, X, block, cube, floor, push
 
 from holdfast import Assembly, Limit, Scene, Status, assemble
 from holdfast.engines.limit import interior, repair
-from holdfast.engines.limit.engine import LimitState
 from holdfast.engines.limit.interior import ENOUGH, pressed_forces
+from holdfast.engines.limit.state import LimitState
 
 
 def dense(across: int = 3, deep: int = 2, high: int = 2) -> Assembly:

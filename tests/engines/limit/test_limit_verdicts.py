@@ -85,6 +85,21 @@ def test_wedged_between_walls(cone: Any) -> None:
     assert (result.status, result.equilibrium_exists, result.self_stress) == (Status.STABLE, True, False)
 
 
+@pytest.mark.parametrize(("beyond", "stands"), [(-0.02, True), (-0.001, True), (0.001, False), (0.02, False)])
+@pytest.mark.parametrize("cone", ["exact", "inscribed", "circumscribed"])
+def test_a_box_over_an_edge_is_not_held_by_neighbours_that_nothing_presses(
+    beyond: float, stands: bool, cone: Any
+) -> None:
+    """Neighbours that squeeze it could be held apart by friction on the plate, but nothing brings that about."""
+    plate = block("plate", (2, 2, 0.1), (-1, 0, -0.05), fixed=True)
+    beside = [block(f"beside{side}", (0.6, 0.4, 0.3), (-0.3, 0.35 * side, 0.15), 5) for side in (-1, 1)]
+    scene = Scene([plate, block("over", (0.4, 0.3, 0.3), (beyond, 0, 0.15), 20), *beside], 0.5)
+    result = stability(assemble(scene), engine=hf.Limit(cone))
+    expected = (Status.STABLE, True, False) if stands else (Status.UNDECIDED, True, True)
+    assert (result.status, result.equilibrium_exists, result.self_stress) == expected
+    assert push(assemble(scene), "over", (beyond, 0, 0.3), X).force[0] > 0  # the answer that the claim is about
+
+
 def test_a_scene_that_rests_on_self_stress_still_gets_the_factor_that_the_claim_is_about() -> None:
     """The walls can press without bound."""
     got = push(shipped("wedged"), "cube", (0, 0, 0.2), -Z)

@@ -14,11 +14,12 @@ from holdfast.elastic.outcome import RestOutcome
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.model import Springs
 from holdfast.engines.compliant.refinement import REFINEMENTS, Refined
+from holdfast.engines.compliant.reserve import overruled
 from holdfast.engines.compliant.state import CLAIM, NAME, CompliantState, Standing, Unpushable
 from holdfast.engines.compliant.stiffness import Stiffness, check_stiffness, checked_stiffness
 from holdfast.engines.compliant.verdict import at_rest, not_at_rest
 from holdfast.engines.rest import find_rest
-from holdfast.engines.verdict import Status
+from holdfast.engines.verdict import Status, Verdict
 
 FEWEST, MOST = 2, 100  # smallest and largest number of nodes along each side of a patch
 
@@ -70,7 +71,8 @@ class Compliant(Value):
     ) -> CompliantState:
         """Find the state of rest under ``wrench`` (6J,) [N, N m], on the given ``nodes`` or, if None, on a grid.
 
-        Answers for which the nodes are too coarse are re-solved on finer grids, at most ``refinements`` times.
+        Answers for which the nodes are too coarse are re-solved on finer grids, at most ``refinements`` times, and so
+        is a state of rest near its limit (reserve.py).
         """
         return state_on(assembly, wrench, self.springs, nodes, refinements=refinements)
 
@@ -99,7 +101,7 @@ def state_on(
     grid = Grid.of(assembly, wrench, springs, nodes)
     rest = at_rest(grid)
     if rest is not None and not rest.free.unstiff.any():
-        return Standing(rest.verdict, Refined(grid, refinements))
+        return _standing(rest.verdict, grid, refinements)
     if rest is None and grid.settled.outcome is not RestOutcome.LOST:
         return Unpushable(not_at_rest(grid))
     resting = rest or at_rest(grid.with_hold)
@@ -112,5 +114,11 @@ def state_on(
     for holding in (grid.holding(resting.free.unstiff), grid.with_hold):
         rests = holding.settled.outcome is RestOutcome.RESTS if rest is not None else at_rest(holding) is not None
         if rests:
-            return Standing(resting.verdict, Refined(holding, refinements), resting.loose(assembly))
+            return _standing(resting.verdict, holding, refinements, resting.loose(assembly))
     return Unpushable(resting.verdict)
+
+
+def _standing(verdict: Verdict, grid: Grid, refinements: int, loose: tuple[str, ...] = ()) -> CompliantState:
+    """Return the state of an assembly that rests on ``grid``, unless that leans on the number of nodes."""
+    other = overruled(grid, refinements)
+    return Standing(verdict, Refined(grid, refinements), loose) if other is None else Unpushable(other)

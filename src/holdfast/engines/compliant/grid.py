@@ -21,7 +21,7 @@ from holdfast.engines.compliant.gathered import gathered
 from holdfast.engines.compliant.idle import idle, leaning
 from holdfast.engines.compliant.model import Springs, force_unit, own_rows, world_rows
 from holdfast.engines.compliant.places import Places
-from holdfast.engines.limit.engine import Limit, LimitState
+from holdfast.engines.limit.state import LimitState, balanced_under
 from holdfast.engines.mechanism import Mechanism, describe_all, modes_of
 
 FINER = 2  # number of nodes along a side on the next finer grid, as a multiple of this grid's
@@ -137,7 +137,7 @@ class Grid:
     @cached_property
     def certain(self) -> LimitState:
         """Limit analysis of the same assembly under the same wrench, which proves above which load bodies move."""
-        return Limit().on(self.assembly, self.wrench)
+        return balanced_under(self.assembly, self.wrench)
 
     @cached_property
     def lightest(self) -> float:

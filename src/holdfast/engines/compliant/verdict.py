@@ -44,18 +44,27 @@ def at_rest(grid: Grid) -> AtRest | None:
 
     What a faint hold carries counts as unbalanced.
     """
-    m, end = grid.system.model, grid.settled
-    if end.outcome is not RestOutcome.RESTS:
+    end = grid.settled
+    found = carried(grid, end.q) if end.outcome is RestOutcome.RESTS else None
+    if found is None:
         return None
-    forces = np.zeros((len(grid.nodes), 3))
-    node_forces(m, end.q, forces)
-    total, each = unbalanced(grid.places, forces * grid.unit, grid.wrench)
-    most, most_each = (CARRIED, CARRIED) if grid.hold is not None else (BALANCED, BALANCED_EACH)
-    if total > most or each > most_each:
-        return None
-    free = free_at(m, end.q, most_each)
+    free = free_at(grid.system.model, end.q, CARRIED if grid.hold is not None else BALANCED_EACH)
     loose = _named(grid.assembly, free.balanced)
-    return AtRest(_stands(grid.assembly, grid.nodes, forces * grid.unit, total, loose), free)
+    return AtRest(_stands(grid.assembly, grid.nodes, *found, loose), free)
+
+
+def carried(grid: Grid, q: Float) -> tuple[Float, float] | None:
+    """Return the contact forces (I, 3) [N] at displacements q (6J,) of the model, and their equilibrium error.
+
+    The error is relative to the total weight. None if they balance badly; what a faint hold carries counts as
+    unbalanced.
+    """
+    forces = np.zeros((len(grid.nodes), 3))
+    node_forces(grid.system.model, q, forces)
+    forces *= grid.unit
+    total, each = unbalanced(grid.places, forces, grid.wrench)
+    most, most_each = (CARRIED, CARRIED) if grid.hold is not None else (BALANCED, BALANCED_EACH)
+    return None if total > most or each > most_each else (forces, total)
 
 
 def not_at_rest(grid: Grid) -> Verdict:

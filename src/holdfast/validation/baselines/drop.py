@@ -47,17 +47,19 @@ class Drop:
         return self.moved < STILL and self.turned < STRAIGHT
 
 
-def drop(assembly: Assembly, body: str | None = None, *, seconds: float = SECONDS, lift: float = LIFT) -> Drop:
-    """Release everything at once, ``body`` from ``lift`` [m] above its place, and simulate ``seconds``.
+def drop(
+    assembly: Assembly, body: str | None = None, *, seconds: float = SECONDS, lift: float = LIFT, step: float = STEP
+) -> Drop:
+    """Release everything at once, ``body`` from ``lift`` [m] above its place, and simulate ``seconds`` by ``step`` [s].
 
     ``moved`` is the displacement of the centre of mass and ``turned`` the rotation between the pose in the scene and
     the pose at the end. Shapes must be convex.
     """
     mujoco = mujoco_module()
-    model: Any = mujoco.MjModel.from_xml_string(describe(assembly, body, lift))
+    model: Any = mujoco.MjModel.from_xml_string(describe(assembly, body, lift, step))
     data: Any = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    steps = round(seconds / STEP)
+    steps = round(seconds / step)
     for _ in range(steps):
         mujoco.mj_step(model, data)
     places = np.array(data.xipos[1:])
@@ -75,12 +77,12 @@ def drop(assembly: Assembly, body: str | None = None, *, seconds: float = SECOND
     )
 
 
-def describe(assembly: Assembly, lifted: str | None, lift: float) -> str:
+def describe(assembly: Assembly, lifted: str | None, lift: float, step: float = STEP) -> str:
     """The assembly in MuJoCo's XML: bodies in the world's axes about their centres of mass, every pair with its mu."""
     root = Xml.Element("mujoco")
     Xml.SubElement(root, "compiler", angle="radian", balanceinertia="false", boundmass="0", boundinertia="0")
     option = Xml.SubElement(
-        root, "option", timestep=f"{STEP}", gravity=as_text(assembly.scene.gravity), cone="elliptic", impratio="100",
+        root, "option", timestep=f"{step}", gravity=as_text(assembly.scene.gravity), cone="elliptic", impratio="100",
         solver="Newton", iterations="100", tolerance="1e-10", noslip_iterations="4",
     )  # fmt: skip
     Xml.SubElement(option, "flag", multiccd="enable")
