@@ -395,36 +395,18 @@ def _below(peak: Float, load: Float, least: Float | float = 0.0) -> Float:
 def _on(finer: Grid, W: Float, peaks: PathResult) -> Float:
     """Return what ``peaks`` (k,) of columns W (6J, k) become on a ``finer`` grid, -1 where that is not found.
 
-    This is the load on the finer grid at the displacement of the peak. Far out on a nearly level path there may be
-    none, or quite another one, for every node slides and has its own place to begin. There it is the load at a point on
-    the way to the peak, or LESS than the peak, above (1 - COARSE) of the peak, if the finer grid is in balance under
-    that load in a state nearby: the path on the finer grid leads at least as far. If the finer grid is in balance under
-    (1 + COARSE) of the peak, too, that is not what was sought. Where it is in balance under none of them, the load is
-    sought at the displacement of these points, and the peak is changed in proportion to it.
+    This is the load on the finer grid at the displacement of the peak, or what ``_led_up`` makes of it. Far out on a
+    nearly level path there may be none, or quite another one, for every node slides and has its own place to begin.
+    Where ``_led_up`` finds nothing either, the load is sought at the displacement of points on the way to the peak, and
+    the peak is changed in proportion to it.
     """
     peak, k = peaks.peak, len(peaks.peak)
     found = finer.loads_nearby(W, peak, peaks.q, peaks.plane)
     found[np.abs(found - peak) > LARGE * peak] = -1.0
-    told = found >= 0
-    if told.all():
-        return found
-    lower = (1 - np.array(LESS)) * peak[:, None]
-    loads = np.hstack([peaks.station_s, lower])
-    states = np.hstack([peaks.station_q, peaks.q[:, None].repeat(len(LESS), 1)])
-    for at in np.argsort(-loads, axis=1).T:
-        s, q = loads[np.arange(k), at], states[np.arange(k), at]
-        rows = np.flatnonzero((found < 0) & (s > (1 - COARSE) * peak))
-        if not len(rows):  # nor are there any among the smaller loads
-            break
-        held = finer.balances(W[:, rows], s[rows], q[rows])
-        found[rows[held]] = s[rows[held]]
-    rows = np.flatnonzero((found >= 0) & ~told)
-    latest = peaks.station_q[rows, peaks.station_s[rows].argmax(1)]
-    more = rows[finer.balances(W[:, rows], (1 + COARSE) * peak[rows], latest)]
-    found[more], told[more] = -1.0, True
+    found, astray = _led_up(finer, W, peaks, found)
     for at in np.argsort(-peaks.station_s, axis=1).T:
         s = peaks.station_s[np.arange(k), at]
-        rows = np.flatnonzero((found < 0) & ~told & (s > (1 - COARSE) * peak))
+        rows = np.flatnonzero((found < 0) & ~astray & (s > (1 - COARSE) * peak))
         if not len(rows):
             break
         q, plane = peaks.station_q[rows, at[rows]], peaks.station_plane[rows, at[rows]]
@@ -432,3 +414,32 @@ def _on(finer: Grid, W: Float, peaks: PathResult) -> Float:
         near = (load > (1 - COARSE) * peak[rows]) & (load < (1 + COARSE) * s[rows])
         found[rows[near]] = (peak[rows] * load / s[rows])[near]
     return found
+
+
+def _led_up(finer: Grid, W: Float, peaks: PathResult, found: Float) -> tuple[Float, Bool]:
+    """Return the loads ``found`` (k,) on a ``finer`` grid, raised to those up to which its paths certainly lead.
+
+    Where forces gather at an edge a finer grid gives way more: what it has at the displacement of the peak is a load on
+    its way up, by how far the path of the peak was followed less or more of it. If it is in balance under a larger load
+    in a state nearby, its path leads at least as far. The loads that are tried are those of points on the way to the
+    peak and LESS than the peak, above (1 - COARSE) of it. If the finer grid is in balance under (1 + COARSE) of the
+    peak, too, that is not what was sought: these (k,) are told, and ``found`` stays.
+    """
+    peak, k = peaks.peak, len(peaks.peak)
+    raised, astray = found.copy(), np.zeros(k, dtype=bool)
+    low = found < (1 - min(LESS)) * peak
+    if not low.any():
+        return found, astray
+    loads = np.hstack([peaks.station_s, (1 - np.array(LESS)) * peak[:, None]])
+    states = np.hstack([peaks.station_q, peaks.q[:, None].repeat(len(LESS), 1)])
+    for at in np.argsort(-loads, axis=1).T:
+        s, q = loads[np.arange(k), at], states[np.arange(k), at]
+        rows = np.flatnonzero(low & (raised == found) & (s > np.maximum(found, (1 - COARSE) * peak)))
+        if not len(rows):  # nor are there any among the smaller loads
+            break
+        held = finer.balances(W[:, rows], s[rows], q[rows])
+        raised[rows[held]] = s[rows[held]]
+    rows = np.flatnonzero(raised > found)
+    latest = peaks.station_q[rows, peaks.station_s[rows].argmax(1)]
+    astray[rows] = finer.balances(W[:, rows], (1 + COARSE) * peak[rows], latest)
+    return np.where(astray, found, raised), astray
