@@ -339,6 +339,7 @@ class Refined:
         """
         most = self._most(contacts)
         load = most.loads_nearby(W, peaks.peak, peaks.q, peaks.plane)
+        load = np.where(load < 0, load, _led_up(most, W, peaks, load)[0])
         dear = (load < 0) & self._dear(peaks)
         if dear.any():
             load[dear] = _on(self.grid.with_more(contacts, RESOLVED), W[:, dear], peaks.chosen(dear))
