@@ -13,7 +13,7 @@ from holdfast.applications.settled_words import fate_of, moving, told
 from holdfast.assembly.assembly import assemble
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float, checked_number
-from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.errors import HoldfastError, SceneError, message, no_truth
 from holdfast.base.kinds import shaped
 from holdfast.base.painters import paint
 from holdfast.base.public import PublicValue, Summary, number
@@ -80,6 +80,14 @@ class Settled(PublicValue):
     reach: float
     steps: int
     notes: tuple[str, ...]
+
+    def __bool__(self) -> bool:
+        raise no_truth(self, "ask .stable or .status")
+
+    @property
+    def stable(self) -> bool:
+        """Whether the scene certainly stands at its new poses: False also where that is undecided."""
+        return self.status is Status.STABLE
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON: what became of each body, with its new pose."""

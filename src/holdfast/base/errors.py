@@ -56,6 +56,11 @@ def message(where: str, problem: str, remedy: str) -> str:
     return f"{one_line(where, LONGEST_PLACE)}: {one_line(problem)}; {one_line(remedy)}"
 
 
+def no_truth(value: object, remedy: str) -> HoldfastError:
+    """Return the error for ``bool()`` of an answer that may also be undecided, so that no ``if`` misreads it."""
+    return HoldfastError(message(f"bool() of {type(value).__name__}", "it is neither true nor false", remedy))
+
+
 def nearest_of(name: object, known: Iterable[str]) -> str:
     """Return the remedy for an unknown name: the most similar of the ``known`` ones or, if none is similar, a list."""
     names = list(known)

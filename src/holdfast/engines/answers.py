@@ -12,7 +12,7 @@ import numpy as np
 
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, Objects, frozen, objects
-from holdfast.base.errors import HoldfastError, message
+from holdfast.base.errors import HoldfastError, message, no_truth
 from holdfast.base.kinds import check_kinds, shaped
 from holdfast.base.text import listed
 from holdfast.base.values import Value, seal
@@ -54,6 +54,9 @@ class Undecided(Value):
     count: int
     rows: int
     reasons: tuple[str, ...]
+
+    def __bool__(self) -> bool:
+        raise no_truth(self, "ask .count, which is 0 where every answer is known")
 
     @property
     def share(self) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int
+from holdfast.base.errors import no_truth
 from holdfast.base.kinds import shaped
 from holdfast.base.values import Value, seal
 from holdfast.engines.mechanism import Mechanism
@@ -26,6 +27,9 @@ class Status(StrEnum):
     UNDECIDED = auto()
     FINITE = auto()
     INFINITE = auto()
+
+    def __bool__(self) -> bool:
+        raise no_truth(self, f"compare it: status is hf.Status.{self.name}")
 
 
 @archived
@@ -89,6 +93,14 @@ class Verdict(Value):
     certificate: Certificate | None = None
     balanced: tuple[str, ...] = ()
 
+    def __bool__(self) -> bool:
+        raise no_truth(self, "ask .stable or .status")
+
+    @property
+    def stable(self) -> bool:
+        """Whether it certainly stands: False also where that is undecided."""
+        return self.status is Status.STABLE
+
 
 @archived
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -97,3 +109,6 @@ class GroupVerdict(Value):
 
     bodies: tuple[str, ...]
     verdict: Verdict
+
+    def __bool__(self) -> bool:
+        raise no_truth(self, "ask .verdict.stable")

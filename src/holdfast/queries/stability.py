@@ -8,6 +8,7 @@ from typing import Any
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived, to_dict
+from holdfast.base.errors import no_truth
 from holdfast.base.public import PublicValue, Summary
 from holdfast.base.text import listed
 from holdfast.engines.answers import Claim
@@ -41,6 +42,14 @@ class Stability(PublicValue):
     verdict: Verdict
     groups: tuple[GroupVerdict, ...]
     notes: tuple[str, ...]
+
+    def __bool__(self) -> bool:
+        raise no_truth(self, "ask .stable or .status")
+
+    @property
+    def stable(self) -> bool:
+        """Whether the assembly certainly stands: False also where that is undecided."""
+        return self.verdict.stable
 
     @property
     def status(self) -> Status:

@@ -13,7 +13,7 @@ from holdfast.applications.inertia import speed_within
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Bool, Float, frozen
-from holdfast.base.errors import HoldfastError, message
+from holdfast.base.errors import HoldfastError, message, no_truth
 from holdfast.base.kinds import shaped
 from holdfast.base.painters import paint
 from holdfast.base.public import Summary, number
@@ -51,8 +51,16 @@ class Carried(Columns):
         """How many times (n,) the inertial loads of each time may be taken before something moves."""
         return self.answers.force
 
+    def __bool__(self) -> bool:
+        raise no_truth(self, "ask .holds or .outcome")
+
     @property
-    def holds(self) -> Bool:
+    def holds(self) -> bool:
+        """Whether the load certainly holds at all times: False also where that is undecided."""
+        return self.outcome is Status.STABLE
+
+    @property
+    def held(self) -> Bool:
         """Whether (n,) the load is known to hold at each time."""
         return held(self.answers)
 
@@ -76,7 +84,7 @@ class Carried(Columns):
         """STABLE if it holds at all times, UNSTABLE if something moves at some time, else UNDECIDED."""
         if self.moves.any():
             return Status.UNSTABLE
-        return Status.STABLE if self.holds.all() else Status.UNDECIDED
+        return Status.STABLE if self.held.all() else Status.UNDECIDED
 
     @property
     def reason(self) -> str:
@@ -87,7 +95,7 @@ class Carried(Columns):
         if self.outcome is Status.STABLE:
             spare = float(self.used.max(initial=0.0))
             return f"at most {100 * spare:.3g} % of what it withstands is used"
-        k = int(np.argmin(self.holds))
+        k = int(np.argmin(self.held))
         why = self.undecided.text or f"factor {number(self.factor[k])}, known to be at least {number(self.lower[k])}"
         return f"not known to hold from {number(float(self.profile.time[k]), 's')}: {why}"
 

@@ -20,6 +20,7 @@ from holdfast.applications.disassembly.weakest import WeakestPoints
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float, checked_direction, checked_whole
+from holdfast.base.errors import no_truth
 from holdfast.base.kinds import shaped
 from holdfast.base.progress import reported
 from holdfast.base.public import PublicValue, Summary, number
@@ -73,6 +74,9 @@ class BuildOrder(PublicValue):
     reached: bool
     proven: bool
     stuck: tuple[Removal, ...]
+
+    def __bool__(self) -> bool:
+        raise no_truth(self, "ask .reached, which says whether everything can be put in")
 
     @property
     def engine(self) -> str:

@@ -16,7 +16,7 @@ from holdfast.applications.disassembly.search import everything, fewest
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float, checked_direction, checked_items, checked_whole
-from holdfast.base.errors import HoldfastError, SceneError, SolverError, UnstableError, message
+from holdfast.base.errors import HoldfastError, SceneError, SolverError, UnstableError, message, no_truth
 from holdfast.base.kinds import shaped
 from holdfast.base.painters import paint
 from holdfast.base.public import PublicValue, Summary, number
@@ -73,6 +73,9 @@ class Disassembly(PublicValue):
     reached: bool
     proven: bool
     bound: float
+
+    def __bool__(self) -> bool:
+        raise no_truth(self, "ask .reached, which says whether everything comes out")
 
     @property
     def engine(self) -> str:

@@ -24,6 +24,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.connected import components
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
+from holdfast.base.errors import no_truth
 from holdfast.base.public import PublicValue, Summary
 from holdfast.base.rigid import wrench_at
 from holdfast.base.text import listed
@@ -52,6 +53,9 @@ class Answer(StrEnum):
     UNSAFE = auto()
     UNDECIDED = auto()
 
+    def __bool__(self) -> bool:
+        raise no_truth(self, f"compare it: answer == {self.value!r}")
+
 
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
@@ -76,6 +80,9 @@ class Removal(PublicValue):
     moving: tuple[str, ...] = ()
     lift: float = 0.0
     hold: bool = False
+
+    def __bool__(self) -> bool:
+        raise no_truth(self, "ask .safe or .answer")
 
     @property
     def safe(self) -> bool:

@@ -15,6 +15,7 @@ from holdfast.applications.placement.support import SupportPoints
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float
+from holdfast.base.errors import no_truth
 from holdfast.base.kinds import shaped
 from holdfast.base.painters import paint
 from holdfast.base.public import Summary, number
@@ -90,6 +91,14 @@ class Placement(Result):
     support: SupportPoints | None = None
     time_to_stable: float | None = None
     elapsed: float
+
+    def __bool__(self) -> bool:
+        raise no_truth(self, "ask .stable, which says whether a place was found, or .status")
+
+    @property
+    def stable(self) -> bool:
+        """Whether a pose was found in which everything certainly stands."""
+        return self.status is Status.STABLE
 
     @property
     def assembly(self) -> Assembly | None:

@@ -9,6 +9,7 @@ from typing import Any
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float
+from holdfast.base.errors import no_truth
 from holdfast.base.kinds import shaped
 from holdfast.base.painters import paint
 from holdfast.base.public import PublicValue, Summary, number
@@ -68,6 +69,14 @@ class Placements(PublicValue):
     engine: str
     claim: Claim
     elapsed: float
+
+    def __bool__(self) -> bool:
+        raise no_truth(self, "ask .stable, which says whether every object has a place, or .status")
+
+    @property
+    def stable(self) -> bool:
+        """Whether every object was found a place in which everything certainly stands."""
+        return self.status is Status.STABLE
 
     @property
     def order(self) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from typing import Any
 
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Bool, Float, Objects
-from holdfast.base.errors import HoldfastError, message
+from holdfast.base.errors import HoldfastError, message, no_truth
 from holdfast.base.kinds import check_kinds, shaped
 from holdfast.base.public import PublicValue, Summary, number
 from holdfast.engines.answers import Claim
@@ -26,6 +26,9 @@ class Effect(StrEnum):
     ALONE = auto()
     OTHERS = auto()
     UNKNOWN = auto()
+
+    def __bool__(self) -> bool:
+        raise no_truth(self, f"compare it: effect == {self.value!r}")
 
 
 @archived
