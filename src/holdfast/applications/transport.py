@@ -98,6 +98,10 @@ class TransportLimits(Columns):
         scene = {"scene": self.assembly.scene.name, "gravity": to_dict(self.assembly.scene.gravity)}
         return scene | self.about() | self.columns(*names)
 
+    def where(self, row: int) -> dict[str, Any]:
+        """Return the direction that a row answers, as plain data."""
+        return {"direction": to_dict(self.directions[row])}
+
     def summary(self) -> Summary:
         """Summarise the answer by the directions with the smallest limits."""
         name = self.assembly.scene.name or "assembly"

@@ -32,6 +32,15 @@ class Claim(StrEnum):
     HOLDS = auto()  # elastic contacts with Coulomb friction stay at rest up to the answer
     ESTIMATED = auto()  # the method of Nadeau & Kelly: neither a lower nor an upper bound
 
+    @property
+    def words(self) -> str:
+        """What the engine answers with, for people; "holds" is said of numbers alone."""
+        return {
+            Claim.EXISTS: "an equilibrium exists",
+            Claim.HOLDS: "contacts at rest",
+            Claim.ESTIMATED: "an estimate",
+        }[self]
+
 
 @archived
 class Bound(StrEnum):
@@ -215,6 +224,14 @@ class Answers(Value):
             magnitude = np.floor(np.log10(self.force)) - SIGNIFICANT
         unit = np.where(np.isfinite(magnitude), 10.0 ** np.where(np.isfinite(magnitude), magnitude, 0), 1.0)
         return np.asarray(frozen(np.lexsort((np.round(self.force / unit) * unit, ~self.decided))))
+
+    @property
+    def holding(self) -> int | None:
+        """The number of the row with the least ``lower``, which is promised of all rows; None if nothing is promised.
+
+        An undecided row promises 0.
+        """
+        return int(np.argmin(self.lower)) if len(self) and self.lower_bound is not Bound.NONE else None
 
     @property
     def undecided(self) -> Undecided:

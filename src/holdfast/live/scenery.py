@@ -24,6 +24,7 @@ from holdfast.queries.map import RobustnessMap
 from holdfast.queries.result import gives_way
 from holdfast.report.bodies import bare_picture
 from holdfast.report.picture import force_arrows, outlines_of, picture_of
+from holdfast.report.push import bounds_told
 from holdfast.report.texts import WORDS
 
 MAP, GROUPS = "largest push", "groups"
@@ -108,7 +109,7 @@ def legend_html(model: Model, colour_by: str) -> str:
 
 def told_map(model: Model, found: RobustnessMap) -> str:
     """Say what the colours of a map rest on: engine, claim, pushes and, until it is complete, how far it is."""
-    text = f"engine {found.engine} ({found.claim}), {len(found.force):,} inward pushes"
+    text = f"engine {found.engine} ({found.claim.words}), {len(found.force):,} inward pushes"
     if model.mapped or model.portions is None:
         return text
     left = len(model.assembly.movable) - len(found.cells)
@@ -129,7 +130,7 @@ def verdict_html(model: Model) -> str:
     if model.verdict is None:
         return _said("<b>asking whether it stands ...</b>")
     name = escaped(model.assembly.scene.name or "scene", LONGEST_NAME)
-    head = f"<b>{name} {WORDS[model.verdict.status]}</b> (engine {model.verdict.engine}: {model.verdict.claim})"
+    head = f"<b>{name} {WORDS[model.verdict.status]}</b> (engine {model.verdict.engine}: {model.verdict.claim.words})"
     return _said(
         head + f"<br>{escaped(model.verdict.reason)}" + "".join(f"<br>{escaped(n)}" for n in model.verdict.notes)
     )
@@ -153,8 +154,7 @@ def push_html(model: Model) -> str:
         lines.append("<b>no push moves anything</b> in this direction")
     else:
         lines.append(f"R = <b>{number(float(found.force[0]), 'N')}</b>")
-        lines.append(f"holds {number(float(found.lower[0]), 'N')} ({found.lower_bound})")
-        lines.append(f"above {number(float(found.upper[0]), 'N')} something moves ({found.upper_bound})")
+        lines += bounds_told(found)
         lines.append(escaped(gives_way(found.mode[0], found.moving[0])))
     return _said("<br>".join(lines))
 

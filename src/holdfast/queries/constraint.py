@@ -148,7 +148,7 @@ class Constraint(PublicValue):
             [name, number(-ends[1, k], unit), number(ends[0, k], unit)]
             for k, (name, unit) in enumerate(zip(names, ("N",) * 3 + ("N m",) * 3, strict=True))
         ]
-        facts = [("engine", f"{self.engine} ({self.claim})"), ("solves", str(self.solves))]
+        facts = [("engine", f"{self.engine} ({self.claim.words})"), ("solves", str(self.solves))]
         facts += [("nine in ten within", f"{self.gap_of_most:.2%}")]
         return Summary(headline, facts, ("along", "from", "to"), rows, self.notes)
 

@@ -119,6 +119,10 @@ class RobustnessMap(Forces):
         """
         paint(self, path, ".ply")
 
+    def where(self, row: int) -> dict[str, Any]:
+        """Return the body and the point that a row answers, as plain data."""
+        return {"body": self.body[row], "point": to_dict(self.points[row])}
+
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON: the columns and the weakest points, without meshes and mechanisms."""
         names = ("points", "normals", "body", "force", "status", "lower", "upper", "moving", "mode", "solved", "error")

@@ -9,7 +9,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.archive import archived
+from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float, checked, checked_truth
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.kinds import shaped
@@ -56,6 +56,10 @@ class Robustness(Forces):
     body: str
     points: Float
     directions: Float
+
+    def where(self, row: int) -> dict[str, Any]:
+        """Return the push that a row answers, as plain data."""
+        return {"point": to_dict(self.points[row]), "direction": to_dict(self.directions[row])}
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON, with all columns."""

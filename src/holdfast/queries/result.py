@@ -71,7 +71,7 @@ class Result(PublicValue):
         """Return what applies to the whole table as (name, text) pairs for a summary."""
         undecided = self.answers.undecided
         return [
-            ("engine", f"{self.engine} ({self.claim})"),
+            ("engine", f"{self.engine} ({self.claim.words})"),
             ("verdict", f"{self.verdict.status}: {self.verdict.reason}"),
             *([("not known", undecided.text)] if undecided.count else []),
             ("lower bound", KNOWN_HOW[self.lower_bound]),
@@ -79,7 +79,8 @@ class Result(PublicValue):
         ]
 
 
-KNOWN_HOW = {Bound.PROVED: "proved", Bound.ESTIMATED: "estimated", Bound.NONE: "none"}
+KNOWN_HOW = {Bound.PROVED: "proved", Bound.ESTIMATED: "errors estimated", Bound.NONE: "none"}
+HOLDS = {Claim.HOLDS: "holds", Claim.EXISTS: "an equilibrium exists up to", Claim.ESTIMATED: "may hold"}
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -130,6 +131,19 @@ class Columns(Result):
     def error(self) -> Float:
         """The stated relative error (n,) of the answers that were interpolated; 0 for the others."""
         return self.answers.error
+
+    def about(self) -> dict[str, Any]:
+        """Return what applies to the whole table as plain data, with what is promised of all rows.
+
+        ``holds`` is the least ``lower`` with the number of its ``row``, and where that is; None if nothing is promised.
+        """
+        row = self.answers.holding
+        holds = None if row is None else {"lower": to_dict(float(self.lower[row])), "row": row} | self.where(row)
+        return super().about() | {"holds": holds}
+
+    def where(self, row: int) -> dict[str, Any]:
+        """Return which load a row answers, as plain data."""
+        return {}
 
     def columns(self, *names: str) -> dict[str, Any]:
         """Return the attributes with these names as plain data."""
@@ -238,7 +252,15 @@ def least(answers: Answers, unit: str) -> str:
     """Describe in words the smallest answer that is known, and how many are not known, with the reason."""
     known = answers.force[answers.decided]
     words = [f"the least {number(float(np.min(known)), unit)}"] if len(known) else []
-    return "; ".join([*words, *filter(None, [answers.undecided.text])]) or "none"
+    return "; ".join(filter(None, [*words, promised(answers, unit), answers.undecided.text])) or "none"
+
+
+def promised(answers: Answers, unit: str = "") -> str:
+    """Describe in words what is promised of all rows; "" if that is nothing, or if nothing moves whatever the load."""
+    row = answers.holding
+    if row is None or not 0 < answers.lower[row] < np.inf:
+        return ""
+    return f"{HOLDS[answers.claim]} {number(float(answers.lower[row]), unit)}"
 
 
 def amount(status: Status, value: float, unit: str = "") -> str:

@@ -130,7 +130,7 @@ class ConvexSet(PublicValue):
         headline = f"{len(self.bound)} dimensions, inner part of {len(self.inner[1])} facets, gap {self.gap:.2%}"
         reach = np.abs(self.vertices).max(axis=0, initial=0.0)
         rows = [[f"{k + 1}", number(far, unit)] for k, (far, unit) in enumerate(zip(reach, self.units, strict=True))]
-        facts = [("engine", f"{self.engine} ({self.claim})"), ("frame", self.frame)]
+        facts = [("engine", f"{self.engine} ({self.claim.words})"), ("frame", self.frame)]
         return Summary(headline, facts, ("coordinate", "reaches at most"), rows, self.notes)
 
 

@@ -108,7 +108,7 @@ class Stability(PublicValue):
 
     def summary(self) -> Summary:
         """Summarise the verdict and its reason."""
-        facts = [("engine", f"{self.engine} ({self.claim})"), ("reason", self.reason)]
+        facts = [("engine", f"{self.engine} ({self.claim.words})"), ("reason", self.reason)]
         standing = sum(group.verdict.status is Status.STABLE for group in self.groups)
         if len(self.groups) > 1:
             facts.append(("groups that stand", f"{standing} of {len(self.groups)}"))

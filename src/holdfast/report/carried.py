@@ -34,7 +34,7 @@ def timeline(result: Carried) -> Timeline:
     lines = [f"{word}: {result.reason}"]
     if result.claim is not Claim.ESTIMATED:
         lines.append(_safe_speed(result))
-    lines.append(f"engine {result.engine} ({result.claim})")
+    lines.append(f"engine {result.engine} ({result.claim.words})")
     if result.undecided.count:
         lines.append(result.undecided.text)
     with np.errstate(divide="ignore"):
@@ -65,7 +65,7 @@ def carried_report(result: Carried) -> RenderableType:
     head = headline(
         result.assembly.scene.name or "assembly",
         (word, style),
-        f" while it is carried: {result.profile.name or 'a motion'}  (engine {result.engine}: {result.claim})",
+        f" while it is carried: {result.profile.name or 'a motion'}  (engine {result.engine}: {result.claim.words})",
     )
     lines: list[RenderableType] = [head, sentence(result.reason)]
     if result.claim is not Claim.ESTIMATED:
@@ -78,10 +78,17 @@ def carried_report(result: Carried) -> RenderableType:
         name = heading == "what moves first"
         table.add_column(cell(heading), justify="left" if name else "right", no_wrap=not name)
     words = movers(result)
-    for k in sorted(result.answers.ranking[:ROWS].tolist()):
+    for k in _rows(result):
         known = result.answers.decided[k]
         motion = [f"{v + 0.0:.4g}" for v in result.profile.acceleration[k]]
         figures = [number(float(v)) if known else "?" for v in (result.factor[k], result.lower[k])]
         what = words[k] if known else "not known"
         table.add_row(*(cell(text) for text in (number(float(result.profile.time[k])), *motion, *figures, what)))
     return Group(*lines, table)
+
+
+def _rows(result: Carried) -> list[int]:
+    """Return the numbers of the times with the least factors, and of that with the least lower bound, in order."""
+    rows = result.answers.ranking[:ROWS].tolist()
+    low = result.answers.holding
+    return sorted(rows if low is None or low in rows else [*rows[: ROWS - 1], low])

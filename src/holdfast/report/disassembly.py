@@ -22,7 +22,7 @@ MOST_ROWS = 60  # the most rows in a table
 def disassembly_report(result: Disassembly) -> RenderableType:
     """Return a table of the steps in order, and a table of the reasons why the other bodies stay."""
     name = result.assembly.scene.name or "scene"
-    head = headline(name, _outcome(result), f"  (engine {result.engine}: {result.claim})")
+    head = headline(name, _outcome(result), f"  (engine {result.engine}: {result.claim.words})")
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for heading, justify in (("step", "right"), ("take out", "left"), ("why it may go", "left")):
         table.add_column(heading, justify=justify)  # type: ignore[arg-type]
@@ -72,7 +72,7 @@ def strip_of(result: Disassembly) -> Sequence:
         frames.append(Frame(left, "", f"{len(result.remaining)} stay", note))
     return Sequence(
         f"{assembly.scene.name or 'assembly'}: taken apart",
-        _outcome(result)[0] + f" · engine {result.engine} ({result.claim})",
+        _outcome(result)[0] + f" · engine {result.engine} ({result.claim.words})",
         tuple(frames),
         np.asarray(result.lift),
         assembly.scene.up,

@@ -39,7 +39,7 @@ def build_report(result: BuildOrder) -> RenderableType:
         told = "no order does with less" if result.proven else "whether another order does with less is not known"
         outcome = f"{listed(result.first)} must stand before the other {count}: {told}", "bold yellow"
     parts: list[RenderableType] = [
-        headline(result.assembly.scene.name or "scene", outcome, f"  (engine {result.engine}: {result.claim})")
+        headline(result.assembly.scene.name or "scene", outcome, f"  (engine {result.engine}: {result.claim.words})")
     ]
     if result.steps:
         rows = [
@@ -59,7 +59,7 @@ def pushes_report(result: SafePushes) -> RenderableType:
     alone, nothing = int(result.alone.sum()), int(result.nothing.sum())
     style = "bold green" if alone or nothing else "bold yellow"
     outcome = f"{alone} of {len(result.effect)} pushes move it alone, {nothing} nothing", style
-    rest = f"  (up to {number(result.force, 'N')}, engine {result.engine}: {result.claim})"
+    rest = f"  (up to {number(result.force, 'N')}, engine {result.engine}: {result.claim.words})"
     unknown = int(result.are(Effect.UNKNOWN).sum())
     left = f"{result.unreached} more are out of the tool's reach; of {unknown} it is not known"
     rows = [tuple(row) for row in summary.rows]

@@ -19,6 +19,7 @@ from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import ContactForces, Status
 from holdfast.geometry.cells import Cells
 from holdfast.queries.map import RobustnessMap
+from holdfast.queries.result import promised
 from holdfast.report.bodies import solids_of
 from holdfast.report.texts import what_moves
 
@@ -74,8 +75,10 @@ def _subtitle(result: RobustnessMap) -> str:
     verdict = {Status.STABLE: "stands", Status.UNSTABLE: "does not stand"}.get(result.verdict.status, "undecided")
     caution = ", may be too high off-centre" if result.claim is Claim.ESTIMATED else ""
     unknown = f" · {result.undecided.text}" if result.undecided.count else ""
-    engine = f"engine {result.engine} ({result.claim}{caution})"
-    return f"{verdict} · {engine} · {len(result.force):,} inward pushes{unknown}"
+    engine = f"engine {result.engine} ({result.claim.words}{caution})"
+    held = promised(result.answers, "N")
+    everywhere = f" · {held} everywhere" if held else ""
+    return f"{verdict} · {engine} · {len(result.force):,} inward pushes{everywhere}{unknown}"
 
 
 def _surface(result: RobustnessMap, name: str, cells: Cells) -> HeatSurface:

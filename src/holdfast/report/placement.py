@@ -53,7 +53,7 @@ def save_placement_png(result: Placement, path: str | os.PathLike[str], *, seed:
     )  # fmt: skip
     title = f"{result.assembly.scene.name or 'scene'}: where to put {name}"
     unknown = result.answers.undecided
-    about = f"engine {result.engine} ({result.claim})" + (f" · points {unknown.text}" if unknown.count else "")
+    about = f"engine {result.engine} ({result.claim.words})" + (f" · points {unknown.text}" if unknown.count else "")
     write_atomically(path, sheet_png([[before, after]], title, about))
 
 
@@ -67,7 +67,7 @@ def placement_report(result: Placement, scene: str, body: str) -> RenderableType
         if result.best is not None:
             lines.append(sentence(f"nearest: at {_place(result.best.pose)}, {result.best.fault}", "dim"))
         return Group(*lines)
-    at = f" at {_place(result.pose)}  (engine {result.engine}: {result.claim})"
+    at = f" at {_place(result.pose)}  (engine {result.engine}: {result.claim.words})"
     head = headline(body, ("stands", "bold green"), at)
     rows = "\n".join("  " + " ".join(f"{value:9.5f}" for value in row) for row in result.pose)
     others = [other for i in result.contacts for other in i.bodies if other != body]

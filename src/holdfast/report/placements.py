@@ -25,7 +25,7 @@ def placements_report(result: Placements, scene: str) -> RenderableType:
     """Return a table of the steps in order, with the least push after each, or the reason why there are none."""
     whole = len(result.steps) + len(result.left)
     outcome = (f"{len(result.steps)} of {whole} objects placed", STYLES[result.status])
-    head = headline(result.assembly.scene.name or scene, outcome, f"  (engine {result.engine}: {result.claim})")
+    head = headline(result.assembly.scene.name or scene, outcome, f"  (engine {result.engine}: {result.claim.words})")
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for heading, justify in (("step", "right"), ("put down", "left"), ("at [m]", "left"), ("on", "left")):
         table.add_column(heading, justify=justify)  # type: ignore[arg-type]
@@ -54,6 +54,6 @@ def save_placements_png(result: Placements, path: str | os.PathLike[str]) -> Non
     if not frames:
         frames.append(Frame(tuple(solids.values()), "", "nothing is placed", result.reason))
     title = f"{assembly.scene.name or 'assembly'}: {count} of {count + len(result.left)} objects placed"
-    told = f"{result.reason} · engine {result.engine} ({result.claim})"
+    told = f"{result.reason} · engine {result.engine} ({result.claim.words})"
     up = assembly.scene.up
     write_sequence(Sequence(title, told, tuple(frames), up, up, arriving=True, marked=MARKED), path)

@@ -5,9 +5,10 @@ from __future__ import annotations
 from rich.console import Group, RenderableType
 
 from holdfast.base.public import number
+from holdfast.engines.answers import Bound
 from holdfast.engines.verdict import Status
 from holdfast.queries.push import Robustness
-from holdfast.queries.result import gives_way
+from holdfast.queries.result import HOLDS, KNOWN_HOW, gives_way
 from holdfast.report.texts import headline, sentence
 
 _STYLE = {
@@ -28,13 +29,10 @@ def push_report(result: Robustness) -> RenderableType:
         Status.UNDECIDED: "undecided",
     }
     lines: list[RenderableType] = [
-        headline(result.body, (words[status], _STYLE[status]), f"  (engine {result.engine}: {result.claim})")
+        headline(result.body, (words[status], _STYLE[status]), f"  (engine {result.engine}: {result.claim.words})")
     ]
     if status is Status.FINITE:
-        low, high = number(float(result.lower[0]), "N"), number(float(result.upper[0]), "N")
-        lines.append(
-            sentence(f"holds {low} ({result.lower_bound}); above {high} something moves ({result.upper_bound})")
-        )
+        lines.append(sentence("; ".join(bounds_told(result))))
         mechanism = result.mechanism[0]
         lines.append(sentence(mechanism.text if mechanism else gives_way(result.mode[0], result.moving[0]), "dim"))
     if status is Status.UNDECIDED:
@@ -42,3 +40,14 @@ def push_report(result: Robustness) -> RenderableType:
     if status is Status.UNSTABLE:
         lines.append(sentence(result.verdict.reason, "dim"))
     return Group(*lines, *(sentence(f"note: {note}", "yellow") for note in result.notes))
+
+
+def bounds_told(result: Robustness) -> list[str]:
+    """Say what the first push of an answer is promised to hold, and above which force something moves."""
+    lines = []
+    if result.lower_bound is not Bound.NONE:
+        lines.append(f"{HOLDS[result.claim]} {number(float(result.lower[0]), 'N')} ({KNOWN_HOW[result.lower_bound]})")
+    if result.upper_bound is not Bound.NONE:
+        high = number(float(result.upper[0]), "N")
+        lines.append(f"above {high} something moves ({KNOWN_HOW[result.upper_bound]})")
+    return lines or ["no bound is known on either side"]

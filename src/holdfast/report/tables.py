@@ -13,8 +13,10 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Bool, Float
 from holdfast.base.public import number
 from holdfast.base.text import LONGEST_NAME, listed, one_line
+from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import Status
 from holdfast.queries.map import MapPoint, RobustnessMap
+from holdfast.queries.result import KNOWN_HOW, promised
 from holdfast.queries.stability import Stability
 from holdfast.report.texts import STYLES, WORDS, cell, headline, sentence
 from holdfast.report.transport import frame_names, level_angles
@@ -27,7 +29,7 @@ def stability_report(assembly: Assembly, result: Stability) -> RenderableType:
     """Return a table with the verdict, its reason and the contacts."""
     word, style = WORDS[result.status], STYLES[result.status]
     name = assembly.scene.name or "scene"
-    head = headline(name, (word, style), f"  (engine {result.engine}: {result.claim})")
+    head = headline(name, (word, style), f"  (engine {result.engine}: {result.claim.words})")
     lines: list[RenderableType] = [head, sentence(result.reason, "dim")]
     lines += [sentence(f"note: {note}", "yellow") for note in result.notes]
     lines.append(_contacts(assembly, result))
@@ -74,7 +76,7 @@ def map_report(result: RobustnessMap) -> RenderableType:
     word, style = WORDS[result.verdict.status], STYLES[result.verdict.status]
     name = result.assembly.scene.name or "scene"
     head = headline(
-        name, (word, style), f"  {len(result.force):,} inward pushes  (engine {result.engine}: {result.claim})"
+        name, (word, style), f"  {len(result.force):,} inward pushes  (engine {result.engine}: {result.claim.words})"
     )
     table = Table(title="weakest push on each body", title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for heading in ("body", "force [N]", "at [mm]", "along", "what moves"):
@@ -90,7 +92,17 @@ def map_report(result: RobustnessMap) -> RenderableType:
         table.add_row(*map(cell, (*cells, what + partly)))
     if len(weakest) > 30:
         table.add_row(f"... and {len(weakest) - 30} more", *[""] * 4)
-    return Group(head, *_remarks(result), table)
+    return Group(head, *_remarks(result), *map(sentence, _held_everywhere(result)), table)
+
+
+def _held_everywhere(result: RobustnessMap) -> list[str]:
+    """Say in one sentence what is promised of all points, and which of them has the least."""
+    row, held = result.answers.holding, promised(result.answers, "N")
+    if row is None or not held:
+        return []
+    place = "(" + ", ".join(f"{1e3 * v:.0f}" for v in result.points[row]) + ") mm"
+    body, known = one_line(result.body[row], LONGEST_NAME), KNOWN_HOW[result.lower_bound]
+    return [f"{held} at every point, the least on {body} at {place} ({known})"]
 
 
 def _remarks(result: RobustnessMap | TransportLimits) -> list[Text]:
@@ -130,10 +142,11 @@ def transport_report(result: TransportLimits) -> RenderableType:
     head = headline(
         result.assembly.scene.name or "assembly",
         (word, style),
-        f" on its carrier, {count} directions, {_round(result)}  (engine {result.engine}: {result.claim})",
+        f" on its carrier, {count} directions, {_round(result)}  (engine {result.engine}: {result.claim.words})",
     )
     table = Table(title="largest acceleration of the carrier", title_justify="left", box=SIMPLE_HEAD)
-    for heading in ("from", "to", "least [m/s²]", "lower", "at", "what moves"):
+    promise = "holds" if result.claim is Claim.HOLDS else "lower"
+    for heading in ("from", "to", "least [m/s²]", "at", promise, "at", "what moves"):
         name = heading == "what moves"
         table.add_column(cell(heading), justify="left" if name else "right", no_wrap=not name)
     angle = np.asarray(np.round(np.degrees(level_angles(result)), 1), dtype=np.float64)
@@ -142,17 +155,17 @@ def transport_report(result: TransportLimits) -> RenderableType:
         arcs = [part.tolist() for part in np.array_split(np.arange(count), ARCS)]
     rank = np.argsort(result.answers.ranking)
     for arc in arcs:
-        least = arc[int(np.argmin(rank[arc]))]
-        first, last, at = (f"{angle[k]:g}°" for k in (arc[0], arc[-1], least))
-        figures = ["∞" if np.isinf(v) else f"{v:.4g}" for v in (result.acceleration[least], result.lower[least])]
+        least, low = arc[int(np.argmin(rank[arc]))], arc[int(np.argmin(result.lower[arc]))]
+        first, last, at, there = (f"{angle[k]:g}°" for k in (arc[0], arc[-1], least, low))
         known = result.status[least] is not Status.UNDECIDED
-        answer = figures[0] if known else "?"
-        lower = figures[1] if result.lower[least] > 0 or (known and result.lower.any()) else "-"
+        answer = number(float(result.acceleration[least])) if known else "?"
+        told = result.lower[low] > 0 or (known and result.lower.any())
+        lower = [number(float(result.lower[low])), there] if told else ["-", ""]
         unknown = int((~result.answers.decided[arc]).sum())
         partly = f"; {unknown} of {len(arc)} undecided" if 0 < unknown < len(arc) else ""
-        table.add_row(*map(cell, (first, last, answer, lower, at, _gives_way(result, least) + partly)))
-    quarters = _at_quarters(result, angle)
-    return Group(head, *_remarks(result), sentence(_slowest(result, angle)), *map(sentence, quarters), table)
+        table.add_row(*map(cell, (first, last, answer, at, *lower, _gives_way(result, least) + partly)))
+    more = [*_held(result, angle), *_at_quarters(result, angle)]
+    return Group(head, *_remarks(result), sentence(_slowest(result, angle)), *map(sentence, more), table)
 
 
 def _round(result: TransportLimits) -> str:
@@ -171,10 +184,17 @@ def _slowest(result: TransportLimits, angle: Float) -> str:
     if result.status[least] is Status.UNSTABLE:
         return "it does not stand even at rest"
     where = "in every direction" if result.answers.decided.all() else "in every direction with an answer"
-    fastest, lower = (number(float(value), "m/s²") for value in (result.acceleration[least], result.lower.min()))
-    holds = f" (holds {lower}, {result.lower_bound})" if result.lower.min() > 0 else ""
+    fastest = number(float(result.acceleration[least]), "m/s²")
     moving = f"{result.mode[least]} of {listed(result.moving[least], SHOWN)}"
-    return f"{where} up to {fastest}{holds}; beyond that, when it accelerates towards {angle[least]:g}°, {moving}"
+    return f"{where} up to {fastest}; beyond that, when it accelerates towards {angle[least]:g}°, {moving}"
+
+
+def _held(result: TransportLimits, angle: Float) -> list[str]:
+    """Say in one sentence what is promised of all directions, and which of them has the least."""
+    row, held = result.answers.holding, promised(result.answers, "m/s²")
+    if row is None or not held:
+        return []
+    return [f"{held} in every direction, the least towards {angle[row]:g}° ({KNOWN_HOW[result.lower_bound]})"]
 
 
 def _at_quarters(result: TransportLimits, angle: Float) -> list[str]:

@@ -11,13 +11,13 @@ from holdfast.applications.transport import TransportLimits
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, checked_items, checked_name
 from holdfast.base.errors import HoldfastError, message
+from holdfast.base.public import number
 from holdfast.base.rigid import tangents
 from holdfast.base.text import listed
 from holdfast.drawing.polar import Curve, Footprint, PolarPicture, write_polar
-from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import Status
 from holdfast.geometry.hull import outline_numbers
-from holdfast.queries.result import Columns
+from holdfast.queries.result import Columns, promised
 
 LEVEL = 1e-6  # largest share of a direction along gravity at which it counts as horizontal
 SHOWN = 3  # the most names of moving bodies in a line
@@ -76,7 +76,7 @@ def level_angles(result: TransportLimits) -> Float:
 def _curve(result: TransportLimits, name: str) -> Curve:
     angle = level_angles(result)
     order = np.argsort(angle, kind="stable")
-    title = f"{name} ({result.claim})" if name == result.engine else name
+    title = f"{name} ({result.claim.words})" if name == result.engine else name
     return Curve(
         title, angle[order], result.acceleration[order], result.lower[order], _lines(result, angle),
         result.answers.decided[order], tuple(np.array(movers(result), dtype=object)[order]),
@@ -104,10 +104,12 @@ def _lines(result: TransportLimits, angle: Float) -> tuple[str, ...]:
     moving = listed(names, SHOWN)
     gives = f"{result.mode[least]}: {moving}" if moving else str(result.status[least])
     only = " (only balanced)" if result.status[least] is Status.FINITE and not result.acceleration[least] > 0 else ""
-    lines = [f"least {result.acceleration[least]:.3g}{only} at {np.degrees(angle[least]):.0f}°, {gives}"]
-    lines.append("largest " + ("∞" if np.isinf(known.max()) else f"{known.max():.3g}"))
-    if result.claim is Claim.HOLDS and result.lower[least] > 0:
-        lines[0] += f"; holds {result.lower[least]:.3g}"
+    degrees = np.round(np.degrees(angle), 1)
+    lines = [f"least {number(float(result.acceleration[least]))}{only} at {degrees[least]:g}°, {gives}"]
+    row, held = result.answers.holding, promised(result.answers)
+    if held:
+        lines.append(f"{held} in every direction, the least at {degrees[row]:g}°")
+    lines.append(f"largest {number(float(known.max()))}")
     return (*lines, *unknown)
 
 

@@ -19,6 +19,7 @@ from holdfast.elastic.stepper import APART, STATIONS
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.refinement import Bounded
 from holdfast.queries.request import push_columns
+from holdfast.scene.shipped.blocks import at
 from holdfast.validation.benchmarks.reliability import random_pushes
 
 
@@ -169,6 +170,21 @@ def test_a_finer_grid_balances_what_it_holds_and_not_more() -> None:
             asked, told = asked + int(within.sum()), told + int(held[within].sum())
     assert asked > 30
     assert told > 0.7 * asked
+
+
+def test_the_lower_bound_of_a_tower_is_alike_in_directions_that_are_alike_by_symmetry() -> None:
+    """Twenty square boxes on each other tip over an edge, at the same force along all that symmetry makes the same.
+
+    On more nodes an edge gives way more: at the displacement of the peak the finer grid may be on its way up still.
+    """
+    boxes = [hf.Body(f"b{k}", hf.Box((0.4, 0.4, 0.1)), mass=5.0, pose=at(0, 0, 0.05 + 0.1 * k)) for k in range(20)]
+    tower = hf.assemble(hf.Scene([hf.Body("ground", hf.HalfSpace(), fixed=True), *boxes], hf.Friction(0.5)))
+    for degrees, share in ((3.6, 0.985), (32.4, 0.97)):
+        around = np.radians([side + turn for side in (0, 90, 180, 270) for turn in (-degrees, degrees)])
+        ways = np.stack([np.cos(around), np.sin(around), np.zeros(8)], axis=1)
+        found = hf.transport_limits(tower, ways)
+        np.testing.assert_allclose(found.acceleration, 9.81 * 0.2 / np.cos(np.radians(degrees)), rtol=2e-3)
+        assert found.lower.min() > share * found.acceleration.min()
 
 
 def test_the_search_for_rest_gives_up_when_told() -> None:

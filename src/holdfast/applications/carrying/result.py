@@ -120,6 +120,10 @@ class Carried(Columns):
         """
         paint(self, path, ".png")
 
+    def where(self, row: int) -> dict[str, Any]:
+        """Return the time that a row answers, as plain data."""
+        return {"time": to_dict(float(self.profile.time[row]))}
+
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON, with all columns."""
         names = ("factor", "status", "lower", "upper", "moving", "mode", "mechanism")

@@ -126,7 +126,7 @@ class BuildOrder(PublicValue):
         least = self.least
         if least is not None and least.weakest is not None:
             headline += f"; the least push {number(least.weakest.force, 'N')}, after {least.body}"
-        facts = [("engine", f"{self.engine} ({self.claim})")]
+        facts = [("engine", f"{self.engine} ({self.claim.words})")]
         facts += [("must stand before", listed(self.first))] if self.first else []
         rows = [[str(k + 1), step.body, shown(step), step.reason] for k, step in enumerate(self.steps)]
         return Summary(headline, facts, ("step", "put in", "least push then", "why it may go in"), rows)

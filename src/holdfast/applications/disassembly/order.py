@@ -170,7 +170,7 @@ class Disassembly(PublicValue):
         if self.undecided.count:
             headline += f"; of those that stay {self.undecided.text}"
         outcome = f"reached {self.reached}, proven {self.proven}, at least {number(self.bound)} removals"
-        facts = [("engine", f"{self.engine} ({self.claim})"), ("outcome", outcome)]
+        facts = [("engine", f"{self.engine} ({self.claim.words})"), ("outcome", outcome)]
         rows = [[str(k + 1), step.body, step.reason] for k, step in enumerate(self.steps)]
         return Summary(headline, facts, ("step", "take out", "why it may go"), rows)
 

@@ -112,7 +112,7 @@ class Placements(PublicValue):
         """Summarise where every object goes, in order."""
         whole = len(self.steps) + len(self.left)
         headline = f"{len(self.steps)} of {whole} objects placed: {self.reason}"
-        facts = [("engine", f"{self.engine} ({self.claim})"), ("tried", f"{self.tries} in {self.elapsed:.2g} s")]
+        facts = [("engine", f"{self.engine} ({self.claim.words})"), ("tried", f"{self.tries} in {self.elapsed:.2g} s")]
         if self.weakest is not None:
             facts.insert(0, ("least push of all steps", f"{number(self.least, 'N')}, after {self.weakest.body}"))
         rows = [

@@ -99,7 +99,7 @@ class SafePushes(PublicValue):
         count = Counter(self.effect.tolist())
         told = f"{count[Effect.ALONE]} move it alone, {count[Effect.NOTHING]} nothing"
         headline = f"{len(self.effect)} pushes of {number(self.force, 'N')} on {self.body}: {told}"
-        facts = [("engine", f"{self.engine} ({self.claim})")]
+        facts = [("engine", f"{self.engine} ({self.claim.words})")]
         facts += [(f"{effect}", f"{count[effect]}") for effect in Effect]
         facts += [("not reached by the tool", f"{self.unreached}")]
         places = places_of(self.points)

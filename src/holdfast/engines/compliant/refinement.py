@@ -329,7 +329,8 @@ class Refined:
         """Give ``peaks`` of columns W (6J, k) where forces gather at ``contacts`` lower bounds, or take other paths.
 
         Twice as many nodes err there as these do. The estimated error is the change of the load at the displacement of
-        the peak with twice RESOLVED nodes a side at these contacts and FINER times as many at all others. If there is
+        the peak with twice RESOLVED nodes a side at these contacts and FINER times as many at all others, or of what
+        ``_led_up`` makes of it where it is within COARSE. If there is
         none, or one that changes by more than COARSE, the answer is the path with RESOLVED nodes at these contacts
         alone, and if it is so at the peak of that, too, the path with most nodes, whose error is what the peak has
         changed by, and at least COARSE. A path that leads beyond WEDGED times the peak, or has none, is no answer but a
@@ -339,7 +340,8 @@ class Refined:
         """
         most = self._most(contacts)
         load = most.loads_nearby(W, peaks.peak, peaks.q, peaks.plane)
-        load = np.where(load < 0, load, _led_up(most, W, peaks, load)[0])
+        if not _changed(peaks.peak, load).all():
+            load = np.where(_changed(peaks.peak, load), load, _led_up(most, W, peaks, load)[0])
         dear = (load < 0) & self._dear(peaks)
         if dear.any():
             load[dear] = _on(self.grid.with_more(contacts, RESOLVED), W[:, dear], peaks.chosen(dear))
