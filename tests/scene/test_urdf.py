@@ -127,6 +127,33 @@ def test_joints_hold_at_their_positions_on_request(kind: str, position: float, l
     np.testing.assert_allclose(body.shape.parts[1].pose, at @ moved, atol=1e-15)
 
 
+@pytest.mark.parametrize(
+    ("kind", "limit", "position", "told"),
+    [
+        (
+            "revolute",
+            'lower="-2" upper="2"',
+            120,
+            "120 rad is outside its limits -2 to 2 rad.* 120 degrees are 2.094 rad",
+        ),
+        ("revolute", 'lower="-2" upper="2"', -2.1, "-2.1 rad is outside"),
+        ("prismatic", 'upper="0.2"', 100, "100 m is outside its limits 0 to 0.2 m; .* 100 mm are 0.1 m"),
+        ("revolute", 'lower="-2" upper="1.57"', np.pi / 2, ""),
+        ("revolute", 'effort="1"', 1.0, ""),
+        ("continuous", 'lower="-2" upper="2"', 6.0, ""),
+    ],
+)
+def test_a_position_outside_the_limits_of_a_joint_is_told_with_both_units(
+    kind: str, limit: str, position: float, told: str, load: Callable[..., hf.Scene]
+) -> None:
+    content = robot(LINK + solid("arm") + joint("a", "base", "arm", kind, f'<axis xyz="0 0 1"/><limit {limit}/>'))
+    if told:
+        with pytest.raises(hf.SceneError, match=f"joints: 'a': {told}"):
+            load(content, fixed=True, joints={"a": position})
+    else:
+        assert load(content, fixed=True, joints={"a": position}).notes
+
+
 def test_a_joint_that_mimics_follows(load: Callable[..., hf.Scene]) -> None:
     mimic = '<axis xyz="1 0 0"/><mimic joint="a" multiplier="-2" offset="0.1"/>'
     joints = joint("a", "base", "left", "prismatic", '<axis xyz="1 0 0"/>') + joint(

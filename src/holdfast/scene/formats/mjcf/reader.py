@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.base.arrays import checked
+from holdfast.base.arrays import Float, checked
 from holdfast.base.errors import HoldfastWarning, SceneError, located, message, nearest_of
 from holdfast.base.files import checked_path, read_ordinary
 from holdfast.base.text import one_line, quoted
+from holdfast.scene.formats.joint_limits import check_within
 from holdfast.scene.formats.mjcf.guard import MOST_BYTES, ROOT, UNUSED, files_of, parsed, root_of
 from holdfast.scene.formats.mjcf.live import from_mujoco
 from holdfast.scene.formats.mjcf.names import entries
@@ -106,6 +107,18 @@ def _pose(mujoco: Any, model: Any, data: Any, key: str | int | None, qpos: Array
         mujoco.mj_resetDataKeyframe(model, data, _number(model, key))
     if qpos is not None:
         data.qpos[:] = checked(np.asarray(qpos, dtype=object).tolist(), (int(model.nq),), "qpos")
+        _check_limits(mujoco, model, data.qpos)
+
+
+def _check_limits(mujoco: Any, model: Any, qpos: Float) -> None:  # noqa: ANN401
+    """Raise SceneError if a turning or sliding joint is given a position that its limits do not allow."""
+    names = entries(model, "jnt", int(model.njnt))
+    turning, sliding = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
+    for j in range(int(model.njnt)):
+        if model.jnt_limited[j] and model.jnt_type[j] in (turning, sliding):
+            low, high = (float(end) for end in model.jnt_range[j])
+            where, position = f"qpos: joint {quoted(names[j] or j)}", float(qpos[model.jnt_qposadr[j]])
+            check_within(where, position, low, high, turning=model.jnt_type[j] == turning)
 
 
 def _number(model: Any, key: str | int) -> int:  # noqa: ANN401

@@ -12,10 +12,12 @@ from holdfast.base.arrays import Float, checked_number, unit
 from holdfast.base.errors import SceneError, located, message, nearest_of
 from holdfast.base.ranges import PLACE
 from holdfast.base.text import listed, quoted
+from holdfast.scene.formats.joint_limits import check_within
 from holdfast.scene.formats.rigid_parts import pose_of
 from holdfast.scene.xml import Element
 
 TURNING, SLIDING = ("revolute", "continuous"), ("prismatic",)
+LIMITED = ("revolute", *SLIDING)
 KINDS = ("fixed", "floating", "planar", *TURNING, *SLIDING)
 
 
@@ -124,7 +126,7 @@ def _position(element: Element, elements: Mapping[str, Element], positions: Mapp
     for _ in range(len(elements) + 1):
         name = element.attribute("name")
         if name in positions:
-            return factor * checked_number(positions[name], f"joints: {quoted(name)}", within=PLACE) + offset
+            return factor * _given(element, name, positions[name]) + offset
         mimic = element.child("mimic")
         if mimic is None:
             return offset
@@ -135,6 +137,17 @@ def _position(element: Element, elements: Mapping[str, Element], positions: Mapp
             mimic.fail(f"names the joint {quoted(other)}", nearest_of(other, elements))
         element = elements[other]
     return element.fail("mimics itself, by other joints", "needs one joint at the end that mimics none")
+
+
+def _given(element: Element, name: str, value: float) -> float:
+    """Return the position [rad or m] that is given for a joint; raises SceneError if its limits do not allow it."""
+    where = f"joints: {quoted(name)}"
+    position = checked_number(value, where, within=PLACE)
+    limit, kind = element.child("limit"), element.attribute("type")
+    if limit is not None and kind in LIMITED:
+        turning = kind in TURNING
+        check_within(where, position, limit.number("lower", 0.0), limit.number("upper", 0.0), turning=turning)
+    return position
 
 
 def _motion(element: Element, kind: str, position: float) -> Float:
