@@ -49,7 +49,7 @@ from holdfast.queries.request import (
 )
 from holdfast.queries.result import ROW_HEADS, Columns, least, told
 from holdfast.queries.sets import ConvexSet
-from holdfast.scene.scene import Scene
+from holdfast.scene.scene import Scene, with_notes
 
 MOST_DIRECTIONS = 1_000_000  # more answers than the memory holds
 DIRECTIONS = 100  # number of directions on the default circle (Fig. 15)
@@ -203,7 +203,12 @@ def tilted(assembly: Assembly | Scene, tilt: ArrayLike) -> Assembly:
     else:
         turn = Rotation.from_rotvec(np.radians(checked(tilt, (3,), where, within=ANGLE))).as_matrix()
     assembly = checked_assembly(assembly)
-    return replace(assembly, scene=replace(assembly.scene, gravity=turn.T @ assembly.scene.gravity))
+    vector = np.degrees(Rotation.from_matrix(turn).as_rotvec())
+    angle = float(np.linalg.norm(vector))
+    axis = ", ".join(f"{v + 0.0:.3g}" for v in np.round(vector / angle, 9)) if angle else "any axis"
+    told = f"the carrier is tilted by {angle:.4g}° about ({axis})"
+    leaning = replace(assembly.scene, gravity=turn.T @ assembly.scene.gravity)
+    return replace(assembly, scene=with_notes(leaning, [told] if angle else []))
 
 
 def safe_time_scale(

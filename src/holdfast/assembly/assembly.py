@@ -16,6 +16,7 @@ from holdfast.assembly.axes import contact_axes, own_frame
 from holdfast.assembly.caution import (
     check_copies,
     check_units,
+    doubts,
     warn_of_centres,
     warn_of_gap,
     warn_of_huge,
@@ -37,7 +38,7 @@ from holdfast.contacts.search import Found, search
 from holdfast.contacts.tolerances import DEFAULT_ANGLE, SIGMAS, Tolerances
 from holdfast.scene.body import Body
 from holdfast.scene.pairs import checked_pairs
-from holdfast.scene.scene import Scene
+from holdfast.scene.scene import Scene, with_notes
 
 MOST_KEPT = 4000  # bodies, counted once for each part and each prepared engine that an assembly and its edits keep
 FIXED = -1  # the body number of all fixed bodies, which are one node of the contact graph
@@ -447,6 +448,7 @@ def assemble(
         check_units(scene.movable)
         warn_of_huge(scene.movable, stacklevel=3)
     warn_of_centres(scene.movable, stacklevel=3)
+    scene = with_notes(scene, doubts(scene.movable))
     if not tolerances.by_pair:
         warn_of_gap(scene.movable, tolerances.gap, stacklevel=3)
     if interfaces is not None:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from holdfast.base.errors import HoldfastWarning, SceneError, message
+from holdfast.base.errors import HoldfastError, HoldfastWarning, SceneError, message
 from holdfast.base.text import listed, quoted
 from holdfast.contacts.overlap import Overlap
 from holdfast.scene.body import Body
@@ -19,7 +19,13 @@ HUGE = 50.0  # [m] a movable body larger than this is suspected to be given in o
 # in millimetres, all sizes say that the units are wrong
 SMALL_AMONG_HUGE, USUAL_AMONG_HUGE = 2.0, 20.0
 ASIDE = 1.0  # [-] of its size: a centre of mass farther outside of its body is suspected to be given in other units
-WORST = 5  # the most overlaps that one warning names
+WORST = 5  # the most overlaps that one warning names, and the most bodies with a note of the same kind
+# [kg/m³] Osmium has 22,600 and air 1.2: what lies beyond has other units. Models of papers have a density of 1, to
+# within what their meshes lose
+HEAVIEST, LIGHTEST = 25_000.0, 0.9
+# [-] times the size of the largest other movable body: one in millimetres among metres is a thousand times too large,
+# and may itself be smaller than the others
+OUTSIZE = 300.0
 
 
 def check_units(bodies: Iterable[Body]) -> None:
@@ -53,6 +59,34 @@ def check_copies(scene: Scene) -> None:
 
 def _across(body: Body) -> float:
     return float((body.box[1] - body.box[0]).max())
+
+
+def doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
+    """Return notes on movable bodies whose density or size suggests that they are given in other units."""
+    across = {body.name: _across(body) for body in bodies}
+    dense = [f"{body.name}: {told}" for body in bodies if (told := _dense(body))]
+    notes = dense[:WORST] + ([f"and {len(dense) - WORST:,} more bodies like that"] if len(dense) > WORST else [])
+    widest = sorted(across, key=lambda name: across[name])[-2:]
+    if widest and across[widest[-1]] > HUGE:
+        notes.append(f"{widest[-1]}: {across[widest[-1]]:.3g} m across: is its size in millimetres?")
+    elif len(widest) > 1 and across[widest[1]] > OUTSIZE * across[widest[0]]:
+        times = f"{across[widest[1]] / across[widest[0]]:,.0f} times as large as any other body that can move"
+        notes.append(f"{widest[1]}: {across[widest[1]]:.3g} m across, {times}: is its size in millimetres?")
+    return tuple(notes)
+
+
+def _dense(body: Body) -> str:
+    """Say what is odd about the density of a movable body; "" if nothing is, or if its shape encloses no volume."""
+    try:
+        volume = body.shape.mass_properties.volume
+    except HoldfastError:
+        return ""
+    density = 0.0 if body.mass is None else body.mass / volume
+    if LIGHTEST <= density <= HEAVIEST:
+        return ""
+    what = "heavier than any material" if density > HEAVIEST else "lighter than air"
+    amount = f"{body.mass:,.6g} kg in {1e3 * volume:,.3g} litres, {density:,.3g} kg/m³"
+    return f"{amount}, is {what}: are these kilograms and metres?"
 
 
 def warn_of_huge(bodies: Iterable[Body], *, stacklevel: int) -> None:

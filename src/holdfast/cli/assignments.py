@@ -66,6 +66,16 @@ def poses(texts: Sequence[str]) -> dict[str, Float]:
     return found
 
 
+def turns(texts: Sequence[str]) -> list[str]:
+    """Say by how much each pose that is given with angles turns its body, with the unit."""
+    found = []
+    for name, value in assigned("--pose", texts, POSE).items():
+        angles = numbers("--pose", value, POSE)[3:]
+        if any(angles):
+            found.append(f"{name} by {', '.join(f'{angle:g}°' for angle in angles)} about x, y and z")
+    return found
+
+
 def of_all_and_each(option: str, texts: Sequence[str], form: str) -> tuple[float | None, dict[str, float]]:
     """Split texts into one number for all, at most, and numbers by names."""
     alone = [text for text in texts if "=" not in text]

@@ -39,7 +39,7 @@ from holdfast.scene.body import Body
 from holdfast.scene.formats.registry import save_scene
 from holdfast.scene.friction import Friction
 from holdfast.scene.meshes.read import SUFFIXES as MESH_SUFFIXES
-from holdfast.scene.scene import Scene
+from holdfast.scene.scene import Scene, with_notes
 from holdfast.scene.shapes import Mesh
 
 CORNERS = "x0,y0,x1,y1 or x0,y0,z0,x1,y1,z1"
@@ -123,6 +123,7 @@ def place(
         "spacing": spacing,
         "friction": _friction(rest, bodies, whole.friction, object_friction or ()),
     }
+    rest = with_notes(rest, [f"--cone: the way in may lean by {cone:g}°"] if cone else [])
     for_one = {"least_supports": least_supports, "next_to": next_to, "candidates": candidates, "attempts": attempts}
     for_many = {"stack": stack or None, "apart": apart}
     result = _placed(scene.assembled(rest), bodies, engine_with(engine), asked, for_one, for_many)

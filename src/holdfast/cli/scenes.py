@@ -16,12 +16,12 @@ import typer
 from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.errors import HoldfastError, SceneError, located, message, nearest_of
 from holdfast.base.text import quoted
-from holdfast.cli.assignments import POSE, assigned, number, numbers, of_all_and_each, poses
+from holdfast.cli.assignments import POSE, assigned, number, numbers, of_all_and_each, poses, turns
 from holdfast.scene.formats.native import NATIVE
 from holdfast.scene.formats.registry import Format, format_of, read_as
 from holdfast.scene.formats.source import MAX_BYTES, Source
 from holdfast.scene.friction import Friction
-from holdfast.scene.scene import Scene
+from holdfast.scene.scene import Scene, with_notes
 from holdfast.scene.shipped import shipped_scene, shipped_scenes
 
 STREAM = "-"  # in place of a file: standard input or output
@@ -119,12 +119,13 @@ class SceneGiven:
             "within": self.within,
         }
         options = {name: value for name, value in given.items() if value is not None}
+        turned = [f"--pose turns {told}" for told in turns(self.pose or ())]
         moved, held = poses(self.pose or ()), self.fixed or []
         if "poses" in chosen.options and moved:
             options["poses"], moved = moved, {}
         if "fixed" in chosen.options and held:
             options["fixed"], held = held, []
-        return options, lambda scene: paired(_fixed(scene, held).moved(moved), pairs, "--friction")
+        return options, lambda scene: with_notes(paired(_fixed(scene, held).moved(moved), pairs, "--friction"), turned)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,7 +152,12 @@ class AssemblyGiven(SceneGiven):
 
     def assembled(self, scene: Scene | None = None) -> Assembly:
         """Return the scene, or another one in its place, with its contacts."""
-        given = self.read() if scene is None else scene
+        told = []
+        if self.angle is not None:
+            told.append(f"--angle: faces touch at up to {self.angle:g}°")
+        if self.pose_sigma is not None:
+            told.append("--pose-sigma: {:g} m and {:g}°".format(*self.pose_sigma))
+        given = with_notes(self.read() if scene is None else scene, told)
         return assemble(given, gap=self.gap, angle=self.angle, pose_sigma=self.pose_sigma, allow_large=self.allow_large)
 
 

@@ -22,6 +22,9 @@ from holdfast.cli.terminal import progress
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.report.settled import settled_report
 from holdfast.scene.formats.registry import save_scene
+from holdfast.scene.scene import with_notes
+
+TURN = 15.0  # [deg] default of --turn
 
 
 @takes_scene
@@ -31,7 +34,7 @@ def settle(
         Path | None, typer.Option("--output", "-o", help=f"write the scene at rest to this file: {WRITTEN_SUFFIXES}")
     ] = None,
     reach: Annotated[float, typer.Option(help="a body that goes farther than this in m falls")] = 0.03,
-    turn: Annotated[float, typer.Option(help="a body that turns by more than this in degrees falls")] = 15.0,
+    turn: Annotated[float, typer.Option(help="a body that turns by more than this in degrees falls")] = TURN,
     known: Annotated[list[str] | None, typer.Option(help="a body whose pose is exact (may be repeated)")] = None,
     upright: Annotated[list[str] | None, typer.Option(help="a body that stands upright (may be repeated)")] = None,
     pose_sigma: Annotated[float | None, typer.Option(help="standard deviation of the positions in m")] = None,
@@ -44,9 +47,11 @@ def settle(
     """Bring a perceived or authored scene to rest near its poses, and say what moved and what falls."""
     check_suffix(png, ".png")
     method = engine_with(engine)
+    told = [f"--turn: what turns by more than {turn:g}° falls"] if turn != TURN else []
+    told += [] if angle is None else [f"--angle: faces touch at up to {angle:g}°"]
     with progress():
         result = settled(
-            scene.read(),
+            with_notes(scene.read(), told),
             reach=reach,
             turn=turn,
             known=known or (),

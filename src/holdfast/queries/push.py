@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -28,6 +28,7 @@ from holdfast.queries.request import (
     Load,
     checked_assembly,
     engine_of,
+    pulls,
     pushes,
     total_wrench,
 )
@@ -132,6 +133,7 @@ def robustness(
     method = engine_of(engine)
     held = total_wrench(assembly, standing)
     found = asked(method, assembly, W, held, bound=bound, imperfect=imperfect)
+    found = replace(found, notes=(*found.notes, *pulls(assembly, body, p, e)))
     return Robustness(answers=found, body=body, points=p, directions=e)
 
 

@@ -21,13 +21,17 @@ from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.contract import Engine
 from holdfast.engines.graph.engine import Graph
 from holdfast.engines.limit.engine import Limit
-from holdfast.geometry.distance import distance_to_surface
+from holdfast.geometry.distance import distance_to_surface, winding_number
 from holdfast.scene.scene import Scene
 
 ENGINES: dict[str, Callable[[], Engine]] = {"graph": Graph, "limit": Limit, "compliant": Compliant}
 
 DEFAULT_ENGINE = "compliant"  # the engine of every query that does not name another
 CERTAIN_ENGINE = "limit"  # the engine that proves above which load no equilibrium exists, and all that follows from it
+
+INSIDE = 0.5  # how often a surface winds around a point, above which that is inside
+WAY, OFF = 1e-3, 10.0  # how far along a push is looked: in sizes of the body, and in distances of its point from it
+GRAZING = 0.01  # sine of the angle to the surface below which a push neither presses nor pulls
 
 EngineChoice: TypeAlias = str | Engine
 
@@ -200,3 +204,22 @@ def check_on_surface(assembly: Assembly, name: str, points: Float, where: str) -
         problem = f"point {worst} at {place} is {away} from the surface"
         remedy = f"needs points on the body (tolerance {tolerance * 1e3:.3g} mm), in world coordinates"
         raise SceneError(message(where, problem, remedy))
+
+
+def pulls(assembly: Assembly, name: str, points: Float, directions: Float) -> tuple[str, ...]:
+    """Return a note on the pushes at ``points`` (n, 3) [m] of a body that point away from its surface, if any do.
+
+    They come out of the body: a little way behind the point they are inside it, and a little way ahead outside. Where
+    a push grazes the surface, or leaves a thin body on its other side, nothing is said.
+    """
+    surface = assembly.scene.body(name).surface_world
+    off = distance_to_surface(points, surface)[:, None]
+    step = (WAY * surface.diagonal + OFF * off) * directions
+    rows = np.flatnonzero(winding_number(points - step, surface) > INSIDE)
+    deep = distance_to_surface((points - step)[rows], surface) > GRAZING * np.linalg.norm(step[rows], axis=1)
+    rows = rows[deep & (winding_number((points + step)[rows], surface) < INSIDE)]
+    if not len(rows):
+        return ()
+    if len(points) == 1:
+        return (f"the push points away from the surface of {name}: it pulls",)
+    return (f"{len(rows):,} of {len(points):,} pushes, the first number {rows[0]}, pull: they point away from {name}",)

@@ -44,8 +44,9 @@ class Scene(Value):
     bodies that do not touch, wherever they are: contacts and overlaps between them are not searched. Each of the two is
     a name, or a name and the number of one part of a compound, from 0: ``[("hand", "cup"), (("hand", 2), "table")]``.
     For what it may not touch, a part is not there. Each pair is in alphabetical order, and so are the pairs. ``notes``
-    say what a reader of files guessed and left out; they take no part in comparisons. Raises SceneError if one of these
-    conditions is violated, or if the friction table or ``excluded`` uses an unknown name.
+    say what a reader of files guessed and left out, and what looks like a mistake; they take no part in comparisons.
+    Raises SceneError if one of these conditions is violated, or if the friction table or ``excluded`` uses an unknown
+    name.
     """
 
     bodies: tuple[Body, ...]
@@ -216,6 +217,12 @@ class Scene(Value):
         Raises SceneError if the table has none, or for an unknown name.
         """
         return self.friction.between(self.body(a).name, self.body(b).name, self.materials)
+
+
+def with_notes(scene: Scene, notes: Iterable[str]) -> Scene:
+    """Return the scene with these notes behind its own, each once."""
+    whole = tuple(dict.fromkeys((*scene.notes, *notes)))
+    return scene if whole == scene.notes else altered(scene, notes=whole)
 
 
 def _checked_notes(notes: Iterable[str]) -> Iterator[str]:
