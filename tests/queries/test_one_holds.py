@@ -1,0 +1,113 @@
+"""One number is said to hold: the least lower bound of all rows, in every form of an answer, with its row (P3)."""
+
+from __future__ import annotations
+
+import io
+import json
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+import holdfast as hf
+from holdfast.base.public import number
+from holdfast.report.carried import carried_report, timeline
+from holdfast.report.picture import picture_of
+from holdfast.report.push import push_report
+from holdfast.report.tables import map_report, transport_report
+from holdfast.report.transport import polar_picture
+from holdfast.scene.shipped.blocks import at
+
+
+def shelf() -> hf.Scene:
+    """The shelf of the README."""
+    return hf.Scene(
+        [
+            hf.Body("shelf", hf.Box((0.6, 0.3, 0.02)), pose=at(0, 0, -0.01), fixed=True),
+            hf.Body("book", hf.Box((0.15, 0.21, 0.03)), mass=0.7, pose=at(-0.1, 0, 0.015)),
+            hf.Body("vase", hf.Cylinder(0.03, 0.2), mass=0.4, pose=at(0.1, 0, 0.1)),
+        ],
+        0.5,
+        name="shelf",
+    )
+
+
+def text_of(report: Any) -> str:
+    """A report as it stands in a wide terminal."""
+    console = Console(file=io.StringIO(), width=400)
+    console.print(report)
+    return console.file.getvalue()  # type: ignore[attr-defined]
+
+
+def test_transport_says_one_number_in_its_head_table_picture_and_json() -> None:
+    found = hf.transport_limits(shelf())
+    row = int(np.argmin(found.lower))
+    assert found.lower[row] < found.lower[int(np.argmin(found.acceleration))]  # here the two directions differ
+    value, degrees = number(found.lower[row]), f"{3.6 * row:.4g}°"
+    told = text_of(transport_report(found))
+    assert f"holds {value} m/s² in every direction, the least towards {degrees}" in told
+    (arc,) = [line.split() for line in told.splitlines() if "topple: vase" in line and "from" not in line]
+    assert arc[4:6] == [value, degrees]
+    lines = polar_picture([found]).curves[0].lines
+    assert f"holds {value} in every direction, the least at {degrees}" in lines
+    assert f"holds {value} m/s²" in repr(found)
+    data = json.loads(json.dumps(found.to_dict()))
+    assert data["holds"] == {"lower": found.lower[row], "row": row, "direction": found.directions[row].tolist()}
+
+
+def test_the_table_takes_the_least_lower_bound_of_each_arc() -> None:
+    """Twelve arcs at most: every lower bound of an arc is at least what its row says."""
+    found = hf.transport_limits(hf.shipped_scene("table"), np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]]))
+    least = number(found.lower.min())
+    assert least in text_of(transport_report(found)).split("holds")[-1]
+
+
+def test_a_map_says_what_holds_everywhere() -> None:
+    found = hf.robustness_map(shelf(), spacing=0.03)
+    row = int(np.argmin(found.lower))
+    held = f"holds {number(found.lower[row], 'N')}"
+    assert f"{held} at every point, the least on {found.body[row]} at (" in text_of(map_report(found))
+    assert f"{held} everywhere" in picture_of(found).subtitle
+    holds = found.to_dict()["holds"]
+    assert (holds["row"], holds["body"], holds["lower"]) == (row, found.body[row], found.lower[row])
+
+
+def test_what_is_carried_is_judged_by_the_least_of_all_times() -> None:
+    motion = hf.Profile(np.linspace(0, 1, 21), [(2 * np.sin(6 * t), 0, 0) for t in np.linspace(0, 1, 21)])
+    found = hf.carry(shelf(), motion)
+    row = int(np.argmin(found.lower))
+    assert found.to_dict()["holds"] == {"lower": found.lower[row], "row": row, "time": float(motion.time[row])}
+    assert found.time_scale() == pytest.approx(np.sqrt(found.lower[row]))
+    assert f"at most {100 / found.lower[row]:.3g} %" in found.reason
+    assert found.reason in timeline(found).lines[0]
+    assert number(found.lower[row]) in text_of(carried_report(found)).split("where the least is left")[1]
+
+
+@pytest.mark.parametrize(
+    ("engine", "head", "said"),
+    [
+        ("compliant", "(engine compliant: contacts at rest)", "holds "),
+        ("limit", "(engine limit: an equilibrium exists)", "an equilibrium exists up to "),
+        ("graph", "(engine graph: an estimate)", "no bound is known on either side"),
+    ],
+)
+def test_what_an_engine_claims_is_not_said_as_what_a_number_promises(engine: str, head: str, said: str) -> None:
+    found = hf.robustness(shelf(), "vase", (0.07, 0, 0.15), (1, 0, 0), engine=engine)
+    first, second = text_of(push_report(found)).splitlines()[:2]
+    assert head in first
+    assert "holds" not in first
+    assert second.startswith(said)
+    if engine == "graph":
+        assert found.to_dict()["holds"] is None
+
+
+def test_an_undecided_row_promises_nothing_for_all() -> None:
+    found = hf.transport_limits(shelf(), [(1, 0, 0), (0, 1, 0)])
+    lower = found.lower.copy()
+    assert hf.transport_limits(shelf(), [(1, 0, 0)]).to_dict()["holds"]["row"] == 0
+    lower[1] = 0.0
+    doubtful = replace(found, answers=replace(found.answers, lower=lower))
+    assert doubtful.to_dict()["holds"] == {"lower": 0.0, "row": 1, "direction": [0.0, 1.0, 0.0]}
+    assert "in every direction, the least" not in text_of(transport_report(doubtful))
