@@ -48,7 +48,8 @@ def test_below_that_it_holds_and_tells_how_much_is_left(engine: str) -> None:
     assert c.outcome is hf.Status.STABLE
     assert (c.time, c.first) == (np.inf, ())
     assert c.used == pytest.approx([0, 3 / (MU * G), 0], rel=0.01)
-    assert c.holds.all()
+    assert c.holds
+    assert c.held.all()
     assert not c.moves.any()
 
 
