@@ -182,7 +182,7 @@ def test_on_a_pallet_all_boxes_have_colours_soon_and_a_click_goes_first(page: An
     with hf.view(pallet(boxes), browser=False) as live:
         model = live._window.model
         page.goto(live.url)
-        page.get_by_text("engine compliant (holds)").wait_for(timeout=PATIENCE)
+        page.get_by_text("engine compliant (contacts at rest)").wait_for(timeout=PATIENCE)
         while model.map is None or len(model.map.cells) < 40:
             page.wait_for_timeout(500)
         check_colours(page, live)

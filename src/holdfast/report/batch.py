@@ -32,7 +32,7 @@ ALIKE = 48  # characters of the reasons of one kind that are the same
 VERDICTS = {"stable": "#3c9a5f", "unstable": "#cf4f3c", "undecided": "#d9a13b", "not asked": "#b9bec7"}
 ENDINGS = {"answered": "#4a78b5", "error": "#d9a13b", "time": "#8a5fb0", "memory": "#cf7a3c", "crash": "#cf4f3c"}
 COLUMNS = ("scene", "path", "outcome", "told", "status", "reason", "moving", "bodies", "weakest", "weakest_body")
-MEASURES = ("acceleration", "seconds", "peak_mb")
+MEASURES = ("weakest_lower", "acceleration", "acceleration_lower", "seconds", "peak_mb")
 
 
 def write_report(folder: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
@@ -116,10 +116,10 @@ def _picture(row: Row, options: Mapping[str, Any]) -> bytes | None:
 
 def _strength(row: Row) -> str:
     parts = [escaped(row["status"] or "no verdict")]
-    if row["weakest"] is not None:
-        parts.append(number(row["weakest"], "N"))
-    if row["acceleration"] is not None:
-        parts.append(number(row["acceleration"], "m/s²"))
+    for name, unit in (("weakest", "N"), ("acceleration", "m/s²")):
+        value, lower = row[name], row[f"{name}_lower"]
+        if value is not None:
+            parts.append(number(value, unit) + (f" (all at least {number(lower, unit)})" if lower else ""))
     return ", ".join(parts)
 
 
@@ -137,11 +137,15 @@ def _weakest(rows: Sequence[Row]) -> str:
             _amount(row["weakest"]),
             row["weakest_body"] or "",
             _gives_way(row),
+            _amount(row["weakest_lower"]),
             _amount(row["acceleration"]),
+            _amount(row["acceleration_lower"]),
         )
         for row in _weakest_first(rows, SHOWN)
     ]
-    return _table(("scene", "verdict", "weakest push [N]", "on", "what gives way", "acceleration [m/s²]"), cells)
+    force, rate = "least lower bound [N]", "least lower bound [m/s²]"
+    heads = ("scene", "verdict", "weakest push [N]", "on", "what gives way", force, "acceleration [m/s²]", rate)
+    return _table(heads, cells)
 
 
 def _slowest(rows: Sequence[Row]) -> str:
