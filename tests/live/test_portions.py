@@ -109,7 +109,7 @@ def test_a_part_of_a_map_is_shown_with_its_claim_and_the_rest_as_not_asked() -> 
     assert np.unique(rgb["floor"], axis=0) == pytest.approx(np.array([colours.FIXED]))
     assert not any(np.allclose(row, pale["large"]) for row in rgb["large"])
     text = scenery.legend_html(model, MAP)
-    assert f"engine limit ({Claim.EXISTS})" in text
+    assert f"engine limit ({Claim.EXISTS.words})" in text
     assert "1 of 3 bodies at points 0.2 m apart, 2 pale ones not asked yet" in text
     while not model.mapped:
         model.ask_map()

@@ -324,7 +324,7 @@ def test_positions_outside_the_limits_of_a_joint_are_told_with_both_units() -> N
         '<body name="arm" pos="0 0 1"><joint name="shoulder" type="hinge" axis="0 0 1" range="-90 90"/>'
         '<joint name="lift" type="slide" axis="0 0 1" range="0 0.3"/><geom size=".1 .1 .1" type="box" mass="1"/></body>'
     )
-    assert scene(FLOOR + arm, qpos=[1.5, 0.3]).body("arm").fixed
+    assert scene(FLOOR + arm, qpos=[1.5, 0.3], rigid=True).body("arm").pose[2, 3] == pytest.approx(1.3)
     with pytest.raises(hf.SceneError, match=r"qpos: joint 'shoulder': 45 rad .* -1.5708 to 1.5708 rad.*are 0.7854 rad"):
         scene(FLOOR + arm, qpos=[45, 0.1])
     with pytest.raises(hf.SceneError, match=r"qpos: joint 'lift': 100 m .* 0 to 0.3 m.*100 mm are 0.1 m"):

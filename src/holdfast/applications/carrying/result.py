@@ -93,8 +93,9 @@ class Carried(Columns):
             k = int(np.argmax(self.moves))
             return f"at {number(self.time, 's')} {gives_way(self.mode[k], self.first)}"
         if self.outcome is Status.STABLE:
-            spare = float(self.used.max(initial=0.0))
-            return f"at most {100 * spare:.3g} % of what it withstands is used"
+            most = int(np.argmax(self.used))
+            used, when = float(self.used[most]), number(float(self.profile.time[most]), "s")
+            return f"at most {100 * used:.3g} % of what it withstands is used" + (f", at {when}" if used > 0 else "")
         k = int(np.argmin(self.held))
         why = self.undecided.text or f"factor {number(self.factor[k])}, known to be at least {number(self.lower[k])}"
         return f"not known to hold from {number(float(self.profile.time[k]), 's')}: {why}"
