@@ -114,7 +114,7 @@ def test_a_part_of_a_map_is_shown_with_its_claim_and_the_rest_as_not_asked() -> 
     while not model.mapped:
         model.ask_map()
     text = scenery.legend_html(model, MAP)
-    assert f"engine limit ({Claim.EXISTS}), {len(model.map.force):,} inward pushes<" in text  # type: ignore[union-attr]
+    assert f"engine limit ({Claim.EXISTS.words}), {len(model.map.force):,} inward pushes<" in text  # type: ignore[union-attr]
 
 
 def test_an_edit_begins_a_new_map() -> None:
