@@ -32,6 +32,7 @@ ALLOWED = {
     ("holdfast.base.linking", "_values"),  # of its options, which are compared at every call that it compiles
     # viser has no public way to tell which control a message is about: its values are checked before viser takes them
     ("holdfast.live.window", "_gui_input_handle_from_uuid"),
+    ("holdfast.__main__", "_exit"),  # likewise, before any thread was begun
     ("holdfast.cli.stopping", "_exit"),  # public in spite of its name: the end of a process that waits for no thread
     # By this attribute, the one that its own dispatchers have, Numba knows how to call an object from compiled code
     ("holdfast.base.compiled", "_numba_type_"),

@@ -35,7 +35,7 @@ from holdfast.contacts.detect import box_distance, neighbours
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import Overlap, distance
 from holdfast.contacts.search import Found, search
-from holdfast.contacts.tolerances import DEFAULT_ANGLE, SIGMAS, Tolerances
+from holdfast.contacts.tolerances import Tolerances, tolerances_of
 from holdfast.scene.body import Body
 from holdfast.scene.pairs import checked_pairs
 from holdfast.scene.scene import Scene, with_notes
@@ -443,7 +443,8 @@ def assemble(
         )
     if interfaces is None:
         check_copies(scene)
-    tolerances = _tolerances(scene, gap, angle, pose_sigma)
+    sigma = None if pose_sigma is None else checked_pose_sigma(pose_sigma, "assemble")
+    tolerances = tolerances_of(scene, gap, angle, sigma)
     if not checked_truth(allow_large, "assemble: allow_large"):
         check_units(scene.movable)
         warn_of_huge(scene.movable, stacklevel=3)
@@ -454,23 +455,6 @@ def assemble(
     if interfaces is not None:
         return Assembly(scene, _given(scene, interfaces), tolerances, detected=False)
     return _search(scene, tolerances, (), stacklevel=3)
-
-
-def _tolerances(
-    scene: Scene, gap: float | None, angle: float | None, pose_sigma: float | tuple[float, float] | None
-) -> Tolerances:
-    """Check the tolerances given to ``assemble``, and complete them."""
-    if angle is not None:
-        angle = checked_number(angle, "assemble: angle", above=0)
-        if angle >= 90:
-            raise HoldfastError(message("assemble", f"angle = {angle:g} deg", "needs less than 90"))
-    plain = DEFAULT_ANGLE if angle is None else angle
-    if pose_sigma is not None:
-        metres, tilt = checked_pose_sigma(pose_sigma, "assemble")
-        return Tolerances(SIGMAS * metres, plain, tilt, capped=True)
-    if gap is not None:
-        return Tolerances(checked_number(gap, "assemble: gap", above=0, within=TOLERANCE), plain)
-    return Tolerances.measured(scene, angle)
 
 
 def _search(

@@ -9,7 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Bool, Float
+from holdfast.base.arrays import Bool, Float, checked_number
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.ranges import TOLERANCE
 from holdfast.base.values import Value
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
@@ -194,3 +196,23 @@ def reach(a: Body, b: Body) -> float:
 
 def _thin(a: Body, b: Body) -> float:
     return THINNEST * min(a.shape.surface.thickness, b.shape.surface.thickness)
+
+
+def tolerances_of(
+    scene: Scene, gap: float | None, angle: float | None, sigma: tuple[float, float] | None
+) -> Tolerances:
+    """Return the tolerances of a scene from what ``assemble`` was given, with what it was not given.
+
+    ``sigma`` are the standard deviations of poses, [m] and [deg]. Raises HoldfastError if a number is out of range.
+    """
+    if angle is not None:
+        angle = checked_number(angle, "assemble: angle", above=0)
+        if angle >= 90:
+            raise HoldfastError(message("assemble", f"angle = {angle:g} deg", "needs less than 90"))
+    plain = DEFAULT_ANGLE if angle is None else angle
+    if sigma is not None:
+        metres, tilt = sigma
+        return Tolerances(SIGMAS * metres, plain, tilt, capped=True)
+    if gap is not None:
+        return Tolerances(checked_number(gap, "assemble: gap", above=0, within=TOLERANCE), plain)
+    return Tolerances.measured(scene, angle)
