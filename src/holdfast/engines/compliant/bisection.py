@@ -61,14 +61,15 @@ def with_bisected_peaks(grid: Grid, W: Float, paths: PathResult) -> PathResult:
 def _bracket(grid: Grid, column: Float, paths: PathResult, k: int) -> Peak:
     """Return what path k and limit analysis say of the peak under a load ``column`` (6J,).
 
-    If the path was lost at once, the assembly holds no more than its weight. Bodies move with the mechanism of limit
-    analysis, or with the path's last motion where limit analysis has none.
+    If the path was lost at once, the assembly holds no more than its weight. Bodies move with the path's motion or,
+    where all that begins there is resisted, with the mechanism of limit analysis.
     """
     certain = grid.certain.load_factor(column[:, None])
     begun = paths.peak[k] > 0
     holds, q = (float(paths.peak[k]), paths.q[k]) if begun else (0.0, grid.settled.q)
     mechanism = certain.mechanism[0]
-    motion = paths.motion[k] if mechanism is None else motion_row(grid.assembly, mechanism.twists)
+    known = mechanism is None or paths.motion[k].any()
+    motion = paths.motion[k] if known else motion_row(grid.assembly, mechanism.twists)
     moves = float(certain.upper[0])
     return Peak(holds, moves if moves > holds else np.inf, q, motion)
 
