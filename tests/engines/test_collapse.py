@@ -25,7 +25,7 @@ def test_a_flat_box_on_a_steep_slope_slides_down_and_nothing_else_moves(lean: tu
     velocity = relative_velocity(nodes, assembly.com, twists)
     assert (velocity[:, 0] - 0.5 * np.linalg.norm(velocity[:, 1:], axis=1)).min() > -1e-7 * np.abs(velocity).max()
     assert float(twists.ravel() @ assembly.weight_wrench()) > 0
-    assert modes_of(velocity[None], nodes.mu) == [mode]
+    assert modes_of(assembly, nodes, twists[None], velocity[None], dual=True) == [mode]
     down = twists[0, :2] / np.linalg.norm(twists[0, :2])
     np.testing.assert_allclose(down, np.array(lean) / np.linalg.norm(lean), atol=1e-5)
 

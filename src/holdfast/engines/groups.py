@@ -442,6 +442,7 @@ def _all_motions(motions: Sequence[Mechanism | None]) -> Mechanism | None:
         return known[0] if known else None
     kinematics = Kinematics.joined([motion.kinematics for motion in known])
     modes = {motion.mode for motion in known} - {"none"}
+    modes = modes - {"roll"} or modes
     return Mechanism(
         moving=tuple(name for motion in known for name in motion.moving),
         own=np.vstack([motion.own for motion in known]),

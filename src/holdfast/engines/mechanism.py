@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -22,9 +22,12 @@ from holdfast.base.values import Value, seal
 AT_REST = 1e-6  # speed, relative to the largest, below which something counts as at rest
 MOST_BODIES = 1_000_000  # of an assembly that is read from a file
 FARTHEST = 1e10  # of all coordinates [m] and coefficients that are read from a file
+CLOSED = 0.02  # opening, relative to a node's own speed, up to which it stays closed
+SHARE = 0.05  # of sliding and opening together, by the fastest node of each, below which one of them does not count
+STILL = 1e-4  # speed at contacts, relative to that of the bodies, below which nothing slides or opens
 NAMED = 8  # the most body names in one part of a sentence
 
-Mode = Literal["slip", "topple", "mixed", "none"]
+Mode = Literal["slip", "topple", "mixed", "roll", "none"]
 
 
 @archived
@@ -119,9 +122,9 @@ class Mechanism(Value):
     ``twists`` (J, 6) are the twists of all movable bodies about their centres of mass, along the world axes; bodies of
     other groups are at rest. They are scaled so that the fastest body has |velocity| + size |angular velocity| = 1,
     with the size of the group. ``moving`` gives the names of the bodies that move, and ``mode`` says whether contacts
-    slide, open or both. If ``dual`` is True, this is a dual motion like those of engine ``limit``: a contact that
+    slide, open, both or neither (``modes_of``). If ``dual`` is True, this is a dual motion like those of engine ``limit``: a contact that
     slides by |u_t| also opens by μ |u_t|. ``text`` describes the motion of each group of bodies and names the contacts
-    that slide or open. ``own`` (K, 6) are the twists of the bodies of the ``kinematics`` alone.
+    that slide, open or roll. ``own`` (K, 6) are the twists of the bodies of the ``kinematics`` alone.
     """
 
     moving: tuple[str, ...]
@@ -159,6 +162,11 @@ class Mechanism(Value):
         every[self.kinematics.numbers] = self.own
         return frozen(every)
 
+    @property
+    def velocities(self) -> Float:
+        """The velocities (I, 3) of body b relative to body a at the contact nodes, along their axes."""
+        return relative_velocity(self.kinematics.nodes, self.kinematics.com, self.own)
+
     @cached_property
     def text(self) -> str:
         """The motion in words, composed on demand: maps hold thousands of mechanisms that nobody reads."""
@@ -189,24 +197,73 @@ def moving_bodies(motion: Float, scale: Float) -> Bool:
     return np.asarray(speeds > AT_REST * speeds.max(axis=-1, keepdims=True, initial=0.0))
 
 
-def modes_of(velocities: Float, mu: Float) -> list[Mode]:
-    """Say for each of k motions whether contacts slide, open or both, from relative velocities (k, I, 3).
+class Parting(NamedTuple):
+    """How fast each contact node slides while it stays closed, and how fast it opens, (..., I) each; one of them is 0.
 
-    In a dual motion, a contact that slides also opens by u_n = μ |u_t|. It therefore counts as opening only if it opens
-    faster than that. For motions without dilatancy, ``mu`` (I,) has to be 0.
+    A node that opens does no work. One that stays closed carries what is carried at that moment, so its sliding is what
+    friction works against.
     """
-    sliding = np.sqrt((velocities[:, :, 1:] ** 2).sum(2))
-    speed = np.sqrt(velocities[:, :, 0] ** 2 + sliding**2)
-    moving = (speed > AT_REST * speed.max(1, initial=0)[:, None]) & (speed > 0)
-    opens = velocities[:, :, 0] > 1.02 * mu * sliding + 0.01 * speed
-    names: dict[tuple[bool, bool], Mode] = {
-        (False, False): "none",
-        (True, False): "topple",
-        (False, True): "slip",
-        (True, True): "mixed",
-    }
-    some_open, some_slide = (moving & opens).any(1), (moving & ~opens).any(1)
-    return [names[bool(o), bool(s)] for o, s in zip(some_open, some_slide, strict=True)]
+
+    sliding: Float
+    opening: Float
+
+    @property
+    def least(self) -> Float:
+        """(...) the speed below which a contact counts neither as sliding nor as opening: a SHARE of both together."""
+        return np.asarray(SHARE * (self.sliding.max(-1, initial=0.0) + self.opening.max(-1, initial=0.0)))
+
+
+def parting(nodes: ContactNodes, velocities: Float, *, dual: bool) -> Parting:
+    """Return how nodes part in motions with these relative velocities (..., I, 3).
+
+    In a ``dual`` motion, a contact that slides also opens by u_n = μ |u_t|, and rises by at least as much everywhere,
+    since it is rigid. There a node counts as opening only if it opens faster than the fastest sliding on its interface
+    lifts it.
+    """
+    normal, tangential = velocities[..., 0], np.sqrt((velocities[..., 1:] ** 2).sum(-1))
+    speed = np.sqrt(normal**2 + tangential**2)
+    lifted = np.zeros_like(normal)
+    if dual and len(nodes):
+        touches = normal <= nodes.mu * tangential + CLOSED * speed
+        _, first, back = np.unique(nodes.interface, return_index=True, return_inverse=True)
+        fastest = np.maximum.reduceat(np.where(touches, tangential, 0.0), first, axis=-1)
+        lifted = nodes.mu * np.maximum(fastest[..., back], tangential)
+    opening = normal - lifted
+    closed = opening <= CLOSED * speed
+    return Parting(np.where(closed, tangential, 0.0), np.where(closed, 0.0, opening))
+
+
+def modes_of(
+    assembly: Assembly, nodes: ContactNodes, twists: Float, velocities: Float, *, dual: bool
+) -> list[Mode]:
+    """Say what contacts do in each of k motions ``twists`` (k, 6J), with relative velocities (k, I, 3) at the nodes.
+
+    Contacts slide, open, or both, as far as each is more than a SHARE of the two. Where they do neither although bodies
+    move, a body with a round side rolls, and any other turns about its edge or corner. ``dual`` is as in ``parting``.
+    """
+    speeds = parting(nodes, velocities, dual=dual)
+    slides, opens = speeds.sliding.max(1, initial=0.0), speeds.opening.max(1, initial=0.0)
+    names: dict[tuple[bool, bool], Mode] = {(False, True): "topple", (True, False): "slip", (True, True): "mixed"}
+    modes: list[Mode] = []
+    rows = twists.reshape(len(twists), len(assembly.movable), 6)
+    for each, slide, open_, least in zip(rows, slides, opens, speeds.least, strict=True):
+        fastest = _speeds(each, assembly.size)
+        top = float(fastest.max(initial=0.0))
+        if slide + open_ > STILL * top:
+            modes.append(names[bool(slide > least), bool(open_ > least)])
+            continue
+        moving = [body for body, fast in zip(assembly.movable, fastest, strict=True) if fast > AT_REST * top]
+        if not moving or not velocities.shape[1]:
+            modes.append("none")
+        else:
+            modes.append("roll" if any(body.surface_world.curved.any() for body in moving) else "topple")
+    return modes
+
+
+def _speeds(twists: Float, size: float) -> Float:
+    """Return |velocity| + size |angular velocity| for twists (..., 6)."""
+    squares = twists * twists
+    return np.asarray(np.sqrt(squares[..., :3].sum(-1)) + size * np.sqrt(squares[..., 3:].sum(-1)))
 
 
 def describe(kinematics: Kinematics, twists: Float, mode: Mode, *, dual: bool) -> Mechanism:
@@ -217,8 +274,7 @@ def describe(kinematics: Kinematics, twists: Float, mode: Mode, *, dual: bool) -
 def describe_all(kinematics: Kinematics, twists: Float, modes: Sequence[Mode], *, dual: bool) -> list[Mechanism]:
     """Return the mechanisms of ``twists`` (n, 6K) with a mode each, as ``describe`` does."""
     twists = twists.reshape(len(twists), len(kinematics.names), 6)
-    squares = twists * twists
-    speeds = np.sqrt(squares[:, :, :3].sum(2)) + kinematics.size * np.sqrt(squares[:, :, 3:].sum(2))
+    speeds = _speeds(twists, kinematics.size)
     top = speeds.max(1, initial=0.0)
     scaled = twists / np.where(top > 0, top, 1.0)[:, None, None]
     moves = speeds > AT_REST * top[:, None]
@@ -253,19 +309,24 @@ def _groups(motion: Mechanism) -> list[str]:
 
 
 def _contacts(motion: Mechanism) -> list[str]:
-    """Name in words the contacts that slide and the contacts that open."""
-    nodes = motion.kinematics.nodes
-    velocity = relative_velocity(nodes, motion.kinematics.com, motion.own)
-    fastest = max(float(np.abs(velocity).max(initial=0)), 0.01)  # all nodes may lie on the axis of the motion
+    """Name in words the contacts that slide, open or roll: those by which ``modes_of`` names the motion."""
+    nodes, own = motion.kinematics.nodes, motion.own
+    speeds = parting(nodes, motion.velocities, dual=motion.dual)
     first = np.searchsorted(nodes.interface, np.arange(len(motion.kinematics.pairs) + 1))  # some may have no nodes
-    said: dict[Mode, list[str]] = {"slip": [], "topple": [], "mixed": []}
+    said: dict[str, list[str]] = {"slides": [], "opens": [], "slides and opens": [], "rolls": []}
+    apart = np.append(own, np.zeros((1, 6)), axis=0)  # the last one is that of fixed bodies
     for number, pair in enumerate(motion.kinematics.pairs):
         here = slice(first[number], first[number + 1])
-        if np.abs(velocity[here]).max(initial=0) > 1e-4 * fastest:
-            rise = nodes.mu[here] if motion.dual else np.zeros_like(nodes.mu[here])
-            said.setdefault(modes_of(velocity[here][None], rise)[0], []).append("-".join(pair))
-    words: tuple[tuple[Mode, str], ...] = (("slip", "slides"), ("topple", "opens"), ("mixed", "slides and opens"))
-    return [f"{word}: {listed(said[mode], NAMED)}" for mode, word in words if said[mode]]
+        if first[number] == first[number + 1]:
+            continue
+        fastest = max(float(speeds.least), STILL)
+        slides, opens = (bool(each[here].max() > fastest) for each in speeds)
+        spin = apart[nodes.b[first[number]], 3:] - apart[nodes.a[first[number]], 3:]
+        if slides or opens:
+            said["slides and opens" if slides and opens else "slides" if slides else "opens"].append("-".join(pair))
+        elif motion.mode == "roll" and np.linalg.norm(spin) * motion.kinematics.size > STILL:
+            said["rolls"].append("-".join(pair))
+    return [f"{word}: {listed(named, NAMED)}" for word, named in said.items() if named]
 
 
 def _motion(twist: Float, size: float, plural: bool) -> str:

@@ -194,7 +194,7 @@ def _fall(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float 
 def _falls(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float) -> Verdict:
     """Return UNSTABLE if no contact can resist the motion ``twists`` (J, 6), checked anew; else UNDECIDED."""
     velocity = relative_velocity(nodes, assembly.com, twists)
-    mode = modes_of(velocity[None], nodes.mu)[0]
+    mode = modes_of(assembly, nodes, twists[None], velocity[None], dual=True)[0]
     mechanism = describe(Kinematics.of(assembly, nodes), twists, mode, dual=True)
     scaled = relative_velocity(nodes, assembly.com, mechanism.twists)
     excess = float((nodes.mu * np.linalg.norm(scaled[:, 1:], axis=1) - scaled[:, 0]).max(initial=0))

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from holdfast.base.arrays import Float
-from holdfast.engines.mechanism import Mechanism, modes_of, relative_velocity
-
-STILL: Final = 1e-4  # of the fastest contact: slower ones are not marked
+from holdfast.engines.mechanism import STILL, Mechanism
+from holdfast.engines.mechanism import parting as parting_of
 
 
 def moved_by(mechanism: Mechanism, amount: float) -> dict[str, Float]:
@@ -42,10 +41,6 @@ class Parting(NamedTuple):
 def parting(mechanism: Mechanism) -> Parting:
     """Return which contact nodes open and which slide as the bodies begin to move."""
     nodes = mechanism.kinematics.nodes
-    velocity = relative_velocity(nodes, mechanism.kinematics.com, mechanism.own)
-    speed = np.linalg.norm(velocity, axis=1)
-    moving = np.flatnonzero((speed > STILL * speed.max(initial=0.0)) & (speed > 0))
-    rise = nodes.mu[moving] if mechanism.dual else np.zeros(len(moving))
-    modes = modes_of(velocity[moving][:, None], rise[:, None])
-    opens = np.array([mode == "topple" for mode in modes], dtype=bool)
-    return Parting(nodes.points[moving[opens]], nodes.points[moving[~opens]])
+    speeds = parting_of(nodes, mechanism.velocities, dual=mechanism.dual)
+    slides = speeds.sliding > max(float(speeds.least), STILL)
+    return Parting(nodes.points[speeds.opening > STILL], nodes.points[slides])

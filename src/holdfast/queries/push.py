@@ -49,7 +49,7 @@ class Robustness(Forces):
     can promise; ``lower_bound`` and ``upper_bound`` say how these bounds are known.
 
     Three columns (n,) say what gives way: ``moving`` holds the names of the moving bodies, ``mode`` is "slip",
-    "topple", "mixed" or "none", and ``mechanism`` is a Mechanism or None. ``points`` (n, 3) [m] and the unit
+    "topple", "mixed", "roll" or "none", and ``mechanism`` is a Mechanism or None. ``points`` (n, 3) [m] and the unit
     ``directions`` (n, 3) are in the world frame. ``engine``, ``claim``, ``verdict`` and ``notes`` apply to the whole
     answer.
     """

@@ -253,6 +253,6 @@ class Grid:
         found: list[Mechanism] = []
         for first in range(0, len(motions), CHUNK):
             twists = world_rows(self.assembly, motions[first : first + CHUNK])
-            modes = modes_of(self.places.velocities(twists), np.zeros(len(self.nodes)))
+            modes = modes_of(self.assembly, self.nodes, twists, self.places.velocities(twists), dual=False)
             found += describe_all(self.places.kinematics, twists, modes, dual=False)
         return found

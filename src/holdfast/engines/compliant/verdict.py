@@ -135,7 +135,7 @@ def _stands(
 def motion_of(assembly: Assembly, nodes: ContactNodes, twists: Float) -> Mechanism:
     """Return the mechanism of a motion ``twists`` (J, 6) on elastic contacts, which has no dilatancy."""
     velocity = relative_velocity(nodes, assembly.com, twists)
-    mode = modes_of(velocity[None], np.zeros(len(nodes)))[0]
+    mode = modes_of(assembly, nodes, twists[None], velocity[None], dual=False)[0]
     return describe(Kinematics.of(assembly, nodes), twists, mode, dual=False)
 
 

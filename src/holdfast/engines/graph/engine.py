@@ -24,7 +24,7 @@ from holdfast.engines.contract import EXACT, Accuracy
 from holdfast.engines.graph import topple
 from holdfast.engines.graph.cuts import feasible_cuts
 from holdfast.engines.graph.slip import arc_capacities, slip_many
-from holdfast.engines.mechanism import NAMED, Kinematics, Mechanism, Mode, describe
+from holdfast.engines.mechanism import NAMED, Kinematics, Mechanism, describe, modes_of, relative_velocity
 from holdfast.engines.rest import Rest, find_rest
 from holdfast.engines.verdict import Status, Verdict
 
@@ -94,14 +94,12 @@ class _CutAxes:
     """One feasible cut and the k axes about which it can turn. An axis counts once for each sense of rotation.
 
     ``members`` are the numbers of its bodies. ``twists`` (k, 6) are the unit-rate rotations of the whole cut, taken at
-    the assembly's centre. ``torque`` (k,) [N m] is the torque with which contacts resist each of them, and ``mode``
-    (k,) tells whether contacts slide, open or both.
+    the assembly's centre. ``torque`` (k,) [N m] is the torque with which contacts resist each of them.
     """
 
     members: Int
     twists: Float
     torque: Float
-    mode: tuple[Mode, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -327,14 +325,23 @@ class GraphState:
             centre, axis = topple.friction_axis(points, nodes.normals[cut], nodes.mu[cut], forces[:, 0])
             origins, axes, flat = np.vstack([origins, centre]), np.vstack([axes, axis]), np.append(flat, True)
         moving_is_a = inside[tails][nodes.interface[cut]]
-        torque, slides, opens = topple.axis_torques(
+        torque = topple.axis_torques(
             origins, axes, flat, points, np.ascontiguousarray(nodes.axes[cut]), forces, nodes.mu[cut], moving_is_a, size
         )
         free = np.flatnonzero(np.isfinite(torque))  # nodes that all lie on the axis neither slide nor open, nor resist
         senses = np.where(free % 2 == 0, 1.0, -1.0)[:, None] * axes[free // 2]
         twists = rotation_about(senses, origins[free // 2], self._centre)
-        mode: list[Mode] = ["mixed" if slides[k] and opens[k] else "slip" if slides[k] else "topple" for k in free]
-        return _CutAxes(members, twists, torque[free], tuple(mode))
+        return _CutAxes(members, twists, torque[free])
+
+    def turning(self, cut: _CutAxes, axis: int) -> Mechanism:
+        """Return the mechanism in which a cut turns about one of its axes."""
+        assembly, nodes = self.assembly, self._nodes
+        twists = np.zeros((len(assembly.movable), 6))
+        for body in cut.members:
+            twists[body] = shift_twist(cut.twists[axis], self._centre, assembly.com[body])
+        velocity = relative_velocity(nodes, assembly.com, twists)
+        mode = modes_of(assembly, nodes, twists[None], velocity[None], dual=False)[0]
+        return describe(self.kinematics, twists, mode, dual=False)
 
 
 class _Mechanisms:
@@ -363,12 +370,7 @@ class _Mechanisms:
 
     def _turning(self, column: int) -> Mechanism:
         number, axis = self._which[column]
-        cut = self._state._cut_axes[number]
-        assembly = self._state.assembly
-        twists = np.zeros((len(assembly.movable), 6))
-        for body in cut.members:
-            twists[body] = shift_twist(cut.twists[axis], self._state._centre, assembly.com[body])
-        return describe(self._state.kinematics, twists, cut.mode[axis], dual=False)
+        return self._state.turning(self._state._cut_axes[number], axis)
 
 
 def _bits(mask: int, count: int) -> Bool:

@@ -112,8 +112,8 @@ def axis_torques(
     mu: Float,
     moving_is_a: Bool,
     size: float,
-) -> tuple[Float, Bool, Bool]:
-    """Return the resisting torque [N m] about every axis, whether nodes slide, and whether nodes open, each (2m,).
+) -> Float:
+    """Return the resisting torque (2m,) [N m] about every axis.
 
     Entries 2k and 2k + 1 are for the positive and the negative sense of axis k. A torque of inf means that the rotation
     is blocked. The axes are given by ``origins`` (m, 3) [m] and unit ``axes`` (m, 3). ``flat`` (m,) marks axes about
@@ -123,8 +123,6 @@ def axis_torques(
     """
     m = len(origins)
     torque = np.zeros(2 * m)
-    slides = np.zeros(2 * m, dtype=np.bool_)
-    opens = np.zeros(2 * m, dtype=np.bool_)
     v = np.empty(3)
     for k in range(2 * m):
         line = k // 2
@@ -150,12 +148,10 @@ def axis_torques(
                     forces[i, 0], forces[i, 1], forces[i, 2], mu[i], 0.0, -v1 / tangential, -v2 / tangential
                 )
                 torque[k] += strength * tangential
-                slides[k] = True
             elif vn < 0.0:
                 torque[k] = np.inf
                 break
             else:
                 torque[k] += forces[i, 0] * vn + forces[i, 1] * v1 + forces[i, 2] * v2
-                opens[k] = True
         torque[k] = max(torque[k], 0.0)
-    return torque, slides, opens
+    return torque

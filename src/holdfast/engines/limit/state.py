@@ -169,7 +169,7 @@ class LimitState:
     def mechanisms(self, twists: Float) -> list[Mechanism]:
         """The collapse mechanisms of dual twists (k, 6J)."""
         velocities = (self.proofs.equilibrium.gather @ twists.T).T.reshape(len(twists), len(self.rest.nodes), 3)
-        modes = modes_of(velocities, self.rest.nodes.mu)
+        modes = modes_of(self.assembly, self.rest.nodes, twists, velocities, dual=True)
         return describe_all(self.kinematics, twists, modes, dual=True)
 
     def solve(self, load: Float) -> LoadLimit:
