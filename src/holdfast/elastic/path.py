@@ -40,7 +40,7 @@ from holdfast.elastic.vectors import divide, dot, go, mix, put
 BEYOND = 1.01  # times the peak: the load under which motion begins
 SHORTLY = 1e-5  # drag in the longest step towards it: 10^3 times as far as bodies yield to the whole load
 FALLS, MOST_MOVES = 0.05, 16  # factor by which that drag falls at first, and steps that are tried
-DRAG = 1e-9  # of the motion itself: contacts that press resist any other far more
+DRAG = 1e-8  # of the motion itself: contacts that press resist more than that, softening is felt far behind
 FREE = 0.5  # least share of the load's power that contacts leave to a motion that they allow
 REFINED = 5e-5  # relative accuracy of the peak
 REFINEMENTS = 20  # points that are tried to reach it
@@ -255,25 +255,31 @@ def find_motion(m: Elastic, work: Work, stepper: Stepper, motion: Float, fronts:
 @compilable
 @lean
 def moves_freely(m: Elastic, work: Work, stepper: Stepper, q: Float, motion: Float, fronts: Fronts | None) -> bool:
-    """Set ``motion`` (n,) to the slow motion from q under the load, (K + ε D) x = w, of which the load's power is 1.
+    """Set ``motion`` (n,) to the slow motion from q under the load, (K + ε D) x = w; whether contacts allow it.
 
-    False where it is contacts that resist it, not drag or the faint hold.
+    They do where it is mostly drag, or the faint hold, that resists it. What they resist is in x by ε over their
+    stiffness; it is there by the square of that once x is driven by its own drag, by one step of inverse iteration.
     """
     n = len(q)
     unbalance(m, work, stepper.path, q, stepper.now.s)
     work.rhs[:] = 0.0
     put(work.rhs[:n, 1], work.w)
+    stepper.now.systems += 2
     sign = solve(m, work, DRAG, 1.0, False, fronts)
-    stepper.now.systems += 1
     power = dot(work.w, work.rhs[:n, 1])
     if sign == SINGULAR or not np.isfinite(power) or power == 0.0:
         return False
     divide(motion, work.rhs[:n, 1], power)
     work.r[:] = 0.0
-    add_drag(m, work, DRAG, motion, stepper.path.anchor)
+    add_drag(m, work, -DRAG, motion, stepper.path.anchor)
     for i in range(n):
-        work.r[i] -= m.hold[i] * motion[i]
-    return abs(power * dot(work.r, motion)) > FREE
+        work.r[i] += m.hold[i] * motion[i]
+    allowed = abs(power * dot(work.r, motion)) > FREE
+    work.rhs[:] = 0.0
+    put(work.rhs[:n, 1], work.r)
+    if allowed and solve(m, work, DRAG, 1.0, False, fronts) != SINGULAR:
+        put(motion, work.rhs[:n, 1])
+    return allowed
 
 
 @compiled

@@ -19,6 +19,7 @@ from holdfast.base.rigid import cross, shift_twist
 from holdfast.base.text import listed
 from holdfast.base.values import Value, seal
 
+SLIGHT = 1e-3  # speed, relative to the fastest body, below which one of elastic bodies yields and does not move
 AT_REST = 1e-6  # speed, relative to the largest, below which something counts as at rest
 MOST_BODIES = 1_000_000  # of an assembly that is read from a file
 FARTHEST = 1e10  # of all coordinates [m] and coefficients that are read from a file
@@ -162,9 +163,8 @@ class Mechanism(Value):
         every[self.kinematics.numbers] = self.own
         return frozen(every)
 
-    @property
     def velocities(self) -> Float:
-        """The velocities (I, 3) of body b relative to body a at the contact nodes, along their axes."""
+        """Return the velocities (I, 3) of body b relative to body a at the contact nodes, along their axes."""
         return relative_velocity(self.kinematics.nodes, self.kinematics.com, self.own)
 
     @cached_property
@@ -260,6 +260,14 @@ def modes_of(
     return modes
 
 
+def without_slight(twists: Float, size: float) -> Float:
+    """Return motions ``twists`` (k, 6J) without the bodies that only yield: those slower than SLIGHT of the fastest."""
+    each = twists.reshape(len(twists), twists.shape[1] // 6, 6)
+    speeds = _speeds(each, size)
+    moves = speeds > SLIGHT * speeds.max(1, initial=0.0)[:, None]
+    return np.where(moves[..., None], each, 0.0).reshape(twists.shape)
+
+
 def _speeds(twists: Float, size: float) -> Float:
     """Return |velocity| + size |angular velocity| for twists (..., 6)."""
     squares = twists * twists
@@ -311,7 +319,7 @@ def _groups(motion: Mechanism) -> list[str]:
 def _contacts(motion: Mechanism) -> list[str]:
     """Name in words the contacts that slide, open or roll: those by which ``modes_of`` names the motion."""
     nodes, own = motion.kinematics.nodes, motion.own
-    speeds = parting(nodes, motion.velocities, dual=motion.dual)
+    speeds = parting(nodes, motion.velocities(), dual=motion.dual)
     first = np.searchsorted(nodes.interface, np.arange(len(motion.kinematics.pairs) + 1))  # some may have no nodes
     said: dict[str, list[str]] = {"slides": [], "opens": [], "slides and opens": [], "rolls": []}
     apart = np.append(own, np.zeros((1, 6)), axis=0)  # the last one is that of fixed bodies

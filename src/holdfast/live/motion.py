@@ -41,6 +41,6 @@ class Parting(NamedTuple):
 def parting(mechanism: Mechanism) -> Parting:
     """Return which contact nodes open and which slide as the bodies begin to move."""
     nodes = mechanism.kinematics.nodes
-    speeds = parting_of(nodes, mechanism.velocities, dual=mechanism.dual)
+    speeds = parting_of(nodes, mechanism.velocities(), dual=mechanism.dual)
     slides = speeds.sliding > max(float(speeds.least), STILL)
     return Parting(nodes.points[speeds.opening > STILL], nodes.points[slides])

@@ -22,7 +22,7 @@ from holdfast.engines.compliant.idle import idle, leaning
 from holdfast.engines.compliant.model import Springs, force_unit, own_rows, world_rows
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.limit.state import LimitState, balanced_under
-from holdfast.engines.mechanism import Mechanism, describe_all, modes_of
+from holdfast.engines.mechanism import Mechanism, describe_all, modes_of, without_slight
 
 FINER = 2  # number of nodes along a side on the next finer grid, as a multiple of this grid's
 MOST_KEPT = 2_500_000  # nodes, in all, of grids with more nodes at some contacts: some 100 MB
@@ -252,7 +252,7 @@ class Grid:
         """Return the mechanisms of ``motions`` (k, 6J), which are in the units of the model."""
         found: list[Mechanism] = []
         for first in range(0, len(motions), CHUNK):
-            twists = world_rows(self.assembly, motions[first : first + CHUNK])
+            twists = without_slight(world_rows(self.assembly, motions[first : first + CHUNK]), self.assembly.size)
             modes = modes_of(self.assembly, self.nodes, twists, self.places.velocities(twists), dual=False)
             found += describe_all(self.places.kinematics, twists, modes, dual=False)
         return found
