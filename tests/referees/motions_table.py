@@ -133,10 +133,12 @@ def main(count: int = 100, seed: int = 0, *, alone: bool = False) -> None:
         rows.append((*against, between))
         told = [f"{sorted(m.moving)} {m.mode}" if m else "-" for m in (case.compliant, case.limit, case.simulated)]
         if not all(rows[-1]):
-            print(k, case.name, case.push.body, case.push.point, case.push.direction, *told, rows[-1], sep=" | ")
+            line = (k, case.name, case.push.body, case.push.point, case.push.direction, *told, rows[-1])
+            sys.stdout.write(" | ".join(map(str, line)) + "\n")
     for name, column in zip(("limit", "simulation", "limit beside simulation"), zip(*rows, strict=True), strict=True):
         known = [same for same in column if same is not None]
-        print(f"{name}: {sum(known)} of {len(known)} alike, {len(column) - len(known)} without a motion")
+        unknown = len(column) - len(known)
+        sys.stdout.write(f"{name}: {sum(known)} of {len(known)} alike, {unknown} without a motion\n")
 
 
 if __name__ == "__main__":

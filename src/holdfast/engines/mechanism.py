@@ -122,10 +122,11 @@ class Mechanism(Value):
 
     ``twists`` (J, 6) are the twists of all movable bodies about their centres of mass, along the world axes; bodies of
     other groups are at rest. They are scaled so that the fastest body has |velocity| + size |angular velocity| = 1,
-    with the size of the group. ``moving`` gives the names of the bodies that move, and ``mode`` says whether contacts
-    slide, open, both or neither (``modes_of``). If ``dual`` is True, this is a dual motion like those of engine ``limit``: a contact that
-    slides by |u_t| also opens by μ |u_t|. ``text`` describes the motion of each group of bodies and names the contacts
-    that slide, open or roll. ``own`` (K, 6) are the twists of the bodies of the ``kinematics`` alone.
+    with the size of the group. ``moving`` gives the names of the bodies that move. ``mode`` says whether contacts
+    slide, open, both or neither (``modes_of``). If ``dual`` is True, this is a dual motion like those of engine
+    ``limit``: a contact that slides by |u_t| also opens by μ |u_t|. ``text`` describes the motion of each group of
+    bodies and names the contacts that slide, open or roll. ``own`` (K, 6) are the twists of the bodies of the
+    ``kinematics`` alone.
     """
 
     moving: tuple[str, ...]
@@ -233,9 +234,7 @@ def parting(nodes: ContactNodes, velocities: Float, *, dual: bool) -> Parting:
     return Parting(np.where(closed, tangential, 0.0), np.where(closed, 0.0, opening))
 
 
-def modes_of(
-    assembly: Assembly, nodes: ContactNodes, twists: Float, velocities: Float, *, dual: bool
-) -> list[Mode]:
+def modes_of(assembly: Assembly, nodes: ContactNodes, twists: Float, velocities: Float, *, dual: bool) -> list[Mode]:
     """Say what contacts do in each of k motions ``twists`` (k, 6J), with relative velocities (k, I, 3) at the nodes.
 
     Contacts slide, open, or both, as far as each is more than a SHARE of the two. Where they do neither although bodies
