@@ -42,7 +42,7 @@ ATTACKS = [
     ("m_model.xml", 2, "m_model.xml"),
     ("case_900308.usdz", 2, "case_900308.usdz"),
     ("hang.json", 1, "unsupported"),
-    ("layers/main.usda", 3, ""),
+    ("layers/main.usda", 2, "has no physics material, so no friction; give friction="),
 ]
 
 

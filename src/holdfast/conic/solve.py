@@ -144,7 +144,7 @@ def violation(program: ConeProgram, x: Float, known: _Rows | None = None) -> flo
 
     ``known`` is ``_Rows.of(program)``, to avoid computing it again.
     """
-    if not np.abs(x).max(initial=0.0) < LARGEST:  # a solver that went astray: products with it have no meaning
+    if not np.abs(x).max(initial=0.0) <= LARGEST:  # a solver that went astray: products with it have no meaning
         return np.inf
     places = _Rows.of(program) if known is None else known
     slack = program.b - np.bincount(places.rows, program.A.data * x[places.columns], len(program.b))
