@@ -57,18 +57,17 @@ def edge_margin(placed: Body, beside: Sequence[Body], interfaces: Sequence[Inter
     together. It is 0 for an object that juts out over an edge, and if no patch carries it from below. ``interfaces``
     are those of ``placed`` with the bodies ``beside``.
     """
-    axes = np.array(tangents(up))
-    bodies = {body.name: body for body in beside}
-    slit = SLIT * placed.size
-    tops, feet = [], []
-    for interface in interfaces:
-        other, sense = _across(placed.name, interface)
-        for patch in _carrying(interface, sense, up):
-            tops.append(_top(bodies[other], patch.polygon, sense * patch.normal, up, slit))
-            feet.append(shapely.MultiPoint(patch.polygon @ axes.T).convex_hull)
+    axes, slit = np.array(tangents(up)), SLIT * placed.size
+    under = _underneath(placed, beside, interfaces, up)
+    feet = [shapely.MultiPoint(patch.polygon @ axes.T).convex_hull for _, _, patch, _ in under]
     if not feet:
         return 0.0
-    edge = shapely.union_all(tops).buffer(slit, join_style="mitre").buffer(-slit, join_style="mitre").boundary
+    edge = (
+        shapely.union_all([top for *_, top in under])
+        .buffer(slit, join_style="mitre")
+        .buffer(-slit, join_style="mitre")
+        .boundary
+    )
     return float(min(edge.distance(foot) for foot in feet)) if not edge.is_empty else 0.0
 
 
@@ -79,16 +78,11 @@ def way_back(placed: Body, beside: Sequence[Body], interfaces: Sequence[Interfac
     there are several. What is about as large as these, or larger, may jut out. The shift brings the object into the
     smallest rectangle about the tops. ``interfaces`` are those of ``placed`` with the bodies ``beside``.
     """
-    axes = np.array(tangents(up))
-    bodies, slack = {body.name: body for body in beside}, NOTHING * placed.size
-    tops, feet, carriers = [], [], set()
-    for interface in interfaces:
-        other, sense = _across(placed.name, interface)
-        for patch in _carrying(interface, sense, up):
-            tops.append(_top(bodies[other], patch.polygon, sense * patch.normal, up, SLIT * placed.size))
-            feet.append(_top(placed, patch.polygon, -sense * patch.normal, up, SLIT * placed.size))
-            carriers.add(other)
-    whole, foot = shapely.union_all(tops), shapely.union_all(feet)
+    axes, slack = np.array(tangents(up)), NOTHING * placed.size
+    under = _underneath(placed, beside, interfaces, up)
+    feet = [_top(placed, patch.polygon, -sense * patch.normal, up, SLIT * placed.size) for _, sense, patch, _ in under]
+    carriers = {other for other, *_ in under}
+    whole, foot = shapely.union_all([top for *_, top in under]), shapely.union_all(feet)
     if foot.is_empty or not foot.area > 0:  # it lies on a round side, an edge or a corner
         return None
     whole = whole.convex_hull if len(carriers) > 1 else whole
@@ -100,6 +94,19 @@ def way_back(placed: Body, beside: Sequence[Body], interfaces: Sequence[Interfac
     inner, outer = (shapely.get_coordinates(shape.convex_hull) @ ways.T for shape in (foot, whole))
     back = np.maximum(outer.min(0) - inner.min(0), 0) + np.minimum(outer.max(0) - inner.max(0), 0)
     return np.asarray(back @ ways @ axes)
+
+
+def _underneath(
+    placed: Body, beside: Sequence[Body], interfaces: Sequence[Interface], up: Float
+) -> list[tuple[str, float, Patch, shapely.Geometry]]:
+    """Return each patch that carries an object, with the carrying body's name, the sense of the normal and its top."""
+    bodies, found = {body.name: body for body in beside}, []
+    for interface in interfaces:
+        other, sense = _across(placed.name, interface)
+        for patch in _carrying(interface, sense, up):
+            top = _top(bodies[other], patch.polygon, sense * patch.normal, up, SLIT * placed.size)
+            found.append((other, sense, patch, top))
+    return found
 
 
 def _sides(outline: shapely.Geometry) -> Float:
