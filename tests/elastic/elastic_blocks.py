@@ -45,6 +45,7 @@ def block(mu: float) -> Elastic:
         unit=np.ones(6),
         runs=Runs.of(np.array([0, 4]), x, y, np.zeros(4)),
         hold=np.zeros(6),
+        still=np.zeros(6),
     )
     bond(model)
     set_units(model)

@@ -55,6 +55,7 @@ def model_at_random(seed: int, bodies: int) -> Elastic:
         unit=rng.uniform(0.5, 2.0, n),
         runs=Runs.of(starts, none, none, none),
         hold=rng.uniform(0.0, HOLD, n),
+        still=rng.uniform(0.0, HOLD, n),
     )
 
 
@@ -77,7 +78,7 @@ def case(seed: int, bodies: int, *, rank: int = 6, drag: float = DRAG) -> Case:
     n, count = len(m.wrench), len(m.a)
     K = rng.normal(size=(count, 6, rank)) @ rng.normal(size=(count, rank, 6))
     w, c, rhs = rng.normal(size=n), rng.normal(size=n), rng.normal(size=(n + 1, 2))
-    A = np.diag(np.append(m.hold, CORNER))
+    A = np.diag(np.append(m.hold + drag * m.still, CORNER))
     from_a, from_b = twist_matrices(m)
     for p in range(count):
         T = np.zeros((6, n))
@@ -148,7 +149,7 @@ def test_memory_grows_where_there_is_too_little(rank: int) -> None:
 
 def test_a_body_that_nothing_holds_makes_a_system_singular() -> None:
     each = case(9, 30, drag=0.0)
-    m = each.m._replace(hold=np.zeros_like(each.m.hold))
+    m = each.m._replace(hold=np.zeros_like(each.m.hold), still=np.zeros_like(each.m.still))
     K = each.K * ((m.a != 4) & (m.b != 4))[:, None, None]
     each = each._replace(m=m, K=K)
     dense, sparse = filled(make_work(m, None), each), filled(make_work(m, each.fronts), each)

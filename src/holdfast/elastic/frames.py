@@ -20,9 +20,10 @@ from holdfast.elastic.model import Elastic
 @compiled
 @lean
 def set_units(m: Elastic) -> None:
-    """Fill ``unit`` from ``bonded`` or, where that resists less, from ``hold``: 1 where nothing resists at all."""
+    """Fill ``unit`` from ``bonded`` and ``still`` or, where that resists less, from ``hold``: 1 where nothing resists at all."""
     stiff = m.unit
-    stiff[:] = 0.0
+    for i in range(len(stiff)):
+        stiff[i] = m.still[i]
     for p in range(len(m.a)):
         R, D = m.axes[p], m.bonded[p]
         for body, arm in ((m.a[p], m.arm_a[p]), (m.b[p], m.arm_b[p])):

@@ -69,7 +69,7 @@ def add_own(
         a, b = a + waiting if a >= 6 * owned else a, b + waiting if b >= 6 * owned else b
         add_stiffness(m, e.sheet[s], work.K, drag, transposed, a, b, F, work.X, work.Y)
     for slot in range(owned):
-        add_body(m, work, e.body[e.first[k] + slot], border, transposed, F, 6 * slot)
+        add_body(m, work, e.body[e.first[k] + slot], drag, border, transposed, F, 6 * slot)
     if k == len(e.owned) - 1:
         add_corner(work, border, corner, F)
 

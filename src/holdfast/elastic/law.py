@@ -29,7 +29,8 @@ AMPLIFIED, PRESSED = 1.2, 1.5
 @compiled
 @lean
 def bond(m: Elastic) -> None:
-    """Fill ``bonded``: the sum over nodes of Bᵀ diag(k, ρk, ρk) B with all of them stuck."""
+    """Fill ``bonded``: the sum over nodes of Bᵀ diag(k, ρk, ρk) B with all of them stuck; and ``still``."""
+    m.still[:] = 0.0
     for p in range(len(m.a)):
         D = m.bonded[p]
         D[:] = 0.0
@@ -50,6 +51,26 @@ def bond(m: Elastic) -> None:
         for i in range(6):
             for j in range(i):
                 D[i, j] = D[j, i]
+        if m.mu[p] == 0:
+            drag_on_world(m, p)
+
+
+@compiled
+@lean
+def drag_on_world(m: Elastic, p: int) -> None:
+    """Let sheet p, which has no friction, bond each of its bodies to the world along its plane, not to each other.
+
+    Bonds are what drag stands for: along ice no body drags another, so none is taken along by what slides off below it.
+    """
+    D = m.bonded[p]
+    for body, arm in ((m.a[p], m.arm_a[p]), (m.b[p], m.arm_b[p])):
+        if body < 0:
+            continue
+        for i in range(3):
+            m.still[6 * body + i] += D[1, 1]
+            m.still[6 * body + 3 + i] += D[3, 3] + D[1, 1] * (arm[0] ** 2 + arm[1] ** 2 + arm[2] ** 2)
+    D[1:4, :] = 0.0
+    D[:, 1:4] = 0.0
 
 
 @compiled

@@ -3,9 +3,10 @@
     [ K + ε D + H   -w ] [x]
     [     cᵀ         d ] [s]
 
-K is the stiffness of the contacts as they are, D that of bonded contacts; both are sums over sheets of 6x6 blocks. H is
-the diagonal of the faint hold. ε is called ``drag`` and d ``corner``. Small systems are solved by dense elimination,
-large ones front by front (fronts.py); the algorithms (resting.py, path.py) are compiled for either.
+K is the stiffness of the contacts as they are, D that of bonded contacts; both are sums over sheets of 6x6 blocks, and D
+has a diagonal besides, where bodies on ice are bonded to the world. H is the diagonal of the faint hold. ε is called
+``drag`` and d ``corner``. Small systems are solved by dense elimination, large ones front by front (fronts.py); the
+algorithms (resting.py, path.py) are compiled for either.
 """
 
 from __future__ import annotations
@@ -104,10 +105,12 @@ def border_unit(row: Float, unit: Float) -> float:
 
 @compiled
 @lean
-def add_body(m: Elastic, work: Work, body: int, border: float, transposed: bool, A: Float, at: int) -> None:
+def add_body(
+    m: Elastic, work: Work, body: int, drag: float, border: float, transposed: bool, A: Float, at: int
+) -> None:
     """Add to a matrix (t, t + 2 or more) what a body brings besides contacts, in its rows and columns from ``at`` on.
 
-    That is its hold, the border in row and column t - 1, and the right-hand sides in columns t and t + 1; ``border`` is
+    That is its hold, its own share of the drag, the border in row and column t - 1, and the right-hand sides in columns t and t + 1; ``border`` is
     what the border's row is multiplied by.
     """
     last = A.shape[0] - 1
@@ -116,7 +119,7 @@ def add_body(m: Elastic, work: Work, body: int, border: float, transposed: bool,
     for i in range(6):
         here, place = 6 * body + i, at + i
         unit = m.unit[here]
-        A[place, place] += unit * unit * m.hold[here]
+        A[place, place] += unit * unit * (m.hold[here] + drag * m.still[here])
         A[place, last] += across * unit * column[here]
         A[last, place] += along * unit * row[here]
         A[place, last + 1] += unit * work.rhs[here, 0]
@@ -147,7 +150,7 @@ def dense_solve(m: Elastic, work: Work, drag: float, corner: float, transposed: 
         add_stiffness(m, p, work.K, drag, transposed, 6 * m.a[p], 6 * m.b[p], A, work.X, work.Y)
     border = border_unit(work.w if transposed else work.c, unit)
     for body in range(n // 6):
-        add_body(m, work, body, border, transposed, A, 6 * body)
+        add_body(m, work, body, drag, border, transposed, A, 6 * body)
     add_corner(work, border, corner, A)
     sign = eliminate_all(A, least)
     for i in range(n + 1):

@@ -71,7 +71,8 @@ class Elastic(NamedTuple):
     the contacts; ``scale`` (6J,) brings every body's equilibrium to order one; ``bonded`` (P, 6, 6) the stiffness with
     all nodes stuck, and ``unit`` (6J,) what brings that of every displacement to one; ``runs`` of the nodes; ``hold``
     (6J,) the stiffness of a faint hold of every body in its place, zero unless there are motions that no contact
-    resists (sparse.py).
+    resists (sparse.py); ``still`` (6J,) the stiffness with which bonds hold each body to the world, zero but on ice
+    (law.py).
     """
 
     first: Int
@@ -92,3 +93,4 @@ class Elastic(NamedTuple):
     unit: Float
     runs: Runs
     hold: Float
+    still: Float

@@ -54,7 +54,7 @@ class Iteration(NamedTuple):
 @compiled
 @lean
 def add_drag(m: Elastic, work: Work, drag: float, q: Float, anchor: Float) -> None:
-    """work.r -= ε D (q - anchor): the drag of bonded contacts."""
+    """work.r -= ε D (q - anchor): the drag of bonded contacts, and on the world."""
     for p in range(len(m.a)):
         sheet_twist(m, p, q, work.v)
         sheet_twist(m, p, anchor, work.F)
@@ -66,6 +66,8 @@ def add_drag(m: Elastic, work: Work, drag: float, q: Float, anchor: Float) -> No
                 total += m.bonded[p, i, j] * work.v[j]
             work.F[i] = total
         add_wrench(m, p, work.F, -drag, work.r)
+    for i in range(len(q)):
+        work.r[i] -= drag * m.still[i] * (q[i] - anchor[i])
 
 
 @compiled

@@ -164,10 +164,10 @@ def move(
 def bond_all(m: Elastic, work: Work, weight: float, q: Float, fronts: Fronts | None) -> None:
     """Set q (6J,) to the displacement under ``weight`` times the wrench with all contacts bonded."""
     n = len(q)
-    work.K[:] = m.bonded
+    work.K[:] = 0.0
     work.w[:] = 0.0
     work.c[:] = 0.0
     work.rhs[:] = 0.0
     work.rhs[:n, 0] = weight * m.wrench
-    solve(m, work, 0.0, 1.0, False, fronts)
+    solve(m, work, 1.0, 1.0, False, fronts)  # drag alone: that of bonds
     put(q, work.rhs[:n, 0])

@@ -140,6 +140,7 @@ def _restricted(m: Elastic, carry: Bool, load: Float) -> Elastic:
         unit=m.unit[rows],
         runs=Runs.of(first, x, y, flat),
         hold=np.zeros(int(rows.sum())),
+        still=m.still[rows],
     )
 
 

@@ -116,6 +116,7 @@ def elastic_model(
         np.ones(6 * len(assembly.movable)),
         Runs.of(sheets.first, sheets.x, sheets.y, clear),
         np.zeros(6 * len(assembly.movable)),
+        np.zeros(6 * len(assembly.movable)),
     )
     bond(model)
     set_units(model)
