@@ -23,7 +23,7 @@ from holdfast.elastic.progress import (
     LEVEL,
     QUICK,
     SOON,
-    Pace,
+    StepControl,
     appraise,
     fall,
     hides_dip,
@@ -392,11 +392,11 @@ def test_of_a_bracket_the_side_is_kept_that_holds_a_maximum(
 
 @pytest.mark.parametrize(("make", "pace"), [(System.dense, QUICK), (System.by_fronts, BRIEF)])
 def test_where_systems_are_dear_a_new_peak_is_waited_for_less_long(
-    make: Callable[[Elastic], System], pace: Pace, monkeypatch: pytest.MonkeyPatch
+    make: Callable[[Elastic], System], pace: StepControl, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked = []
 
-    def noted(n: int, pace: Pace) -> Stepper:
+    def noted(n: int, pace: StepControl) -> Stepper:
         asked.append(pace)
         return make_stepper(n, pace)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -72,6 +72,8 @@ class TransportLimits(Columns):
 
     assembly: Assembly
     directions: Float
+
+    unit: ClassVar[str] = "m/s²"
 
     @property
     def acceleration(self) -> Float:

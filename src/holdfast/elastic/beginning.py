@@ -29,8 +29,8 @@ def find_motion(m: Elastic, work: Work, stepper: Stepper, motion: Float, fronts:
 
     That is the drift of the overdamped motion from just before the peak, under BEYOND times the load, in ever longer
     implicit steps, as in the search for rest (resting.py); where it is not found, what drag alone resists at the end of
-    the path. The path's own direction is no answer: where pressure has gathered on few nodes, no contact resists that a
-    body spins about them, so any such spin may be part of it, and no load drives that.
+    the path. The path's own direction is no answer: where pressure is concentrated on few nodes, no contact resists
+    that a body spins about them, so any such spin may be part of it, and no load drives that.
     """
     now, q, last = stepper.now, stepper.trial, (stepper.now.stations - 1) % STATIONS
     put(q, stepper.station_q[last] if now.stations > 0 else stepper.peak_q)
@@ -73,7 +73,7 @@ def find_motion(m: Elastic, work: Work, stepper: Stepper, motion: Float, fronts:
 def moves_freely(m: Elastic, work: Work, stepper: Stepper, q: Float, motion: Float, fronts: Fronts | None) -> bool:
     """Set ``motion`` (n,) to the slow motion from q under the load, (K + ε D) x = w, of which the load's power is 1.
 
-    False where it is contacts that resist it, not drag or the faint hold.
+    False where it is contacts that resist it, not drag or the regularisation spring.
     """
     n = len(q)
     unbalance(m, work, stepper.path, q, stepper.now.s)

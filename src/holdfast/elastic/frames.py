@@ -20,7 +20,7 @@ from holdfast.elastic.model import Elastic
 @compiled
 @lean
 def set_units(m: Elastic) -> None:
-    """Fill ``unit`` from ``bonded`` and ``still`` or, where that resists less, from ``hold``: 1 where nothing resists at all."""
+    """Fill ``unit`` from ``bonded`` and ``still``, or from ``hold`` where that is more: 1 where nothing resists."""
     stiff = m.unit
     for i in range(len(stiff)):
         stiff[i] = m.still[i]

@@ -3,10 +3,10 @@
     [ K + ε D + H   -w ] [x]
     [     cᵀ         d ] [s]
 
-K is the stiffness of the contacts as they are, D that of bonded contacts; both are sums over sheets of 6x6 blocks, and D
-has a diagonal besides, where bodies on ice are bonded to the world. H is the diagonal of the faint hold. ε is called
-``drag`` and d ``corner``. Small systems are solved by dense elimination, large ones front by front (fronts.py); the
-algorithms (resting.py, path.py) are compiled for either.
+K is the stiffness of the contacts as they are, D that of bonded contacts; both are sums over sheets of 6x6 blocks, and
+D has a diagonal besides, where bodies on ice are bonded to the world. H is the diagonal of the regularisation spring. ε
+is called ``drag`` and d ``corner``. Small systems are solved by dense elimination, large ones front by front
+(fronts.py); the algorithms (resting.py, path.py) are compiled for either.
 """
 
 from __future__ import annotations
@@ -110,8 +110,8 @@ def add_body(
 ) -> None:
     """Add to a matrix (t, t + 2 or more) what a body brings besides contacts, in its rows and columns from ``at`` on.
 
-    That is its hold, its own share of the drag, the border in row and column t - 1, and the right-hand sides in columns t and t + 1; ``border`` is
-    what the border's row is multiplied by.
+    That is its hold, its own share of the drag, the border in row and column t - 1, and the right-hand sides in columns
+    t and t + 1; ``border`` is what the border's row is multiplied by.
     """
     last = A.shape[0] - 1
     row, column = (work.w, work.c) if transposed else (work.c, work.w)

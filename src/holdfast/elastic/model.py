@@ -70,9 +70,9 @@ class Elastic(NamedTuple):
     ``arm_a``, ``arm_b`` (P, 3) from the centre of a body to the origin of the sheet; ``wrench`` (6J,) what acts besides
     the contacts; ``scale`` (6J,) brings every body's equilibrium to order one; ``bonded`` (P, 6, 6) the stiffness with
     all nodes stuck, and ``unit`` (6J,) what brings that of every displacement to one; ``runs`` of the nodes; ``hold``
-    (6J,) the stiffness of a faint hold of every body in its place, zero unless there are motions that no contact
-    resists (sparse.py); ``still`` (6J,) the stiffness with which bonds hold each body to the world, zero but on ice
-    (law.py).
+    (6J,) the stiffness of a regularisation spring of every body in its place, zero unless there are motions that no
+    contact resists (sparse.py); ``still`` (6J,) the stiffness with which bonds hold each body to the world, zero but on
+    ice (law.py).
     """
 
     first: Int

@@ -18,7 +18,7 @@ FLAT = 1e-4  # relative rise still to come, if the slope fell as 1/ℓ², below 
 ENOUGH = 1.01  # times a step that leads to where a path has been flat or lower for long enough: it may bend
 NEW_PEAK = 1e-4  # relative rise above the peak so far that counts as a new peak
 FARTHEST = 1e8  # length, in sizes of the displacement at rest, at which rounding would show
-CARRIED = 1e-5  # share of a body's weight or of the load that the faint hold carries where a path ends
+CARRIED = 1e-5  # share of a body's weight or of the load that the regularisation spring carries where a path ends
 # Compressions that the contacts of a jam have slid, beyond which a load counts as held only after sliding. In this law
 # friction opposes all of the displacement, in reality the last of it: both agree until nodes have slid a few times as
 # far as they spring back. The plank of finding T2 has 0.93 of its peak at 5 compressions, 0.96 at 10, 0.98 at 28, and
@@ -29,7 +29,7 @@ RECOVERY = 1.4  # factor by which the largest growth recovers from one point to 
 SOON, LONG = 10.0, 100.0  # times the length at the peak up to which another is waited for: where the load fell, or not
 
 
-class Pace(NamedTuple):
+class StepControl(NamedTuple):
     """How closely a path is followed.
 
     ``growth``: the largest growth of the step from one point to the next; ``correction``: that of a point that is
@@ -43,19 +43,19 @@ class Pace(NamedTuple):
     most: int
 
 
-QUICK = Pace(2.5, 0.2, 80, 600)
+QUICK = StepControl(2.5, 0.2, 80, 600)
 BRIEF = QUICK._replace(patience=40)  # where systems are dear
-CLOSE = Pace(1.5, 0.05, 1000, 20_000)  # slow, and misses less: what the quick pace is compared with
+CLOSE = StepControl(1.5, 0.05, 1000, 20_000)  # slow, and misses less: what the quick pace is compared with
 
 
 class Progress:
     """The numbers of a walk along a path.
 
-    Constants: the Pace; ``orientation``, the sign of the stiffness's determinant at rest; ``strength``, the largest
-    component of the load, each body's in its own weight and size; ``thrust``, the size of its forces;
+    Constants: the StepControl; ``orientation``, the sign of the stiffness's determinant at rest; ``strength``, the
+    largest component of the load, each body's in its own weight and size; ``thrust``, the size of its forces;
     ``elastic``, the largest displacement at rest that counts.
 
-    Where it is: ``s`` and the ``slope`` ds/dℓ; what the faint hold has ``carried``, of each body's own
+    Where it is: ``s`` and the ``slope`` ds/dℓ; what the regularisation spring has ``carried``, of each body's own
     weight, and carries at ``rest``; the
     ``step`` Δℓ to be tried; the ``length`` ℓ so far; ``last``, s of the last regular point; ``turned``, the last
     correction as a share of its step, and the ``sharpest``, the largest of all points but the first; ``points`` found,

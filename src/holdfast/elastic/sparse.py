@@ -1,4 +1,4 @@
-"""Motions that no contact resists, found by inverse iteration, and a faint hold that resists them."""
+"""Motions that no contact resists, found by inverse iteration, and a regularisation spring that resists them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from holdfast.elastic.frames import add_stiffness, set_units
 from holdfast.elastic.model import Elastic
 
 NO_RESISTANCE = 1e-9  # largest resistance that counts as none, where that of bonded contacts is of order one
-FAINT_HOLD = 1e-9  # stiffness of the faint hold of a body, in units of its contacts and size
+FAINT_HOLD = 1e-9  # stiffness of the regularisation spring of a body, in units of its contacts and size
 FAINTEST = 1e-11  # the same where bodies move far, so that the hold carries next to nothing there, too
 DENSE = 90  # displacements up to which dense elimination is faster than that of a sparse matrix
 KEPT = 100  # random starts at most

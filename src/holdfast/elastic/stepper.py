@@ -28,8 +28,8 @@ from holdfast.elastic.progress import (
     FLAT,
     QUICK,
     RECORD,
-    Pace,
     Progress,
+    StepControl,
     hides_dip,
     measure_dip,
     passes_over,
@@ -91,7 +91,7 @@ class Stepper(NamedTuple):
     twists: Float
 
 
-def make_stepper(n: int, pace: Pace = QUICK) -> Stepper:
+def make_stepper(n: int, pace: StepControl = QUICK) -> Stepper:
     """A walk among n = 6J displacements; its numbers are a record that compiled code can write."""
     now = np.zeros(1, RECORD)[0]
     for name, value in pace._asdict().items():
@@ -295,7 +295,7 @@ def shorten(m: Elastic, stepper: Stepper, backward: bool) -> None:
 @compiled
 @lean
 def carried(m: Elastic, q: Float) -> float:
-    """What the faint hold carries at q (n,), of each body's own weight and size."""
+    """What the regularisation spring carries at q (n,), of each body's own weight and size."""
     top = 0.0
     for i in range(len(q)):
         top = max(top, abs(m.scale[i] * m.hold[i] * q[i]))

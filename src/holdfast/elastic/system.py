@@ -19,7 +19,7 @@ from holdfast.elastic.model import Elastic
 from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.path import PathResult, balances, follow_each, loads_nearby
-from holdfast.elastic.progress import BRIEF, QUICK, Pace
+from holdfast.elastic.progress import BRIEF, QUICK, StepControl
 from holdfast.elastic.resting import EXACT, MOST_STEPS, bond_all, lessen_drag, move
 from holdfast.elastic.stepper import make_stepper
 
@@ -111,7 +111,13 @@ class System:
         return Settled(moved.outcome, bonded, drift, found.steps + moved.steps, moved.drag)
 
     def paths(
-        self, start: Float, loads: Float, *, cuts: bool = False, most: Float | None = None, pace: Pace | None = None
+        self,
+        start: Float,
+        loads: Float,
+        *,
+        cuts: bool = False,
+        most: Float | None = None,
+        pace: StepControl | None = None,
     ) -> PathResult:
         """Follow the paths of ``loads`` (k, n), none of them zero, from the state of rest ``start`` (n,).
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum, auto
 from functools import cached_property
 from typing import Any
@@ -19,6 +19,7 @@ from holdfast.base.values import Value, seal
 from holdfast.engines.mechanism import NAMED, Mechanism
 from holdfast.engines.verdict import Status, Verdict
 
+ABOVE = "limit analysis proves that something moves above this"
 COLUMNS = ("force", "lower", "upper", "status", "mechanism", "solved", "error")
 SIGNIFICANT = 6  # forces are ranked after rounding to about this many significant digits
 TOLD = 3  # the most reasons in one line of text
@@ -89,6 +90,21 @@ class Undecided(Value):
 
 
 @archived
+@shaped(force="n", lower="n")
+@dataclass(frozen=True, eq=False, repr=False)
+class Step(Value):
+    """``force`` and ``lower`` (n,) of all rows after one step towards their answers.
+
+    ``name`` says what the step looks at, and ``why`` what it does to an answer and for which reason.
+    """
+
+    name: str
+    why: str
+    force: Float
+    lower: Float
+
+
+@archived
 @shaped(force="n", lower="n", upper="n", status="n", mechanism="n", solved="n", error="n")
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Answers(Value):
@@ -110,7 +126,8 @@ class Answers(Value):
 
     The other fields hold for the whole table: the name of the ``engine``; its ``claim``; how ``lower_bound`` and
     ``upper_bound`` are known; ``notes`` on the simplifications made; and the ``verdict`` on the assembly under its
-    weight and the standing loads alone. A single row without a bound has lower 0 or upper inf, which is always true.
+    weight and the standing loads alone. ``steps`` tell how the engine came to ``force`` and ``lower``, and do not count
+    in comparisons. A single row without a bound has lower 0 or upper inf, which is always true.
     Columns of different lengths raise HoldfastError.
     """
 
@@ -127,6 +144,7 @@ class Answers(Value):
     upper_bound: Bound
     notes: tuple[str, ...]
     verdict: Verdict
+    steps: tuple[Step, ...] = field(default=(), compare=False, repr=False)
 
     def __post_init__(self) -> None:
         seal(self)
@@ -152,6 +170,7 @@ class Answers(Value):
         lower_bound: Bound = Bound.NONE,
         upper_bound: Bound = Bound.NONE,
         notes: Sequence[str] = (),
+        steps: Sequence[Step] = (),
     ) -> Answers:
         """Build a table from what an engine found.
 
@@ -174,6 +193,7 @@ class Answers(Value):
             upper_bound=upper_bound,
             notes=tuple(notes),
             verdict=verdict,
+            steps=tuple(steps),
         )
 
     @classmethod
@@ -249,7 +269,29 @@ class Answers(Value):
 
     def rows(self, which: Int | Bool | slice) -> Answers:
         """Return the table with these rows only, given as numbers, as a mask (n,) or as a slice."""
-        return replace(self, **{name: getattr(self, name)[which] for name in COLUMNS})
+        steps = tuple(Step(step.name, step.why, step.force[which], step.lower[which]) for step in self.steps)
+        return replace(self, **{name: getattr(self, name)[which] for name in COLUMNS}, steps=steps)
+
+    def after(self, name: str, why: str) -> Answers:
+        """Return this table with one more step, which led to what it holds."""
+        return replace(self, steps=(*self.steps, Step(name, why, self.force, self.lower)))
+
+    def explained(self, row: int, unit: str) -> str:
+        """Say in lines of text how the answer of a ``row``, in a ``unit``, came about: what each step made of it."""
+
+        def amount(value: float) -> str:
+            return f"{value:.4g} {unit}".strip()
+
+        known = "" if self.lower_bound is Bound.NONE else f", lower {amount(self.lower[row])} ({self.lower_bound})"
+        lines = [f"{self.status[row]}: force {amount(self.force[row])}{known}, by engine {self.engine}"]
+        force, lower = np.nan, 0.0
+        for step in self.steps:
+            new = [("force", force, step.force[row]), ("lower", lower, step.lower[row])]
+            changes = [f"{name} {amount(now)}" for name, before, now in new if now != before]
+            force, lower = step.force[row], step.lower[row]
+            lines.append(f"- {step.name}: {', '.join(changes) if changes else 'no change'}")
+            lines += [f"  {step.why}"] if changes else []
+        return "\n".join([*lines, f"verdict: {self.verdict.status}: {self.verdict.reason}"])
 
     def with_mechanisms(self, mechanisms: Sequence[Mechanism | None]) -> Answers:
         """Return this table with other ``mechanisms``, one for each row."""
@@ -265,7 +307,9 @@ class Answers(Value):
             raise HoldfastError(message("answers", f"{len(other)} bounds for {len(self)} rows", "bound every row"))
         upper = np.minimum(self.upper, other.upper)
         force, lower = np.minimum(self.force, upper), np.minimum(self.lower, upper)
-        return replace(self, force=force, lower=lower, upper=upper, upper_bound=other.upper_bound)
+        return replace(self, force=force, lower=lower, upper=upper, upper_bound=other.upper_bound).after(
+            "bound by limit analysis", ABOVE
+        )
 
 
 def only_balanced(names: Sequence[str]) -> str:
@@ -294,8 +338,21 @@ def joined(parts: Sequence[Answers]) -> Answers:
         parts[0],
         **columns,
         notes=joined_notes([part.notes for part in parts]),
+        steps=_joined_steps([part.steps for part in parts]),
         lower_bound=weakest_bound([part.lower_bound for part in parts]),
         upper_bound=weakest_bound([part.upper_bound for part in parts]),
+    )
+
+
+def _joined_steps(parts: Sequence[tuple[Step, ...]]) -> tuple[Step, ...]:
+    """Join the steps of several tables, none if the tables did not take the same ones."""
+    if len({tuple(step.name for step in steps) for steps in parts}) > 1:
+        return ()
+    return tuple(
+        Step(
+            same[0].name, same[0].why, np.concatenate([s.force for s in same]), np.concatenate([s.lower for s in same])
+        )
+        for same in zip(*parts, strict=True)
     )
 
 

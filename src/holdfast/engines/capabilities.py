@@ -196,7 +196,7 @@ class Holding(Protocol):
 class Remembering(Protocol):
     """A state whose answers draw on what it was asked before."""
 
-    def anew(self) -> State:
+    def fresh(self) -> State:
         """Return the same prepared state as it was before it was asked anything."""
         ...
 
@@ -206,9 +206,9 @@ def held_by(state: State, W: Float) -> Bool:
     return state.held(W) if isinstance(state, Holding) else np.zeros(W.shape[1], dtype=bool)
 
 
-def anew(state: State) -> State:
+def fresh(state: State) -> State:
     """Return the same prepared state as it was before it was asked anything."""
-    return state.anew() if isinstance(state, Remembering) else state
+    return state.fresh() if isinstance(state, Remembering) else state
 
 
 @dataclass(frozen=True)

@@ -23,8 +23,10 @@ from holdfast.base.memory import Same
 from holdfast.base.progress import reported
 from holdfast.base.text import listed
 from holdfast.base.values import Value
-from holdfast.engines import kept, presence
-from holdfast.engines.answers import ONLY_BALANCED, Answers, joined_notes, only_balanced, weakest_bound
+from holdfast.engines import cached_states
+from holdfast.engines.amendments import doubtful_contacts
+from holdfast.engines.amendments.negligible import without_negligible
+from holdfast.engines.answers import Answers, joined_notes, weakest_bound
 from holdfast.engines.capabilities import held_by
 from holdfast.engines.contract import EXACT, Accuracy, Engine, State
 from holdfast.engines.mechanism import Kinematics, Mechanism
@@ -34,7 +36,6 @@ from holdfast.engines.verdict import Certificate, ContactForces, GroupVerdict, S
 
 WORST_FIRST = (Status.UNSTABLE, Status.UNDECIDED, Status.STABLE)
 MOST_TOLD = 3  # the most overlaps that one reason names
-ROUNDING = 1e-8  # share of the weight of the pushed body below which a force is a rounding error of none
 
 
 def prepared(
@@ -123,7 +124,7 @@ class Groups:
         if not isinstance(self.engine, Value):
             return make()
         content = Same(self.assembly), number
-        key = kept.key("remarks", self.engine, content, self.standing, self.acceleration)
+        key = cached_states.key("remarks", self.engine, content, self.standing, self.acceleration)
         return self.assembly.memory.recalled(key, 1, make)
 
     def group_with(self, body: int) -> Group:
@@ -142,8 +143,8 @@ class Groups:
         if not verdict.equilibrium_exists:
             raise HoldfastError(message(where, f"the assembly is {verdict.status}", verdict.reason))
         if len(groups) == 1 and groups[0].part is not None and groups[0].state is not None:
-            return presence.as_detected(groups[0].state), groups[0].part.rows
-        whole = kept.recalled_whole(self.engine, self.assembly, self.standing, self.acceleration)
+            return doubtful_contacts.as_detected(groups[0].state), groups[0].part.rows
+        whole = cached_states.recalled_whole(self.engine, self.assembly, self.standing, self.acceleration)
         return whole, np.arange(6 * len(self.assembly.movable))
 
     def verdict(self) -> Verdict:
@@ -218,7 +219,7 @@ class Groups:
         if found.verdict.status is not group.verdict.status:  # the whole assembly raised a doubt about its fall
             known = {"engine": found.engine, "claim": found.claim, "notes": found.notes}
             return Answers.not_standing(W.shape[1], verdict=group.verdict, **known)
-        return self._in_whole(group.part, _balanced(found, W, group.part.assembly))
+        return self._in_whole(group.part, without_negligible(found, W, group.part.assembly))
 
     @contextmanager
     def _stopped_anew(self, part: Part) -> Iterator[None]:
@@ -226,7 +227,7 @@ class Groups:
         try:
             yield
         except BaseException:
-            kept.forget(self.engine, self.assembly, part, self.standing, self.acceleration)
+            cached_states.forget(self.engine, self.assembly, part, self.standing, self.acceleration)
             raise
 
     def in_whole(self, body: int, found: Answers) -> Answers:
@@ -246,7 +247,7 @@ class Groups:
                 names, self.assembly.memory.recalled(key, 1, lambda: hanging(self.assembly, [names], self._wrench))
             )
         part = part_of(self.assembly, names)
-        state = kept.recalled(self.engine, self.assembly, part, self.standing, self.acceleration)
+        state = cached_states.recalled(self.engine, self.assembly, part, self.standing, self.acceleration)
         return Group(names, self._checked(part, state.verdict()), part, state)
 
     @cached_property
@@ -290,23 +291,6 @@ class Groups:
             known = mechanism.kinematics, mechanism.kinematics.within(part.members, count, part.interfaces, pairs)
             self._moved[id(mechanism.kinematics)] = known
         return mechanism.within(known[1])
-
-
-def _balanced(found: Answers, W: Float, assembly: Assembly) -> Answers:
-    """Return the answers with 0 for forces on one group that rounding alone tells from 0, and a note that says so.
-
-    Forces are compared with the own weight of the bodies that are pushed: a light body may rest on a heavy one.
-    """
-    own = np.abs(W * assembly.equation_scale[:, None]).max(0, initial=0.0) / assembly.weight
-    finite = found.status == Status.FINITE
-    slight = finite & (np.where(finite, found.force, 0.0) * own <= ROUNDING)
-    if not slight.any():
-        return found
-    force, lower = np.where(slight, 0.0, found.force), np.where(slight, 0.0, found.lower)
-    names = tuple(dict.fromkeys(name for moving in found.moving[slight] for name in moving))
-    told = any(ONLY_BALANCED in note for note in found.notes)
-    notes = found.notes if told or not names else (*found.notes, only_balanced(names))
-    return replace(found, force=force, lower=lower, notes=notes)
 
 
 _WORDS = {Status.UNSTABLE: "does not stand", Status.UNDECIDED: "undecided"}

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from holdfast.base.archive import to_dict
 from holdfast.base.arrays import Bool, Float, Objects, objects
+from holdfast.base.errors import HoldfastError, message
 from holdfast.base.public import PublicValue, Summary, number
 from holdfast.base.text import listed
 from holdfast.engines.answers import Answers, Bound, Claim, Undecided
@@ -86,6 +87,20 @@ HOLDS = {Claim.HOLDS: "holds", Claim.EXISTS: "an equilibrium exists up to", Clai
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Columns(Result):
     """A result with n rows, each of which answers one load."""
+
+    unit: ClassVar[str] = ""
+
+    def explain(self, row: int | None = None) -> str:
+        """Say in lines of text how one answer came about: the raw answer, and what each amendment made of it and why.
+
+        Without ``row`` it is that of the least ``lower``, which is promised of all rows. Raises HoldfastError for a row
+        that does not exist.
+        """
+        if row is None:
+            row = self.answers.holding or 0
+        if not -len(self.answers) <= row < len(self.answers):
+            raise HoldfastError(message("explain", f"there is no row {row}", f"there are {len(self.answers)}"))
+        return self.answers.explained(row, self.unit)
 
     @property
     def status(self) -> Objects:
@@ -173,6 +188,8 @@ ROW_HEADS = ("where", "answer", "between", "status", "what gives way")
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Forces(Columns):
     """A result whose n rows are forces."""
+
+    unit: ClassVar[str] = "N"
 
     @property
     def force(self) -> Float:

@@ -20,7 +20,7 @@ from holdfast.base.progress import report
 from holdfast.base.public import Summary, number
 from holdfast.base.ranges import MOST_SEED
 from holdfast.contacts.tolerances import plain_gap
-from holdfast.engines.absence import Absences
+from holdfast.engines.amendments.absent_contacts import Absences
 from holdfast.engines.answers import Answers, Undecided, joined
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared

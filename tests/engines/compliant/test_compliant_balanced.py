@@ -176,7 +176,7 @@ def flush(rng: np.random.Generator) -> tuple[hf.Assembly, np.ndarray, float]:
 
 
 def test_balls_flush_between_blocks_roll_at_no_push_or_at_a_clear_one() -> None:
-    """T6: six pushes of such balls got 0.0002 to 0.0007 of the weight, which only the faint hold carried."""
+    """T6: six pushes of such balls got 0.0002 to 0.0007 of the weight, which only the regularisation spring carried."""
     for seed in range(12):
         rng = np.random.default_rng(seed)
         assembly, centre, radius = flush(rng)

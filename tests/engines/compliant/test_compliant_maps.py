@@ -140,7 +140,7 @@ def test_bodies_that_are_asked_about_together_are_answered_as_on_their_own(engin
 
 
 def test_answers_do_not_depend_on_the_number_of_threads(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of a table whose legs tip over corners, where forces gather, so that local grids are made, too."""
+    """Of a table whose legs tip over corners, where forces are concentrated, so that local grids are made, too."""
     assembly = hf.assemble(shipped_scene("tall_table"))
     cells, _ = exposed_cells(assembly, "slab", 0.08)
     W = push_columns(assembly, assembly.index["slab"], cells.points, -cells.normals)
@@ -156,7 +156,7 @@ def test_answers_do_not_depend_on_the_number_of_threads(monkeypatch: pytest.Monk
 
 
 def test_answers_among_many_bodies_do_not_depend_on_the_number_of_threads(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where forces gather in many ways, each has grids of its own, made in the thread that asks."""
+    """Where forces are concentrated in many ways, each has grids of its own, made in the thread that asks."""
     assembly = hf.assemble(pallet(3, 2, 2))
     W = pushed(assembly, random_pushes(assembly, np.random.default_rng(2), 30, slant=30))
     found = []

@@ -13,10 +13,12 @@ import holdfast as hf
 from holdfast.base.arrays import Float, objects
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.elastic.path import PathResult
+from holdfast.engines.amendments.amendment import Asked
+from holdfast.engines.amendments.limit_review import LimitReview
+from holdfast.engines.compliant.columns import Columns
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.compliant.refinement import LEAST_ERROR, SAFETY
-from holdfast.engines.compliant.review import Review
 from holdfast.engines.compliant.state import Standing
 from holdfast.engines.contract import EXACT
 from holdfast.queries.request import push_columns
@@ -63,15 +65,17 @@ def test_a_path_that_is_lost_on_few_nodes_is_followed_on_more(monkeypatch: pytes
     assert asked() == finer
 
 
-@pytest.mark.parametrize("gathered", [False, True])
+@pytest.mark.parametrize("few_nodes", [False, True])
 @pytest.mark.parametrize("share", [0.0, 0.98])
 def test_a_finer_path_that_is_lost_bounds_the_peak_by_what_it_reached(
-    monkeypatch: pytest.MonkeyPatch, share: float, gathered: bool
+    monkeypatch: pytest.MonkeyPatch, share: float, few_nodes: bool
 ) -> None:
-    """Whether all contacts have more nodes, or only those at which forces have gathered."""
+    """Whether all contacts have more nodes, or only those at which forces are concentrated."""
     force, _ = asked()
     few = len(Places.of(hf.assemble(shipped_scene("stack")), hf.Compliant().nodes).nodes)
-    monkeypatch.setattr(Grid, "gathered", lambda grid, q: np.full((len(q), len(grid.assembly.interfaces)), gathered))
+    monkeypatch.setattr(
+        Grid, "concentrated", lambda grid, q: np.full((len(q), len(grid.assembly.interfaces)), few_nodes)
+    )
     monkeypatch.setattr(Grid, "loads_nearby", lambda grid, W, s, q, plane: np.full(len(s), -1.0))
     monkeypatch.setattr(Grid, "balances", lambda grid, W, s, q: np.zeros(len(s), dtype=bool))
     lose(monkeypatch, lambda grid: None if len(grid.nodes) == few else share)
@@ -157,7 +161,7 @@ def test_a_peak_far_above_the_weight_is_endless_only_if_its_lower_bound_says_so(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A path that ends sooner on finer nodes leaves no lower bound: then two methods contradict each other."""
-    monkeypatch.setattr(Review, "_endless", lambda *_: False)
+    monkeypatch.setattr(LimitReview, "_endless", lambda *_: False)
     assembly = hf.assemble(shipped_scene("stack"))
     W = push_columns(assembly, 0, assembly.com[:1], -np.eye(3)[2:]).repeat(3, 1)
     state = hf.Compliant().prepare(assembly)
@@ -166,6 +170,6 @@ def test_a_peak_far_above_the_weight_is_endless_only_if_its_lower_bound_says_so(
     assert (found.status == hf.Status.INFINITE).all()
     lower = np.array([0.9, 0.01, 0.0]) * far
     ended = replace(found, status=objects(3 * [hf.Status.FINITE]), force=np.full(3, far), lower=lower)
-    told = state._review.of(ended, W, EXACT)
+    told = LimitReview(state).amend(ended, Asked(W, EXACT, np.arange(3), Columns.unknown(3)))
     assert told.status.tolist() == [hf.Status.INFINITE, hf.Status.FINITE, hf.Status.UNDECIDED]
     assert told.lower[1:].tolist() == lower[1:].tolist()

@@ -54,7 +54,7 @@ def test_lower_bounds_are_less_where_the_load_has_dipped_on_the_way() -> None:
 
 
 def test_a_maximum_that_a_path_on_another_grid_passes_over_is_not_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A push on a wall whose forces gather on an edge: with more nodes there it leads a tenth farther."""
+    """A push on a wall whose forces are concentrated on an edge: with more nodes there it leads a tenth farther."""
     assembly = shipped("wall2x2")
     state = hf.Compliant().prepare(assembly)
     W = push_columns(

@@ -46,7 +46,7 @@ def test_loads_are_held_where_forces_have_gathered_on_few_nodes() -> None:
     W, force, lower = W[:, finite], found.force[finite], found.lower[finite]
     grid = grid_of(assembly)
     reached = grid.paths(W * 0.5 * lower, most=1.0)
-    gathered = grid.gathered(reached.q).any(1)
+    gathered = grid.concentrated(reached.q).any(1)
     assert gathered.sum() > 5
     assert asked.held(W * 0.5 * lower)[gathered].mean() > 0.5
     assert not asked.held(W * force * 1.001).any()

@@ -2,9 +2,9 @@
 
 A ball, a cube on its edge and a body on ice have such motions, whatever happens at the rim of their contacts. A box
 whose centre of mass lies exactly over the edge of its support has one, too, but for a kink of the law: all of its
-weight has gathered at the edge, and the next nodes just touch without any force. Taken for pressed, these resist every
-turn, although one to the outside only opens them. So nodes whose force is nothing but rounding count as open, and a
-motion that nothing else resists counts if it presses none of them. Where it would press one, as a cylinder that lies
+weight is concentrated at the edge, and the next nodes just touch without any force. Taken for pressed, these resist
+every turn, although one to the outside only opens them. So nodes whose force is nothing but rounding count as open, and
+a motion that nothing else resists counts if it presses none of them. Where it would press one, as a cylinder that lies
 between two walls without any clearance does when it rolls either way, the least push meets resistance; but at the state
 of rest itself it may still have no stiffness.
 """

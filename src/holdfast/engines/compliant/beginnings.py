@@ -1,4 +1,4 @@
-"""How load paths of bodies that a faint hold keeps in their places begin: resisted by contacts, or by the hold alone.
+"""How load paths of bodies that regularisation springs hold begin: resisted by contacts, or by these springs alone.
 
 A body at rest may just touch others without any force, and be free to roll along them. There the law has a kink, and in
 which direction a path begins is decided by rounding. Under a small load it has left the kink: the body rests against
@@ -23,7 +23,7 @@ PATIENCE = 200  # steps of Newton's method after which rest under such a load is
 
 
 def gives_way(grid: Grid, load: Float, force: float) -> bool:
-    """Tell whether the faint hold alone keeps a body from being moved by any share of a ``force`` times a ``load``.
+    """Tell whether regularisation springs alone keep a body from being moved by any share of ``force`` times ``load``.
 
     The load (6J,) is in units of the model. Its path ended at that force, where the hold carried CARRIED of a weight.
     Where contacts resist, the hold carries next to nothing of a tenth of it; where they do not, it carries a tenth as

@@ -25,7 +25,8 @@ class Columns:
     bound. ``mechanisms`` (k) say what gives way. ``solved`` (k,) is True for columns with a path of their own.
     ``error`` (k,) is the relative error of interpolated factors, and 0 for the others. ``before``
     (k,) is the lower bound of what is reached before bodies that the load jams slide far, and ``leans`` (k,) is True
-    where contacts that are open at rest take part at the peak.
+    where contacts that are open at rest take part at the peak. ``raw`` (k,) is the factor that the path had on the
+    first grid, before finer ones were asked.
     """
 
     outcome: Int
@@ -36,12 +37,13 @@ class Columns:
     error: Float
     before: Float
     leans: Bool
+    raw: Float
 
     @classmethod
     def unknown(cls, count: int) -> Columns:
         """Return ``count`` columns whose paths were lost."""
         lost, none, no = np.full(count, PathOutcome.LOST, dtype=np.int64), np.zeros(count), np.zeros(count, bool)
-        return cls(lost, none, none, [None] * count, np.ones(count, bool), none, none, no)
+        return cls(lost, none, none, [None] * count, np.ones(count, bool), none, none, no, none)
 
 
 def followed(refined: Refined, W: Float, *, bounds: bool) -> Columns:
@@ -51,7 +53,7 @@ def followed(refined: Refined, W: Float, *, bounds: bool) -> Columns:
     count = W.shape[1]
     mechanisms, leans = mechanisms_of(refined, paths), refined.grid.leans(W, paths)
     known = np.ones(count, bool), np.zeros(count)
-    return Columns(paths.outcome, paths.factor, answers.lower, mechanisms, *known, answers.before, leans)
+    return Columns(paths.outcome, paths.factor, answers.lower, mechanisms, *known, answers.before, leans, answers.raw)
 
 
 def surveyed(refined: Refined, W: Float, groups: Sequence[tuple[int, Int]], error: float) -> Columns:
@@ -94,7 +96,7 @@ class _Surveyor:
 
     def __post_init__(self) -> None:
         self.share = np.full(self.W.shape[1], np.nan)  # of lower bounds in peaks of the first grid
-        self.few = np.zeros(self.W.shape[1], dtype=bool)  # whether forces have gathered at these peaks
+        self.few = np.zeros(self.W.shape[1], dtype=bool)  # whether forces are concentrated at these peaks
         self.endless = np.zeros(self.W.shape[1], dtype=bool)  # which paths have no end
 
     def follow(self, indices: Int, corners: Int) -> Solved:
@@ -137,12 +139,12 @@ class _Surveyor:
         known_leans = np.concatenate(self.leans)
         outcome = np.concatenate([answers.paths.outcome for answers in self.answers])[place]
         factor, lower, before = known_factor[place], known_lower[place], known_before[place]
-        leans = known_leans[place]
+        leans, raw = known_leans[place], np.concatenate([answers.raw for answers in self.answers])[place]
         mechanisms = [self.mechanisms[k] for k in place]
         between = np.flatnonzero(~found.solved)
         corner, nearest = place[found.corner[between]], np.argmax(found.share[between], axis=1)
         outcome[between] = PathOutcome.PEAK
-        factor[between] = 1 / found.value[between]
+        factor[between] = raw[between] = 1 / found.value[between]
         with np.errstate(invalid="ignore"):  # what is infinite is no corner
             share, sliding = ((known / known_factor)[corner].min(1) for known in (known_lower, known_before))
         sure = factor[between] * np.maximum(1 - found.error[between], 0.0)
@@ -150,4 +152,4 @@ class _Surveyor:
         for k, column in enumerate(between.tolist()):
             mechanisms[column] = self.mechanisms[corner[k, nearest[k]]]
         error = np.where(found.solved, 0.0, found.error)
-        return Columns(outcome, factor, lower, mechanisms, found.solved, error, before, leans)
+        return Columns(outcome, factor, lower, mechanisms, found.solved, error, before, leans, raw)

@@ -16,9 +16,9 @@ from holdfast.elastic.outcome import PathOutcome, RestOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.elastic.sparse import FAINTEST, held
 from holdfast.elastic.system import Settled, System
-from holdfast.engines.compliant.carriers import HUGE, Carriers
-from holdfast.engines.compliant.gathered import gathered
-from holdfast.engines.compliant.idle import idle, leaning
+from holdfast.engines.compliant.concentrated import concentrated
+from holdfast.engines.compliant.idle_contacts import idle, leaning
+from holdfast.engines.compliant.load_bearing import HUGE, LoadBearing
 from holdfast.engines.compliant.model import Springs, force_unit, own_rows, world_rows
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.limit.state import LimitState, balanced_under
@@ -33,8 +33,8 @@ CHUNK = 64  # number of motions that are turned into mechanisms at a time
 class Grid:
     """An assembly under ``wrench`` (6J,) [N, N m] on contact ``places`` with ``springs``, and its state of rest.
 
-    ``system`` is the elastic system in the units of the model. ``hold`` (J,) names the bodies that a faint hold keeps
-    in their places where no contact resists their motion; None for none.
+    ``system`` is the elastic system in the units of the model. ``hold`` (J,) names the bodies that a regularisation
+    spring keeps in their places where no contact resists their motion; None for none.
     """
 
     places: Places
@@ -58,7 +58,8 @@ class Grid:
     ) -> Grid:
         """Return the assembly on ``nodes`` or, if None, on a grid with ``springs.nodes`` along a side.
 
-        A faint hold keeps the bodies ``hold`` (J,) in their places or, if they do not come to rest so, all bodies.
+        A regularisation spring keeps the bodies ``hold`` (J,) in their places or, if they do not come to rest so, all
+        bodies.
         """
         places = Places.of(assembly, springs.nodes) if nodes is None else Places.at(assembly, nodes)
         return cls._on(places, wrench, springs, hold)
@@ -119,13 +120,13 @@ class Grid:
 
     @cached_property
     def with_hold(self) -> Grid:
-        """The grid on the same nodes with a faint hold of every body."""
+        """The grid on the same nodes with a regularisation spring of every body."""
         if self.hold is not None and self.hold.all():
             return self
         return self.holding(np.ones(len(self.assembly.movable), dtype=bool))
 
     def holding(self, bodies: Bool) -> Grid:
-        """Return the grid on the same nodes with a faint hold of ``bodies`` (J,)."""
+        """Return the grid on the same nodes with a regularisation spring of ``bodies`` (J,)."""
         return Grid._on(self.places, self.wrench, self.springs, bodies)
 
     def loads_held(self, W: Float) -> Bool:
@@ -160,7 +161,7 @@ class Grid:
         derivatives of the peaks by the load, in the units of W. No path is followed beyond ``most`` times its load.
 
         Where systems are dear, a path that leads to HUGE times the weight that counts beside its load is endless if few
-        bodies carry that alone (carriers.py): what would be met further out are other branches, or rounding.
+        bodies carry that alone (load_bearing.py): what would be met further out are other branches, or rounding.
         """
         loads = self.loads(W)
         if self.settled.outcome is not RestOutcome.RESTS:
@@ -168,7 +169,7 @@ class Grid:
         far = self.system.fronts is not None and most == np.inf
         farthest = np.full(len(loads), most)
         if far:
-            beside = np.array([self.carriers.weight(load) for load in loads])
+            beside = np.array([self.load_bearing.weight(load) for load in loads])
             farthest = HUGE * beside / np.abs(loads).max(axis=1, initial=0.0)
         found = self._followed.paths(self.settled.q, loads, cuts=cuts, most=farthest)
         if far:
@@ -182,7 +183,7 @@ class Grid:
         """
         there = np.flatnonzero(found.outcome == PathOutcome.REACHED)
         far = reported("loads that lead far", there.tolist())
-        alone = np.array([self.carriers.balance(loads[k]) for k in far], dtype=bool)
+        alone = np.array([self.load_bearing.balance(loads[k]) for k in far], dtype=bool)
         if alone.any():
             ends, outcome, peak = there[alone], found.outcome.copy(), found.peak.copy()
             first, before = found.first.copy(), found.before.copy()
@@ -196,13 +197,13 @@ class Grid:
         return found.replaced(others, self._followed.paths(self.settled.q, loads[others], cuts=cuts))
 
     @cached_property
-    def carriers(self) -> Carriers:
+    def load_bearing(self) -> LoadBearing:
         """What tells whether few bodies carry a load alone."""
-        return Carriers(self.system.model, self.settled.q)
+        return LoadBearing(self.system.model, self.settled.q)
 
     @cached_property
     def idle(self) -> tuple[int, ...]:
-        """The numbers of interfaces that are open as detected and carry nothing at rest (idle.py)."""
+        """The numbers of interfaces that are open as detected and carry nothing at rest (idle_contacts.py)."""
         return idle(self.places, self.system.model, self.settled.q)
 
     def leans(self, W: Float, paths: PathResult) -> Bool:
@@ -214,7 +215,7 @@ class Grid:
 
     @cached_property
     def _followed(self) -> System:
-        """The system whose load paths are followed: on faces that are not flat, one with the faintest hold.
+        """The system whose load paths are followed: on faces that are not flat, one with the weakest of springs.
 
         There a body may come to lie on two high spots, about which it rocks until it meets the next one, while the load
         stays the same. No contact resists that, so without a hold the path would have no direction and end.
@@ -239,14 +240,14 @@ class Grid:
         """
         return self.system.balances(self.loads(W), s, q)
 
-    def gathered(self, q: Float) -> Bool:
-        """Tell at which contacts (k, interfaces) forces gather on few nodes at displacements q (k, 6J) of the model.
+    def concentrated(self, q: Float) -> Bool:
+        """Tell at which contacts (k, interfaces) forces are concentrated on few nodes at displacements q (k, 6J).
 
         On faces that are not ideal they do so on any grid, on the high spots: there nothing is told.
         """
         if self.springs.faces is not None:
             return np.zeros((len(q), len(self.assembly.interfaces)), dtype=bool)
-        return gathered(self.places, self.system.model, q)
+        return concentrated(self.places, self.system.model, q)
 
     def mechanisms(self, motions: Float) -> list[Mechanism]:
         """Return the mechanisms of ``motions`` (k, 6J), which are in the units of the model."""

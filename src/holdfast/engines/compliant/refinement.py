@@ -25,10 +25,10 @@ COARSE = 0.02  # relative change of the peak of the whole path above which the a
 REFINEMENTS = 3  # largest number of re-solves on ever finer grids
 LESS = (2.5e-3, 1e-2)  # relative loads below a peak that a finer grid is asked to hold where it tells nothing else
 AMPLE = 1.02  # times a load, to which its path is followed to tell that it is held: what errors may take is left
-RESOLVED = 28  # nodes a side, in paths, of contacts whose forces have gathered on few nodes
+RESOLVED = 28  # nodes a side, in paths, of contacts whose forces are concentrated on few nodes
 DEAR = 120  # systems of a path after which another one on more nodes is dear
 DEAR_TERMS = 7000  # the same times the displacements of all bodies: of few bodies no path is dear
-WEDGED = 1.2  # times a peak, above which a path on more nodes tells that bodies are wedged, not what they hold
+WEDGED = 1.2  # times a peak, above which a path on more nodes tells that bodies are self-stressed, not what they hold
 SHARP = 0.7  # correction of a point, as a share of its step, after which a path without an end is doubtful
 MOST_CHUNK = 256  # columns that a thread takes at a time, after which it can be stopped
 ENOUGH = 2  # columns for each thread, from which on they are shared among threads
@@ -40,19 +40,20 @@ class Bounded(NamedTuple):
 
     ``below`` (k,) is the peak minus the discretisation error; it is 0 if there is no peak or no bound was asked for.
     ``own`` (k,) tells which peaks were found on the grid that was asked first, and ``few`` (k,) at which of those
-    forces have gathered on few nodes.
+    forces are concentrated on few nodes. ``raw`` (k,) are the peaks on that grid, or what was reached there.
     """
 
     paths: PathResult
     below: Float
     own: Bool
     few: Bool
+    raw: Float
 
     @classmethod
     def unbounded(cls, paths: PathResult) -> Bounded:
         """Return paths of the grid that was asked, without lower bounds."""
         count = len(paths.peak)
-        return cls(paths, np.zeros(count), paths.outcome == PathOutcome.PEAK, np.zeros(count, dtype=bool))
+        return cls(paths, np.zeros(count), paths.outcome == PathOutcome.PEAK, np.zeros(count, dtype=bool), paths.peak)
 
     @classmethod
     def joined(cls, parts: Sequence[Bounded], order: Int) -> Bounded:
@@ -86,10 +87,10 @@ class Bounded(NamedTuple):
     def replaced(self, at: Int, others: Bounded) -> Bounded:
         """Return the same with ``others`` in the places ``at``, which are in order."""
         if len(at) == len(self.own):  # in all places
-            return others
+            return others._replace(raw=self.raw)
         below, own, few = self.below.copy(), self.own.copy(), self.few.copy()
         below[at], own[at], few[at] = others.below, others.own, others.few
-        return Bounded(self.paths.replaced(at, others.paths), below, own, few)
+        return Bounded(self.paths.replaced(at, others.paths), below, own, few, self.raw)
 
     def refined(self) -> Bounded:
         """Return the same, found on another grid than the one that was asked first."""
@@ -100,7 +101,7 @@ class Around(NamedTuple):
     """What k loads have in common with others around them whose answers are known.
 
     ``share`` (k,) is the least ratio of lower bound to peak among those, nan where nothing is to be taken from them;
-    ``few`` (k,) tells whether forces have gathered on few nodes at their peaks, and ``endless`` (k,) whether none of
+    ``few`` (k,) tells whether forces are concentrated on few nodes at their peaks, and ``endless`` (k,) whether none of
     them has an end.
     """
 
@@ -130,7 +131,7 @@ class Refined:
 
     @property
     def _may_resolve(self) -> bool:
-        """Tell whether contacts at which forces gather may be looked at with RESOLVED nodes a side."""
+        """Tell whether contacts at which forces are concentrated may be looked at with RESOLVED nodes a side."""
         few = self.grid.springs.nodes < RESOLVED and self.refinements > 1
         return few and FINER**2 * len(self.grid.nodes) <= MOST_NODES
 
@@ -169,8 +170,8 @@ class Refined:
         """Tell which columns of W (6J, k) certainly move nothing, from paths that are not followed beyond them.
 
         That is so where the path leads to the load and the discretisation error there, estimated as for a peak by the
-        load that a finer grid has at the same displacement, leaves at least the load. Where forces have gathered on few
-        nodes, that grid has most nodes at those contacts.
+        load that a finer grid has at the same displacement, leaves at least the load. Where forces are concentrated on
+        few nodes, that grid has most nodes at those contacts.
         """
         paths = self.grid.paths(W, most=AMPLE)
         sure = np.minimum(paths.sure, paths.before) >= 1
@@ -179,7 +180,7 @@ class Refined:
         if not len(there):  # no finer grid is made for nothing
             return np.asarray(held)
         load = paths.peak[there]
-        kinds, alike = _alike(self.grid.gathered(paths.q[there]))
+        kinds, alike = _alike(self.grid.concentrated(paths.q[there]))
 
         def on_finer(number: int) -> Float:
             rows, contacts = there[alike[number]], np.flatnonzero(kinds[number])
@@ -232,12 +233,12 @@ class Refined:
         """Give the paths of this grid lower bounds, and take paths from finer grids where this one is too coarse.
 
         The lower bound is the peak minus SAFETY times the estimated discretisation error minus LEAST_ERROR times the
-        peak. Where forces have gathered on few nodes at a peak, ``_resolved`` estimates the error, else ``_estimated``.
-        Peaks like those ``around`` take their share of it.
+        peak. Where forces are concentrated on few nodes at a peak, ``_resolved`` estimates the error, else
+        ``_estimated``. Peaks like those ``around`` take their share of it.
         """
         found = Bounded.unbounded(paths)
         at = np.flatnonzero(found.own)
-        contacts = self.grid.gathered(paths.q[at]) & self._may_resolve
+        contacts = self.grid.concentrated(paths.q[at]) & self._may_resolve
         found.few[at] = contacts.any(1)
         like = np.zeros(len(at), dtype=bool)
         if around is not None:
@@ -326,7 +327,7 @@ class Refined:
         return found._replace(below=np.where(taken, found.below, _below(peak, load)))
 
     def _resolved(self, W: Float, peaks: PathResult, contacts: Int, *, cuts: bool) -> Bounded:
-        """Give ``peaks`` of columns W (6J, k) where forces gather at ``contacts`` lower bounds, or take other paths.
+        """Give ``peaks`` of columns W (6J, k), concentrated at ``contacts``, lower bounds, or take other paths.
 
         Twice as many nodes err there as these do. The estimated error is the change of the load at the displacement of
         the peak with twice RESOLVED nodes a side at these contacts and FINER times as many at all others, or of what
@@ -422,11 +423,11 @@ def _on(finer: Grid, W: Float, peaks: PathResult) -> Float:
 def _led_up(finer: Grid, W: Float, peaks: PathResult, found: Float) -> tuple[Float, Bool]:
     """Return the loads ``found`` (k,) on a ``finer`` grid, raised to those up to which its paths certainly lead.
 
-    Where forces gather at an edge a finer grid gives way more: what it has at the displacement of the peak is a load on
-    its way up, by how far the path of the peak was followed less or more of it. If it is in balance under a larger load
-    in a state nearby, its path leads at least as far. The loads that are tried are those of points on the way to the
-    peak and LESS than the peak, above (1 - COARSE) of it. If the finer grid is in balance under (1 + COARSE) of the
-    peak, too, that is not what was sought: these (k,) are told, and ``found`` stays.
+    Where forces are concentrated at an edge a finer grid gives way more: what it has at the displacement of the peak is
+    a load on its way up, by how far the path of the peak was followed less or more of it. If it is in balance under a
+    larger load in a state nearby, its path leads at least as far. The loads that are tried are those of points on the
+    way to the peak and LESS than the peak, above (1 - COARSE) of it. If the finer grid is in balance under (1 + COARSE)
+    of the peak, too, that is not what was sought: these (k,) are told, and ``found`` stays.
     """
     peak, k = peaks.peak, len(peaks.peak)
     raised, astray = found.copy(), np.zeros(k, dtype=bool)

@@ -80,7 +80,7 @@ def _without(grid: Grid, share: float) -> RestOutcome:
         return RestOutcome.RESTS
     found = system.come_to_rest(near=q, most=PATIENCE)
     if found.outcome is RestOutcome.RESTS and carried(replace(grid, system=system), found.q) is None:
-        return RestOutcome.DRIFTS  # the faint hold carries
+        return RestOutcome.DRIFTS  # the regularisation spring carries
     return found.outcome
 
 

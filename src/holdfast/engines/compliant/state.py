@@ -11,19 +11,18 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.parallel import begin, free_threads
-from holdfast.base.text import listed
 from holdfast.elastic.outcome import PathOutcome
-from holdfast.engines.answers import Answers, Bound, Claim
-from holdfast.engines.compliant.carriers import HUGE
+from holdfast.engines.amendments.amendment import Amendment, Asked
+from holdfast.engines.amendments.order import amended, amendments_of
+from holdfast.engines.amendments.self_stressed import SelfStressed
+from holdfast.engines.answers import Answers, Bound, Claim, Step
 from holdfast.engines.compliant.columns import Columns, followed, surveyed
 from holdfast.engines.compliant.grid import Grid
-from holdfast.engines.compliant.idle import open_pair
+from holdfast.engines.compliant.load_bearing import HUGE
 from holdfast.engines.compliant.refinement import Refined
-from holdfast.engines.compliant.review import Review
-from holdfast.engines.compliant.wedged import MATTERS, Wedged
 from holdfast.engines.contract import EXACT, Accuracy, ForcesOnly, Within
 from holdfast.engines.directions import by_body
-from holdfast.engines.mechanism import NAMED, Mechanism
+from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.verdict import Status, Verdict
 
 NAME, CLAIM = "compliant", Claim.HOLDS
@@ -95,8 +94,8 @@ class Standing:
         ``lower`` is the peak minus the estimated discretisation error. With ``Within(gap)``, MANY or more columns that
         load one body alone are interpolated between paths (interpolated.py), with expected relative errors of at most
         ``gap``; ``lower`` then also allows for the stated interpolation error. With ``ForcesOnly``, ``lower`` is 0 and
-        no finer grid is needed. ``lower`` of wedged bodies covers other springs, too (wedged.py), and leans on no
-        contact that is open at rest (idle.py). Of several threads that ask, one waits for the other.
+        no finer grid is needed. What paths do not know is amended (amendments/order.py). Of several threads that ask,
+        one waits for the other.
         """
         with self._asking:
             return self._load_factor(W, accuracy)
@@ -112,29 +111,11 @@ class Standing:
             columns = surveyed(self.refined, asked, groups, accuracy.gap)
         else:
             columns = followed(self.refined, asked, bounds=not isinstance(accuracy, ForcesOnly))
-        found = self._review.of(_answers(W.shape[1], loaded, columns, self.decided, accuracy), W, accuracy)
-        if isinstance(accuracy, ForcesOnly):
-            return found
-        found = _before_sliding(self._wedged.covered(found, W), loaded, columns)
-        return self._without_idle(found, W, loaded[columns.leans], accuracy)
-
-    def _without_idle(self, found: Answers, W: Float, leaning: Int, accuracy: Accuracy) -> Answers:
-        """Return answers for columns W (6J, n), with ``lower`` of those ``leaning`` without contacts idle at rest."""
-        if self._bare is None or not len(leaning):
-            return found
-        there, lower = self._bare.load_factor(W[:, leaning], accuracy), np.array(found.lower)
-        least = np.minimum(lower[leaning], there.lower)
-        telling = int((least < (1 - MATTERS) * lower[leaning]).sum())
-        lower[leaning] = least
-        assembly = self.grid.assembly
-        which = listed([open_pair(assembly, k) for k in self.grid.idle if assembly.interfaces[k].certain], NAMED)
-        if not telling or not which:  # of contacts that are not certain presence.py tells
-            return replace(found, lower=lower)
-        words = f"{telling} of {len(found)} answers lean on contacts that are open at rest, and lower is without them"
-        return replace(found, lower=lower, notes=(*found.notes, f"{words}: {which}"))
+        found = _answers(W.shape[1], loaded, columns, self.decided, accuracy)
+        return amended(found, Asked(W, accuracy, loaded, columns), self._amendments)
 
     @cached_property
-    def _bare(self) -> Standing | None:
+    def without_idle(self) -> Standing | None:
         """The same state without contacts that are open and carry nothing at rest; None if there are none."""
         grid = self.grid
         if not grid.idle or grid.springs.faces is not None:
@@ -145,8 +126,8 @@ class Standing:
     def held(self, W: Float) -> Bool:
         """Tell which loads, columns of W (6J, n), certainly move nothing; False where more has to be asked.
 
-        Where a load acts on a body that is only balanced, where bodies are wedged, and where loads are so large that
-        paths may leave their branch, it takes what ``load_factor`` does: no path that ends at the load tells.
+        Where a load acts on a body that is only balanced, where bodies are self-stressed, and where loads are so large
+        that paths may leave their branch, it takes what ``load_factor`` does: no path that ends at the load tells.
         """
         small = (np.abs(self.grid.loads(W)).max(axis=1, initial=0.0) <= HUGE) & ~self.grid.loads_held(W)
         rows = np.flatnonzero(small & (W != 0).any(axis=0))
@@ -154,44 +135,28 @@ class Standing:
         if self.grid.springs.faces is not None or not len(rows):
             return np.asarray(held)
         with self._asking:
-            if not self._wedged.possible:
+            if not self._self_stressed.possible:
                 held[rows] = self.refined.held(W[:, rows])
-                if self._bare is not None:
-                    held &= self._bare.held(W)
+                if self.without_idle is not None:
+                    held &= self.without_idle.held(W)
         return np.asarray(held)
 
     def _begin_bounds(self) -> None:
         """Begin once what lower bounds need, while the first long path is followed, which leaves a processor idle."""
         if self.grid.system.long and free_threads() > 1 and not self._begun.is_set():
             self._begun.set()
-            begin(lambda: (self.grid.finer, self._wedged.possible))
+            begin(lambda: (self.grid.finer, self._self_stressed.possible))
 
     @cached_property
-    def _wedged(self) -> Wedged:
-        return Wedged(self.grid)
+    def _amendments(self) -> tuple[Amendment, ...]:
+        return amendments_of(self)
 
     @cached_property
-    def _review(self) -> Review:
-        return Review(self.grid, self.loose)
+    def _self_stressed(self) -> SelfStressed:
+        return next(one for one in self._amendments if isinstance(one, SelfStressed))
 
 
 CompliantState: TypeAlias = Standing | Unpushable
-
-
-def _before_sliding(found: Answers, loaded: Int, columns: Columns) -> Answers:
-    """Return the answers with ``lower`` of those ``loaded`` at most what is reached before bodies slide far.
-
-    A path that turned out to have left its branch, as the answer has no end, tells nothing.
-    """
-    slides = (columns.before < columns.lower) & (np.isfinite(found.force[loaded]) | np.isinf(columns.factor))
-    most = np.minimum(found.lower[loaded], np.where(slides, columns.before, np.inf))
-    telling = int((most < (1 - MATTERS) * found.lower[loaded]).sum())
-    if not slides.any():
-        return found
-    lower = np.array(found.lower)
-    lower[loaded] = most
-    words = f"{telling} of {len(found)} answers hold only after sliding: lower is what is reached before"
-    return replace(found, lower=lower, notes=(*found.notes, words) if telling else found.notes)
 
 
 def _loaded(W: Float) -> Int:
@@ -204,6 +169,8 @@ def _answers(count: int, loaded: Int, columns: Columns, verdict: Verdict, accura
     factor, lower, upper = np.full(count, np.inf), np.full(count, np.inf), np.full(count, np.inf)
     status = [Status.INFINITE] * count
     mechanisms: list[Mechanism | None] = [None] * count
+    raw = np.full(count, np.inf)
+    raw[loaded] = columns.raw
     solved, error = np.ones(count, dtype=bool), np.zeros(count)
     factor[loaded], lower[loaded] = columns.factor, columns.lower
     solved[loaded], error[loaded] = columns.solved, columns.error
@@ -221,4 +188,9 @@ def _answers(count: int, loaded: Int, columns: Columns, verdict: Verdict, accura
         solved=solved,
         error=error,
         lower_bound=Bound.NONE if isinstance(accuracy, ForcesOnly) else Bound.ESTIMATED,
-    )
+        steps=(
+            Step(
+                "load path on the first grid", "the load at which its path from rest has a peak", raw, np.zeros(count)
+            ),
+        ),
+    ).after("finer grids", "lower is less by twice the change from one grid to the next and by 0.2 %")

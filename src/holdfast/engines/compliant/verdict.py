@@ -42,7 +42,7 @@ class AtRest(NamedTuple):
 def at_rest(grid: Grid) -> AtRest | None:
     """Return the verdict on a grid that has come to rest, or None if it has not or if its forces balance badly.
 
-    What a faint hold carries counts as unbalanced.
+    What a regularisation spring carries counts as unbalanced.
     """
     end = grid.settled
     found = carried(grid, end.q) if end.outcome is RestOutcome.RESTS else None
@@ -56,8 +56,8 @@ def at_rest(grid: Grid) -> AtRest | None:
 def carried(grid: Grid, q: Float) -> tuple[Float, float] | None:
     """Return the contact forces (I, 3) [N] at displacements q (6J,) of the model, and their equilibrium error.
 
-    The error is relative to the total weight. None if they balance badly; what a faint hold carries counts as
-    unbalanced.
+    The error is relative to the total weight. None if they balance badly; what a regularisation spring carries counts
+    as unbalanced.
     """
     forces = np.zeros((len(grid.nodes), 3))
     node_forces(grid.system.model, q, forces)

@@ -69,7 +69,7 @@ class LimitState:
         errs = "cautious" if self.cone.kind == "inscribed" else "optimistic"
         return (f"friction cone replaced by an {self.cone.kind} polygon of {self.cone.sides} sides: {errs}",)
 
-    def anew(self) -> LimitState:
+    def fresh(self) -> LimitState:
         """The same state, its program set up once for both, with no bounds from earlier solves."""
         other = LimitState(self.cone, self.assembly, self.wrench, self.rest)
         other.__dict__["proofs"] = self.proofs

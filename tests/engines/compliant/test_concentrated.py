@@ -1,4 +1,4 @@
-"""Bodies that tip over a round foot or a corner: forces gather on few nodes, and ``lower`` allows for that."""
+"""Bodies that tip over a round foot or a corner: forces are concentrated there, and ``lower`` allows for that."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from compliant_scenes import G0, Array
 import holdfast as hf
 from holdfast.assembly.assembly import body_forces
 from holdfast.elastic.path import REFINED
-from holdfast.engines.compliant import gathered as gathered_module
-from holdfast.engines.compliant.gathered import gathered
+from holdfast.engines.compliant import concentrated as gathered_module
+from holdfast.engines.compliant.concentrated import concentrated
 from holdfast.engines.compliant.places import Places
 from holdfast.validation.benchmarks.cargo import pallet, pallets
 from holdfast.validation.random_pushes import Push, random_pushes
@@ -139,7 +139,7 @@ def test_a_ball_on_one_node_has_not_gathered() -> None:
 
     assembly = on_board(np.eye(3), ball, cube, mu=0.5)
     grid = hf.Compliant().on(assembly, assembly.weight_wrench()).refined.grid
-    assert not gathered(grid.places, grid.system.model, grid.settled.q[None]).any()
+    assert not concentrated(grid.places, grid.system.model, grid.settled.q[None]).any()
 
 
 def test_contacts_without_nodes_change_nothing() -> None:
@@ -155,8 +155,8 @@ def test_contacts_without_nodes_change_nothing() -> None:
     push[12:, 0] = (1, 0, 0, 0, 0.06, 0)  # on the last jar, above its middle: it tips over its rim
     tipping = grid.paths(push).q[0]
     for q, few in ((grid.settled.q, False), (tipping, True)):
-        assert gathered(grid.places, grid.system.model, q[None]).any(1).tolist() == [few]
-        assert gathered(kept, model, q[None]).any(1).tolist() == [few]
+        assert concentrated(grid.places, grid.system.model, q[None]).any(1).tolist() == [few]
+        assert concentrated(kept, model, q[None]).any(1).tolist() == [few]
 
 
 def test_the_edge_of_a_rectangle_is_enough_to_tip_over_and_its_corner_is_not() -> None:
@@ -165,7 +165,7 @@ def test_the_edge_of_a_rectangle_is_enough_to_tip_over_and_its_corner_is_not() -
     grid = hf.Compliant().on(assembly, assembly.weight_wrench()).refined.grid
     for way, few in ((np.array([1.0, 0, 0]), False), (np.array([1.0, 1, 0]) / np.sqrt(2), True)):
         load = np.concatenate([way, np.cross((0, 0, 0.05), way)])
-        assert grid.gathered(grid.paths(load[:, None]).q).any(1).tolist() == [few]
+        assert grid.concentrated(grid.paths(load[:, None]).q).any(1).tolist() == [few]
 
 
 def test_only_contacts_that_gather_get_more_nodes() -> None:

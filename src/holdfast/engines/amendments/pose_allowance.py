@@ -81,7 +81,7 @@ class Allowance:
 
     def _asked(self, W: Float, accuracy: Accuracy) -> list[Answers]:
         """Ask for the loads as they are and with levers that are longer and shorter."""
-        levers, state = _levers(self.assembly, W), self.state.anew()
+        levers, state = _levers(self.assembly, W), self.state.fresh()
         return [state.load_factor(load, accuracy) for load in (W, W + levers, W - levers)]
 
 

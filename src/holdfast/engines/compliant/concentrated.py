@@ -1,4 +1,4 @@
-"""Whether what presses a contact has gathered on few of its nodes, as under a body about to tip over a corner or a rim.
+"""Whether what presses a contact is concentrated on few of its nodes, as under a body that tips over a corner.
 
 Few nodes say little about what the contact would hold: two nodes on a round rim resist a twist by their distance, a
 point of the rim does not. Nor do twice as many nodes tell, as long as the force gathers on as few of them.
@@ -14,26 +14,28 @@ from holdfast.elastic.law import node_forces
 from holdfast.elastic.model import Elastic
 from holdfast.engines.compliant.places import Places
 
-FEW = 12.0  # nodes that share the force of a contact, (sum f)² / sum f², below which it has gathered
+FEW = 12.0  # nodes that share the force of a contact, (sum f)² / sum f², below which it is concentrated
 EDGE = 5.5  # the same on a rectangle: about six nodes share it along an edge, and tell where a body tips over that
 SPREAD = 0.5  # of the contact's nodes, which must be more: a ball has one node anyway
 COUNTS = 1e-3  # of the largest force on either body, which a contact must carry to count
 
 
-def gathered(places: Places, m: Elastic, q: Float) -> Bool:
-    """Tell which contacts (k, interfaces) have gathered, and count, at displacements q (k, 6J) of a model."""
+def concentrated(places: Places, m: Elastic, q: Float) -> Bool:
+    """Tell which contacts (k, interfaces) are concentrated, and count, at displacements q (k, 6J) of a model."""
     nodes, found = places.nodes, np.zeros((len(q), len(places.assembly.interfaces)), dtype=bool)
     first = np.flatnonzero(np.diff(nodes.interface, prepend=-1))  # node of each contact that has any
     few = np.where(places.rectangular[nodes.interface[first]], min(EDGE, FEW), FEW)
     most = np.minimum(few, SPREAD * np.diff(first, append=len(nodes)))
     ends = np.append(first, len(nodes))
-    found[:, nodes.interface[first]] = _gathered(m, ends, nodes.a[first], nodes.b[first], most, np.ascontiguousarray(q))
+    found[:, nodes.interface[first]] = _concentrated(
+        m, ends, nodes.a[first], nodes.b[first], most, np.ascontiguousarray(q)
+    )
     return found
 
 
 @compiled
-def _gathered(m: Elastic, first: Int, a: Int, b: Int, most: Float, q: Float) -> Bool:
-    """``gathered``, for C contacts of bodies ``a`` and ``b`` (C,): fewer nodes than ``most`` (C,) are few.
+def _concentrated(m: Elastic, first: Int, a: Int, b: Int, most: Float, q: Float) -> Bool:
+    """``concentrated``, for C contacts of bodies ``a`` and ``b`` (C,): fewer nodes than ``most`` (C,) are few.
 
     The nodes of contact c are those from ``first[c]`` to ``first[c + 1] - 1``.
     """

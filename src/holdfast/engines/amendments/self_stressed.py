@@ -1,4 +1,4 @@
-"""Answers that depend on stiffness: lower bounds of wedged bodies cover other springs and other nodes.
+"""Answers that depend on stiffness: lower bounds of self-stressed bodies cover other springs and other nodes.
 
 Where contact forces can balance each other without any load, as on a wedge in a groove, what presses the contacts is
 decided by how stiff they are and not by the weight alone. Then the ratio of tangential to normal stiffness, which is
@@ -13,34 +13,45 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
 from holdfast.assembly.nodes import contact_nodes
 from holdfast.base.arrays import Float, Int
+from holdfast.engines.amendments.amendment import MATTERS, Asked, AtRest
 from holdfast.engines.answers import Answers
-from holdfast.engines.compliant.carriers import HUGE
 from holdfast.engines.compliant.grid import FINER, Grid
+from holdfast.engines.compliant.load_bearing import HUGE
 from holdfast.engines.compliant.model import Springs
 from holdfast.engines.cones import EXACT
 from holdfast.engines.peeling import clampable
 from holdfast.engines.self_stress import self_stressed_nodes
 
 RATIOS = (0.3, 3.0)  # times the engine's ratio of tangential to normal stiffness
-GATHERED = (2, 3)  # nodes a side of which all, and all but one, are on edges: pressure has gathered there
+GATHERED = (2, 3)  # nodes a side of which all, and all but one, are on edges: pressure is concentrated there
 COARSER = 5  # nodes a side of the coarsest grid that a careful user would take
 MARGIN = 0.01  # of the least answer over these: grids and springs between and beyond them are a little different
 BEYOND = 0.05  # of the range of the answers over these, or of the least, by which others may lie beyond it
 JAMMED = 3.0  # times the weight beside a load, from which what it finds depends on what it presses itself
-MATTERS = 0.05  # relative change of an answer above which it is said to depend on stiffness
 CORNERS = 4  # nodes of a patch, at least
 
 
 @dataclass(frozen=True, eq=False)
-class Wedged:
-    """The lower bounds of answers on ``grid``, where its bodies are wedged."""
+class SelfStressed:
+    """Lowers the bounds of answers that depend on stiffness, as bodies press each other without any load."""
 
-    grid: Grid
+    state: AtRest
+
+    name: ClassVar[str] = "self-stress"
+    why: ClassVar[str] = (
+        "bodies that press each other without any load hold by their stiffness: lower covers other stiffness"
+    )
+
+    @property
+    def grid(self) -> Grid:
+        """The grid from which answers are taken."""
+        return self.state.grid
 
     @cached_property
     def possible(self) -> bool:
@@ -57,10 +68,10 @@ class Wedged:
         pressed = self_stressed_nodes(assembly, contact_nodes(assembly, CORNERS, "corners"), EXACT)
         return pressed is None or bool(pressed.any())
 
-    def _asked(self, found: Answers, W: Float) -> Int:
-        """Return which answers depend on stiffness: all where bodies are wedged, else those far above the weight.
+    def _rows(self, found: Answers, W: Float) -> Int:
+        """Return which answers depend on stiffness: all of self-stressed bodies, else those far above the weight.
 
-        There the load itself presses what holds it, and bodies are wedged as long as it lasts.
+        There the load itself presses what holds it, and bodies are self-stressed as long as it lasts.
         """
         rows = np.flatnonzero((found.force > 0) & W.any(axis=0))
         if not len(rows) or self.possible:
@@ -68,19 +79,21 @@ class Wedged:
         loads = self.grid.loads(W[:, rows])
         size = np.abs(loads).max(axis=1) * np.where(np.isfinite(found.force[rows]), found.force[rows], 0.0)
         heavy = np.flatnonzero(size > JAMMED * self.grid.lightest)
-        jams = [k for k in heavy.tolist() if size[k] > JAMMED * self.grid.carriers.weight(loads[k])]
+        jams = [k for k in heavy.tolist() if size[k] > JAMMED * self.grid.load_bearing.weight(loads[k])]
         return rows[jams]
 
-    def covered(self, found: Answers, W: Float) -> Answers:
-        """Return ``found`` for columns W (6J, n), with lower bounds that also hold on other springs and nodes.
+    def applies(self, asked: Asked) -> bool:
+        """Tell whether bounds are wanted; springs of imperfect faces are a sample already, and are left alone."""
+        return asked.bounded and self.grid.springs.faces is None
+
+    def amend(self, found: Answers, asked: Asked) -> Answers:
+        """Return ``found`` with lower bounds that also hold on other springs and nodes.
 
         A path that is lost on one of them counts as far as it was followed. An answer without an end keeps its status,
-        but its lower bound is finite where others end within HUGE times the weight. Springs of imperfect faces are a
-        sample already, and are left alone.
+        but its lower bound is finite where others end within HUGE times the weight.
         """
-        if self.grid.springs.faces is not None:
-            return found
-        rows = self._asked(found, W)
+        W = asked.W
+        rows = self._rows(found, W)
         if not len(rows):
             return found
         least = most = found.force[rows]
@@ -99,14 +112,15 @@ class Wedged:
         telling = int((least < (1 - MATTERS) * found.force[rows]).sum())
         if not telling:
             return replace(found, lower=lower)
-        words = f"{telling} of {len(found)} answers depend on stiffness: bodies are wedged, and lower covers contacts"
+        many = f"{telling} of {len(found)} answers depend on stiffness"
+        words = f"{many}: bodies are self-stressed, and lower covers contacts"
         if self.possible:
             words += f" between {RATIOS[0]:g} and {RATIOS[1]:g} times as stiff along the contacts,"
         return replace(found, lower=lower, notes=(*found.notes, f"{words} with {GATHERED[0]} or more nodes a side"))
 
     @cached_property
     def _edges(self) -> tuple[Grid, ...]:
-        """Grids on which pressure has gathered on edges: they tell most where the load itself presses what holds it."""
+        """Grids with pressure on edges: they tell most where the load itself presses what holds it."""
         springs = self.grid.springs
         return tuple(self._on(replace(springs, nodes=nodes)) for nodes in GATHERED if nodes < springs.nodes)
 

@@ -13,10 +13,10 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import cross, shift_twist
 from holdfast.base.text import listed
-from holdfast.engines.absence import Absences, Absent
-from holdfast.engines.allowance import Allowance
+from holdfast.engines.amendments.absent_contacts import Absences, Absent
+from holdfast.engines.amendments.pose_allowance import Allowance
 from holdfast.engines.answers import Answers, Bound, weakest_bound
-from holdfast.engines.capabilities import anew
+from holdfast.engines.capabilities import fresh
 from holdfast.engines.contract import EXACT, Accuracy, Engine, ForcesOnly, State
 from holdfast.engines.limit.engine import Limit
 from holdfast.engines.mechanism import Mechanism
@@ -35,7 +35,7 @@ def prepared(
 
     The arguments are those of ``Engine.prepare``. If all contacts are certain, the state is the engine's own. Otherwise
     it answers for the scene as detected, and its ``lower`` and ``upper`` are the least and the greatest over all sets
-    of contacts that may be absent together (absence.py).
+    of contacts that may be absent together (absent_contacts.py).
     """
     if all(interface.certain for interface in assembly.interfaces):
         return engine.prepare(assembly, standing, acceleration)
@@ -61,15 +61,15 @@ class Doubtful:
     _asking: RLock = field(default_factory=RLock, init=False, repr=False)
     _asked: dict[int, State] = field(default_factory=dict, init=False, repr=False)
 
-    def anew(self) -> Doubtful:
+    def fresh(self) -> Doubtful:
         """Return the same state, its contacts sorted out once for both, as it was before it was asked anything."""
-        other = Doubtful(anew(self.detected), self.absences)
+        other = Doubtful(fresh(self.detected), self.absences)
         other.__dict__.update(_allowances=self._allowances, _asking=self._asking)
         return other
 
     def _own(self, state: State) -> State:
         """Return a state of ``absences``, which remembers only what this object was asked."""
-        return self._asked.setdefault(id(state), anew(state))
+        return self._asked.setdefault(id(state), fresh(state))
 
     def verdict(self) -> Verdict:
         """Say whether the scene as detected stands."""
@@ -120,7 +120,7 @@ class Doubtful:
                 [found.upper_bound, greatest.upper_bound, *(case.upper_bound for _, case in cases)]
             ),
             notes=(*found.notes, *self._told(found, cases)),
-        )
+        ).after("contacts that may not exist", "lower is the least over all sets of contacts that may be absent")
 
     @cached_property
     def _tried(self) -> tuple[Absent, ...]:

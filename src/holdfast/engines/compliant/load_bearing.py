@@ -26,14 +26,14 @@ from holdfast.elastic.system import System
 
 HUGE = 10.0  # load, relative to a weight, beside which this is not expected to count any more
 PATIENCE = 1000  # steps of Newton's method after which rest is not sought any longer
-ALONE = 1e-6  # what the faint hold may carry of a load that contacts are to balance alone
+ALONE = 1e-6  # what the regularisation spring may carry of a load that contacts are to balance alone
 BALANCED = 1e-7  # what may be left of such a load
 AGAINST = 1e-6  # cosine between load and contact normal, above which the load is passed on there
 ROOM = 0.5  # of the clearance that all contacts are to have, which the program must leave
 
 
 @dataclass(frozen=True, eq=False)
-class Carriers:
+class LoadBearing:
     """The bodies of a ``model`` at ``rest`` (n,) that carry loads without its weight.
 
     What was found for the same bodies is kept.

@@ -1,4 +1,4 @@
-"""N3: what wedged bodies withstand depends on stiffness and nodes, and ``lower`` says so."""
+"""N3: what self-stressed bodies withstand depends on stiffness and nodes, and ``lower`` says so."""
 
 from __future__ import annotations
 
@@ -81,11 +81,11 @@ def test_what_depends_on_stiffness_is_said() -> None:
 @pytest.mark.parametrize("name", ["cube", "stack", "table", "slope_two", "tabletop", "v_groove"])
 def test_what_rests_by_its_weight_is_not_wedged(name: str) -> None:
     state = prepared(Compliant(), shipped(name))
-    assert not any(state.group(k).state._wedged.possible for k in range(len(shipped(name).groups)))
+    assert not any(state.group(k).state._self_stressed.possible for k in range(len(shipped(name).groups)))
 
 
 def test_a_cube_between_two_walls_is_wedged() -> None:
-    assert prepared(Compliant(), shipped("wedged_floor")).group(0).state._wedged.possible
+    assert prepared(Compliant(), shipped("wedged_floor")).group(0).state._self_stressed.possible
 
 
 def least_elsewhere(name: str, seed: int) -> tuple[np.ndarray, np.ndarray]:

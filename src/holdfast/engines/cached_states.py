@@ -10,8 +10,8 @@ from holdfast.assembly.parts import Part
 from holdfast.base.arrays import Float
 from holdfast.base.memory import Same
 from holdfast.base.values import Value
-from holdfast.engines import presence
-from holdfast.engines.capabilities import anew
+from holdfast.engines.amendments import doubtful_contacts
+from holdfast.engines.capabilities import fresh
 from holdfast.engines.contract import Engine, State
 
 
@@ -19,10 +19,10 @@ def recalled(engine: Engine, whole: Assembly, part: Part, standing: Float | None
     """Return an engine prepared for one part of the assembly ``whole``, from its memory or now.
 
     ``standing`` (6J,) are loads on all bodies of the whole; the other arguments are as in ``Engine.prepare``. Contacts
-    of the part may be absent (presence.py). The state remembers no question that was asked before.
+    of the part may be absent (doubtful_contacts.py). The state remembers no question that was asked before.
     """
     own = _own(part, standing)
-    make = partial(presence.prepared, engine, part.assembly, own, acceleration)
+    make = partial(doubtful_contacts.prepared, engine, part.assembly, own, acceleration)
     return _recalled(make, engine, whole, part.content, (own, acceleration), len(part.members))
 
 
@@ -48,7 +48,7 @@ def _recalled(
     state, _ = whole.memory.recalled(
         key("state", engine, content, *loads), cost, lambda: (make(), names), valid=lambda known: known[1] <= names
     )
-    return anew(state)
+    return fresh(state)
 
 
 def forget(engine: Engine, whole: Assembly, part: Part, standing: Float | None, acceleration: Float | None) -> None:

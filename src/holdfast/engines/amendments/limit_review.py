@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
 from holdfast.elastic.progress import CARRIED
+from holdfast.engines.amendments.amendment import Asked, AtRest
 from holdfast.engines.answers import Answers, only_balanced
 from holdfast.engines.compliant.beginnings import SMALL, gives_way, path_from
-from holdfast.engines.compliant.carriers import HUGE, rests_alone
 from holdfast.engines.compliant.grid import Grid
-from holdfast.engines.contract import EXACT, Accuracy, ForcesOnly, Within
+from holdfast.engines.compliant.load_bearing import HUGE, rests_alone
+from holdfast.engines.contract import EXACT, Within
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.verdict import Status
 
@@ -61,19 +62,30 @@ class _Proved(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Review:
-    """Compares answers on one grid with limit analysis where they deserve doubt.
+class LimitReview:
+    """Compares answers with limit analysis where they deserve doubt.
 
-    ``loose`` names the bodies that are only balanced. Answers to loads of bodies that a faint hold keeps in their
-    places, as it has to keep those, are all compared; of others those that are undecided, that have no lower bound,
-    that exceed HUGE times the weight, or that are too small to be told from none.
+    Answers to loads of bodies that a regularisation spring keeps in their places, as it has to keep those that are only
+    balanced, are all compared; of others those that are undecided, that have no lower bound, that exceed HUGE times the
+    weight, or that are too small to be told from none.
     """
 
-    grid: Grid
-    loose: tuple[str, ...]
+    state: AtRest
 
-    def of(self, found: Answers, W: Float, accuracy: Accuracy) -> Answers:
-        """Return the answers ``found`` for columns W (6J, n), mended where limit analysis proves more.
+    name: ClassVar[str] = "limit analysis"
+    why: ClassVar[str] = "limit analysis proves when something moves at the latest, and which loads have no end"
+
+    @property
+    def grid(self) -> Grid:
+        """The grid from which answers are taken."""
+        return self.state.grid
+
+    def applies(self, asked: Asked) -> bool:
+        """Say that answers have to be looked at."""
+        return True
+
+    def amend(self, found: Answers, asked: Asked) -> Answers:
+        """Return the answers ``found``, mended where limit analysis proves more.
 
         - A push that moves a body which is only balanced, and that is too small to be told from none, becomes 0: of a
           body that is held that of either method, of others that of limit analysis. So does one that only the faint
@@ -91,27 +103,27 @@ class Review:
           above HUGE times the weight that counts beside its load and one of the two searches for rest succeeds, or if
           it has no end, on the finer grid neither, where every body is held.
         """
+        W, accuracy = asked.W, asked.accuracy
         size, own, held = self._sizes(W), self._own(W), self.grid.loads_held(W)
-        bounded = not isinstance(accuracy, ForcesOnly)
-        doubtful = np.flatnonzero(self._doubtful(found, size, own, held, accuracy))
+        doubtful = np.flatnonzero(self._doubtful(found, size, own, held, bounded=asked.bounded))
         if not len(doubtful) or not self.grid.certain.verdict().equilibrium_exists:
             return found
         wanted = accuracy if isinstance(accuracy, Within) else EXACT
-        certain = self.grid.certain.anew().load_factor(W[:, doubtful], wanted)
+        certain = self.grid.certain.fresh().load_factor(W[:, doubtful], wanted)
         upper = np.array(found.upper)
         known: dict[str, Any] = {name: np.array(getattr(found, name)) for name in _Row._fields}
         upper[doubtful] = top = np.minimum(upper[doubtful], certain.upper)
         for k, row in enumerate(doubtful.tolist()):
             endless = certain.status[k] is Status.INFINITE
             proved = _Proved(float(top[k]), endless, certain.mechanism[k])
-            asked = _Asked(W[:, row], float(size[row]), float(own[row]), bool(held[row]), bounded)
-            mended = self._mended(_Row._make(column[row] for column in known.values()), asked, proved)
+            one = _Asked(W[:, row], float(size[row]), float(own[row]), bool(held[row]), asked.bounded)
+            mended = self._mended(_Row._make(column[row] for column in known.values()), one, proved)
             for column, value in zip(known.values(), mended, strict=True):
                 column[row] = value
         return replace(found, **known, upper=upper, notes=(*found.notes, *self._notes))
 
     def _mended(self, row: _Row, asked: _Asked, proved: _Proved) -> _Row:
-        """Return one answer, mended as ``of`` says."""
+        """Return one answer, mended as ``amend`` says."""
         if self._gives_way(row, asked, proved):
             return _Row(Status.FINITE, 0.0, 0.0, proved.mechanism if row.mechanism is None else row.mechanism)
         if asked.held and row.force * asked.own <= TOO_SOON:
@@ -120,7 +132,7 @@ class Review:
             return ENDLESS_ROW if proved.endless and self._endless_behind(asked.load, asked.size) else row
         if row.force > (1 + CONTRADICTION) * proved.top:
             return UNDECIDED_ROW
-        confirmed = not asked.held and row.lower * asked.size > ENDLESS  # a faint hold may have helped
+        confirmed = not asked.held and row.lower * asked.size > ENDLESS  # a regularisation spring may have helped
         if proved.endless and (confirmed or self._endless(asked.load, float(row.force))):
             return ENDLESS_ROW
         if proved.endless and asked.bounded and row.lower <= 0 and row.force * asked.size > HUGE:
@@ -165,24 +177,24 @@ class Review:
         assembly = self.grid.assembly
         return np.asarray(np.abs(W * assembly.equation_scale[:, None]).max(0, initial=0.0) / self.grid.unit)
 
-    def _doubtful(self, found: Answers, size: Float, own: Float, held: Bool, accuracy: Accuracy) -> Bool:
+    def _doubtful(self, found: Answers, size: Float, own: Float, held: Bool, *, bounded: bool) -> Bool:
         finite = found.status == Status.FINITE
         force = np.where(finite, found.force, 0.0)
         doubt = held | (found.status == Status.UNDECIDED) | (finite & ((force * size > HUGE) | (force * own <= SLIGHT)))
-        if not isinstance(accuracy, ForcesOnly):
+        if bounded:
             doubt |= finite & (found.lower <= 0)
         return np.asarray((size > 0) & doubt)
 
     def _endless_behind(self, column: Float, size: float) -> bool:
         """Tell whether the path of one load (6J,) was lost although it has no end."""
         reached = float(self.grid.paths(column[:, None]).peak[0])
-        beside = self.grid.carriers.weight(self.grid.loads(column[:, None])[0])
+        beside = self.grid.load_bearing.weight(self.grid.loads(column[:, None])[0])
         if HUGE * beside < reached * size < np.inf and self._endless(column, reached):
             return True
         return all(self._endless_held(grid, column, size) for grid in (self.grid, self.grid.finer))
 
     def _endless_held(self, grid: Grid, column: Float, size: float) -> bool:
-        """Tell whether the path of one load (6J,) has no end where a faint hold keeps every body in its place.
+        """Tell whether the path of one load (6J,) has no end where springs keep every body in its place.
 
         Where bodies lie on whole multiples of their size, some of them come to be only balanced on the way.
         """
@@ -194,15 +206,15 @@ class Review:
         if not np.isfinite(peak):
             return True
         load = self.grid.loads(column[:, None])[0]
-        if self.grid.carriers.balance(load):
+        if self.grid.load_bearing.balance(load):
             return True
         if rests_alone(self.grid.with_hold.system.under(load / np.abs(load).max()), PATIENCE):
             return True
-        if self.grid.hold is not None:  # the faint hold would carry too much
+        if self.grid.hold is not None:  # the regularisation spring would carry too much
             return False
         far = self.grid.system.under(self.grid.system.model.wrench + BEYOND * peak * load)
         return far.come_to_rest(near=self.grid.settled.q, most=PATIENCE).outcome is RestOutcome.RESTS
 
     @property
     def _notes(self) -> tuple[str, ...]:
-        return (only_balanced(self.loose),) if self.loose else ()
+        return (only_balanced(self.state.loose),) if self.state.loose else ()

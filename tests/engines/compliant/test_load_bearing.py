@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 import holdfast as hf
 from holdfast.assembly.assembly import body_forces
 from holdfast.base.arrays import Float
-from holdfast.engines.compliant.carriers import HUGE
 from holdfast.engines.compliant.grid import Grid
+from holdfast.engines.compliant.load_bearing import HUGE
 from holdfast.engines.compliant.state import Standing
 from holdfast.queries.request import push_columns
 
@@ -35,7 +35,7 @@ def column(grid: Grid, body: str, point: ArrayLike, direction: ArrayLike) -> Flo
 
 
 def carried(grid: Grid, body: str, point: ArrayLike, direction: ArrayLike) -> bool:
-    return grid.carriers.balance(grid.loads(column(grid, body, point, direction))[0])
+    return grid.load_bearing.balance(grid.loads(column(grid, body, point, direction))[0])
 
 
 @cache
@@ -105,17 +105,17 @@ def test_what_counts_beside_a_press_is_the_weight_that_its_carriers_bear() -> No
     grid = grid_of(support, plank, block("on it", (0.1, 0.1, 0.1), (-0.05, 0, 0.17), 5.0), *row)
     load = grid.loads(column(grid, "plank", (0.05, 0, 0.12), DOWN))[0]
     expected = (support.mass + plank.mass + 5.0) / grid.assembly.mass.sum()
-    assert expected < grid.carriers.weight(load) < 1.03 * expected  # faces are sheared a little, too
+    assert expected < grid.load_bearing.weight(load) < 1.03 * expected  # faces are sheared a little, too
     all_of_them = grid.loads(body_forces(grid.assembly.mass[:, None] * DOWN)[:, None])[0]
-    assert grid.carriers.weight(all_of_them) == 1.0
+    assert grid.load_bearing.weight(all_of_them) == 1.0
 
 
 def test_loads_on_several_bodies_and_torques_are_left_to_others() -> None:
     grid = two_towers()
-    assert not grid.carriers.balance(grid.loads(body_forces(grid.assembly.mass[:, None] * DOWN)[:, None])[0])
+    assert not grid.load_bearing.balance(grid.loads(body_forces(grid.assembly.mass[:, None] * DOWN)[:, None])[0])
     torque = np.zeros((6 * len(grid.assembly.movable), 1))
     torque[5] = 1.0
-    assert not grid.carriers.balance(grid.loads(torque)[0])
+    assert not grid.load_bearing.balance(grid.loads(torque)[0])
     assert not carried(grid, "c0_0", (-SIDE / 2, 0, SIDE / 2), (0, 0, 1))  # nothing is above that it would be held by
 
 
