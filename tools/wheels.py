@@ -25,7 +25,7 @@ surfaces = hf.robustness_map(assembly, spacing=0.1)
 try:
     surfaces.save_png("map.png")
 except hf.HoldfastError as error:
-    assert "holdfast[viewer]" in str(error), error
+    assert "holdfast-robotics[viewer]" in str(error), error
 else:
     raise SystemExit("a picture without matplotlib?")
 print(f"holdfast {hf.__version__}: {push.force[0]:.2f} N")

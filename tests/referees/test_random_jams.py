@@ -69,14 +69,14 @@ def held_by_elements(assembly: Assembly, push: Push, force: float) -> bool:
 @pytest.mark.parametrize("number", range(len(FAMILIES)))
 def test_mujoco_holds_what_lower_says(number: int) -> None:
     """One jam of each family."""
-    pytest.importorskip("mujoco", reason="the referee needs 'holdfast[referees]'")
+    pytest.importorskip("mujoco", reason="the referee needs MuJoCo: pip install 'holdfast-robotics[simulators]'")
     assert not tried(number).above
 
 
 @pytest.mark.slow
 @pytest.mark.referee
 def test_mujoco_holds_what_lower_says_of_300_jams() -> None:
-    pytest.importorskip("mujoco", reason="the referee needs 'holdfast[referees]'")
+    pytest.importorskip("mujoco", reason="the referee needs MuJoCo: pip install 'holdfast-robotics[simulators]'")
     seen = [tried(number) for number in range(300)]
     assert sum(one.tried for one in seen) > 200
     assert not any(one.above for one in seen)

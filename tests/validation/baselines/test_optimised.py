@@ -71,5 +71,5 @@ def test_infeasible_is_nothing_and_unbounded_is_endless() -> None:
 def test_a_missing_casadi_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delitem(sys.modules, "casadi", raising=False)
     monkeypatch.setitem(sys.modules, "casadi", None)
-    with pytest.raises(HoldfastError, match=r"pip install 'holdfast\[simulators\]'"):
+    with pytest.raises(HoldfastError, match=r"pip install 'holdfast-robotics\[simulators\]'"):
         optimised(cube(), "cube", (0, 0, 0.1), X)

@@ -20,6 +20,7 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, TypeVar
 
+from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, SceneError, located, message
 from holdfast.base.files import checked_path, write_atomically
 from holdfast.scene.formats.source import Source
@@ -226,5 +227,4 @@ def _called(chosen: Format, function: Callable[[], T]) -> T:
         if not chosen.extra:
             raise
         problem = f"needs {cause.name}, which is not installed"
-        remedy = f"pip install 'holdfast[{chosen.extra}]'"
-        raise HoldfastError(message(f"format {chosen.name!r}", problem, remedy)) from cause
+        raise HoldfastError(message(f"format {chosen.name!r}", problem, installing(chosen.extra))) from cause

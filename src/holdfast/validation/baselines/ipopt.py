@@ -16,7 +16,7 @@ What the paper leaves open, and what is chosen here:
 
 Engine ``limit`` solves the same program over the exact cone or over polygons, with certificates (``holdfast.Limit``).
 
-Optional: ``pip install 'holdfast[simulators]'`` (casadi, which brings IPOPT).
+Optional: the extra ``simulators`` (casadi, which brings IPOPT).
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.nodes import ContactNodes, contact_nodes, equilibrium_operator
+from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, message
 from holdfast.engines.cones import FrictionCone
 from holdfast.engines.verdict import Status
@@ -102,5 +103,5 @@ def _casadi() -> ModuleType:
     try:
         return importlib.import_module("casadi")
     except ImportError:
-        remedy = "pip install 'holdfast[simulators]'"
-        raise HoldfastError(message("ipopt", "casadi, which brings IPOPT, is not installed", remedy)) from None
+        problem = "casadi, which brings IPOPT, is not installed"
+        raise HoldfastError(message("ipopt", problem, installing("simulators"))) from None

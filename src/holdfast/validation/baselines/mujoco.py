@@ -6,7 +6,7 @@ collide. MuJoCo's contacts are regularised: normal ones are damped springs, fric
 per tributary area, as in engine ``compliant``; MuJoCo's own choice, equal time constants, would make contacts of heavy
 bodies stiffer. Geometry is exact: bodies tilt and points move, by some 1e-6 m before anything gives way.
 
-Optional: ``pip install 'holdfast[simulators]'``.
+Optional: the extra ``simulators``.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ import numpy as np
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.nodes import ContactNodes
 from holdfast.base.arrays import Float
+from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, message
 from holdfast.validation.baselines.search import Peak, Trial, grid_nodes, largest_load, push, trial_under
 
@@ -235,5 +236,5 @@ def mujoco_module() -> ModuleType:
     try:
         return importlib.import_module("mujoco")
     except ImportError:
-        remedy = "pip install 'holdfast[simulators]'"
-        raise HoldfastError(message("referee mujoco", "MuJoCo is not installed", remedy)) from None
+        problem = "MuJoCo is not installed"
+        raise HoldfastError(message("referee mujoco", problem, installing("simulators"))) from None

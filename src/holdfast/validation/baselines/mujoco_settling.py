@@ -1,6 +1,6 @@
 """MuJoCo brings a scene to rest, as users ask it to: with its own contacts and settings, for two seconds.
 
-Optional: ``pip install 'holdfast[simulators]'``.
+Optional: the extra ``simulators``.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ Held (``holds``, ``peak``): the full load is applied at once and stays on for 0.
 than FAR in the second half. Steps are shorter and the solver may iterate more (STEP, ITERATIONS). PyBullet keeps about
 four contact points a face, so its answers should be compared with those of ``compliant`` on corners.
 
-Optional: ``pip install 'holdfast[simulators]'``; there are wheels for Python 3.11 alone.
+Optional: the extra ``simulators``; there are wheels for Python 3.11 alone.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ from scipy.spatial.transform import Rotation
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
+from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, message
 from holdfast.scene.body import Body
 from holdfast.scene.shapes import Box, Sphere
@@ -242,5 +243,5 @@ def _pybullet() -> ModuleType:
     try:
         return importlib.import_module("pybullet")
     except ImportError:
-        remedy = "pip install 'holdfast[simulators]' (Python 3.11: there are no wheels for later ones)"
+        remedy = f"{installing('simulators')} (Python 3.11: there are no wheels for later ones)"
         raise HoldfastError(message("pybullet", "PyBullet is not installed", remedy)) from None
