@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -156,6 +157,16 @@ def test_a_planted_violation_is_found(module: str, source: str) -> None:
 )
 def test_what_is_allowed_is_let_through(module: str, source: str) -> None:
     assert violations({module: source}) == []
+
+
+def test_the_map_on_the_page_shows_these_floors() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "architecture.md").read_text(encoding="utf-8")
+    shown: dict[int, set[str]] = {}
+    floor = -1
+    for number, package in re.findall(r"^ {4}( {4}| *\d+  ?)(?:  )?(\w+)/  ", page, re.MULTILINE):
+        floor = int(number) if number.strip() else floor
+        shown.setdefault(floor, set()).add(package)
+    assert shown == dict(enumerate(FLOORS))
 
 
 def test_truths_are_worked_out_without_the_engines() -> None:
