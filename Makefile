@@ -10,7 +10,7 @@ OUT ?= out
 # Where compiled loops are kept (src/holdfast/base/compiled.py)
 COMPILED := $(or $(HOLDFAST_CACHE_DIR),$(or $(XDG_CACHE_HOME),$(HOME)/.cache)/holdfast)
 
-.PHONY: demo test test-slow test-referees test-kernels test-wheels fuzz benchmark figures docs lint clean
+.PHONY: demo test test-slow test-referees test-kernels test-numba test-wheels fuzz benchmark figures docs lint clean
 
 # On all cores, in the order of the files: neighbours share what they assembled. No threads beside the processes
 PARALLEL := OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n auto --dist worksteal
@@ -22,10 +22,12 @@ $(VENV)/.ready: pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	@touch $@
 
-# What the tests compare with. compas_lmgc90 without what its metadata asks for: a viewer that the simulation does not use
+# What the tests compare with. compas_lmgc90 without what its metadata asks for: a viewer that the simulation does not use.
+# It has no wheels for Python 3.14 yet; tests of what is missing skip and say so
 $(VENV)/.simulators: $(VENV)/.ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,simulators,usd]'
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -c constraints.txt compas_lmgc90
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -c constraints.txt \
+	  'compas_lmgc90; python_version < "3.14"'
 	@touch $@
 
 demo: $(VENV)/.ready
@@ -59,6 +61,18 @@ test-kernels: $(VENV)/.simulators
 	    -m "not slow and not referee" $(addprefix tests/,$(NUMERIC)) || exit 1; \
 	done; done
 
+# The numeric tests with another Numba than the pinned one, in an environment of its own without pins: `oldest` and `newest`
+# are the ends of the range in pyproject.toml; any other version by its number. Python 3.11 has wheels of all of them
+NUMBA ?= oldest
+OLDEST_NUMBA := $(shell sed -n 's/^ *"numba>=\([0-9.]*\)",/\1/p' pyproject.toml)
+WITH_NUMBA := $(VENV)-numba-$(NUMBA)
+test-numba:
+	$(PYTHON) -m venv $(WITH_NUMBA)
+	$(WITH_NUMBA)/bin/python -m pip install --quiet --disable-pip-version-check --upgrade -e '.[test]' \
+	  'numba$(if $(filter newest,$(NUMBA)),,==$(if $(filter oldest,$(NUMBA)),$(OLDEST_NUMBA).*,$(NUMBA)))'
+	OPENBLAS_NUM_THREADS=1 $(WITH_NUMBA)/bin/pytest -n auto --dist worksteal -m "not slow and not referee" \
+	  $(addprefix tests/,base $(filter-out golden,$(NUMERIC)))
+
 # Wheel and sdist in a clean environment of every Python at hand; PYTHONS names more, separated by colons
 test-wheels: $(VENV)/.ready
 	$(BIN)/python tools/wheels.py $(OUT)/dist
@@ -84,5 +98,5 @@ docs: $(VENV)/.ready
 	@echo "open $(OUT)/site/index.html"
 
 clean:
-	rm -rf $(VENV) $(OUT) docs/api docs/benchmarks docs/gallery build dist src/*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(VENV)-numba-* $(OUT) docs/api docs/benchmarks docs/files docs/gallery build dist src/*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	rm -rf $(COMPILED)/compiled-*
