@@ -3,8 +3,8 @@
     python tools/wheels.py [FOLDER]
 
 Pythons are python3.11 to python3.14 on the PATH, and those that PYTHONS names, separated by colons. Tried is the core
-without extras: a verdict, a push, and that a picture says which extra it needs. The wheel has to hold the committed files
-of the package and its metadata, and nothing else.
+without extras: a verdict, a push, and that a picture says which extra it needs. The wheel has to hold the committed
+files of the package and its metadata, and nothing else.
 """
 
 from __future__ import annotations
