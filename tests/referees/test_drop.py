@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import holdfast as hf
+from bench.baselines.drop import describe, drop
+from bench.scenes.placement_scenes import TABLE_II, TABLE_III
 from holdfast.applications.placement.plan import planner
 from holdfast.base.rigid import pose_from
 from holdfast.scene.shipped import shipped_scene
 from holdfast.scene.shipped.blocks import about_x, box, floor
-from holdfast.validation.baselines.drop import describe, drop
-from holdfast.validation.benchmarks.placement_scenes import TABLE_II, TABLE_III
 
 pytestmark = pytest.mark.referee
 

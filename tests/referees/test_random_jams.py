@@ -15,10 +15,10 @@ from jam_scenes import FAMILIES, jam
 from native_mujoco import Native
 
 import holdfast as hf
+from bench.baselines import penalty
+from bench.scenes.random_pushes import Push, columns
 from holdfast import Assembly, Status
 from holdfast.engines.compliant.places import Places
-from holdfast.validation.baselines import penalty
-from holdfast.validation.random_pushes import Push, columns
 
 STEPS = (2e-4, 5e-5)  # [s]: what moves with the first and holds with the second was MuJoCo's softness
 SHARE = 0.95  # of `lower`, which has to be held: MuJoCo's friction creeps
