@@ -6,7 +6,7 @@ acceleration is reached when a contact node moves against its counterpart faster
 Nadeau & Kelly (Sec. VII-B). Bodies take time to become that fast, during which the acceleration grows further, so the
 ramp is repeated from just before the motion with smaller and smaller slopes.
 
-Contacts as in ``baselines/mujoco.py``. Optional: ``pip install -e '.[bench]'``.
+Contacts as in ``baselines/mujoco.py``. Optional: the extra ``bench``.
 """
 
 from __future__ import annotations

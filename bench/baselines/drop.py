@@ -4,7 +4,7 @@ Unlike ``baselines.mujoco``, which loads the contacts that holdfast has found, t
 itself, so that bodies that overlap or float show as motion. MuJoCo's contacts are damped springs and its friction
 creeps, with the settings here by some micrometres a second.
 
-Optional: ``pip install -e '.[bench]'``.
+Optional: the extra ``bench``.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ What the paper leaves open, and what is chosen here:
 
 Engine ``limit`` solves the same program over the exact cone or over polygons, with certificates (``holdfast.Limit``).
 
-Optional: ``pip install -e '.[bench]'`` (casadi, which brings IPOPT).
+Optional: the extra ``bench`` (casadi, which brings IPOPT).
 """
 
 from __future__ import annotations

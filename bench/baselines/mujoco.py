@@ -6,7 +6,7 @@ collide. MuJoCo's contacts are regularised: normal ones are damped springs, fric
 per tributary area, as in engine ``compliant``; MuJoCo's own choice, equal time constants, would make contacts of heavy
 bodies stiffer. Geometry is exact: bodies tilt and points move, by some 1e-6 m before anything gives way.
 
-Optional: ``pip install -e '.[bench]'``.
+Optional: the extra ``bench``.
 """
 
 from __future__ import annotations

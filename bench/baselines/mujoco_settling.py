@@ -1,6 +1,6 @@
 """MuJoCo brings a scene to rest, as users ask it to: with its own contacts and settings, for two seconds.
 
-Optional: ``pip install -e '.[bench]'``.
+Optional: the extra ``bench``.
 """
 
 from __future__ import annotations

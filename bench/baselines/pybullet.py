@@ -18,7 +18,7 @@ Held (``holds``, ``peak``): the full load is applied at once and stays on for 0.
 than FAR in the second half. Steps are shorter and the solver may iterate more (STEP, ITERATIONS). PyBullet keeps about
 four contact points a face, so its answers should be compared with those of ``compliant`` on corners.
 
-Optional: ``pip install -e '.[bench]'``; there are wheels for Python 3.11 alone.
+Optional: the extra ``bench``; there are wheels for Python 3.11 alone.
 """
 
 from __future__ import annotations
