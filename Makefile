@@ -24,8 +24,8 @@ $(VENV)/.ready: pyproject.toml constraints.txt
 
 # What the tests compare with. compas_lmgc90 without what its metadata asks for: a viewer that the simulation does not use.
 # It has no wheels for Python 3.14 yet; tests of what is missing skip and say so
-$(VENV)/.simulators: $(VENV)/.ready
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,simulators,usd]'
+$(VENV)/.bench: $(VENV)/.ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,bench,usd]'
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -c constraints.txt \
 	  'compas_lmgc90; python_version < "3.14"'
 	@touch $@
@@ -41,20 +41,20 @@ lint: $(VENV)/.ready
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-test: lint $(VENV)/.simulators
+test: lint $(VENV)/.bench
 	$(PARALLEL) -m "not slow and not referee"
 
-test-slow: $(VENV)/.simulators
+test-slow: $(VENV)/.bench
 	$(PARALLEL) -m slow
 
-test-referees: $(VENV)/.simulators
+test-referees: $(VENV)/.bench
 	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -m referee
 
 # Linear algebra rounds otherwise on other processors: the numeric tests once for each of OpenBLAS's kernels that this
 # processor can run, with one and with two threads
 KERNELS ?= Prescott Haswell Zen SkylakeX
 NUMERIC := applications cases closed_form conic elastic engines geometry golden properties queries
-test-kernels: $(VENV)/.simulators
+test-kernels: $(VENV)/.bench
 	@for kernel in $(KERNELS); do for threads in 1 2; do \
 	  echo "kernel $$kernel, $$threads threads"; \
 	  OPENBLAS_CORETYPE=$$kernel OPENBLAS_NUM_THREADS=$$threads $(BIN)/pytest -n auto --dist worksteal \
@@ -84,12 +84,12 @@ SEED ?= 0
 fuzz: $(VENV)/.ready
 	PYTHONPATH=tests $(BIN)/python -m fuzz $(N) --seed $(SEED) --folder $(OUT)/fuzz
 
-benchmark: $(VENV)/.simulators
-	$(BIN)/holdfast benchmark all --compare
+benchmark: $(VENV)/.bench
+	$(BIN)/python -m bench run all --compare
 
-# Numbers and tables of README.md and docs/ from benchmarks/results
+# Numbers and tables of README.md and docs/ from bench/results
 figures: $(VENV)/.ready
-	$(BIN)/python tools/figures.py write
+	$(BIN)/python -m bench figures
 
 # The site: pages, docstrings, examples as they run, saved benchmarks; nothing is asked of the network, any warning is an error
 docs: $(VENV)/.ready

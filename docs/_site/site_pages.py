@@ -16,11 +16,11 @@ from sphinx.application import Sphinx
 
 DOCS = Path(__file__).parents[1]
 ROOT = DOCS.parent
-RESULTS = ROOT / "benchmarks" / "results"
+RESULTS = ROOT / "bench" / "results"
 MADE = DOCS / "benchmarks"
 HEAD = """# Benchmarks
 
-What was measured, each with one command: `holdfast benchmark NAME` measures it again, `--compare` shows both beside
+What was measured, each with one command: `python -m bench run NAME` measures it again, `--compare` shows both beside
 each other. Times are those of two cores of a shared machine; ratios mean more than seconds.
 
 ```{toctree}
@@ -29,8 +29,8 @@ each other. Times are those of two cores of a shared machine; ratios mean more t
 """
 # Links of the pages, and where they lead on the site
 LINKS = (
-    (re.compile(r"\]\(\.\./benchmarks/results/(\w+)\.(md|png)\)"), r"](/benchmarks/\1.\2)"),
-    (re.compile(r"\]\((?:\.\./)?benchmarks/results\)"), "](/benchmarks/index.md)"),
+    (re.compile(r"\]\(\.\./bench/results/(\w+)\.(md|png)\)"), r"](/benchmarks/\1.\2)"),
+    (re.compile(r"\]\((?:\.\./)?bench/results\)"), "](/benchmarks/index.md)"),
     (re.compile(r"\]\(\.\./examples\)"), "](/gallery/index.rst)"),
     (re.compile(r"\]\((?:\.\./)?CONTRIBUTING\.md\)"), "](/contributing.md)"),
     (re.compile(r"\]\((?:\.\./)?SECURITY\.md\)"), "](/security.md)"),

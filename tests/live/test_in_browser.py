@@ -18,12 +18,11 @@ import pytest
 from PIL import Image
 
 import holdfast as hf
+from bench.scenes.real_pallets import pallet, pallets
 from holdfast.drawing import colours
 from holdfast.drawing.colours import Kind
 from holdfast.engines.verdict import Status
 from holdfast.geometry.rays import first_hit
-from holdfast.validation.benchmarks.cargo import pallet, pallets
-from holdfast.validation.benchmarks.checkout import checkout
 
 pytestmark = pytest.mark.slow
 
@@ -176,7 +175,7 @@ def test_a_click_is_answered_and_the_motion_is_played(page: Any) -> None:
 
 def test_on_a_pallet_all_boxes_have_colours_soon_and_a_click_goes_first(page: Any) -> None:
     pytest.importorskip("viser", reason="needs viser: pip install 'holdfast-robotics[live]'")
-    boxes = next((boxes for boxes in pallets(checkout()) if len(boxes) == 40), None)
+    boxes = next((boxes for boxes in pallets() if len(boxes) == 40), None)
     if boxes is None:
         pytest.skip("needs the pallets beside the checkout")
     with hf.view(pallet(boxes), browser=False) as live:

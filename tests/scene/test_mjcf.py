@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scene_content import read_scene
 
 import holdfast as hf
-from holdfast.scene.formats.registry import read_scene
 
 mujoco = pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast-robotics[mujoco]'")
 

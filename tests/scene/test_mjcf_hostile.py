@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from scene_content import read_scene
 
 import holdfast as hf
 from holdfast.scene.formats.mjcf.guard import root_of
 from holdfast.scene.formats.mjcf.reader import sniff
-from holdfast.scene.formats.registry import read_scene
 from holdfast.scene.formats.source import Source
 
 pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast-robotics[mujoco]'")
