@@ -10,7 +10,7 @@ OUT ?= out
 # Where compiled loops are kept (src/holdfast/base/compiled.py)
 COMPILED := $(or $(HOLDFAST_CACHE_DIR),$(or $(XDG_CACHE_HOME),$(HOME)/.cache)/holdfast)
 
-.PHONY: demo test test-slow test-referees test-kernels test-wheels fuzz benchmark figures docs lint clean
+.PHONY: demo test test-slow test-referees test-kernels test-numba test-wheels fuzz benchmark figures docs lint clean
 
 # On all cores, in the order of the files: neighbours share what they assembled. No threads beside the processes
 PARALLEL := OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n auto --dist worksteal
@@ -22,10 +22,12 @@ $(VENV)/.ready: pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	@touch $@
 
-# What the tests compare with. compas_lmgc90 without what its metadata asks for: a viewer that the simulation does not use
-$(VENV)/.simulators: $(VENV)/.ready
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,simulators,usd]'
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -c constraints.txt compas_lmgc90
+# What the tests compare with. compas_lmgc90 without what its metadata asks for: a viewer that the simulation does not use.
+# It has no wheels for Python 3.14 yet; tests of what is missing skip and say so
+$(VENV)/.bench: $(VENV)/.ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,bench,usd]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -c constraints.txt \
+	  'compas_lmgc90; python_version < "3.14"'
 	@touch $@
 
 demo: $(VENV)/.ready
@@ -39,25 +41,38 @@ lint: $(VENV)/.ready
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-test: lint $(VENV)/.simulators
+test: lint $(VENV)/.bench
 	$(PARALLEL) -m "not slow and not referee"
 
-test-slow: $(VENV)/.simulators
+test-slow: $(VENV)/.bench
 	$(PARALLEL) -m slow
 
-test-referees: $(VENV)/.simulators
+test-referees: $(VENV)/.bench
 	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -m referee
 
 # Linear algebra rounds otherwise on other processors: the numeric tests once for each of OpenBLAS's kernels that this
 # processor can run, with one and with two threads
 KERNELS ?= Prescott Haswell Zen SkylakeX
 NUMERIC := applications cases closed_form conic elastic engines geometry golden properties queries
-test-kernels: $(VENV)/.simulators
+test-kernels: $(VENV)/.bench
 	@for kernel in $(KERNELS); do for threads in 1 2; do \
 	  echo "kernel $$kernel, $$threads threads"; \
 	  OPENBLAS_CORETYPE=$$kernel OPENBLAS_NUM_THREADS=$$threads $(BIN)/pytest -n auto --dist worksteal \
 	    -m "not slow and not referee" $(addprefix tests/,$(NUMERIC)) || exit 1; \
 	done; done
+
+# The numeric tests with another Numba than the pinned one, in an environment of its own without pins: `oldest` and `newest`
+# are the ends of the range in pyproject.toml; any other version by its number. Python 3.11 has wheels of all of them.
+# Without the tests of how machine code is kept, which is written for one version (src/holdfast/base/compiled.py)
+NUMBA ?= oldest
+OLDEST_NUMBA := $(shell sed -n 's/^ *"numba>=\([0-9.]*\)",/\1/p' pyproject.toml)
+WITH_NUMBA := $(VENV)-numba-$(NUMBA)
+test-numba:
+	$(PYTHON) -m venv $(WITH_NUMBA)
+	$(WITH_NUMBA)/bin/python -m pip install --quiet --disable-pip-version-check --upgrade -e '.[test]' \
+	  'numba$(if $(filter newest,$(NUMBA)),,==$(if $(filter oldest,$(NUMBA)),$(OLDEST_NUMBA).*,$(NUMBA)))'
+	OPENBLAS_NUM_THREADS=1 $(WITH_NUMBA)/bin/pytest -n auto --dist worksteal -m "not slow and not referee" \
+	  $(addprefix tests/,base/test_other_numba.py closed_form conic elastic engines geometry queries)
 
 # Wheel and sdist in a clean environment of every Python at hand; PYTHONS names more, separated by colons
 test-wheels: $(VENV)/.ready
@@ -69,12 +84,12 @@ SEED ?= 0
 fuzz: $(VENV)/.ready
 	PYTHONPATH=tests $(BIN)/python -m fuzz $(N) --seed $(SEED) --folder $(OUT)/fuzz
 
-benchmark: $(VENV)/.simulators
-	$(BIN)/holdfast benchmark all --compare
+benchmark: $(VENV)/.bench
+	$(BIN)/python -m bench run all --compare
 
-# Numbers and tables of README.md and docs/ from benchmarks/results
+# Numbers and tables of README.md and docs/ from bench/results
 figures: $(VENV)/.ready
-	$(BIN)/python tools/figures.py write
+	$(BIN)/python -m bench figures
 
 # The site: pages, docstrings, examples as they run, saved benchmarks; nothing is asked of the network, any warning is an error
 docs: $(VENV)/.ready
@@ -84,5 +99,5 @@ docs: $(VENV)/.ready
 	@echo "open $(OUT)/site/index.html"
 
 clean:
-	rm -rf $(VENV) $(OUT) docs/api docs/benchmarks docs/gallery build dist src/*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(VENV)-numba-* $(OUT) docs/api docs/benchmarks docs/files docs/gallery build dist src/*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	rm -rf $(COMPILED)/compiled-*

@@ -8,7 +8,7 @@ from pathlib import Path
 import holdfast
 
 HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE / "_site"))
+sys.path[:0] = [str(HERE / "_site"), str(HERE.parent / "tools")]
 
 project = "holdfast"
 author = "The holdfast authors"

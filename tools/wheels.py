@@ -3,7 +3,8 @@
     python tools/wheels.py [FOLDER]
 
 Pythons are python3.11 to python3.14 on the PATH, and those that PYTHONS names, separated by colons. Tried is the core
-without extras: a verdict, a push, and that a picture says which extra it needs.
+without extras: a verdict, a push, and that a picture says which extra it needs. The wheel has to hold the committed
+files of the package and its metadata, and nothing else.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -25,7 +27,7 @@ surfaces = hf.robustness_map(assembly, spacing=0.1)
 try:
     surfaces.save_png("map.png")
 except hf.HoldfastError as error:
-    assert "holdfast[viewer]" in str(error), error
+    assert "holdfast-robotics[viewer]" in str(error), error
 else:
     raise SystemExit("a picture without matplotlib?")
 print(f"holdfast {hf.__version__}: {push.force[0]:.2f} N")
@@ -41,7 +43,9 @@ def main() -> int:
         builder = environment(sys.executable, Path(clean))
         called(builder, "-m", "pip", "install", "--quiet", "build")
         called(builder, "-m", "build", "--outdir", str(folder), str(ROOT))
-    failed = False
+    differing = different(next(folder.glob("*.whl")))
+    failed = bool(differing)
+    print("wheel: " + (", ".join(differing) or "holds the committed files of the package and nothing else"), flush=True)
     for version, python in pythons().items():
         for package in sorted(folder.iterdir()):
             with tempfile.TemporaryDirectory() as clean:
@@ -53,6 +57,15 @@ def main() -> int:
                     failed, said = True, f"FAILED: {error.stderr.strip()[-600:]}"
                 print(f"Python {version}, {package.name}: {said}", flush=True)
     return int(failed)
+
+
+def different(wheel: Path) -> list[str]:
+    """Return the files that only the wheel or only the repository has; those of the wheel's metadata do not count."""
+    listed = subprocess.run(["git", "ls-files", "src"], cwd=ROOT, capture_output=True, text=True, check=True)
+    committed = {line.removeprefix("src/") for line in listed.stdout.splitlines()}
+    name = "-".join(wheel.name.split("-")[:2])
+    held = {each for each in zipfile.ZipFile(wheel).namelist() if not each.startswith(f"{name}.dist-info/")}
+    return sorted(committed ^ held)
 
 
 def pythons() -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""Pages of the site that are made of other files: benchmarks from their results, and links that mean files elsewhere.
+"""Pages of the site that are made of other files (benchmarks, the list of files), and links that mean files elsewhere.
 
 The pages of docs/ are read on their own, too, where links lead to files beside the folder. On the site these lead to
 the pages that were made of them.
@@ -11,15 +11,16 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+import file_list
 from sphinx.application import Sphinx
 
 DOCS = Path(__file__).parents[1]
 ROOT = DOCS.parent
-RESULTS = ROOT / "benchmarks" / "results"
+RESULTS = ROOT / "bench" / "results"
 MADE = DOCS / "benchmarks"
 HEAD = """# Benchmarks
 
-What was measured, each with one command: `holdfast benchmark NAME` measures it again, `--compare` shows both beside
+What was measured, each with one command: `python -m bench run NAME` measures it again, `--compare` shows both beside
 each other. Times are those of two cores of a shared machine; ratios mean more than seconds.
 
 ```{toctree}
@@ -28,8 +29,11 @@ each other. Times are those of two cores of a shared machine; ratios mean more t
 """
 # Links of the pages, and where they lead on the site
 LINKS = (
-    (re.compile(r"\]\(\.\./benchmarks/results/(\w+)\.(md|png)\)"), r"](/benchmarks/\1.\2)"),
+    (re.compile(r"\]\(\.\./bench/results/(\w+)\.(md|png)\)"), r"](/benchmarks/\1.\2)"),
+    (re.compile(r"\]\((?:\.\./)?bench/results\)"), "](/benchmarks/index.md)"),
+    (re.compile(r"\]\(\.\./examples\)"), "](/gallery/index.rst)"),
     (re.compile(r"\]\((?:\.\./)?CONTRIBUTING\.md\)"), "](/contributing.md)"),
+    (re.compile(r"\]\((?:\.\./)?SECURITY\.md\)"), "](/security.md)"),
     (re.compile(r"\]\((?:\.\./)?CHANGELOG\.md\)"), "](/changelog.md)"),
 )
 NAMED_PAGE = re.compile(r"(?<![`/\w])docs/(\w+)\.md")  # in docstrings
@@ -48,6 +52,13 @@ def make_benchmarks(app: Sphinx) -> None:
             text += f"\n![{name}]({picture.name})\n"
         (MADE / f"{name}.md").write_text(text, encoding="utf-8")
     (MADE / "index.md").write_text(HEAD + "\n".join(names) + "\n```\n", encoding="utf-8")
+
+
+def make_file_list(app: Sphinx) -> None:
+    """Write the page that lists all files of the package."""
+    folder = DOCS / "files"
+    folder.mkdir(exist_ok=True)
+    (folder / "index.md").write_text(file_list.page(), encoding="utf-8")
 
 
 def lead_on_site(app: Sphinx, name: str, source: list[str]) -> None:
@@ -73,6 +84,7 @@ def lead_from_docstrings(
 def setup(app: Sphinx) -> dict[str, Any]:
     """Join the making of the site."""
     app.connect("builder-inited", make_benchmarks)
+    app.connect("builder-inited", make_file_list)
     app.connect("source-read", lead_on_site)
     app.connect("include-read", lead_from_root)
     app.connect("autodoc-process-docstring", lead_from_docstrings)

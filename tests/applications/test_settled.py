@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 import holdfast as hf
+from bench.suites.settle import apart, noisy
+from bench.truth.falling import falling_scenes
 from holdfast.contacts.overlap import find_overlaps
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.settling.motion import come_to_rest
 from holdfast.settling.poses import rotation_of
-from holdfast.validation.benchmarks.settle import apart, noisy
-from holdfast.validation.truth.falling import falling_scenes
 
 pytestmark = pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")
 

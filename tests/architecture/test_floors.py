@@ -1,8 +1,9 @@
-"""A module imports only lower floors and its own package; nobody imports the command line."""
+"""A module imports only lower floors and its own package; nobody imports the command line or ``bench``."""
 
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -23,16 +24,16 @@ FLOORS = (
     {"drawing"},
     {"report"},
     {"live"},
-    {"validation"},
     {"cli"},
 )
 FLOOR = {package: number for number, packages in enumerate(FLOORS) for package in packages}
 ONLY = {"conic": {"base"}, "elastic": {"base"}, "drawing": {"base", "geometry"}}  # besides themselves
 ROOT = Path(holdfast.__file__).parent
+BENCH = Path(__file__).parents[2] / "bench"
 
 
 def imports(module: str, source: str) -> set[str]:
-    """Packages of holdfast that a module's source imports, wherever it does."""
+    """Packages of holdfast that a module's source imports, wherever it does, and ``bench``."""
     found = set()
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Import):
@@ -41,7 +42,8 @@ def imports(module: str, source: str) -> set[str]:
             base = module.split(".")[: -node.level] if node.level else []
             stem = ".".join([*base, *(node.module or "").split(".")]).strip(".")
             found |= {f"{stem}.{alias.name}" for alias in node.names}
-    return {name.split(".")[1] for name in found if name.startswith("holdfast.")}
+    beside = {"bench"} & {name.split(".")[0] for name in found}
+    return beside | {name.split(".")[1] for name in found if name.startswith("holdfast.")}
 
 
 def lazy(module: str, source: str) -> set[str]:
@@ -118,8 +120,8 @@ def test_every_module_has_a_floor() -> None:
         ("holdfast.drawing.png", "from holdfast.queries.map import RobustnessMap"),
         ("holdfast.drawing.png", "from holdfast.report.data import plain"),
         ("holdfast.report.data", "from holdfast.cli.main import run"),
-        ("holdfast.report.data", "from holdfast.validation.truth.coupled import robustness"),
-        ("holdfast.applications.transport", "from holdfast.validation.baselines.mujoco import settle"),
+        ("holdfast.report.data", "from bench.truth.coupled import robustness"),
+        ("holdfast.applications.transport", "def f():\n    from bench import baselines"),
         ("holdfast.engines.rest", "from holdfast.queries.push import robustness"),
         ("holdfast.__init__", "from holdfast.drawing.html import write_html"),
         ("holdfast.__init__", "from holdfast.live.start import view"),
@@ -158,8 +160,18 @@ def test_what_is_allowed_is_let_through(module: str, source: str) -> None:
     assert violations({module: source}) == []
 
 
+def test_the_map_on_the_page_shows_these_floors() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "architecture.md").read_text(encoding="utf-8")
+    shown: dict[int, set[str]] = {}
+    floor = -1
+    for number, package in re.findall(r"^ {4}( {4}| *\d+  ?)(?:  )?(\w+)/  ", page, re.MULTILINE):
+        floor = int(number) if number.strip() else floor
+        shown.setdefault(floor, set()).add(package)
+    assert shown == dict(enumerate(FLOORS))
+
+
 def test_truths_are_worked_out_without_the_engines() -> None:
-    truths = {name: source for name, source in modules().items() if name.startswith("holdfast.validation.truth.")}
+    truths = {path.stem: path.read_text() for path in (BENCH / "truth").glob("*.py")}
     assert len(truths) >= 4
     for name, source in truths.items():
-        assert not {"engines", "queries", "applications"} & imports(name, source), name
+        assert not {"engines", "queries", "applications"} & imports(f"bench.truth.{name}", source), name

@@ -1,6 +1,6 @@
 """A name with a leading underscore belongs to its module: no other module imports it or reaches for it.
 
-The rule, by syntax alone, over every module of holdfast:
+The rule, by syntax alone, over every module of holdfast and bench:
 
 - nothing is imported whose name, or whose module's name, begins with one underscore;
 - ``x._name`` is allowed where x is ``self`` or ``cls``, or where this module itself defines ``_name``: a function, a
@@ -19,7 +19,7 @@ import pytest
 
 import holdfast
 
-ROOT = Path(holdfast.__file__).parent
+ROOTS = (Path(holdfast.__file__).parent, Path(__file__).parents[2] / "bench")
 NAMED_TUPLE = {"_replace", "_asdict", "_fields", "_make", "_field_defaults"}
 ALLOWED = {
     # Numba has no public way to change how it compiles: these are the parts of its dispatcher and its code generator
@@ -96,7 +96,8 @@ def violations(module: str, source: str) -> list[str]:
 
 
 def modules() -> Mapping[str, str]:
-    names = {path: ".".join(("holdfast", *path.relative_to(ROOT).with_suffix("").parts)) for path in ROOT.rglob("*.py")}
+    paths = {path: path.relative_to(root.parent).with_suffix("") for root in ROOTS for path in root.rglob("*.py")}
+    names = {path: ".".join(relative.parts) for path, relative in paths.items()}
     return {name: path.read_text(encoding="utf-8") for path, name in names.items()}
 
 

@@ -7,10 +7,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
+from bench.scenes.random_assemblies import FAMILIES, standing
 from holdfast.assembly.axes import own_frame
 from holdfast.assembly.parts import part_of
 from holdfast.base.rigid import WORLD, snapped, snapped_number
-from holdfast.validation.random_assemblies import FAMILIES, standing
 
 
 def moved(scene: hf.Scene, seed: int) -> hf.Scene:

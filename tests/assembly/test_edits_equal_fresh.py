@@ -10,9 +10,9 @@ import pytest
 from edit_scenes import ENGINES, SHARED, anew, answers, pallet, same_contacts, turned
 
 import holdfast as hf
+from bench.scenes.shelf import shelf
 from holdfast.scene.shipped import shipped_scene
 from holdfast.scene.shipped.blocks import at, box
-from holdfast.validation.benchmarks.shelf import shelf
 
 pytestmark = pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")
 

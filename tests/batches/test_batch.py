@@ -16,11 +16,12 @@ from typing import Any
 
 import batch_drill
 import pytest
+from reproduced import reproducible
 
 import holdfast as hf
 from holdfast.batches import crew, tables
 from holdfast.batches.folder import Folder
-from holdfast.batches.schema import TABLES, reproducible
+from holdfast.batches.schema import TABLES
 
 HERE = str(Path(__file__).parent)
 

@@ -16,9 +16,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from reproduced import reproducible
 
 import holdfast as hf
-from holdfast.batches.schema import TABLES, reproducible
+from holdfast.batches.schema import TABLES
 
 distributed = pytest.importorskip("distributed")
 HERE = str(Path(__file__).parent)

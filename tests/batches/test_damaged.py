@@ -13,10 +13,11 @@ from typing import Any
 
 import batch_drill
 import pytest
+from reproduced import reproducible
 
 import holdfast as hf
 from holdfast.batches import crew, tables
-from holdfast.batches.schema import TABLES, reproducible
+from holdfast.batches.schema import TABLES
 from holdfast.report.batch import write_report
 
 HERE = str(Path(__file__).parent)

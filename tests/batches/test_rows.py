@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from reproduced import reproducible
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
@@ -16,7 +17,7 @@ from holdfast.batches.job import Job, Question
 from holdfast.batches.keeper import Reply
 from holdfast.batches.rows import answered
 from holdfast.batches.run import record_of
-from holdfast.batches.schema import TABLES, Tables, reproducible
+from holdfast.batches.schema import TABLES, Tables
 from holdfast.batches.words import TIME
 
 CUBE = """

@@ -60,7 +60,7 @@ def assess(path: str, *arguments: str, folder: Path) -> tuple[int, str]:
 @pytest.mark.parametrize(("file", "arguments", "code", "told"), OUTCOMES, ids=[case[0] for case in OUTCOMES])
 def test_what_is_said_of_files_from_elsewhere(file: str, arguments: tuple[str, ...], code: int, told: str) -> None:
     if file.endswith(".xml"):
-        pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast[mujoco]'")
+        pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast-robotics[mujoco]'")
     got, said = assess(file, *arguments, folder=INTAKE)
     assert (got, told in said) == (code, True), said
 
@@ -69,9 +69,9 @@ def test_what_is_said_of_files_from_elsewhere(file: str, arguments: tuple[str, .
 @pytest.mark.parametrize(("file", "code", "told"), ATTACKS, ids=[case[0] for case in ATTACKS])
 def test_what_is_said_of_hostile_files(file: str, code: int, told: str) -> None:
     if ".usd" in file:
-        pytest.importorskip("pxr", reason="needs usd-core: pip install 'holdfast[usd]'")
+        pytest.importorskip("pxr", reason="needs usd-core: pip install 'holdfast-robotics[usd]'")
     if file.endswith(".xml"):
-        pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast[mujoco]'")
+        pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast-robotics[mujoco]'")
     got, said = assess(file, folder=HOSTILE)
     assert "Traceback" not in said
     assert (got, told in said) == (code, True), said

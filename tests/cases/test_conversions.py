@@ -20,7 +20,7 @@ EXTRAS = {".xml": ("mujoco", "mujoco"), ".usda": ("pxr", "usd")}
 def needed(suffix: str) -> None:
     if suffix in EXTRAS:
         module, extra = EXTRAS[suffix]
-        pytest.importorskip(module, reason=f"needs pip install 'holdfast[{extra}]'")
+        pytest.importorskip(module, reason=f"needs pip install 'holdfast-robotics[{extra}]'")
 
 
 def frictions(scene: hf.Scene) -> dict[tuple[str, str], list[float]]:

@@ -13,7 +13,7 @@ from shared import FOLDER
 
 import holdfast as hf
 
-mujoco = pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast[mujoco]'")
+mujoco = pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast-robotics[mujoco]'")
 
 NAMES = ("edge_edge", "multiple_objects", "planks", "stacked_boxes", "stonehenge")
 STEP = 1e-3  # [s] of stiff simulations

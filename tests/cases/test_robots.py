@@ -45,7 +45,7 @@ def test_a_jenga_block_is_refused_without_a_floor() -> None:
 @shared.needed
 @pytest.mark.parametrize("name", SIZES)
 def test_bullet_says_the_same_of_its_things(name: str) -> None:
-    bullet = pytest.importorskip("pybullet", reason="needs pybullet, of the extra simulators")
+    bullet = pytest.importorskip("pybullet", reason="needs pybullet, of the extra bench")
     client = bullet.connect(bullet.DIRECT)
     try:
         thing = bullet.loadURDF(str(urdf(name)), flags=bullet.URDF_USE_INERTIA_FROM_FILE)

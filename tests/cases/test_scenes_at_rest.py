@@ -7,10 +7,10 @@ import pytest
 from shared import FOLDER, needed
 
 import holdfast as hf
+from bench.suites.settle import noisy
 from holdfast.contacts.overlap import find_overlaps
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.geometry.solid import closed_solid
-from holdfast.validation.benchmarks.settle import noisy
 
 pytestmark = [needed, pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")]
 

@@ -7,7 +7,7 @@ import pytest
 from shared import FOLDER, needed
 
 import holdfast as hf
-from holdfast.validation.benchmarks.reliability import SETTLED, random_pushes
+from bench.suites.reliability import SETTLED, random_pushes
 
 # the engine that settled them used convex parts: the meshes show gaps, which these tolerances allow for
 AT_REST: dict[str, dict[str, float]] = {**SETTLED, "masonry_crossvault": {}}

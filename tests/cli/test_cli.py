@@ -226,7 +226,7 @@ def test_a_warning_goes_to_stderr_and_the_answer_to_stdout(holdfast: Any, folder
 
 
 def test_convert_tells_what_a_reader_guessed_and_left_out(holdfast: Any, folder: Path) -> None:
-    pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast[mujoco]'")
+    pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast-robotics[mujoco]'")
     body = (
         '<body name="a" pos="0 0 .1"><freejoint/><geom size=".1"/><geom size=".2" contype="0" conaffinity="0"/></body>'
     )

@@ -80,4 +80,4 @@ def test_doctor_tells_versions_extras_and_the_folder(
     assert found["packages"]["core"]["numpy"] == "1.2.3"
     assert found["packages"]["tables"] == {"pyarrow": None}
     monkeypatch.setenv("COLUMNS", "120")
-    assert "missing: pip install 'holdfast[tables]'" in called(monkeypatch, capsys, "doctor")[1]
+    assert "missing: pip install 'holdfast-robotics[tables]'" in called(monkeypatch, capsys, "doctor")[1]

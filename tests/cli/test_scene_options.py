@@ -105,7 +105,7 @@ def test_copies_of_a_thing_make_a_tower(called: Call, tmp_path: Path) -> None:
 @pytest.mark.parametrize("suffix", [".yaml", ".glb", ".urdf", ".xml"])
 def test_a_body_is_held_in_every_format(suffix: str, converted: Callable[..., hf.Scene], tmp_path: Path) -> None:
     if suffix == ".xml":
-        pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast[mujoco]'")
+        pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast-robotics[mujoco]'")
     path = tmp_path / f"block{suffix}"
     if suffix == ".urdf":
         path.write_text(BLOCK)
@@ -155,7 +155,7 @@ def _stl() -> bytes:
     [((), 0.05), (("--key", "up"), 0.2), (("--key", "0"), 0.2), (("--qpos", "0,0,0.3,1,0,0,0"), 0.3)],
 )
 def test_positions_of_a_model(options: tuple[str, ...], height: float, converted: Callable[..., hf.Scene]) -> None:
-    pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast[mujoco]'")
+    pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast-robotics[mujoco]'")
     assert converted(MODEL, *options, name="m.xml").body("crate").pose[2, 3] == pytest.approx(height)
 
 

@@ -133,4 +133,4 @@ def test_a_picture_that_cannot_be_drawn_is_refused_before_anything_is_computed(
     monkeypatch.setattr(module, "transport_limits", lambda *a, **k: pytest.fail("was computed"))
     code, _, err = transport("cube", "--png", "p.png")
     assert code == 2
-    assert "pip install 'holdfast[viewer]'" in err
+    assert "pip install 'holdfast-robotics[viewer]'" in err

@@ -7,12 +7,11 @@ import pytest
 from coupled_bruteforce import brute_force, capacity, pressure
 
 import holdfast as hf
+from bench.truth import coupled
+from bench.truth.decoupled import CUBE_LEVER
+from bench.truth.rectangle import friction, linear_pressure, moments, sustained
 from holdfast.base.rigid import pose_from, transform
 from holdfast.scene.shipped import shipped_scene
-from holdfast.validation.truth import coupled
-from holdfast.validation.truth.decoupled import CUBE_LEVER
-from holdfast.validation.truth.friction import friction, sustained
-from holdfast.validation.truth.pressure import linear_pressure, moments
 
 G0 = 9.81  # [m/s2]
 X, Y, Z = np.eye(3)

@@ -17,12 +17,7 @@ from decoupled_bruteforce import (
 )
 from scipy.integrate import quad
 
-from holdfast import Scene as SceneOf
-from holdfast import assemble
-from holdfast.base.arrays import Float
-from holdfast.base.errors import SceneError
-from holdfast.scene.shipped import shipped_scene
-from holdfast.validation.truth.decoupled import (
+from bench.truth.decoupled import (
     CUBE_LEVER,
     LEG_LEVER,
     SLAB_LEVER,
@@ -32,6 +27,11 @@ from holdfast.validation.truth.decoupled import (
     truth_stack,
     truth_table,
 )
+from holdfast import Scene as SceneOf
+from holdfast import assemble
+from holdfast.base.arrays import Float
+from holdfast.base.errors import SceneError
+from holdfast.scene.shipped import shipped_scene
 
 Truth = Callable[[Float, Float, Sequence[str]], Float]
 

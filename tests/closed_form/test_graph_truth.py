@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import holdfast as hf
+from bench.scenes.pushes import on_boxes
+from bench.truth import decoupled
 from holdfast.scene.shipped import shipped_scene
-from holdfast.validation.benchmarks.pushes import on_boxes
-from holdfast.validation.truth import decoupled
 
 EDGE = 1e-3  # [m] closer to an edge the class of a push may differ by rounding
 

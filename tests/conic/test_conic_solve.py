@@ -155,19 +155,6 @@ def test_violation_takes_x_into_account_and_no_rows_are_no_violation() -> None:
     assert violation(empty, np.ones(1)) == 0
 
 
-@pytest.mark.parametrize("original", [DISC, LINE, NEAREST], ids=["disc", "line", "nearest"])
-def test_a_program_written_down_is_the_same_program(original: ConeProgram) -> None:
-    """Every digit is kept, so that a replay elsewhere takes the same steps."""
-    copy = ConeProgram.from_json(original.to_json())
-    for ours, theirs in ((original.P, copy.P), (original.A, copy.A)):
-        assert ours.shape == theirs.shape
-        np.testing.assert_array_equal(ours.toarray(), theirs.toarray())
-    np.testing.assert_array_equal(original.q, copy.q)
-    np.testing.assert_array_equal(original.b, copy.b)
-    assert original.cones == copy.cones
-    np.testing.assert_array_equal(solve(original).x, solve(copy).x)
-
-
 def test_certificates_of_any_length_are_numbers_whose_products_are_still_numbers() -> None:
     """However long the solver's ray is, what is computed of it does not overflow; solutions are left as they are."""
     prepared = Prepared(LINE)

@@ -144,7 +144,7 @@ def test_what_is_no_part_is_refused(pair: Any, match: str) -> None:
 @pytest.mark.parametrize("seed", range(8))
 def test_mujoco_touches_the_same_geoms(seed: int, tmp_path: Path) -> None:
     """Bodies of three balls in one row each, all rows at one place; a ball touches the one at its place if it may."""
-    mujoco: Any = pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast[mujoco]'")
+    mujoco: Any = pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast-robotics[mujoco]'")
     rng = np.random.default_rng(seed)
     bodies, names = "", list(itertools.product("abc", range(3)))
     for body in "abc":

@@ -182,7 +182,7 @@ def test_a_ball_between_flat_parts_of_another_body_touches_the_flat_ones_alone()
 @pytest.mark.parametrize("seed", range(12))
 def test_mujoco_finds_the_same_contact(seed: int) -> None:
     """Bodies of three round geoms at random, the lowest of which touches the plane."""
-    mujoco: Any = pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast[mujoco]'")
+    mujoco: Any = pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast-robotics[mujoco]'")
     rng = np.random.default_rng(seed)
     geoms = ""
     for kind, size in (("sphere", ".1"), ("capsule", ".05 .1"), ("ellipsoid", ".1 .07 .04")):

@@ -10,9 +10,9 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
-FOLDERS = ("src", "tests", "examples", "tools")
-DOTTED = re.compile(r"(?<![\w./-])(?:holdfast|hf)(?:\.[A-Za-z_]\w*)+(?![\w/])")
-IMPORTED = re.compile(r"^\s*from (holdfast[\w.]*) import ([\w, ]+)", re.MULTILINE)
+FOLDERS = ("src", "bench", "tests", "examples", "tools")
+DOTTED = re.compile(r"(?<![\w./-])(?:holdfast|hf|bench)(?:\.[A-Za-z_]\w*)+(?![\w/])")
+IMPORTED = re.compile(r"^\s*from ((?:holdfast|bench)[\w.]*) import ([\w, ]+)", re.MULTILINE)
 SOURCE = re.compile(r"`([\w/]+\.py)`")
 
 
@@ -53,7 +53,7 @@ def test_source_files_on_a_page_exist(path: Path) -> None:
 
 def test_a_name_that_does_not_exist_is_found_out() -> None:
     assert names("`holdfast.queries.mapp` and `hf.Boxx((1, 1, 1))`") == {"holdfast.queries.mapp", "holdfast.Boxx"}
-    assert names("from holdfast.validation import baselines, truths") >= {"holdfast.validation.truths"}
-    for name in ("holdfast.queries.mapp", "holdfast.Boxx", "holdfast.validation.truths"):
+    assert names("from bench import baselines, truths") >= {"bench.truths"}
+    for name in ("holdfast.queries.mapp", "holdfast.Boxx", "bench.truths"):
         with pytest.raises((AttributeError, ModuleNotFoundError)):
             resolved(name)

@@ -189,7 +189,7 @@ def test_missing_matplotlib_is_explained(table: Picture, tmp_path: Path, monkeyp
         return real(name, *more)  # type: ignore[arg-type]
 
     monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(HoldfastError, match=r"needs matplotlib.*pip install 'holdfast\[viewer\]'"):
+    with pytest.raises(HoldfastError, match=r"needs matplotlib.*pip install 'holdfast-robotics\[viewer\]'"):
         write_png(table, tmp_path / "a.png")
 
 

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import holdfast as hf
+from bench.scenes import random_assemblies
 from holdfast.assembly.nodes import ContactNodes, contact_nodes
 from holdfast.engines.cones import EXACT
 from holdfast.engines.peeling import clampable
 from holdfast.engines.self_stress import self_stressed_nodes
 from holdfast.scene.shipped.blocks import at, box, floor
-from holdfast.validation import random_assemblies
 
 
 def slot(*, blocks: int) -> hf.Assembly:

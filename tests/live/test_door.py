@@ -17,7 +17,7 @@ from holdfast.batches.worker import taken
 from holdfast.live.door import MOST_BYTES, MOST_SAID
 from holdfast.scene.shipped.blocks import box, floor
 
-pytest.importorskip("viser", reason="needs viser: pip install 'holdfast[live]'")
+pytest.importorskip("viser", reason="needs viser: pip install 'holdfast-robotics[live]'")
 import msgspec
 import viser
 from websockets.exceptions import ConnectionClosed, InvalidStatus

@@ -15,7 +15,7 @@ import holdfast as hf
 from holdfast.live.window import Window
 from holdfast.scene.shipped.blocks import box, floor
 
-pytest.importorskip("viser", reason="needs viser: pip install 'holdfast[live]'")
+pytest.importorskip("viser", reason="needs viser: pip install 'holdfast-robotics[live]'")
 
 
 class Event(NamedTuple):

@@ -1,6 +1,6 @@
 """The live view and the page of a map in a browser without a screen; skipped where playwright or Chromium are missing.
 
-pip install 'holdfast[live]' playwright     # and a Chromium of the system
+pip install 'holdfast-robotics[live]' playwright     # and a Chromium of the system
 pytest -m slow tests/live/test_in_browser.py
 """
 
@@ -18,12 +18,11 @@ import pytest
 from PIL import Image
 
 import holdfast as hf
+from bench.scenes.real_pallets import pallet, pallets
 from holdfast.drawing import colours
 from holdfast.drawing.colours import Kind
 from holdfast.engines.verdict import Status
 from holdfast.geometry.rays import first_hit
-from holdfast.validation.benchmarks.cargo import pallet, pallets
-from holdfast.validation.benchmarks.checkout import checkout
 
 pytestmark = pytest.mark.slow
 
@@ -58,7 +57,7 @@ def found() -> hf.RobustnessMap:
 
 
 def test_colours_are_those_of_the_legend_and_nothing_is_asked_of_others(page: Any, found: hf.RobustnessMap) -> None:
-    pytest.importorskip("viser", reason="needs viser: pip install 'holdfast[live]'")
+    pytest.importorskip("viser", reason="needs viser: pip install 'holdfast-robotics[live]'")
     with hf.view(found, engine="graph", browser=False) as live:
         page.goto(live.url)
         page.get_by_text("largest push [N]").wait_for(timeout=PATIENCE)
@@ -118,7 +117,7 @@ def on_screen(camera: Any, point: np.ndarray) -> tuple[float, float]:
 
 def test_a_body_is_dragged_by_the_arrows_and_taken_back(page: Any) -> None:
     """The first half of the slab's arrow along x is grabbed and drawn along: it moves along x alone."""
-    pytest.importorskip("viser", reason="needs viser: pip install 'holdfast[live]'")
+    pytest.importorskip("viser", reason="needs viser: pip install 'holdfast-robotics[live]'")
     with hf.view(hf.shipped_scene("table"), engine="limit", spacing=0.05, browser=False) as live:
         window = live._window
         page.goto(live.url)
@@ -153,7 +152,7 @@ def test_a_body_is_dragged_by_the_arrows_and_taken_back(page: Any) -> None:
 
 
 def test_a_click_is_answered_and_the_motion_is_played(page: Any) -> None:
-    pytest.importorskip("viser", reason="needs viser: pip install 'holdfast[live]'")
+    pytest.importorskip("viser", reason="needs viser: pip install 'holdfast-robotics[live]'")
     with hf.view(hf.shipped_scene("table"), engine="graph", spacing=0.02, browser=False) as live:
         page.goto(live.url)
         page.get_by_text("largest push [N]").wait_for(timeout=PATIENCE)
@@ -175,8 +174,8 @@ def test_a_click_is_answered_and_the_motion_is_played(page: Any) -> None:
 
 
 def test_on_a_pallet_all_boxes_have_colours_soon_and_a_click_goes_first(page: Any) -> None:
-    pytest.importorskip("viser", reason="needs viser: pip install 'holdfast[live]'")
-    boxes = next((boxes for boxes in pallets(checkout()) if len(boxes) == 40), None)
+    pytest.importorskip("viser", reason="needs viser: pip install 'holdfast-robotics[live]'")
+    boxes = next((boxes for boxes in pallets() if len(boxes) == 40), None)
     if boxes is None:
         pytest.skip("needs the pallets beside the checkout")
     with hf.view(pallet(boxes), browser=False) as live:

@@ -36,7 +36,7 @@ def test_missing_viser_is_explained(monkeypatch: pytest.MonkeyPatch) -> None:
         return real(name, *more)  # type: ignore[arg-type]
 
     monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(HoldfastError, match=r"needs viser.*pip install 'holdfast\[live\]'"):
+    with pytest.raises(HoldfastError, match=r"needs viser.*pip install 'holdfast-robotics\[live\]'"):
         hf.view(cubes(), browser=False)
 
 
@@ -49,7 +49,7 @@ def test_only_what_can_be_shown_is_taken() -> None:
 
 @pytest.fixture
 def live() -> Iterator[hf.LiveView]:
-    pytest.importorskip("viser", reason="needs viser: pip install 'holdfast[live]'")
+    pytest.importorskip("viser", reason="needs viser: pip install 'holdfast-robotics[live]'")
     with hf.view(cubes(), engine="limit", spacing=0.05, browser=False) as one:
         assert one._window.worker.rest()
         yield one

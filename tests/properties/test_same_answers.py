@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
-from holdfast.validation.random_assemblies import FAMILIES, standing
-from holdfast.validation.random_pushes import Push, random_pushes
+from bench.scenes.random_assemblies import FAMILIES, standing
+from bench.scenes.random_pushes import Push, random_pushes
 
 PUSHES = 3  # on each assembly, up to 45 degrees from the inward normal
 CLOSE = 0.01  # relative

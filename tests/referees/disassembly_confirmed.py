@@ -10,10 +10,10 @@ import sys
 from collections import Counter
 from pathlib import Path
 
+from bench.baselines.handled import rests_without
 from holdfast import Assembly, Disassembly, HoldfastError, Interface, assemble, disassembly_order, load_scene
 from holdfast.applications.disassembly.removal import Removal
 from holdfast.scene.shipped import shipped_scene, shipped_scenes
-from holdfast.validation.baselines.handled import rests_without
 
 LARGE = ("bonded_wall",)  # a simulation of 3,000 nodes takes minutes
 

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.random import Generator
 from scipy.spatial import ConvexHull
 
+from bench.scenes.random_pushes import Push, random_pushes
 from holdfast import Assembly, Body, Box, Cylinder, Mesh, Scene, assemble
 from holdfast.base.arrays import Float
-from holdfast.validation.random_pushes import Push, random_pushes
 
 GAPS = (0.0, 1e-5, 1e-4)  # [m] of air under a ceiling and between books
 PUSHES = 6  # of each scene, of which the hardest is looked at

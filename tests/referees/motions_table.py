@@ -15,13 +15,13 @@ from referee_queries import SCENES, shipped
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
+from bench.baselines import mujoco
+from bench.baselines.search import push
+from bench.scenes.random_assemblies import FAMILIES, standing
+from bench.scenes.random_pushes import Push, random_pushes
 from holdfast.assembly.assembly import Assembly
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.mechanism import modes_of
-from holdfast.validation.baselines import mujoco
-from holdfast.validation.baselines.search import push
-from holdfast.validation.random_assemblies import FAMILIES, standing
-from holdfast.validation.random_pushes import Push, random_pushes
 
 OVER = 1.1  # times the force, in the simulation
 RAMP, LAST = 0.05, 0.8  # [s] over which the load grows; until which motion is waited for

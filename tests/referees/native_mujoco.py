@@ -10,10 +10,10 @@ from xml.etree import ElementTree as Xml
 
 import numpy as np
 
+from bench.baselines.mujoco import as_text, mujoco_module
+from bench.scenes.random_pushes import Push
 from holdfast import Body, Box, Cylinder, Mesh, Scene
 from holdfast.base.arrays import Float
-from holdfast.validation.baselines.mujoco import as_text, mujoco_module
-from holdfast.validation.random_pushes import Push
 
 SETTLE, RAMP, HOLD = 0.3, 0.3, 0.4  # [s]
 FAR = 2e-3  # [m] by which what moves has moved at the end

@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.baselines.search import push
 from holdfast import Assembly, Compliant, Status, assemble, robustness
 from holdfast.assembly.nodes import ContactNodes
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.scene.shipped import shipped_scene
-from holdfast.validation.baselines.search import push
 
 Array = NDArray[np.float64]
 

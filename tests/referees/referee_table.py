@@ -8,8 +8,8 @@ from collections.abc import Iterable
 import numpy as np
 from referee_queries import SCENES, Query, engine, limit, queries, shipped
 
-from holdfast.validation.baselines import lmgc90, mujoco, penalty
-from holdfast.validation.baselines.search import Peak, grid_nodes
+from bench.baselines import lmgc90, mujoco, penalty
+from bench.baselines.search import Peak, grid_nodes
 
 CORNERS, OWN, REFINED = 2, 5, 7  # nodes along a side
 FINE = dict.fromkeys(SCENES, 9) | {"wall2x2": 7}  # of the DEM

@@ -5,10 +5,9 @@ from __future__ import annotations
 import pytest
 
 import holdfast as hf
-from holdfast.validation.baselines.carrier import Carrier
-from holdfast.validation.baselines.search import grid_nodes
-from holdfast.validation.benchmarks.cargo import pallet, pallets
-from holdfast.validation.benchmarks.checkout import checkout
+from bench.baselines.carrier import Carrier
+from bench.baselines.search import grid_nodes
+from bench.scenes.real_pallets import pallet, pallets
 
 pytest.importorskip("mujoco")
 pytestmark = pytest.mark.referee
@@ -18,7 +17,7 @@ LEVEL = 0.5  # cosine of a contact normal with the vertical below which two face
 
 @pytest.mark.parametrize("number", [6, 8, 10])
 def test_without_friction_between_side_faces_all_three_agree(number: int) -> None:
-    found = pallets(checkout())
+    found = pallets()
     if not found:
         pytest.skip("needs cases/cargo beside the checkout")
     given = hf.assemble(pallet(found[number]))

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 import holdfast as hf
+from bench.baselines.search import grid_nodes
 from holdfast.scene.shipped import shipped_scene
 from holdfast.scene.shipped.blocks import box, floor
-from holdfast.validation.baselines.search import grid_nodes
 
 pytestmark = pytest.mark.referee
 pytest.importorskip("mujoco")
 
-from holdfast.validation.baselines.carrier import CALM, Carrier  # noqa: E402
+from bench.baselines.carrier import CALM, Carrier  # noqa: E402
 
 G = 9.81
 X, Y, Z = np.eye(3)

@@ -15,10 +15,10 @@ from jam_scenes import FAMILIES, jam
 from native_mujoco import Native
 
 import holdfast as hf
+from bench.baselines import penalty
+from bench.scenes.random_pushes import Push, columns
 from holdfast import Assembly, Status
 from holdfast.engines.compliant.places import Places
-from holdfast.validation.baselines import penalty
-from holdfast.validation.random_pushes import Push, columns
 
 STEPS = (2e-4, 5e-5)  # [s]: what moves with the first and holds with the second was MuJoCo's softness
 SHARE = 0.95  # of `lower`, which has to be held: MuJoCo's friction creeps
@@ -69,14 +69,14 @@ def held_by_elements(assembly: Assembly, push: Push, force: float) -> bool:
 @pytest.mark.parametrize("number", range(len(FAMILIES)))
 def test_mujoco_holds_what_lower_says(number: int) -> None:
     """One jam of each family."""
-    pytest.importorskip("mujoco", reason="the referee needs 'holdfast[referees]'")
+    pytest.importorskip("mujoco", reason="the referee needs MuJoCo: pip install -e '.[bench]'")
     assert not tried(number).above
 
 
 @pytest.mark.slow
 @pytest.mark.referee
 def test_mujoco_holds_what_lower_says_of_300_jams() -> None:
-    pytest.importorskip("mujoco", reason="the referee needs 'holdfast[referees]'")
+    pytest.importorskip("mujoco", reason="the referee needs MuJoCo: pip install -e '.[bench]'")
     seen = [tried(number) for number in range(300)]
     assert sum(one.tried for one in seen) > 200
     assert not any(one.above for one in seen)

@@ -32,8 +32,8 @@ def test_what_is_stable_rests_on_fine_nodes(family: str) -> None:
 @pytest.mark.referee
 @pytest.mark.parametrize("family", FAMILIES)
 def test_what_is_stable_stays_in_a_simulation(family: str) -> None:
-    pytest.importorskip("mujoco", reason="the drop test needs 'holdfast[referees]'")
-    from holdfast.validation.baselines.drop import drop
+    pytest.importorskip("mujoco", reason="the drop test needs MuJoCo: pip install -e '.[bench]'")
+    from bench.baselines.drop import drop
 
     said, fallen = 0, []
     for number in range(MANY):

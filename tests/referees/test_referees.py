@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from referee_queries import EACH, SCENES, engine, queries, shipped
 
+from bench.baselines import lmgc90, mujoco, penalty, pybullet
+from bench.baselines.search import Trial, bracketed, grid_nodes, push
 from holdfast import Body, Box, HoldfastError, Scene, assemble
-from holdfast.validation.baselines import lmgc90, mujoco, penalty, pybullet
-from holdfast.validation.baselines.search import Trial, bracketed, grid_nodes, push
 
 MEDIAN, WORST = 0.03, 0.08  # relative differences
 G0 = 9.81  # [m/s²]

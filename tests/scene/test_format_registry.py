@@ -248,7 +248,7 @@ def test_a_missing_extra_is_named_with_the_way_to_get_it(register: Any, tmp_path
 
     register("exotic", (".exo",), None, read, extra="exotic")
     (tmp_path / "s.exo").write_text("")
-    match = r"'exotic': needs no_such_package, which is not installed; pip install 'holdfast\[exotic\]'"
+    match = r"'exotic': needs no_such_package, which is not installed; pip install 'holdfast-robotics\[exotic\]'"
     with pytest.raises(hf.HoldfastError, match=match):
         hf.load_scene(tmp_path / "s.exo")
 

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scene_content import read_scene
 
 import holdfast as hf
-from holdfast.scene.formats.registry import read_scene
 
-mujoco = pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast[mujoco]'")
+mujoco = pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast-robotics[mujoco]'")
 
 FLOOR = '<geom name="floor" type="plane" size="1 1 1"/>'
 CUBE = '<body name="{name}" pos="{pos}"><freejoint/><geom type="box" size=".1 .1 .1"/></body>'

@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from scene_content import read_scene
 
 import holdfast as hf
 from holdfast.scene.formats.mjcf.guard import root_of
 from holdfast.scene.formats.mjcf.reader import sniff
-from holdfast.scene.formats.registry import read_scene
 from holdfast.scene.formats.source import Source
 
-pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast[mujoco]'")
+pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast-robotics[mujoco]'")
 
 BODY = '<body name="a" pos="0 0 .1"><freejoint/><geom {}/></body>'
 BOX = 'type="box" size=".1 .1 .1"'

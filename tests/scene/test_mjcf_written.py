@@ -14,7 +14,7 @@ import holdfast as hf
 from holdfast.base.rigid import pose_from
 from holdfast.scene.shipped.blocks import at, box, floor
 
-mujoco = pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast[mujoco]'")
+mujoco = pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast-robotics[mujoco]'")
 
 TETRAHEDRON = hf.Mesh([[0, 0, 0], [0.3, 0, 0], [0, 0.2, 0], [0, 0, 0.1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
 SHAPES: dict[str, Any] = {

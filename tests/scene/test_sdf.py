@@ -377,7 +377,7 @@ def test_gravity_and_one_of_several_worlds(load: Callable[..., hf.Scene]) -> Non
 
 
 def test_pybullet_reads_the_same(load: Callable[..., hf.Scene], tmp_path: Path) -> None:
-    bullet = pytest.importorskip("pybullet", reason="needs pybullet, of the extra simulators")
+    bullet = pytest.importorskip("pybullet", reason="needs pybullet, of the extra bench")
     inertial = INERTIAL.replace("<mass>", pose("0.1 0.2 0.3", "0.4 0.1 0") + "<mass>").replace(
         "<iyy>", "<ixy>0</ixy><ixz>0</ixz><iyz>0</iyz><iyy>"
     )

@@ -7,10 +7,10 @@ import time
 from pathlib import Path
 
 import pytest
+from scene_content import read_scene
 
 import holdfast as hf
 from holdfast.scene.formats import source, text
-from holdfast.scene.formats.registry import read_scene
 
 HEAD = "format: holdfast-scene/1\nfriction: {friction}\nbodies:\n"
 FLOOR = "  - {name: floor, shape: {type: box, size: [1, 1, 0.1]}, fixed: true}\n"

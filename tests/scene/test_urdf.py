@@ -398,7 +398,7 @@ def test_options_are_checked(options: dict[str, object], match: str, load: Calla
 
 def test_pybullet_reads_the_same(load: Callable[..., hf.Scene], tmp_path: Path) -> None:
     """A chain of links at joint positions, with turned inertial frames. PyBullet rounds to 2e-8 m."""
-    bullet = pytest.importorskip("pybullet", reason="needs pybullet, of the extra simulators")
+    bullet = pytest.importorskip("pybullet", reason="needs pybullet, of the extra bench")
     inertial = INERTIAL.replace("<inertial>", f"<inertial>{origin('0.1 0.2 0.3', '0.3 -0.4 0.5')}")
     limit = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
     joints = joint("a", "base", "arm", "revolute", origin("0.3 0 1", "0.1 0.2 0.3") + '<axis xyz="1 2 -1"/>' + limit)

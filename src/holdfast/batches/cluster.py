@@ -10,6 +10,7 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 from holdfast import __version__
+from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.text import quoted
 from holdfast.batches.crew import keeper_for
@@ -38,8 +39,8 @@ def answered_there(
     try:
         from distributed import Client, as_completed
     except ImportError as cause:
-        remedy = "pip install 'holdfast[cluster]'"
-        raise HoldfastError(message("scheduler", "needs distributed, which is not installed", remedy)) from cause
+        problem = "needs distributed, which is not installed"
+        raise HoldfastError(message("scheduler", problem, installing("cluster"))) from cause
     with ExitStack() as stack:
         client = scheduler
         if not isinstance(client, Client):

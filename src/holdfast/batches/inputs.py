@@ -10,6 +10,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import check_ordinary, read_ordinary
 from holdfast.base.text import one_line, quoted
@@ -115,7 +116,7 @@ def _parquet(path: Path) -> Iterator[dict[str, Any]]:
     try:
         from pyarrow import parquet
     except ImportError as cause:
-        remedy = "pip install 'holdfast[tables]', or write the manifest as CSV"
+        remedy = f"{installing('tables')}, or write the manifest as CSV"
         raise HoldfastError(message(str(path), "needs pyarrow, which is not installed", remedy)) from cause
     check_ordinary(path, "manifest", error=HoldfastError)
     try:

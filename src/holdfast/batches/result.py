@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from holdfast.base.archive import archived
+from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, message, nearest_of
 from holdfast.base.public import PublicValue, Summary
 from holdfast.base.text import many
@@ -136,5 +137,5 @@ def read_batch(folder: str | os.PathLike[str]) -> BatchTables:
 
 
 def _missing(package: str) -> HoldfastError:
-    remedy = "pip install 'holdfast[tables]'" if package == "pyarrow" else f"pip install {package}"
+    remedy = installing("tables") if package == "pyarrow" else f"pip install {package}"
     return HoldfastError(message("read_batch", f"needs {package}, which is not installed", remedy))

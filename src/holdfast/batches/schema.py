@@ -143,18 +143,3 @@ def described() -> dict[str, Any]:
         "format": VERSION,
         "tables": {name: [column._asdict() for column in columns] for name, columns in TABLES.items()},
     }
-
-
-def reproducible(table: str, row: Row) -> Row:
-    """Return a row without the columns in which two runs of one scene may differ."""
-    differing = {column.name for column in TABLES[table] if not column.reproducible}
-    return {name: value for name, value in row.items() if name not in differing}
-
-
-def as_markdown() -> str:
-    """Return the tables of columns as docs/batch.md shows them."""
-    parts = []
-    for name, columns in TABLES.items():
-        rows = [f"| `{c.name}` | {c.kind} | {c.unit} | {c.meaning} |" for c in columns]
-        parts.append("\n".join([f"### {name}", "", "| column | kind | unit | meaning |", "|---|---|---|---|", *rows]))
-    return "\n\n".join(parts)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from holdfast.base.archive import to_dict
+from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import check_ordinary, read_ordinary, write_atomically
 from holdfast.base.text import one_line, quoted
@@ -65,7 +66,7 @@ def has_pyarrow() -> bool:
 def storage_named(name: str) -> Storage:
     """Return a way to keep rows; raise HoldfastError if it needs pyarrow, which is missing."""
     if name == PARQUET.name and not has_pyarrow():
-        remedy = "pip install 'holdfast[tables]', or give another folder, which is then written as JSON lines"
+        remedy = f"{installing('tables')}, or give another folder, which is then written as JSON lines"
         raise HoldfastError(message("batch", "its tables are Parquet files, and pyarrow is not installed", remedy))
     return STORAGES[name]
 

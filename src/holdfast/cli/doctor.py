@@ -14,12 +14,12 @@ from rich.table import Table as RichTable
 
 from holdfast import __version__
 from holdfast.base.code_store import FOLDER_VARIABLE, machine_code_folder
+from holdfast.base.distribution import DISTRIBUTION, installing
 from holdfast.base.parallel import cores
 from holdfast.base.text import many
 from holdfast.cli.common import AsJson
 from holdfast.cli.output import out, print_json
 
-PROJECT = "holdfast"
 NOT_FOR_USE = ("test", "dev", "docs")  # extras of those who work on holdfast
 _NAME = re.compile(r"[\w.-]+")
 _EXTRA = re.compile(r"extra == ['\"]([\w-]+)['\"]")
@@ -49,7 +49,7 @@ def doctor(as_json: AsJson = False) -> None:
     table = RichTable("needed for", "package", "version", box=None, pad_edge=False)
     for extra, packages in found["packages"].items():
         for name, version in packages.items():
-            table.add_row(extra, name, version or f"missing: pip install '{PROJECT}[{extra}]'")
+            table.add_row(extra, name, version or f"missing: {installing(extra)}")
     out.print(table)
 
 
@@ -69,14 +69,14 @@ def examined() -> dict[str, Any]:
 def _needed() -> dict[str, list[str]]:
     """Return the packages that this installation of holdfast asks for, by extra; "core" are those of every call."""
     try:
-        lines = metadata.requires(PROJECT) or []
+        lines = metadata.requires(DISTRIBUTION) or []
     except metadata.PackageNotFoundError:  # run from its sources
         lines = []
     found: dict[str, list[str]] = {"core": []}
     for line in lines:
         name, extra = _NAME.match(line), _EXTRA.search(line)
         group = extra[1] if extra else "core"
-        if name and name[0] != PROJECT and group not in NOT_FOR_USE:
+        if name and name[0] != DISTRIBUTION and group not in NOT_FOR_USE:
             found.setdefault(group, []).append(name[0])
     return found
 

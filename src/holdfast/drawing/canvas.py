@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 NEEDS = "writing a PNG needs matplotlib, which is not installed"
-INSTALL = "pip install 'holdfast[viewer]'"
+INSTALL = installing("viewer")
 _DPI = 100  # resolution of figures [pixels per inch]
 
 

@@ -79,7 +79,7 @@ def view(
     of the size of the assembly, while the view is open; a RobustnessMap brings its own. A Settled, a Disassembly or a
     Placement brings the states that a slider goes through, and TransportLimits their plot.
 
-    Raises HoldfastError if viser is not installed (``pip install 'holdfast[live]'``), or for anything else than these.
+    Raises HoldfastError if viser, of the extra ``live``, is not installed, or for anything else than these.
     """
     _check(what)
     opened = checked_truth(browser, "view: browser")

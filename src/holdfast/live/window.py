@@ -18,6 +18,7 @@ from scipy.spatial.transform import Rotation
 
 from holdfast.base.arrays import Float
 from holdfast.base.colour import rgb_of
+from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.text import escaped
 from holdfast.drawing.camera import front_view
@@ -58,9 +59,8 @@ def server_at(port: int) -> tuple[Any, str]:
     try:
         from viser import ViserServer
     except ImportError as error:
-        raise HoldfastError(
-            message("the live view", "needs viser, which is not installed", "pip install 'holdfast[live]'")
-        ) from error
+        problem = "needs viser, which is not installed"
+        raise HoldfastError(message("the live view", problem, installing("live"))) from error
 
     class Local(ViserServer):  # type: ignore[misc, unused-ignore]
         def request_share_url(self, verbose: bool = True) -> None:

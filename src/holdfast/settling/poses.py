@@ -15,7 +15,6 @@ from holdfast.geometry.solid import closed_solid
 from holdfast.scene.body import Body
 
 CLOSED = 1e-3  # of the area of a surface: the normals of one without large holes do not sum up to more
-LEVER = 0.5  # of a body's size: a rotation by one radian moves its ends by this
 
 
 class Posed:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from compliant_scenes import columns, even_grid, random_pushes, shipped
 
+from bench.truth import coupled
 from holdfast import Assembly, Compliant
-from holdfast.validation.truth import coupled
 
 Pushes = list[tuple[str, np.ndarray, np.ndarray]]
 

@@ -12,6 +12,9 @@ import pytest
 from scipy.spatial import Delaunay
 
 import holdfast as hf
+from bench.scenes.dense_pallet import pallet
+from bench.scenes.random_pushes import columns as pushed
+from bench.scenes.random_pushes import random_pushes
 from holdfast.base.arrays import Float, Int
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.elastic.path import PathResult
@@ -31,9 +34,6 @@ from holdfast.queries.exposed import exposed_cells
 from holdfast.queries.map import RobustnessMap
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
-from holdfast.validation.benchmarks.edits import pallet
-from holdfast.validation.random_pushes import columns as pushed
-from holdfast.validation.random_pushes import random_pushes
 
 GAP = 0.01
 CASES = {"cube": 0.008, "stack": 0.013, "table": 0.03}

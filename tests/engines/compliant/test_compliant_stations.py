@@ -10,6 +10,7 @@ from compliant_scenes import shipped
 from test_compliant_recovery import asked
 
 import holdfast as hf
+from bench.suites.reliability import random_pushes
 from holdfast.base.arrays import Bool, Float
 from holdfast.elastic.linear import make_work
 from holdfast.elastic.newton import Balance, unbalance, worst
@@ -20,7 +21,6 @@ from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.refinement import Bounded
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped.blocks import at
-from holdfast.validation.benchmarks.reliability import random_pushes
 
 
 @pytest.mark.parametrize("name", ["stack", "table", "arch", "wall2x2"])

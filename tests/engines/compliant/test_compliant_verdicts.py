@@ -10,13 +10,13 @@ import pytest
 from compliant_scenes import SMALL, STANDING, X, floor, shipped
 
 import holdfast as hf
+from bench.suites.reliability import random_pushes
 from holdfast import Status, stability
 from holdfast.elastic.linear import make_work
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
 from holdfast.elastic.resting import EXACT, lessen_drag, move
 from holdfast.engines.compliant.bisection import with_bisected_peaks
 from holdfast.engines.compliant.verdict import unbalanced
-from holdfast.validation.benchmarks.reliability import random_pushes
 
 CASES = Path(__file__).parents[4] / "shared" / "cases"
 LARGE = {"armadillo": [pytest.mark.slow]}  # masonry_crossvault below is as large, and looked at by default

@@ -11,13 +11,13 @@ import pytest
 from compliant_scenes import G0, Array
 
 import holdfast as hf
+from bench.scenes.random_pushes import Push, random_pushes
+from bench.scenes.real_pallets import pallet, pallets
 from holdfast.assembly.assembly import body_forces
 from holdfast.elastic.path import REFINED
 from holdfast.engines.compliant import concentrated as gathered_module
 from holdfast.engines.compliant.concentrated import concentrated
 from holdfast.engines.compliant.places import Places
-from holdfast.validation.benchmarks.cargo import pallet, pallets
-from holdfast.validation.random_pushes import Push, random_pushes
 
 RADIUS, HEIGHT, MASS = 0.04, 0.14, 1.0
 

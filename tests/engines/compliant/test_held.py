@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 import holdfast as hf
+from bench.scenes.dense_pallet import pallet
+from bench.scenes.random_pushes import columns, random_pushes
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.state import Standing
 from holdfast.engines.groups import prepared
 from holdfast.queries.exposed import exposed_cells
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
-from holdfast.validation.benchmarks.edits import pallet
-from holdfast.validation.random_pushes import columns, random_pushes
 
 
 def grid_of(assembly: hf.Assembly) -> Grid:

@@ -7,6 +7,8 @@ import pytest
 from compliant_scenes import X, block, cube, floor, shipped
 
 import holdfast as hf
+from bench.baselines import penalty
+from bench.scenes.random_pushes import columns, random_pushes
 from holdfast import Assembly, Body, Compliant, Imperfect, Scene, Status, assemble
 from holdfast.assembly.nodes import contact_nodes
 from holdfast.elastic.outcome import RestOutcome
@@ -20,8 +22,6 @@ from holdfast.engines.contract import EXACT
 from holdfast.engines.groups import prepared
 from holdfast.queries.imperfect import covering
 from holdfast.queries.request import push_columns
-from holdfast.validation.baselines import penalty
-from holdfast.validation.random_pushes import columns, random_pushes
 
 POINTS = np.array([[-0.05, 0, 0.05], [-0.05, 0.045, 0.02], [-0.05, 0.03, 0.08]])
 WAYS = np.array([[1, 0, 0], [1, 0, 0], [1, 0.2, -0.5]])

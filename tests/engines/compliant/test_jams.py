@@ -9,13 +9,13 @@ import pytest
 from compliant_scenes import shipped
 
 import holdfast as hf
+from bench.scenes.random_pushes import Push, columns, random_pushes
 from holdfast import Body, Box, Compliant, Scene, assemble
 from holdfast.base.arrays import Float
 from holdfast.elastic.law import slid
 from holdfast.elastic.progress import SLID
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.groups import prepared
-from holdfast.validation.random_pushes import Push, columns, random_pushes
 
 CASES = Path(__file__).parents[4] / "shared" / "cases" / "jams"
 MASS, WEIGHT = 1.3, 1.3 * 9.81

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import holdfast as hf
+from bench.scenes.dense_pallet import pallet
+from bench.scenes.random_pushes import columns, random_pushes
 from holdfast.elastic.linear import ROUNDED
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.sparse import elastic_size
@@ -17,8 +19,6 @@ from holdfast.engines.compliant.state import Standing
 from holdfast.engines.groups import prepared
 from holdfast.scene.shipped import shipped_scene
 from holdfast.scene.shipped.blocks import at
-from holdfast.validation.benchmarks.edits import pallet
-from holdfast.validation.random_pushes import columns, random_pushes
 
 RADIUS, MASS = 0.04, 1e-3  # light enough that its weight changes nothing else
 

@@ -8,9 +8,9 @@ from compliant_scenes import shipped
 from scipy.spatial import ConvexHull
 
 import holdfast as hf
+from bench.scenes.random_pushes import columns, random_pushes
 from holdfast import Assembly, Body, Compliant, Load, Mesh, Scene, Status, assemble
 from holdfast.engines.groups import prepared
-from holdfast.validation.random_pushes import columns, random_pushes
 
 
 def prism(outline: list[tuple[float, float]], half: float) -> Mesh:

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from limit_scenes import G0, X, Z, block, columns, cube, floor, push, push_wrench, shipped
 
+from bench.scenes.ill_conditioned import FAMILIES, Query, queries
 from holdfast import Bound, Friction, Limit, Scene, Status, assemble
 from holdfast.conic.solve import Outcome
 from holdfast.engines.answers import Answers
 from holdfast.engines.limit.program import LoadProgram, Solved
 from holdfast.engines.limit.rounding import EXTENDED
 from holdfast.engines.limit.state import LimitState
-from holdfast.validation.ill_conditioned import FAMILIES, Query, queries
 
 SIDE = (0.1, 0.1, 0.1)
 NARROW = 1e-6  # width of the bounds, relative to the truth

@@ -20,6 +20,7 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, TypeVar
 
+from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, SceneError, located, message
 from holdfast.base.files import checked_path, write_atomically
 from holdfast.scene.formats.source import Source
@@ -122,17 +123,6 @@ def load_scene(path: str | Path, **options: Any) -> Scene:  # noqa: ANN401 - eac
         return read_as(format_of(source), source, options)
 
 
-def read_scene(content: bytes, name: str | Path, **options: Any) -> Scene:  # noqa: ANN401 - each format has its own
-    """Read a scene, in any known format, from the content of a file that is not at hand, such as a stream.
-
-    ``name`` stands for its path: in messages, for its suffix, and for the folder to which the paths in it are relative.
-    For the rest, see ``load_scene``.
-    """
-    with located(str(name)):
-        source = Source(Path(name), content)
-        return read_as(format_of(source), source, options)
-
-
 def read_as(chosen: Format, source: Source, options: Mapping[str, Any]) -> Scene:
     """Read a file as the format that ``format_of`` found, with the options of its reader."""
     assert chosen.read is not None
@@ -226,5 +216,4 @@ def _called(chosen: Format, function: Callable[[], T]) -> T:
         if not chosen.extra:
             raise
         problem = f"needs {cause.name}, which is not installed"
-        remedy = f"pip install 'holdfast[{chosen.extra}]'"
-        raise HoldfastError(message(f"format {chosen.name!r}", problem, remedy)) from cause
+        raise HoldfastError(message(f"format {chosen.name!r}", problem, installing(chosen.extra))) from cause

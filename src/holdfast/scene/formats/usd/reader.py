@@ -50,7 +50,7 @@ def read(
     floor: bool = False,
     package: Packages | None = None,
 ) -> Scene:
-    """Return the scene of a USD stage; needs usd-core (``holdfast[usd]``).
+    """Return the scene of a USD stage; needs usd-core (extra ``usd``).
 
     Lengths and masses are brought to metres and kilograms, and z is made up. Rigid bodies are named by their prims, if
     need be with their paths; colliders outside of them are fixed bodies. ``friction`` is the coefficient of colliders

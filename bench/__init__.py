@@ -1,0 +1,1 @@
+"""The evidence: ground truths, baselines and benchmark suites, beside the package and never shipped with it."""

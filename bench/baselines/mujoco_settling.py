@@ -1,0 +1,31 @@
+"""MuJoCo brings a scene to rest, as users ask it to: with its own contacts and settings, for two seconds.
+
+Optional: the extra ``bench``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bench.baselines.mujoco import mujoco_module
+from holdfast.base.rigid import pose_from
+from holdfast.scene.formats.mjcf.writer import write
+from holdfast.scene.scene import Scene
+
+SECONDS = 2.0
+
+
+def settled_by_mujoco(scene: Scene, seconds: float = SECONDS) -> Scene:
+    """Return the scene with the poses that its bodies have after ``seconds`` in MuJoCo."""
+    from pathlib import Path
+
+    mujoco = mujoco_module()
+    model = mujoco.MjModel.from_xml_string(write(scene, Path()).decode())
+    data = mujoco.MjData(model)
+    for _ in range(round(seconds / model.opt.timestep)):
+        mujoco.mj_step(model, data)
+    poses = {}
+    for body in scene.movable:
+        number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, body.name)
+        poses[body.name] = pose_from(np.array(data.xpos[number]), np.array(data.xquat[number]))
+    return scene.moved(poses)

@@ -1,0 +1,288 @@
+"""A discrete-element referee: rigid bodies on springs, dashpots and sliders, integrated in time.
+
+Cundall & Strack (1979): at every contact node a normal spring and dashpot that cannot pull, and a tangential spring
+that remembers how far it was stretched and slides at μ times the normal force. Explicit steps in time. Displacements
+are small: nodes and normals stay where they are. Cundall's local damping (a share of each unbalanced force, against
+the motion) removes the energy; it vanishes at rest, so it cannot hold a body that drifts.
+
+Only the nodes and their tributary areas are shared with the engines; no equilibrium is ever solved for. Friction
+depends on history here, whereas the law of engine ``compliant`` depends on displacements alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from bench.baselines.search import Peak, Trial, grid_nodes, no_peak, push
+from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.nodes import ContactNodes
+from holdfast.base.arrays import Float, Int
+from holdfast.base.compiled import compiled
+
+SIDE = 7  # nodes along a side unless given
+SINK = 1e-6  # sizes of the assembly: compression of all contacts under its weight; verdicts do not depend on it
+DAMPING = 0.6  # of unbalanced forces
+DASHPOT = 0.2  # of the critical damping of the fastest vibration
+STEP = 0.4  # time step times the fastest angular frequency; 2 is the limit of stability
+BALANCED = 1e-6  # of the total weight: what may be unbalanced at rest (torques over the assembly's size)
+FAR = 20.0  # times the displacement before a load step: a node displaced farther counts as moving
+UNWEIGHED = (
+    10.0  # times SINK, and the clearances: taken for the displacement before the first load step, where it is zero
+)
+CHECK = 200  # time steps between two checks for motion, and at balance before the assembly counts as resting
+MOST = 400_000  # time steps after which neither rest nor motion was seen
+FIRST = 0.02  # total weights: the first step of load
+GROWTH = 0.08  # of the load: the largest step of load
+PARTS = 100  # equal steps in which a given load comes on
+ENDLESS = 30.0  # total weights: the largest load that is tried
+
+REST, MOVES, NEITHER = 0, 1, 2
+
+
+class Blocks(NamedTuple):
+    """J bodies and I nodes: ``a``, ``b`` (I,) bodies (FIXED: -1); ``on_a``, ``on_b`` (I, 3, 6) a unit force along each
+    axis of a node as a wrench on the body; ``k`` (I,) [N/m], ``c`` (I,) [N s/m], ``mu`` (I,); ``apart`` (I,) [m] the
+    distance of the faces before anything moves; ``inverse`` (J, 6, 6) of the masses; ``lever`` (6,) that makes torques
+    forces; ``ratio`` tangential over normal stiffness; ``dt`` [s].
+    """  # noqa: D205
+
+    a: Int
+    b: Int
+    on_a: Float
+    on_b: Float
+    k: Float
+    c: Float
+    mu: Float
+    apart: Float
+    inverse: Float
+    lever: Float
+    ratio: float
+    dt: float
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Displacements and velocities q, v (J, 6) [m, rad, m/s, rad/s] and the tangential springs z (I, 2) [m]."""
+
+    q: Float
+    v: Float
+    z: Float
+
+    def copy(self) -> State:
+        """An independent copy, which can be integrated further."""
+        return State(self.q.copy(), self.v.copy(), self.z.copy())
+
+
+def holds(
+    assembly: Assembly,
+    load: Float | None = None,
+    nodes: ContactNodes | None = None,
+    *,
+    ratio: float = 1.0,
+) -> Trial:
+    """Whether the assembly comes to rest under its weight, and then under ``load`` (6J,) [N, N m] as well.
+
+    The weight comes on at once, the load in PARTS steps; the drift returned is that of the last. ``nodes``: grids of
+    SIDE x SIDE on every (rectangular) patch unless given. ``ratio``: tangential over normal stiffness.
+    """
+    nodes = grid_nodes(assembly, SIDE) if nodes is None else nodes
+    model = blocks(assembly, nodes, ratio)
+    weight = assembly.weight_wrench()
+    state, trial = settled(assembly, model, weight, still(assembly, nodes))
+    if load is not None and trial.holds:
+        steps = trial.steps
+        for k in range(PARTS):
+            state, trial = settled(assembly, model, weight + (k + 1) / PARTS * load, state)
+            steps += trial.steps
+            if not trial.holds:
+                break
+        trial = Trial(trial.holds, trial.drift, trial.speed, steps)
+    return trial
+
+
+def peak(
+    assembly: Assembly,
+    body: str,
+    point: Float,
+    direction: Float,
+    nodes: ContactNodes | None = None,
+    *,
+    ratio: float = 1.0,
+    accuracy: float = 1e-3,
+    apart: Float | None = None,
+) -> Peak:
+    """The largest push [N] at ``point`` [m] of ``body`` along ``direction`` that comes to rest, found by raising it.
+
+    Every step of load starts from rest under the one before; where the assembly moves, it goes back there and takes a
+    smaller step, down to ``accuracy`` times the load. ``nodes`` and ``ratio`` as in ``holds``. ``apart`` (I,) is the
+    clearance of each node, in units of the compression of all contacts under the weight; 0 unless given.
+    """
+    nodes = grid_nodes(assembly, SIDE) if nodes is None else nodes
+    column = push(assembly, body, point, direction)
+    model = blocks(assembly, nodes, ratio, apart)
+    weight = assembly.weight_wrench()
+    state, trial = settled(assembly, model, weight, still(assembly, nodes))
+    if not trial.holds:
+        return no_peak(trial)
+    held, moves, step = 0.0, np.inf, FIRST * assembly.weight
+    steps, undecided, drift, drift_beyond = trial.steps, 0, 0.0, 0.0
+    while held < ENDLESS * assembly.weight and step > accuracy * held:
+        tried, trial = settled(assembly, model, weight + (held + step) * column, state)
+        steps += trial.steps
+        if trial.holds:
+            held, state, drift = held + step, tried, trial.drift
+            step = min(1.5 * step, GROWTH * held) if np.isinf(moves) else (moves - held) / 2
+        else:
+            undecided += trial.holds is None
+            moves, drift_beyond = held + step, trial.drift
+            step /= 2
+    return Peak(held, moves, drift, drift_beyond, undecided, steps)
+
+
+def blocks(assembly: Assembly, nodes: ContactNodes, ratio: float = 1.0, apart: Float | None = None) -> Blocks:
+    """The bodies and springs of an assembly; springs are as stiff as their tributary area is large.
+
+    ``apart`` as in ``peak``.
+    """
+    centre = np.vstack([assembly.com, np.zeros((1, 3))])  # the last one is FIXED
+    on = []
+    for sign, end in ((-1.0, nodes.a), (1.0, nodes.b)):
+        arm = nodes.points - centre[end]
+        wrench = sign * np.concatenate([nodes.axes, np.cross(arm[:, None], nodes.axes)], axis=2)
+        on.append(np.where((end >= 0)[:, None, None], wrench, 0.0))
+    k = nodes.weights / nodes.weights.sum() * (assembly.weight or 1.0) / (SINK * assembly.size)
+    count = len(assembly.movable)
+    inverse = np.zeros((count, 6, 6))
+    for j, body in enumerate(assembly.movable):
+        assert body.mass is not None
+        turn = body.pose[:3, :3]
+        inverse[j, :3, :3] = np.eye(3) / body.mass
+        inverse[j, 3:, 3:] = turn @ np.linalg.inv(body.inertia_com) @ turn.T
+    stiffness = np.zeros((6 * count + 6, 6 * count + 6))  # the last body is FIXED
+    for i in range(len(nodes)):
+        rows = np.r_[6 * (nodes.a[i] % (count + 1)) + np.arange(6), 6 * (nodes.b[i] % (count + 1)) + np.arange(6)]
+        B = np.hstack([on[0][i], on[1][i]])
+        stiffness[np.ix_(rows, rows)] += k[i] * (B.T * [1, ratio, ratio]) @ B
+    masses = np.zeros((6 * count, 6 * count))
+    for j in range(count):
+        masses[6 * j : 6 * j + 6, 6 * j : 6 * j + 6] = inverse[j]
+    fastest = float(np.sqrt(np.abs(np.linalg.eigvals(masses @ stiffness[:-6, :-6])).max()))
+    lever = np.repeat([1.0, 1 / assembly.size], 3)
+    c = 2 * DASHPOT / fastest * k
+    on_a, on_b = (np.ascontiguousarray(w) for w in on)
+    mu = np.ascontiguousarray(nodes.mu)
+    clear = np.zeros(len(nodes)) if apart is None else SINK * assembly.size * apart
+    return Blocks(nodes.a, nodes.b, on_a, on_b, k, c, mu, clear, inverse, lever, ratio, STEP / fastest)
+
+
+def still(assembly: Assembly, nodes: ContactNodes) -> State:
+    """The state without displacements, velocities and tangential forces."""
+    shape = (len(assembly.movable), 6)
+    return State(np.zeros(shape), np.zeros(shape), np.zeros((len(nodes), 2)))
+
+
+def settled(assembly: Assembly, model: Blocks, wrench: Float, state: State) -> tuple[State, Trial]:
+    """Integrate from ``state`` under ``wrench`` (6J,) until rest or motion is seen; the last state and the verdict."""
+    end = state.copy()
+    first = UNWEIGHED * SINK * assembly.size + float(np.abs(model.apart).max(initial=0.0))
+    far = FAR * (extent(model, state) or first)
+    outcome = np.zeros(3)
+    kind = run(model, wrench.reshape(-1, 6), end.q, end.v, end.z, BALANCED * assembly.weight, far, MOST, outcome)
+    return end, Trial({REST: True, MOVES: False}.get(kind), float(outcome[0]), float(outcome[1]), int(outcome[2]))
+
+
+def extent(model: Blocks, state: State) -> float:
+    """The largest relative displacement [m] of a node."""
+    return float(apart(model, state.q, np.zeros_like(state.q)))
+
+
+@compiled
+def apart(m: Blocks, q: Float, other: Float) -> float:
+    """The largest relative displacement [m] of a node between displacements q and ``other`` (J, 6)."""
+    most = 0.0
+    for i in range(len(m.k)):
+        total = 0.0
+        for x in range(3):
+            u = 0.0
+            if m.a[i] >= 0:
+                for r in range(6):
+                    u += m.on_a[i, x, r] * (q[m.a[i], r] - other[m.a[i], r])
+            if m.b[i] >= 0:
+                for r in range(6):
+                    u += m.on_b[i, x, r] * (q[m.b[i], r] - other[m.b[i], r])
+            total += u * u
+        most = max(most, total)
+    return float(np.sqrt(most))
+
+
+@compiled
+def run(
+    m: Blocks, wrench: Float, q: Float, v: Float, z: Float, balanced: float, far: float, most: int, outcome: Float
+) -> int:
+    """Integrate q, v, z in place until rest (REST), motion (MOVES) or ``most`` time steps (NEITHER).
+
+    Rest: unbalanced forces stay within ``balanced`` [N]. Motion: a node is displaced by more than ``far`` [m].
+
+    ``outcome`` (3,) is filled with drift [m], speed [m/s] and time steps.
+    """
+    start = q.copy()
+    count = len(q)
+    F = np.empty((count, 6))
+    u, w = np.empty(3), np.empty(3)
+    kind = NEITHER
+    quiet = 0
+    for step in range(1, most + 1):
+        F[:] = wrench
+        for i in range(len(m.k)):
+            a, b = m.a[i], m.b[i]
+            for x in range(3):
+                u[x] = w[x] = 0.0
+                if a >= 0:
+                    for r in range(6):
+                        u[x] += m.on_a[i, x, r] * q[a, r]
+                        w[x] += m.on_a[i, x, r] * v[a, r]
+                if b >= 0:
+                    for r in range(6):
+                        u[x] += m.on_b[i, x, r] * q[b, r]
+                        w[x] += m.on_b[i, x, r] * v[b, r]
+            u[0] += m.apart[i]
+            normal = -m.k[i] * u[0] - m.c[i] * w[0]
+            if u[0] >= 0 or normal <= 0:
+                z[i, 0] = z[i, 1] = 0.0
+                continue
+            z[i, 0] += w[1] * m.dt
+            z[i, 1] += w[2] * m.dt
+            stiff = m.ratio * m.k[i]
+            f1, f2 = -stiff * z[i, 0] - m.c[i] * w[1], -stiff * z[i, 1] - m.c[i] * w[2]
+            wanted = np.sqrt(f1 * f1 + f2 * f2)
+            if wanted > m.mu[i] * normal:
+                f1 *= m.mu[i] * normal / wanted
+                f2 *= m.mu[i] * normal / wanted
+                z[i, 0], z[i, 1] = -f1 / stiff, -f2 / stiff
+            for r in range(6):
+                if a >= 0:
+                    F[a, r] += m.on_a[i, 0, r] * normal + m.on_a[i, 1, r] * f1 + m.on_a[i, 2, r] * f2
+                if b >= 0:
+                    F[b, r] += m.on_b[i, 0, r] * normal + m.on_b[i, 1, r] * f1 + m.on_b[i, 2, r] * f2
+        worst = 0.0
+        for j in range(count):
+            for r in range(6):
+                worst = max(worst, abs(F[j, r]) * m.lever[r])
+                F[j, r] -= DAMPING * abs(F[j, r]) * np.sign(v[j, r])
+            for r in range(6):
+                for c in range(6):
+                    v[j, r] += m.dt * m.inverse[j, r, c] * F[j, c]
+            for r in range(6):
+                q[j, r] += m.dt * v[j, r]
+        quiet = quiet + 1 if worst <= balanced else 0
+        if quiet >= CHECK:
+            kind = REST
+            break
+        if step % CHECK == 0 and apart(m, q, start) > far:
+            kind = MOVES
+            break
+    outcome[0], outcome[1], outcome[2] = apart(m, q, start), apart(m, v, np.zeros_like(v)), step
+    return kind

@@ -1,0 +1,1 @@
+"""Numbers and tables of the pages, made from saved results."""

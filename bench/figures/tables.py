@@ -1,0 +1,329 @@
+"""Whole tables of the pages, each made from the saved results of one benchmark suite."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from bench.figures.saved_rows import Saved, mean, rounded, significant, span, table, whole
+
+NOTHING = "–"
+SCENES = ("cube", "stack", "table")
+
+
+def baselines(saved: Saved) -> dict[str, str]:
+    """Forces of every method on every push, and seconds a push for each scene."""
+    rows = [row for row in saved.rows if "method" in row]
+    methods = list(dict.fromkeys(row["method"] for row in rows))
+    pushes = list(dict.fromkeys(f"{row['scene']}, {row['push']}" for row in rows))
+    forces = [[push, *(_force(saved.row(f"{push}, {method}")) for method in methods)] for push in pushes]
+    seconds = [
+        [method, *(rounded(_seconds(rows, scene, method), 3) for scene in dict.fromkeys(row["scene"] for row in rows))]
+        for method in methods
+    ]
+    return {"forces": table(["push", *methods], forces), "seconds": table(["method", *SCENES], seconds)}
+
+
+def bounds(saved: Saved) -> dict[str, str]:
+    """What proofs cost beside solves, and how close the bounds are, for every scene."""
+    rows = [row for row in saved.rows if row["case"].startswith("cost")]
+    heads = ["scene", "bodies", "proof / solve, 24 together", "alone", "median width", "widest"]
+    cells = [
+        [
+            row["case"].split(": ")[1],
+            whole(row["bodies"]),
+            rounded(row["proof / solve"], 2),
+            rounded(row["proof / solve, alone"], 2),
+            f"{row['median width']:.0e}",
+            f"{row['widest']:.0e}",
+        ]
+        for row in rows
+    ]
+    return {"cost": table(heads, cells)}
+
+
+def _force(row: dict[str, Any]) -> str:
+    return rounded(float(row["force"]), 3) if row["status"] in ("finite", "infinite") else str(row["status"])
+
+
+def _seconds(rows: list[dict[str, Any]], scene: str, method: str) -> float:
+    return mean([row["push s"] for row in rows if (row["scene"], row["method"]) == (scene, method)])
+
+
+def table1(saved: Saved) -> dict[str, str]:
+    """Errors against both truths, and seconds for 1,000 pushes, beside what the paper prints."""
+    methods = list(dict.fromkeys(row["method"] for row in saved.rows))
+    truths = [(scene, truth) for scene in SCENES for truth in ("decoupled", "coupled") if (scene, truth) != BY_NOBODY]
+    errors = [
+        [
+            method,
+            *(_errors(saved.row(f"{scene}: {method}"), truth) for scene, truth in truths),
+            _printed(saved, method, "paper error %"),
+        ]
+        for method in methods
+    ]
+    seconds = [
+        [
+            method,
+            *(significant(saved.value(f"{scene}: {method}", "1,000 pushes s")) for scene in SCENES),
+            _printed(saved, method, "paper s"),
+        ]
+        for method in methods
+    ]
+    heads = ["mean error of finite answers [%]", *(f"{scene}, {truth}" for scene, truth in truths)]
+    return {
+        "errors": table([*heads, "printed (cube, stack, table)"], errors),
+        "seconds": table(["method", *SCENES, "paper (cube, stack, table)"], seconds),
+    }
+
+
+BY_NOBODY = ("table", "coupled")  # no truth worked out by hand covers legs that rack
+
+
+def _errors(row: dict[str, Any], truth: str) -> str:
+    found = [row.get(f"{truth}, {points}: error %") for points in ("paper's points", "own points")]
+    return " / ".join(_error(value) for value in found if value is not None)
+
+
+def _error(percent: float) -> str:
+    return "0" if percent < 1e-3 else significant(percent)
+
+
+def _printed(saved: Saved, method: str, column: str) -> str:
+    found = [saved.row(f"{scene}: {method}")[column] for scene in SCENES]
+    return NOTHING if None in found else ", ".join(f"{value:g}" for value in found)
+
+
+def disassembly(saved: Saved) -> dict[str, str]:
+    """Time to plan the disassembly of walls."""
+    rows = [
+        [
+            whole(row["bodies"]),
+            whole(row["interfaces"]),
+            significant(row["plan s"]),
+            significant(row["one verdict s"]),
+        ]
+        for row in saved.rows
+        if row["case"].startswith("wall ")
+    ]
+    return {"walls": table(["bodies", "interfaces", "plan [s]", "one verdict of the whole [s]"], rows, 0)}
+
+
+def maps(saved: Saved) -> dict[str, str]:
+    """Certified maps beside single queries."""
+    heads = ["map", "points", "solves", "µs a point", "single query µs", "times less"]
+    rows = [
+        [
+            row["case"].replace(": ", ", "),
+            whole(row["points"]),
+            whole(row["solves"]),
+            significant(row["µs a point"]),
+            significant(row["single query µs"]),
+            rounded(row["times less"], 3),
+        ]
+        for row in saved.rows
+    ]
+    return {"maps": table(heads, rows)}
+
+
+KINDS = ("straight", "slanted")
+
+
+def graph_slanted(saved: Saved) -> dict[str, str]:
+    """Answers of ``graph`` beside the certain bound of ``limit``, by family; straight / slanted pushes."""
+    families = list(dict.fromkeys(row["case"].split(", ")[0] for row in saved.rows))
+    columns: dict[str, Callable[[dict[str, Any]], str]] = {
+        "bounded pushes": lambda row: whole(row["bounded"]),
+        "above [%]": lambda row: whole(100 * row["above"] / row["bounded"]),
+        "by a tenth [%]": lambda row: whole(100 * row["above by a tenth"] / row["bounded"]),
+        "below half [%]": lambda row: whole(100 * row["below half"] / row["bounded"]),
+        "median": lambda row: rounded(float(row["50 %"])),
+        "worst": lambda row: rounded(row["worst"]),
+    }
+    lines = [
+        [family, *(" / ".join(form(saved.row(f"{family}, {kind}")) for kind in KINDS) for form in columns.values())]
+        for family in families
+    ]
+    return {"families": table(["straight / slanted pushes", *columns], lines)}
+
+
+def transport(saved: Saved) -> dict[str, str]:
+    """Seconds for 100 directions, and the largest difference to the simulation."""
+    methods = [case.removeprefix("slope: ") for case in (r["case"] for r in saved.rows) if case.startswith("slope: ")]
+    scenes = {"one cube": "slope", "two cubes": "slope_two"}
+    lines = []
+    for title, scene in scenes.items():
+        rows = [saved.row(f"{scene}: {method}") for method in methods]
+        lines.append([f"{title}, s", *(significant(row["100 directions s"]) for row in rows)])
+        if any(row["paper s"] for row in rows):
+            lines.append([f"{title}, paper, s", *(f"{row['paper s']:g}" if row["paper s"] else "" for row in rows)])
+    for title, scene in scenes.items():
+        rows = [saved.row(f"{scene}: {method}") for method in methods]
+        lines.append([f"{title}, most off the simulation", *(_off_simulation(row) for row in rows)])
+    return {"summary": table(["", *methods], lines)}
+
+
+def _off_simulation(row: dict[str, Any]) -> str:
+    off = max(row["most above simulation %"], row["most below simulation %"])
+    return f"{significant(off)} %" if math.isfinite(off) and not row["case"].endswith("simulation") else ""
+
+
+def constraint(saved: Saved) -> dict[str, str]:
+    """How close a planner's constraint is to single solves, its gradient, and calls a second, for every body."""
+    heads = [
+        "body",
+        "bodies",
+        "wrenches",
+        "above",
+        "median below",
+        "90 % below",
+        "gradient off",
+        "solves",
+        "calls/s",
+        "solve",
+    ]
+    cells = [
+        [
+            row["case"],
+            whole(row["bodies"]),
+            whole(row["wrenches"]),
+            whole(row["above"]),
+            f"{row['median short %']:.2f} %",
+            f"{row['90 % short %']:.1f} %",
+            f"{row['gradient off']:.0e}",
+            whole(row["solves"]),
+            whole(round(row["calls a second"], -2)),
+            f"{row['a solve ms']:.2g} ms",
+        ]
+        for row in saved.rows
+    ]
+    return {"table": table(heads, cells)}
+
+
+def questions(saved: Saved) -> dict[str, str]:
+    """What is called safe to take out, to put in and to push, and what MuJoCo sees of it, for every scene."""
+    pushes = ["alone", "nothing", "others", "unknown", "simulated", "unsafe safe", "others, not seen"]
+    removals = ["bodies", "safe", "unsafe safe", "unsafe, something falls", "unsafe, all rest", "undecided"]
+    building = ["bodies", "steps", "states that rest", "unsafe safe", "least push N"]
+    handled = [_kinds(saved, "removals", removals), _kinds(saved, "building", building)]
+    return {"pushes": _kinds(saved, "pushes", pushes), "handled": "\n\n".join(handled)}
+
+
+def _kinds(saved: Saved, kind: str, keys: list[str]) -> str:
+    """The rows of one kind of question as a table."""
+    rows = [row for row in saved.rows if row["case"].endswith(f": {kind}")]
+    cells = [[row["case"].removesuffix(f": {kind}"), *(_count(row[key]) for key in keys)] for row in rows]
+    return table([kind, *keys], cells)
+
+
+def _count(value: Any) -> str:  # noqa: ANN401 - a number, or the text of one
+    return NOTHING if value == "nan" else whole(value) if isinstance(value, int) else rounded(float(value), 3)
+
+
+def placement_tables(saved: Saved) -> dict[str, str]:
+    """Plans on the shelf of the README; those on random shelves and trays by kind; several objects by method."""
+    plans = []
+    for kind in ("shelves", "trays"):
+        rows = [row for row in saved.rows if row["case"].startswith(kind)]
+        counted = ("plans", "placed", "stand", "rolling needlessly", "late", "dropped", "stay dropped")
+        total = {key: sum(row[key] for row in rows) for key in counted}
+        loads = span([f"{pick(row['load'] for row in rows):.0f}" for pick in (min, max)])
+        counts = [whole(total[key]) for key in counted[:5]]
+        plans.append([f"random {kind}", *counts, f"{total['stay dropped']} of {total['dropped']}", loads])
+    heads = ["plans on", "plans", "placed", "stand", "needlessly on a facet", "late", "stay released", "load"]
+    several = [
+        [
+            row["case"],
+            f"{row['placed']} of {row['objects']}",
+            whole(row["states that stand"]),
+            f"{row['least push of all states N']:.3g}",
+            f"{row['median over states N']:.3g}",
+            f"{row['time s']:.3g}",
+            f"{row['processor time s']:.3g}",
+        ]
+        for row in saved.rows
+        if "objects" in row
+    ]
+    columns = ["several", "placed", "states that stand", "least push N", "median N", "time s", "processor time s"]
+    shelf = saved.row("README's shelf")
+    told = f"{shelf['upright']} of {shelf['plans']} plans stand the cup upright"
+    told += f", {shelf['least edge mm']:.0f} mm inside the edges or more"
+    more = (
+        f"its median least push is {shelf['median N']:.2f} N, {shelf['median over 0.1']:.1f} times that of version 0.1"
+    )
+    return {"plans": table(heads, plans), "several": table(columns, several), "readme": f"{told}; {more}"}
+
+
+def carriage(saved: Saved) -> dict[str, str]:
+    """How often rules of packing err on real pallets, what questions cost, and MuJoCo beside the engines."""
+    asked = [row for row in saved.rows if "directions" in row]
+    rest = [row for row in saved.rows if "limit s" in row]
+    count = sum(row["known"] for row in asked)
+
+    def share(rule: str, key: str) -> str:
+        return f"{100 * sum(row[f'{rule} {key}'] for row in asked) / count:.1f} %"
+
+    keys = ("unsafe", "above what holds", "too cautious")
+    stands = [row for row in rest if row["at rest"] == "stable"]
+    rules = []
+    for rule in ("support polygon", "base support"):
+        wrong = sum(row[f"{rule} at rest"] == "falls" for row in stands)
+        right = sum(row[f"{rule} at rest"] == "falls" for row in rest if row["at rest"] == "unstable")
+        falls = sum(row["at rest"] == "unstable" for row in rest)
+        cells = [share(rule, key) for key in keys]
+        rules.append([rule, *cells, f"{wrong} of {len(stands)}", f"{right} of {falls}"])
+    verdicts = {word: sum(row["at rest"] == word for row in rest) for word in ("stable", "unstable", "undecided")}
+    answers = [
+        ["pallets that stand, fall, are undecided", ", ".join(map(str, verdicts.values()))],
+        ["directions asked, known", f"{72 * len(asked):,}, {count:,}"],
+        ["above what `limit` proves", str(sum(row["above limit"] for row in asked))],
+        ["least and median limit [m/s²]", _span([row["least m/s²"] for row in asked], min)
+         + ", " + _span([row["median m/s²"] for row in asked], _middle)],
+        ["sets of bodies that move first, a pallet", _span([row["first movers"] for row in asked], _middle)],
+        ["72 directions by `limit`, median and most [s]", _median_and_most([row["limit s"] for row in asked])],
+        ["72 directions by `compliant`, median and most [s]", _median_and_most([row["compliant s"] for row in asked])],
+    ]  # fmt: skip
+    driven = [row for row in saved.rows if "MuJoCo m/s²" in row]
+    lines = [
+        [
+            f"{row['pallet']}: {row['boxes']} boxes, {row['degrees']}°",
+            *(f"{row[key]:.2f}" for key in ("MuJoCo m/s²", "limit m/s²", "compliant m/s²")),
+            *(f"{100 * (row[f'MuJoCo / {engine}'] - 1):+.1f} %" for engine in ("limit", "compliant")),
+        ]
+        for row in driven
+    ]
+    heads = ["", *keys, "condemns at rest what stands", "finds what falls at rest"]
+    simulated = ["", "MuJoCo [m/s²]", "`limit`", "`compliant`", "over `limit`", "over `compliant`"]
+    return {
+        "rules": table(heads, rules),
+        "answers": table(["", ""], answers),
+        "simulated": table(simulated, lines),
+    }
+
+
+def _middle(values: list[float]) -> float:
+    return sorted(values)[len(values) // 2]
+
+
+def _span(values: list[float], pick: Callable[[list[float]], float]) -> str:
+    return f"{pick(values):.3g}"
+
+
+def _median_and_most(values: list[float]) -> str:
+    return f"{_middle(values):.2g}, {max(values):.2g}"
+
+
+TABLES: Mapping[str, Callable[[Saved], dict[str, str]]] = {
+    "baselines": baselines,
+    "bounds": bounds,
+    "table1": table1,
+    "disassembly": disassembly,
+    "maps": maps,
+    "graph_slanted": graph_slanted,
+    "transport": transport,
+    "carriage": carriage,
+    "constraint": constraint,
+    "questions": questions,
+    "placement": placement_tables,
+}

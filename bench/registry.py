@@ -1,0 +1,46 @@
+"""The one list of benchmark suites, each imported only when it runs."""
+
+from __future__ import annotations
+
+import importlib
+
+from bench.suite import Suite
+from holdfast.base.errors import HoldfastError, message, nearest_of
+
+# modules of this package, each with a SUITE of the same name
+SUITES = (
+    "baselines",
+    "bounds",
+    "cargo",
+    "carriage",
+    "compliant_maps",
+    "constraint",
+    "contacts",
+    "dense",
+    "disassembly",
+    "graph_slanted",
+    "imperfect",
+    "maps",
+    "messy",
+    "paths",
+    "pipeline",
+    "placement",
+    "questions",
+    "reliability",
+    "scaling",
+    "scans",
+    "settle",
+    "startup",
+    "table1",
+    "table2",
+    "table3",
+    "transport",
+)
+
+
+def suite(name: str) -> Suite:
+    """The suite of that name."""
+    if name not in SUITES:
+        raise HoldfastError(message("benchmark", f"{name!r} is unknown", nearest_of(name, SUITES)))
+    found: Suite = importlib.import_module(f"bench.suites.{name}").SUITE
+    return found

@@ -1,0 +1,1 @@
+"""Scenes and pushes that benchmarks measure and tests ask about."""

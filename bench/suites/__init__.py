@@ -1,0 +1,1 @@
+"""Benchmark suites: modules that ``bench.registry`` lists, and what several of them share."""

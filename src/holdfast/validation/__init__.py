@@ -1,1 +1,0 @@
-"""What the engines are compared with: ground truths, baselines, and the benchmark suites that measure both."""
