@@ -29,7 +29,7 @@ Results = Annotated[Path, typer.Option(metavar="DIR", help="folder of the saved 
 @app.command("list")
 def list_suites(as_json: AsJson = False) -> None:
     """List the suites and what they measure."""
-    listed = {name: suite(name).about for name in SUITES}
+    listed = {name: suite(name).about.splitlines()[0] for name in SUITES}
     if as_json:
         print_json(listed)
         return

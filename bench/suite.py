@@ -12,7 +12,7 @@ Case = Callable[[], list[Row]]
 
 @dataclass(frozen=True)
 class Suite:
-    """A suite by name: ``about`` what it measures, in one line.
+    """A suite by name: ``about`` what it measures; its first line says it in brief.
 
     ``cases`` gives the measurements by label, none of them begun; an interrupted run resumes after the last one done.
     ``plot`` draws all rows as PNG; ``written`` makes the Markdown text of all rows (a plain table if None).

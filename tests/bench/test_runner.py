@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from functools import partial
 from pathlib import Path
 from typing import BinaryIO
@@ -12,6 +13,7 @@ import pytest
 
 import holdfast as hf
 from bench import registry, runner
+from bench.checkout import RESULTS, ROOT
 from bench.suite import Row, Suite
 
 
@@ -95,3 +97,15 @@ def test_every_registered_suite_has_its_name_and_labels(name: str) -> None:
 def test_an_unknown_suite_gets_a_hint() -> None:
     with pytest.raises(hf.HoldfastError, match="did you mean 'maps'"):
         registry.suite("mapps")
+
+
+@pytest.mark.parametrize("name", registry.SUITES)
+def test_a_page_cites_every_suite(name: str) -> None:
+    """What nobody cites goes, or is measured for nothing."""
+    pages = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "docs").glob("*.md"))
+    cited = rf"bench/results/{name}\.|figure: (\w+\+)?{name}[.+]|bench run [\w ]*\b{name}\b"
+    assert re.search(cited, pages), f"no page cites {name}"
+
+
+def test_every_saved_result_belongs_to_a_suite() -> None:
+    assert {path.stem for path in RESULTS.iterdir() if not path.name.endswith(".partial.json")} == {*registry.SUITES}

@@ -37,10 +37,7 @@ STAGE = "compiling everything, about a minute"
 
 
 def compile_all() -> int:
-    """Compile what every question needs, and keep it; returns how many functions there are.
-
-    Validation and benchmarks are not included, unless they have been imported.
-    """
+    """Compile what every question needs, and keep it; returns how many functions there are."""
     for number, ask in enumerate(QUESTIONS):
         report(STAGE, number, len(QUESTIONS))
         with warnings.catch_warnings():

@@ -45,7 +45,6 @@ COMMANDS = {  # where each command lies, and what the help says of it: a command
     "build": ("holdfast.cli.build:build", "Find an order in which bodies can be put in, each state standing."),
     "safe": ("holdfast.cli.safe:safe", "Find where a body can be pushed without moving any other."),
     "disassemble": ("holdfast.cli.disassemble:disassemble", "Find an order in which bodies can be taken out."),
-    "benchmark": ("holdfast.cli.benchmark:benchmark", "Compare methods and their speed."),
     "convert": ("holdfast.cli.files:convert", "Read a scene in any known format and write it in another."),
     "schema": ("holdfast.cli.files:print_schema", "Print the JSON schema of the native scene file."),
     "doctor": ("holdfast.cli.doctor:doctor", "Say what is installed here, what is missing, and where code is kept."),

@@ -1,4 +1,4 @@
-"""The scenes that come with holdfast, by name; examples, tests and benchmarks use them."""
+"""The scenes that come with holdfast, by name; examples and tests use them."""
 
 from holdfast.scene.shipped.registry import shipped_scene, shipped_scenes
 
