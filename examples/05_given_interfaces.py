@@ -21,7 +21,7 @@ scene = hf.Scene(
 # The cube stands on three feet of 1 cm; the normal points into the second body.
 square = 0.005 * np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
 feet = [
-    hf.Interface(("ground", "cube"), polygon=square + np.array((x, y, 0)), normal=(0, 0, 1))
+    hf.answers.Interface(("ground", "cube"), polygon=square + np.array((x, y, 0)), normal=(0, 0, 1))
     for x, y in ((-0.04, -0.04), (0.04, -0.04), (0.0, 0.04))
 ]
 assembly = hf.assemble(scene, interfaces=feet)

@@ -13,7 +13,7 @@ verdict = hf.stability(assembly, engine="graph")
 print(f"{len(assembly.movable)} bodies, {len(assembly.interfaces)} interfaces: {verdict.status}")
 try:
     hf.robustness_map(assembly, spacing=0.05, engine="graph")
-except hf.SolverError as error:
+except hf.errors.SolverError as error:
     print(error)
 
 # One remedy: only the upper three courses may move. Say so where the answer is used: it is optimistic.

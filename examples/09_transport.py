@@ -35,10 +35,10 @@ level = hf.transport_limits(assembly, engine="limit")
 level.save_png(out / "transport.png", others=[around], names=["level", "tilted, turning"])
 
 # all sustainable accelerations as half-spaces, for a planner in any language
-safe = hf.sustainable_accelerations(assembly)
+safe = hf.sets.sustainable_accelerations(assembly)
 safe.save(out / "accelerations.json")
 time = np.linspace(0, 2, 101)[:, None]
 path = 4 * np.sin(np.pi * time) * [0.5, 1.0, 0.0]  # m/s²: off, and to a stop
-s = hf.safe_time_scale(path, safe, margin=0.2)
+s = hf.sets.safe_time_scale(path, safe, margin=0.2)
 print(f"play the path at {s:.0%} of its speed: it takes {2 / s:.2f} s instead of 2 s")
 print(f"of the set it then uses at most {np.max(safe.usage(s**2 * path)):.0%}")

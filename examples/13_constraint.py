@@ -15,7 +15,7 @@ import holdfast as hf
 
 # 1. What the slab of the table can take, as a function of the wrench; it never says more than is true.
 table = hf.assemble(hf.shipped_scene("table"))
-limit = hf.constraint(table, "slab")
+limit = hf.sets.constraint(table, "slab")
 print(limit)
 
 # 2. A hand pushes at the left edge of the slab. It should push along +x and a little sideways, as hard as it can

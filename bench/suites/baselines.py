@@ -52,7 +52,7 @@ SIDES = (4, 8)
 WALLS = ((2, 2), (4, 4), (8, 3), (9, 5))  # courses and bricks
 QUERIES = 12  # pushes a wall, drawn at random
 
-Method = Callable[[hf.Assembly, str, Float, Float], hf.Robustness | Answers]
+Method = Callable[[hf.answers.Assembly, str, Float, Float], hf.answers.Robustness | Answers]
 
 
 def methods() -> dict[str, Method]:

@@ -36,7 +36,7 @@ def _timed(ask: Callable[[], Any]) -> tuple[float, Any]:
     return time.process_time() - start, found
 
 
-def _prepared(assembly: hf.Assembly, engine: Engine, W: Float) -> tuple[float, Groups]:
+def _prepared(assembly: hf.answers.Assembly, engine: Engine, W: Float) -> tuple[float, Groups]:
     """What the first answer costs, and the state that gives the others."""
 
     def ask() -> Groups:

@@ -36,7 +36,7 @@ def cases() -> Mapping[str, Case]:
 def _limits(number: int, boxes: list[dict[str, Any]]) -> list[Row]:
     """One row: limits by both engines in all directions, how often a rule is above or below, and what moves first."""
     assembly = hf.assemble(pallet(boxes))
-    ways = hf.horizontal_directions(assembly, WAYS)
+    ways = assembly.scene.horizontal_directions(WAYS)
     row: Row = {"case": f"{number}: {len(boxes)} boxes", "pallet": number, "boxes": len(boxes)}
     found = {}
     for engine in ("limit", "compliant"):
@@ -73,7 +73,7 @@ def _ramps(number: int, boxes: list[dict[str, Any]]) -> list[Row]:
     label = f"{number}: {len(boxes)} boxes"
     if hf.stability(assembly).status is not hf.Status.STABLE:
         return [{"case": f"{label}, MuJoCo", "pallet": number, "boxes": len(boxes), "at rest": "does not stand"}]
-    ways = hf.horizontal_directions(assembly, WAYS)[list(RAMPS)]
+    ways = assembly.scene.horizontal_directions(WAYS)[list(RAMPS)]
     found = {engine: hf.transport_limits(assembly, ways, engine=engine) for engine in ("limit", "compliant")}
     start = time.process_time()
     carrier = Carrier(assembly, grid_nodes(assembly, SIDE))

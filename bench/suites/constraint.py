@@ -57,9 +57,9 @@ def _pallet(number: int, scene: hf.Scene) -> list[Row]:
     return [_row(f"pallet {number}: {top}", assembly, top)]
 
 
-def _row(case: str, assembly: hf.Assembly, body: str) -> Row:
+def _row(case: str, assembly: hf.answers.Assembly, body: str) -> Row:
     start = time.process_time()
-    found = hf.constraint(assembly, body)
+    found = hf.sets.constraint(assembly, body)
     built = time.process_time() - start
     count = WRENCHES if len(assembly.movable) <= MANY else FEWER
     wrenches = _drawn(assembly, body, found, count)
@@ -96,7 +96,7 @@ def _row(case: str, assembly: hf.Assembly, body: str) -> Row:
     }
 
 
-def _drawn(assembly: hf.Assembly, body: str, found: hf.Constraint, count: int) -> Float:
+def _drawn(assembly: hf.answers.Assembly, body: str, found: hf.answers.Constraint, count: int) -> Float:
     """Wrenches (n, 6): half anywhere, in units of what the body takes along the axes, half pushes on its surface."""
     rng = np.random.default_rng(1)
     reach = np.minimum(np.asarray(found.value(np.eye(6))), found.bound)
@@ -107,7 +107,7 @@ def _drawn(assembly: hf.Assembly, body: str, found: hf.Constraint, count: int) -
     return np.vstack([rng.normal(size=(count - len(pushes), 6)) * reach, pushes])
 
 
-def _gradient(found: hf.Constraint, wrenches: Float) -> float:
+def _gradient(found: hf.answers.Constraint, wrenches: Float) -> float:
     """The median relative difference between the gradient and a difference of values, along random directions."""
     rng = np.random.default_rng(2)
     towards = rng.normal(size=wrenches.shape) * np.abs(wrenches).max(1, keepdims=True)

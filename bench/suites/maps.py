@@ -41,7 +41,7 @@ def _round(name: str) -> list[Row]:
     return [_row(f"{name}, 5,120 faces", ROUND[name](), "body", 0.0035)]
 
 
-def _row(name: str, assembly: hf.Assembly, body: str, spacing: float) -> Row:
+def _row(name: str, assembly: hf.answers.Assembly, body: str, spacing: float) -> Row:
     hf.robustness_map(assembly, [body], spacing=4 * spacing, engine="limit")
     original, solves = LoadProgram.maximise, [0]
 
@@ -81,7 +81,9 @@ def _row(name: str, assembly: hf.Assembly, body: str, spacing: float) -> Row:
     }
 
 
-def _standing(mesh: trimesh.Trimesh, height: float, interfaces: list[hf.Interface] | None) -> hf.Assembly:
+def _standing(
+    mesh: trimesh.Trimesh, height: float, interfaces: list[hf.answers.Interface] | None
+) -> hf.answers.Assembly:
     pose = np.eye(4)
     pose[2, 3] = height
     floor = shipped_scene("cube").body("floor")
@@ -89,19 +91,21 @@ def _standing(mesh: trimesh.Trimesh, height: float, interfaces: list[hf.Interfac
     return hf.assemble(scene, interfaces=interfaces)
 
 
-def _cylinder() -> hf.Assembly:
+def _cylinder() -> hf.answers.Assembly:
     mesh = trimesh.creation.cylinder(0.05, 0.2, sections=80)
     while len(mesh.faces) < 5000:
         mesh = mesh.subdivide()
     return _standing(mesh, 0.1, None)
 
 
-def _sphere() -> hf.Assembly:
+def _sphere() -> hf.answers.Assembly:
     """A ball with a worn foot: detection finds no flat contact on a sphere, so it is given."""
     angle = np.linspace(0, 2 * np.pi, 32, endpoint=False)
     foot = 0.02 * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(32)])
-    return _standing(trimesh.creation.icosphere(4, 0.05), 0.05, [hf.Interface(("floor", "body"), foot, (0, 0, 1))])
+    return _standing(
+        trimesh.creation.icosphere(4, 0.05), 0.05, [hf.answers.Interface(("floor", "body"), foot, (0, 0, 1))]
+    )
 
 
-ROUND: Mapping[str, Callable[[], hf.Assembly]] = {"cylinder": _cylinder, "sphere": _sphere}
+ROUND: Mapping[str, Callable[[], hf.answers.Assembly]] = {"cylinder": _cylinder, "sphere": _sphere}
 SUITE = Suite("maps", __doc__, cases)

@@ -40,7 +40,7 @@ def cases() -> Mapping[str, Case]:
     return {name: partial(_case, name, source) for name, source in drawn.items()}
 
 
-Drawn = Iterator[tuple[hf.Assembly, int]]  # assemblies, and the pushes of each slant
+Drawn = Iterator[tuple[hf.answers.Assembly, int]]  # assemblies, and the pushes of each slant
 
 
 def _scene(name: str) -> Drawn:

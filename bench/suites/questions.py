@@ -57,19 +57,19 @@ def _seen_and_settled(name: str) -> hf.Scene:
     return found.scene
 
 
-def _assembled(scene: hf.Scene) -> hf.Assembly:
+def _assembled(scene: hf.Scene) -> hf.answers.Assembly:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", HoldfastWarning)
         return hf.assemble(scene)
 
 
-def _refereed(name: str, assembly: hf.Assembly) -> hf.Assembly:
+def _refereed(name: str, assembly: hf.answers.Assembly) -> hf.answers.Assembly:
     """The assembly that MuJoCo is asked about: without what it does not hold even if nobody touches anything."""
     gone = [body for body in ROLLING.get(name, ()) if body in assembly.index]
     return assembly.without(gone) if gone else assembly
 
 
-def _nodes(assembly: hf.Assembly) -> ContactNodes:
+def _nodes(assembly: hf.answers.Assembly) -> ContactNodes:
     """Contact nodes for MuJoCo: grids where all contacts are rectangles, and what engines take where they are not."""
     try:
         return grid_nodes(assembly, 3)
@@ -151,7 +151,7 @@ def _pushes(name: str, make: Make) -> list[Row]:
             continue
         spent += time.process_time() - start
         count.update(str(effect) for effect in found.effect)
-        for effect in (hf.Effect.ALONE, hf.Effect.NOTHING, hf.Effect.OTHERS):
+        for effect in (hf.answers.Effect.ALONE, hf.answers.Effect.NOTHING, hf.answers.Effect.OTHERS):
             among = found.are(effect).nonzero()[0]
             for k in rng.permutation(among)[:PUSHES].tolist():
                 gone = pushed(world, body, found.points[k], found.directions[k], force)
@@ -161,7 +161,7 @@ def _pushes(name: str, make: Make) -> list[Row]:
             "case": f"{name}: pushes",
             "bodies": len(bodies),
             "pushes": count.total(),
-            **{str(effect): count[str(effect)] for effect in hf.Effect},
+            **{str(effect): count[str(effect)] for effect in hf.answers.Effect},
             "simulated": seen.total(),
             "alone, so seen": seen["alone: so"],
             "nothing, so seen": seen["nothing: so"],
@@ -173,11 +173,11 @@ def _pushes(name: str, make: Make) -> list[Row]:
     ]
 
 
-def _seen(effect: hf.Effect, own: float, others: float) -> str:
+def _seen(effect: hf.answers.Effect, own: float, others: float) -> str:
     """Whether the ways [m] of the pushed body and of the others are as the effect says."""
-    if effect is hf.Effect.NOTHING:
+    if effect is hf.answers.Effect.NOTHING:
         return "so" if max(own, others) <= MOVED else "not"
-    if effect is hf.Effect.ALONE:
+    if effect is hf.answers.Effect.ALONE:
         return "so" if own > MOVED and others <= STILL * own else "not"
     return "so" if others > STILL * own else "not"
 

@@ -31,7 +31,7 @@ PER_SETTLED = 50
 SEED = 77
 
 
-def random_pushes(assembly: hf.Assembly, count: int, seed: int) -> Float:
+def random_pushes(assembly: hf.answers.Assembly, count: int, seed: int) -> Float:
     """Load columns of random directions, inward, at random points of random movable bodies."""
 
     @cache
@@ -51,7 +51,7 @@ def random_pushes(assembly: hf.Assembly, count: int, seed: int) -> Float:
     return np.array(columns).T
 
 
-def one(case: str, assembly: hf.Assembly, count: int) -> Row:
+def one(case: str, assembly: hf.answers.Assembly, count: int) -> Row:
     W = random_pushes(assembly, count, SEED)
     start = time.perf_counter()
     state = hf.Compliant().prepare(assembly)
@@ -89,7 +89,7 @@ def settled_file(name: str) -> Path | None:
 
 def settled(name: str, path: Path) -> list[Row]:
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", hf.HoldfastWarning)  # scans overlap by fractions of a millimetre
+        warnings.simplefilter("ignore", hf.errors.HoldfastWarning)  # scans overlap by fractions of a millimetre
         scene = hf.load_scene(path)
         assembly = hf.assemble(scene, gap=SETTLED[name].get("gap"), angle=SETTLED[name].get("angle"))
         return [one(f"settled {name}", assembly, PER_SETTLED)]

@@ -42,7 +42,7 @@ def _wall(courses: int, bricks: int) -> list[Row]:
     return [row]
 
 
-def _pushes(assembly: hf.Assembly, body: str) -> Row:
+def _pushes(assembly: hf.answers.Assembly, body: str) -> Row:
     start = time.perf_counter()
     state = Limit().prepare(assembly)
     ready = time.perf_counter()
@@ -71,11 +71,11 @@ def _pushes(assembly: hf.Assembly, body: str) -> Row:
     }
 
 
-def _graph(assembly: hf.Assembly, body: str) -> float | str:
+def _graph(assembly: hf.answers.Assembly, body: str) -> float | str:
     start = time.perf_counter()
     try:
         hf.robustness_map(assembly, [body], spacing=SPACING, engine="graph")
-    except hf.SolverError:
+    except hf.errors.SolverError:
         return "refused: over 20,000 cuts"
     return time.perf_counter() - start
 

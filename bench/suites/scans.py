@@ -67,7 +67,7 @@ print(json.dumps(row))
 """
 
 
-def assembled(name: str) -> tuple[hf.Scene, hf.Assembly]:
+def assembled(name: str) -> tuple[hf.Scene, hf.answers.Assembly]:
     path = settled_file(name)
     assert path is not None
     scene = hf.load_scene(path)
@@ -76,13 +76,13 @@ def assembled(name: str) -> tuple[hf.Scene, hf.Assembly]:
         return scene, hf.assemble(scene, gap=TOLERANCES[name].get("gap"), angle=TOLERANCES[name].get("angle"))
 
 
-def unmerged(assembly: hf.Assembly) -> hf.Assembly:
+def unmerged(assembly: hf.answers.Assembly) -> hf.answers.Assembly:
     """The same contacts as they were found."""
     found = find_contacts(assembly.scene, assembly.tolerances, merge=False)
     return replace(assembly, interfaces=found.interfaces)
 
 
-def count(assembly: hf.Assembly) -> int:
+def count(assembly: hf.answers.Assembly) -> int:
     return sum(len(interface.patches) for interface in assembly.interfaces)
 
 
@@ -105,7 +105,7 @@ def patches(name: str) -> list[Row]:
     ]
 
 
-def levelled(raw: hf.Assembly, found: hf.Assembly) -> ContactNodes:
+def levelled(raw: hf.answers.Assembly, found: hf.answers.Assembly) -> ContactNodes:
     """The nodes of contacts as they were found, with the normals of the merged patches."""
     nodes = contact_nodes(raw, 49, "quadrature")
     axes = np.array(nodes.axes)
@@ -160,7 +160,7 @@ def pushes(name: str) -> list[Row]:
     ]
 
 
-def stands_under(assembly: hf.Assembly, load: Float, force: float) -> bool:
+def stands_under(assembly: hf.answers.Assembly, load: Float, force: float) -> bool:
     """Whether bodies come to rest under their weight and this force along a load column (6J,), there at once."""
     state = hf.Compliant().on(assembly, assembly.weight_wrench() + force * load)
     return state.verdict().status is hf.Status.STABLE

@@ -155,7 +155,7 @@ def _quiet(ask: Callable[..., list[Row]], *arguments: object) -> list[Row]:
 
 def cases() -> Mapping[str, Case]:
     """Scenes as given and with noise, then those that fall."""
-    scenes: dict[str, Callable[[], Scene]] = {n: partial(hf.shipped_scene, n) for n in hf.shipped_scenes()}
+    scenes: dict[str, Callable[[], Scene]] = {n: partial(hf.shipped_scene, n) for n in hf.sets.shipped_scenes()}
     scenes |= {path.stem: partial(hf.load_scene, path) for path in sorted((CASES / "settled").glob("*.json"))}
     found: dict[str, Case] = {}
     for number, (scene, _) in enumerate(falling_scenes()):

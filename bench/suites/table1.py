@@ -44,7 +44,7 @@ PAPER, OWN = ("paper's points",), ("own points",)
 BOTH = PAPER + OWN
 OPTIMISTIC = 0.01  # relative: a smaller excess is no optimism
 
-Answering = Callable[[hf.Assembly, ContactNodes | None, int, Sequence[Pushes]], Float]
+Answering = Callable[[hf.answers.Assembly, ContactNodes | None, int, Sequence[Pushes]], Float]
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Method:
 
 
 def by_graph(
-    isolated: bool, assembly: hf.Assembly, nodes: ContactNodes | None, seed: int, asked: Sequence[Pushes]
+    isolated: bool, assembly: hf.answers.Assembly, nodes: ContactNodes | None, seed: int, asked: Sequence[Pushes]
 ) -> Float:
     """Engine ``graph``: all pushes at once."""
     engine = hf.Graph(isolated=isolated, sampling="hull" if nodes is None else "paper", seed=seed)
@@ -71,19 +71,21 @@ def by_graph(
 
 
 def by_limit(
-    cone: hf.Limit, assembly: hf.Assembly, nodes: ContactNodes | None, seed: int, asked: Sequence[Pushes]
+    cone: hf.Limit, assembly: hf.answers.Assembly, nodes: ContactNodes | None, seed: int, asked: Sequence[Pushes]
 ) -> Float:
     """Engine ``limit``: one program a push."""
     return _factors(cone.on(assembly, assembly.weight_wrench(), nodes), assembly, asked)
 
 
-def by_compliant(assembly: hf.Assembly, nodes: ContactNodes | None, seed: int, asked: Sequence[Pushes]) -> Float:
+def by_compliant(
+    assembly: hf.answers.Assembly, nodes: ContactNodes | None, seed: int, asked: Sequence[Pushes]
+) -> Float:
     """Engine ``compliant``: one load path a push."""
     return _factors(hf.Compliant().on(assembly, assembly.weight_wrench(), nodes), assembly, asked)
 
 
 def by_ipopt(
-    sides: int, assembly: hf.Assembly, nodes: ContactNodes | None, seed: int, asked: Sequence[Pushes]
+    sides: int, assembly: hf.answers.Assembly, nodes: ContactNodes | None, seed: int, asked: Sequence[Pushes]
 ) -> Float:
     """The printed linear program, solved by IPOPT as printed."""
     found = [
@@ -94,7 +96,7 @@ def by_ipopt(
 
 def by_simulation(
     engine: Simulator, protocol: Protocol,
-    assembly: hf.Assembly, nodes: ContactNodes | None, seed: int, asked: Sequence[Pushes],
+    assembly: hf.answers.Assembly, nodes: ContactNodes | None, seed: int, asked: Sequence[Pushes],
 ) -> Float:  # fmt: skip
     """Loads tried in a simulator, which finds its own contact points."""
     found = [
@@ -158,7 +160,7 @@ def run_once(scene: str, method: Method, points: str, seed: int, count: int) -> 
     asked = on_boxes(built, SCENES[scene], count, seed)
     start = time.perf_counter()
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", hf.HoldfastWarning)
+        warnings.simplefilter("ignore", hf.errors.HoldfastWarning)
         assembly = hf.assemble(built)
         nodes = contact_nodes(assembly, NODES, "paper", seed) if points in PAPER else None
         force = method.answer(assembly, nodes, seed, asked)
@@ -191,7 +193,7 @@ def compared(answers: Float, true: Float) -> Row:
     }
 
 
-def _factors(state: State, assembly: hf.Assembly, asked: Sequence[Pushes]) -> Float:
+def _factors(state: State, assembly: hf.answers.Assembly, asked: Sequence[Pushes]) -> Float:
     columns = [push_columns(assembly, assembly.index[p.body], p.points, -p.normals) for p in asked]
     found = state.load_factor(np.hstack(columns))
     return _decided(found.force, found.status)

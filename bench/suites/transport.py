@@ -41,7 +41,7 @@ def cases() -> Mapping[str, Case]:
 
 def _scene(name: str) -> list[Row]:
     assembly = hf.assemble(shipped_scene(name))
-    ways = hf.horizontal_directions(assembly)
+    ways = assembly.scene.horizontal_directions()
     seconds: dict[str, list[float]] = {method: [] for method in METHODS}
     found: dict[str, Float] = {}
     for k in range(RUNS + 1):
@@ -56,7 +56,7 @@ def _scene(name: str) -> list[Row]:
     return [_row(name, method, curve, taken[method], exact, found[SIMULATION]) for method, curve in found.items()]
 
 
-def _simulated(assembly: hf.Assembly, ways: Float) -> tuple[Float, float | str]:
+def _simulated(assembly: hf.answers.Assembly, ways: Float) -> tuple[Float, float | str]:
     start = time.perf_counter()
     try:
         carrier = Carrier(assembly, grid_nodes(assembly, SIDE), step=STEP)

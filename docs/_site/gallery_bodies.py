@@ -16,7 +16,7 @@ SIZE: Final = (640, 480)  # [px]
 
 def bodies_and_movers(values: Mapping[str, Any]) -> tuple[bytes, frozenset[str]]:
     """Draw the assembly that an example made last, as a PNG, and tell which bodies move in the last answer about it."""
-    assembly = [value for value in values.values() if isinstance(value, hf.Assembly)][-1]
+    assembly = [value for value in values.values() if isinstance(value, hf.answers.Assembly)][-1]
     names = {body.name for body in assembly.movable}
     found = [movers(value) & names for value in values.values()]
     moving = next((each for each in reversed(found) if each), frozenset())
@@ -25,7 +25,7 @@ def bodies_and_movers(values: Mapping[str, Any]) -> tuple[bytes, frozenset[str]]
 
 def movers(answer: Any) -> frozenset[str]:  # noqa: ANN401 - any value of an example
     """Return the names of the bodies that move in an answer, of several rows in the weakest; none of other values."""
-    if isinstance(answer, hf.Stability):
+    if isinstance(answer, hf.answers.Stability):
         return frozenset(() if answer.mechanism is None else answer.mechanism.moving)
     moving: Iterable[Any] = getattr(answer, "moving", ())
     if isinstance(moving, np.ndarray) and len(moving):

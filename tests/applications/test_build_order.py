@@ -16,7 +16,7 @@ from holdfast.scene.shipped.blocks import box, floor
 UP = np.array([0, 0, 1.0])
 
 
-def possible(assembly: hf.Assembly) -> set[tuple[str, ...]]:
+def possible(assembly: hf.answers.Assembly) -> set[tuple[str, ...]]:
     """All orders whose states stand and in which nothing is in the way down, by brute force."""
     names = [body.name for body in assembly.movable]
     exits = Exits(assembly, UP)
@@ -105,7 +105,7 @@ def test_every_state_is_pushed_where_it_is_weakest() -> None:
 
 
 def test_what_does_not_stand_is_not_built() -> None:
-    with pytest.raises(hf.UnstableError, match="does not stand"):
+    with pytest.raises(hf.errors.UnstableError, match="does not stand"):
         hf.build_order(hf.Scene([floor(), box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.5))], 0.5))
 
 

@@ -73,7 +73,7 @@ def test_the_answers_are_those_of_the_first_step_of_an_order(name: str) -> None:
 
 def test_a_fixed_or_unknown_body_is_refused() -> None:
     for name, words in (("floor", "removal of 'floor': the body is fixed"), ("cub", "unknown|no body")):
-        with pytest.raises(hf.SceneError, match=words):
+        with pytest.raises(hf.errors.SceneError, match=words):
             hf.can_remove(shipped_scene("cube"), name)
 
 

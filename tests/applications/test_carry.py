@@ -16,7 +16,7 @@ G, MU = 9.81, 0.6
 ENGINES = ("graph", "limit", "compliant")
 
 
-def carried(height: float = 0.1, place: tuple[float, float] = (0.0, 0.0), mu: float = MU) -> hf.Assembly:
+def carried(height: float = 0.1, place: tuple[float, float] = (0.0, 0.0), mu: float = MU) -> hf.answers.Assembly:
     cargo = hf.Body("box", hf.Box((0.1, 0.1, height)), mass=2.5, pose=at(*place, height / 2))
     return hf.assemble(hf.Scene([floor(2, 2), cargo], mu))
 
@@ -225,7 +225,7 @@ def test_other_files_are_told(tmp_path: Path, text: str, told: str) -> None:
 
 
 def test_named_motions_name_their_sources() -> None:
-    for name, told in hf.standard_profiles().items():
+    for name, told in hf.Profile.standards().items():
         motion = hf.Profile.named(name)
         assert "http" in motion.source
         assert "http" in told

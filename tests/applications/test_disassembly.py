@@ -20,7 +20,7 @@ X, Y, Z = np.eye(3)
 
 
 @cache
-def shipped(name: str) -> hf.Assembly:
+def shipped(name: str) -> hf.answers.Assembly:
     return hf.assemble(shipped_scene(name))
 
 
@@ -39,7 +39,7 @@ def test_a_stack_comes_apart_from_the_top() -> None:
     assert d.proven
     assert d.blocked == {}
     assert d.remaining == ()
-    assert (d.engine, d.claim) == ("compliant", hf.Claim.HOLDS)
+    assert (d.engine, d.claim) == ("compliant", hf.answers.Claim.HOLDS)
     now = {r.body: r for r in d.answers()}
     assert [now[f"cube{k}"].answer for k in (1, 2, 3)] == [Answer.UNSAFE, Answer.UNSAFE, Answer.SAFE]
     assert now["cube2"].blockers == (("cube3", 0.0),)
@@ -207,7 +207,7 @@ def test_a_vice_holds_a_block_beyond_its_weight(mu: float) -> None:
 
 
 @cache
-def small_wall(courses: int, bricks: int) -> hf.Assembly:
+def small_wall(courses: int, bricks: int) -> hf.answers.Assembly:
     return hf.assemble(wall(courses, bricks, 0.25, "wall"))
 
 
@@ -336,12 +336,12 @@ def test_the_order_of_bodies_and_the_frame_change_nothing() -> None:
 
 
 def test_what_does_not_stand_is_refused_with_the_verdict() -> None:
-    with pytest.raises(hf.UnstableError, match=r"does not stand.*cube slides.*only what stands"):
+    with pytest.raises(hf.errors.UnstableError, match=r"does not stand.*cube slides.*only what stands"):
         hf.disassembly_order(shipped("wedged"))
 
 
 def test_undecided_scenes_are_refused_too() -> None:
-    with pytest.raises(hf.SolverError, match=r"undecided.*for certain"):
+    with pytest.raises(hf.errors.SolverError, match=r"undecided.*for certain"):
         hf.disassembly_order(shipped("wedged"), engine="limit")
 
 

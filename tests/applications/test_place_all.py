@@ -26,11 +26,11 @@ THINGS = (
 
 
 @cache
-def laid() -> hf.Placements:
+def laid() -> hf.answers.Placements:
     return hf.place_all(TRAY, THINGS, engine="graph", budget=None)
 
 
-def states(p: hf.Placements) -> list[hf.Scene]:
+def states(p: hf.answers.Placements) -> list[hf.Scene]:
     """The scenes after the steps, from the poses alone."""
     fixed = [body for body in p.assembly.bodies if body.name not in p.poses]
     placed = [p.assembly.scene.body(step.body).moved(step.pose) for step in p.steps]
@@ -102,7 +102,7 @@ def test_friction_of_objects_that_are_not_there_yet() -> None:
     p = hf.place_all(TRAY, THINGS[:2], engine="graph", friction=friction, budget=None)
     assert p.left == ()
     assert p.assembly.scene.mu("cup", "tray") == 0.3
-    with pytest.raises(hf.SceneError, match="unknown name"):
+    with pytest.raises(hf.errors.SceneError, match="unknown name"):
         hf.place_all(TRAY, THINGS[:1], engine="graph", friction=friction)
 
 

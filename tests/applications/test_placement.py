@@ -21,7 +21,7 @@ ENGINES = ("compliant", "limit", "graph", hf.Graph(isolated=True))
 
 
 @cache
-def cube_scene() -> hf.Assembly:
+def cube_scene() -> hf.answers.Assembly:
     return hf.assemble(hf.Scene([floor(0.3, 0.3), box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.05))], 0.5))
 
 
@@ -30,7 +30,7 @@ def thing(size=(0.05, 0.05, 0.05), mass=0.2, name="object"):
 
 
 @cache
-def placed(name: str, engine: str = "graph", seed: int = 0) -> hf.Placement:
+def placed(name: str, engine: str = "graph", seed: int = 0) -> hf.answers.Placement:
     scene = {**TABLE_II, **TABLE_III}[name]()
     return hf.plan_placement(hf.assemble(scene.scene), scene.body, engine=engine, seed=seed, **scene.asked)
 
@@ -237,7 +237,7 @@ def test_an_unstable_scene_is_refused_with_the_verdict() -> None:
         ({"approach": (0, 0, 0)}, "is zero"),
         ({"spacing": -1}, "spacing"),
         ({"engine": "magic"}, "known"),
-        ({"weights": hf.Weights}, "Weights"),
+        ({"weights": hf.sets.Weights}, "Weights"),
     ],
 )
 def test_bad_options_say_what_is_wrong(asked, words: str) -> None:
@@ -254,7 +254,7 @@ def test_bad_options_say_what_is_wrong(asked, words: str) -> None:
     ],
 )
 def test_bad_objects_say_what_is_wrong(body, words: str) -> None:
-    with pytest.raises(hf.SceneError, match=words):
+    with pytest.raises(hf.errors.SceneError, match=words):
         hf.plan_placement(cube_scene(), body)
 
 

@@ -12,7 +12,7 @@ THING = hf.Body("object", hf.Box((0.03, 0.03, 0.09)), mass=0.2)
 WOODEN = hf.Imperfect(5e-5, 2e9, samples=3)
 
 
-def placed(imperfect: hf.Imperfect | None) -> hf.Placement:
+def placed(imperfect: hf.Imperfect | None) -> hf.answers.Placement:
     return hf.plan_placement(
         *(ASSEMBLY, THING),
         supports=["cube"],

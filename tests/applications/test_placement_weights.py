@@ -15,7 +15,7 @@ UP = np.array([0, 0, 1.0])
 PITCH = np.radians(30)
 
 
-def roof() -> hf.RobustnessMap:
+def roof() -> hf.answers.RobustnessMap:
     """A fixed block with a flat top and a side that slopes down at 30°; no push moves it."""
     fall = 0.2 * np.tan(PITCH)
     outline = np.array([(-0.2, 0), (0.2, 0), (0.2, 0.3 - fall), (0, 0.3), (-0.2, 0.3)])
@@ -33,7 +33,7 @@ def chances(points: SupportPoints) -> tuple[Float, Float]:
 
 @pytest.mark.parametrize("level", [0.0, 1.0, 4.0])
 def test_a_slope_is_chosen_less_by_its_cosine_to_the_power_of_level(level: float) -> None:
-    slope, flat = chances(support_points([roof()], 2.0, UP, hf.Weights(level=level), ANYWHERE))
+    slope, flat = chances(support_points([roof()], 2.0, UP, hf.sets.Weights(level=level), ANYWHERE))
     assert len(slope) > 5
     assert len(flat) > 5
     assert flat == pytest.approx(np.full(len(flat), flat[0]), rel=1e-9)
@@ -47,7 +47,7 @@ def test_a_weak_place_is_chosen_less_by_its_robustness_to_the_power_of_the_weigh
     plank = hf.Body("plank", hf.Box((0.3, 0.1, 0.02)), mass=1, pose=at(0, 0, 0.06))
     m = hf.robustness_map(hf.assemble(hf.Scene([base, plank], 0.5)), ["plank"], spacing=0.03, engine="limit")
     weight = 3.0
-    found = support_points([m], weight, UP, hf.Weights(robustness=exponent, level=0), ANYWHERE)
+    found = support_points([m], weight, UP, hf.sets.Weights(robustness=exponent, level=0), ANYWHERE)
     expected = np.array([1.0 if np.isinf(f) else f / (f + weight) for f in found.force]) ** exponent
     ratio = found.chance / found.area / expected
     assert np.isinf(found.force).any()

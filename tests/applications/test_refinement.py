@@ -17,7 +17,7 @@ from holdfast.applications.placement.result import Candidate
 from holdfast.applications.placement.search import Clock
 from holdfast.scene.shipped.blocks import at, box, floor
 
-GOOD = hf.Rating(own=2.0, beneath=8.0, edge=0.03, clearance=0.05, rolls=False, upright=True, size=0.12)
+GOOD = hf.answers.Rating(own=2.0, beneath=8.0, edge=0.03, clearance=0.05, rolls=False, upright=True, size=0.12)
 NONE = np.empty((0, 3))
 
 
@@ -51,11 +51,13 @@ def test_a_pose_that_rolls_is_better_than_one_of_which_nothing_is_known() -> Non
     assert replace(GOOD, rolls=True).key > replace(GOOD, own=None).key
 
 
-def slab_with(*others: hf.Body) -> hf.Assembly:
+def slab_with(*others: hf.Body) -> hf.answers.Assembly:
     return hf.assemble(hf.Scene([floor(), box("slab", (0.4, 0.3, 0.02), 3, (0, 0, 0.01)), *others], 0.5))
 
 
-def moved(assembly: hf.Assembly, x: float, y: float, next_to: str | None = None) -> tuple[np.ndarray, hf.Assembly]:
+def moved(
+    assembly: hf.answers.Assembly, x: float, y: float, next_to: str | None = None
+) -> tuple[np.ndarray, hf.answers.Assembly]:
     """A cube of 5 cm put on the slab at x, y, and moved from there to where there is more room."""
     thing = hf.Body("thing", hf.Box((0.05, 0.05, 0.05)), mass=0.3)
     checks = planner(assembly, thing, engine="graph", supports=["slab"], next_to=next_to).checks
@@ -99,7 +101,7 @@ def test_every_step_leads_to_more_room(monkeypatch: pytest.MonkeyPatch) -> None:
         rooms.append(min(found))
         return found
 
-    def asked(checks: Checks, after: hf.Assembly) -> tuple[str, hf.Assembly | None]:
+    def asked(checks: Checks, after: hf.answers.Assembly) -> tuple[str, hf.answers.Assembly | None]:
         assert not stood or rooms[-1] > max(stood), "a step to where there is less room"
         fault, stands = judged(checks, after)
         if stands is not None:

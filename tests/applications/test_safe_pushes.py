@@ -22,7 +22,7 @@ def row(count: int, gap: float, mu: float = 0.3) -> hf.Scene:
     return hf.Scene([floor(), *cubes], mu)
 
 
-def effects(found: hf.SafePushes, along: tuple[float, ...]) -> set[hf.Effect]:
+def effects(found: hf.answers.SafePushes, along: tuple[float, ...]) -> set[hf.answers.Effect]:
     """What the pushes in one direction do."""
     return set(found.effect[(found.directions @ np.array(along) > 0.99)])
 
@@ -33,22 +33,23 @@ def test_a_cube_slides_when_pushed_low_and_tips_when_pushed_high() -> None:
     height, side = found.points[:, 2], np.abs(found.directions[:, 2]) < 0.5
     middle = side & (np.abs(found.points[:, :2]).min(1) < 0.011)
     tips = 0.05 / (MU * 0.9)
-    assert set(found.effect[middle & (height < 0.05 / (MU * 1.1) - 0.011)]) == {hf.Effect.ALONE}
-    assert hf.Effect.ALONE not in set(found.effect[side & (height > tips)])
+    assert set(found.effect[middle & (height < 0.05 / (MU * 1.1) - 0.011)]) == {hf.answers.Effect.ALONE}
+    assert hf.answers.Effect.ALONE not in set(found.effect[side & (height > tips)])
     assert all("would move on" in why for why in found.reason[middle & (height > tips)])
-    assert effects(found, (0, 0, -1)) == {hf.Effect.NOTHING}
+    assert effects(found, (0, 0, -1)) == {hf.answers.Effect.NOTHING}
 
 
 @pytest.mark.parametrize(
-    ("share", "effect"), [(0.85, hf.Effect.UNKNOWN), (0.75, hf.Effect.NOTHING), (1.6, hf.Effect.ALONE)]
+    ("share", "effect"),
+    [(0.85, hf.answers.Effect.UNKNOWN), (0.75, hf.answers.Effect.NOTHING), (1.6, hf.answers.Effect.ALONE)],
 )
-def test_the_doubt_of_friction_lies_between_nothing_and_the_body(share: float, effect: hf.Effect) -> None:
+def test_the_doubt_of_friction_lies_between_nothing_and_the_body(share: float, effect: hf.answers.Effect) -> None:
     """Through the middle plane, low, it slides between 0.8 and 1.2 mu m g, as friction may be off by a fifth."""
     cube = hf.Scene([floor(), box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.05))], 0.3)
     found = hf.safe_pushes(cube, "cube", share * 0.3 * G, directions=X, spacing=0.034)
     middle = np.abs(found.points - (-0.05, 0, 0.05)).max(1) < 1e-6
     assert found.effect[middle].tolist() == [effect]
-    if effect is hf.Effect.NOTHING:  # it is not asked how much more would move it
+    if effect is hf.answers.Effect.NOTHING:  # it is not asked how much more would move it
         assert (found.lower[middle], found.upper[middle]) == (found.force, np.inf)
     else:
         assert found.lower[middle] == pytest.approx(0.8 * 0.3 * G, rel=0.03)
@@ -57,8 +58,8 @@ def test_the_doubt_of_friction_lies_between_nothing_and_the_body(share: float, e
 
 def test_a_neighbour_behind_is_pushed_along_and_one_beside_is_not() -> None:
     found = hf.safe_pushes(row(2, 0.0), "c0", 12.0, directions=[X, (-1, 0, 0), (0, 1, 0)], doubt=0.1)
-    assert effects(found, X) <= {hf.Effect.OTHERS, hf.Effect.UNKNOWN}
-    assert "c1" in " ".join(found.reason[found.are(hf.Effect.OTHERS)])
+    assert effects(found, X) <= {hf.answers.Effect.OTHERS, hf.answers.Effect.UNKNOWN}
+    assert "c1" in " ".join(found.reason[found.are(hf.answers.Effect.OTHERS)])
     free = hf.safe_pushes(row(2, 0.0), "c1", 12.0, directions=X, doubt=0.1)
     assert len(free.effect) == 0  # c0 covers the face that would have to be pushed
 
@@ -69,9 +70,9 @@ def test_what_the_body_would_run_into_is_told() -> None:
         hf.safe_pushes(row(2, 0.003), "c0", 12.0, directions=X, spacing=0.1, travel=way, doubt=0.1)
         for way in (0.005, 0.0015)
     )
-    assert set(far.effect) == {hf.Effect.UNKNOWN}
+    assert set(far.effect) == {hf.answers.Effect.UNKNOWN}
     assert all("c1" in why or "overlap" in why for why in far.reason)
-    assert set(near.effect) == {hf.Effect.ALONE}
+    assert set(near.effect) == {hf.answers.Effect.ALONE}
 
 
 @pytest.mark.parametrize("end", [-1, 1])
@@ -81,7 +82,7 @@ def test_a_bar_pushed_at_one_end_turns_into_what_stands_before_that_end_alone(en
     scene = hf.Scene([floor(), box("bar", (0.2, 0.04, 0.04), 1, (0.3, 0, 0.02)), block], 0.3)
     found = hf.safe_pushes(scene, "bar", 2.4, directions=(0, 1, 0), spacing=0.05, doubt=0.1)
     before, other = (int(np.argmin(np.abs(found.points[:, 0] - 0.3 - side * 0.075))) for side in (end, -end))
-    assert found.effect[[before, other]].tolist() == [hf.Effect.UNKNOWN, hf.Effect.ALONE]
+    assert found.effect[[before, other]].tolist() == [hf.answers.Effect.UNKNOWN, hf.answers.Effect.ALONE]
     assert "bar and block overlap" in found.reason[before]
 
 
@@ -95,14 +96,14 @@ def test_what_rests_on_the_body_goes_with_it_and_what_it_rests_on_may() -> None:
 
 def test_what_does_not_stand_has_no_safe_push() -> None:
     found = hf.safe_pushes(hf.Scene([floor(), box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.5))], 0.5), "cube", 1.0)
-    assert set(found.effect) == {hf.Effect.UNKNOWN}
+    assert set(found.effect) == {hf.answers.Effect.UNKNOWN}
     assert all("whether it stands" in why for why in found.reason)
 
 
 def test_a_ball_that_would_roll_on_is_never_safe_to_push() -> None:
     ball = hf.Body("orange", hf.Sphere(0.04), mass=0.2, pose=at(0, 0, 0.04))
     found = hf.safe_pushes(hf.Scene([floor(), ball], 0.5), "orange", 1.0, directions=X, spacing=0.04)
-    assert set(found.effect) == {hf.Effect.UNKNOWN}
+    assert set(found.effect) == {hf.answers.Effect.UNKNOWN}
     assert "only balanced" in found.reason[0]
 
 
@@ -144,11 +145,11 @@ def test_pushes_that_no_tool_reaches_are_counted() -> None:
 
 
 def test_what_cannot_be_asked_is_refused() -> None:
-    with pytest.raises(hf.SceneError, match="the body is fixed"):
+    with pytest.raises(hf.errors.SceneError, match="the body is fixed"):
         hf.safe_pushes(shipped_scene("cube"), "floor", 1.0)
     with pytest.raises(hf.HoldfastError, match="does not claim that it holds"):
         hf.safe_pushes(shipped_scene("cube"), "cube", 1.0, engine="limit")
-    with pytest.raises(hf.SceneError, match="doubt: is 1; needs a finite number >= 0 and < 1"):
+    with pytest.raises(hf.errors.SceneError, match="doubt: is 1; needs a finite number >= 0 and < 1"):
         hf.safe_pushes(shipped_scene("cube"), "cube", 1.0, doubt=1)
 
 

@@ -17,7 +17,7 @@ from holdfast.contacts.tolerances import Tolerances
 from holdfast.settling.motion import come_to_rest
 from holdfast.settling.poses import rotation_of
 
-pytestmark = pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")
 
 FALLING = falling_scenes()
 QUICK = (0, 4, 8, 10, 14, 17)

@@ -15,7 +15,7 @@ X, Y, Z = np.eye(3)
 PULL = 150.0  # [N]
 
 
-def load() -> hf.Assembly:
+def load() -> hf.answers.Assembly:
     """A low box on a wide floor: it slips before it topples."""
     cargo = hf.Body("box", hf.Box((SIDE, SIDE, 0.1)), mass=MASS, pose=at(0, 0, 0.05))
     return hf.assemble(hf.Scene([floor(4, 4), cargo], MU))
@@ -28,7 +28,7 @@ def over(pull: float = PULL, friction: float = 0.0) -> hf.Strap:
     return hf.Strap(path, pull, friction=friction)
 
 
-def limits(assembly: hf.Assembly, ways: object, strap: hf.Strap | None, engine: str = "limit") -> np.ndarray:
+def limits(assembly: hf.answers.Assembly, ways: object, strap: hf.Strap | None, engine: str = "limit") -> np.ndarray:
     held = () if strap is None else strap.loads(assembly)
     return hf.transport_limits(assembly, ways, standing=held, engine=engine).acceleration
 
@@ -36,7 +36,7 @@ def limits(assembly: hf.Assembly, ways: object, strap: hf.Strap | None, engine: 
 @pytest.mark.parametrize("engine", ["graph", "limit", "compliant"])
 def test_a_strap_over_a_box_adds_friction(engine: str) -> None:
     """2 mu T beside mu m g."""
-    ways = hf.horizontal_directions(load(), 8)
+    ways = load().scene.horizontal_directions(8)
     assert limits(load(), ways, over(), engine) == pytest.approx(MU * G + 2 * MU * PULL / MASS, rel=1e-3)
 
 
@@ -82,11 +82,11 @@ def test_a_direct_lashing_pulls_along_and_presses(engine: str) -> None:
 
 
 def test_a_cut_strap_leaves_what_was_there() -> None:
-    ways = hf.horizontal_directions(load(), 8)
+    ways = load().scene.horizontal_directions(8)
     assert (limits(load(), ways, over(0.0)) == limits(load(), ways, None)).all()
 
 
-def hooked(stiffness: float = 1e5) -> tuple[hf.Assembly, hf.Strap]:
+def hooked(stiffness: float = 1e5) -> tuple[hf.answers.Assembly, hf.Strap]:
     strap = hf.Strap([("floor", (1.2, 0, 0)), ("box", (SIDE / 2, 0, 0.05))], PULL, stiffness=stiffness)
     return load(), strap
 
@@ -95,12 +95,12 @@ def hooked(stiffness: float = 1e5) -> tuple[hf.Assembly, hf.Strap]:
 def test_bands_pull_and_never_push(engine: str) -> None:
     """A band alone: without end where it is drawn, and nothing at all the other way and across."""
     assembly, strap = hooked()
-    tied = hf.tied(assembly, [strap], bedding=1e7)
+    tied = hf.Strap.tied(assembly, [strap], bedding=1e7)
     t = hf.transport_limits(tied, [X, -X], engine=engine)
     assert t.status[0] is hf.Status.INFINITE
     assert t.acceleration[1] == pytest.approx(MU * G, rel=2e-3)
     for a in (0.0, 0.3 * G, 0.8 * G, -0.3 * G):  # its force on the box, along the contact normal, towards the floor
-        s = hf.stability(tied, loads=hf.inertial_loads(tied, acceleration=a * X), engine=engine)
+        s = hf.stability(tied, loads=hf.sets.inertial_loads(tied, acceleration=a * X), engine=engine)
         assert s.forces is not None
         mine = s.forces.interface == len(assembly.interfaces)
         assert mine.any()
@@ -120,7 +120,9 @@ def test_what_a_band_bears_beyond_friction() -> None:
         c = hf.carry(assembly, [[0, a, 0, 0]], standing=hf.Strap(_path(held), pull).loads(assembly), engine="limit")
         assert bool(c.held[0]) is holds
     s = hf.stability(
-        hf.tied(assembly, [strap], bedding=1e7), loads=hf.inertial_loads(assembly, acceleration=a * X), engine="limit"
+        hf.Strap.tied(assembly, [strap], bedding=1e7),
+        loads=hf.sets.inertial_loads(assembly, acceleration=a * X),
+        engine="limit",
     )
     assert s.forces is not None
     pull = np.linalg.norm(s.forces.force[s.forces.interface == len(assembly.interfaces)].sum(0))
@@ -148,31 +150,31 @@ def test_film_holds_two_boxes_together() -> None:
     for held, pulled in (((), 1), (loads, 2)):  # away from each other: one slips alone, or both slip together
         r = hf.robustness(assembly, "b0", (-0.2, 0, 0.01), (-1, 0, 0), standing=held, engine="limit")
         assert r.force[0] == pytest.approx(pulled * MU * G, rel=1e-3)
-    with pytest.raises(hf.SceneError, match="no body is cut"):
+    with pytest.raises(hf.errors.SceneError, match="no body is cut"):
         hf.Strap.around(assembly, 0.5, 30.0)
 
 
 def test_wrong_straps_are_told() -> None:
     assembly = load()
     h = SIDE / 2
-    with pytest.raises(hf.SceneError, match="other side"):  # led under the box, over nothing
+    with pytest.raises(hf.errors.SceneError, match="other side"):  # led under the box, over nothing
         hf.Strap([("floor", (0, -1, 0)), ("box", (0, -h, 0.1)), ("floor", (0, -1, 1e-9))], 1.0).loads(assembly)
-    with pytest.raises(hf.SceneError, match="from the surface"):
+    with pytest.raises(hf.errors.SceneError, match="from the surface"):
         hf.Strap([("floor", (0, -1, 0)), ("box", (0, 0, 0.3))], 1.0).loads(assembly)
-    with pytest.raises(hf.SceneError, match="crate"):
+    with pytest.raises(hf.errors.SceneError, match="crate"):
         hf.Strap([("floor", (0, -1, 0)), ("crate", (0, 0, 0.1))], 1.0).loads(assembly)
-    with pytest.raises(hf.SceneError, match="coincide"):
+    with pytest.raises(hf.errors.SceneError, match="coincide"):
         hf.Strap([("floor", (0, 0, 0)), ("box", (0, 0, 0))], 1.0)
-    with pytest.raises(hf.SceneError, match="needs 2"):
+    with pytest.raises(hf.errors.SceneError, match="needs 2"):
         hf.Strap([("floor", (0, 0, 0))], 1.0)
-    with pytest.raises(hf.SceneError, match="closed"):
+    with pytest.raises(hf.errors.SceneError, match="closed"):
         hf.Strap([("box", X), ("box", Y), ("box", Z)], 1.0, closed=True, friction=0.1)
-    with pytest.raises(hf.SceneError, match="pretension"):
+    with pytest.raises(hf.errors.SceneError, match="pretension"):
         hf.Strap([("floor", X), ("box", Y)], -1.0)
-    with pytest.raises(hf.SceneError, match="no stiffness"):
-        hf.tied(assembly, [hf.Strap([("floor", (1.2, 0, 0)), ("box", (h, 0, 0.05))], 1.0)], bedding=1e7)
-    with pytest.raises(hf.SceneError, match="4 points"):
-        hf.tied(assembly, [hf.Strap(_path(over()), 1.0, stiffness=1.0)], bedding=1e7)
+    with pytest.raises(hf.errors.SceneError, match="no stiffness"):
+        hf.Strap.tied(assembly, [hf.Strap([("floor", (1.2, 0, 0)), ("box", (h, 0, 0.05))], 1.0)], bedding=1e7)
+    with pytest.raises(hf.errors.SceneError, match="4 points"):
+        hf.Strap.tied(assembly, [hf.Strap(_path(over()), 1.0, stiffness=1.0)], bedding=1e7)
 
 
 def test_straps_from_files(tmp_path: Path) -> None:
@@ -184,7 +186,7 @@ def test_straps_from_files(tmp_path: Path) -> None:
 """
     path = tmp_path / "straps.yaml"
     path.write_text(text)
-    assert hf.load_straps(path) == (over(friction=0.3), hooked()[1])
+    assert hf.Strap.from_file(path) == (over(friction=0.3), hooked()[1])
     for wrong, told in (
         ("{}", "list"),
         ("- 3", "pretension"),
@@ -195,5 +197,5 @@ def test_straps_from_files(tmp_path: Path) -> None:
         ("- {path: [[a, 0, 0, 0], [b, 0, 0, 1]], pretension: 1, closed: 3}", "true or false"),
     ):
         path.write_text(wrong)
-        with pytest.raises(hf.SceneError, match=told):
-            hf.load_straps(path)
+        with pytest.raises(hf.errors.SceneError, match=told):
+            hf.Strap.from_file(path)

@@ -18,17 +18,19 @@ ENGINES = ("graph", "limit", "compliant")
 LEVER = (np.sqrt(2) + np.log(1 + np.sqrt(2))) / 6  # mean distance from the centre of a square, over its side
 
 
-def carried(height: float = 0.1, mu: float = MU, place: tuple[float, float] = (0.0, 0.0), **body: Any) -> hf.Assembly:
+def carried(
+    height: float = 0.1, mu: float = MU, place: tuple[float, float] = (0.0, 0.0), **body: Any
+) -> hf.answers.Assembly:
     """A box of 0.1 x 0.1 m on a tray."""
     cargo = hf.Body("box", hf.Box((0.1, 0.1, height)), mass=2.5, pose=at(*place, height / 2), **body)
     return hf.assemble(hf.Scene([floor(2, 2), cargo], mu))
 
 
-def shipped(name: str) -> hf.Assembly:
+def shipped(name: str) -> hf.answers.Assembly:
     return hf.assemble(shipped_scene(name))
 
 
-def limits(assembly: hf.Assembly, *directions: np.ndarray, **options: Any) -> np.ndarray:
+def limits(assembly: hf.answers.Assembly, *directions: np.ndarray, **options: Any) -> np.ndarray:
     return hf.transport_limits(assembly, np.array(directions), **options).acceleration
 
 
@@ -47,7 +49,7 @@ def test_a_box_slips_or_topples(height: float, engine: str) -> None:
         assert t.mechanism[0].twists[0, 4] < -1
     assert t.mechanism[0].twists[0, 0] < 0
     assert t.engine == engine
-    assert t.claim is hf.Claim({"graph": "estimated", "limit": "exists", "compliant": "holds"}[engine])
+    assert t.claim is hf.answers.Claim({"graph": "estimated", "limit": "exists", "compliant": "holds"}[engine])
     assert t.verdict.status is hf.Status.STABLE
 
 
@@ -82,7 +84,7 @@ def test_the_default_directions_are_the_circle_of_fig_15() -> None:
 
 def test_a_polygon_cone_is_cautious_and_more_sides_less_so() -> None:
     assembly = shipped("slope_two")
-    ways = hf.horizontal_directions(assembly, 12)
+    ways = assembly.scene.horizontal_directions(12)
     four, eight, exact = (
         hf.transport_limits(assembly, ways, engine=e).acceleration
         for e in (hf.Limit(cone="inscribed", sides=4), hf.Limit(cone="inscribed", sides=8), hf.Limit())
@@ -130,7 +132,7 @@ def test_a_tilted_tray_lets_go_at_the_friction_angle_or_over_the_edge(height: fl
 def test_tilt_is_acceleration_under_scaled_gravity(engine: str) -> None:
     """Level and accelerating uphill by g tan(angle), gravity felt is that of the tilted tray over cos(angle)."""
     angle, assembly = 0.15, shipped("slope")
-    pulled = hf.inertial_loads(assembly, acceleration=(0, -G * np.tan(angle), 0))
+    pulled = hf.sets.inertial_loads(assembly, acceleration=(0, -G * np.tan(angle), 0))
     ways = np.array([X, Y, -Y, X - Y])
     level = limits(assembly, *ways, standing=pulled, engine=engine)
     tilted = limits(assembly, *ways, tilt=(-np.degrees(angle), 0, 0), engine=engine)
@@ -139,9 +141,7 @@ def test_tilt_is_acceleration_under_scaled_gravity(engine: str) -> None:
 
 def test_a_tilt_is_a_rotation_vector_in_degrees_or_a_matrix() -> None:
     turn = Rotation.from_rotvec(np.radians((10, -5, 20))).as_matrix()
-    np.testing.assert_array_equal(
-        hf.tilted(carried(), (10, -5, 20)).scene.gravity, hf.tilted(carried(), turn).scene.gravity
-    )
+    np.testing.assert_array_equal(carried().tilted((10, -5, 20)).scene.gravity, carried().tilted(turn).scene.gravity)
 
 
 def test_the_default_directions_of_a_tilted_tray_are_level() -> None:
@@ -222,7 +222,7 @@ def test_inertial_loads_are_those_of_the_masses_a_body_is_made_of() -> None:
     size = np.array([0.1, 0.2, 0.4])
     scene = hf.Scene([floor(), hf.Body("box", hf.Box(size), mass=2.5, pose=pose)], MU)
     a, alpha, omega, pivot = rng.normal(size=(4, 3))
-    (load,) = hf.inertial_loads(
+    (load,) = hf.sets.inertial_loads(
         hf.assemble(scene), acceleration=a, angular_acceleration=alpha, angular_velocity=omega, pivot=pivot
     )
     corners = np.array(np.meshgrid(*[[-1, 1]] * 3)).reshape(3, -1).T
@@ -255,7 +255,9 @@ def test_the_frame_does_not_matter(engine: str) -> None:
 def test_the_set_and_the_limits_agree_on_a_tilted_turning_tray() -> None:
     assembly, turning = shipped("table"), {"angular_acceleration": (0.5, 0, 1), "angular_velocity": (0, 0, 0.8)}
     tilt = (3, -6, 0)
-    found = hf.sustainable_accelerations(hf.tilted(assembly, tilt), standing=hf.inertial_loads(assembly, **turning))
+    found = hf.sets.sustainable_accelerations(
+        assembly.tilted(tilt), standing=hf.sets.inertial_loads(assembly, **turning)
+    )
     t = hf.transport_limits(assembly, tilt=tilt, engine="limit", **turning)
     reach = 1 / found.usage(t.directions)
     assert (reach <= t.acceleration * (1 + 1e-6)).all()
@@ -293,7 +295,7 @@ def test_what_falls_is_carried_nowhere() -> None:
 
 def test_bounds() -> None:
     t = hf.transport_limits(shipped("table"), bound=True)
-    assert t.claim is hf.Claim.HOLDS
+    assert t.claim is hf.answers.Claim.HOLDS
     assert (t.lower <= t.acceleration).all()
     assert (t.acceleration <= t.upper * (1 + 1e-4)).all()
     assert (t.upper < np.inf).all()
@@ -326,34 +328,34 @@ def test_a_path_is_slowed_down_to_what_the_box_bears() -> None:
     """Accelerations grow with the square of the speed; a box that slips bears mu g in every level direction."""
     angle = np.linspace(0, 6, 40)
     path = 9.0 * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
-    found = hf.sustainable_accelerations(carried(), gap=0.01)
-    s = hf.safe_time_scale(path, found)
+    found = hf.sets.sustainable_accelerations(carried(), gap=0.01)
+    s = hf.sets.safe_time_scale(path, found)
     assert np.sqrt(MU * G / 9 * 0.99) <= s <= np.sqrt(MU * G / 9)
     assert set(found.contains(s**2 * path)) == {True}
     assert not all(found.contains((1.001 * s) ** 2 * path))
-    assert hf.safe_time_scale(path, found, margin=0.19) == pytest.approx(0.9 * s)
-    assert hf.safe_time_scale(path / 4, found) == pytest.approx(2 * s)
-    assert hf.safe_time_scale(0 * path, found) == np.inf
+    assert hf.sets.safe_time_scale(path, found, margin=0.19) == pytest.approx(0.9 * s)
+    assert hf.sets.safe_time_scale(path / 4, found) == pytest.approx(2 * s)
+    assert hf.sets.safe_time_scale(0 * path, found) == np.inf
 
 
 def test_limits_along_the_path_itself_will_do() -> None:
     path = np.array([[2.0, 0, 0], [0, 0, 0], [0, -9.0, 0], [0, 0, 3.0]])
     moving = path[[0, 2, 3]]
     t = hf.transport_limits(carried(), moving)
-    assert hf.safe_time_scale(path, t) == pytest.approx(np.sqrt(t.lower[1] / 9))
-    assert np.sqrt(MU * G / 9) * 0.995 < hf.safe_time_scale(path, t) < np.sqrt(MU * G / 9)
+    assert hf.sets.safe_time_scale(path, t) == pytest.approx(np.sqrt(t.lower[1] / 9))
+    assert np.sqrt(MU * G / 9) * 0.995 < hf.sets.safe_time_scale(path, t) < np.sqrt(MU * G / 9)
     fallen = hf.transport_limits(carried(), moving, tilt=(60, 0, 0))
-    assert hf.safe_time_scale(path, fallen) == 0
+    assert hf.sets.safe_time_scale(path, fallen) == 0
     with pytest.raises(hf.HoldfastError, match="along other directions"):
-        hf.safe_time_scale(-path, t)
+        hf.sets.safe_time_scale(-path, t)
     with pytest.raises(hf.HoldfastError, match="along other directions"):
-        hf.safe_time_scale(path[:3], t)
+        hf.sets.safe_time_scale(path[:3], t)
     with pytest.raises(hf.HoldfastError, match="promises no lower bound"):
-        hf.safe_time_scale(path, hf.transport_limits(carried(), moving, engine="graph"))
+        hf.sets.safe_time_scale(path, hf.transport_limits(carried(), moving, engine="graph"))
     with pytest.raises(hf.HoldfastError, match="limits: is a float"):
-        hf.safe_time_scale(path, 3.0)  # type: ignore[arg-type]
+        hf.sets.safe_time_scale(path, 3.0)  # type: ignore[arg-type]
     with pytest.raises(hf.HoldfastError, match="margin"):
-        hf.safe_time_scale(path, t, margin=1.0)
+        hf.sets.safe_time_scale(path, t, margin=1.0)
 
 
 # ---- of some bodies alone
@@ -385,5 +387,5 @@ def test_an_orange_does_not_hide_what_the_boxes_beside_it_withstand() -> None:
     ("bodies", "match"), [([], "is empty"), (["floor"], "is fixed"), ("low", "is the text"), (["lo"], "no body")]
 )
 def test_bodies_that_cannot_be_asked_about(bodies: Any, match: str) -> None:
-    with pytest.raises(hf.SceneError, match=match):
+    with pytest.raises(hf.errors.SceneError, match=match):
         hf.transport_limits(_with_an_orange(), X, bodies=bodies)

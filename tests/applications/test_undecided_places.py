@@ -23,7 +23,7 @@ THING = hf.Body("object", hf.Box((0.05, 0.05, 0.05)), mass=0.2)
 
 
 @pytest.fixture
-def place(monkeypatch: pytest.MonkeyPatch) -> Callable[..., hf.Placement]:
+def place(monkeypatch: pytest.MonkeyPatch) -> Callable[..., hf.answers.Placement]:
     """Place the object, with the maps of it in place changed by ``changes`` in turn, the rest by the last of them.
 
     There are two for each pose, of the object and of the cube that it rests on; the last one is of both.
@@ -102,8 +102,8 @@ def test_supports_of_which_nothing_is_known_carry_nothing(place: Any) -> None:
 def test_an_unknown_limit_promises_no_speed() -> None:
     found = hf.transport_limits(hf.assemble(SCENE), [[1, 0, 0], [0, 1, 0]], engine="limit")
     path = np.array([[1.0, 0, 0], [0, 1.0, 0]])
-    assert hf.safe_time_scale(path, found) > 1
-    assert hf.safe_time_scale(path, retold(found, [0], UNDECIDED)) == 0
+    assert hf.sets.safe_time_scale(path, found) > 1
+    assert hf.sets.safe_time_scale(path, retold(found, [0], UNDECIDED)) == 0
 
 
 def test_the_least_limit_is_a_decided_one() -> None:

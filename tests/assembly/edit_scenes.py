@@ -39,11 +39,11 @@ def pallet(place: int = 12) -> hf.Scene:
     return hf.Scene(bodies, 0.4)
 
 
-def anew(assembly: hf.Assembly) -> hf.Assembly:
+def anew(assembly: hf.answers.Assembly) -> hf.answers.Assembly:
     """An assembly of the same scene that shares no object with it, its contacts detected at the same tolerances."""
     scene = pickle.loads(pickle.dumps(assembly.scene))
     found = search(scene, assembly.tolerances)
-    return hf.Assembly(
+    return hf.answers.Assembly(
         scene, found.interfaces, assembly.tolerances, found.overlaps, found.occluded, absent=assembly.absent
     )
 
@@ -56,7 +56,7 @@ def bits(interface: Interface) -> tuple[Any, ...]:
     return interface.bodies, interface.status, interface.flags, interface.certain, interface.mu, patches
 
 
-def same_contacts(one: hf.Assembly, other: hf.Assembly) -> bool:
+def same_contacts(one: hf.answers.Assembly, other: hf.answers.Assembly) -> bool:
     return (
         one == other
         and [bits(i) for i in one.interfaces] == [bits(i) for i in other.interfaces]
@@ -64,7 +64,7 @@ def same_contacts(one: hf.Assembly, other: hf.Assembly) -> bool:
     )
 
 
-def answers(assembly: hf.Assembly, engine: str, names: list[str]) -> list[Any]:
+def answers(assembly: hf.answers.Assembly, engine: str, names: list[str]) -> list[Any]:
     """Bits of the verdict, and of pushes along two directions at corners of some bodies."""
     stands = hf.stability(assembly, engine=engine)
     told: list[Any] = [stands.status, stands.reason, stands.moving]

@@ -23,7 +23,7 @@ def warning_of(scene: hf.Scene) -> str:
         warnings.simplefilter("always")
         assembly = hf.assemble(scene)
     assert assembly.overlaps
-    texts = [str(warning.message) for warning in caught if issubclass(warning.category, hf.HoldfastWarning)]
+    texts = [str(warning.message) for warning in caught if issubclass(warning.category, hf.errors.HoldfastWarning)]
     assert len(texts) == 1
     return texts[0]
 
@@ -56,7 +56,7 @@ def test_u7_a_scene_whose_sizes_all_say_millimetres_is_refused(case: tuple[float
         r"scene: the smallest of \d movable bodies, 'b\d', is .* m across; are the sizes in millimetres\?.*allow_large"
     )
     for call in (hf.assemble, lambda s: hf.stability(s, engine="limit")):
-        with pytest.raises(hf.SceneError, match=match):
+        with pytest.raises(hf.errors.SceneError, match=match):
             call(sizes(*case))
     assert hf.stability(hf.assemble(sizes(*case), allow_large=True), engine="limit").status is hf.Status.STABLE
 
@@ -64,7 +64,7 @@ def test_u7_a_scene_whose_sizes_all_say_millimetres_is_refused(case: tuple[float
 @pytest.mark.parametrize("case", [(0.1,), (12, 12, 6), (19.9,), (1.9, 100, 100), (2.5, 2.5, 100)])
 def test_u7_sizes_that_may_be_metres_are_not(case: tuple[float, ...]) -> None:
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", hf.HoldfastWarning)
+        warnings.simplefilter("ignore", hf.errors.HoldfastWarning)
         assert hf.assemble(sizes(*case)).groups
 
 

@@ -19,7 +19,7 @@ def lifted(z: float) -> np.ndarray:
 def test_copies_are_named() -> None:
     boxes = [hf.Body(f"b{k}", hf.Box((0.1, 0.1, 0.1)), 1.0, pose=lifted(0.05)) for k in range(3000)]
     with pytest.raises(
-        hf.SceneError, match=r"'b0', 'b1', .* and 2,995 more: are 3,000 bodies of one shape in one place"
+        hf.errors.SceneError, match=r"'b0', 'b1', .* and 2,995 more: are 3,000 bodies of one shape in one place"
     ):
         hf.assemble(hf.Scene([FLOOR, *boxes], 0.5))
 
@@ -27,7 +27,7 @@ def test_copies_are_named() -> None:
 def test_copies_of_compounds_and_of_a_fixed_body_are_named() -> None:
     tin = hf.Compound([hf.Part(hf.Cylinder(0.05, 0.1), lifted(0.05 + 0.02 * k)) for k in range(5)])
     again = hf.Compound([hf.Part(hf.Cylinder(0.05, 0.1), lifted(0.05 + 0.02 * k)) for k in range(5)])
-    with pytest.raises(hf.SceneError, match="'shelf', 'tin': are 2 bodies of one shape in one place"):
+    with pytest.raises(hf.errors.SceneError, match="'shelf', 'tin': are 2 bodies of one shape in one place"):
         hf.assemble(hf.Scene([FLOOR, hf.Body("shelf", tin, fixed=True), hf.Body("tin", again, 1.0)], 0.5))
 
 

@@ -14,7 +14,7 @@ from holdfast.scene.shipped.blocks import at, box, floor
 def notes(*bodies: hf.Body) -> tuple[str, ...]:
     """What is noted in the verdict on these bodies over a floor."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", hf.HoldfastWarning)
+        warnings.simplefilter("ignore", hf.errors.HoldfastWarning)
         return hf.stability(hf.Scene([floor(), *bodies], 0.5)).notes
 
 
@@ -58,5 +58,5 @@ def test_every_answer_carries_them() -> None:
 
 
 def test_scenes_that_are_right_raise_no_doubt() -> None:
-    for name in hf.shipped_scenes():
+    for name in hf.sets.shipped_scenes():
         assert doubts(hf.shipped_scene(name).movable) == (), name

@@ -15,7 +15,7 @@ from holdfast.scene.shipped.blocks import at, box, floor
 @pytest.mark.parametrize(
     ("name", "gone"), [("tabletop", ["bottle"]), ("tabletop", ["tray", "mug"]), ("arch", ["v3"]), ("wall2x2", ["b0_1"])]
 )
-@pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")
+@pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")
 def test_without_equals_a_new_assembly(name: str, gone: list[str]) -> None:
     scene = shipped_scene(name)
     whole = hf.assemble(scene, gap=5e-4)
@@ -37,7 +37,7 @@ def test_what_a_thin_sheet_kept_apart_touches_without_it() -> None:
         box("high", (0.1, 0.1, 0.1), 1, (0, 0, 0.15 + 4e-5)),
     ]
     bodies.append(box("aside", (0.1, 0.1, 0.1), 1, (0.3, 0, 0.05)))
-    with pytest.warns(hf.HoldfastWarning):
+    with pytest.warns(hf.errors.HoldfastWarning):
         whole = hf.assemble(hf.Scene(bodies, 0.5), gap=1e-4)
     assert ("low", "high") in whole.occluded
     assert whole.without("foil") == hf.assemble(hf.Scene([b for b in bodies if b.name != "foil"], 0.5), gap=1e-4)
@@ -52,7 +52,7 @@ def test_two_thin_sheets_taken_away_at_once_uncover_what_both_hid() -> None:
         for k in (0, 1)
     ]
     low, high = box("low", (0.1, 0.1, 0.1), 1, (0, 0, 0.05)), box("high", (0.1, 0.1, 0.1), 1, (0, 0, 0.15 + 8e-5))
-    with pytest.warns(hf.HoldfastWarning):
+    with pytest.warns(hf.errors.HoldfastWarning):
         whole = hf.assemble(hf.Scene([floor(), low, *foils, high], 0.5), gap=1e-4)
     assert whole.without("foil0", "foil1") == hf.assemble(hf.Scene([floor(), low, high], 0.5), gap=1e-4)
 
@@ -74,7 +74,7 @@ def test_given_interfaces_stay_given() -> None:
 
 
 def test_an_unknown_body_is_named() -> None:
-    with pytest.raises(hf.SceneError, match="did you mean 'cube3'"):
+    with pytest.raises(hf.errors.SceneError, match="did you mean 'cube3'"):
         hf.assemble(shipped_scene("stack")).without("cube4")
 
 
@@ -91,7 +91,7 @@ def shifted(body: hf.Body, rng: np.random.Generator) -> np.ndarray:
 
 @pytest.mark.parametrize("name", ["stack", "table", "arch", "wall2x2", "tabletop"])
 @pytest.mark.parametrize("seed", [0, 1])
-@pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")
+@pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")
 def test_moved_equals_a_new_assembly_at_the_same_tolerances(name: str, seed: int) -> None:
     rng = np.random.default_rng(seed)
     scene = shipped_scene(name)
@@ -104,7 +104,7 @@ def test_moved_equals_a_new_assembly_at_the_same_tolerances(name: str, seed: int
     assert whole.moved(poses) != whole
 
 
-@pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")
+@pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")
 def test_there_and_back_again() -> None:
     whole = hf.assemble(shipped_scene("tabletop"), pose_sigma=(0.001, 0.5))
     pose = whole.scene.body("mug").pose
@@ -121,7 +121,7 @@ def test_an_edited_assembly_keeps_a_gap_that_was_given() -> None:
 
 
 @pytest.mark.parametrize("name", ["stack", "table", "tabletop"])
-@pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")
+@pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")
 def test_a_body_taken_away_and_put_back_last_equals_a_new_assembly(name: str) -> None:
     scene = shipped_scene(name)
     whole = hf.assemble(scene)
@@ -134,16 +134,16 @@ def test_a_body_taken_away_and_put_back_last_equals_a_new_assembly(name: str) ->
 
 def test_a_new_overlap_is_told() -> None:
     whole = hf.assemble(shipped_scene("stack"))
-    with pytest.warns(hf.HoldfastWarning, match="'cube1'.*overlap|overlap.*'cube1'"):
+    with pytest.warns(hf.errors.HoldfastWarning, match="'cube1'.*overlap|overlap.*'cube1'"):
         whole.moved({"cube1": whole.scene.body("cube2").pose})
 
 
-@pytest.mark.filterwarnings("error::holdfast.HoldfastWarning")
+@pytest.mark.filterwarnings("error::holdfast.errors.HoldfastWarning")
 def test_an_old_overlap_is_not_told_again() -> None:
     scene = hf.Scene(
         [floor(), box("a", (0.1, 0.1, 0.1), 1, (0, 0, 0.045)), box("b", (0.1, 0.1, 0.1), 1, (0.5, 0, 0.05))], 0.5
     )
-    with pytest.warns(hf.HoldfastWarning, match="overlap"):
+    with pytest.warns(hf.errors.HoldfastWarning, match="overlap"):
         whole = hf.assemble(scene)
     assert whole.moved({"b": at(0.6, 0, 0.05)}).overlaps == whole.overlaps
 
@@ -159,11 +159,11 @@ def test_given_interfaces_cannot_be_sought_anew() -> None:
 
 def test_edits_name_the_body_nearest_to_an_unknown_one() -> None:
     whole = hf.assemble(shipped_scene("stack"))
-    with pytest.raises(hf.SceneError, match="no body named 'cube4'; did you mean 'cube3'"):
+    with pytest.raises(hf.errors.SceneError, match="no body named 'cube4'; did you mean 'cube3'"):
         whole.moved({"cube4": np.eye(4)})
-    with pytest.raises(hf.SceneError, match="several bodies are named 'cube1'"):
+    with pytest.raises(hf.errors.SceneError, match="several bodies are named 'cube1'"):
         whole.with_body(whole.scene.body("cube1"))
-    with pytest.raises(hf.SceneError, match="moved: got a list; needs a dict"):
+    with pytest.raises(hf.errors.SceneError, match="moved: got a list; needs a dict"):
         whole.moved(["cube1"])
 
 

@@ -14,7 +14,7 @@ from bench.scenes.shelf import shelf
 from holdfast.scene.shipped import shipped_scene
 from holdfast.scene.shipped.blocks import at, box
 
-pytestmark = pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")
 
 
 def settled(name: str) -> hf.Scene:
@@ -30,7 +30,7 @@ SCENES: dict[str, Callable[[], hf.Scene]] = {
 }
 
 
-def edited(assembly: hf.Assembly, rng: np.random.Generator, step: int) -> hf.Assembly:
+def edited(assembly: hf.answers.Assembly, rng: np.random.Generator, step: int) -> hf.answers.Assembly:
     """Move one or two bodies a little, far, or back; take one away; or put one on top of another."""
     bodies = [body for body in assembly.bodies if not isinstance(body.shape, hf.HalfSpace)]
     movable = [body for body in bodies if not body.fixed]
@@ -95,7 +95,7 @@ def test_a_sheet_hides_and_bares_what_two_bodies_share_though_one_of_them_touche
     pair = [box, floor] if box_first else [floor, box]
     assembly = hf.assemble(hf.Scene([sheet, *pair] if sheet_first else [*pair, sheet], 0.5), gap=gap)
 
-    def seen(now: hf.Assembly) -> float:
+    def seen(now: hf.answers.Assembly) -> float:
         return sum(i.area for i in now.interfaces if set(i.bodies) == {"floor", "box"})
 
     assert seen(assembly) == pytest.approx(0.005)

@@ -69,7 +69,7 @@ def test_d4_d14_what_is_no_ordinary_file_is_refused_at_once(odd: tuple[Path, str
 @pytest.mark.parametrize("suffix", [".stl", ".obj", ".ply", ".glb", ".off"])
 def test_d4_a_pipe_for_a_mesh_is_refused_at_once(suffix: str, tmp_path: Path) -> None:
     os.mkfifo(tmp_path / f"m{suffix}")
-    with pytest.raises(hf.GeometryError, match="is a named pipe, not a mesh file"):
+    with pytest.raises(hf.errors.GeometryError, match="is a named pipe, not a mesh file"):
         hf.Mesh.from_file(tmp_path / f"m{suffix}")
 
 

@@ -71,9 +71,11 @@ BEYOND: dict[str, tuple[Callable[[], object], str]] = {
     "nodes": (lambda: hf.Compliant(nodes=100_000), r"nodes: is 100000; needs a whole number of at most 100"),
     "graph nodes": (lambda: hf.Graph(nodes=10**9), r"nodes: is 1000000000"),
     "sides": (lambda: hf.Limit("inscribed", 10**9), r"sides: is 1000000000"),
-    "directions": (lambda: hf.horizontal_directions(scene(), 10**9), r"count: is 1000000000"),
-    "tilt": (lambda: hf.tilted(scene(), (1e300, 0, 0)), r"tilt: .*1e\+300"),
-    "turning": (lambda: hf.inertial_loads(scene(), angular_velocity=(1e200, 0, 0)), r"angular velocity: .*1e\+200"),
+    "directions": (lambda: scene().horizontal_directions(10**9), r"count: is 1000000000"),
+    "tilt": (lambda: scene().tilted((1e300, 0, 0)), r"tilt: .*1e\+300"),
+    "turning": (
+        lambda: hf.sets.inertial_loads(scene(), angular_velocity=(1e200, 0, 0)), r"angular velocity: .*1e\+200"
+    ),
     "seed": (lambda: hf.plan_placement(scene(), hf.Body("c", BOX, mass=1), seed=-1), r"seed: is -1; "),
 }  # fmt: skip
 

@@ -59,7 +59,7 @@ def folder(tmp_path: Path) -> Path:
     return made
 
 
-def batch(folder: Path, **options: Any) -> hf.BatchReport:
+def batch(folder: Path, **options: Any) -> hf.answers.BatchReport:
     given = {"out": folder.parent / "out", "workers": 2, "shard_size": 3} | options
     return hf.batch(str(folder / "*.yaml"), **given)
 
@@ -240,7 +240,7 @@ def test_two_batches_do_not_write_to_one_folder(folder: Path) -> None:
     assert once_free(lambda: batch(folder)).scenes == 8
 
 
-def once_free(ask: Callable[[], hf.BatchReport], seconds: float = 60) -> hf.BatchReport:
+def once_free(ask: Callable[[], hf.answers.BatchReport], seconds: float = 60) -> hf.answers.BatchReport:
     """Ask as soon as nobody writes to the folder: the workers of a killed driver hold its lock until they notice."""
     end = time.monotonic() + seconds
     while True:
@@ -412,7 +412,7 @@ def test_broken_manifests_and_files_of_pushes_are_told(folder: Path, words: str)
     assert not (folder.parent / "out").exists()
 
 
-def ask(folder: Path, path: Path) -> hf.BatchReport:
+def ask(folder: Path, path: Path) -> hf.answers.BatchReport:
     if path.stem == "manifest":
         return hf.batch(path, out=folder.parent / "out", workers=1)
     return hf.batch(str(folder / "*.yaml"), f"push:{path}", out=folder.parent / "out", workers=1)

@@ -52,7 +52,7 @@ def here(made: Path, tmp_path: Path) -> Path:
     return tmp_path / "here"
 
 
-def batch(here: Path) -> hf.BatchReport:
+def batch(here: Path) -> hf.answers.BatchReport:
     scenes = [(f"{k}.yaml", here / "in" / f"{k}.yaml") for k in range(8)]
     return hf.batch(scenes, out=here / "out", workers=1, shard_size=3)
 
@@ -100,7 +100,7 @@ def test_a_damaged_shard_is_named_and_asked_anew(
     if damage is emptied and path.parent.name == "pushes" and path.suffix == ".jsonl":
         pytest.skip("a table of JSON lines without rows is an empty file: nothing tells it from one that was emptied")
     gone = (table, damage) == ("scenes", Path.unlink)  # like a shard that was never finished: no error, but it is said
-    with pytest.warns(hf.HoldfastWarning) if gone else pytest.raises(hf.HoldfastError) as told:
+    with pytest.warns(hf.errors.HoldfastWarning) if gone else pytest.raises(hf.HoldfastError) as told:
         rows(here)
     said = str(told[0].message if gone else told.value)
     assert str(path) in said
@@ -119,7 +119,9 @@ def test_rows_of_another_shard_are_seen(here: Path) -> None:
     before = rows(here)
     (path,) = (here / "out" / "pushes").glob("000001.*")
     of_another_shard(path)
-    with pytest.warns(hf.HoldfastWarning, match=r"000001.*: has rows of '0\.yaml', which is not in the table scenes"):
+    with pytest.warns(
+        hf.errors.HoldfastWarning, match=r"000001.*: has rows of '0\.yaml', which is not in the table scenes"
+    ):
         assert batch(here).asked == 3
     assert rows(here) == before
 
@@ -165,7 +167,7 @@ def test_whatever_is_damaged_the_answers_are_right_or_it_is_told(here: Path, tmp
         path = rng.choice(sorted(path for path in (there / "out").rglob("*") if path.is_file()))
         tamper(rng, path)
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", hf.HoldfastWarning)
+            warnings.simplefilter("ignore", hf.errors.HoldfastWarning)
             try:
                 batch(there)
                 found = rows(there)

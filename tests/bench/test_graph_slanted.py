@@ -24,7 +24,7 @@ def test_graph_promises_six_times_what_can_hold_on_a_slanted_push() -> None:
     assembly = hf.assemble(shipped_scene("table"))
     push = (assembly, "slab", (0.075, 0.025, 0.25), (along, 0.1233, up))
     graph, limit = (hf.robustness(*push, engine=engine) for engine in ("graph", "limit"))
-    assert limit.upper_bound is hf.Bound.PROVED
+    assert limit.upper_bound is hf.answers.Bound.PROVED
     assert limit.upper[0] == pytest.approx(racking, rel=1e-4)
     assert graph.force[0] > 5 * limit.upper[0]
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from bench.baselines import optimised
-from holdfast import Assembly, HoldfastError, Limit, Scene, Status, assemble
+from holdfast import HoldfastError, Limit, Scene, Status, assemble
+from holdfast.answers import Assembly
 from holdfast.assembly.nodes import contact_nodes
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene

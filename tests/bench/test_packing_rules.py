@@ -13,7 +13,7 @@ G, MU = 9.81, 0.5
 WAYS = np.array([(1.0, 0, 0), (-1, 0, 0), (0, 1, 0), (0.6, 0.8, 0)])
 
 
-def stack(*boxes: hf.Body) -> hf.Assembly:
+def stack(*boxes: hf.Body) -> hf.answers.Assembly:
     return hf.assemble(hf.Scene([floor(3, 3), *boxes], MU))
 
 

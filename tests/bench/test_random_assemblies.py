@@ -47,7 +47,7 @@ def test_most_draws_stand_and_none_overlaps(name: str) -> None:
     for _ in range(DRAWS):
         scene = FAMILIES[name](rng)
         with warnings.catch_warnings():
-            warnings.simplefilter("error", hf.HoldfastWarning)
+            warnings.simplefilter("error", hf.errors.HoldfastWarning)
             assembly = hf.assemble(scene)
         assert assembly.overlaps == ()
         assert assembly.hanging == ()

@@ -9,7 +9,9 @@ import pytest
 
 from bench.baselines import pybullet, simulated
 from bench.baselines.search import Peak, Trial, bracketed, largest_load
-from holdfast import Assembly, Body, Box, Friction, HoldfastError, Mesh, Scene, SceneError, Status, assemble
+from holdfast import Body, Box, Friction, HoldfastError, Mesh, Scene, Status, assemble
+from holdfast.answers import Assembly
+from holdfast.errors import SceneError
 from holdfast.scene.shipped import shipped_scene
 
 G0 = 9.81  # [m/s²]

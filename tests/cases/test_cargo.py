@@ -39,7 +39,7 @@ def at(place: Any) -> Any:
     return pose
 
 
-def tops(assembly: hf.Assembly) -> list[hf.Body]:
+def tops(assembly: hf.answers.Assembly) -> list[hf.Body]:
     """The bodies on which nothing rests: no contact of theirs has a normal that leaves them upwards."""
     below = set()
     for interface in assembly.interfaces:

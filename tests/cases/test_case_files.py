@@ -78,7 +78,7 @@ def test_what_is_said_of_hostile_files(file: str, code: int, told: str) -> None:
 
 
 @pytest.mark.skipif(not HOSTILE.is_dir(), reason=f"needs the case files in {HOSTILE}")
-@pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")
+@pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")
 def test_faces_that_are_wound_against_each_other_settle() -> None:
     scene = hf.load_scene(HOSTILE / "zero.json")
     assert hf.settle(scene).status in (hf.Status.UNSTABLE, hf.Status.UNDECIDED)

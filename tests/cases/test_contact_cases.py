@@ -23,7 +23,7 @@ from holdfast.base.rigid import pose_from
 from holdfast.contacts.detect import find_contacts
 
 # the overlaps of these cases are known, and said to be there by their own README
-pytestmark = [shared.needed, pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")]
+pytestmark = [shared.needed, pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")]
 
 
 # --- published --------------------------------------------------------------------------------------------------------
@@ -68,7 +68,7 @@ NONE = Difference("")
 
 
 @functools.cache
-def ours(path: Path) -> hf.Assembly:
+def ours(path: Path) -> hf.answers.Assembly:
     """The case assembled by our own detection, at the tolerances that it needs; patches as found, none merged."""
     difference = DIFFERENT.get(path.stem, NONE)
     assembly = hf.assemble(hf.load_scene(path), gap=difference.gap, angle=difference.angle)
@@ -78,16 +78,16 @@ def ours(path: Path) -> hf.Assembly:
     return dataclasses.replace(assembly, interfaces=found.interfaces)
 
 
-def given(path: Path) -> dict[frozenset[str], list[hf.Interface]]:
+def given(path: Path) -> dict[frozenset[str], list[hf.answers.Interface]]:
     """The polygons of a published case by pair, one an interface."""
-    found: dict[frozenset[str], list[hf.Interface]] = {}
+    found: dict[frozenset[str], list[hf.answers.Interface]] = {}
     for item in shared.contents(path)["interfaces"]:
-        interface = hf.Interface(tuple(item["between"]), item["polygon"], item["normal"])
+        interface = hf.answers.Interface(tuple(item["between"]), item["polygon"], item["normal"])
         found.setdefault(frozenset(interface.bodies), []).append(interface)
     return found
 
 
-def by_pair(assembly: hf.Assembly) -> dict[frozenset[str], hf.Interface]:
+def by_pair(assembly: hf.answers.Assembly) -> dict[frozenset[str], hf.answers.Interface]:
     found = {frozenset(i.bodies): i for i in assembly.interfaces}
     assert len(found) == len(assembly.interfaces)
     return found
@@ -98,7 +98,7 @@ def degrees(one: Float, two: Float) -> float:
     return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
 
 
-def covered(polygon: hf.Interface, interface: hf.Interface, within: float, gap: float) -> float:
+def covered(polygon: hf.answers.Interface, interface: hf.answers.Interface, within: float, gap: float) -> float:
     """The share of a published polygon that lies on patches with its normal up to ``within`` [deg]."""
     (wanted,) = polygon.patches
     sense = 1 if polygon.bodies == interface.bodies else -1
@@ -140,7 +140,7 @@ def case(name: str) -> Path:
     return path
 
 
-def directed(patches: list[hf.Interface] | tuple[hf.Interface, ...], first: str) -> Float:
+def directed(patches: list[hf.answers.Interface] | tuple[hf.answers.Interface, ...], first: str) -> Float:
     """Areas times normals, summed: the same for all surfaces with one rim. Normals away from the body ``first``."""
     return np.asarray(
         sum((p.area * p.normal * (1 if i.bodies[0] == first else -1) for i in patches for p in i.patches), np.zeros(3))

@@ -23,7 +23,7 @@ pytestmark = [shared.needed, pytest.mark.slow]
 @pytest.mark.parametrize("path", [p for p in shared.paths("published") if p.id not in LONG])
 def test_what_is_safe_stands_by_other_verdicts(path: Path) -> None:
     data = shared.contents(path)
-    interfaces = [hf.Interface(tuple(i["between"]), i["polygon"], i["normal"]) for i in data["interfaces"]]
+    interfaces = [hf.answers.Interface(tuple(i["between"]), i["polygon"], i["normal"]) for i in data["interfaces"]]
     assembly = hf.assemble(hf.load_scene(path), interfaces=interfaces)
     if hf.stability(assembly).status is not hf.Status.STABLE:
         with pytest.raises(hf.HoldfastError, match="only what stands"):

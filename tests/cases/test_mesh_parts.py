@@ -115,7 +115,7 @@ def test_parts_of_which_one_is_open_are_refused_as_before(way: str) -> None:
     parts = [spanning(*span) for span in US["on top"]]
     parts[1].update_faces(np.arange(12) > 0)
     mesh = WAYS[way](parts)
-    with pytest.raises(hf.GeometryError, match=r"body 'u'.*is not watertight.*open edges.*; give mass=, com="):
+    with pytest.raises(hf.errors.GeometryError, match=r"body 'u'.*is not watertight.*open edges.*; give mass=, com="):
         hf.Body("u", mesh, mass=1)
     body = hf.Body("u", mesh, mass=1, com=(0, 0, 0))
     assert not body.shape.is_closed
@@ -127,7 +127,7 @@ def test_a_wall_inside_a_solid_is_refused() -> None:
     cube = spanning((0, 0, 0), (1, 1, 1))
     wall = [[0, 0, 0], [1, 1, 0], [1, 1, 1], [0, 0, 1]]
     vertices, faces = np.vstack([cube.vertices, wall]), np.vstack([cube.faces, [[8, 9, 10], [8, 10, 11]]])
-    with pytest.raises(hf.GeometryError, match=r"not watertight.*edges with more than two faces"):
+    with pytest.raises(hf.errors.GeometryError, match=r"not watertight.*edges with more than two faces"):
         hf.Body("walled", hf.Mesh(vertices, faces), mass=1)
 
 

@@ -23,7 +23,7 @@ PUSHES += [
 ]
 
 
-def standing(mesh: hf.Mesh) -> hf.Assembly:
+def standing(mesh: hf.Mesh) -> hf.answers.Assembly:
     """A U on the floor, a cube on its base that touches the left arm and a lid on both arms."""
     bodies = [
         floor(),
@@ -35,17 +35,17 @@ def standing(mesh: hf.Mesh) -> hf.Assembly:
 
 
 @pytest.fixture(scope="module")
-def clean() -> hf.Assembly:
+def clean() -> hf.answers.Assembly:
     return standing(clean_u())
 
 
 @pytest.fixture(scope="module", params=KINDS, ids=lambda kind: f"{kind[0]}, {kind[1]}")
-def in_parts(request: pytest.FixtureRequest) -> hf.Assembly:
+def in_parts(request: pytest.FixtureRequest) -> hf.answers.Assembly:
     shape, way = request.param
     return standing(WAYS[way]([spanning(*span) for span in US[shape]]))
 
 
-def test_the_interfaces_are_those_of_one_surface(clean: hf.Assembly, in_parts: hf.Assembly) -> None:
+def test_the_interfaces_are_those_of_one_surface(clean: hf.answers.Assembly, in_parts: hf.answers.Assembly) -> None:
     assert [i.bodies for i in in_parts.interfaces] == [i.bodies for i in clean.interfaces]
     for found, truth in zip(in_parts.interfaces, clean.interfaces, strict=True):
         assert found.flags == truth.flags
@@ -63,7 +63,9 @@ def test_the_interfaces_are_those_of_one_surface(clean: hf.Assembly, in_parts: h
 
 
 @pytest.mark.parametrize("engine", ["limit", "compliant"])
-def test_the_robustness_is_that_of_one_surface(clean: hf.Assembly, in_parts: hf.Assembly, engine: str) -> None:
+def test_the_robustness_is_that_of_one_surface(
+    clean: hf.answers.Assembly, in_parts: hf.answers.Assembly, engine: str
+) -> None:
     assert hf.stability(in_parts, engine=engine).status is hf.Status.STABLE
     for body, point, direction in PUSHES:
         found, truth = (

@@ -32,18 +32,18 @@ def cube(name: str, x: float, z: float = 0.05, **options: Any) -> hf.Body:
     return hf.Body(name, hf.Box((0.1, 0.1, 0.1)), pose=at(x, 0, z), **{"mass": 1.0, **options})
 
 
-def assembled(bodies: list[hf.Body], friction: hf.Friction | float = 0.5) -> hf.Assembly:
+def assembled(bodies: list[hf.Body], friction: hf.Friction | float = 0.5) -> hf.answers.Assembly:
     return hf.assemble(hf.Scene([FLOOR, *bodies], friction), gap=GAP)
 
 
-def push(assembly: hf.Assembly, body: str, point: Any, along: Any, **options: Any) -> hf.Robustness:
+def push(assembly: hf.answers.Assembly, body: str, point: Any, along: Any, **options: Any) -> hf.answers.Robustness:
     found = hf.robustness(assembly, body, point, along, **options)
     assert (found.lower <= found.force).all()
     assert (found.force <= found.upper).all()
     return found
 
 
-def balanced(found: hf.Robustness, *names: str) -> bool:
+def balanced(found: hf.answers.Robustness, *names: str) -> bool:
     """Whether the least push starts a motion of these bodies, and the answer says so."""
     told = any("only balanced" in note and all(name in note for name in names) for note in found.notes)
     known = found.mechanism[0] is not None and set(found.moving[0]) == set(names)

@@ -154,7 +154,9 @@ def test_penetrating_starts_are_told_with_pair_depth_and_what_to_do() -> None:
     (note,) = [note for note in scene.notes if "overlap" in note]
     assert re.search(r"'body 1' and 'body 2' by 5\.86 mm", note)
     assert "step the model to rest and take hf.from_mujoco(model, data), or assemble with gap=0.0064" in note
-    with pytest.warns(hf.HoldfastWarning, match=r"'body 1' and 'body 2' by 5\.86 mm.*correct the poses, or raise gap"):
+    with pytest.warns(
+        hf.errors.HoldfastWarning, match=r"'body 1' and 'body 2' by 5\.86 mm.*correct the poses, or raise gap"
+    ):
         assembly = hf.assemble(scene)
     assert {o.bodies for o in assembly.overlaps} == {(f"body {k}", f"body {k + 1}") for k in range(1, 6)}
     assert hf.stability(assembly).status is not hf.Status.STABLE

@@ -12,7 +12,8 @@ from shared import contents, needed
 from test_experiments import arch, bricks, cylinders, harmonic, wall
 
 import holdfast as hf
-from holdfast import Assembly, Compliant, Scene, Status, assemble, stability
+from holdfast import Compliant, Scene, Status, assemble, stability
+from holdfast.answers import Assembly
 
 FINE = 25  # nodes a side
 STEP = 0.002

@@ -10,7 +10,7 @@ from shared import FOLDER, needed
 import holdfast as hf
 from holdfast.scene.shipped.blocks import at, box, floor
 
-pytestmark = pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")
 
 HELD = {  # what is said of each scene that was settled with convex parts, so that its meshes hover by up to 2.3 mm
     "jenga12": (),

@@ -25,7 +25,7 @@ ANGLE = {"cube_curve_short": 5.0}
 @pytest.mark.parametrize("path", shared.paths("published", slow=LARGE))
 def test_an_equilibrium_exists_on_the_published_interfaces_where_it_should(path: Path) -> None:
     data = shared.contents(path)
-    interfaces = [hf.Interface(tuple(i["between"]), i["polygon"], i["normal"]) for i in data["interfaces"]]
+    interfaces = [hf.answers.Interface(tuple(i["between"]), i["polygon"], i["normal"]) for i in data["interfaces"]]
     assembly = hf.assemble(hf.load_scene(path), interfaces=interfaces)
     assert len(assembly.interfaces) == len(data["interfaces"])
     result = hf.stability(assembly, engine="graph")
@@ -41,7 +41,7 @@ def test_an_equilibrium_exists_on_the_published_interfaces_where_it_should(path:
 @pytest.mark.parametrize("path", shared.paths("published", slow=LARGE))
 def test_an_equilibrium_exists_on_detected_interfaces_where_it_should(path: Path) -> None:
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", hf.HoldfastWarning)
+        warnings.simplefilter("ignore", hf.errors.HoldfastWarning)
         assembly = hf.assemble(hf.load_scene(path))
     result = hf.stability(assembly, engine="graph")
     if path.stem in OWN_DETECTION_DIFFERS:
@@ -59,7 +59,9 @@ def test_detected_areas_are_the_published_ones(path: Path) -> None:
     published: dict[frozenset[str], float] = {}
     for i in data["interfaces"]:
         pair = frozenset(i["between"])
-        published[pair] = published.get(pair, 0.0) + hf.Interface(tuple(i["between"]), i["polygon"], i["normal"]).area
+        published[pair] = (
+            published.get(pair, 0.0) + hf.answers.Interface(tuple(i["between"]), i["polygon"], i["normal"]).area
+        )
     found = {frozenset(i.bodies): i.area for i in hf.assemble(scene, angle=ANGLE.get(path.stem)).interfaces}
     assert {pair: pytest.approx(area, rel=2e-3) for pair, area in published.items()} == found
 
@@ -71,7 +73,7 @@ def test_armadillo_stands_on_our_interfaces_at_the_tolerance_its_data_needs(engi
     (path,) = [p.values[0] for p in shared.paths("published") if p.id == "armadillo"]
     scene = hf.load_scene(path)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", hf.HoldfastWarning)
+        warnings.simplefilter("ignore", hf.errors.HoldfastWarning)
         assembly = hf.assemble(scene, gap=0.05, angle=20)
     published = {frozenset(i["between"]) for i in shared.contents(path)["interfaces"]}
     assert {frozenset(i.bodies) for i in assembly.interfaces} == published

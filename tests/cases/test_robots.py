@@ -38,7 +38,7 @@ def test_things_of_bullet_load(name: str, body: str, mass: float | None, mu: flo
 
 @shared.needed
 def test_a_jenga_block_is_refused_without_a_floor() -> None:
-    with pytest.raises(hf.SceneError, match=r"jenga.urdf:2: .*nothing carries; give floor=True"):
+    with pytest.raises(hf.errors.SceneError, match=r"jenga.urdf:2: .*nothing carries; give floor=True"):
         hf.load_scene(urdf("jenga"))
 
 

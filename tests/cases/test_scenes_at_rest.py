@@ -12,7 +12,7 @@ from holdfast.contacts.overlap import find_overlaps
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.geometry.solid import closed_solid
 
-pytestmark = [needed, pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")]
+pytestmark = [needed, pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")]
 
 QUICK = ("jenga12", "lack_table", "beam_frame")
 SLOW = ("masonry_wall", "leaning", "dishes", "kitchen_place", "masonry_crossvault")

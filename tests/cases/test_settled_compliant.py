@@ -13,10 +13,10 @@ from bench.suites.reliability import SETTLED, random_pushes
 AT_REST: dict[str, dict[str, float]] = {**SETTLED, "masonry_crossvault": {}}
 PUSHED = ("beam_frame", "lack_table", "leaning")
 
-pytestmark = [needed, pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")]
+pytestmark = [needed, pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")]
 
 
-def settled(name: str, **tolerances: float) -> hf.Assembly:
+def settled(name: str, **tolerances: float) -> hf.answers.Assembly:
     return hf.assemble(hf.load_scene(FOLDER / "settled" / f"{name}.json"), **tolerances)
 
 

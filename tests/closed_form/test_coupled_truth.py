@@ -29,20 +29,20 @@ def floor() -> hf.Body:
 
 
 @pytest.fixture(scope="module")
-def cube() -> hf.Assembly:
+def cube() -> hf.answers.Assembly:
     return hf.assemble(shipped_scene("cube"))
 
 
 @pytest.fixture(scope="module")
-def stack() -> hf.Assembly:
+def stack() -> hf.answers.Assembly:
     return hf.assemble(shipped_scene("stack"))
 
 
-def truth(assembly: hf.Assembly, body: str, point: object, direction: object) -> float:
+def truth(assembly: hf.answers.Assembly, body: str, point: object, direction: object) -> float:
     return float(coupled.robustness(assembly, body, point, direction)[0])
 
 
-def random_pushes(assembly: hf.Assembly, body: str, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+def random_pushes(assembly: hf.answers.Assembly, body: str, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """Points on a box and unit directions into it, a third of them straight, the others aslant."""
     rng = np.random.default_rng(seed)
     half = assembly.scene.body(body).shape.size / 2
@@ -131,13 +131,13 @@ def test_pure_slip_and_pure_torsion() -> None:
 
 
 @pytest.mark.parametrize("height", [0.0, 0.04, 0.08, 0.09, 0.1])
-def test_centred_push_on_a_cube(cube: hf.Assembly, height: float) -> None:
+def test_centred_push_on_a_cube(cube: hf.answers.Assembly, height: float) -> None:
     expected = min(0.6 * G0, G0 * 0.1 / (2 * height)) if height else 0.6 * G0
     for e in (X, -X, Y, -Y):
         assert truth(cube, "cube", -0.05 * e + height * Z, e) == pytest.approx(expected, rel=1e-6)
 
 
-def test_published_figure(cube: hf.Assembly) -> None:
+def test_published_figure(cube: hf.answers.Assembly) -> None:
     """3.544 N: full limit surface under linear pressure, found elsewhere with three decimals of its own."""
     assert truth(cube, "cube", (-0.05, 0.045, 0.02), X) == pytest.approx(3.544, rel=1e-3)
 
@@ -145,19 +145,19 @@ def test_published_figure(cube: hf.Assembly) -> None:
 @pytest.mark.parametrize(
     ("across", "force"), [(0.01, 5.583), (0.02, 4.973), (0.03, 4.356), (0.03826, 3.911), (0.045, 3.594), (0.05, 3.382)]
 )
-def test_uniform_pressure_about_all_centres(cube: hf.Assembly, across: float, force: float) -> None:
+def test_uniform_pressure_about_all_centres(cube: hf.answers.Assembly, across: float, force: float) -> None:
     """Pushed at the floor the pressure stays uniform: the figures of docs/decoupled_truth.md."""
     assert truth(cube, "cube", (-0.05, across, 0.0), X) == pytest.approx(force, abs=6e-4)
 
 
-def test_lifting_and_pressing(cube: hf.Assembly) -> None:
+def test_lifting_and_pressing(cube: hf.answers.Assembly) -> None:
     assert truth(cube, "cube", (0, 0, 0.1), Z) == pytest.approx(G0)
     assert truth(cube, "cube", (0.03, 0.01, 0.1), Z) == pytest.approx(G0 * 0.05 / 0.08)
     for x, y in ((0, 0), (0.049, 0.01), (0.05, -0.05)):  # to the very corner
         assert truth(cube, "cube", (x, y, 0.1), -Z) == np.inf
 
 
-def test_inside_the_cone_nothing_moves(cube: hf.Assembly) -> None:
+def test_inside_the_cone_nothing_moves(cube: hf.answers.Assembly) -> None:
     """A push that meets the floor below itself within the friction cone is held at any size; outside it is not."""
     for slope, infinite in ((0.599, True), (0.601, False)):
         e = slope * X - Z
@@ -167,7 +167,7 @@ def test_inside_the_cone_nothing_moves(cube: hf.Assembly) -> None:
             assert force == pytest.approx(0.6 * G0 / (slope - 0.6) * np.linalg.norm(e), rel=1e-6)
 
 
-def test_giving_way_before_being_held_for_ever(cube: hf.Assembly) -> None:
+def test_giving_way_before_being_held_for_ever(cube: hf.answers.Assembly) -> None:
     """The loads a contact holds are no convex set: this push moves the cube, though a far larger one would not."""
     point, e = np.array([0.05, 0.04207218, 0.00271537]), np.array([-0.26291727, 0.42104838, -0.86809722])
     force = truth(cube, "cube", point, e)
@@ -182,13 +182,13 @@ def test_giving_way_before_being_held_for_ever(cube: hf.Assembly) -> None:
     assert used(1e5 * G0) < 1
 
 
-def test_cubes_above_only_weigh(cube: hf.Assembly, stack: hf.Assembly) -> None:
+def test_cubes_above_only_weigh(cube: hf.answers.Assembly, stack: hf.answers.Assembly) -> None:
     points, directions = random_pushes(cube, "cube", 60, seed=1)
     alone = coupled.robustness(cube, "cube", points, directions)
     np.testing.assert_allclose(coupled.robustness(stack, "cube1", points, directions), 3 * alone, rtol=1e-6)
 
 
-def test_every_joint_below_a_push_can_give_way(stack: hf.Assembly) -> None:
+def test_every_joint_below_a_push_can_give_way(stack: hf.answers.Assembly) -> None:
     assert truth(stack, "cube3", (-0.05, 0, 0.21), X) == pytest.approx(0.6 * G0)  # cube3 slips on cube2
     assert truth(stack, "cube3", (-0.05, 0, 0.28), X) == pytest.approx(1.5 * G0 * 0.1 / 0.28)  # the pile tips
 
@@ -224,7 +224,7 @@ def test_random_pushes_agree_with_brute_force(name: str, count: int) -> None:
     assert finite > count / 2
 
 
-def test_turning_the_world_changes_nothing(stack: hf.Assembly) -> None:
+def test_turning_the_world_changes_nothing(stack: hf.answers.Assembly) -> None:
     turn = pose_from(np.array([0.3, -0.2, 0.5]), np.array([0.8, 0.3, -0.4, 0.2]))
     bodies = [hf.Body(b.name, b.shape, mass=b.mass, pose=turn @ b.pose, fixed=b.fixed) for b in reversed(stack.bodies)]
     turned = hf.assemble(hf.Scene(bodies, 0.6, gravity=tuple(turn[:3, :3] @ stack.scene.gravity)))
@@ -246,16 +246,16 @@ def test_shifted_bricks_of_different_size() -> None:
     assert force == pytest.approx(2 * G0 * 0.05 / 0.1)
 
 
-def test_what_the_truth_does_not_cover_is_refused(cube: hf.Assembly) -> None:
-    with pytest.raises(hf.SceneError, match="needs a column"):
+def test_what_the_truth_does_not_cover_is_refused(cube: hf.answers.Assembly) -> None:
+    with pytest.raises(hf.errors.SceneError, match="needs a column"):
         coupled.robustness(hf.assemble(shipped_scene("table")), "slab", (0, 0, 0.25), -Z)
     drum = hf.Body(
         "drum", hf.Cylinder(0.05, 0.1), mass=1.0, pose=pose_from(np.array([0, 0, 0.05]), np.array([1, 0, 0, 0]))
     )
-    with pytest.raises(hf.SceneError, match="needs a rectangle"):
+    with pytest.raises(hf.errors.SceneError, match="needs a rectangle"):
         coupled.robustness(hf.assemble(hf.Scene([floor(), drum], 0.6)), "drum", (0, 0, 0.1), -Z)
-    with pytest.raises(hf.SceneError, match="lamp"):
+    with pytest.raises(hf.errors.SceneError, match="lamp"):
         coupled.robustness(cube, "lamp", (0, 0, 0.1), -Z)
-    with pytest.raises(hf.SceneError, match="equally many"):
+    with pytest.raises(hf.errors.SceneError, match="equally many"):
         coupled.robustness(cube, "cube", np.zeros((2, 3)), np.ones((3, 3)))
     assert coupled.robustness(cube, "cube", np.zeros((0, 3)), np.zeros((0, 3))).shape == (0,)

@@ -800,8 +800,8 @@ CRISP: dict[str, Callable[[], Case]] = {
 # --- the yardstick ----------------------------------------------------------------------------------------------------
 
 
-def by_pair(interfaces: Iterable[hf.Interface]) -> dict[frozenset[str], hf.Interface]:
-    found: dict[frozenset[str], hf.Interface] = {}
+def by_pair(interfaces: Iterable[hf.answers.Interface]) -> dict[frozenset[str], hf.answers.Interface]:
+    found: dict[frozenset[str], hf.answers.Interface] = {}
     for interface in interfaces:
         key = frozenset(interface.bodies)
         assert key not in found, f"{interface.bodies} has two interfaces"
@@ -815,7 +815,7 @@ def apart(one: Float, two: Float) -> float:
     return float(max(gaps.min(0).max(), gaps.min(1).max()))
 
 
-def same_pairs(interfaces: Iterable[hf.Interface], case: Case) -> dict[frozenset[str], hf.Interface]:
+def same_pairs(interfaces: Iterable[hf.answers.Interface], case: Case) -> dict[frozenset[str], hf.answers.Interface]:
     """Exactly the pairs of the truth have an interface; they are returned by pair."""
     found = by_pair(interfaces)
     wanted = {frozenset(pair) for pair in case.truth}
@@ -826,7 +826,7 @@ def same_pairs(interfaces: Iterable[hf.Interface], case: Case) -> dict[frozenset
     return found
 
 
-def agree(interfaces: Iterable[hf.Interface], case: Case, length: float, relative: float) -> None:
+def agree(interfaces: Iterable[hf.answers.Interface], case: Case, length: float, relative: float) -> None:
     """The interfaces are those of the truth: pairs, patches, normals, hulls within ``length`` [m], relative areas."""
     found = same_pairs(interfaces, case)
     for pair, truths in case.truth.items():

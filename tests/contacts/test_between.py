@@ -45,7 +45,7 @@ def test_surfaces_at_one_height_do_not_hide_each_other() -> None:
     """Two boxes that stand in each other share a part of the floor: neither is nearer to it, both keep their face."""
     bodies = [floor(), box("a", (0.1, 0.1, 0.1), 1, (0, 0, 0.05)), box("b", (0.1, 0.1, 0.1), 1, (0.06, 0, 0.05))]
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", hf.HoldfastWarning)  # that they overlap is said, and not the question
+        warnings.simplefilter("ignore", hf.errors.HoldfastWarning)  # that they overlap is said, and not the question
         found = hf.assemble(hf.Scene(bodies, 0.5))
     on_floor = [i for i in found.interfaces if "floor" in i.bodies]
     assert [i.area for i in on_floor] == pytest.approx([0.01, 0.01], rel=1e-9)
@@ -57,7 +57,7 @@ def test_a_nearer_surface_hides_what_is_behind_it() -> None:
     low = hf.Body("low", hf.Box((0.1, 0.1, 0.1)), mass=1, pose=at(0.06, 0, 0.05))
     high = hf.Body("high", hf.Box((0.1, 0.1, 0.1)), mass=1, pose=at(0, 0, 0.05 + APART))
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", hf.HoldfastWarning)
+        warnings.simplefilter("ignore", hf.errors.HoldfastWarning)
         found = hf.assemble(hf.Scene([floor(), low, high], 0.5), gap=2e-3)
     area = {frozenset(i.bodies): i.area for i in found.interfaces}
     assert area[frozenset({"floor", "low"})] == pytest.approx(0.01, rel=1e-9)

@@ -66,7 +66,7 @@ def face_to_face(one: int, two: int, shift: tuple[float, float], turn: float) ->
 pairs = st.builds(face_to_face, seeds, seeds, offsets, st.floats(0, 2 * np.pi))
 
 
-def only(case: Case, *, reverse: bool = False) -> tuple[hf.Interface, hf.Patch]:
+def only(case: Case, *, reverse: bool = False) -> tuple[hf.answers.Interface, hf.answers.Patch]:
     (interface,) = hf.assemble(case.scene(reverse=reverse)).interfaces
     (patch,) = interface.patches
     return interface, patch

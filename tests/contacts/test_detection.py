@@ -248,7 +248,7 @@ def test_two_fixed_bodies_have_no_interface() -> None:
 
 def test_a_deep_overlap_is_called_penetrating() -> None:
     scene = hf.Scene([floor(), box("cube", SIDE, 1, (0, 0, 0.05 - 0.002))], 0.5)
-    with pytest.warns(hf.HoldfastWarning, match="overlap"):
+    with pytest.warns(hf.errors.HoldfastWarning, match="overlap"):
         assembly = hf.assemble(scene)
     assert [i.status for i in assembly.interfaces] in ([], ["penetrating"])
 
@@ -257,7 +257,7 @@ def test_a_deep_overlap_is_called_penetrating() -> None:
 def test_an_overlap_beyond_the_gap_is_named_and_leaves_the_verdict_open(share: float, severity: str) -> None:
     """No contact is taken deeper than the gap: through a thin wall the far side would count as the near one."""
     scene = hf.Scene([floor(), box("cube", SIDE, 1, (0, 0, 0.05 - share * 1e-3))], 0.5)
-    with pytest.warns(hf.HoldfastWarning, match="overlap"):
+    with pytest.warns(hf.errors.HoldfastWarning, match="overlap"):
         assembly = hf.assemble(scene, gap=1e-3)
     (overlap,) = assembly.overlaps
     assert overlap.depth == pytest.approx(share * 1e-3, rel=1e-6)

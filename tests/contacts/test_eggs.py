@@ -139,7 +139,7 @@ def test_the_side_of_a_cylinder_ends_at_its_rims() -> None:
             assert found.ends[0, 0] == pytest.approx([0.5, 0.0, height], abs=1e-9)
 
 
-def on_rails(turn: float, roll: float) -> hf.Assembly:
+def on_rails(turn: float, roll: float) -> hf.answers.Assembly:
     """An egg with round cross sections across the rails lies on two cylinders, turned about its axis by ``roll``."""
     lying = Rotation.from_euler("y", 90, degrees=True)
     across, radius, wide, long = 0.05, 0.03, 0.04, 0.09

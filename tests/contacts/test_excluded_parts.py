@@ -26,7 +26,7 @@ def table(excluded: list[Excluded], **rest: Any) -> hf.Scene:
     return hf.Scene([FLOOR, body], 0.5, excluded=excluded)
 
 
-def touching(scene: hf.Scene, gap: float = 1e-4) -> dict[tuple[str, str], hf.Interface]:
+def touching(scene: hf.Scene, gap: float = 1e-4) -> dict[tuple[str, str], hf.answers.Interface]:
     return {i.bodies: i for i in hf.assemble(scene, gap=gap).interfaces}
 
 
@@ -63,7 +63,7 @@ def test_a_part_that_may_not_touch_may_overlap_without_a_warning(recwarn: pytest
     assert [i.status for i in free.interfaces] == ["touching"]
     assert free.interfaces[0].area == pytest.approx(0.09, rel=1e-9)
     assert not recwarn
-    with pytest.warns(hf.HoldfastWarning, match="overlap"):
+    with pytest.warns(hf.errors.HoldfastWarning, match="overlap"):
         assert hf.assemble(hf.Scene([FLOOR, body], 0.5)).overlaps
 
 
@@ -137,7 +137,7 @@ def test_the_only_part_of_a_body_stands_for_the_body() -> None:
     ],
 )
 def test_what_is_no_part_is_refused(pair: Any, match: str) -> None:
-    with pytest.raises(hf.SceneError, match=match):
+    with pytest.raises(hf.errors.SceneError, match=match):
         table([pair])
 
 

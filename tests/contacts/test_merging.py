@@ -87,7 +87,7 @@ def test_residual_and_spread_are_those_of_the_patches() -> None:
 def test_nodes_of_an_uneven_support_are_its_spots_with_its_moments(sampling: str, count: int) -> None:
     (one,) = merged(slivers(), GAP, 1.0)
     assert one.spots is not None
-    ((points, weights),) = interface_nodes(hf.Interface(("a", "b"), patches=[one]), count, sampling)
+    ((points, weights),) = interface_nodes(hf.answers.Interface(("a", "b"), patches=[one]), count, sampling)
     places = np.vstack([one.spots.points, one.polygon])
     assert np.linalg.norm(points[:, None] - places, axis=2).min(1).max() < 1e-9
     x, y = ((points - one.polygon[0]) @ one.frame.T).T
@@ -158,7 +158,7 @@ def test_a_sphere_in_a_bowl_of_its_radius_is_a_band_with_area_centroid_and_resul
     assert inward.min() > np.cos(np.radians(6))
     assert 0 < spots.spread < 25
     for count in (20, 49):
-        ((points, weights),) = interface_nodes(hf.Interface(("a", "b"), patches=[one]), count, "quadrature")
+        ((points, weights),) = interface_nodes(hf.answers.Interface(("a", "b"), patches=[one]), count, "quadrature")
         normals = one.normals_at(points)
         assert weights.sum() == pytest.approx(one.area, rel=1e-6)
         np.testing.assert_allclose(weights @ normals, spots.shares @ spots.normals, atol=1e-6 * area)
@@ -202,7 +202,7 @@ def wavy(levels: int, pose: np.ndarray | None = None) -> hf.Scene:
     return hf.Scene([floor, plate], 0.5, gravity=pose[:3, :3] @ [0, 0, -9.81])
 
 
-def found(scene: hf.Scene) -> hf.Interface:
+def found(scene: hf.Scene) -> hf.answers.Interface:
     (interface,) = hf.assemble(scene, gap=2e-4, angle=3).interfaces
     return interface
 
@@ -263,7 +263,9 @@ def test_order_of_the_bodies_changes_nothing() -> None:
 def test_bent_contacts_have_the_normals_of_their_spots() -> None:
     (one,) = merged(cap(0.9, 0.1, 12), GAP / 10, 1.0)
     base, ball = (hf.Body(n, hf.Sphere(0.1), mass=1.0, fixed=n == "base") for n in ("base", "ball"))
-    assembly = hf.assemble(hf.Scene([base, ball], 0.5), interfaces=[hf.Interface(("base", "ball"), patches=[one])])
+    assembly = hf.assemble(
+        hf.Scene([base, ball], 0.5), interfaces=[hf.answers.Interface(("base", "ball"), patches=[one])]
+    )
     nodes = contact_nodes(assembly, 49, "quadrature")
     assert np.linalg.matrix_rank(nodes.normals) == 3
     inward = -(nodes.normals * nodes.points).sum(1) / np.linalg.norm(nodes.points, axis=1)

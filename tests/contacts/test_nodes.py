@@ -22,14 +22,14 @@ SHAPES = {
 }
 
 
-def interface(name: str) -> hf.Interface:
-    return hf.Interface(("a", "b"), [(x, y, 0) for x, y in SHAPES[name]], UP)
+def interface(name: str) -> hf.answers.Interface:
+    return hf.answers.Interface(("a", "b"), [(x, y, 0) for x, y in SHAPES[name]], UP)
 
 
-def ring(inner: float) -> hf.Interface:
+def ring(inner: float) -> hf.answers.Interface:
     t = 2 * np.pi * np.arange(32) / 32
     circle = np.column_stack([np.cos(t), np.sin(t), 0 * t])
-    return hf.Interface(("a", "b"), patches=[Patch(0.1 * circle, UP, (0.1 * inner * circle[::-1],))])
+    return hf.answers.Interface(("a", "b"), patches=[Patch(0.1 * circle, UP, (0.1 * inner * circle[::-1],))])
 
 
 @pytest.mark.parametrize("count", [5, 7, 20, 60])
@@ -90,7 +90,7 @@ def test_nodes_of_a_rectangle_are_those_of_a_patch_that_is_nearly_one(name: str,
     corners = np.roll([(x, y, 0.0) for x, y in SHAPES[name]], first, axis=0)
     nearly = corners.copy()
     nearly[2] += 2e-11 * (corners[2] - corners[0])
-    found = [interface_nodes(hf.Interface(("a", "b"), ring, UP), 20, "hull")[0] for ring in (corners, nearly)]
+    found = [interface_nodes(hf.answers.Interface(("a", "b"), ring, UP), 20, "hull")[0] for ring in (corners, nearly)]
     np.testing.assert_allclose(found[0][0], found[1][0], atol=1e-9)
     np.testing.assert_allclose(found[0][1], found[1][1], rtol=1e-6)
 
@@ -98,7 +98,7 @@ def test_nodes_of_a_rectangle_are_those_of_a_patch_that_is_nearly_one(name: str,
 def test_a_hair_has_no_more_nodes_than_twice_what_was_asked() -> None:
     """A patch 4 m long and 17 nm wide had 200,000 of them: as many along it as squares would take."""
     corners = [(0, 0, 0), (4, 0, 0), (4, 1.7e-8, 0), (0, 1.5e-8, 0)]
-    ((points, weights),) = interface_nodes(hf.Interface(("a", "b"), corners, UP), 49, "quadrature")
+    ((points, weights),) = interface_nodes(hf.answers.Interface(("a", "b"), corners, UP), 49, "quadrature")
     assert len(points) <= 2 * 49
     assert weights.sum() == pytest.approx(6.4e-8, rel=1e-6)
 
@@ -111,8 +111,10 @@ def test_holes_hold_no_nodes() -> None:
 
 
 def test_patches_share_the_nodes_by_area() -> None:
-    pieces = [hf.Interface(("a", "b"), np.array([(0, 0, 0), (x, 0, 0), (x, 1, 0), (0, 1, 0)]), UP) for x in (3.0, 1.0)]
-    both = hf.Interface(("a", "b"), patches=[p.patches[0] for p in pieces])
+    pieces = [
+        hf.answers.Interface(("a", "b"), np.array([(0, 0, 0), (x, 0, 0), (x, 1, 0), (0, 1, 0)]), UP) for x in (3.0, 1.0)
+    ]
+    both = hf.answers.Interface(("a", "b"), patches=[p.patches[0] for p in pieces])
     found = interface_nodes(both, 20, "hull")
     assert [len(points) for points, _ in found] == [15, 5]
     assert [weights.sum() for _, weights in found] == pytest.approx([3, 1])
@@ -148,7 +150,7 @@ def test_a_grid_has_nodes_along_straight_edges_and_at_the_corners_of_a_rim(side:
     """On an edge of a hexagon neighbours are a step apart; of a rim's corners all are nodes, or half of the nodes."""
     t = 2 * np.pi * np.arange(6) / 6
     corners = 0.1 * np.column_stack([np.cos(t), np.sin(t), 0 * t])
-    ((points, _),) = interface_nodes(hf.Interface(("a", "b"), corners, UP), side**2, "quadrature")
+    ((points, _),) = interface_nodes(hf.answers.Interface(("a", "b"), corners, UP), side**2, "quadrature")
     assert np.linalg.norm(points[:, None] - corners, axis=2).min(0).max() < 1e-12
     for one, other in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         along = (other - one) / 0.1

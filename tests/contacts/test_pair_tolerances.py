@@ -30,11 +30,11 @@ def scanned(name: str, noise: float, place: tuple[float, float, float], seed: in
     return hf.Body(name, hf.Mesh(vertices, mesh.faces), mass=1.0, pose=at(*place))
 
 
-def pairs(*bodies: hf.Body, **options: float) -> dict[tuple[str, str], hf.Interface]:
+def pairs(*bodies: hf.Body, **options: float) -> dict[tuple[str, str], hf.answers.Interface]:
     return {i.bodies: i for i in hf.assemble(hf.Scene([floor(), *bodies], 0.5), **options).interfaces}
 
 
-@pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")
+@pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")
 @pytest.mark.parametrize("stranger", STRANGERS)
 @pytest.mark.parametrize("first", [True, False])
 def test_a_stranger_changes_no_contact(stranger: str, first: bool) -> None:
@@ -111,7 +111,7 @@ def test_a_scan_that_touches_at_its_highest_vertex_is_not_certain() -> None:
     assert not interface.certain
 
 
-@pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")
+@pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")
 def test_a_scan_touches_within_four_deviations_and_says_so() -> None:
     scan, exact = scanned("scan", 4e-4, (0, 0, 0.0515)), box("exact", SIDE, 1, (0.3, 0, 0.0515))
     assembly = hf.assemble(hf.Scene([floor(), scan, exact], 0.5))
@@ -124,7 +124,7 @@ def test_a_scan_touches_within_four_deviations_and_says_so() -> None:
     assert any("floor-scan 1." in note and "rough" in note for note in hf.stability(assembly, engine="limit").notes)
 
 
-@pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")
+@pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")
 def test_a_contact_guessed_from_roughness_never_raises_lower() -> None:
     """R6 for scans: two cartons stand 1.5 mm apart; whether one helps to hold the other is not known."""
     one, two = scanned("one", 4e-4, (0, 0, 0.05)), scanned("two", 4e-4, (0.1015, 0, 0.05), seed=2)
@@ -140,7 +140,7 @@ def test_a_contact_guessed_from_roughness_never_raises_lower() -> None:
     assert helped.lower[0] <= single.lower[0] * (1 + 1e-6)
 
 
-@pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")
+@pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")
 def test_a_foil_without_thickness_has_a_gap() -> None:
     """Found by the fuzzer: half of no thickness was the gap."""
     corners = np.array([[0.0, 0, 0], [0.0501, 0.0003, 0], [0.0498, 0.0402, 0], [0.0002, 0.0399, 0]])

@@ -25,7 +25,7 @@ def sled(left: str | None, right: str | None, material: str | None = None) -> hf
     return hf.Body("sled", hf.Compound(parts), mass=2.0, material=material)
 
 
-def force(body: hf.Body, friction: hf.Friction, engine: str) -> tuple[hf.Assembly, float]:
+def force(body: hf.Body, friction: hf.Friction, engine: str) -> tuple[hf.answers.Assembly, float]:
     names = {"floor", "wood", "sled", *body.materials}
     assembly = hf.assemble(hf.Scene([FLOOR, body], friction.among(names)))
     found = hf.robustness(assembly, "sled", (-0.2, 0, 0.0501), (1, 0, 0), engine=engine)
@@ -96,7 +96,7 @@ def test_uncertain_poses_narrow_every_cone_by_itself() -> None:
 
 def test_a_material_that_the_table_does_not_know_is_told() -> None:
     scene = hf.Scene([FLOOR, sled("rubber", "ice")], hf.Friction(pairs=TABLE))
-    with pytest.raises(hf.SceneError, match="friction"):
+    with pytest.raises(hf.errors.SceneError, match="friction"):
         hf.assemble(scene)
 
 

@@ -12,7 +12,7 @@ import holdfast as hf
 FLOOR = hf.Body("floor", hf.HalfSpace(), fixed=True)
 
 
-def touching(*bodies: hf.Body) -> dict[tuple[str, str], hf.Interface]:
+def touching(*bodies: hf.Body) -> dict[tuple[str, str], hf.answers.Interface]:
     return {i.bodies: i for i in hf.assemble(hf.Scene([FLOOR, *bodies], 0.5), gap=1e-4).interfaces}
 
 

@@ -22,7 +22,7 @@ FEET = ((-0.4, -0.2), (0.4, -0.2), (0.4, 0.2), (-0.4, 0.2))
 LYING = Rotation.from_euler("zy", (20, 90), degrees=True).as_matrix()  # the z axis along x
 
 
-def patches(*bodies: hf.Body, gap: float = 1e-4) -> tuple[hf.Patch, ...]:
+def patches(*bodies: hf.Body, gap: float = 1e-4) -> tuple[hf.answers.Patch, ...]:
     (interface,) = hf.assemble(hf.Scene([FLOOR, *bodies], 0.5), gap=gap).interfaces
     return interface.patches
 

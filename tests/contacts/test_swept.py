@@ -22,7 +22,7 @@ def lying(roll: float, yaw: float = 0.0) -> Float:
     return np.asarray((turn * Rotation.from_euler("z", roll, degrees=True)).as_matrix())
 
 
-def between(one: hf.Body, two: hf.Body, gap: float = 1e-4) -> tuple[hf.Patch, ...]:
+def between(one: hf.Body, two: hf.Body, gap: float = 1e-4) -> tuple[hf.answers.Patch, ...]:
     aside = hf.Body("aside", hf.Box((0.1, 0.1, 0.1)), pose=at(9, 9, 9), fixed=True)
     found = hf.assemble(hf.Scene([one, two, aside], 0.5), gap=gap).interfaces
     return found[0].patches if found else ()

@@ -33,8 +33,8 @@ from holdfast.base.arrays import Float
 
 # bodies that rest on each other exactly must not be called overlapping; scenes of a kilometre may be remarked upon
 pytestmark = [
-    pytest.mark.filterwarnings("error::holdfast.HoldfastWarning"),
-    pytest.mark.filterwarnings("ignore:.* across:holdfast.HoldfastWarning"),
+    pytest.mark.filterwarnings("error::holdfast.errors.HoldfastWarning"),
+    pytest.mark.filterwarnings("ignore:.* across:holdfast.errors.HoldfastWarning"),
 ]
 
 
@@ -56,7 +56,7 @@ def test_the_other_order_reverses_the_normals(name: str) -> None:
         assert forth[frozenset(interface.bodies)].bodies == interface.bodies[::-1]
 
 
-def resting(shape: hf.Cylinder | hf.Sphere, turn: Rotation, lift: float = 0.0) -> hf.Interface:
+def resting(shape: hf.Cylinder | hf.Sphere, turn: Rotation, lift: float = 0.0) -> hf.answers.Interface:
     """The one interface of a floor and a body whose lowest vertex is ``lift`` above it; within 2 mm and 1 degree."""
     lowest = turn.apply(np.array(shape.surface.vertices))[:, 2].min()
     pose = motion(2) @ frame(z=lift - lowest, turn=turn)

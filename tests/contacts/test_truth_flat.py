@@ -25,8 +25,8 @@ from holdfast.scene.shipped import shipped_scene
 
 # bodies that rest on each other exactly must not be called overlapping; scenes of a kilometre may be remarked upon
 pytestmark = [
-    pytest.mark.filterwarnings("error::holdfast.HoldfastWarning"),
-    pytest.mark.filterwarnings("ignore:.* across:holdfast.HoldfastWarning"),
+    pytest.mark.filterwarnings("error::holdfast.errors.HoldfastWarning"),
+    pytest.mark.filterwarnings("ignore:.* across:holdfast.errors.HoldfastWarning"),
 ]
 
 SCENES = {**FLAT, "peg": peg}

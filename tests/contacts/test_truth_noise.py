@@ -35,7 +35,7 @@ import holdfast as hf
 SCENES: dict[str, Callable[[], Case]] = {**FLAT, "quarter bond": lambda: bond(10, 5, 0.25)}
 
 
-def none_missed(assembly: hf.Assembly, case: Case, share: float) -> None:
+def none_missed(assembly: hf.answers.Assembly, case: Case, share: float) -> None:
     """Every pair of the truth has its interface with that share of its area; others are flagged slivers."""
     found = by_pair(assembly.interfaces)
     for pair, truths in case.truth.items():
@@ -62,7 +62,7 @@ def test_a_millimetre_too_far_or_too_near(name: str, amount: float, moved: bool)
     case = SCENES[name]()
     case = case.placed(motion(3)) if moved else case
     with warnings.catch_warnings():
-        warnings.simplefilter("error", hf.HoldfastWarning)
+        warnings.simplefilter("error", hf.errors.HoldfastWarning)
         assembly = hf.assemble(case.displaced(amount).scene(), gap=1.5e-3, angle=1)
     none_missed(assembly, case, 0.08)
 
@@ -96,7 +96,7 @@ def test_lines_and_points_a_millimetre_off(name: str, amount: float) -> None:
 
 def sandwich(
     plate: Solid, *, sink: float = 0.0, gap: float = 2e-3, turn: bool = False, order: tuple[int, ...] = (0, 1, 2)
-) -> dict[frozenset[str], hf.Interface]:
+) -> dict[frozenset[str], hf.answers.Interface]:
     """A plate of 1 mm on a cube, another cube on the plate, each ``sink`` into the other; interfaces by pair."""
     below = replace(block("below", (0.1, 0.1, 0.1), (0, 0, -0.05)), fixed=True)
     above = block("above", (0.1, 0.1, 0.1), (0, 0, 0.051 - 2 * sink))

@@ -51,24 +51,24 @@ def moved_bodies() -> hf.Body:
 
 def files(folder: Path) -> hf.Scene:
     """Scenes by name, from files and to files; paths as text too."""
-    names: tuple[str, ...] = tuple(hf.shipped_scenes())
+    names: tuple[str, ...] = tuple(hf.sets.shipped_scenes())
     scene = hf.shipped_scene(names[0])
     hf.save_scene(scene, folder / "copy.yaml")
     hf.save_scene(scene, str(folder / "copy.json"))
     return hf.load_scene(folder / "copy.yaml")
 
 
-def contacts() -> hf.Assembly:
+def contacts() -> hf.answers.Assembly:
     """Contacts found with tolerances of one's own, or given."""
     scene = hf.shipped_scene("cube")
     hf.assemble(scene, gap=0.001, angle=1)
     hf.assemble(scene, pose_sigma=0.001)
     hf.assemble(scene, pose_sigma=(0.001, 0.3))
     square = [(-0.05, -0.05, 0), (0.05, -0.05, 0), (0.05, 0.05, 0), (-0.05, 0.05, 0)]
-    return hf.assemble(scene, interfaces=[hf.Interface(("floor", "cube"), polygon=square, normal=(0, 0, 1))])
+    return hf.assemble(scene, interfaces=[hf.answers.Interface(("floor", "cube"), polygon=square, normal=(0, 0, 1))])
 
 
-def edited_assemblies() -> hf.Assembly:
+def edited_assemblies() -> hf.answers.Assembly:
     """An assembly with a body moved, taken out or put in."""
     assembly = hf.assemble(hf.shipped_scene("stack"))
     lower = assembly.without("cube3")
@@ -92,7 +92,7 @@ def pushes() -> float:
     return float(lower[0])
 
 
-def engines() -> list[hf.Stability]:
+def engines() -> list[hf.answers.Stability]:
     """Engines by name or with options, and verdicts under loads."""
     assembly = hf.assemble(hf.shipped_scene("table"))
     chosen = (
@@ -133,8 +133,8 @@ def uncertain() -> float:
     assembly = hf.assemble(hf.shipped_scene("cube"))
     point, direction = (-0.05, 0, 0.05), (1, 0, 0)
     u = hf.robustness_under(assembly, "cube", point, direction, samples=4, seed=0, pose_sigma=(0.001, 0.3))
-    w = hf.worst_case(assembly, "cube", point, direction, mass={"cube": (0.9, 1.1)})
-    s = hf.sensitivity(assembly, "cube", point, direction)
+    w = hf.sets.worst_case(assembly, "cube", point, direction, mass={"cube": (0.9, 1.1)})
+    s = hf.sets.sensitivity(assembly, "cube", point, direction)
     print(u.quantile(0.05), u.stands, s.force)
     return float(w.force[0])
 
@@ -143,16 +143,16 @@ def carriers(folder: Path) -> float:
     """Accelerations of what carries the scene."""
     assembly = hf.assemble(hf.shipped_scene("slope"))
     t = hf.transport_limits(assembly, [(1, 0, 0), (0, 1, 0)], angular_velocity=(0, 0, 1), engine="limit")
-    safe = hf.sustainable_accelerations(assembly)
+    safe = hf.sets.sustainable_accelerations(assembly)
     safe.save(folder / "safe.json")
     A, b = hf.load_answer(folder / "safe.json").inner
-    hf.admissible_wrenches(assembly, "cube1").contains(np.zeros(6))
+    hf.sets.admissible_wrenches(assembly, "cube1").contains(np.zeros(6))
     return float(t.acceleration.min() + (A @ (0, 0, 0) - b).max())
 
 
 def constraints() -> NDArray[np.float64]:
     """How much of what a body can take many wrenches use, and where to go to use less."""
-    c = hf.constraint(hf.shipped_scene("cube"), "cube", budget=100, near=[(1, 0, 0, 0, 0, 0)])
+    c = hf.sets.constraint(hf.shipped_scene("cube"), "cube", budget=100, near=[(1, 0, 0, 0, 0, 0)])
     w = c.wrenches((-0.05, 0, 0.05), [(1, 0, 0), (2, 0, -1)])
     factor, used = c.value(w[0]), c.usage(w)
     print(factor, used)

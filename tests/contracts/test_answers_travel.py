@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from public_api import NAMES
 from reachable import arrays, writable
 
 import holdfast as hf
@@ -30,12 +31,12 @@ ODD = "<b>x</b>&amp;'\"\n\u2028</script>"  # no name of a body may become part o
 
 
 @cache
-def cube() -> hf.Assembly:
+def cube() -> hf.answers.Assembly:
     return hf.assemble(hf.shipped_scene("cube"))
 
 
 @cache
-def hanging() -> hf.Assembly:
+def hanging() -> hf.answers.Assembly:
     """A cube in the air."""
     scene = hf.shipped_scene("cube")
     pose = np.eye(4)
@@ -45,23 +46,23 @@ def hanging() -> hf.Assembly:
 
 
 @cache
-def wedged() -> hf.Assembly:
+def wedged() -> hf.answers.Assembly:
     """Between two walls without a floor: engine ``limit`` cannot tell, ``compliant`` says that it falls."""
     return hf.assemble(hf.shipped_scene("wedged"))
 
 
 @cache
-def oddly_named() -> hf.Assembly:
+def oddly_named() -> hf.answers.Assembly:
     cube = hf.Body(ODD, hf.Box((0.1, 0.1, 0.1)), mass=1.0, pose=at(0, 0, 0.05))
     return hf.assemble(hf.Scene([floor(), cube], 0.5, name=ODD))
 
 
-def placed() -> hf.Placement:
+def placed() -> hf.answers.Placement:
     box = hf.Body("box", hf.Box((0.03, 0.03, 0.03)), mass=0.1)
     return hf.plan_placement(cube(), box, engine="graph", supports=["cube"], spacing=0.05, seed=1)
 
 
-def no_place() -> hf.Placement:
+def no_place() -> hf.answers.Placement:
     box = hf.Body("box", hf.Box((5, 5, 5)), mass=1000)
     return hf.plan_placement(cube(), box, engine="graph", supports=["cube"], spacing=0.05, attempts=2)
 
@@ -83,11 +84,11 @@ ASK: dict[str, Callable[[], Any]] = {
     "map, unstable": lambda: hf.robustness_map(hanging(), spacing=0.05, engine="limit"),
     "map, interpolated": lambda: hf.robustness_map(cube(), spacing=0.012),
     "samples": lambda: hf.robustness_under(cube(), "cube", *PUSHES, friction=0.2, samples=3, seed=1, engine="limit"),
-    "sensitivity": lambda: hf.sensitivity(cube(), "cube", SIDE, X),
-    "worst case": lambda: hf.worst_case(cube(), "cube", *PUSHES, friction=0.1, mass=0.1),
-    "worst case, centres": lambda: hf.worst_case(cube(), "cube", *PUSHES, mass=0.1, com={"cube": (0.01, 0, 0)}),
-    "accelerations": lambda: hf.sustainable_accelerations(cube(), gap=0.2),
-    "constraint": lambda: hf.constraint(cube(), "cube", budget=50),
+    "sensitivity": lambda: hf.sets.sensitivity(cube(), "cube", SIDE, X),
+    "worst case": lambda: hf.sets.worst_case(cube(), "cube", *PUSHES, friction=0.1, mass=0.1),
+    "worst case, centres": lambda: hf.sets.worst_case(cube(), "cube", *PUSHES, mass=0.1, com={"cube": (0.01, 0, 0)}),
+    "accelerations": lambda: hf.sets.sustainable_accelerations(cube(), gap=0.2),
+    "constraint": lambda: hf.sets.constraint(cube(), "cube", budget=50),
     "transport": lambda: hf.transport_limits(cube(), [X, (0, 0, 1)], bound=True),
     "transport, unstable": lambda: hf.transport_limits(hanging(), [X], engine="limit"),
     "carried": lambda: hf.carry(cube(), "road", bound=True),
@@ -108,7 +109,7 @@ ASK: dict[str, Callable[[], Any]] = {
 }  # fmt: skip
 
 
-def _on(assembly: hf.Assembly) -> tuple[Any, Any]:
+def _on(assembly: hf.answers.Assembly) -> tuple[Any, Any]:
     body = assembly.movable[0]
     return body.com_world + np.array([0.0, 0.0, (body.box[1] - body.box[0])[2] / 2]), DOWN
 
@@ -253,7 +254,7 @@ def test_assemblies_go_to_other_processes_and_answers_come_back(method: str) -> 
         assert list(pool.map(_sent, sent)) == sent
 
 
-def _asked(assembly: hf.Assembly, engine: str) -> tuple[hf.Robustness, int]:
+def _asked(assembly: hf.answers.Assembly, engine: str) -> tuple[hf.answers.Robustness, int]:
     return hf.robustness(assembly, "cube", *PUSHES, engine=engine), os.getpid()
 
 
@@ -277,7 +278,7 @@ def test_an_order_of_removals_goes_on_answering_after_a_journey(tmp_path: Path) 
 
 def test_bounds_say_how_they_are_known() -> None:
     known = {name: (answer(name).lower_bound, answer(name).upper_bound) for name in ASK if name.startswith("pushes")}
-    none, estimated, proved = hf.Bound.NONE, hf.Bound.ESTIMATED, hf.Bound.PROVED
+    none, estimated, proved = hf.answers.Bound.NONE, hf.answers.Bound.ESTIMATED, hf.answers.Bound.PROVED
     assert known["pushes, graph"] == (none, none)
     assert known["pushes, compliant"] == (estimated, none)
     assert known["pushes, bounded"] == (estimated, proved)
@@ -300,10 +301,9 @@ def test_what_is_no_answer_is_one_clear_error(content: bytes, suffix: str, tmp_p
 
 def test_every_class_that_can_be_saved_can_be_read_back() -> None:
     """The report of a batch could be saved only."""
-    public = [getattr(hf, name) for name in hf.__all__]
-    savable = {each for each in public if isinstance(each, type) and hasattr(each, "save")}
+    savable = {each for each in NAMES.values() if isinstance(each, type) and hasattr(each, "save")}
     assert savable == set(ANSWERS)
-    assert hf.BatchReport in savable
+    assert hf.answers.BatchReport in savable
 
 
 def test_a_file_of_something_else_is_refused(tmp_path: Path) -> None:

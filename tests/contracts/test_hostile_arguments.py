@@ -32,7 +32,7 @@ ODD: tuple[Any, ...] = (
 
 
 @pytest.fixture(scope="module")
-def assembly() -> hf.Assembly:
+def assembly() -> hf.answers.Assembly:
     return hf.assemble(SCENE)
 
 
@@ -40,16 +40,16 @@ def made(**changes: Any) -> hf.Body:
     return hf.Body(**{"name": "b", "shape": NEW.shape, "mass": 1} | changes)
 
 
-def pushed(assembly: hf.Assembly, **changes: Any) -> hf.Robustness:
+def pushed(assembly: hf.answers.Assembly, **changes: Any) -> hf.answers.Robustness:
     return hf.robustness(assembly, **{"body": "cube", "points": ON, "directions": DOWN, "engine": "limit"} | changes)
 
 
-def under(assembly: hf.Assembly, **changes: Any) -> hf.RobustnessUnder:
+def under(assembly: hf.answers.Assembly, **changes: Any) -> hf.answers.RobustnessUnder:
     usual = {"friction": 0.1, "samples": 2, "engine": "limit"}
     return hf.robustness_under(assembly, "cube", ON, DOWN, **usual | changes)
 
 
-def placed(assembly: hf.Assembly, **changes: Any) -> hf.Placement:
+def placed(assembly: hf.answers.Assembly, **changes: Any) -> hf.answers.Placement:
     usual: dict[str, Any] = {"attempts": 1, "engine": "graph", "confirm": None}
     return hf.plan_placement(assembly, NEW, **usual | changes)
 
@@ -60,17 +60,17 @@ def small(value: Any) -> Any:
 
 
 @cache
-def constrained() -> hf.Constraint:
-    return hf.constraint(SCENE, "cube", budget=20)
+def constrained() -> hf.answers.Constraint:
+    return hf.sets.constraint(SCENE, "cube", budget=20)
 
 
 @cache
-def mapped() -> hf.RobustnessMap:
+def mapped() -> hf.answers.RobustnessMap:
     return hf.robustness_map(SCENE, engine="graph", spacing=0.1)
 
 
 @cache
-def limits() -> hf.TransportLimits:
+def limits() -> hf.answers.TransportLimits:
     return hf.transport_limits(SCENE, (1, 0, 0), engine="limit")
 
 
@@ -120,9 +120,9 @@ MAKING: dict[str, Callable[[Any], object]] = {
     "Friction: pair": lambda v: hf.Friction(0.5, {("a", "b"): v}),
     "Friction: values": lambda v: hf.Friction(0.5, {}, v, "max"),
     "Friction: combine": lambda v: hf.Friction(0.5, {}, {}, v),
-    "Interface: bodies": lambda v: hf.Interface(v, [[0, 0, 0], [1, 0, 0], [0, 1, 0]], (0, 0, 1)),
-    "Interface: polygon": lambda v: hf.Interface(("a", "b"), v, (0, 0, 1)),
-    "Interface: normal": lambda v: hf.Interface(("a", "b"), [[0, 0, 0], [1, 0, 0], [0, 1, 0]], v),
+    "Interface: bodies": lambda v: hf.answers.Interface(v, [[0, 0, 0], [1, 0, 0], [0, 1, 0]], (0, 0, 1)),
+    "Interface: polygon": lambda v: hf.answers.Interface(("a", "b"), v, (0, 0, 1)),
+    "Interface: normal": lambda v: hf.answers.Interface(("a", "b"), [[0, 0, 0], [1, 0, 0], [0, 1, 0]], v),
     "Load: body": lambda v: hf.Load(v, ON, (1, 0, 0)),
     "Load: point": lambda v: hf.Load("cube", v, (1, 0, 0)),
     "Load: force": lambda v: hf.Load("cube", ON, v),
@@ -149,7 +149,7 @@ MAKING: dict[str, Callable[[Any], object]] = {
     "shipped_scene": hf.shipped_scene,
     "save_scene": lambda v: hf.save_scene(v, "never.yaml"),
 }
-ASKING: dict[str, Callable[[hf.Assembly, Any], object]] = {
+ASKING: dict[str, Callable[[hf.answers.Assembly, Any], object]] = {
     "assemble": lambda _, v: hf.assemble(v),
     "assemble: gap": lambda _, v: hf.assemble(SCENE, gap=v),
     "assemble: angle": lambda _, v: hf.assemble(SCENE, angle=v),
@@ -194,11 +194,11 @@ ASKING: dict[str, Callable[[hf.Assembly, Any], object]] = {
     "strap: stiffness": lambda _, v: hf.Strap([("cube", ON), ("floor", (1, 0, 0))], 1.0, stiffness=v),
     "strap: height": lambda a, v: hf.Strap.around(a, v, 1.0),
     "strap: bodies": lambda a, v: hf.Strap.around(a, 0.05, 1.0, v),
-    "tied": lambda a, v: hf.tied(a, v, bedding=1.0),
-    "load_straps": lambda _, v: hf.load_straps(v),
-    "tilted": hf.tilted,
-    "horizontal_directions": hf.horizontal_directions,
-    "inertial_loads": lambda a, v: hf.inertial_loads(a, angular_velocity=v),
+    "tied": lambda a, v: hf.Strap.tied(a, v, bedding=1.0),
+    "load_straps": lambda _, v: hf.Strap.from_file(v),
+    "tilted": lambda a, v: a.tilted(v),
+    "horizontal_directions": lambda a, v: a.scene.horizontal_directions(v),
+    "inertial_loads": lambda a, v: hf.sets.inertial_loads(a, angular_velocity=v),
     "disassembly: lift": lambda a, v: hf.disassembly_order(a, lift=v, engine="limit"),
     "disassembly: goal": lambda a, v: hf.disassembly_order(a, goal=v, engine="limit"),
     "disassembly: step": lambda a, v: hf.disassembly_order(a, engine="limit").answers(v),
@@ -210,21 +210,21 @@ ASKING: dict[str, Callable[[hf.Assembly, Any], object]] = {
     "under: flatness": lambda a, v: under(a, flatness=v, bed=1e9, engine="compliant"),
     "under: samples": lambda a, v: under(a, samples=v),
     "under: seed": lambda a, v: under(a, seed=v),
-    "worst_case: friction": lambda a, v: hf.worst_case(a, "cube", ON, DOWN, friction=v),
-    "worst_case: mass": lambda a, v: hf.worst_case(a, "cube", ON, DOWN, mass=v),
-    "worst_case: standing": lambda a, v: hf.worst_case(a, "cube", ON, DOWN, standing=v),
-    "worst_case: com": lambda a, v: hf.worst_case(a, "cube", ON, DOWN, com=v),
-    "sensitivity: point": lambda a, v: hf.sensitivity(a, "cube", v, DOWN),
-    "sensitivity: direction": lambda a, v: hf.sensitivity(a, "cube", ON, v),
-    "accelerations: bound": lambda a, v: hf.sustainable_accelerations(a, bound=v),
-    "accelerations: gap": lambda a, v: hf.sustainable_accelerations(a, gap=v),
-    "wrenches: bound": lambda a, v: hf.admissible_wrenches(a, "cube", bound=v),
-    "wrenches: budget": lambda a, v: hf.admissible_wrenches(a, "cube", budget=small(v)),
-    "constraint: body": lambda a, v: hf.constraint(a, v, budget=20),
-    "constraint: gap": lambda a, v: hf.constraint(a, "cube", gap=v, budget=20),
-    "constraint: near": lambda a, v: hf.constraint(a, "cube", near=v, budget=20),
-    "constraint: bound": lambda a, v: hf.constraint(a, "cube", bound=v, budget=20),
-    "constraint: budget": lambda a, v: hf.constraint(a, "cube", budget=small(v)),
+    "worst_case: friction": lambda a, v: hf.sets.worst_case(a, "cube", ON, DOWN, friction=v),
+    "worst_case: mass": lambda a, v: hf.sets.worst_case(a, "cube", ON, DOWN, mass=v),
+    "worst_case: standing": lambda a, v: hf.sets.worst_case(a, "cube", ON, DOWN, standing=v),
+    "worst_case: com": lambda a, v: hf.sets.worst_case(a, "cube", ON, DOWN, com=v),
+    "sensitivity: point": lambda a, v: hf.sets.sensitivity(a, "cube", v, DOWN),
+    "sensitivity: direction": lambda a, v: hf.sets.sensitivity(a, "cube", ON, v),
+    "accelerations: bound": lambda a, v: hf.sets.sustainable_accelerations(a, bound=v),
+    "accelerations: gap": lambda a, v: hf.sets.sustainable_accelerations(a, gap=v),
+    "wrenches: bound": lambda a, v: hf.sets.admissible_wrenches(a, "cube", bound=v),
+    "wrenches: budget": lambda a, v: hf.sets.admissible_wrenches(a, "cube", budget=small(v)),
+    "constraint: body": lambda a, v: hf.sets.constraint(a, v, budget=20),
+    "constraint: gap": lambda a, v: hf.sets.constraint(a, "cube", gap=v, budget=20),
+    "constraint: near": lambda a, v: hf.sets.constraint(a, "cube", near=v, budget=20),
+    "constraint: bound": lambda a, v: hf.sets.constraint(a, "cube", bound=v, budget=20),
+    "constraint: budget": lambda a, v: hf.sets.constraint(a, "cube", budget=small(v)),
     "constraint: value": lambda a, v: constrained().value(v),
     "constraint: points": lambda a, v: constrained().wrenches(v, DOWN),
     "can_remove: body": lambda a, v: hf.can_remove(a, v, engine="limit"),
@@ -288,7 +288,7 @@ def test_u6_making_things_of_what_they_are_not_made_of(
 
 
 @pytest.mark.parametrize("name", ASKING)
-def test_u6_asking_with_what_makes_no_sense(name: str, assembly: hf.Assembly) -> None:
+def test_u6_asking_with_what_makes_no_sense(name: str, assembly: hf.answers.Assembly) -> None:
     for value in ODD:
         with told():
             ASKING[name](assembly, value)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from public_api import public
 
 import holdfast as hf
 
@@ -20,18 +21,18 @@ QUESTIONS: dict[str, Callable[[Any], Any]] = {
     "robustness": lambda a: hf.robustness(a, "cube", POINT, ALONG, engine="graph").force,
     "load_factor": lambda a: hf.load_factor(a, [PUSH], engine="graph").factor,
     "robustness_map": lambda a: hf.robustness_map(a, spacing=0.05, engine="graph").force,
-    "sensitivity": lambda a: hf.sensitivity(a, "cube", POINT, ALONG).force,
-    "worst_case": lambda a: hf.worst_case(a, "cube", POINT, ALONG, friction=0.1).force,
+    "sensitivity": lambda a: hf.sets.sensitivity(a, "cube", POINT, ALONG).force,
+    "worst_case": lambda a: hf.sets.worst_case(a, "cube", POINT, ALONG, friction=0.1).force,
     "robustness_under": lambda a: (
         hf.robustness_under(a, "cube", POINT, ALONG, samples=2, friction=0.2, engine="graph").force
     ),
-    "admissible_wrenches": lambda a: hf.admissible_wrenches(a, "cube", gap=0.5).vertices,
-    "constraint": lambda a: hf.constraint(a, "cube", budget=50).known,
-    "sustainable_accelerations": lambda a: hf.sustainable_accelerations(a, gap=0.2).vertices,
+    "admissible_wrenches": lambda a: hf.sets.admissible_wrenches(a, "cube", gap=0.5).vertices,
+    "constraint": lambda a: hf.sets.constraint(a, "cube", budget=50).known,
+    "sustainable_accelerations": lambda a: hf.sets.sustainable_accelerations(a, gap=0.2).vertices,
     "transport_limits": lambda a: hf.transport_limits(a, ALONG, engine="graph").acceleration,
-    "horizontal_directions": lambda a: hf.horizontal_directions(a, 5),
-    "tilted": lambda a: hf.tilted(a, (5, 0, 0)).scene.gravity,
-    "inertial_loads": lambda a: hf.inertial_loads(a, acceleration=(1, 0, 0))[0].force,
+    "horizontal_directions": lambda a: a.scene.horizontal_directions(5),
+    "tilted": lambda a: a.tilted((5, 0, 0)).scene.gravity,
+    "inertial_loads": lambda a: hf.sets.inertial_loads(a, acceleration=(1, 0, 0))[0].force,
     "disassembly_order": lambda a: hf.disassembly_order(a, engine="graph").order,
     "can_remove": lambda a: hf.can_remove(a, "cube", engine="graph").reason,
     "build_order": lambda a: hf.build_order(a, engine="graph", pushes=30).force,
@@ -57,13 +58,13 @@ def test_anything_else_is_refused_with_the_way_to_an_assembly(name: str) -> None
 
 @pytest.mark.parametrize("name", [*QUESTIONS, "assemble", "safe_time_scale"])
 def test_options_are_given_by_keyword(name: str) -> None:
-    parameters = inspect.signature(getattr(hf, name)).parameters.values()
+    parameters = inspect.signature(public(name)).parameters.values()
     assert {p.name for p in parameters if p.kind is not p.KEYWORD_ONLY} <= OPERANDS
 
 
 @pytest.mark.parametrize("name", QUESTIONS)
 def test_seeds_and_engines_have_defaults(name: str) -> None:
-    for option, parameter in inspect.signature(getattr(hf, name)).parameters.items():
+    for option, parameter in inspect.signature(public(name)).parameters.items():
         if option == "seed":
             assert parameter.default == 0
         if option == "engine":

@@ -18,15 +18,15 @@ SCENES = ("cube", "table", "arch", "v_groove", "wedged", "tabletop")
 
 
 @pytest.fixture(scope="module", params=SCENES)
-def assembly(request: pytest.FixtureRequest) -> hf.Assembly:
+def assembly(request: pytest.FixtureRequest) -> hf.answers.Assembly:
     return hf.assemble(shipped_scene(request.param))
 
 
-def test_scenes_and_assemblies_hand_out_read_only_arrays(assembly: hf.Assembly) -> None:
+def test_scenes_and_assemblies_hand_out_read_only_arrays(assembly: hf.answers.Assembly) -> None:
     assert writable(assembly, "assembly") == []
 
 
-def test_none_of_these_arrays_takes_a_value(assembly: hf.Assembly) -> None:
+def test_none_of_these_arrays_takes_a_value(assembly: hf.answers.Assembly) -> None:
     found = [array for _, array in arrays(assembly, "assembly") if array.size]
     assert len(found) > 50
     for array in found:
@@ -34,14 +34,14 @@ def test_none_of_these_arrays_takes_a_value(assembly: hf.Assembly) -> None:
             array[...] = array.flat[0]
 
 
-def test_contact_nodes_are_read_only(assembly: hf.Assembly) -> None:
+def test_contact_nodes_are_read_only(assembly: hf.answers.Assembly) -> None:
     for sampling in ("hull", "quadrature"):
         nodes = contact_nodes(assembly, 12, sampling)
         assert writable(nodes, "nodes") == []
         assert writable(nodes.chosen(nodes.interface == 0), "nodes") == []
 
 
-def test_what_is_made_of_a_surface_is_read_only(assembly: hf.Assembly) -> None:
+def test_what_is_made_of_a_surface_is_read_only(assembly: hf.answers.Assembly) -> None:
     body = assembly.movable[0]
     surface = body.surface_world
     cells = surface_cells(surface, body.size / 5)
@@ -50,16 +50,16 @@ def test_what_is_made_of_a_surface_is_read_only(assembly: hf.Assembly) -> None:
     assert writable(made, "made") == []
 
 
-def test_patches_seen_from_the_other_body_are_read_only(assembly: hf.Assembly) -> None:
+def test_patches_seen_from_the_other_body_are_read_only(assembly: hf.answers.Assembly) -> None:
     assert writable([patch.flipped() for i in assembly.interfaces for patch in i.patches], "flipped") == []
 
 
 def test_what_a_caller_keeps_stays_writable_and_changes_nothing() -> None:
     corners = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
     normal = np.array([0.0, 0, 1])
-    patch = hf.Patch(corners, normal)
+    patch = hf.answers.Patch(corners, normal)
     body = hf.Body("slab", hf.Box((1, 1, 1)), mass=1.0, pose=np.eye(4))
-    interface = hf.Interface(("slab", "floor"), corners, normal)
+    interface = hf.answers.Interface(("slab", "floor"), corners, normal)
     corners += 5
     normal *= 0
     assert patch.area == pytest.approx(1)

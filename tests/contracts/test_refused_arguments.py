@@ -61,7 +61,7 @@ READ = {
 @pytest.mark.parametrize("value", ["yes", "False", 1, 0, None, [], np.ones(2)], ids=repr)
 @pytest.mark.parametrize("name", TRUTHS)
 def test_a_truth_is_true_or_false(name: str, value: Any) -> None:
-    with pytest.raises(hf.SceneError, match=f"{name.split(': ')[1]}: is .*; needs True or False"):
+    with pytest.raises(hf.errors.SceneError, match=f"{name.split(': ')[1]}: is .*; needs True or False"):
         TRUTHS[name](value)
 
 
@@ -75,14 +75,20 @@ def test_a_truth_of_numpy_is_one(name: str) -> None:
 def test_options_of_readers_are_true_or_false(name: str, tmp_path: Path) -> None:
     file, option, others = READ[name]
     path = saved(file, tmp_path)
-    with pytest.raises(hf.SceneError, match=f"{option}: is 'no'; needs True or False"):
+    with pytest.raises(hf.errors.SceneError, match=f"{option}: is 'no'; needs True or False"):
         hf.load_scene(path, **others, **{option: "no"})
     assert hf.load_scene(path, **others, **{option: np.bool_(True)}).bodies
 
 
 SENSELESS: dict[str, tuple[Callable[[], object], str]] = {
-    "gap of a constraint": (lambda: hf.constraint(CUBE, "cube", gap=2), "gap: is 2; needs a finite number > 0 and < 1"),
-    "gap of a set": (lambda: hf.sustainable_accelerations(CUBE, gap=1), "gap: is 1; needs a finite number > 0 and < 1"),
+    "gap of a constraint": (
+        lambda: hf.sets.constraint(CUBE, "cube", gap=2),
+        "gap: is 2; needs a finite number > 0 and < 1",
+    ),
+    "gap of a set": (
+        lambda: hf.sets.sustainable_accelerations(CUBE, gap=1),
+        "gap: is 1; needs a finite number > 0 and < 1",
+    ),
     "turn": (lambda: hf.settle(CUBE, turn=400), r"settle: turn \[deg\]: is 400; needs a number from 0 to 180 degrees"),
     "tilt": (lambda: hf.plan_placement(CUBE, NEW, tilt=400), "tilt: is 400; needs a number of at most 180 degrees"),
     "cone": (lambda: hf.plan_placement(CUBE, NEW, cone=400), "cone: is 400; needs a number of at most 180 degrees"),
@@ -119,7 +125,7 @@ def test_what_makes_no_sense_is_refused(name: str) -> None:
 
 def test_bounds_of_what_makes_sense_are_taken() -> None:
     assert hf.settle(CUBE, turn=180).status is hf.Status.STABLE
-    assert hf.constraint(CUBE, "cube", gap=0.99, budget=0).gap_wanted == 0.99
+    assert hf.sets.constraint(CUBE, "cube", gap=0.99, budget=0).gap_wanted == 0.99
     assert hf.disassembly_order(CUBE, engine="limit").answers(1) == ()
     m = hf.robustness_map(CUBE, spacing=0.05, engine="graph")
     assert m.at(-1) == m.at(len(m.force) - 1)

@@ -25,12 +25,12 @@ def resting(z: float = 0.1) -> hf.Scene:
     return hf.Scene([plate, hf.Body("cube", hf.Box((0.1, 0.1, 0.1)), mass=1.0, pose=at(0, 0, z))], hf.Friction(0.5))
 
 
-def push() -> hf.Robustness:
+def push() -> hf.answers.Robustness:
     """A push on the cube from above."""
     return hf.robustness(resting(), "cube", (0, 0, 0.15), (0, 0, -1))
 
 
-def carried(acceleration: float) -> hf.Carried:
+def carried(acceleration: float) -> hf.answers.Carried:
     """The cube on a plate that is accelerated and then left alone."""
     motion = hf.Profile([0.0, 1.0], [(acceleration, 0, 0), (0, 0, 0)])
     return hf.carry(resting(), motion)

@@ -21,12 +21,12 @@ from holdfast.scene.shipped.blocks import at, box, floor
 BALL = trimesh.creation.icosphere(subdivisions=2, radius=0.1)
 
 
-def overlapping() -> hf.Assembly:
-    with pytest.warns(hf.HoldfastWarning, match="overlap"):
+def overlapping() -> hf.answers.Assembly:
+    with pytest.warns(hf.errors.HoldfastWarning, match="overlap"):
         return hf.assemble(hf.Scene([floor(), box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.045))], 0.5))
 
 
-def stack() -> hf.Assembly:
+def stack() -> hf.answers.Assembly:
     return hf.assemble(hf.shipped_scene("stack"))
 
 

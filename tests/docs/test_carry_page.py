@@ -20,4 +20,4 @@ def test_the_example_runs(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_every_name_is_told() -> None:
     page = PAGE.read_text(encoding="utf-8")
-    assert [name for name in hf.standard_profiles() if f"`{name}`" not in page] == []
+    assert [name for name in hf.Profile.standards() if f"`{name}`" not in page] == []

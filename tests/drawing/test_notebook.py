@@ -22,12 +22,12 @@ LARGEST = 40_000  # of what a cell shows [characters]
 
 
 @pytest.fixture(scope="module")
-def table() -> hf.Assembly:
+def table() -> hf.answers.Assembly:
     return hf.assemble(hf.shipped_scene("table"))
 
 
 @pytest.fixture(scope="module")
-def table_map(table: hf.Assembly) -> hf.RobustnessMap:
+def table_map(table: hf.answers.Assembly) -> hf.answers.RobustnessMap:
     return hf.robustness_map(table, spacing=0.03, engine="graph")
 
 
@@ -36,7 +36,7 @@ def image_in(page: str) -> np.ndarray:
     return np.asarray(Image.open(BytesIO(base64.b64decode(content))).convert("RGB")) / 255.0
 
 
-def test_a_scene_and_an_assembly_show_their_bodies(table: hf.Assembly) -> None:
+def test_a_scene_and_an_assembly_show_their_bodies(table: hf.answers.Assembly) -> None:
     for value, words in ((table.scene, ("3 movable, 1 fixed", "slab", "Box")), (table, ("4 interfaces", "cm²"))):
         page = value._repr_html_()
         assert len(page) < LARGEST
@@ -47,7 +47,7 @@ def test_a_scene_and_an_assembly_show_their_bodies(table: hf.Assembly) -> None:
         assert 0.1 < (drawn.min(axis=2) < 0.97).mean() < 0.95, "bodies on white"
 
 
-def test_a_map_shows_its_weakest_colour_and_its_scale(table_map: hf.RobustnessMap) -> None:
+def test_a_map_shows_its_weakest_colour_and_its_scale(table_map: hf.answers.RobustnessMap) -> None:
     page = table_map._repr_html_()
     assert len(page) < LARGEST
     picture = picture_of(table_map)
@@ -67,7 +67,7 @@ def test_a_map_shows_its_weakest_colour_and_its_scale(table_map: hf.RobustnessMa
 def test_limits_are_drawn_to_the_side_that_they_are_for() -> None:
     """A block that is four times as long as wide tips across far sooner than along; b / h g either way."""
     scene = hf.Scene([floor(), box("block", (0.4, 0.1, 0.4), 1.0, (0.0, 0.0, 0.2))], friction=2.0)
-    ways = hf.horizontal_directions(hf.assemble(scene), 4)
+    ways = hf.assemble(scene).scene.horizontal_directions(4)
     page = hf.transport_limits(scene, ways, engine="limit")._repr_html_()
     (points,) = re.findall(r'<polygon points="([^"]+)"', page)
     places = np.array([[float(v) for v in pair.split(",")] for pair in points.split()])
@@ -90,7 +90,9 @@ def test_what_is_not_known_and_what_never_moves_lie_on_the_ring() -> None:
     assert '<circle cx="-80.0"' in drawn
 
 
-def test_letters_take_the_colour_of_the_page_and_pictures_bring_their_own_ground(table_map: hf.RobustnessMap) -> None:
+def test_letters_take_the_colour_of_the_page_and_pictures_bring_their_own_ground(
+    table_map: hf.answers.RobustnessMap,
+) -> None:
     """Readable in light and in dark: no letter has a colour of its own, no picture is transparent."""
     limits = hf.transport_limits(table_map.assembly, engine="graph")
     for value in (table_map, limits, table_map.assembly, table_map.assembly.scene):

@@ -16,9 +16,9 @@ from holdfast.scene.shipped import shipped_scene
 matplotlib_image = pytest.importorskip("matplotlib.image")
 
 
-def limits(name: str, count: int = 24, tilt: Any = (0, 0, 0), **options: Any) -> hf.TransportLimits:
-    assembly = hf.tilted(hf.assemble(shipped_scene(name)), tilt)
-    return hf.transport_limits(assembly, hf.horizontal_directions(assembly, count), engine="limit", **options)
+def limits(name: str, count: int = 24, tilt: Any = (0, 0, 0), **options: Any) -> hf.answers.TransportLimits:
+    assembly = hf.assemble(shipped_scene(name)).tilted(tilt)
+    return hf.transport_limits(assembly, assembly.scene.horizontal_directions(count), engine="limit", **options)
 
 
 def test_the_curve_is_the_answer() -> None:

@@ -35,18 +35,20 @@ def share_of(image: np.ndarray, colour: Any, shade: float = 1.0) -> float:
 
 
 @pytest.fixture(scope="module")
-def plain() -> hf.RobustnessMap:
+def plain() -> hf.answers.RobustnessMap:
     """A map of the shelf without the orange: everything on it is decided."""
     return hf.robustness_map(hf.assemble(shelf()), spacing=0.02, engine="limit")
 
 
 @pytest.fixture(scope="module")
-def mixed(plain: hf.RobustnessMap) -> hf.RobustnessMap:
+def mixed(plain: hf.answers.RobustnessMap) -> hf.answers.RobustnessMap:
     found = retold(plain, plain.body == "vase", UNDECIDED, notes=(REASON,))
     return retold(found, found.body == "cup", UNSTABLE)
 
 
-def test_the_legend_lists_what_there_is_and_nothing_else(plain: hf.RobustnessMap, mixed: hf.RobustnessMap) -> None:
+def test_the_legend_lists_what_there_is_and_nothing_else(
+    plain: hf.answers.RobustnessMap, mixed: hf.answers.RobustnessMap
+) -> None:
     assert {Kind.UNDECIDED, Kind.FALLS, Kind.BALANCED}.isdisjoint(legend(picture_of(plain)))
     named = legend(picture_of(mixed))
     n, vase = len(mixed.force), int((mixed.body == "vase").sum())
@@ -57,7 +59,7 @@ def test_the_legend_lists_what_there_is_and_nothing_else(plain: hf.RobustnessMap
     assert legend(picture_of(balanced))[Kind.BALANCED] == "moves at the least push (only balanced)"
 
 
-def test_the_picture_shows_each_point_as_its_answer(mixed: hf.RobustnessMap) -> None:
+def test_the_picture_shows_each_point_as_its_answer(mixed: hf.answers.RobustnessMap) -> None:
     picture = picture_of(mixed)
     shown = {surface.name: set(surface.kind.tolist()) for surface in picture.heat}
     assert shown["vase"] == {Kind.UNDECIDED}
@@ -71,7 +73,7 @@ def test_the_picture_shows_each_point_as_its_answer(mixed: hf.RobustnessMap) -> 
     assert len(kinds(picture)) == len(mixed.force)
 
 
-def test_arrows_point_at_decided_pushes_only(plain: hf.RobustnessMap) -> None:
+def test_arrows_point_at_decided_pushes_only(plain: hf.answers.RobustnessMap) -> None:
     """Bodies that fall come first in the ranking, but take no arrow from those that can be pushed."""
     fallen = retold(plain, plain.body != "book", UNSTABLE)
     assert [arrow.label.split(":")[0] for arrow in picture_of(fallen).weakest] == ["book"]
@@ -81,7 +83,7 @@ def test_arrows_point_at_decided_pushes_only(plain: hf.RobustnessMap) -> None:
 
 
 def test_the_png_shows_each_kind_in_its_colour(
-    plain: hf.RobustnessMap, mixed: hf.RobustnessMap, tmp_path: Path
+    plain: hf.answers.RobustnessMap, mixed: hf.answers.RobustnessMap, tmp_path: Path
 ) -> None:
     plain.save_png(tmp_path / "plain.png")
     mixed.save_png(tmp_path / "mixed.png")
@@ -93,14 +95,14 @@ def test_the_png_shows_each_kind_in_its_colour(
     assert share_of(after, colours.ZERO) < 1e-4, "nothing in the colour of force 0"
 
 
-def test_a_map_without_any_answer_is_drawn_as_undecided(plain: hf.RobustnessMap, tmp_path: Path) -> None:
+def test_a_map_without_any_answer_is_drawn_as_undecided(plain: hf.answers.RobustnessMap, tmp_path: Path) -> None:
     unknown(plain).save_png(tmp_path / "p.png")
     image = image_of(tmp_path / "p.png")
     assert share_of(image, colours.UNDECIDED) > 1e-2
     assert share_of(image, colours.ZERO) == 0
 
 
-def test_the_page_lists_counts_and_tells_under_the_pointer(mixed: hf.RobustnessMap, tmp_path: Path) -> None:
+def test_the_page_lists_counts_and_tells_under_the_pointer(mixed: hf.answers.RobustnessMap, tmp_path: Path) -> None:
     mixed.save_html(tmp_path / "p.html")
     text = (tmp_path / "p.html").read_text()
     vase = int((mixed.body == "vase").sum())
@@ -119,12 +121,14 @@ def test_the_page_lists_counts_and_tells_under_the_pointer(mixed: hf.RobustnessM
 
 
 @pytest.fixture(scope="module")
-def carried() -> hf.TransportLimits:
-    return hf.transport_limits(hf.assemble(shelf()), hf.horizontal_directions(hf.assemble(shelf()), 24), engine="limit")
+def carried() -> hf.answers.TransportLimits:
+    return hf.transport_limits(
+        hf.assemble(shelf()), hf.assemble(shelf()).scene.horizontal_directions(24), engine="limit"
+    )
 
 
 def test_the_plot_hatches_undecided_sectors_and_never_draws_them_as_zero(
-    carried: hf.TransportLimits, tmp_path: Path
+    carried: hf.answers.TransportLimits, tmp_path: Path
 ) -> None:
     found = retold(carried, slice(2, 8), UNDECIDED, notes=(REASON,))
     picture = polar_picture([found, carried], ["this", "other"])
@@ -144,7 +148,9 @@ def test_the_plot_hatches_undecided_sectors_and_never_draws_them_as_zero(
     assert near[0] > 10 * near[1] + 1e-3
 
 
-def test_plots_of_nothing_decided_and_of_something_only_balanced(carried: hf.TransportLimits, tmp_path: Path) -> None:
+def test_plots_of_nothing_decided_and_of_something_only_balanced(
+    carried: hf.answers.TransportLimits, tmp_path: Path
+) -> None:
     nothing = unknown(carried)
     assert polar_picture([nothing]).curves[0].lines == ("24 of 24 undecided (100 %)",)
     nothing.save_png(tmp_path / "p.png")

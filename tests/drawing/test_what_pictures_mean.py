@@ -30,12 +30,12 @@ TIP = 3  # number of the corner of an arrow's outline that is its point
 
 
 @pytest.fixture(scope="module")
-def stack() -> hf.RobustnessMap:
+def stack() -> hf.answers.RobustnessMap:
     return hf.robustness_map(hf.assemble(shipped_scene("stack")), spacing=0.025, engine="limit")
 
 
 @pytest.fixture(scope="module")
-def picture(stack: hf.RobustnessMap) -> Picture:
+def picture(stack: hf.answers.RobustnessMap) -> Picture:
     return picture_of(stack)
 
 
@@ -56,7 +56,7 @@ def test_contact_forces_push_the_body_that_they_act_on(picture: Picture) -> None
     assert {pair: round(length / scale, 2) for pair, (_, length) in told.items()} == weights
 
 
-def test_pushes_come_from_outside_along_the_push(stack: hf.RobustnessMap, picture: Picture) -> None:
+def test_pushes_come_from_outside_along_the_push(stack: hf.answers.RobustnessMap, picture: Picture) -> None:
     weakest = {weak.body: weak for weak in stack.weakest_of_each_body()}
     assert len(picture.weakest) == 3
     for arrow in picture.weakest:
@@ -72,7 +72,7 @@ def test_pushes_come_from_outside_along_the_push(stack: hf.RobustnessMap, pictur
         assert half.max() > np.abs(arrow.head - centre).max()
 
 
-def test_every_cell_tells_its_own_body_and_number(stack: hf.RobustnessMap, picture: Picture) -> None:
+def test_every_cell_tells_its_own_body_and_number(stack: hf.answers.RobustnessMap, picture: Picture) -> None:
     for surface in picture.heat:
         low, high = stack.assembly.scene.body(surface.name).box
         assert ((surface.vertices >= low - 1e-9) & (surface.vertices <= high + 1e-9)).all()
@@ -147,7 +147,7 @@ def test_arrows_in_space_are_rods_with_their_cone_at_the_head() -> None:
 
 
 def test_the_arrows_of_the_page_stay_outside_of_what_they_push(
-    stack: hf.RobustnessMap, picture: Picture, tmp_path: Path
+    stack: hf.answers.RobustnessMap, picture: Picture, tmp_path: Path
 ) -> None:
     stack.save_html(tmp_path / "p.html")
     labels = [arrow.label for arrow in picture.weakest]

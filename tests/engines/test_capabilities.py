@@ -85,7 +85,7 @@ class ToyEngine:
 
 def test_an_engine_of_ones_own_offers_a_set_by_having_its_method() -> None:
     cube = hf.assemble(shipped_scene("cube"))
-    found = hf.sustainable_accelerations(cube, engine=ToyEngine(), bound=8.0)
+    found = hf.sets.sustainable_accelerations(cube, engine=ToyEngine(), bound=8.0)
     assert (found.engine, found.claim, found.solves, found.notes) == ("toy", Claim.ESTIMATED, 7, ("a toy",))
     assert found.contains([3.9, 0, 0]) is True
     assert found.contains([4.1, 0, 0]) is False
@@ -93,12 +93,12 @@ def test_an_engine_of_ones_own_offers_a_set_by_having_its_method() -> None:
 
 def test_and_may_be_asked_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(request.ENGINES, "toy", ToyEngine)
-    assert hf.admissible_wrenches(hf.assemble(shipped_scene("cube")), "cube", engine="toy").engine == "toy"
+    assert hf.sets.admissible_wrenches(hf.assemble(shipped_scene("cube")), "cube", engine="toy").engine == "toy"
 
 
 def test_derivatives_come_from_whatever_engine_is_the_certain_one(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(request.ENGINES, request.CERTAIN_ENGINE, ToyEngine)
-    found = hf.sensitivity(hf.assemble(shipped_scene("cube")), "cube", [-0.05, 0, 0.02], [1.0, 0, 0])
+    found = hf.sets.sensitivity(hf.assemble(shipped_scene("cube")), "cube", [-0.05, 0, 0.02], [1.0, 0, 0])
     assert found.force == 2.0
     assert found.d_mass == {"cube": 3.0}
     np.testing.assert_array_equal(found.d_point, [0, 2, -2])  # -R e × ω

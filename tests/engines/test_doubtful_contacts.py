@@ -138,7 +138,7 @@ def test_forces_alone_have_no_bounds() -> None:
     state = prepared(Limit(), assembly)
     bounded, alone = state.load_factor(W, EXACT), state.load_factor(W, FORCES_ONLY)
     assert alone.force == pytest.approx(bounded.force)
-    assert (alone.lower[0], alone.upper[0], alone.lower_bound) == (0, np.inf, hf.Bound.NONE)
+    assert (alone.lower[0], alone.upper[0], alone.lower_bound) == (0, np.inf, hf.answers.Bound.NONE)
 
 
 def test_loads_do_not_make_a_contact_exist() -> None:
@@ -162,7 +162,7 @@ def test_a_map_and_a_factor_do_not_lean_either() -> None:
     factor = hf.load_factor(assembly, [hf.Load("c0", PUSH, force=X)], engine="compliant", bound=True)
     assert factor.lower <= ALONE * 1.0005
     assert factor.lower <= factor.factor <= factor.upper
-    assert factor.upper_bound is not hf.Bound.NONE
+    assert factor.upper_bound is not hf.answers.Bound.NONE
 
 
 @pytest.mark.parametrize("pose_sigma", [None, SIGMA])
@@ -183,7 +183,7 @@ def test_an_interface_says_whether_it_is_certain() -> None:
     doubted = dataclasses.replace(certain, certain=False)
     assert certain != doubted
     assert doubted.bodies == certain.bodies
-    assert hf.Interface(certain.bodies, patches=certain.patches).certain is True
+    assert hf.answers.Interface(certain.bodies, patches=certain.patches).certain is True
 
 
 def test_poses_without_degrees_are_told_of() -> None:

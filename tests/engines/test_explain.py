@@ -13,18 +13,18 @@ from holdfast.engines.amendments.order import AMENDMENTS
 
 
 @pytest.fixture(scope="module")
-def jammed() -> hf.RobustnessMap:
+def jammed() -> hf.answers.RobustnessMap:
     """A wedge in a groove: its bodies press each other without any load, so that ``lower`` is well below ``force``."""
     return hf.robustness_map(hf.assemble(hf.shipped_scene("wedged_floor")), ["cube"], spacing=0.08)
 
 
-def test_the_last_step_is_the_answer(jammed: hf.RobustnessMap) -> None:
+def test_the_last_step_is_the_answer(jammed: hf.answers.RobustnessMap) -> None:
     last = jammed.answers.steps[-1]
     np.testing.assert_array_equal(last.force, jammed.answers.force)
     np.testing.assert_array_equal(last.lower, jammed.answers.lower)
 
 
-def test_steps_come_in_the_order_of_the_amendments(jammed: hf.RobustnessMap) -> None:
+def test_steps_come_in_the_order_of_the_amendments(jammed: hf.answers.RobustnessMap) -> None:
     names = [step.name for step in jammed.answers.steps]
     assert names[:2] == ["load path on the first grid", "finer grids"]
     known = [kind.name for kind in AMENDMENTS]
@@ -32,7 +32,7 @@ def test_steps_come_in_the_order_of_the_amendments(jammed: hf.RobustnessMap) -> 
     assert asked == sorted(asked, key=known.index)
 
 
-def test_no_amendment_raises_lower(jammed: hf.RobustnessMap) -> None:
+def test_no_amendment_raises_lower(jammed: hf.answers.RobustnessMap) -> None:
     """What is found after the finer grids corrects or doubts: the bound of a finite answer only falls."""
     steps = jammed.answers.steps[1:]
     finite = np.isfinite(jammed.answers.force)
@@ -40,20 +40,20 @@ def test_no_amendment_raises_lower(jammed: hf.RobustnessMap) -> None:
         assert (next_one.lower <= one.lower)[finite].all()
 
 
-def test_the_explanation_names_what_lowers_the_bound(jammed: hf.RobustnessMap) -> None:
+def test_the_explanation_names_what_lowers_the_bound(jammed: hf.answers.RobustnessMap) -> None:
     text = jammed.explain()
     assert "self-stress: lower" in text
     assert text.startswith("finite: force")
     assert "verdict: stable" in text
 
 
-def test_rows_and_saved_answers_keep_their_steps(jammed: hf.RobustnessMap, tmp_path: Path) -> None:
+def test_rows_and_saved_answers_keep_their_steps(jammed: hf.answers.RobustnessMap, tmp_path: Path) -> None:
     row = int(np.argmax(jammed.answers.force))
     assert jammed.answers.rows([row]).explained(0, "N") == jammed.answers.explained(row, "N")
     jammed.save(tmp_path / "map.npz")
     assert hf.load_answer(tmp_path / "map.npz").explain(row) == jammed.explain(row)
 
 
-def test_a_row_that_does_not_exist_is_refused(jammed: hf.RobustnessMap) -> None:
+def test_a_row_that_does_not_exist_is_refused(jammed: hf.answers.RobustnessMap) -> None:
     with pytest.raises(hf.HoldfastError, match="there is no row 99999"):
         jammed.explain(99_999)

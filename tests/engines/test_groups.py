@@ -176,7 +176,7 @@ def test_an_undecided_group_leaves_the_smallest_open_but_not_below_what_gives_wa
     def rows(*rows: tuple[hf.Status, float, float]) -> Answers:
         status, force, upper = zip(*rows, strict=True)
         verdict = Verdict(status=hf.Status.STABLE, reason="")
-        known = {"engine": "toy", "claim": hf.Claim.HOLDS, "verdict": verdict, "mechanism": [None] * len(rows)}
+        known = {"engine": "toy", "claim": hf.answers.Claim.HOLDS, "verdict": verdict, "mechanism": [None] * len(rows)}
         return Answers.of(force=np.array(force), status=status, upper=np.array(upper), **known)
 
     table = _Smallest(4)
@@ -199,7 +199,7 @@ def test_groups_are_prepared_when_they_are_asked() -> None:
     class Counting(hf.Limit):
         asked: ClassVar[list[tuple[str, ...]]] = []
 
-        def prepare(self, assembly: hf.Assembly, *args: Any) -> Any:
+        def prepare(self, assembly: hf.answers.Assembly, *args: Any) -> Any:
             self.asked.append(tuple(body.name for body in assembly.movable))
             return super().prepare(assembly, *args)
 
@@ -225,16 +225,16 @@ def test_wrenches_and_derivatives_of_one_group_do_not_see_another() -> None:
     alone = hf.assemble(scene(STACK), gap=GAP)
     beside = hf.assemble(scene((*STRANGERS["a body in the air"], *STACK)), gap=GAP)
     ask = ("low", POINTS[0], DIRECTIONS[0])
-    one, two = hf.sensitivity(alone, *ask), hf.sensitivity(beside, *ask)
+    one, two = hf.sets.sensitivity(alone, *ask), hf.sets.sensitivity(beside, *ask)
     assert one.force == two.force
     assert two.d_mass["air"] == 0
     assert dict(one.d_mass) == {name: value for name, value in two.d_mass.items() if name != "air"}
     assert dict(one.d_mu) == dict(two.d_mu)
-    worst = [hf.worst_case(a, *ask, friction=0.2, mass=0.1) for a in (alone, beside)]
+    worst = [hf.sets.worst_case(a, *ask, friction=0.2, mass=0.1) for a in (alone, beside)]
     assert worst[0].force.tobytes() == worst[1].force.tobytes()
     assert worst[0].corners == worst[1].corners == 4
     with pytest.raises(hf.HoldfastError, match="the assembly is unstable"):
-        hf.sustainable_accelerations(beside)
+        hf.sets.sustainable_accelerations(beside)
 
 
 def test_every_engine_that_is_registered_is_grouped() -> None:

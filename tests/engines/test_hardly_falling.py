@@ -10,7 +10,7 @@ import holdfast as hf
 LONG, ROUND = 0.035, 0.025  # [m] half-axes
 
 
-def _egg(offset: float, fixed: bool) -> hf.Assembly:
+def _egg(offset: float, fixed: bool) -> hf.answers.Assembly:
     """An egg on a box; its point of contact is ``offset`` [m] from below its centre."""
     tilt = offset * ROUND / (LONG**2 - ROUND**2)
     pose = np.eye(4)

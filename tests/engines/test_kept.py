@@ -18,14 +18,14 @@ from holdfast.scene.shipped.blocks import at, box, floor
 ENGINES = ("graph", "limit", "compliant")
 P = np.array([[-0.1, 0.0, 0.42], [0.05, 0.02, 0.42]])
 
-pytestmark = pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")
 
 
 def counted(monkeypatch: pytest.MonkeyPatch, kind: type) -> list[str]:
     calls: list[str] = []
     prepare = kind.prepare
 
-    def counting(self: Any, assembly: hf.Assembly, *loads: Any) -> Any:
+    def counting(self: Any, assembly: hf.answers.Assembly, *loads: Any) -> Any:
         calls.append(",".join(sorted(body.name for body in assembly.movable)))
         return prepare(self, assembly, *loads)
 
@@ -33,7 +33,7 @@ def counted(monkeypatch: pytest.MonkeyPatch, kind: type) -> list[str]:
     return calls
 
 
-def top(assembly: hf.Assembly, name: str) -> Any:
+def top(assembly: hf.answers.Assembly, name: str) -> Any:
     return assembly.scene.body(name).box[1] * [0, 0, 1] + assembly.scene.body(name).com_world * [1, 1, 0]
 
 
@@ -99,7 +99,7 @@ def test_threads_that_ask_one_assembly_get_what_one_after_the_other_gets(engine:
     scene = shipped_scene("stack")
     names = [body.name for body in scene.movable]
 
-    def ask(assembly: hf.Assembly, k: int) -> Any:
+    def ask(assembly: hf.answers.Assembly, k: int) -> Any:
         name = names[k % len(names)]
         direction = ([1.0, 0, 0], [0.3, 1.0, 0.1])[k // len(names) % 2]
         points = assembly.scene.body(name).surface_world.vertices[:3]
@@ -129,7 +129,7 @@ def test_a_name_of_a_larger_assembly_is_unknown_in_the_smaller_one() -> None:
     larger = smaller.with_body(box("c", (0.1, 0.1, 0.1), 1, (-0.3, 0, 0.05)))
     engine = hf.Compliant(stiffness={("c", "a0"): 1e8})
     hf.stability(larger, engine=engine)
-    with pytest.raises(hf.SceneError, match="unknown"):
+    with pytest.raises(hf.errors.SceneError, match="unknown"):
         hf.stability(smaller, engine=engine)
     hf.stability(larger, engine=engine)
 
@@ -140,7 +140,7 @@ def test_engines_that_are_no_values_are_prepared_anew() -> None:
     class Own:
         name, claim = "own", hf.Limit().claim
 
-        def prepare(self, assembly: hf.Assembly, standing: Any = None, acceleration: Any = None) -> Any:
+        def prepare(self, assembly: hf.answers.Assembly, standing: Any = None, acceleration: Any = None) -> Any:
             calls.append(1)
             return hf.Limit().prepare(assembly, standing, acceleration)
 

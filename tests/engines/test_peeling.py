@@ -12,7 +12,7 @@ from holdfast.engines.self_stress import self_stressed_nodes
 from holdfast.scene.shipped.blocks import at, box, floor
 
 
-def slot(*, blocks: int) -> hf.Assembly:
+def slot(*, blocks: int) -> hf.answers.Assembly:
     """A row of blocks on the floor that fills the place between two fixed walls, and a block on top of the first."""
     middle = 0.05 * (blocks - 1)
     walls = [

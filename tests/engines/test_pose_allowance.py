@@ -133,7 +133,7 @@ def compared(seeds: range) -> tuple[Float, Float, Float]:
         true = hf.assemble(scene)
         between = [k for k, i in enumerate(true.interfaces) if "floor" not in i.bodies]
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", hf.HoldfastWarning)  # bodies are seen within each other
+            warnings.simplefilter("ignore", hf.errors.HoldfastWarning)  # bodies are seen within each other
             poses = {body.name: moves[body.name] @ body.pose for body in scene.movable}
             noisy = hf.assemble(scene.moved(poses), pose_sigma=SIGMA)
         carried = [

@@ -21,7 +21,7 @@ LEFT, ALONG_X = (-0.05, 0, 0.05), (1.0, 0, 0)
 SHELF = hf.Body("shelf", hf.Box((1.2, 0.4, 0.02)), pose=at(0, 0, -0.01), fixed=True)
 
 
-def stability(*bodies: hf.Body, engine: str = "limit", mu: float = 0.5, **options: float) -> hf.Stability:
+def stability(*bodies: hf.Body, engine: str = "limit", mu: float = 0.5, **options: float) -> hf.answers.Stability:
     ground = () if any(body.fixed for body in bodies) else (floor(),)
     return hf.stability(hf.assemble(hf.Scene([*ground, *bodies], mu), **options), engine=engine)
 
@@ -207,7 +207,7 @@ def test_a_load_that_moves_what_rests_is_no_matter_of_poses(engine: str) -> None
     assert hf.stability(assembly, engine=engine).status is hf.Status.STABLE
 
 
-@pytest.mark.filterwarnings("ignore::holdfast.HoldfastWarning")
+@pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("depth", [0.0005, 0.005, 0.02])
 def test_an_overlap_beyond_the_tolerance_is_undecided_with_its_depth(engine: str, depth: float) -> None:

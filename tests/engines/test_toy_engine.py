@@ -13,13 +13,11 @@ import pytest
 from typer.testing import CliRunner
 
 import holdfast as hf
-from holdfast.assembly.assembly import Assembly
+from holdfast import Status
+from holdfast.answers import Assembly, Bound, Claim
 from holdfast.base.arrays import Float
 from holdfast.cli.main import app
-from holdfast.engines.answers import Answers, Bound, Claim
-from holdfast.engines.contract import EXACT, Accuracy, Engine, State
-from holdfast.engines.verdict import Status, Verdict
-from holdfast.queries.request import ENGINES, register_engine
+from holdfast.plugins import EXACT, Accuracy, Answers, Engine, State, Verdict, register_engine
 
 
 @dataclass(frozen=True)
@@ -69,7 +67,8 @@ def toy() -> Iterator[str]:
     take_back = register_engine("toy", Toy)
     yield "toy"
     take_back()
-    assert "toy" not in ENGINES
+    with pytest.raises(hf.HoldfastError, match="engine: 'toy' is unknown"):
+        hf.stability(hf.shipped_scene("cube"), engine="toy")
 
 
 def test_it_is_an_engine_for_type_checkers() -> None:
@@ -104,7 +103,7 @@ def test_it_answers_all_questions_that_need_no_more(share: float, tmp_path: Path
 
 def test_what_it_cannot_do_is_said() -> None:
     with pytest.raises(hf.HoldfastError, match="engine 'toy' proves nothing about loads"):
-        hf.sustainable_accelerations(hf.shipped_scene("cube"), engine=Toy())
+        hf.sets.sustainable_accelerations(hf.shipped_scene("cube"), engine=Toy())
 
 
 def test_a_name_makes_it_known_everywhere(toy: str) -> None:
@@ -118,7 +117,7 @@ def test_a_name_makes_it_known_everywhere(toy: str) -> None:
 
 def test_a_name_is_given_once_and_may_be_taken_back(toy: str) -> None:
     for name in (toy, "limit"):
-        with pytest.raises(hf.HoldfastError, match=f"there is an engine '{name}'; give it another name"):
+        with pytest.raises(hf.HoldfastError, match=f"engine: there is one named '{name}'; give it another name"):
             register_engine(name, Toy)
     take_back = register_engine("toy2", Toy)
     take_back()

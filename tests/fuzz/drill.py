@@ -29,14 +29,14 @@ def drilled(item: dict[str, Any], folder: object) -> Outcome:
         case "raise":
             raise ValueError("not on purpose")
         case "tell":
-            raise hf.SceneError("on purpose")
+            raise hf.errors.SceneError("on purpose")
         case "tell badly":
-            raise hf.SceneError("body '\x1b[31m': is red")
+            raise hf.errors.SceneError("body '\x1b[31m': is red")
         case "hide":
             try:
                 np.ones(int(item["bytes"]) // 8)
             except MemoryError as cause:
-                raise hf.GeometryError("cannot be read") from cause
+                raise hf.errors.GeometryError("cannot be read") from cause
         case "take":
             np.ones(int(item["bytes"]) // 8)
         case "warn":

@@ -13,7 +13,7 @@ ENDLESS = 1e5  # weights of the pushed body: `compliant` balances each to 1e-7 o
 OF_WEIGHT = 1e-6  # of the total weight: what a solver resolves where bodies are only balanced
 
 
-def nans(answer: hf.Robustness) -> Iterator[str]:
+def nans(answer: hf.answers.Robustness) -> Iterator[str]:
     """Name the columns that hold NaN, or numbers that no push can have."""
     for name in ("force", "lower", "upper", "error"):
         column = getattr(answer, name)
@@ -21,7 +21,7 @@ def nans(answer: hf.Robustness) -> Iterator[str]:
             yield f"{answer.engine}.{name}"
 
 
-def contradictions(answer: hf.Robustness) -> Iterator[tuple[str, str]]:
+def contradictions(answer: hf.answers.Robustness) -> Iterator[tuple[str, str]]:
     """Compare the columns of one answer: pairs of a rule that is broken and the numbers."""
     columns = zip(answer.status, answer.force, answer.lower, answer.upper, strict=True)
     for k, (status, force, lower, upper) in enumerate(columns):
@@ -36,7 +36,9 @@ def contradictions(answer: hf.Robustness) -> Iterator[tuple[str, str]]:
             yield "unstable with a force", told
 
 
-def between(limit: hf.Robustness, other: hf.Robustness, weight: float, own: float) -> Iterator[tuple[str, str]]:
+def between(
+    limit: hf.answers.Robustness, other: hf.answers.Robustness, weight: float, own: float
+) -> Iterator[tuple[str, str]]:
     """Compare the answers of an engine whose bodies hold with those of limit analysis, which proves its bounds.
 
     ``weight`` [N] is that of all bodies, ``own`` that of the pushed one.
@@ -57,6 +59,6 @@ def between(limit: hf.Robustness, other: hf.Robustness, weight: float, own: floa
             yield f"{other.engine} above limit.upper", told
 
 
-def changed(first: hf.Robustness, again: hf.Robustness) -> bool:
+def changed(first: hf.answers.Robustness, again: hf.answers.Robustness) -> bool:
     """Tell whether the same question had another answer."""
     return any(not np.array_equal(getattr(first, name), getattr(again, name)) for name in ("force", "lower", "upper"))

@@ -20,22 +20,22 @@ POINTS, ALONG = [(-0.05, 0, 0.05), (-0.05, 0, 0.09)], (1, 0, 0)
 
 
 @pytest.fixture(scope="module")
-def asked() -> dict[str, hf.Robustness]:
+def asked() -> dict[str, hf.answers.Robustness]:
     assembly = hf.assemble(cube())
     return {name: hf.robustness(assembly, "cube", POINTS, ALONG, engine=name) for name in ("limit", "compliant")}
 
 
-def retold(found: hf.Robustness, **columns: Any) -> hf.Robustness:
+def retold(found: hf.answers.Robustness, **columns: Any) -> hf.answers.Robustness:
     """The same answer with other columns."""
     return replace(found, answers=replace(found.answers, **columns))
 
 
-def rules(limit: hf.Robustness, other: hf.Robustness) -> set[str]:
+def rules(limit: hf.answers.Robustness, other: hf.answers.Robustness) -> set[str]:
     found = [*judge.contradictions(limit), *judge.contradictions(other), *judge.between(limit, other, 9.81, 9.81)]
     return {rule for rule, _ in found}
 
 
-def test_true_answers_pass(asked: dict[str, hf.Robustness]) -> None:
+def test_true_answers_pass(asked: dict[str, hf.answers.Robustness]) -> None:
     assert not rules(asked["limit"], asked["compliant"])
     assert not [*judge.nans(asked["limit"]), *judge.nans(asked["compliant"])]
     assert not judge.changed(asked["limit"], asked["limit"])
@@ -43,13 +43,13 @@ def test_true_answers_pass(asked: dict[str, hf.Robustness]) -> None:
 
 @pytest.mark.parametrize("name", ["force", "lower", "upper", "error"])
 @pytest.mark.parametrize("value", [np.nan, -1.0])
-def test_what_is_no_number_is_seen(asked: dict[str, hf.Robustness], name: str, value: float) -> None:
+def test_what_is_no_number_is_seen(asked: dict[str, hf.answers.Robustness], name: str, value: float) -> None:
     column = np.array(getattr(asked["limit"], name))
     column[1] = value
     assert [*judge.nans(retold(asked["limit"], **{name: column}))] == [f"limit.{name}"]
 
 
-def test_every_rule_can_be_broken(asked: dict[str, hf.Robustness]) -> None:
+def test_every_rule_can_be_broken(asked: dict[str, hf.answers.Robustness]) -> None:
     limit, other = asked["limit"], asked["compliant"]
     upper, inf = np.array(limit.upper), np.full(2, np.inf)
     assert rules(limit, retold(other, force=1.01 * upper, upper=inf)) == {"compliant above limit.upper"}
@@ -64,7 +64,7 @@ def test_every_rule_can_be_broken(asked: dict[str, hf.Robustness]) -> None:
     assert judge.changed(other, retold(other, force=np.nextafter(other.force, 0)))
 
 
-def test_infinity_may_stand_for_a_factor_beyond_all_balance(asked: dict[str, hf.Robustness]) -> None:
+def test_infinity_may_stand_for_a_factor_beyond_all_balance(asked: dict[str, hf.answers.Robustness]) -> None:
     endless = retold(
         asked["compliant"],
         force=np.full(2, np.inf),
@@ -76,7 +76,7 @@ def test_infinity_may_stand_for_a_factor_beyond_all_balance(asked: dict[str, hf.
         assert rules(far, endless) == told
 
 
-def test_a_proof_of_a_fall_is_heard(asked: dict[str, hf.Robustness]) -> None:
+def test_a_proof_of_a_fall_is_heard(asked: dict[str, hf.answers.Robustness]) -> None:
     floor, body = cube().bodies
     assembly = hf.assemble(hf.Scene([floor, body.moved(at(0.53, 0, 0.05))], 0.5))
     falls = hf.robustness(assembly, "cube", (0.48, 0, 0.05), ALONG, engine="limit")

@@ -25,7 +25,7 @@ def tried(item: Data) -> Outcome:
     """Try an input of any kind; whatever is raised becomes an outcome."""
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", hf.HoldfastWarning)
+            warnings.simplefilter("ignore", hf.errors.HoldfastWarning)
             warnings.filterwarnings("error", category=RuntimeWarning, module=r"holdfast\.")
             with tempfile.TemporaryDirectory() as folder:
                 return TRIALS[item["kind"]](item, Path(folder))
@@ -91,7 +91,7 @@ def scene_trial(item: Data, folder: Path) -> Outcome:
             broken += [(Ending.CONTRADICTION, rule, text) for rule, text in judge.contradictions(answer)]
         limit, others = each[0], each[1:]
         for other in others:
-            if other.claim is not hf.Claim.ESTIMATED:
+            if other.claim is not hf.answers.Claim.ESTIMATED:
                 broken += [(Ending.CONTRADICTION, rule, text) for rule, text in judge.between(limit, other, *weights)]
         if again:
             pairs = zip(each, again[k][1], strict=True)
@@ -103,7 +103,7 @@ def scene_trial(item: Data, folder: Path) -> Outcome:
     return Outcome(Ending.OK, "", ", ".join(words))
 
 
-def answers(path: Path, pushes: list[Data]) -> list[tuple[tuple[float, float], list[hf.Robustness]]]:
+def answers(path: Path, pushes: list[Data]) -> list[tuple[tuple[float, float], list[hf.answers.Robustness]]]:
     """For each push the weights of all bodies and of the pushed one, and the answers of limit analysis and others."""
     scene = hf.load_scene(path)
     assembly = hf.assemble(scene)

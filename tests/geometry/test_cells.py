@@ -91,7 +91,7 @@ def test_covered_cells_are_those_on_patches(name: str) -> None:
             assert hidden == any(on)
 
 
-def well_within(patch: hf.Patch, point: np.ndarray) -> bool:
+def well_within(patch: hf.answers.Patch, point: np.ndarray) -> bool:
     """Whether a point of the patch's plane lies on it, and not on its outline."""
     polygon = shapely_polygon(patch.rings)
     seen = shapely.Point((point - patch.polygon[0]) @ patch.frame.T)

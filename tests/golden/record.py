@@ -26,7 +26,7 @@ Plain = Any  # what json.dumps takes
 
 
 @cache
-def assembled(scene: str) -> hf.Assembly:
+def assembled(scene: str) -> hf.answers.Assembly:
     """The assembly of a shipped scene."""
     return hf.assemble(hf.shipped_scene(scene))
 
@@ -88,7 +88,7 @@ def plain(value: Any) -> Plain:
 def asked(question: Callable[[], Plain]) -> Plain:
     """The answer, or the class of the error: its text is nobody's contract."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", hf.HoldfastWarning)
+        warnings.simplefilter("ignore", hf.errors.HoldfastWarning)
         try:
             return question()
         except hf.HoldfastError as error:
@@ -119,7 +119,7 @@ def pushes_on(scene: str) -> list[tuple[str, np.ndarray, np.ndarray]]:
     return [(name, *(np.array(v) for v in zip(*pairs, strict=True))) for name, pairs in drawn.items()]
 
 
-def contacts_of(assembly: hf.Assembly) -> Plain:
+def contacts_of(assembly: hf.answers.Assembly) -> Plain:
     """What was found to touch."""
     interfaces = [
         {
@@ -143,7 +143,7 @@ def contacts_of(assembly: hf.Assembly) -> Plain:
     }
 
 
-def stability_of(assembly: hf.Assembly, **options: Any) -> Plain:
+def stability_of(assembly: hf.answers.Assembly, **options: Any) -> Plain:
     """The verdict, the sum of the contact forces of every interface, the motion if it falls."""
     answer = hf.stability(assembly, **options)
     result = fields(
@@ -170,7 +170,7 @@ def texts_of(mechanisms: Any) -> Plain:
     return ["" if m is None else m.text for m in mechanisms]
 
 
-def robustness_of(assembly: hf.Assembly, body: str, points: Any, ways: Any, **options: Any) -> Plain:
+def robustness_of(assembly: hf.answers.Assembly, body: str, points: Any, ways: Any, **options: Any) -> Plain:
     """R with bounds and all that gives way."""
     answer = hf.robustness(assembly, body, points, ways, **options)
     names = ("body", "points", "directions", "claim", "force", "status", "lower", "upper", "moving", "mode", "notes")
@@ -183,7 +183,7 @@ def pushed(scene: str, **options: Any) -> Plain:
     return [asked(lambda b=b, p=p, e=e: robustness_of(assembly, b, p, e, **options)) for b, p, e in pushes_on(scene)]
 
 
-def map_of(assembly: hf.Assembly, spacing: float, **options: Any) -> Plain:
+def map_of(assembly: hf.answers.Assembly, spacing: float, **options: Any) -> Plain:
     """A map, its weakest point and those of its bodies."""
     m = hf.robustness_map(assembly, spacing=spacing, **options)
     arrays = ("points", "body", "force", "status", "lower", "upper", "moving", "mode", "solved", "error")
@@ -192,7 +192,7 @@ def map_of(assembly: hf.Assembly, spacing: float, **options: Any) -> Plain:
     return {"count": len(m.force), "weakest": weakest, "hidden": hidden, "notes": plain(m.notes)} | fields(m, *arrays)
 
 
-def standing_on(assembly: hf.Assembly) -> list[hf.Load]:
+def standing_on(assembly: hf.answers.Assembly) -> list[hf.Load]:
     """A tenth of the total weight, slanted, and a moment, on the last movable body."""
     body = assembly.movable[-1]
     pull = 0.1 * assembly.weight
@@ -271,7 +271,7 @@ def transport_topic() -> Plain:
     }
     result: dict[str, Plain] = {}
 
-    def told(limits: hf.TransportLimits) -> Plain:
+    def told(limits: hf.answers.TransportLimits) -> Plain:
         status = plain(limits.verdict.status)
         return fields(limits, *arrays) | {"mechanism": texts_of(limits.mechanism), "verdict": status}
 
@@ -289,7 +289,7 @@ def transport_topic() -> Plain:
     stack = assembled("stack")
     path = [[1.0, 0.5, 0.0], [0.0, -2.0, 0.3], [0.5, 0.0, -1.0]]
     limits = hf.transport_limits(stack, path, bound=True)
-    result["stack: along a path"] = told(limits) | {"speed": plain(hf.safe_time_scale(path, limits, margin=0.1))}
+    result["stack: along a path"] = told(limits) | {"speed": plain(hf.sets.safe_time_scale(path, limits, margin=0.1))}
     return result
 
 
@@ -298,7 +298,7 @@ def sets_topic() -> Plain:
     rng = np.random.default_rng(7)
     result: dict[str, Plain] = {}
 
-    def told(found: hf.ConvexSet, reach: np.ndarray) -> Plain:
+    def told(found: hf.answers.ConvexSet, reach: np.ndarray) -> Plain:
         ways = rng.standard_normal((40, len(found.bound)))
         points = ways / np.linalg.norm(ways, axis=1)[:, None] * reach
         names = ("claim", "gap", "gap_wanted", "solves", "bound", "units", "frame", "notes")
@@ -311,11 +311,11 @@ def sets_topic() -> Plain:
 
     for scene in ("cube", "table", "cantilever"):
         assembly = assembled(scene)
-        found = hf.sustainable_accelerations(assembly, gap=0.05)
+        found = hf.sets.sustainable_accelerations(assembly, gap=0.05)
         result[f"{scene}: accelerations"] = told(found, np.full(3, 3.0))
     cube = assembled("cube")
     reach = 0.3 * cube.weight * np.repeat([1.0, 0.2 * cube.size], 3)
-    result["cube: wrenches"] = told(hf.admissible_wrenches(cube, "cube", gap=0.3), reach)
+    result["cube: wrenches"] = told(hf.sets.admissible_wrenches(cube, "cube", gap=0.3), reach)
     return result
 
 
@@ -329,13 +329,13 @@ def uncertainty_topic() -> Plain:
         assembly = assembled(scene)
         body, points, ways = pushes_on(scene)[0]
         result[f"{scene}: sensitivity"] = [
-            asked(lambda a=assembly, b=body, p=p, e=e: fields(hf.sensitivity(a, b, p, e), *derivatives))
+            asked(lambda a=assembly, b=body, p=p, e=e: fields(hf.sets.sensitivity(a, b, p, e), *derivatives))
             for p, e in zip(points, ways, strict=True)
         ]
         mass = {body: (0.9 * assembly.scene.body(body).mass, 1.1 * assembly.scene.body(body).mass)}
         result[f"{scene}: worst case"] = asked(
             lambda a=assembly, b=body, p=points, e=ways, m=mass: fields(
-                hf.worst_case(a, b, p, e, friction=0.1, mass=m, com={b: (0.003, 0.002, 0.0)}), *worst
+                hf.sets.worst_case(a, b, p, e, friction=0.1, mass=m, com={b: (0.003, 0.002, 0.0)}), *worst
             )
         )
         for engine in ENGINES:
@@ -355,7 +355,7 @@ def disassembly_topic() -> Plain:
     removal = ("body", "answer", "reason", "blockers", "moving", "lift", "hold")
     result: dict[str, Plain] = {}
 
-    def told(d: hf.Disassembly) -> Plain:
+    def told(d: hf.answers.Disassembly) -> Plain:
         names = ("claim", "order", "remaining", "reached", "proven", "bound", "blocked")
         return fields(d, *names) | {
             "steps": [fields(step, *removal) for step in d.steps],
@@ -381,7 +381,7 @@ def placement_topic() -> Plain:
     box = hf.Body("box", hf.Box((0.06, 0.05, 0.04)), mass=0.4)
     brick = hf.Body("brick", hf.Box((0.05, 0.05, 0.05)), mass=50)
 
-    def told(p: hf.Placement) -> Plain:
+    def told(p: hf.answers.Placement) -> Plain:
         result = fields(p, "claim", "status", "reason", "pose", "robustness", "attempts", "faults", "points", "normals")
         result["contacts"] = [{"bodies": plain(i.bodies), "area": plain(i.area)} for i in p.contacts]
         result["weakest"] = None if p.weakest is None else fields(p.weakest, "body", "force", "mode", "moving")
@@ -438,7 +438,7 @@ def without_topic() -> Plain:
 
 
 TOPICS: dict[str, Callable[[], Plain]] = {
-    **{f"scene_{name}": lambda name=name: scene_topic(name) for name in hf.shipped_scenes()},
+    **{f"scene_{name}": lambda name=name: scene_topic(name) for name in hf.sets.shipped_scenes()},
     "engines": engines_topic,
     "loads": loads_topic,
     "transport": transport_topic,

@@ -38,14 +38,14 @@ CAMERA = {
 
 
 @pytest.fixture
-def live() -> Iterator[hf.LiveView]:
+def live() -> Iterator[hf.answers.LiveView]:
     bodies = [box(n, (0.1, 0.1, 0.1), 1.0, (x, 0.0, 0.05)) for n, x in (("left", 0.0), ("right", 0.3))]
     with hf.view(hf.Scene([floor(), *bodies], friction=0.5), engine="graph", spacing=0.05, browser=False) as one:
         assert one._window.worker.rest()
         yield one
 
 
-def socket_of(live: hf.LiveView, path: str | None = None, **options: Any) -> ClientConnection:
+def socket_of(live: hf.answers.LiveView, path: str | None = None, **options: Any) -> ClientConnection:
     """A web socket as the page opens it, from the address without its query, or at another path."""
     here = urlsplit(live.url)
     address = f"ws://127.0.0.1:{here.port}{here.path if path is None else path}"
@@ -61,7 +61,7 @@ def say(page: ClientConnection, **said: Any) -> None:
     page.send(msgspec.msgpack.encode(said))
 
 
-def mass_of(live: hf.LiveView) -> float:
+def mass_of(live: hf.answers.LiveView) -> float:
     return live._window.model.assembly.scene.body("left").mass or 0.0
 
 
@@ -69,7 +69,7 @@ def uuid_of(control: Any) -> str:
     return str(control._impl.uuid)
 
 
-def set_mass(live: hf.LiveView, page: ClientConnection, mass: object) -> None:
+def set_mass(live: hf.answers.LiveView, page: ClientConnection, mass: object) -> None:
     say(page, **CAMERA)
     say(page, type="GuiUpdateMessage", uuid=uuid_of(live._window.controls._mass), updates={"value": mass})
 
@@ -81,7 +81,7 @@ def waited_for(done: Any) -> bool:
     return bool(done())
 
 
-def test_its_own_page_comes_in_and_edits(live: hf.LiveView) -> None:
+def test_its_own_page_comes_in_and_edits(live: hf.answers.LiveView) -> None:
     with socket_of(live) as page:
         assert len(page.recv()) > 100, "the scene is sent"
         set_mass(live, page, 7.0)
@@ -89,13 +89,15 @@ def test_its_own_page_comes_in_and_edits(live: hf.LiveView) -> None:
 
 
 @pytest.mark.parametrize("origin", ["http://evil.example", "null", "https://127.0.0.1", "http://127.0.0.1:1"])
-def test_a_page_of_another_origin_does_not_come_in_though_it_knows_the_token(live: hf.LiveView, origin: str) -> None:
+def test_a_page_of_another_origin_does_not_come_in_though_it_knows_the_token(
+    live: hf.answers.LiveView, origin: str
+) -> None:
     with pytest.raises(InvalidStatus, match="403"):
         socket_of(live, origin=origin)
 
 
 @pytest.mark.parametrize("path", ["", "/", "/wrong", "/index.html", "/?websocket=ws://a"])
-def test_nobody_comes_in_without_the_token(live: hf.LiveView, path: str) -> None:
+def test_nobody_comes_in_without_the_token(live: hf.answers.LiveView, path: str) -> None:
     for origin in (None, f"http://127.0.0.1:{urlsplit(live.url).port}"):
         with pytest.raises(InvalidStatus, match="403"):
             socket_of(live, path, origin=origin)
@@ -103,7 +105,7 @@ def test_nobody_comes_in_without_the_token(live: hf.LiveView, path: str) -> None
 
 
 @pytest.mark.parametrize("host", ["evil.example", "evil.example:80", "127.0.0.1.evil.example", ""])
-def test_another_name_of_this_machine_is_not_taken(live: hf.LiveView, host: str) -> None:
+def test_another_name_of_this_machine_is_not_taken(live: hf.answers.LiveView, host: str) -> None:
     """A name that leads to 127.0.0.1 makes its page one of the same origin: DNS rebinding."""
     assert asked(live, urlsplit(live.url).path, host)[0] == 403
     upgrade = {
@@ -116,7 +118,7 @@ def test_another_name_of_this_machine_is_not_taken(live: hf.LiveView, host: str)
     assert asked(live, urlsplit(live.url).path, host, **upgrade)[0] == 403
 
 
-def asked(live: hf.LiveView, path: str, host: str | None = None, **headers: str) -> tuple[int, bytes, Any]:
+def asked(live: hf.answers.LiveView, path: str, host: str | None = None, **headers: str) -> tuple[int, bytes, Any]:
     port = urlsplit(live.url).port
     connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
     connection.putrequest("GET", path, skip_host=True)
@@ -127,7 +129,7 @@ def asked(live: hf.LiveView, path: str, host: str | None = None, **headers: str)
     return answer.status, answer.read(), answer.headers
 
 
-def test_the_page_is_served_at_the_address_with_the_token_alone(live: hf.LiveView) -> None:
+def test_the_page_is_served_at_the_address_with_the_token_alone(live: hf.answers.LiveView) -> None:
     path = urlsplit(live.url).path
     for known in (path, f"{path}/", f"{path}?websocket=ws://127.0.0.1/{path}"):
         status, content, headers = asked(live, known)
@@ -137,7 +139,7 @@ def test_the_page_is_served_at_the_address_with_the_token_alone(live: hf.LiveVie
     assert asked(live, path, f"localhost:{9999}")[0] == 200, "by a tunnel of one's own"
 
 
-def test_two_views_have_two_tokens(live: hf.LiveView) -> None:
+def test_two_views_have_two_tokens(live: hf.answers.LiveView) -> None:
     with hf.view(hf.shipped_scene("cube"), engine="graph", browser=False) as other:
         assert urlsplit(other.url).path != urlsplit(live.url).path
         assert asked(live, urlsplit(other.url).path)[0] == 403
@@ -160,7 +162,7 @@ VALUES = ("", "no such", None, True, -1, 1e300, float("nan"), [1], [1, 2, 3], ["
 
 
 def test_malformed_messages_change_nothing_and_print_nothing(
-    live: hf.LiveView, capfd: pytest.CaptureFixture[str], recwarn: pytest.WarningsRecorder
+    live: hf.answers.LiveView, capfd: pytest.CaptureFixture[str], recwarn: pytest.WarningsRecorder
 ) -> None:
     """All that is not understood, and every control with values of every kind: no traceback, and it goes on."""
     controls, rng = live._window.controls, random.Random(7)
@@ -185,7 +187,7 @@ def test_malformed_messages_change_nothing_and_print_nothing(
     assert [str(each.message) for each in recwarn if "viser" in str(each.message)] == []
 
 
-def test_a_pair_that_is_not_there_any_more_rubs_nothing(live: hf.LiveView) -> None:
+def test_a_pair_that_is_not_there_any_more_rubs_nothing(live: hf.answers.LiveView) -> None:
     controls = live._window.controls
     controls._named = {}
     controls._rubbed()
@@ -193,14 +195,14 @@ def test_a_pair_that_is_not_there_any_more_rubs_nothing(live: hf.LiveView) -> No
 
 
 def test_another_version_of_the_page_is_turned_away_in_silence(
-    live: hf.LiveView, capfd: pytest.CaptureFixture[str]
+    live: hf.answers.LiveView, capfd: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(InvalidStatus, match="403"):
         socket_of(live, subprotocols=["viser-v0.0.1"])
     assert capfd.readouterr() == ("", "")
 
 
-def test_large_messages_take_no_memory(live: hf.LiveView) -> None:
+def test_large_messages_take_no_memory(live: hf.answers.LiveView) -> None:
     """What is too large to be understood is dropped, and what is larger than any picture ends the connection."""
     name = uuid_of(live._window.controls._colour)
     with socket_of(live) as page:

@@ -52,11 +52,13 @@ def page() -> Iterator[Any]:
 
 
 @pytest.fixture
-def found() -> hf.RobustnessMap:
+def found() -> hf.answers.RobustnessMap:
     return hf.robustness_map(hf.shipped_scene("tabletop"), engine="graph", spacing=0.02)
 
 
-def test_colours_are_those_of_the_legend_and_nothing_is_asked_of_others(page: Any, found: hf.RobustnessMap) -> None:
+def test_colours_are_those_of_the_legend_and_nothing_is_asked_of_others(
+    page: Any, found: hf.answers.RobustnessMap
+) -> None:
     pytest.importorskip("viser", reason="needs viser: pip install 'holdfast-robotics[live]'")
     with hf.view(found, engine="graph", browser=False) as live:
         page.goto(live.url)
@@ -67,7 +69,7 @@ def test_colours_are_those_of_the_legend_and_nothing_is_asked_of_others(page: An
         assert page.said == []
 
 
-def check_colours(page: Any, live: hf.LiveView) -> None:
+def check_colours(page: Any, live: hf.answers.LiveView) -> None:
     """Compare at least 20 points of the picture with the scale of the legend: within 2 %."""
     if page.locator(NOTICE).count():
         page.locator(NOTICE).first.click()
@@ -88,7 +90,7 @@ def check_colours(page: Any, live: hf.LiveView) -> None:
         assert np.abs(colour - expected[number]).max() < 0.02
 
 
-def seen(found: hf.RobustnessMap, pixels: np.ndarray, camera: Any) -> list[tuple[int, np.ndarray]]:
+def seen(found: hf.answers.RobustnessMap, pixels: np.ndarray, camera: Any) -> list[tuple[int, np.ndarray]]:
     """The points of a map that are seen away from edges and from borders of cells, with their colours."""
     eye = np.array(camera.position)
     surfaces = [body.surface_world for body in found.assembly.bodies]
@@ -193,7 +195,9 @@ def test_on_a_pallet_all_boxes_have_colours_soon_and_a_click_goes_first(page: An
         assert page.said == []
 
 
-def test_the_page_of_a_map_tells_the_push_under_the_pointer(page: Any, found: hf.RobustnessMap, tmp_path: Path) -> None:
+def test_the_page_of_a_map_tells_the_push_under_the_pointer(
+    page: Any, found: hf.answers.RobustnessMap, tmp_path: Path
+) -> None:
     found.save_html(tmp_path / "map.html")
     page.goto((tmp_path / "map.html").as_uri())
     page.wait_for_timeout(3000)

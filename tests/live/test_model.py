@@ -17,7 +17,7 @@ from holdfast.scene.shipped.blocks import box, floor
 G, MASS, MU = 9.81, 2.0, 0.3
 
 
-def cubes() -> hf.Assembly:
+def cubes() -> hf.answers.Assembly:
     """Two cubes on a floor, 0.3 m apart; friction makes both slide when they are pushed low."""
     bodies = [box(n, (0.1, 0.1, 0.1), MASS, (x, 0.0, 0.05)) for n, x in (("left", 0.0), ("right", 0.3))]
     return hf.assemble(hf.Scene([floor(), *bodies], friction=MU))

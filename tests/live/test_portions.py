@@ -21,7 +21,7 @@ from holdfast.scene.shipped.blocks import box, floor
 SPACING = 0.05
 
 
-def cubes() -> hf.Assembly:
+def cubes() -> hf.answers.Assembly:
     """A small, a large and a middle cube, the last one on the large one."""
     bodies = [
         box("small", (0.1, 0.1, 0.1), 1.0, (0.0, 0.0, 0.05)),

@@ -48,14 +48,14 @@ def test_only_what_can_be_shown_is_taken() -> None:
 
 
 @pytest.fixture
-def live() -> Iterator[hf.LiveView]:
+def live() -> Iterator[hf.answers.LiveView]:
     pytest.importorskip("viser", reason="needs viser: pip install 'holdfast-robotics[live]'")
     with hf.view(cubes(), engine="limit", spacing=0.05, browser=False) as one:
         assert one._window.worker.rest()
         yield one
 
 
-def drawn(live: hf.LiveView, name: str) -> Any:
+def drawn(live: hf.answers.LiveView, name: str) -> Any:
     return live._window.server.scene.get_handle_by_name(name)
 
 
@@ -66,12 +66,12 @@ class Event:
         self.ray_origin, self.ray_direction = origin, ray
 
 
-def click_left(live: hf.LiveView) -> None:
+def click_left(live: hf.answers.LiveView) -> None:
     live._window._clicked(Event((-1.0, 0.0, 0.02), (1.0, 0.0, 0.0)))
     assert live._window.worker.rest()
 
 
-def test_it_is_served_to_this_machine_alone(live: hf.LiveView) -> None:
+def test_it_is_served_to_this_machine_alone(live: hf.answers.LiveView) -> None:
     assert live.url.startswith("http://127.0.0.1:")
     port = urlsplit(live.url).port
     with urllib.request.urlopen(live.url) as page:
@@ -88,13 +88,13 @@ def listeners(port: int) -> set[str]:
     return {row[1].split(":")[0] for row in rows if row[3] == "0A" and int(row[1].split(":")[1], 16) == port}
 
 
-def test_no_page_can_have_it_shared(live: hf.LiveView) -> None:
+def test_no_page_can_have_it_shared(live: hf.answers.LiveView) -> None:
     """What viser calls when a page sends its message for a public tunnel."""
     assert live._window.server.request_share_url() is None
     assert live._window.server._share_tunnel is None
 
 
-def test_the_view_begins_above_the_bodies_and_turned_to_their_middle(live: hf.LiveView) -> None:
+def test_the_view_begins_above_the_bodies_and_turned_to_their_middle(live: hf.answers.LiveView) -> None:
     """Both cubes are within its 45 degrees; the floor, which is far larger, does not count."""
     camera = live._window.server.initial_camera
     middle = np.array([0.15, 0.0, 0.05])
@@ -106,7 +106,7 @@ def test_the_view_begins_above_the_bodies_and_turned_to_their_middle(live: hf.Li
     assert radius < np.sin(np.deg2rad(22.5)) * np.linalg.norm(away) < 3.0 * radius
 
 
-def test_verdict_and_map_come_by_themselves(live: hf.LiveView) -> None:
+def test_verdict_and_map_come_by_themselves(live: hf.answers.LiveView) -> None:
     model, controls = live._window.model, live._window.controls
     assert model.verdict is not None
     assert model.map is not None
@@ -115,7 +115,7 @@ def test_verdict_and_map_come_by_themselves(live: hf.LiveView) -> None:
     assert drawn(live, "/bodies/0/surface") is not None
 
 
-def test_a_click_pushes_and_the_sliders_turn_the_push(live: hf.LiveView) -> None:
+def test_a_click_pushes_and_the_sliders_turn_the_push(live: hf.answers.LiveView) -> None:
     controls = live._window.controls
     click_left(live)
     assert f"R = <b>{MU * MASS * G:.4g} N</b>" in controls.push.content
@@ -127,7 +127,7 @@ def test_a_click_pushes_and_the_sliders_turn_the_push(live: hf.LiveView) -> None
     assert f"R = <b>{MU * MASS * G:.4g} N</b>" not in controls.push.content
 
 
-def test_a_slider_stays_where_it_was_dragged_while_older_angles_are_answered(live: hf.LiveView) -> None:
+def test_a_slider_stays_where_it_was_dragged_while_older_angles_are_answered(live: hf.answers.LiveView) -> None:
     click_left(live)
     window = live._window
     began, go_on = threading.Event(), threading.Event()
@@ -152,7 +152,7 @@ def test_a_slider_stays_where_it_was_dragged_while_older_angles_are_answered(liv
     assert window.model.tilt == window.controls._tilt.value == 40.0
 
 
-def test_a_click_while_the_map_comes_goes_first_and_the_map_goes_on(live: hf.LiveView) -> None:
+def test_a_click_while_the_map_comes_goes_first_and_the_map_goes_on(live: hf.answers.LiveView) -> None:
     window = live._window
     window.model.edit(window.model.given)
     asked: list[str] = []
@@ -171,7 +171,7 @@ def test_a_click_while_the_map_comes_goes_first_and_the_map_goes_on(live: hf.Liv
     assert window.model.push is not None
 
 
-def test_the_mechanism_moves_the_body_that_it_moves(live: hf.LiveView) -> None:
+def test_the_mechanism_moves_the_body_that_it_moves(live: hf.answers.LiveView) -> None:
     from holdfast.live.motion import moved_by
 
     click_left(live)
@@ -186,7 +186,7 @@ def test_the_mechanism_moves_the_body_that_it_moves(live: hf.LiveView) -> None:
     assert tuple(frames["left"].position) == (0.0, 0.0, 0.0)
 
 
-def test_edits_reach_the_model_and_the_verdict_follows(live: hf.LiveView) -> None:
+def test_edits_reach_the_model_and_the_verdict_follows(live: hf.answers.LiveView) -> None:
     window = live._window
     controls = window.controls
     controls._body.value, controls._position.value = "left", (0.0, 0.0, 0.2)
@@ -200,7 +200,7 @@ def test_edits_reach_the_model_and_the_verdict_follows(live: hf.LiveView) -> Non
     assert controls._position.value == pytest.approx((0.0, 0.0, 0.05))
 
 
-def test_a_body_keeps_its_node_whatever_its_colours_say(live: hf.LiveView) -> None:
+def test_a_body_keeps_its_node_whatever_its_colours_say(live: hf.answers.LiveView) -> None:
     """The map and the groups list bodies in another order."""
     window = live._window
     names = [body.name for body in window.model.assembly.bodies]
@@ -222,7 +222,7 @@ def low_and_high(glb: bytes) -> np.ndarray:
     return np.array([ends["min"], ends["max"]])
 
 
-def test_steps_move_and_hide_bodies_until_an_edit(live: hf.LiveView) -> None:
+def test_steps_move_and_hide_bodies_until_an_edit(live: hf.answers.LiveView) -> None:
     window = live._window
     window.worker.ask("take apart", window.controls._take_apart)
     assert window.worker.rest()
@@ -239,7 +239,7 @@ def test_steps_move_and_hide_bodies_until_an_edit(live: hf.LiveView) -> None:
     assert np.allclose(window._frames[leaving].position, 0.0)
 
 
-def test_answers_open_with_their_states(live: hf.LiveView) -> None:
+def test_answers_open_with_their_states(live: hf.answers.LiveView) -> None:
     scene = cubes()
     answers = [
         hf.assemble(scene),
@@ -254,18 +254,20 @@ def test_answers_open_with_their_states(live: hf.LiveView) -> None:
             assert one.url != live.url
             assert one._window.worker.rest()
             model = one._window.model
-            assert bool(model.steps) == isinstance(answer, hf.Settled | hf.Disassembly | hf.Placement)
-            assert ("<svg" in one._window.controls.limits.content) == isinstance(answer, hf.TransportLimits)
-            if isinstance(answer, hf.RobustnessMap):
+            assert bool(model.steps) == isinstance(
+                answer, hf.answers.Settled | hf.answers.Disassembly | hf.answers.Placement
+            )
+            assert ("<svg" in one._window.controls.limits.content) == isinstance(answer, hf.answers.TransportLimits)
+            if isinstance(answer, hf.answers.RobustnessMap):
                 assert model.map is answer
 
 
-def test_a_notebook_shows_it_in_the_cell(live: hf.LiveView) -> None:
+def test_a_notebook_shows_it_in_the_cell(live: hf.answers.LiveView) -> None:
     assert f'src="{live.url}"' in live._repr_html_()
     assert live.url in repr(live)
 
 
-def test_closing_frees_the_port(live: hf.LiveView) -> None:
+def test_closing_frees_the_port(live: hf.answers.LiveView) -> None:
     port = urlsplit(live.url).port
     live.close()
     with pytest.raises(OSError, match=r".*"), socket.create_connection(("127.0.0.1", port), timeout=2):

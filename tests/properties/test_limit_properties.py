@@ -4,7 +4,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from holdfast import Assembly, Body, Box, Limit, Scene, Status, assemble
+from holdfast import Body, Box, Limit, Scene, Status, assemble
+from holdfast.answers import Assembly
 from holdfast.engines.answers import Answers
 
 FEW = settings(max_examples=20, deadline=None, derandomize=True)

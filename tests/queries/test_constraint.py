@@ -18,24 +18,24 @@ G = 9.81
 
 
 @pytest.fixture(scope="module")
-def cube() -> hf.Constraint:
-    return hf.constraint(shipped_scene("cube"), "cube", budget=400)
+def cube() -> hf.answers.Constraint:
+    return hf.sets.constraint(shipped_scene("cube"), "cube", budget=400)
 
 
 @pytest.fixture(scope="module", params=[("cube", "cube"), ("table", "slab"), ("arch", "v3"), ("tabletop", "mug")])
-def asked(request: pytest.FixtureRequest) -> tuple[hf.Assembly, hf.Constraint]:
+def asked(request: pytest.FixtureRequest) -> tuple[hf.answers.Assembly, hf.answers.Constraint]:
     name, body = request.param
     assembly = hf.assemble(shipped_scene(name))
-    return assembly, hf.constraint(assembly, body, budget=500)
+    return assembly, hf.sets.constraint(assembly, body, budget=500)
 
 
-def drawn(found: hf.Constraint, count: int, seed: int = 7) -> np.ndarray:
+def drawn(found: hf.answers.Constraint, count: int, seed: int = 7) -> np.ndarray:
     """Wrenches (n, 6) anywhere, of the sizes that the body can take along the axes."""
     factors = np.minimum(np.asarray(found.value(np.eye(6))), found.bound)
     return np.random.default_rng(seed).normal(size=(count, 6)) * factors
 
 
-def true(assembly: hf.Assembly, body: str, wrenches: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def true(assembly: hf.answers.Assembly, body: str, wrenches: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Factors (n,) and upper bounds (n,) by one solve each, on the whole assembly."""
     W = np.zeros((6 * len(assembly.movable), len(wrenches)))
     first = 6 * assembly.index[body]
@@ -44,7 +44,9 @@ def true(assembly: hf.Assembly, body: str, wrenches: np.ndarray) -> tuple[np.nda
     return found.force, found.upper
 
 
-def test_it_is_never_above_single_solves_and_mostly_close(asked: tuple[hf.Assembly, hf.Constraint]) -> None:
+def test_it_is_never_above_single_solves_and_mostly_close(
+    asked: tuple[hf.answers.Assembly, hf.answers.Constraint],
+) -> None:
     assembly, found = asked
     wrenches = drawn(found, 60)
     value = np.asarray(found.value(wrenches))
@@ -55,7 +57,9 @@ def test_it_is_never_above_single_solves_and_mostly_close(asked: tuple[hf.Assemb
     assert np.median(1 - value[finite] / factor[finite]) < 0.12
 
 
-def test_the_cut_is_a_row_that_bounds_every_usage_from_below(asked: tuple[hf.Assembly, hf.Constraint]) -> None:
+def test_the_cut_is_a_row_that_bounds_every_usage_from_below(
+    asked: tuple[hf.answers.Assembly, hf.answers.Constraint],
+) -> None:
     _, found = asked
     wrenches = drawn(found, 30)
     usage, cut = np.asarray(found.usage(wrenches)), found.cut(wrenches)
@@ -63,7 +67,7 @@ def test_the_cut_is_a_row_that_bounds_every_usage_from_below(asked: tuple[hf.Ass
     assert (wrenches @ cut.T <= usage[:, None] + 1e-8).all()
 
 
-def test_the_gradient_is_that_of_differences(asked: tuple[hf.Assembly, hf.Constraint]) -> None:
+def test_the_gradient_is_that_of_differences(asked: tuple[hf.answers.Assembly, hf.answers.Constraint]) -> None:
     _, found = asked
     step = 1e-7
     for w in drawn(found, 12):
@@ -75,7 +79,7 @@ def test_the_gradient_is_that_of_differences(asked: tuple[hf.Assembly, hf.Constr
         assert (ahead - behind) / (2 * step) == pytest.approx(found.gradient(w) @ towards, rel=1e-4)
 
 
-def test_the_usage_is_a_gauge(cube: hf.Constraint) -> None:
+def test_the_usage_is_a_gauge(cube: hf.answers.Constraint) -> None:
     """Homogeneous and convex, as the true one: the middle of two wrenches uses at most the mean."""
     a, b = drawn(cube, 50), drawn(cube, 50, seed=8)
     np.testing.assert_allclose(cube.usage(3 * a), 3 * np.asarray(cube.usage(a)), rtol=1e-9)
@@ -91,17 +95,17 @@ def test_the_usage_is_a_gauge(cube: hf.Constraint) -> None:
         ((1, 0, 0, 0, 0.05, 0), G / 2),  # pushed at the upper edge: tips
     ],
 )
-def test_closed_forms_of_a_cube(cube: hf.Constraint, wrench: tuple[float, ...], force: float) -> None:
+def test_closed_forms_of_a_cube(cube: hf.answers.Constraint, wrench: tuple[float, ...], force: float) -> None:
     assert force * 0.98 <= float(cube.value(wrench)) <= force * (1 + 1e-9)
 
 
-def test_pressing_down_is_free_as_far_as_the_box(cube: hf.Constraint) -> None:
+def test_pressing_down_is_free_as_far_as_the_box(cube: hf.answers.Constraint) -> None:
     assert float(cube.value((0, 0, -1, 0, 0, 0))) >= cube.bound[2]
     assert float(cube.value(np.zeros(6))) == np.inf
     assert not cube.gradient(np.zeros(6)).any()
 
 
-def test_wrenches_of_forces_at_points_are_those_of_pushes(cube: hf.Constraint) -> None:
+def test_wrenches_of_forces_at_points_are_those_of_pushes(cube: hf.answers.Constraint) -> None:
     """A push on the left face at (x, y, z) along x: torque (0, z F, -y F) about the centre."""
     found = cube.wrenches([(-0.05, 0.02, 0.08), (-0.05, 0.02, 0.02)], (2.0, 0, 0))
     np.testing.assert_allclose(found, [(2, 0, 0, 0, 0.06, -0.04), (2, 0, 0, 0, -0.06, -0.04)], atol=1e-15)
@@ -111,9 +115,9 @@ def test_wrenches_of_forces_at_points_are_those_of_pushes(cube: hf.Constraint) -
 
 def test_wrenches_near_those_asked_for_are_closer() -> None:
     scene = shipped_scene("arch")
-    blind = hf.constraint(scene, "v3", budget=120)
+    blind = hf.sets.constraint(scene, "v3", budget=120)
     near = drawn(blind, 5, seed=11)
-    told = hf.constraint(scene, "v3", budget=120, near=near)
+    told = hf.sets.constraint(scene, "v3", budget=120, near=near)
     assert np.median(np.asarray(told.value(near)) / blind.value(near)) > 1.02
 
 
@@ -126,28 +130,28 @@ def test_unless_told_it_is_close_to_inward_pushes_on_the_surface() -> None:
     pushes = inward_pushes(assembly, "pyramid", assembly.com[0])
     assert (pushes[:, 2] < 0).mean() == pytest.approx(2**0.5 / (1 + 2**0.5), abs=0.06)
     assert np.linalg.norm(pushes[:, :3], axis=1).mean() == pytest.approx(1.09, abs=0.05)
-    usual, told = (hf.constraint(assembly, "pyramid", budget=40, near=near) for near in (None, pushes))
+    usual, told = (hf.sets.constraint(assembly, "pyramid", budget=40, near=near) for near in (None, pushes))
     np.testing.assert_array_equal(usual.known, told.known)
 
 
 def test_the_gap_is_that_of_single_solves() -> None:
     """Measured by cuts, without further solves, it bounds what half and nine in ten wrenches of its kinds miss."""
     assembly = hf.assemble(shipped_scene("table"))
-    found = hf.constraint(assembly, "slab", budget=150)
+    found = hf.sets.constraint(assembly, "slab", budget=150)
     wrenches = drawn(found, 120)
     short = 1 - np.asarray(found.value(wrenches)) / true(assembly, "slab", wrenches)[0]
     assert 0.25 * found.gap < np.median(short) < 1.5 * found.gap
     assert 0.25 * found.gap_of_most < np.quantile(short, 0.9) < 1.5 * found.gap_of_most
-    closer = hf.constraint(assembly, "slab", gap=2 * found.gap)
+    closer = hf.sets.constraint(assembly, "slab", gap=2 * found.gap)
     assert closer.gap <= 2 * found.gap
     assert closer.gap_of_most <= 6 * found.gap
     assert closer.solves < found.solves
 
 
-def test_standing_loads_count(cube: hf.Constraint) -> None:
+def test_standing_loads_count(cube: hf.answers.Constraint) -> None:
     """Pressed down by its own weight again, the cube takes twice as much from the side."""
     pressed = hf.Load("cube", (0, 0, 0.1), force=(0, 0, -G))
-    found = hf.constraint(shipped_scene("cube"), "cube", budget=400, standing=[pressed])
+    found = hf.sets.constraint(shipped_scene("cube"), "cube", budget=400, standing=[pressed])
     w = (1, 0, 0, 0, 0, 0)
     assert float(found.value(w)) == pytest.approx(2 * float(cube.value(w)), rel=0.02)
 
@@ -163,15 +167,15 @@ def test_it_turns_with_the_scene() -> None:
         scene.friction,
         gravity=turn[:3, :3] @ scene.gravity,
     )
-    here, there = hf.constraint(scene, "cube", budget=400), hf.constraint(turned, "cube", budget=400)
+    here, there = hf.sets.constraint(scene, "cube", budget=400), hf.sets.constraint(turned, "cube", budget=400)
     wrenches = drawn(here, 40)
     R = turn[:3, :3]
     moved = np.hstack([wrenches[:, :3] @ R.T, wrenches[:, 3:] @ R.T])
     np.testing.assert_allclose(np.median(np.asarray(there.value(moved)) / here.value(wrenches)), 1, atol=0.02)
 
 
-def test_the_same_question_has_the_same_answer_to_the_last_digit(cube: hf.Constraint, tmp_path: Path) -> None:
-    assert hf.constraint(shipped_scene("cube"), "cube", budget=400) == cube
+def test_the_same_question_has_the_same_answer_to_the_last_digit(cube: hf.answers.Constraint, tmp_path: Path) -> None:
+    assert hf.sets.constraint(shipped_scene("cube"), "cube", budget=400) == cube
     cube.save(tmp_path / "c.npz")
     again = hf.load_answer(tmp_path / "c.npz")
     assert again == cube
@@ -182,14 +186,14 @@ def test_the_same_question_has_the_same_answer_to_the_last_digit(cube: hf.Constr
 def test_what_cannot_be_constrained_is_refused() -> None:
     ball = hf.Body("orange", hf.Sphere(0.04), mass=0.2, pose=at(0, 0, 0.04))
     with pytest.raises(hf.HoldfastError, match="constraint on 'orange': 0 is not inside the set"):
-        hf.constraint(hf.Scene([floor(), ball], 0.5), "orange")
+        hf.sets.constraint(hf.Scene([floor(), ball], 0.5), "orange")
     hanging = box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.5))
     with pytest.raises(hf.HoldfastError, match="constraint on 'cube': the assembly is unstable"):
-        hf.constraint(hf.Scene([floor(), hanging], 0.5), "cube")
-    with pytest.raises(hf.SceneError, match="the body is fixed"):
-        hf.constraint(shipped_scene("cube"), "floor")
+        hf.sets.constraint(hf.Scene([floor(), hanging], 0.5), "cube")
+    with pytest.raises(hf.errors.SceneError, match="the body is fixed"):
+        hf.sets.constraint(shipped_scene("cube"), "floor")
     with pytest.raises(hf.HoldfastError, match="use engine='limit'"):
-        hf.constraint(shipped_scene("cube"), "cube", engine="compliant")
-    found = hf.constraint(shipped_scene("cube"), "cube", budget=20)
+        hf.sets.constraint(shipped_scene("cube"), "cube", engine="compliant")
+    found = hf.sets.constraint(shipped_scene("cube"), "cube", budget=20)
     with pytest.raises(hf.HoldfastError, match="2 points and 3 forces"):
         found.wrenches(np.zeros((2, 3)), np.ones((3, 3)))

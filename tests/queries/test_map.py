@@ -40,7 +40,7 @@ def test_maps_of_shipped_scenes_are_numbers_on_the_bodies(name: str) -> None:
 
 @pytest.mark.parametrize("name", sorted(TOO_MANY_CUTS))
 def test_too_many_cuts_are_no_answer_but_a_remedy(name: str) -> None:
-    with pytest.raises(hf.SolverError, match=r"50 movable bodies have more than 20,000 .*; declare .*max_cuts"):
+    with pytest.raises(hf.errors.SolverError, match=r"50 movable bodies have more than 20,000 .*; declare .*max_cuts"):
         hf.robustness_map(hf.assemble(shipped_scene(name)), spacing=0.1, engine="graph")
 
 

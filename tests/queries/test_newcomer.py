@@ -31,7 +31,7 @@ def test_a_collapse_names_only_the_bodies_that_fall(engine: str) -> None:
 
 
 def test_a_gap_in_millimetres_is_noticed() -> None:
-    with pytest.warns(hf.HoldfastWarning, match=r"gap: is 1e\+03 mm, but body .* is only 100 mm thick.*metres"):
+    with pytest.warns(hf.errors.HoldfastWarning, match=r"gap: is 1e\+03 mm, but body .* is only 100 mm thick.*metres"):
         hf.assemble(shipped_scene("stack"), gap=1.0)
 
 
@@ -39,7 +39,7 @@ def test_a_mesh_in_millimetres_is_noticed_and_does_not_raise_the_gap() -> None:
     huge = box("carton", (200, 200, 200), 1, (0, 0, 100))
     small = box("can", (0.1, 0.1, 0.1), 1, (300, 0, 0.05))
     scene = hf.Scene([floor(1000, 1000), huge, small], 0.5)
-    with pytest.warns(hf.HoldfastWarning, match=r"'carton': is 200 m across; .*scale 0.001"):
+    with pytest.warns(hf.errors.HoldfastWarning, match=r"'carton': is 200 m across; .*scale 0.001"):
         assembly = hf.assemble(scene)
     assert assembly.tolerances.gap < 1e-3
 

@@ -50,5 +50,5 @@ def test_there_is_no_derivative_of_nothing() -> None:
     falling = hf.assemble(hf.Scene([floor(), box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.5))], 0.6))
     with pytest.raises(hf.HoldfastError, match="the assembly is unstable"):
         sensitivity(falling, "cube", [0, 0, 0.55], X)
-    with pytest.raises(hf.SceneError, match="direction: is zero"):
+    with pytest.raises(hf.errors.SceneError, match="direction: is zero"):
         sensitivity(hf.assemble(cube()), "cube", [0, 0, 0.1], [0, 0, 0])

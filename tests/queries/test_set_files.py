@@ -13,12 +13,12 @@ import holdfast as hf
 
 
 @pytest.fixture(scope="module")
-def found() -> hf.ConvexSet:
-    return hf.sustainable_accelerations(hf.shipped_scene("cube"))
+def found() -> hf.answers.ConvexSet:
+    return hf.sets.sustainable_accelerations(hf.shipped_scene("cube"))
 
 
 @pytest.mark.parametrize("suffix", ["json", "npz"])
-def test_round_trip(suffix: str, found: hf.ConvexSet, tmp_path: Path) -> None:
+def test_round_trip(suffix: str, found: hf.answers.ConvexSet, tmp_path: Path) -> None:
     found.save(tmp_path / f"set.{suffix}")
     again = hf.load_answer(tmp_path / f"set.{suffix}")
     assert again == found
@@ -28,7 +28,7 @@ def test_round_trip(suffix: str, found: hf.ConvexSet, tmp_path: Path) -> None:
     assert again.contains([5.0, 0, 0]) is True
 
 
-def test_files_can_be_read_without_holdfast(found: hf.ConvexSet, tmp_path: Path) -> None:
+def test_files_can_be_read_without_holdfast(found: hf.answers.ConvexSet, tmp_path: Path) -> None:
     """Braking at 5 m/s² holds, at 6 it slips: A x <= b as any program reads it."""
     found.save(tmp_path / "set.json")
     found.save(tmp_path / "set.npz")
@@ -41,7 +41,7 @@ def test_files_can_be_read_without_holdfast(found: hf.ConvexSet, tmp_path: Path)
         assert not (rows @ [-6.0, 0, 0] <= ends).all()
 
 
-def test_usage_is_the_share_of_the_reach(found: hf.ConvexSet) -> None:
+def test_usage_is_the_share_of_the_reach(found: hf.answers.ConvexSet) -> None:
     x = np.array([[2.0, 0, 0], [0, -3.0, 0], [0, 0, 0]])
     used = found.usage(x)
     assert used == pytest.approx(np.array([2, 3, 0]) / (0.6 * 9.81), rel=0.021)
@@ -70,7 +70,9 @@ def numbers(values: Any) -> dict[str, Any]:
         ({"more": 1}, "is damaged"),
     ],
 )
-def test_what_is_no_set_is_refused(change: dict[str, Any], match: str, found: hf.ConvexSet, tmp_path: Path) -> None:
+def test_what_is_no_set_is_refused(
+    change: dict[str, Any], match: str, found: hf.answers.ConvexSet, tmp_path: Path
+) -> None:
     path = tmp_path / "set.json"
     found.save(path)
     data = json.loads(path.read_text())
@@ -81,7 +83,7 @@ def test_what_is_no_set_is_refused(change: dict[str, Any], match: str, found: hf
     assert "set.json" in str(error.value)
 
 
-def test_files_that_are_none(found: hf.ConvexSet, tmp_path: Path) -> None:
+def test_files_that_are_none(found: hf.answers.ConvexSet, tmp_path: Path) -> None:
     with pytest.raises(hf.HoldfastError, match="no such answer file; check the path"):
         hf.load_answer(tmp_path / "none.json")
     for bad in ("set.txt", "set"):

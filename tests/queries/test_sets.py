@@ -14,7 +14,7 @@ from holdfast.scene.shipped.blocks import box, cube, floor
 G = 9.81
 
 
-def assembly_of(name: str) -> hf.Assembly:
+def assembly_of(name: str) -> hf.answers.Assembly:
     return hf.assemble(shipped_scene(name))
 
 
@@ -109,7 +109,7 @@ def test_standing_loads_move_the_set(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_set_without_end_stops_at_the_box_and_says_so() -> None:
     found = sustainable_accelerations(assembly_of("wedged"), bound=20)
-    assert found.claim is hf.Claim.EXISTS
+    assert found.claim is hf.answers.Claim.EXISTS
     assert found.contains([19.9, -19.9, 19.9]) is True
     assert found.contains([21, 0, 0]) is None, "nothing was proved beyond the box"
     assert len(found.outer[1]) == 0
@@ -146,15 +146,15 @@ def test_what_has_no_set_raises() -> None:
     falling = hf.assemble(hf.Scene([floor(), box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.5))], 0.6))
     with pytest.raises(hf.HoldfastError, match=r"sustainable accelerations: the assembly is unstable; unsupported"):
         sustainable_accelerations(falling)
-    with pytest.raises(hf.SceneError, match="the body is fixed"):
+    with pytest.raises(hf.errors.SceneError, match="the body is fixed"):
         admissible_wrenches(assembly_of("cube"), "floor")
-    with pytest.raises(hf.SceneError, match="no body named"):
+    with pytest.raises(hf.errors.SceneError, match="no body named"):
         admissible_wrenches(assembly_of("cube"), "cub")
     with pytest.raises(hf.HoldfastError, match="use engine='limit'"):
         sustainable_accelerations(assembly_of("cube"), engine="graph")
-    with pytest.raises(hf.SceneError, match="needs positive numbers"):
+    with pytest.raises(hf.errors.SceneError, match="needs positive numbers"):
         admissible_wrenches(assembly_of("cube"), "cube", bound=(1, 0))
-    with pytest.raises(hf.SceneError, match="gap"):
+    with pytest.raises(hf.errors.SceneError, match="gap"):
         sustainable_accelerations(assembly_of("cube"), gap=0)
     icy = hf.assemble(hf.Scene(cube().bodies, 0.0))
     with pytest.raises(hf.HoldfastError, match=r"0 is not inside the set: .*along \(1, 0, 0\)"):
@@ -165,9 +165,9 @@ def test_points_are_checked(cube_accelerations: ConvexSet) -> None:
     answers = cube_accelerations.contains(np.array([[0, 0, 0], [0, 0, -20.0]]))
     assert list(answers) == [True, False]
     assert list(cube_accelerations.contains(np.empty((0, 3)))) == []
-    with pytest.raises(hf.SceneError, match="needs shape"):
+    with pytest.raises(hf.errors.SceneError, match="needs shape"):
         cube_accelerations.contains([1, 2])
-    with pytest.raises(hf.SceneError, match="needs finite"):
+    with pytest.raises(hf.errors.SceneError, match="needs finite"):
         cube_accelerations.contains([1, 2, np.nan])
 
 

@@ -19,21 +19,21 @@ UNDECIDED, UNSTABLE, FINITE = hf.Status.UNDECIDED, hf.Status.UNSTABLE, hf.Status
 
 
 @pytest.fixture(scope="module")
-def whole() -> hf.RobustnessMap:
+def whole() -> hf.answers.RobustnessMap:
     return hf.robustness_map(hf.assemble(table()), spacing=0.05, engine="graph")
 
 
 @pytest.fixture(scope="module")
-def pushes() -> hf.Robustness:
+def pushes() -> hf.answers.Robustness:
     points = [(-0.05, 0.01 * k, 0.09) for k in range(5)]
     return hf.robustness(hf.assemble(cube()), "cube", points, (1, 0, 0), engine="graph")
 
 
-def on(found: hf.RobustnessMap, body: str) -> Any:
+def on(found: hf.answers.RobustnessMap, body: str) -> Any:
     return np.flatnonzero(found.body == body)
 
 
-def test_the_weakest_point_is_a_decided_one(whole: hf.RobustnessMap) -> None:
+def test_the_weakest_point_is_a_decided_one(whole: hf.answers.RobustnessMap) -> None:
     found = retold(whole, on(whole, "slab"), UNDECIDED)
     weak = found.weakest()
     assert weak.status is FINITE
@@ -43,14 +43,14 @@ def test_the_weakest_point_is_a_decided_one(whole: hf.RobustnessMap) -> None:
     assert [point.status for point in bodies] == [FINITE, FINITE, UNDECIDED]
 
 
-def test_an_undecided_point_does_not_hide_the_weakest_of_its_body(whole: hf.RobustnessMap) -> None:
+def test_an_undecided_point_does_not_hide_the_weakest_of_its_body(whole: hf.answers.RobustnessMap) -> None:
     first, second = whole.answers.ranking[:2]
     found = retold(whole, [first], UNDECIDED)
     assert found.weakest().point == tuple(whole.points[second])
     assert found.weakest().force == whole.force[second]
 
 
-def test_endless_points_are_ranked_before_undecided_ones(whole: hf.RobustnessMap) -> None:
+def test_endless_points_are_ranked_before_undecided_ones(whole: hf.answers.RobustnessMap) -> None:
     found = retold(whole, slice(None), hf.Status.INFINITE, force=np.inf)
     found = retold(found, slice(0, 3), UNDECIDED)
     assert found.weakest().status is hf.Status.INFINITE
@@ -58,13 +58,15 @@ def test_endless_points_are_ranked_before_undecided_ones(whole: hf.RobustnessMap
 
 
 @pytest.mark.parametrize("status", [UNSTABLE, FINITE])
-def test_falling_and_balanced_bodies_are_decided_and_rank_as_zero(whole: hf.RobustnessMap, status: hf.Status) -> None:
+def test_falling_and_balanced_bodies_are_decided_and_rank_as_zero(
+    whole: hf.answers.RobustnessMap, status: hf.Status
+) -> None:
     found = retold(retold(whole, on(whole, "slab"), UNDECIDED), on(whole, "leg_left"), status)
     assert (found.weakest().body, found.weakest().status, found.weakest().force) == ("leg_left", status, 0)
     assert found.undecided.count == len(on(whole, "slab"))
 
 
-def test_with_nothing_decided_the_weakest_point_says_so(whole: hf.RobustnessMap) -> None:
+def test_with_nothing_decided_the_weakest_point_says_so(whole: hf.answers.RobustnessMap) -> None:
     found = unknown(whole)
     assert found.weakest().status is UNDECIDED
     assert {point.status for point in found.weakest_of_each_body()} == {UNDECIDED}
@@ -72,7 +74,7 @@ def test_with_nothing_decided_the_weakest_point_says_so(whole: hf.RobustnessMap)
     assert "the least" not in repr(found)
 
 
-def test_count_share_and_reason_are_in_every_output(whole: hf.RobustnessMap) -> None:
+def test_count_share_and_reason_are_in_every_output(whole: hf.answers.RobustnessMap) -> None:
     rows = on(whole, "slab")
     found = retold(whole, rows, UNDECIDED, notes=("faces are flat", REASON))
     n = len(whole.force)
@@ -89,13 +91,13 @@ def test_count_share_and_reason_are_in_every_output(whole: hf.RobustnessMap) -> 
     assert shown["leg_left"].endswith(" N")
 
 
-def test_where_all_is_decided_nothing_is_said(whole: hf.RobustnessMap) -> None:
+def test_where_all_is_decided_nothing_is_said(whole: hf.answers.RobustnessMap) -> None:
     assert whole.to_dict()["undecided"] == {"count": 0, "share": 0, "reasons": []}
     assert whole.undecided.text == ""
     assert "undecided" not in repr(whole) + whole._repr_html_()
 
 
-def test_the_reason_is_that_of_the_verdict_or_of_the_engine(pushes: hf.Robustness) -> None:
+def test_the_reason_is_that_of_the_verdict_or_of_the_engine(pushes: hf.answers.Robustness) -> None:
     assert retold(pushes, [0], UNDECIDED).undecided.reasons == (
         "engine graph found neither that the load is held nor what it moves",
     )
@@ -105,14 +107,14 @@ def test_the_reason_is_that_of_the_verdict_or_of_the_engine(pushes: hf.Robustnes
     assert doubted.undecided.reasons == ()
 
 
-def test_many_reasons_are_cut(pushes: hf.Robustness) -> None:
+def test_many_reasons_are_cut(pushes: hf.answers.Robustness) -> None:
     notes = tuple(f"body {k}: undecided" for k in range(9))
     found = retold(pushes, [0, 1], UNDECIDED, notes=notes)
     assert found.undecided.reasons == notes
     assert found.undecided.text.endswith("body 2: undecided; and 6 more reasons")
 
 
-def test_summaries_of_pushes_and_factors(pushes: hf.Robustness) -> None:
+def test_summaries_of_pushes_and_factors(pushes: hf.answers.Robustness) -> None:
     found = retold(pushes, [0, 2], UNDECIDED)
     rows = found.summary().rows
     assert [row[1] for row in rows][-2:] == ["?", "?"]
@@ -174,7 +176,7 @@ def test_the_worst_case_is_undecided_only_where_a_corner_may_be_weaker() -> None
     assert list(again.answers.status) == list(found.answers.status)
 
 
-def test_the_strongest_point_is_decided_and_an_infinite_one_comes_first(whole: hf.RobustnessMap) -> None:
+def test_the_strongest_point_is_decided_and_an_infinite_one_comes_first(whole: hf.answers.RobustnessMap) -> None:
     strong = whole.strongest()
     assert strong == whole.at(int(np.argmax(whole.force)))
     if not np.isinf(strong.force):

@@ -13,7 +13,7 @@ from holdfast.scene.shipped.blocks import about_x, about_y, at, box, cube, floor
 SIDE = (0.1, 0.1, 0.1)
 
 
-def verdict(*bodies: hf.Body, **options: Any) -> hf.Stability:
+def verdict(*bodies: hf.Body, **options: Any) -> hf.answers.Stability:
     return hf.stability(hf.assemble(hf.Scene([floor(), *bodies], 0.5), **options), engine="graph")
 
 

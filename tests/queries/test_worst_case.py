@@ -91,5 +91,5 @@ def test_friction_intervals_may_name_materials() -> None:
     assert found({("oak", "glass"): (0.2, 0.3)}) == {low: (0.2, 0.3), top: (0.5, 0.5)}
     assert found({("glass", "glass"): (0.2, 0.3), ("top", "low"): (0.1, 0.4)})[top] == (0.1, 0.4)
     assert found({("floor", "glass"): (0.2, 0.3), ("oak", "low"): (0.1, 0.25)})[low] == (0.1, 0.3)
-    with pytest.raises(hf.SceneError, match="or their materials"):
+    with pytest.raises(hf.errors.SceneError, match="or their materials"):
         found({("oak", "oak"): (0.2, 0.3)})

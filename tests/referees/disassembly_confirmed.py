@@ -11,7 +11,8 @@ from collections import Counter
 from pathlib import Path
 
 from bench.baselines.handled import rests_without
-from holdfast import Assembly, Disassembly, HoldfastError, Interface, assemble, disassembly_order, load_scene
+from holdfast import HoldfastError, assemble, disassembly_order, load_scene
+from holdfast.answers import Assembly, Disassembly, Interface
 from holdfast.applications.disassembly.removal import Removal
 from holdfast.scene.shipped import shipped_scene, shipped_scenes
 

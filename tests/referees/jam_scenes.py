@@ -9,7 +9,8 @@ from numpy.random import Generator
 from scipy.spatial import ConvexHull
 
 from bench.scenes.random_pushes import Push, random_pushes
-from holdfast import Assembly, Body, Box, Cylinder, Mesh, Scene, assemble
+from holdfast import Body, Box, Cylinder, Mesh, Scene, assemble
+from holdfast.answers import Assembly
 from holdfast.base.arrays import Float
 
 GAPS = (0.0, 1e-5, 1e-4)  # [m] of air under a ceiling and between books

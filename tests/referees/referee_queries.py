@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.baselines.search import push
-from holdfast import Assembly, Compliant, Status, assemble, robustness
+from holdfast import Compliant, Status, assemble, robustness
+from holdfast.answers import Assembly
 from holdfast.assembly.nodes import ContactNodes
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.scene.shipped import shipped_scene

@@ -21,7 +21,7 @@ WAYS = [Y, -Y, X, -X, X + Y, X - Y]
 WITHIN = 0.05
 
 
-def carried(height: float, mu: float) -> hf.Assembly:
+def carried(height: float, mu: float) -> hf.answers.Assembly:
     return hf.assemble(hf.Scene([floor(), box("box", (0.1, 0.1, height), 2.0, (0, 0, height / 2))], mu))
 
 
@@ -54,11 +54,11 @@ def test_a_tall_box_topples(way: np.ndarray) -> None:
 def test_a_tilted_carrier() -> None:
     """Uphill less is left, and on a tray tilted too far everything moves at once."""
     flat = carried(0.05, 0.6)
-    carrier = Carrier(hf.tilted(flat, (np.degrees(0.2), 0, 0)))
+    carrier = Carrier(flat.tilted((np.degrees(0.2), 0, 0)))
     for sense in (1, -1):
         expected = G * (0.6 * np.cos(0.2) - sense * np.sin(0.2))
         assert carrier.limit(sense * Y).acceleration == pytest.approx(expected, rel=0.03)
-    assert Carrier(hf.tilted(flat, (40, 0, 0))).limit(X).acceleration == 0
+    assert Carrier(flat.tilted((40, 0, 0))).limit(X).acceleration == 0
 
 
 @pytest.mark.parametrize("name", ["slope", "slope_two"])

@@ -17,7 +17,8 @@ from native_mujoco import Native
 import holdfast as hf
 from bench.baselines import penalty
 from bench.scenes.random_pushes import Push, columns
-from holdfast import Assembly, Status
+from holdfast import Status
+from holdfast.answers import Assembly
 from holdfast.engines.compliant.places import Places
 
 STEPS = (2e-4, 5e-5)  # [s]: what moves with the first and holds with the second was MuJoCo's softness

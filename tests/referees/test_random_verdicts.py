@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 from verdict_scenes import FAMILIES, drawn
 
-from holdfast import Assembly, Compliant, Status, assemble, stability
+from holdfast import Compliant, Status, assemble, stability
+from holdfast.answers import Assembly
 
 FEW, MANY = 6, 100  # scenes of a family by default, and where there is time
 FINE = 25  # nodes a side of the grid that has to hold them, too

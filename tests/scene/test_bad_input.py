@@ -231,7 +231,9 @@ def test_a_damaged_mesh_file_is_called_damaged(suffix: str, damage: str, tmp_pat
     whole = whole if isinstance(whole, bytes) else whole.encode()
     content = {"empty": b"", "binary": BINARY, "text": b"hello world\n" * 50, "cut": whole[: len(whole) // 2]}
     path.write_bytes(content[damage])
-    with pytest.raises(hf.GeometryError, match=rf"part\{suffix}: (cannot be read|holds no triangles).*; ") as caught:
+    with pytest.raises(
+        hf.errors.GeometryError, match=rf"part\{suffix}: (cannot be read|holds no triangles).*; "
+    ) as caught:
         hf.Mesh.from_file(path)
     assert "ModuleNotFoundError" not in str(caught.value)
 
@@ -242,19 +244,21 @@ def test_a_file_that_is_too_large_is_refused_unread(
 ) -> None:
     monkeypatch.setattr(source, limit, 1000)
     (tmp_path / name).write_text("x" * 1001)
-    with pytest.raises(hf.SceneError, match=rf"{name}: is 1,001 bytes; the limit is 1,000: keep meshes in files"):
+    with pytest.raises(
+        hf.errors.SceneError, match=rf"{name}: is 1,001 bytes; the limit is 1,000: keep meshes in files"
+    ):
         hf.load_scene(tmp_path / name)
 
 
 @pytest.mark.parametrize(("name", "match"), [("missing.yaml", "no such scene file"), (".", "is a folder")])
 def test_a_scene_file_that_is_not_there(name: str, match: str, tmp_path: Path) -> None:
-    with pytest.raises(hf.SceneError, match=f"{match}.*; check the path"):
+    with pytest.raises(hf.errors.SceneError, match=f"{match}.*; check the path"):
         hf.load_scene(tmp_path / name)
 
 
 def test_an_unhashable_key_is_not_called_repeated(tmp_path: Path) -> None:
     (tmp_path / "s.yaml").write_text("? [a]\n: 1\n")
-    with pytest.raises(hf.SceneError, match=r"s\.yaml:1: ") as caught:
+    with pytest.raises(hf.errors.SceneError, match=r"s\.yaml:1: ") as caught:
         hf.load_scene(tmp_path / "s.yaml")
     assert "twice" not in str(caught.value)
 
@@ -263,7 +267,7 @@ def test_the_check_for_repeated_keys_is_linear(tmp_path: Path) -> None:
     keys = [f'"k{i}": 1' for i in [*range(100_000), 99_999]]
     (tmp_path / "s.json").write_text("{" + ", ".join(keys) + "}")
     started = time.process_time()
-    with pytest.raises(hf.SceneError, match="key 'k99999' stands twice"):
+    with pytest.raises(hf.errors.SceneError, match="key 'k99999' stands twice"):
         hf.load_scene(tmp_path / "s.json")
     assert time.process_time() - started < 10
 

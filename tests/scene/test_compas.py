@@ -100,7 +100,7 @@ def test_a_list_of_meshes_is_a_block_each(load: Callable[..., hf.Scene]) -> None
     assert {body.name: body.fixed for body in scene.bodies} == {"0": True, "1": False, "2": False}
     for body, z in zip(scene.bodies, AT.values(), strict=True):
         np.testing.assert_allclose(body.box, ([-0.5, -0.5, z - 0.5], [0.5, 0.5, z + 0.5]), atol=1e-12)
-    with pytest.raises(hf.SceneError, match="in no known format"):
+    with pytest.raises(hf.errors.SceneError, match="in no known format"):
         load([*meshes, {"dtype": "compas.geometry/Point", "data": [0, 0, 0]}])
 
 
@@ -110,13 +110,15 @@ def test_masses_by_name_and_more_that_is_fixed(load: Callable[..., hf.Scene]) ->
 
 
 def test_friction_masses_and_supports_are_never_guessed(load: Callable[..., hf.Scene]) -> None:
-    with pytest.raises(hf.SceneError, match=r"arch.json: says nothing of friction; give friction="):
+    with pytest.raises(hf.errors.SceneError, match=r"arch.json: says nothing of friction; give friction="):
         load(of_compas_2(), friction=None)
-    with pytest.raises(hf.SceneError, match=r"node '1': has no mass; give mass= or density="):
+    with pytest.raises(hf.errors.SceneError, match=r"node '1': has no mass; give mass= or density="):
         load(of_compas_2(), density=None)
     loose = of_compas_1()
     del loose["value"]["graph"]["node"]["0"]["is_support"]
-    with pytest.raises(hf.SceneError, match=r"nothing in it is fixed; give fixed=\[name\] \(0, 1, 7\), or floor=True"):
+    with pytest.raises(
+        hf.errors.SceneError, match=r"nothing in it is fixed; give fixed=\[name\] \(0, 1, 7\), or floor=True"
+    ):
         load(loose)
     assert load(loose, floor=True).body("floor").fixed
 
@@ -161,14 +163,16 @@ def test_what_is_wrong_is_one_clear_error(path: str, value: object, match: str, 
 
 
 def test_an_open_block_and_other_geometry_are_refused(load: Callable[..., hf.Scene]) -> None:
-    with pytest.raises(hf.GeometryError, match="not watertight"):
+    with pytest.raises(hf.errors.GeometryError, match="not watertight"):
         load(changed(f"{BLOCK} data face 0", None))
     solid = of_compas_dem()
     solid["data"]["elements"]["guid1"]["data"]["geometry"] = {"dtype": "compas_occ.brep/OCCBrep", "data": {}}
-    with pytest.raises(hf.SceneError, match=r"geometry of element 1 is a .compas_occ.brep/OCCBrep., not a mesh"):
+    with pytest.raises(hf.errors.SceneError, match=r"geometry of element 1 is a .compas_occ.brep/OCCBrep., not a mesh"):
         load(solid)
 
 
 def test_json_of_others_is_left_to_others(load: Callable[..., hf.Scene], tmp_path: Path) -> None:
-    with pytest.raises(hf.SceneError, match=r"is in no known format .*COMPAS assembly \(\.json: `dtype: compas_"):
+    with pytest.raises(
+        hf.errors.SceneError, match=r"is in no known format .*COMPAS assembly \(\.json: `dtype: compas_"
+    ):
         load({"dtype": "compas.geometry/Box", "data": {}})

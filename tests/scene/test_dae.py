@@ -177,7 +177,7 @@ WRONG = {
 @pytest.mark.parametrize("name", WRONG)
 def test_what_is_wrong_is_one_clear_error(name: str, tmp_path: Path) -> None:
     content, match = WRONG[name]
-    with pytest.raises(hf.GeometryError, match=match) as caught:
+    with pytest.raises(hf.errors.GeometryError, match=match) as caught:
         read(tmp_path, content)
     assert "part.dae" in str(caught.value)
     assert "\n" not in str(caught.value)

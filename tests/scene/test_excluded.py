@@ -37,7 +37,7 @@ def test_contacts_between_an_excluded_pair_are_not_searched() -> None:
 
 def test_an_excluded_pair_may_overlap_without_a_warning(recwarn: pytest.WarningsRecorder) -> None:
     scene = hf.Scene([floor(), box("a", SIDE, 1, (0, 0, 0.05)), box("b", SIDE, 1, (0.05, 0, 0.05))], 0.5)
-    with pytest.warns(hf.HoldfastWarning, match="overlap"):
+    with pytest.warns(hf.errors.HoldfastWarning, match="overlap"):
         assert hf.assemble(scene).overlaps
     recwarn.clear()
     free = hf.assemble(replace(scene, excluded=[("a", "b")]))
@@ -97,7 +97,7 @@ def test_native_files_hold_the_pairs(tmp_path: Path, suffix: str) -> None:
     ],
 )
 def test_what_is_no_pair_of_bodies_is_refused(given: Any, match: str) -> None:
-    with pytest.raises(hf.SceneError, match=match):
+    with pytest.raises(hf.errors.SceneError, match=match):
         stack(excluded=given)
 
 

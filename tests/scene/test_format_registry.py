@@ -15,8 +15,8 @@ import pytest
 import holdfast as hf
 from holdfast.base.rigid import pose_from
 from holdfast.cli.main import run
-from holdfast.scene.formats import registry, text
-from holdfast.scene.formats.source import Source
+from holdfast.plugins import Format, Source, register_format
+from holdfast.scene.formats import text
 
 READABLE = r"can be read: holdfast scene \(\.yaml, \.yml, \.json: `format: holdfast-scene/1`\), block assembly \(\.json"
 
@@ -48,19 +48,24 @@ class Crates:
         rows = [cls.HEAD.pack(cls.MAGIC, *scene.gravity, scene.friction.default, len(scene.bodies))]
         for body in scene.bodies:
             if not isinstance(body.shape, hf.Box):
-                raise hf.SceneError(f"body {body.name!r}: is no box; needs boxes")
+                raise hf.errors.SceneError(f"body {body.name!r}: is no box; needs boxes")
             row = (body.name.encode(), *body.shape.size, *body.pose[:3, 3], body.mass or 1.0, body.fixed)
             rows.append(cls.CRATE.pack(*row))
         return b"".join(rows)
 
 
 @pytest.fixture
-def register() -> Iterator[Callable[..., registry.Format]]:
-    """``registry.register`` for the time of one test."""
-    before = {each.name for each in (*registry.readable(), *registry.writable())}
-    yield registry.register
-    for name in {each.name for each in (*registry.readable(), *registry.writable())} - before:
-        registry.unregister(name)
+def register() -> Iterator[Callable[..., Callable[[], None]]]:
+    """``register_format`` of what ``Format`` takes, for the time of one test."""
+    registered: list[Callable[[], None]] = []
+
+    def for_a_test(*arguments: Any, **options: Any) -> Callable[[], None]:
+        registered.append(register_format(Format(*arguments, **options)))
+        return registered[-1]
+
+    yield for_a_test
+    for take_back in registered:
+        take_back()
 
 
 @pytest.fixture
@@ -109,11 +114,15 @@ def test_the_command_line_converts_both_ways(crates: Path, monkeypatch: pytest.M
     assert back.read_bytes() == crates.read_bytes()
 
 
-def test_an_unregistered_format_is_gone(crates: Path) -> None:
-    registry.unregister("crates")
-    with pytest.raises(hf.SceneError, match="is in no known format"):
+def test_a_format_that_is_taken_back_is_gone(register: Any, tmp_path: Path) -> None:
+    take_back = register("crates", (".crt",), Crates.sniff, Crates.read, Crates.write)
+    crates = tmp_path / "table.crt"
+    hf.save_scene(hf.shipped_scene("table"), crates)
+    take_back()
+    take_back()
+    with pytest.raises(hf.errors.SceneError, match="is in no known format"):
         hf.load_scene(crates)
-    with pytest.raises(hf.SceneError, match=r"suffix '\.crt'; can be written: "):
+    with pytest.raises(hf.errors.SceneError, match=r"suffix '\.crt'; can be written: "):
         hf.save_scene(hf.shipped_scene("table"), crates)
 
 
@@ -125,26 +134,26 @@ def test_options_reach_the_reader(crates: Path) -> None:
 
 def test_an_unknown_option_is_named_beside_those_there_are(crates: Path) -> None:
     match = r"crt: option 'frictoin': is unknown .*'crates'; did you mean 'friction'\? its options: friction, heavier"
-    with pytest.raises(hf.SceneError, match=match):
+    with pytest.raises(hf.errors.SceneError, match=match):
         hf.load_scene(crates, frictoin=0.5)
 
 
 def test_a_format_without_options_says_so(tmp_path: Path) -> None:
     hf.save_scene(hf.shipped_scene("cube"), tmp_path / "cube.yaml")
-    with pytest.raises(hf.SceneError, match=r"'friction'.* unknown to the format 'holdfast scene'; it has none"):
+    with pytest.raises(hf.errors.SceneError, match=r"'friction'.* unknown to the format 'holdfast scene'; it has none"):
         hf.load_scene(tmp_path / "cube.yaml", friction=0.5)
 
 
 def test_an_unknown_option_of_a_writer_leaves_the_file_as_it_was(crates: Path) -> None:
     before = crates.read_bytes()
-    with pytest.raises(hf.SceneError, match=r"table\.crt: option 'colour': is unknown .*; it has none"):
+    with pytest.raises(hf.errors.SceneError, match=r"table\.crt: option 'colour': is unknown .*; it has none"):
         hf.save_scene(hf.shipped_scene("cube"), crates, colour="red")
     assert crates.read_bytes() == before
 
 
 def test_a_writer_that_fails_leaves_the_file_as_it_was(crates: Path) -> None:
     before = crates.read_bytes()
-    with pytest.raises(hf.SceneError, match=r"table\.crt: body .* is no box"):
+    with pytest.raises(hf.errors.SceneError, match=r"table\.crt: body .* is no box"):
         hf.save_scene(hf.shipped_scene("arch"), crates)
     assert crates.read_bytes() == before
     assert [path.name for path in crates.parent.iterdir()] == [crates.name]
@@ -195,7 +204,7 @@ def test_a_file_is_parsed_once_however_many_formats_look_at_it(
         calls.clear()
         try:
             hf.load_scene(tmp_path / "s.json")
-        except hf.SceneError:
+        except hf.errors.SceneError:
             assert content != '{"tag": "c"}'
         assert len(calls) == 1
 
@@ -219,7 +228,7 @@ def test_a_file_that_nobody_can_read_is_told_what_can_be_read(
     name: str, content: bytes, seen: str, tmp_path: Path
 ) -> None:
     (tmp_path / name).write_bytes(content)
-    with pytest.raises(hf.SceneError, match=rf"{name}: is in no known format \({seen}\); {READABLE}") as caught:
+    with pytest.raises(hf.errors.SceneError, match=rf"{name}: is in no known format \({seen}\); {READABLE}") as caught:
         hf.load_scene(tmp_path / name)
     assert "\n" not in str(caught.value)
 
@@ -227,7 +236,7 @@ def test_a_file_that_nobody_can_read_is_told_what_can_be_read(
 def test_a_format_that_is_only_written_is_not_promised_to_readers(register: Any, tmp_path: Path) -> None:
     register("postcards", (".card",), write=lambda scene, path: b"wish you were here")
     hf.save_scene(hf.shipped_scene("cube"), tmp_path / "s.card")
-    with pytest.raises(hf.SceneError, match=r"; postcards can be written, not read; can be read: ") as caught:
+    with pytest.raises(hf.errors.SceneError, match=r"; postcards can be written, not read; can be read: ") as caught:
         hf.load_scene(tmp_path / "s.card")
     assert ".card:" not in str(caught.value).partition("can be read")[2]
 
@@ -235,7 +244,7 @@ def test_a_format_that_is_only_written_is_not_promised_to_readers(register: Any,
 def test_a_format_that_is_only_read_is_not_promised_to_writers(register: Any, tmp_path: Path) -> None:
     register("fossils", (".fossil",), None, named("fossil"))
     match = r"suffix '\.fossil' \(fossils can be read, not written\); can be written: holdfast scene \(\.yaml, .*\)$"
-    with pytest.raises(hf.SceneError, match=match):
+    with pytest.raises(hf.errors.SceneError, match=match):
         hf.save_scene(hf.shipped_scene("cube"), tmp_path / "s.fossil")
     assert not any(tmp_path.iterdir())
 
@@ -256,18 +265,13 @@ def test_a_missing_extra_is_named_with_the_way_to_get_it(register: Any, tmp_path
 @pytest.mark.parametrize(
     ("arguments", "match"),
     [
-        ({"name": "holdfast scene"}, "'holdfast scene': is registered already"),
+        ({"name": "holdfast scene"}, "format: there is one named 'holdfast scene'; give it another name"),
         ({"suffixes": ("toy",)}, r"'toy': suffix 'toy'; needs a dot"),
         ({"suffixes": (".TOY",)}, r"'toy': suffix '\.TOY'; needs a dot and small letters"),
         ({"read": None}, "'toy': neither reads nor writes; give"),
         ({"suffixes": ()}, "'toy': no file would be in it; give"),
     ],
 )
-def test_a_format_that_makes_no_sense_is_refused(arguments: dict[str, Any], match: str) -> None:
+def test_a_format_that_makes_no_sense_is_refused(register: Any, arguments: dict[str, Any], match: str) -> None:
     with pytest.raises(hf.HoldfastError, match=match):
-        registry.register(**{"name": "toy", "suffixes": (".toy",), "read": named("toy"), **arguments})
-
-
-def test_what_is_not_registered_cannot_be_unregistered() -> None:
-    with pytest.raises(hf.HoldfastError, match="'toy': is unknown; known: holdfast scene, block"):
-        registry.unregister("toy")
+        register(**{"name": "toy", "suffixes": (".toy",), "read": named("toy"), **arguments})

@@ -51,7 +51,7 @@ def cube() -> hf.Body:
 def test_a_touching_pair_without_a_coefficient_is_an_error_that_names_it() -> None:
     scene = hf.Scene([floor(), cube()], hf.Friction())
     with pytest.raises(
-        hf.SceneError, match=r"friction of \('floor', 'cube'\): is not given; add the pair or a default"
+        hf.errors.SceneError, match=r"friction of \('floor', 'cube'\): is not given; add the pair or a default"
     ):
         hf.stability(hf.assemble(scene), engine="graph")
 
@@ -88,5 +88,5 @@ def test_a_pair_that_does_not_touch_needs_no_coefficient() -> None:
     ],
 )
 def test_what_is_refused(build: Any, match: str) -> None:
-    with pytest.raises(hf.SceneError, match=match):
+    with pytest.raises(hf.errors.SceneError, match=match):
         build()

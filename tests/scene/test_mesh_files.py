@@ -96,7 +96,7 @@ def test_d18_a_file_that_ends_early_is_no_mesh(kind: str, tmp_path: Path) -> Non
         part = part if kind in ("stl", "ply", "glb") else part[: part.rfind(b"\n") + 1]  # at the end of a row
         if kind == "obj":
             continue  # a file that says nowhere how long it is
-        with pytest.raises(hf.GeometryError, match=r"cannot be read: .*; check the file"):
+        with pytest.raises(hf.errors.GeometryError, match=r"cannot be read: .*; check the file"):
             triangles_of(written(tmp_path, kind, part))
 
 
@@ -165,7 +165,7 @@ OBJ: dict[str, tuple[str, str]] = {
 def test_d13_odd_rows_of_an_obj_are_told(name: str, tmp_path: Path) -> None:
     text, match = OBJ[name]
     (tmp_path / "a.obj").write_text(text)
-    with pytest.raises(hf.GeometryError, match=match) as caught:
+    with pytest.raises(hf.errors.GeometryError, match=match) as caught:
         hf.Mesh.from_file(tmp_path / "a.obj")
     assert len(str(caught.value)) < 700
 
@@ -210,7 +210,7 @@ def test_d18_half_readable_stl_files_are_told_without_foreign_tracebacks(
     change, match = STL[name]
     text = change(content_of("stl_ascii", trimesh.creation.box((1, 1, 1))).decode())
     (tmp_path / "a.stl").write_text(text)
-    with pytest.raises(hf.GeometryError, match=match):
+    with pytest.raises(hf.errors.GeometryError, match=match):
         hf.Mesh.from_file(tmp_path / "a.stl")
     assert capfd.readouterr() == ("", "")
 
@@ -282,7 +282,7 @@ def test_d3_counts_are_compared_with_the_file_before_memory_is_taken(name: str, 
     file, content, match = COUNTS[name]
     (tmp_path / file).write_bytes(content)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    with pytest.raises(hf.GeometryError, match=match):
+    with pytest.raises(hf.errors.GeometryError, match=match):
         triangles_of(tmp_path / file)
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 200_000  # KiB
 
@@ -342,7 +342,7 @@ GLB: dict[str, tuple[dict[str, Any], str]] = {
 def test_headers_of_glb_files_that_cannot_be_right(name: str, tmp_path: Path) -> None:
     head, match = GLB[name]
     (tmp_path / "a.glb").write_bytes(glb_of(head, CORNERS))
-    with pytest.raises(hf.GeometryError, match=match) as caught:
+    with pytest.raises(hf.errors.GeometryError, match=match) as caught:
         triangles_of(tmp_path / "a.glb")
     assert str(caught.value).isprintable()
 
@@ -352,7 +352,7 @@ def test_d3_instances_do_not_make_a_small_file_huge(tmp_path: Path, monkeypatch:
     (tmp_path / "a.glb").write_bytes(glb_of(header(nodes=many(99), scenes=[{"nodes": list(range(99))}]), CORNERS))
     assert len(triangles_of(tmp_path / "a.glb")[1]) == 99
     (tmp_path / "b.glb").write_bytes(glb_of(header(nodes=many(100), scenes=[{"nodes": list(range(100))}]), CORNERS))
-    with pytest.raises(hf.GeometryError, match="has 606 corners with all instances, of 600"):
+    with pytest.raises(hf.errors.GeometryError, match="has 606 corners with all instances, of 600"):
         triangles_of(tmp_path / "b.glb")
 
 
@@ -360,14 +360,14 @@ def test_a_deep_header_is_told(tmp_path: Path) -> None:
     text = b'{"a":' * 20_000 + b"1" + b"}" * 20_000
     chunk = struct.pack("<II", len(text), JSON_CHUNK) + text
     (tmp_path / "a.glb").write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(chunk)) + chunk)
-    with pytest.raises(hf.GeometryError, match="cannot be read"):
+    with pytest.raises(hf.errors.GeometryError, match="cannot be read"):
         triangles_of(tmp_path / "a.glb")
 
 
 def test_a_file_beyond_the_limit_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(read, "MAX_BYTES", 10)
     (tmp_path / "a.obj").write_text(TETRA)
-    with pytest.raises(hf.GeometryError, match="bytes; the limit is 10: simplify the mesh"):
+    with pytest.raises(hf.errors.GeometryError, match="bytes; the limit is 10: simplify the mesh"):
         triangles_of(tmp_path / "a.obj")
 
 
@@ -375,5 +375,5 @@ def test_a_file_beyond_the_limit_is_not_read(tmp_path: Path, monkeypatch: pytest
 @pytest.mark.parametrize("suffix", READERS)
 def test_every_reader_refuses_what_is_not_its_own(suffix: str, content: bytes, tmp_path: Path) -> None:
     (tmp_path / f"a{suffix}").write_bytes(content)
-    with pytest.raises(hf.GeometryError, match=r"cannot be read: |holds no triangles; "):
+    with pytest.raises(hf.errors.GeometryError, match=r"cannot be read: |holds no triangles; "):
         triangles_of(tmp_path / f"a{suffix}")

@@ -187,7 +187,7 @@ def test_a_chain_on_the_world_is_fixed_where_it_is_one_body_a_link() -> None:
     assert read.body("hand").pose[:3, 3] == pytest.approx([np.cos(0.5), 0, 1 - np.sin(0.5)])
     (note,) = [note for note in read.notes if "held fixed" in note]
     assert "link, hand" in note
-    with pytest.raises(hf.SceneError, match=r"joints that can move: joint 'wrist' of 'hand'; say rigid=True"):
+    with pytest.raises(hf.errors.SceneError, match=r"joints that can move: joint 'wrist' of 'hand'; say rigid=True"):
         scene(FLOOR + ARM + cube("a"), motor.replace('<motor joint="wrist"/>', ""))
 
 
@@ -229,7 +229,7 @@ def test_joints_that_follow_what_is_driven_are_held(world: str, rest: str, loose
         if loose is None:
             assert not scene(world, option + rest).movable
         else:
-            with pytest.raises(hf.SceneError, match=f"joints that can move: joint '{loose}' of '{loose}'"):
+            with pytest.raises(hf.errors.SceneError, match=f"joints that can move: joint '{loose}' of '{loose}'"):
                 scene(world, option + rest)
 
 
@@ -279,7 +279,7 @@ def test_bodies_on_joints_that_let_them_move_freely_are_movable(kind: str) -> No
 )
 def test_other_joints_that_nothing_drives_are_refused_by_name_or_held_on_request(joints: str, rest: str) -> None:
     world = FLOOR + f'<body name="can" pos="0 0 .3">{joints}{SHAPE}</body>'
-    with pytest.raises(hf.SceneError, match=r"joints that can move: joint 's0' of 'can'.*; say rigid=True"):
+    with pytest.raises(hf.errors.SceneError, match=r"joints that can move: joint 's0' of 'can'.*; say rigid=True"):
         scene(world, rest)
     held = scene(world, rest, rigid=True)
     assert not held.movable
@@ -309,7 +309,7 @@ def test_a_keyframe_and_positions_say_where_bodies_are() -> None:
         ({"qpos": [0] * 6}, r"qpos: has shape \(6,\); needs shape \(7,\)"),
         ({"quos": [0] * 6}, r"option 'quos': is unknown .*did you mean 'qpos'"),
     ):
-        with pytest.raises(hf.SceneError, match=match):
+        with pytest.raises(hf.errors.SceneError, match=match):
             scene(world, keys, **wrong)
 
 
@@ -325,15 +325,17 @@ def test_positions_outside_the_limits_of_a_joint_are_told_with_both_units() -> N
         '<joint name="lift" type="slide" axis="0 0 1" range="0 0.3"/><geom size=".1 .1 .1" type="box" mass="1"/></body>'
     )
     assert scene(FLOOR + arm, qpos=[1.5, 0.3], rigid=True).body("arm").pose[2, 3] == pytest.approx(1.3)
-    with pytest.raises(hf.SceneError, match=r"qpos: joint 'shoulder': 45 rad .* -1.5708 to 1.5708 rad.*are 0.7854 rad"):
+    with pytest.raises(
+        hf.errors.SceneError, match=r"qpos: joint 'shoulder': 45 rad .* -1.5708 to 1.5708 rad.*are 0.7854 rad"
+    ):
         scene(FLOOR + arm, qpos=[45, 0.1])
-    with pytest.raises(hf.SceneError, match=r"qpos: joint 'lift': 100 m .* 0 to 0.3 m.*100 mm are 0.1 m"):
+    with pytest.raises(hf.errors.SceneError, match=r"qpos: joint 'lift': 100 m .* 0 to 0.3 m.*100 mm are 0.1 m"):
         scene(FLOOR + arm, qpos=[0, 100])
 
 
 def test_a_joint_between_bodies_that_move_is_refused_by_name_or_held_on_request() -> None:
     match = r"joints that can move: joint 'hinge' of 'lid'; say rigid=True"
-    with pytest.raises(hf.SceneError, match=match):
+    with pytest.raises(hf.errors.SceneError, match=match):
         scene(FLOOR + JOINTED)
     read = scene(FLOOR + JOINTED, rigid=True)
     assert [b.name for b in read.movable] == ["box"]
@@ -346,7 +348,7 @@ def test_a_weld_between_bodies_is_refused_by_name_or_held_on_request(kind: str, 
     anchor = ' anchor="0 0 0"' if kind == "connect" else ""
     tie = f'<equality><{kind} name="tie" body1="a" body2="b"{anchor}/></equality>'
     world = FLOOR + cube("a") + cube("b", "0 0 .3")
-    with pytest.raises(hf.SceneError, match=f"{told} of 'a' and 'b'"):
+    with pytest.raises(hf.errors.SceneError, match=f"{told} of 'a' and 'b'"):
         scene(world, tie)
     read = scene(world, tie, rigid=True)
     assert [b.name for b in read.movable] == ["a"]
@@ -361,9 +363,9 @@ def test_a_weld_between_bodies_is_refused_by_name_or_held_on_request(kind: str, 
 def test_what_pulls_at_bodies_or_lifts_them_is_refused() -> None:
     site = '<body name="a" pos="0 0 .1"><freejoint/><site name="s"/><geom type="box" size=".1 .1 .1"/></body>'
     rope = '<tendon><spatial name="rope"><site site="s"/><site site="hook"/></spatial></tendon>'
-    with pytest.raises(hf.SceneError, match=r"tendon 'rope': pulls at a; leave it out"):
+    with pytest.raises(hf.errors.SceneError, match=r"tendon 'rope': pulls at a; leave it out"):
         scene(FLOOR + '<site name="hook" pos="0 0 2"/>' + site, rope)
-    with pytest.raises(hf.SceneError, match="gravcomp lifts a"):
+    with pytest.raises(hf.errors.SceneError, match="gravcomp lifts a"):
         scene(FLOOR + cube("a").replace('name="a"', 'name="a" gravcomp="1"'))
 
 
@@ -396,12 +398,12 @@ def test_names_are_those_of_bodies_then_of_geoms_and_unique() -> None:
 
 def test_gravity_may_be_tilted_or_off() -> None:
     assert scene(FLOOR + cube("a"), '<option gravity="1 2 -9"/>').gravity.tolist() == [1, 2, -9]
-    with pytest.raises(hf.SceneError, match="gravity is zero"):
+    with pytest.raises(hf.errors.SceneError, match="gravity is zero"):
         scene(FLOOR + cube("a"), '<option><flag gravity="disable"/></option>')
 
 
 def test_what_is_no_model_is_refused() -> None:
-    with pytest.raises(hf.SceneError, match=r"from_mujoco: got a str and a NoneType; needs mujoco\.MjModel"):
+    with pytest.raises(hf.errors.SceneError, match=r"from_mujoco: got a str and a NoneType; needs mujoco\.MjModel"):
         hf.from_mujoco("scene.xml", None)
 
 

@@ -114,13 +114,13 @@ def test_a_model_that_attaches_itself_is_told(circle: list[str], tmp_path: Path)
     """MuJoCo follows it until the process dies of it."""
     for here, there in pairwise(circle):
         (tmp_path / here).write_text(attaching(there))
-    with pytest.raises(hf.SceneError, match=r"model file '.*\.xml': attaches a model to itself"):
+    with pytest.raises(hf.errors.SceneError, match=r"model file '.*\.xml': attaches a model to itself"):
         load(attaching(circle[0]), tmp_path)
 
 
 def test_a_model_that_includes_what_attaches_it_is_told(tmp_path: Path) -> None:
     (tmp_path / "in.xml").write_text(whole('<asset><model name="m" file="scene.xml"/></asset>'))
-    with pytest.raises(hf.SceneError, match="attaches a model to itself"):
+    with pytest.raises(hf.errors.SceneError, match="attaches a model to itself"):
         load(whole('<include file="in.xml"/><worldbody><attach model="m" body="b" prefix="p"/></worldbody>'), tmp_path)
 
 
@@ -129,13 +129,13 @@ def test_models_that_double_by_attaching_are_counted(tmp_path: Path) -> None:
     for k in range(18):
         (tmp_path / f"{k}.xml").write_text(attaching(f"{k + 1}.xml", f"{k + 1}.xml"))
     (tmp_path / "18.xml").write_text(whole(f'<worldbody><body name="b"><geom {BOX}/></body></worldbody>'))
-    with pytest.raises(hf.SceneError, match="has more than 100,000 elements with all copies"):
+    with pytest.raises(hf.errors.SceneError, match="has more than 100,000 elements with all copies"):
         load(attaching("0.xml", "0.xml"), tmp_path)
     (tmp_path / "2.xml").write_text((tmp_path / "18.xml").read_text())
     assert load(whole(f'<asset><model name="m" file="0.xml"/></asset>{WORLD}'), tmp_path).body("a").fixed is False
     for k in range(30):
         (tmp_path / f"{k}.xml").write_text(attaching(f"{k + 1}.xml"))
-    with pytest.raises(hf.SceneError, match="is attached more than 20 levels deep"):
+    with pytest.raises(hf.errors.SceneError, match="is attached more than 20 levels deep"):
         load(attaching("0.xml"), tmp_path)
 
 
@@ -144,7 +144,7 @@ def test_files_of_attached_models_stay_inside(folder: Path) -> None:
     content = attaching("parts/child.xml").replace('body="b"', 'body="a"')
     assert load(content, folder).bodies
     (folder / "parts" / "child.xml").write_text(mesh("../../beside/t.obj"))
-    with pytest.raises(hf.SceneError, match=r"leads to .*, outside"):
+    with pytest.raises(hf.errors.SceneError, match=r"leads to .*, outside"):
         load(content, folder)
 
 
@@ -164,7 +164,7 @@ def test_what_few_bytes_would_fill_is_refused_before_it_is(asset: str, match: st
     sizes = (30_000).to_bytes(4, "big") * 2
     (tmp_path / "large.png").write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + sizes + b"\x08\2\0\0\0")
     (tmp_path / "large.bin").write_bytes((30_000).to_bytes(4, "little") * 2 + b"\0" * 40)
-    with pytest.raises(hf.SceneError, match=rf"has more than {match}"):
+    with pytest.raises(hf.errors.SceneError, match=rf"has more than {match}"):
         load(whole(f"<asset>{asset}</asset>{WORLD}"), tmp_path)
 
 
@@ -217,7 +217,7 @@ def test_files_below_the_folder_are_read(content: str, folder: Path) -> None:
     ],
 )
 def test_files_outside_the_folder_are_not_read(content: str, folder: Path) -> None:
-    with pytest.raises(hf.SceneError, match=r"file .*: leads to .*, outside .*; say within= a folder"):
+    with pytest.raises(hf.errors.SceneError, match=r"file .*: leads to .*, outside .*; say within= a folder"):
         load(content, folder)
 
 
@@ -244,14 +244,14 @@ def test_files_that_are_missing_or_broken_are_one_clear_error(content: str, matc
     (folder / "broken.stl").write_bytes(b"\xff" * 200)
     (folder / "bomb.xml").write_text(LAUGHS)
     (folder / "self.xml").write_text('<mujocoinclude><include file="self.xml"/></mujocoinclude>')
-    with pytest.raises(hf.SceneError, match=match) as caught:
+    with pytest.raises(hf.errors.SceneError, match=match) as caught:
         load(content, folder)
     assert "\n" not in str(caught.value)
 
 
 def test_a_named_pipe_is_not_opened(folder: Path) -> None:
     os.mkfifo(folder / "pipe.obj")
-    with pytest.raises(hf.SceneError, match="is a named pipe"):
+    with pytest.raises(hf.errors.SceneError, match="is a named pipe"):
         load(mesh("pipe.obj"), folder)
 
 
@@ -266,7 +266,7 @@ def test_what_stands_in_the_current_folder_is_not_taken(folder: Path, monkeypatc
     """Files are relative to the model, though MuJoCo would look where it was started."""
     (folder.parent / "only.obj").write_text(TETRAHEDRON)
     monkeypatch.chdir(folder.parent)
-    with pytest.raises(hf.SceneError, match=r"'only\.obj': is not in"):
+    with pytest.raises(hf.errors.SceneError, match=r"'only\.obj': is not in"):
         load(mesh("only.obj"), folder)
 
 

@@ -176,7 +176,7 @@ def test_a_scene_of_one_coefficient_needs_no_pairs(tmp_path: Path) -> None:
 def test_what_mujoco_cannot_hold_is_refused_before_writing(
     bodies: Any, friction: Any, match: str, tmp_path: Path
 ) -> None:
-    with pytest.raises(hf.SceneError, match=match):
+    with pytest.raises(hf.errors.SceneError, match=match):
         hf.save_scene(hf.Scene(bodies, friction), tmp_path / "scene.xml")
     assert not any(tmp_path.iterdir())
 

@@ -231,5 +231,5 @@ def test_an_open_part_is_taken_where_the_mass_is_known_or_the_body_fixed() -> No
     known = hf.Body("plate", shape, mass=0.4, com=(0, 0, 0), inertia=np.eye(3) * 1e-3, pose=lift)
     assert hf.stability(hf.Scene([floor, known], 0.5)).status == hf.Status.STABLE
     assert hf.Body("plate", shape, fixed=True).shape.surface.faces.shape[1] == 3
-    with pytest.raises(hf.GeometryError, match=r"body 'plate': part 1: .*is not watertight.*give mass=, com="):
+    with pytest.raises(hf.errors.GeometryError, match=r"body 'plate': part 1: .*is not watertight.*give mass=, com="):
         hf.Body("plate", shape, mass=0.4)

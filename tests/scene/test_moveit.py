@@ -92,5 +92,5 @@ def test_what_is_wrong_is_one_clear_error(
 
 
 def test_a_file_that_was_cut_off_is_told(load: Callable[..., hf.Scene]) -> None:
-    with pytest.raises(hf.SceneError, match="ends within an object; needs the whole text"):
+    with pytest.raises(hf.errors.SceneError, match="ends within an object; needs the whole text"):
         load(f"(noname)+\n{TABLE}")

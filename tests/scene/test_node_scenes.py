@@ -119,7 +119,7 @@ def test_materials_name_the_pairs_of_the_friction_table() -> None:
     ],
 )
 def test_options_are_checked(options: dict[str, Any], match: str) -> None:
-    with pytest.raises(hf.SceneError, match=match):
+    with pytest.raises(hf.errors.SceneError, match=match):
         hf.from_trimesh(example(), **{"density": 500, "fixed": ["table"], "friction": 0.4, **options})
 
 
@@ -180,12 +180,12 @@ def test_a_file_beside_it_says_the_rest(write: Callable[..., Path]) -> None:
     ],
 )
 def test_a_file_beside_it_that_is_wrong_is_told(beside: str, match: str, write: Callable[..., Path]) -> None:
-    with pytest.raises(hf.SceneError, match=match):
+    with pytest.raises(hf.errors.SceneError, match=match):
         hf.load_scene(write(beside=beside), density=500, fixed=["table"], friction=0.4)
 
 
 def test_friction_is_never_guessed(write: Callable[..., Path]) -> None:
-    with pytest.raises(hf.SceneError, match=r"says nothing of friction; give friction=, or .*scene.glb.yaml"):
+    with pytest.raises(hf.errors.SceneError, match=r"says nothing of friction; give friction=, or .*scene.glb.yaml"):
         hf.load_scene(write(), density=500, fixed=["table"])
 
 
@@ -219,7 +219,7 @@ def test_a_text_file_says_the_same(embedded: bool, tmp_path: Path) -> None:
     ],
 )
 def test_a_text_file_names_nothing_elsewhere(uri: str, match: str, tmp_path: Path) -> None:
-    with pytest.raises(hf.SceneError, match=match) as caught:
+    with pytest.raises(hf.errors.SceneError, match=match) as caught:
         hf.load_scene(text_file(tmp_path, False, uri), density=500, fixed=["table"], friction=0.4)
     assert "scene.gltf" in str(caught.value)
 
@@ -234,13 +234,13 @@ def test_a_text_file_that_is_malformed_is_told(tmp_path: Path) -> None:
         ("nodes", [{"children": [0]}]),
     ):
         path.write_text(json.dumps(whole | {key: value}))
-        with pytest.raises(hf.SceneError, match=r"scene.gltf: cannot be read: .*; check the file"):
+        with pytest.raises(hf.errors.SceneError, match=r"scene.gltf: cannot be read: .*; check the file"):
             hf.load_scene(path, density=500, fixed=["table"], friction=0.4)
 
 
 def test_half_a_binary_file_is_refused(write: Callable[..., Path]) -> None:
     content = example(Y_UP).export(file_type="glb")
     for part in (content[:16], content[:100], content[:-100]):
-        with pytest.raises(hf.SceneError, match=r"scene.glb: cannot be read: "):
+        with pytest.raises(hf.errors.SceneError, match=r"scene.glb: cannot be read: "):
             hf.load_scene(write(part), density=500, fixed=["table"], friction=0.4)
     assert sorted(node.name for node in glb.read_nodes(content)[0]) == ["high", "low", "table"]

@@ -35,7 +35,7 @@ def bad(row: int, column: int, value: float) -> np.ndarray:
     ],
 )
 def test_a_pose_that_is_not_rigid_is_refused(pose: object, match: str) -> None:
-    with pytest.raises(hf.GeometryError, match=rf"body 'b': pose:? ?{match}"):
+    with pytest.raises(hf.errors.GeometryError, match=rf"body 'b': pose:? ?{match}"):
         hf.Body("b", hf.Box((1, 1, 1)), mass=1, pose=pose)
 
 

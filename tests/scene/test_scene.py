@@ -35,15 +35,15 @@ FLOOR = body("floor", fixed=True)
     ],
 )
 def test_what_is_refused(build: Any, match: str) -> None:
-    with pytest.raises(hf.SceneError, match=match):
+    with pytest.raises(hf.errors.SceneError, match=match):
         build()
 
 
 def test_an_unknown_body_suggests_the_nearest_name() -> None:
     scene = hf.Scene([FLOOR, body("leg_left"), body("slab")], 0.5)
-    with pytest.raises(hf.SceneError, match=r"no body named 'leg_lef'; did you mean 'leg_left'\?"):
+    with pytest.raises(hf.errors.SceneError, match=r"no body named 'leg_lef'; did you mean 'leg_left'\?"):
         scene.body("leg_lef")
-    with pytest.raises(hf.SceneError, match=r"no body named 'x'; known: floor, leg_left, slab"):
+    with pytest.raises(hf.errors.SceneError, match=r"no body named 'x'; known: floor, leg_left, slab"):
         scene.body("x")
 
 
@@ -57,7 +57,7 @@ def test_an_unknown_body_suggests_the_nearest_name() -> None:
     ],
 )
 def test_every_question_names_the_nearest_body(ask: Any) -> None:
-    with pytest.raises(hf.SceneError, match=r"'slb'; did you mean 'slab'\?"):
+    with pytest.raises(hf.errors.SceneError, match=r"'slb'; did you mean 'slab'\?"):
         ask(hf.assemble(table()))
 
 
@@ -81,7 +81,7 @@ def sunk(depth: float) -> hf.Scene:
 
 
 def test_overlapping_bodies_warn_with_their_names_and_the_depth() -> None:
-    with pytest.warns(hf.HoldfastWarning, match=r"overlap.*'floor' and 'cube'.* 3\.72 mm.*; correct") as caught:
+    with pytest.warns(hf.errors.HoldfastWarning, match=r"overlap.*'floor' and 'cube'.* 3\.72 mm.*; correct") as caught:
         assembly = hf.assemble(sunk(0.00372))
     assert len(caught) == 1
     assert assembly.overlaps[0].bodies == ("floor", "cube")

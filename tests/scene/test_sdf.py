@@ -132,7 +132,7 @@ def test_models_joined_across_each_other_are_one_body(load: Callable[..., hf.Sce
 def test_joints_that_move_are_named_or_welded(load: Callable[..., hf.Scene]) -> None:
     content = world(model(link("a") + link("b", pose("0 0 1")) + joint("a", "b", "revolute", "hinge")))
     with pytest.raises(
-        hf.SceneError, match=r"sdf:4: <joint> 'hinge': can move; .* 'm::hinge' \(revolute\).*rigid=True"
+        hf.errors.SceneError, match=r"sdf:4: <joint> 'hinge': can move; .* 'm::hinge' \(revolute\).*rigid=True"
     ):
         load(content)
     scene = load(content, rigid=True)
@@ -185,7 +185,7 @@ def test_friction_of_drake_is_combined_as_drake_does(load: Callable[..., hf.Scen
 def test_friction_of_drake_and_of_others_needs_a_choice(load: Callable[..., hf.Scene]) -> None:
     content = crates(drake(0.2) + ode("0.4"), drake(0.6) + ode("0.8"))
     with pytest.raises(
-        hf.SceneError, match=r"friction for ode and drake, which combine it in different ways; give sim"
+        hf.errors.SceneError, match=r"friction for ode and drake, which combine it in different ways; give sim"
     ):
         load(content)
     assert load(content, simulator="drake").mu("m0", "m1") == pytest.approx(0.3)
@@ -323,7 +323,7 @@ def test_name_pose_and_static_of_an_include_come_first(load: Callable[..., hf.Sc
     assert {body.name: body.pose[2, 3] for body in scene.bodies} == {"ground": 0, "crate": 1, "b": 3, "c": 1}
     assert [body.name for body in scene.movable] == ["crate", "b"]
     np.testing.assert_allclose(scene.body("b").box[1], [0.05, 0.1, 3.15], atol=1e-12)
-    with pytest.raises(hf.SceneError, match=r"<uri>: names the package 'crate'.*give package="):
+    with pytest.raises(hf.errors.SceneError, match=r"<uri>: names the package 'crate'.*give package="):
         load(world(content))
 
 
@@ -341,14 +341,14 @@ def test_lights_and_actors_are_included_as_nothing(what: str, load: Callable[...
 def test_comments_may_hold_hyphens(comment: str, load: Callable[..., hf.Scene]) -> None:
     assert load(world(comment + model(link()))) == load(world(model(link())))
     line = 5 + comment.count("\n")
-    with pytest.raises(hf.SceneError, match=rf"scene.sdf:{line}: <collision> 'c': has no <geometry>"):
+    with pytest.raises(hf.errors.SceneError, match=rf"scene.sdf:{line}: <collision> 'c': has no <geometry>"):
         load(world(comment + "\n" + model(link(shapes='<collision name="c"/>'))))
 
 
 def test_text_that_looks_like_a_comment_is_kept(load: Callable[..., hf.Scene]) -> None:
     (body,) = load(world(model(link("l", pose("0 0 3").replace("0 0 3", "<![CDATA[0 0 3]]>"))))).movable
     assert body.pose[2, 3] == 3
-    with pytest.raises(hf.SceneError, match="<!-- 3 -->"):
+    with pytest.raises(hf.errors.SceneError, match="<!-- 3 -->"):
         load(world(model(link("l", "<pose><![CDATA[<!-- 3 -->]]></pose>"))))
 
 
@@ -363,7 +363,7 @@ def test_shapes_and_masses_may_be_placed_relative_to_their_own_link(load: Callab
 
 def test_a_lone_model_needs_a_floor(load: Callable[..., hf.Scene]) -> None:
     content = f'<sdf version="1.9">{model(link(shapes=collision(rest=ode("0.3"))))}</sdf>'
-    with pytest.raises(hf.SceneError, match=r"has nothing that is static; give floor=True"):
+    with pytest.raises(hf.errors.SceneError, match=r"has nothing that is static; give floor=True"):
         load(content)
     assert load(content, floor=True).mu("m", "floor") == 0.3
 
@@ -372,7 +372,7 @@ def test_gravity_and_one_of_several_worlds(load: Callable[..., hf.Scene]) -> Non
     worlds = "".join(f'<world name="w{k}"><gravity>0 {k} -1</gravity>{GROUND}</world>' for k in (1, 2))
     content = f'<sdf version="1.9">{worlds}</sdf>'
     assert load(content, world="w2").gravity.tolist() == [0, 2, -1]
-    with pytest.raises(hf.SceneError, match=r"<sdf>: has 2 worlds and 0 models; name one with world="):
+    with pytest.raises(hf.errors.SceneError, match=r"<sdf>: has 2 worlds and 0 models; name one with world="):
         load(content)
 
 
@@ -515,7 +515,7 @@ def test_includes_in_a_circle_are_refused(load: Callable[..., hf.Scene], tmp_pat
     for name, other in (("a", "b"), ("b", "a")):
         text = model(f"<include><uri>{other}.sdf</uri></include>", name)
         (tmp_path / f"{name}.sdf").write_text(f"<sdf>{text}</sdf>")
-    with pytest.raises(hf.SceneError, match=r"b.sdf:1: <include>: includes '.*a.sdf', in which it lies"):
+    with pytest.raises(hf.errors.SceneError, match=r"b.sdf:1: <include>: includes '.*a.sdf', in which it lies"):
         load(world("<include><uri>a.sdf</uri></include>"))
 
 
@@ -524,7 +524,7 @@ def test_includes_that_multiply_are_refused(load: Callable[..., hf.Scene], tmp_p
         inner = "".join(f"<include><uri>m{level + 1}.sdf</uri><name>n{k}</name></include>" for k in range(3))
         (tmp_path / f"m{level}.sdf").write_text(f"<sdf>{model(inner, f'm{level}')}</sdf>")
     (tmp_path / "m12.sdf").write_text(f"<sdf>{model(link(), 'm12')}</sdf>")
-    with pytest.raises(hf.SceneError, match=r"<include>: is one too many; the limit is 2,000"):
+    with pytest.raises(hf.errors.SceneError, match=r"<include>: is one too many; the limit is 2,000"):
         load(world("<include><uri>m0.sdf</uri></include>"))
 
 
@@ -540,5 +540,5 @@ def test_includes_that_multiply_are_refused(load: Callable[..., hf.Scene], tmp_p
     ],
 )
 def test_options_are_checked(options: dict[str, object], match: str, load: Callable[..., hf.Scene]) -> None:
-    with pytest.raises(hf.SceneError, match=match):
+    with pytest.raises(hf.errors.SceneError, match=match):
         load(world(model(link())), **options)

@@ -100,7 +100,9 @@ def test_a_body_given_by_density_can_be_replaced() -> None:
     assert moved == body.moved(moved.pose)
     assert dataclasses.replace(body, mass=None, density=100).mass == 200
     assert dataclasses.replace(body, mass=3, density=None).density is None
-    with pytest.raises(hf.SceneError, match="mass = 1000 and density = 100; give one of them, the other as None"):
+    with pytest.raises(
+        hf.errors.SceneError, match="mass = 1000 and density = 100; give one of them, the other as None"
+    ):
         dataclasses.replace(body, density=100)
 
 
@@ -112,14 +114,16 @@ def test_a_moved_body_keeps_all_but_its_pose() -> None:
     assert moved.moved(body.pose) == body
     fixed = hf.Body("floor", hf.Box((1, 1, 2)), fixed=True)
     assert fixed.moved(pose).fixed
-    with pytest.raises(hf.GeometryError, match="body 'b': pose: is a reflection"):
+    with pytest.raises(hf.errors.GeometryError, match="body 'b': pose: is a reflection"):
         body.moved(np.diag([-1.0, 1, 1, 1]))
 
 
 def test_u4_a_trimesh_given_to_mesh_is_told_what_to_write() -> None:
-    with pytest.raises(hf.GeometryError, match=r"got a Trimesh; give it to Body .* Mesh\(mesh.vertices, mesh.faces\)"):
+    with pytest.raises(
+        hf.errors.GeometryError, match=r"got a Trimesh; give it to Body .* Mesh\(mesh.vertices, mesh.faces\)"
+    ):
         hf.Mesh(BOX)
-    with pytest.raises(hf.GeometryError, match=r"faces: has shape \(0,\); needs shape \(n, 3\)"):
+    with pytest.raises(hf.errors.GeometryError, match=r"faces: has shape \(0,\); needs shape \(n, 3\)"):
         hf.Mesh(V)
 
 
@@ -154,7 +158,7 @@ def test_a_cavity_is_kept() -> None:
 @pytest.mark.parametrize("as_shape", [lambda v, f: hf.Mesh(v, f), trimesh.Trimesh], ids=["Mesh", "Trimesh"])
 @pytest.mark.parametrize("options", [{"mass": 1}, {"density": 1000}])
 def test_a_mesh_that_does_not_close_needs_mass_and_com(as_shape: Any, options: dict[str, float]) -> None:
-    with pytest.raises(hf.GeometryError, match=r"watertight.*mass=, com=") as error:
+    with pytest.raises(hf.errors.GeometryError, match=r"watertight.*mass=, com=") as error:
         hf.Body("leaky", as_shape(V, F[1:]), **options)
     assert "leaky" in str(error.value)
 
@@ -191,7 +195,7 @@ def test_a_surface_with_one_side_is_flagged() -> None:
     last = turns - 1
     faces = np.vstack([faces, [[last, turns, last + turns], [turns, 0, last + turns]]])
     mesh = hf.Mesh(np.vstack(rims), faces, where="body 'strip'")
-    with pytest.warns(hf.HoldfastWarning, match=r"'strip'.*inside cannot be told"):
+    with pytest.warns(hf.errors.HoldfastWarning, match=r"'strip'.*inside cannot be told"):
         assert not mesh.report.oriented
     assert mesh.report.open_edges == 2 * turns
 
@@ -291,7 +295,7 @@ def test_a_round_scan_stays_round() -> None:
 
 @pytest.mark.parametrize("noise", [-1e-4, np.nan, "much"])
 def test_noise_that_makes_no_sense_is_refused(noise: Any) -> None:
-    with pytest.raises(hf.GeometryError, match=r"Mesh: noise"):
+    with pytest.raises(hf.errors.GeometryError, match=r"Mesh: noise"):
         hf.Mesh(V, F, noise=noise)
 
 
@@ -300,7 +304,7 @@ FLAT = ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], [[0, 1, 2], [1, 3, 2], [0,
 
 @pytest.mark.parametrize("options", [{"mass": 1}, {"density": 1000}])
 def test_a_closed_mesh_without_volume_is_refused(options: dict[str, float]) -> None:
-    with np.errstate(all="ignore"), pytest.raises(hf.GeometryError, match=r"volume"):
+    with np.errstate(all="ignore"), pytest.raises(hf.errors.GeometryError, match=r"volume"):
         hf.Body("flat", hf.Mesh(*FLAT), **options)
 
 
@@ -310,7 +314,7 @@ def test_a_piece_that_is_inside_out_beside_another_is_not_taken_as_negative_mass
     with np.errstate(all="ignore"):
         try:
             body = hf.Body("pair", mesh, density=1000)
-        except hf.GeometryError:
+        except hf.errors.GeometryError:
             return
     assert body.mass == pytest.approx(60)
 

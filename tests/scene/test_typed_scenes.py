@@ -67,7 +67,7 @@ MISTYPED: dict[str, tuple[str, str]] = {
 @pytest.mark.parametrize("name", MISTYPED)
 def test_u6_a_mistyped_key_is_named_with_what_was_meant(name: str) -> None:
     content, match = MISTYPED[name]
-    with pytest.raises(hf.SceneError, match=match):
+    with pytest.raises(hf.errors.SceneError, match=match):
         load(content)
 
 
@@ -100,7 +100,7 @@ WRONG: dict[str, tuple[str, str]] = {
 @pytest.mark.parametrize("name", WRONG)
 def test_u6_wrong_types_are_refused(name: str) -> None:
     content, match = WRONG[name]
-    with pytest.raises(hf.SceneError, match=match):
+    with pytest.raises(hf.errors.SceneError, match=match):
         load(content)
 
 
@@ -119,7 +119,7 @@ def test_names_that_look_like_numbers_come_back_as_names(name: str, tmp_path: Pa
 def test_d15_a_lone_surrogate_in_a_name_is_told() -> None:
     floor = {"name": "a\ud800b", "shape": {"type": "box", "size": [1, 1, 1]}, "fixed": True}
     content = json.dumps({"format": "holdfast-scene/1", "friction": 0.5, "bodies": [floor]})
-    with pytest.raises(hf.SceneError, match=r"name: is 'a\\ud800b'; needs a text without lone surrogates"):
+    with pytest.raises(hf.errors.SceneError, match=r"name: is 'a\\ud800b'; needs a text without lone surrogates"):
         read_scene(content.encode(), "s.json")
 
 
@@ -153,7 +153,7 @@ def test_d5_many_keys_take_linear_time(kind: str) -> None:
     if kind == "bodies":
         assert len(read_scene(KEYS[kind](20_000).encode(), name).bodies) == 20_000
     else:
-        with pytest.raises(hf.SceneError):
+        with pytest.raises(hf.errors.SceneError):
             read_scene(KEYS[kind](60_000).encode(), name)
     assert time.process_time() - started < 40
 
@@ -161,18 +161,18 @@ def test_d5_many_keys_take_linear_time(kind: str) -> None:
 def test_d5_a_file_of_many_faults_is_told_by_its_first() -> None:
     """Millions of faults would take more memory than the file by far."""
     many = ", ".join(["7"] * 1000)
-    with pytest.raises(hf.SceneError, match=r"bodies\[0\]: needs keys and values, got 7; "):
+    with pytest.raises(hf.errors.SceneError, match=r"bodies\[0\]: needs keys and values, got 7; "):
         load(f"format: holdfast-scene/1\nfriction: 0.5\nbodies: [{many}]\n")
-    with pytest.raises(hf.SceneError, match=r"scene: has 1,002 keys; 'k0' and others are unknown; "):
+    with pytest.raises(hf.errors.SceneError, match=r"scene: has 1,002 keys; 'k0' and others are unknown; "):
         load("format: holdfast-scene/1\nbodies: []\n" + "".join(f"k{k}: 1\n" for k in range(1000)))
     mesh = "{type: mesh, vertices: [" + ", ".join(["[0, 0, x]"] * 1000) + "], faces: [[0, 1, 2]]}"
-    with pytest.raises(hf.SceneError, match=r"vertices\[0\]\[2\] \(body 'm'\): needs a number, got 'x'; "):
+    with pytest.raises(hf.errors.SceneError, match=r"vertices\[0\]\[2\] \(body 'm'\): needs a number, got 'x'; "):
         load(yaml(f"{{name: m, shape: {mesh}, mass: 1}}"))
 
 
 def test_d5_a_key_that_stands_twice_among_many_is_found() -> None:
     keys = [*range(20_000), 777]
-    with pytest.raises(hf.SceneError, match="key 'k777' twice"):
+    with pytest.raises(hf.errors.SceneError, match="key 'k777' twice"):
         load("".join(f"k{i}: 1\n" for i in keys))
 
 
@@ -181,20 +181,20 @@ def test_d5_a_key_that_stands_twice_among_many_is_found() -> None:
 def test_deep_files_are_refused_alike(suffix: str, depth: int) -> None:
     for opening, closing in (("[", "]"), ('{"a":', "}")):
         content = opening * depth + "1" + closing * depth
-        with pytest.raises(hf.SceneError, match="is nested too deeply; the limit is 40 levels"):
+        with pytest.raises(hf.errors.SceneError, match="is nested too deeply; the limit is 40 levels"):
             read_scene(content.encode(), f"s{suffix}")
 
 
 @pytest.mark.parametrize("suffix", [".json", ".yaml"])
 def test_the_deepest_file_that_is_read(suffix: str) -> None:
     content = '{"a":' + "[" * (text.MAX_DEPTH - 1) + "1" + "]" * (text.MAX_DEPTH - 1) + "}"
-    with pytest.raises(hf.SceneError, match="is in no known format"):
+    with pytest.raises(hf.errors.SceneError, match="is in no known format"):
         read_scene(content.encode(), f"s{suffix}")
 
 
 def test_a_json_file_has_a_limit_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(source, "MAX_JSON_BYTES", 100)
-    with pytest.raises(hf.SceneError, match="is 101 bytes; the limit is 100: keep meshes in files of their own"):
+    with pytest.raises(hf.errors.SceneError, match="is 101 bytes; the limit is 100: keep meshes in files of their own"):
         read_scene(b"[" + b" " * 99 + b"]", "s.json")
 
 

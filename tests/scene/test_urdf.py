@@ -106,7 +106,7 @@ def test_a_ball_that_is_not_at_the_origin_leaves_the_frame_of_its_link(load: Cal
 def test_a_movable_joint_is_named_and_refused(load: Callable[..., hf.Scene]) -> None:
     content = robot(LINK + solid("door") + joint("hinge", "base", "door", "revolute"))
     with pytest.raises(
-        hf.SceneError,
+        hf.errors.SceneError,
         match=r"thing.urdf:2: <robot> 'thing': has joints that can move: 'hinge' \(revolute\).*rigid=True",
     ):
         load(content)
@@ -148,7 +148,7 @@ def test_a_position_outside_the_limits_of_a_joint_is_told_with_both_units(
 ) -> None:
     content = robot(LINK + solid("arm") + joint("a", "base", "arm", kind, f'<axis xyz="0 0 1"/><limit {limit}/>'))
     if told:
-        with pytest.raises(hf.SceneError, match=f"joints: 'a': {told}"):
+        with pytest.raises(hf.errors.SceneError, match=f"joints: 'a': {told}"):
             load(content, fixed=True, joints={"a": position})
     else:
         assert load(content, fixed=True, joints={"a": position}).notes
@@ -185,7 +185,7 @@ def test_a_density_stands_for_a_missing_mass(load: Callable[..., hf.Scene]) -> N
     body = load(content, density=100).body("thing")
     assert body.mass == pytest.approx(100 * 0.2 * 0.4 * 0.6, rel=1e-12)
     np.testing.assert_allclose(np.diag(body.inertia_com), body.mass / 12 * np.array([0.52, 0.40, 0.20]), rtol=1e-12)
-    with pytest.raises(hf.SceneError, match=r"<link> 'base': has no <inertial>; give density=, or fixed=True"):
+    with pytest.raises(hf.errors.SceneError, match=r"<link> 'base': has no <inertial>; give density=, or fixed=True"):
         load(content)
     assert "link 'base': mass from density 100 kg/m³" in load(content, density=100).notes
     assert load(content, fixed=True).body("thing").fixed
@@ -229,7 +229,7 @@ def test_friction_is_combined_as_its_simulator_does(tags: str, pair: float, load
 
 def test_friction_is_never_guessed(load: Callable[..., hf.Scene]) -> None:
     content = robot(LINK.replace(MU, ""))
-    with pytest.raises(hf.SceneError, match=r"<link> 'base': has no friction; give friction="):
+    with pytest.raises(hf.errors.SceneError, match=r"<link> 'base': has no friction; give friction="):
         load(content)
     assert load(content, friction=0.3).mu("thing", "floor") == 0.3
 
@@ -237,7 +237,7 @@ def test_friction_is_never_guessed(load: Callable[..., hf.Scene]) -> None:
 def test_friction_of_two_kinds_needs_a_choice(load: Callable[..., hf.Scene]) -> None:
     content = robot(LINK + '<gazebo reference="base"><mu1>0.9</mu1><mu2>0.7</mu2></gazebo>')
     with pytest.raises(
-        hf.SceneError, match=r"has friction for bullet and gazebo, .*; give simulator='bullet', or another"
+        hf.errors.SceneError, match=r"has friction for bullet and gazebo, .*; give simulator='bullet', or another"
     ):
         load(content)
     assert load(content, simulator="bullet").mu("thing", "floor") == 0.5
@@ -245,7 +245,7 @@ def test_friction_of_two_kinds_needs_a_choice(load: Callable[..., hf.Scene]) -> 
 
 
 def test_a_thing_alone_needs_something_below(load: Callable[..., hf.Scene]) -> None:
-    with pytest.raises(hf.SceneError, match=r"nothing carries; give floor=True .* fixed=True"):
+    with pytest.raises(hf.errors.SceneError, match=r"nothing carries; give floor=True .* fixed=True"):
         load(robot(LINK), floor=False)
 
 
@@ -297,7 +297,7 @@ def test_a_package_has_the_name_that_its_manifest_says(load: Callable[..., hf.Sc
     (folder / "thing.urdf").write_text(content)
     assert hf.load_scene(folder / "thing.urdf", floor=True) == beside
     (folder / "package.xml").write_text("<package format='3'><name>other</name></package>")
-    with pytest.raises(hf.SceneError, match="the package 'parts', whose folder is unknown"):
+    with pytest.raises(hf.errors.SceneError, match="the package 'parts', whose folder is unknown"):
         load(content)
 
 
@@ -306,7 +306,7 @@ def test_a_link_of_the_file_system_does_not_lead_out(load: Callable[..., hf.Scen
     outside.mkdir()
     trimesh.creation.box((1, 1, 1)).export(outside / "cube.stl")
     (tmp_path / "cube.stl").symlink_to(outside / "cube.stl")
-    with pytest.raises(hf.SceneError, match=r"<mesh>: names 'cube.stl', outside of the folder"):
+    with pytest.raises(hf.errors.SceneError, match=r"<mesh>: names 'cube.stl', outside of the folder"):
         load(mesh("cube.stl"))
     assert load(mesh("cube.stl"), package={"any": outside}).body("thing").mass == 2.0
 
@@ -432,9 +432,9 @@ def test_a_long_file_is_read_or_refused_in_time(links: str, load: Callable[..., 
     if links == "many":
         content = "".join(link(f"l{k}") for k in range(many))
         content += "".join(joint(f"j{k}", f"l{k}", f"l{k + 1}") for k in range(many - 1))
-        with pytest.raises(hf.SceneError, match="has no link with a shape"):
+        with pytest.raises(hf.errors.SceneError, match="has no link with a shape"):
             load(robot(content))
     else:
         tags = '<contact><inertia_scaling value="3"/></contact>' * many
-        with pytest.raises(hf.SceneError, match="has no friction"):
+        with pytest.raises(hf.errors.SceneError, match="has no friction"):
             load(robot(link("base", f"{INERTIAL}{tags}" + f"<collision>{BOX}</collision>" * many)))

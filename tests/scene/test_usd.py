@@ -101,7 +101,7 @@ def test_axes_and_scale(load: Callable[..., hf.Scene]) -> None:
     np.testing.assert_allclose(body.box[1] - body.box[0], [6, 1, 1], atol=1e-3)  # inscribed sides
     np.testing.assert_allclose(body.inertia_com[0, 0], 0.5**2 / 2, rtol=1e-6)
     assert load(stage(prim(f"double radius = 1\n {scale}", "Sphere"))).body("a").shape == hf.Ellipsoid((2, 0.5, 0.5))
-    with pytest.raises(hf.SceneError, match=r"/a: is a Capsule with the scale \(2.0, 0.5, 0.5\)"):
+    with pytest.raises(hf.errors.SceneError, match=r"/a: is a Capsule with the scale \(2.0, 0.5, 0.5\)"):
         load(stage(prim(scale, "Capsule")))
 
 
@@ -149,7 +149,7 @@ def test_friction_of_a_pair_is_the_least_unless_it_is_told(load: Callable[..., h
     assert load(content, combine="mean").mu("a", "ground") == 0.375
     assert load(content, combine="product").mu("a", "ground") == 0.125
     bare = content.replace("rel material:binding:physics = </smooth>", "")
-    with pytest.raises(hf.SceneError, match="/a: has no physics material, so no friction; give friction="):
+    with pytest.raises(hf.errors.SceneError, match="/a: has no physics material, so no friction; give friction="):
         load(bare)
     assert load(bare, friction=0.125).mu("a", "ground") == 0.125
 
@@ -172,7 +172,7 @@ def test_meshes_and_what_stands_for_them(load: Callable[..., hf.Scene]) -> None:
     left = TETRAHEDRON + 'uniform token orientation = "leftHanded"\n'
     turned = trimesh.Trimesh(approximated("none", left).shape.vertices, approximated("none", left).shape.faces)
     assert turned.volume == pytest.approx(-1 / 6)  # as the file winds them; the surface is wound outward later
-    with pytest.raises(hf.SceneError, match="has the approximation 'sdf'"):
+    with pytest.raises(hf.errors.SceneError, match="has the approximation 'sdf'"):
         approximated("sdf")
 
 
@@ -198,7 +198,7 @@ def test_joints_weld_or_are_refused_by_name(load: Callable[..., hf.Scene]) -> No
     assert [body.name for body in welded.movable] == ["a"]
     assert welded.body("a").mass == 4.0
     np.testing.assert_allclose(welded.body("a").com_world, [0, 0, 4], atol=1e-12)
-    with pytest.raises(hf.SceneError, match=r"/j: can move; .*/j \(PhysicsRevoluteJoint\).*; give rigid=True"):
+    with pytest.raises(hf.errors.SceneError, match=r"/j: can move; .*/j \(PhysicsRevoluteJoint\).*; give rigid=True"):
         load(stage(both + joint("PhysicsRevoluteJoint")))
     assert load(stage(both + joint("PhysicsRevoluteJoint")), rigid=True).body("a").mass == 4.0
     to_world = load(stage(both + joint("PhysicsFixedJoint", "")))
@@ -270,15 +270,15 @@ def test_layers_are_composed_from_the_folder_alone(load: Callable[..., hf.Scene]
     assert load(stage(named.format("./parts/crate.usda")), friction=0.5).body("c").shape == hf.Box((2, 2, 2))
     outside = tmp_path.parent / "outside.usda"
     outside.write_text((tmp_path / "parts" / "crate.usda").read_text())
-    with pytest.raises(hf.SceneError, match=r"outside.usda', outside of the folder"):
+    with pytest.raises(hf.errors.SceneError, match=r"outside.usda', outside of the folder"):
         load(stage(named.format("../outside.usda")), friction=0.5)
     assert load(stage(named.format("../outside.usda")), friction=0.5, package={"x": tmp_path.parent}).body("c")
     (tmp_path / "parts" / "more.usda").write_text("#usda 1.0\n(\n subLayers = [@/etc/passwd@]\n)\n")
-    with pytest.raises(hf.SceneError, match=r"names '/etc/passwd', outside of the folder"):
+    with pytest.raises(hf.errors.SceneError, match=r"names '/etc/passwd', outside of the folder"):
         load(stage(named.format("./parts/more.usda")))
-    with pytest.raises(hf.SceneError, match="needs a path, file://"):
+    with pytest.raises(hf.errors.SceneError, match="needs a path, file://"):
         load(stage(named.format("https://example.org/a.usd")))
-    with pytest.raises(hf.SceneError, match=r"none.usda: no such layer"):
+    with pytest.raises(hf.errors.SceneError, match=r"none.usda: no such layer"):
         load(stage(named.format("./none.usda")))
 
 
@@ -348,5 +348,5 @@ def test_a_reference_to_itself_ends(load: Callable[..., hf.Scene]) -> None:
     ],
 )
 def test_options_are_checked(options: dict[str, object], match: str, load: Callable[..., hf.Scene]) -> None:
-    with pytest.raises(hf.SceneError, match=match):
+    with pytest.raises(hf.errors.SceneError, match=match):
         load(stage(prim()), **options)

@@ -70,7 +70,7 @@ def test_a_package_does_not_read_what_lies_outside(kind: str, tmp_path: Path, mo
         },
         "deep": {"s__usda": referring("./part.usda"), "part__usda": referring(str(secret))},
     }[kind]
-    with pytest.raises(hf.SceneError, match=r"s\.usdz.*(is not in the package|is no USD)"):
+    with pytest.raises(hf.errors.SceneError, match=r"s\.usdz.*(is not in the package|is no USD)"):
         load(package(tmp_path / "in" / "s.usdz", **files))
 
 
@@ -79,13 +79,13 @@ def test_a_scene_does_not_read_through_a_package_what_lies_outside(tmp_path: Pat
     (tmp_path / "in").mkdir()
     package(tmp_path / "in" / "p.usdz", s__usda=referring(str(tmp_path / "secret.usda")))
     (tmp_path / "in" / "s.usda").write_text(referring("./p.usdz"))
-    with pytest.raises(hf.SceneError, match="is not in the package"):
+    with pytest.raises(hf.errors.SceneError, match="is not in the package"):
         load(tmp_path / "in" / "s.usda")
 
 
 def test_bytes_that_are_not_utf8_are_told(tmp_path: Path) -> None:
     (tmp_path / "s.usda").write_bytes(SCENE.encode().replace(b"double size", b"doub\xff\xfele size"))
-    with pytest.raises(hf.SceneError, match=r"s\.usda: (has bytes that are not UTF-8|is no USD)"):
+    with pytest.raises(hf.errors.SceneError, match=r"s\.usda: (has bytes that are not UTF-8|is no USD)"):
         load(tmp_path / "s.usda")
 
 
@@ -118,7 +118,9 @@ def test_lengths_beyond_the_file_are_told_before_memory_is_taken(
     content = bytearray(crate)
     content[at : at + 8] = struct.pack("<Q", 1 << 36)
     (tmp_path / "m.usdc").write_bytes(content)
-    with pytest.raises(hf.SceneError, match=r"m\.usdc: (states a length beyond its end|its section '\w+' states)"):
+    with pytest.raises(
+        hf.errors.SceneError, match=r"m\.usdc: (states a length beyond its end|its section '\w+' states)"
+    ):
         load(tmp_path / "m.usdc")
 
 
@@ -137,7 +139,7 @@ def test_a_list_that_is_longer_than_its_file_is_told(tmp_path: Path) -> None:
         for more in (1 << 37, 1 << 60, len(content)):
             changed = known.replace(struct.pack("<Q", length), struct.pack("<Q", more), 1)
             (tmp_path / "m.usdc").write_bytes(content.replace(known, changed))
-            with pytest.raises(hf.SceneError, match=rf"m\.usdc: states {more:,} values in"):
+            with pytest.raises(hf.errors.SceneError, match=rf"m\.usdc: states {more:,} values in"):
                 load(tmp_path / "m.usdc")
 
 
@@ -147,14 +149,14 @@ def test_a_contents_of_too_many_sections_is_told(crate: bytes, tmp_path: Path) -
         content = bytearray(crate)
         content[at : at + 8] = struct.pack("<q", number)
         (tmp_path / "m.usdc").write_bytes(content)
-        with pytest.raises(hf.SceneError, match="states a length beyond its end"):
+        with pytest.raises(hf.errors.SceneError, match="states a length beyond its end"):
             load(tmp_path / "m.usdc")
 
 
 def test_the_case_with_one_flipped_length() -> None:
     if not CASES.exists():
         pytest.skip("needs the hostile cases, which are not here")
-    with pytest.raises(hf.SceneError, match=r"s\.usdc\]: states a length beyond its end: 3,749,699,808 bytes"):
+    with pytest.raises(hf.errors.SceneError, match=r"s\.usdc\]: states a length beyond its end: 3,749,699,808 bytes"):
         load(CASES / "case_900308.usdz")
 
 
@@ -165,7 +167,9 @@ def test_a_package_with_a_length_beyond_its_end_is_told(tmp_path: Path) -> None:
         broken = bytearray(content)
         broken[at : at + 2] = b"\xff\xff"
         path.write_bytes(broken)
-        with pytest.raises(hf.SceneError, match=r"s\.usdz.*(states a length beyond|is packed, encrypted or without)"):
+        with pytest.raises(
+            hf.errors.SceneError, match=r"s\.usdz.*(states a length beyond|is packed, encrypted or without)"
+        ):
             load(path)
 
 

@@ -11,16 +11,18 @@ only: at its ends it pulls the body that it is hooked to, and over a body it pre
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from holdfast.applications.strap_files import strap_entries
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_items, checked_name, checked_number, checked_truth, frozen
-from holdfast.base.errors import SceneError, message
+from holdfast.base.errors import SceneError, located, message
 from holdfast.base.kinds import shaped
 from holdfast.base.ranges import FORCE, FRICTION, LENGTH, PLACE, STIFFNESS
 from holdfast.base.rigid import tangents
@@ -116,6 +118,19 @@ class Strap(Value):
         chosen = [int(np.argmin(((flat - corner) ** 2).sum(1))) for corner in corners]
         return cls([(owner[k], points[k]) for k in chosen], pretension, closed=True)
 
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> tuple[Strap, ...]:
+        """Read straps from a .yaml or .json file: a list with the arguments of ``Strap`` by name.
+
+        Each ``path`` is a list of [body, x, y, z] with places in metres, world frame. Raises SceneError for anything
+        else.
+        """
+        straps = []
+        for number, entry in enumerate(strap_entries(path), 1):
+            with located(f"{path}: strap {number}"):
+                straps.append(cls(**entry))
+        return tuple(straps)
+
     @property
     def lengths(self) -> Float:
         """The lengths [m] of the straight pieces, in order."""
@@ -171,37 +186,42 @@ class Strap(Value):
                     message(f"strap at {quoted(name)}", problem, "lead it over the body, or hook it there")
                 )
 
+    @staticmethod
+    def tied(assembly: Assembly | Scene, straps: Iterable[Strap], *, bedding: float) -> Assembly:
+        """Return the assembly with straps as one-sided elastic bands, which resist being made longer.
 
-def tied(assembly: Assembly | Scene, straps: Iterable[Strap], *, bedding: float) -> Assembly:
-    """Return the assembly with straps as one-sided elastic bands, which resist being made longer.
+        A band acts beside the pretension, which is given as ``standing=strap.loads(assembly)``: it adds tension where
+        its ends move apart and nothing where they come nearer. It is a contact without friction between the two bodies,
+        whose normal is along the strap, so its force is never negative: it pulls and never pushes. It has no end:
+        compare what it bears (``stability(...).forces``) with what the strap does. For engine ``limit`` it is as stiff
+        as all else; for engine ``compliant`` its ``stiffness`` [N/m] counts relative to the ``bedding`` [N/m³], the
+        stiffness of contacts per area. Only straps between two points become bands; one that is led over bodies has
+        pretension only.
 
-    A band acts beside the pretension, which is given as ``standing=strap.loads(assembly)``: it adds tension where its
-    ends move apart and nothing where they come nearer. It is a contact without friction between the two bodies, whose
-    normal is along the strap, so its force is never negative: it pulls and never pushes. It has no end: compare what it
-    bears (``stability(...).forces``) with what the strap does. For engine ``limit`` it is as stiff as all else; for
-    engine ``compliant`` its ``stiffness`` [N/m] counts relative to the ``bedding`` [N/m³], the stiffness of contacts
-    per area. Only straps between two points become bands; one that is led over bodies has pretension only.
-
-    An edit of the assembly may drop the bands: tie it last. Raises SceneError for a strap without ``stiffness``, one
-    with more than two points, or one within one body or between fixed bodies.
-    """
-    given = checked_assembly(assembly)
-    per_area = checked_number(bedding, "tied: bedding", above=0, within=STIFFNESS)
-    bands = []
-    for strap in checked_items(straps, "tied: straps", "straps"):
-        if not isinstance(strap, Strap):
-            raise SceneError(message("tied: straps", f"hold a {type(strap).__name__}", "needs holdfast.Strap objects"))
-        strap.check(given)
-        bodies, stiff = strap.bodies, strap.stiffness
-        if len(strap.points) != 2 or stiff is None:
-            problem = "has no stiffness" if stiff is None else f"has {len(strap.points)} points"
-            raise SceneError(message("tied: strap", problem, "needs two points and a stiffness [N/m]"))
-        if bodies[0] == bodies[1] or all(given.scene.body(name).fixed for name in bodies):
-            raise SceneError(message("tied: strap", f"joins {quoted(bodies)}", "needs two bodies, one of them movable"))
-        back = (strap.points[0] - strap.points[1]) / strap.lengths[0]
-        patch = Patch(frozen(strap.points[1:].copy()), frozen(back), breadth=float(np.sqrt(stiff / per_area)))
-        bands.append(Interface((bodies[0], bodies[1]), patches=[patch], mu=0.0))
-    return replace(given, interfaces=(*given.interfaces, *bands))
+        An edit of the assembly may drop the bands: tie it last. Raises SceneError for a strap without ``stiffness``,
+        one with more than two points, or one within one body or between fixed bodies.
+        """
+        given = checked_assembly(assembly)
+        per_area = checked_number(bedding, "tied: bedding", above=0, within=STIFFNESS)
+        bands = []
+        for strap in checked_items(straps, "tied: straps", "straps"):
+            if not isinstance(strap, Strap):
+                raise SceneError(
+                    message("tied: straps", f"hold a {type(strap).__name__}", "needs holdfast.Strap objects")
+                )
+            strap.check(given)
+            bodies, stiff = strap.bodies, strap.stiffness
+            if len(strap.points) != 2 or stiff is None:
+                problem = "has no stiffness" if stiff is None else f"has {len(strap.points)} points"
+                raise SceneError(message("tied: strap", problem, "needs two points and a stiffness [N/m]"))
+            if bodies[0] == bodies[1] or all(given.scene.body(name).fixed for name in bodies):
+                raise SceneError(
+                    message("tied: strap", f"joins {quoted(bodies)}", "needs two bodies, one of them movable")
+                )
+            back = (strap.points[0] - strap.points[1]) / strap.lengths[0]
+            patch = Patch(frozen(strap.points[1:].copy()), frozen(back), breadth=float(np.sqrt(stiff / per_area)))
+            bands.append(Interface((bodies[0], bodies[1]), patches=[patch], mu=0.0))
+        return replace(given, interfaces=(*given.interfaces, *bands))
 
 
 def _cut(body: Body, up: Float, level: float) -> Float:

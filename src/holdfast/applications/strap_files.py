@@ -1,11 +1,10 @@
-"""Reading of straps from YAML and JSON files."""
+"""Reading of what a YAML or JSON file says of straps."""
 
 from __future__ import annotations
 
 import os
 from typing import Any
 
-from holdfast.applications.strap import Strap
 from holdfast.base.errors import SceneError, located, message, nearest_of
 from holdfast.base.files import checked_path, read_ordinary
 from holdfast.base.text import quoted
@@ -17,10 +16,10 @@ MOST_BYTES = 10_000_000  # of a file with straps
 FORM = "needs a list of {path: [[BODY, X, Y, Z], ...], pretension: N}, optionally friction, closed, stiffness"
 
 
-def load_straps(path: str | os.PathLike[str]) -> tuple[Strap, ...]:
-    """Read straps from a .yaml or .json file: a list with the arguments of ``Strap`` by name.
+def strap_entries(path: str | os.PathLike[str]) -> tuple[dict[str, Any], ...]:
+    """Return the arguments of ``Strap`` by name that each strap in a file has; ``Strap.from_file`` describes the file.
 
-    Each ``path`` is a list of [body, x, y, z] with places in metres, world frame. Raises SceneError for anything else.
+    Raises SceneError for anything else.
     """
     file = checked_path(path, "straps")
     content = read_ordinary(file, "straps", most=MOST_BYTES, too_large="take fewer straps")
@@ -32,14 +31,14 @@ def load_straps(path: str | os.PathLike[str]) -> tuple[Strap, ...]:
         data = (from_json if file.suffix.lower() == ".json" else from_yaml)(text, str(file))
         if not isinstance(data, list):
             raise SceneError(message("straps", f"the file holds a {type(data).__name__}", FORM))
-        straps = []
+        entries = []
         for number, entry in enumerate(data, 1):
             with located(f"strap {number}"):
-                straps.append(_strap(entry))
-        return tuple(straps)
+                entries.append(_entry(entry))
+        return tuple(entries)
 
 
-def _strap(entry: Any) -> Strap:  # noqa: ANN401 - plain data, checked here
+def _entry(entry: Any) -> dict[str, Any]:  # noqa: ANN401 - plain data, checked here
     if not isinstance(entry, dict) or any(name not in entry for name in NEEDED):
         raise SceneError(message("strap", f"is {quoted(entry, 80)}", FORM))
     unknown = [name for name in entry if name not in FIELDS]
@@ -51,4 +50,4 @@ def _strap(entry: Any) -> Strap:  # noqa: ANN401 - plain data, checked here
     if not isinstance(entry.get("closed", False), bool):
         raise SceneError(message("strap: closed", f"is {quoted(entry['closed'])}", "needs true or false"))
     given = {name: value for name, value in entry.items() if name != "path" and value is not None}
-    return Strap([(str(body), place) for body, *place in points], **given)
+    return {"path": [(str(body), place) for body, *place in points], **given}

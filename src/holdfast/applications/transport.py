@@ -13,7 +13,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from holdfast.applications.inertia import inertial_loads, speed_within
 from holdfast.assembly.assembly import FIXED, Assembly, body_forces
@@ -24,16 +23,13 @@ from holdfast.base.arrays import (
     checked,
     checked_directions,
     checked_number,
-    checked_whole,
-    frozen,
     objects,
 )
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.kinds import shaped
 from holdfast.base.painters import paint
 from holdfast.base.public import Summary
-from holdfast.base.ranges import ACCELERATION, ANGLE
-from holdfast.base.rigid import checked_pose, tangents
+from holdfast.base.ranges import ACCELERATION
 from holdfast.base.text import listed, quoted
 from holdfast.engines.answers import Claim
 from holdfast.engines.imperfect import Imperfect
@@ -49,10 +45,8 @@ from holdfast.queries.request import (
 )
 from holdfast.queries.result import ROW_HEADS, Columns, least, told
 from holdfast.queries.sets import ConvexSet
-from holdfast.scene.scene import Scene, with_notes
+from holdfast.scene.scene import Scene
 
-MOST_DIRECTIONS = 1_000_000  # more answers than the memory holds
-DIRECTIONS = 100  # number of directions on the default circle (Fig. 15)
 PARALLEL = 1e-9  # largest 1 - cosine at which an acceleration counts as parallel to the direction of a limit
 
 
@@ -132,7 +126,7 @@ def transport_limits(
     """Compute the largest acceleration of the carrier along each direction before anything moves on it.
 
     ``directions`` (n, 3) or (3,), in the axes of the scene, need not have unit length; by default they are 100
-    horizontal directions. The carrier is tilted throughout by ``tilt`` [deg], see ``tilted``. It also rotates
+    horizontal directions. The carrier is tilted throughout by ``tilt`` [deg], see ``Scene.tilted``. It also rotates
     throughout about ``pivot`` (3,) [m], with ``angular_acceleration`` (3,) [rad/s²] and ``angular_velocity`` (3,)
     [rad/s], see ``inertial_loads``. ``jolt`` [m/s²] is an acceleration along the up direction of the scene that acts
     throughout: below 0 it takes weight off the load. The ``standing`` loads act throughout. ``bound`` and
@@ -144,8 +138,10 @@ def transport_limits(
 
     Raises SceneError if there is no direction, if one is zero, or if one of ``bodies`` is unknown or fixed.
     """
-    carried = checked_assembly(assembly) if tilt is None else tilted(assembly, tilt)
-    ways = horizontal_directions(carried) if directions is None else _directions(directions)
+    carried = checked_assembly(assembly)
+    if tilt is not None:
+        carried = carried.tilted(tilt)
+    ways = carried.scene.horizontal_directions() if directions is None else _directions(directions)
     method = engine_of(engine)
     lift = checked_number(jolt, "transport_limits: jolt", within=ACCELERATION) * carried.scene.up
     turning = inertial_loads(
@@ -177,42 +173,6 @@ def _counted(assembly: Assembly, bodies: Sequence[str] | None) -> tuple[Bool, tu
     return counted, (f"what these may be carried at is not asked: {listed(others)}",) if others else ()
 
 
-def horizontal_directions(assembly: Assembly | Scene, count: int = DIRECTIONS) -> Float:
-    """Return ``count`` unit vectors (count, 3), evenly spaced around the circle perpendicular to gravity.
-
-    The first is the x axis of the scene, projected into the horizontal plane. Raises HoldfastError if ``count`` is not
-    a whole number of at least 1.
-    """
-    checked_whole(count, "horizontal_directions: count", 1, MOST_DIRECTIONS)
-    ahead, left = tangents(checked_assembly(assembly).scene.up)
-    angle = 2 * np.pi * np.arange(count)[:, None] / count
-    return np.asarray(frozen(np.cos(angle) * ahead + np.sin(angle) * left))
-
-
-def tilted(assembly: Assembly | Scene, tilt: ArrayLike) -> Assembly:
-    """Return the assembly on a carrier that is tilted by ``tilt``.
-
-    Gravity is rotated the opposite way in the axes of the scene.
-
-    ``tilt`` is a rotation vector (3,) [deg] or a rotation matrix (3, 3). It rotates the axes of the scene from where
-    they are now to where the tilted carrier has them.
-    """
-    where = "tilt"
-    if np.asarray(tilt, dtype=object).ndim == 2:
-        pose = np.eye(4)
-        pose[:3, :3] = checked(tilt, (3, 3), where)
-        turn = checked_pose(pose, where)[:3, :3]
-    else:
-        turn = Rotation.from_rotvec(np.radians(checked(tilt, (3,), where, within=ANGLE))).as_matrix()
-    assembly = checked_assembly(assembly)
-    vector = np.degrees(Rotation.from_matrix(turn).as_rotvec())
-    angle = float(np.linalg.norm(vector))
-    axis = ", ".join(f"{v + 0.0:.3g}" for v in np.round(vector / angle, 9)) if angle else "any axis"
-    told = f"the carrier is tilted by {angle:.4g}° about ({axis})"
-    leaning = replace(assembly.scene, gravity=turn.T @ assembly.scene.gravity)
-    return replace(assembly, scene=with_notes(leaning, [told] if angle else []))
-
-
 def safe_time_scale(
     accelerations: ArrayLike,
     limits: ConvexSet | TransportLimits,
@@ -242,7 +202,7 @@ def safe_time_scale(
 def _usage(a: Float, limits: object) -> Float:
     """Return the share of its limit that each acceleration uses, leaving out accelerations that are zero."""
     if not isinstance(limits, TransportLimits):
-        remedy = "needs hf.sustainable_accelerations(...) or hf.transport_limits(...)"
+        remedy = "needs hf.sets.sustainable_accelerations(...) or hf.transport_limits(...)"
         raise HoldfastError(message("safe_time_scale: limits", f"is a {type(limits).__name__}", remedy))
     if limits.claim is Claim.ESTIMATED:
         remedy = "ask engine 'compliant' or 'limit'"

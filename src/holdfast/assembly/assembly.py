@@ -312,6 +312,10 @@ class Assembly(Value):
         """
         return self._sought(self.scene.moved(poses), "moved")
 
+    def tilted(self, tilt: ArrayLike) -> Assembly:
+        """Return the assembly, with its contacts, on a carrier that is tilted by ``tilt``; see ``Scene.tilted``."""
+        return replace(self, scene=self.scene.tilted(tilt))
+
     def with_body(self, body: Body) -> Assembly:
         """Return the assembly with ``body`` added after the others.
 
@@ -497,7 +501,7 @@ def _given(scene: Scene, interfaces: Iterable[Interface]) -> tuple[Interface, ..
     for interface in checked_items(interfaces, "assemble: interfaces", "Interface objects"):
         if not hasattr(interface, "patches"):
             problem = f"interfaces holds a {type(interface).__name__}"
-            raise SceneError(message("assemble", problem, "needs holdfast.Interface objects"))
+            raise SceneError(message("assemble", problem, "needs holdfast.answers.Interface objects"))
         a, b = (scene.body(name) for name in interface.bodies)
         if not (a.fixed and b.fixed):
             kept.append(interface)

@@ -15,7 +15,7 @@ import numpy as np
 from holdfast.base.arrays import Float, checked, frozen
 from holdfast.base.compiled import compilable, lean
 from holdfast.base.errors import GeometryError, message
-from holdfast.base.ranges import PLACE
+from holdfast.base.ranges import ANGLE, PLACE
 
 BESIDE = 1.2345  # sizes are often powers of two: their power of two is taken of something beside them
 FAR = 1e6  # [-] entries of a rotation are cut to this, far from rigid, before they are squared
@@ -81,6 +81,41 @@ def checked_pose(value: Any, where: str) -> Float:  # noqa: ANN401 - anything a 
     if np.linalg.det(rotation) < 0:
         raise GeometryError(message(where, "is a reflection: det R = -1", "needs a proper rotation"))
     return pose
+
+
+def pose(
+    x: float = 0.0, y: float = 0.0, z: float = 0.0, *, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0
+) -> Float:
+    """Return the pose (4, 4) at (x, y, z) [m], turned by ``roll``, ``pitch`` and ``yaw`` [deg].
+
+    The body turns about the fixed axes x, y and z of the world, in this order: R = Rz(yaw) Ry(pitch) Rx(roll), as in
+    URDF and SDF. Multiples of 90 degrees give exact zeros and ones. Raises GeometryError for anything but finite
+    numbers within reach.
+    """
+    return pose_at((x, y, z), (roll, pitch, yaw), "pose")
+
+
+def pose_at(position: Any, rpy_degrees: Any, where: str) -> Float:  # noqa: ANN401 - three numbers each, checked
+    """Return the read-only pose (4, 4) with a position (3,) [m] and roll, pitch, yaw (3,) [deg], see ``pose``."""
+    place = checked(position, (3,), f"{where}: position", within=PLACE, error=GeometryError)
+    angles = checked(rpy_degrees, (3,), f"{where}: rpy_degrees", within=ANGLE, error=GeometryError)
+    (sr, cr), (sp, cp), (sy, cy) = (_sine_and_cosine(float(angle)) for angle in angles)
+    found = np.eye(4)
+    found[:3, :3] = [
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ]
+    found[:3, 3] = place
+    return np.asarray(frozen(found + 0.0))
+
+
+def _sine_and_cosine(degrees: float) -> tuple[float, float]:
+    """Return the sine and the cosine of an angle [deg], exactly 0, 1 or -1 at multiples of 90 degrees."""
+    quarters, rest = divmod(degrees, 90.0)
+    sine, cosine = math.sin(math.radians(rest)), math.cos(math.radians(rest))
+    turned = ((sine, cosine), (cosine, -sine), (-sine, -cosine), (-cosine, sine))
+    return turned[int(quarters) % 4]
 
 
 def pose_from(position: Float, quaternion: Float) -> Float:

@@ -10,7 +10,6 @@ import typer
 from holdfast.applications.carrying.carry import carry as carried
 from holdfast.applications.carrying.profile import Profile
 from holdfast.applications.carrying.standards import STANDARDS
-from holdfast.applications.transport import tilted
 from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, SaveAnswer, check_suffix, engine_with
 from holdfast.cli.output import out, print_json
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
@@ -47,7 +46,7 @@ def carry(
         assembly = scene.assembled()
     up = assembly.scene.up  # the vehicle's own, however it is tilted
     if tilt is not None:
-        assembly = tilted(assembly, tilt)
+        assembly = assembly.tilted(tilt)
     if profile in STANDARDS:
         motion = Profile.named(profile, heading=heading, up=up)
     else:

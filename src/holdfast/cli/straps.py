@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from holdfast.applications.strap_files import load_straps
+from holdfast.applications.strap import Strap
 from holdfast.assembly.assembly import Assembly
 from holdfast.queries.request import Load
 
@@ -16,4 +16,4 @@ Straps = Annotated[Path | None, typer.Option(help="YAML or JSON file with straps
 
 def strap_loads(path: Path | None, assembly: Assembly) -> tuple[Load, ...]:
     """Return the standing loads of all straps in the file on the bodies of an assembly; none without a file."""
-    return () if path is None else tuple(load for strap in load_straps(path) for load in strap.loads(assembly))
+    return () if path is None else tuple(load for strap in Strap.from_file(path) for load in strap.loads(assembly))

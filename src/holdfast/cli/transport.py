@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from holdfast.applications.inertia import inertial_loads
-from holdfast.applications.transport import horizontal_directions, tilted, transport_limits
+from holdfast.applications.transport import transport_limits
 from holdfast.cli.common import (
     AsJson,
     EngineName,
@@ -61,7 +61,7 @@ def transport(
     with progress():
         assembly = scene.assembled()
     if tilt is not None:
-        assembly = tilted(assembly, tilt)
+        assembly = assembly.tilted(tilt)
     loads = inertial_loads(
         assembly,
         acceleration=jolt * assembly.scene.up,
@@ -70,7 +70,7 @@ def transport(
         pivot=pivot,
     )
     loads += strap_loads(straps, assembly)
-    ways = horizontal_directions(assembly, directions)
+    ways = assembly.scene.horizontal_directions(directions)
     written = []
     ask = partial(transport_limits, assembly, ways, standing=loads, bodies=body)
     with progress():

@@ -9,7 +9,7 @@ import numpy as np
 
 from holdfast.applications.disassembly.order import disassembly_order
 from holdfast.applications.settled import settle
-from holdfast.applications.transport import horizontal_directions, transport_limits
+from holdfast.applications.transport import transport_limits
 from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.text import LONGEST_NAME, escaped, one_line
 from holdfast.live import scenery
@@ -263,7 +263,7 @@ class Controls:
 
     def _transport(self) -> None:
         model = self._window.model
-        ways = horizontal_directions(model.assembly, DIRECTIONS)
+        ways = model.assembly.scene.horizontal_directions(DIRECTIONS)
         limits = transport_limits(model.assembly, ways, engine=model.engine)
         self.show_limits(glimpse(limits), limits.summary().headline)
 

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from holdfast.assembly.assembly import FIXED, Assembly, assemble
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_items, checked_name, checked_pushes
+from holdfast.base.by_name import Registry
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.ranges import FORCE, PLACE
 from holdfast.base.rigid import wrench_at
@@ -24,7 +25,7 @@ from holdfast.engines.limit.engine import Limit
 from holdfast.geometry.distance import distance_to_surface, winding_number
 from holdfast.scene.scene import Scene
 
-ENGINES: dict[str, Callable[[], Engine]] = {"graph": Graph, "limit": Limit, "compliant": Compliant}
+ENGINES: Registry[Callable[[], Engine]] = Registry("engine", {"graph": Graph, "limit": Limit, "compliant": Compliant})
 
 DEFAULT_ENGINE = "compliant"  # the engine of every query that does not name another
 CERTAIN_ENGINE = "limit"  # the engine that proves above which load no equilibrium exists, and all that follows from it
@@ -86,16 +87,7 @@ def register_engine(name: str, make: Callable[[], Engine]) -> Callable[[], None]
 
     Returns a function that removes the registration. Raises HoldfastError if the name is taken or is not a text.
     """
-    if not isinstance(name, str) or name in ENGINES:
-        problem = f"there is an engine {quoted(name)}" if isinstance(name, str) else f"name is a {type(name).__name__}"
-        raise HoldfastError(message("register_engine", problem, "give it another name"))
-    ENGINES[name] = make
-
-    def take_back() -> None:
-        if ENGINES.get(name) is make:
-            del ENGINES[name]
-
-    return take_back
+    return ENGINES.add(name, make)
 
 
 def engine_of(choice: EngineChoice) -> Engine:

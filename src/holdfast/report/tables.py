@@ -171,7 +171,7 @@ def transport_report(result: TransportLimits) -> RenderableType:
 def _round(result: TransportLimits) -> str:
     """Say where the angles of level directions begin and which way they go."""
     first, second, *_ = frame_names(result.assembly)
-    return f"{first} is 0°, {second} is 90°" if first != "0°" else "0° is the first of hf.horizontal_directions"
+    return f"{first} is 0°, {second} is 90°" if first != "0°" else "0° is the first of scene.horizontal_directions"
 
 
 def _slowest(result: TransportLimits, angle: Float) -> str:

@@ -62,11 +62,11 @@ def frame_names(assembly: Assembly) -> tuple[str, str, str, str]:
 def level_angles(result: TransportLimits) -> Float:
     """Return the angles (n,) [rad], in [0, 2π), of horizontal directions.
 
-    They are measured from the first of ``horizontal_directions``.
+    They are measured from the first of ``Scene.horizontal_directions``.
     """
     up = result.assembly.scene.up
     if np.abs(result.directions @ up).max() > LEVEL:
-        remedy = "ask along hf.horizontal_directions(...)"
+        remedy = "ask along assembly.scene.horizontal_directions(...)"
         raise HoldfastError(message("transport limits by angle", "a direction is not level", remedy))
     ahead, left = tangents(up)
     angle = np.arctan2(result.directions @ left, result.directions @ ahead) % (2 * np.pi)

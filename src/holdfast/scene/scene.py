@@ -31,6 +31,9 @@ from holdfast.scene.excluded import (
 )
 from holdfast.scene.friction import Friction
 from holdfast.scene.halfspace import HalfSpace
+from holdfast.scene.level import directions_around, tilted_gravity
+
+DIRECTIONS = 100  # number of directions on the default circle (Nadeau & Kelly, Fig. 15)
 
 
 @archived
@@ -210,6 +213,23 @@ class Scene(Value):
         """
         single = [[name] if isinstance(name, str) else checked_items(name, "scene", "names") for name in names]
         return frozenset(self.body(name).name for several in single for name in several)
+
+    def horizontal_directions(self, count: int = DIRECTIONS) -> Float:
+        """Return ``count`` unit vectors (count, 3), evenly spaced around the circle perpendicular to gravity.
+
+        The first is the x axis of the scene, projected into the horizontal plane. Raises HoldfastError if ``count`` is
+        not a whole number of at least 1.
+        """
+        return directions_around(self.up, count)
+
+    def tilted(self, tilt: ArrayLike) -> Scene:
+        """Return the scene on a carrier that is tilted by ``tilt``: gravity is rotated the opposite way in its axes.
+
+        ``tilt`` is a rotation vector (3,) [deg] or a rotation matrix (3, 3). It rotates the axes of the scene from
+        where they are now to where the tilted carrier has them.
+        """
+        gravity, told = tilted_gravity(self.gravity, tilt)
+        return with_notes(replace(self, gravity=gravity), [told] if told else [])
 
     def mu(self, a: str, b: str) -> float:
         """Return the static friction coefficient between two bodies.

@@ -16,7 +16,7 @@ EDGE = 0.3  # [m] where the block ends
 SIDE = 0.03
 
 
-def over_the_edge(turn: float, segments: int) -> hf.Assembly:
+def over_the_edge(turn: float, segments: int) -> hf.answers.Assembly:
     """An upright prism, turned about its axis, with its axis over the edge of a fixed block."""
     half = np.array([np.cos(turn / 2), 0, 0, np.sin(turn / 2)])
     prism = hf.Body(
@@ -52,13 +52,13 @@ def block(name: str, x: float, y: float, z: float, side: float = 0.1, **options:
     return hf.Body(name, hf.Box((side, 0.1, 0.1)), pose=at(x, y, z), **{"mass": 1.0, **options})
 
 
-def half_over() -> hf.Assembly:
+def half_over() -> hf.answers.Assembly:
     """A brick whose centre of mass lies over the right edge, x = 0.05, of the fixed cube below it."""
     cube = block("cube", 0, 0, -0.05, fixed=True)
     return hf.assemble(hf.Scene([cube, hf.Body("top", BRICK, mass=2.0, pose=at(0.05, 0, 0.03))], 0.5))
 
 
-def bond(courses: int, bricks: int, shift: float) -> hf.Assembly:
+def bond(courses: int, bricks: int, shift: float) -> hf.answers.Assembly:
     """A running bond, every other course of which is shifted."""
     laid = [
         hf.Body(f"c{i}_{j}", BRICK, mass=2.0, pose=at(0.2 * j + shift * (i % 2), 0, 0.03 + 0.06 * i))
@@ -68,7 +68,7 @@ def bond(courses: int, bricks: int, shift: float) -> hf.Assembly:
     return hf.assemble(hf.Scene([hf.Body("floor", hf.HalfSpace(), fixed=True), *laid], 0.5))
 
 
-def named(assembly: hf.Assembly, engine: str = "compliant") -> set[str]:
+def named(assembly: hf.answers.Assembly, engine: str = "compliant") -> set[str]:
     """The bodies that the verdict calls only balanced."""
     verdict = hf.stability(assembly, engine=engine)
     assert verdict.status is hf.Status.STABLE
@@ -158,7 +158,7 @@ def test_paths_in_a_bond_of_whole_bricks_take_no_more_systems() -> None:
     assert counts[0] < 1.5 * counts[1]
 
 
-def flush(rng: np.random.Generator) -> tuple[hf.Assembly, np.ndarray, float]:
+def flush(rng: np.random.Generator) -> tuple[hf.answers.Assembly, np.ndarray, float]:
     """A ball on the floor that just touches one to three blocks, in a gap or a corner; its centre and radius."""
     radius, loose = rng.uniform(0.02, 0.06), bool(rng.integers(2))
     side = 1.6 * radius  # blocks at a right angle do not touch each other

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from compliant_scenes import G0, X, Y, Z, block, cube, even_grid, floor, shipped, strength
 
-from holdfast import Body, Claim, Compliant, Cylinder, Load, Scene, Status, assemble, load_factor, robustness, stability
+from holdfast import Body, Compliant, Cylinder, Load, Scene, Status, assemble, load_factor, robustness, stability
+from holdfast.answers import Claim
 
 CLOSE = 5e-3
 

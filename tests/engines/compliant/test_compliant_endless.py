@@ -88,7 +88,7 @@ def test_what_the_load_dipped_from_bounds_it_unless_more_nodes_know_nothing_of_i
         assert found.lower[0] == pytest.approx((1 - LEAST_ERROR) * 3.0)
 
 
-def pallet(equal: bool) -> hf.Assembly:
+def pallet(equal: bool) -> hf.answers.Assembly:
     """Sixty boxes, every other layer shifted, with the same mass or different ones."""
     rng, places = np.random.default_rng(0), [np.array([i, j, k]) for k in range(3) for j in range(4) for i in range(5)]
     bodies = [block("floor", (20, 20, 0.1), (0, 0, -0.05), fixed=True)]

@@ -80,7 +80,7 @@ def test_splitting_a_patch_with_its_nodes_changes_nothing() -> None:
     halves = []
     for a, b in ((low[0], middle), (middle, high[0])):
         outline = [(a, low[1], 0), (b, low[1], 0), (b, high[1], 0), (a, high[1], 0)]
-        halves.append(hf.Interface(whole.bodies, outline, patch.normal))
+        halves.append(hf.answers.Interface(whole.bodies, outline, patch.normal))
     split = assemble(assembly.scene, interfaces=halves)
     answers = []
     for given_ in (assembly, split):
@@ -115,7 +115,7 @@ piles = st.tuples(st.lists(parts, min_size=1, max_size=3), st.floats(0.1, 1.2))
 loads = st.lists(st.tuples(*[st.floats(-1, 1)] * 6).filter(lambda w: np.linalg.norm(w) > 0.1), min_size=10, max_size=10)
 
 
-def pile(drawn: tuple) -> hf.Assembly:
+def pile(drawn: tuple) -> hf.answers.Assembly:
     """Boxes face to face; each centre is shifted by a share of half the half-width of its support."""
 
     def placed(name: str, size: tuple, centre: tuple, mass: float | None) -> Body:

@@ -7,7 +7,8 @@ import pytest
 from compliant_scenes import columns, even_grid, random_pushes, shipped
 
 from bench.truth import coupled
-from holdfast import Assembly, Compliant
+from holdfast import Compliant
+from holdfast.answers import Assembly
 
 Pushes = list[tuple[str, np.ndarray, np.ndarray]]
 

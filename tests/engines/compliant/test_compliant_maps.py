@@ -119,7 +119,7 @@ def test_without_a_gap_with_few_columns_or_loads_on_several_bodies_every_column_
 
 
 @pytest.mark.parametrize("engine", [hf.Compliant(), hf.Limit()])
-def test_bodies_that_are_asked_about_together_are_answered_as_on_their_own(engine: hf.Engine) -> None:
+def test_bodies_that_are_asked_about_together_are_answered_as_on_their_own(engine: hf.plugins.Engine) -> None:
     _, result, _ = _case("stack")
     assembly = hf.assemble(shipped_scene("stack"))
     rows = [np.flatnonzero(result.body == name)[:80] for name in ("cube1", "cube3", "cube2")]

@@ -28,7 +28,7 @@ PUSH = ("cube1", (-0.05, 0.01, 0.05), (1.0, 0.2, -0.1))
 Paths = Callable[[Grid, Float], PathResult]
 
 
-def asked(engine: hf.Engine | None = None) -> tuple[float, float]:
+def asked(engine: hf.plugins.Engine | None = None) -> tuple[float, float]:
     found = hf.robustness(hf.assemble(shipped_scene("stack")), *PUSH, engine=engine or hf.Compliant())
     assert found.status[0] is hf.Status.FINITE
     return float(found.force[0]), float(found.lower[0])

@@ -10,7 +10,8 @@ import pytest
 from compliant_scenes import block, floor
 
 import holdfast as hf
-from holdfast import Assembly, Compliant, Scene, assemble
+from holdfast import Compliant, Scene, assemble
+from holdfast.answers import Assembly
 
 Table = dict[tuple[str, str], float]
 MATERIALS = {"floor": "stone", "leg0": "steel", "leg1": "rubber", "leg2": "steel", "slab": "wood"}
@@ -83,7 +84,7 @@ def test_bodies_that_do_not_touch_may_be_named(table: Assembly) -> None:
 )
 @pytest.mark.parametrize("ask", [lambda a, e: hf.stability(a, engine=e), lambda a, e: hf.robustness_map(a, engine=e)])
 def test_unknown_names_are_refused_with_the_nearest(table: Assembly, stiffness: Table, match: str, ask: Any) -> None:
-    with pytest.raises(hf.SceneError, match=match):
+    with pytest.raises(hf.errors.SceneError, match=match):
         ask(table, Compliant(stiffness=stiffness))
 
 
@@ -110,7 +111,7 @@ def test_names_of_bodies_that_were_taken_away_are_known(table: Assembly) -> None
     assert carried(left, stiffness) == carried(left, {("leg0", "slab"): 4.0})
     for edited in (left.moved({}), left.without("leg0")):
         assert "rubber" in edited.absent
-    with pytest.raises(hf.SceneError, match="'leg1'"):
+    with pytest.raises(hf.errors.SceneError, match="'leg1'"):
         carried(assemble(left.scene), stiffness)
 
 

@@ -34,7 +34,7 @@ def case(path: Path) -> tuple[dict, hf.Scene]:
     return json.loads(path.read_text()), hf.load_scene(path)
 
 
-def check(path: Path, assembly: hf.Assembly) -> None:
+def check(path: Path, assembly: hf.answers.Assembly) -> None:
     expected = case(path)[0]["expected"]
     stands = expected["stands"] if expected["stands"] is not None else path.stem in STAND_UNCHECKED
     result = stability(assembly, engine="compliant")
@@ -56,7 +56,7 @@ def check(path: Path, assembly: hf.Assembly) -> None:
 @pytest.mark.parametrize("path", PUBLISHED)
 def test_published_interfaces(path: Path) -> None:
     data, scene = case(path)
-    given = [hf.Interface(tuple(i["between"]), i["polygon"], i["normal"]) for i in data["interfaces"]]
+    given = [hf.answers.Interface(tuple(i["between"]), i["polygon"], i["normal"]) for i in data["interfaces"]]
     check(path, hf.assemble(scene, interfaces=given))
 
 
@@ -66,7 +66,7 @@ def test_detected_interfaces(path: Path) -> None:
     if path.stem == "armadillo":
         pytest.skip("385 pairs of its blocks overlap: it needs a gap of 50 mm and 20 degrees, tested below")
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", hf.HoldfastWarning)
+        warnings.simplefilter("ignore", hf.errors.HoldfastWarning)
         check(path, hf.assemble(case(path)[1], angle=ANGLE.get(path.stem)))
 
 
@@ -82,7 +82,7 @@ def test_detected_interfaces(path: Path) -> None:
 )
 def test_settled_scenes_stand(name: str, tolerances: dict) -> None:
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", hf.HoldfastWarning)
+        warnings.simplefilter("ignore", hf.errors.HoldfastWarning)
         assembly = hf.assemble(hf.load_scene(CASES / "settled" / f"{name}.json"), **tolerances)
     result = stability(assembly, engine="compliant")
     assert result.status is Status.STABLE
@@ -173,7 +173,7 @@ def test_a_lost_path_is_found_again_by_verdicts(name: str) -> None:
     assert (found.peak <= paths.peak * (1 + 4e-3)).all()  # a path may end a little below its peak
 
 
-def resting(shape: object, height: float, turned: np.ndarray | None = None) -> hf.Assembly:
+def resting(shape: object, height: float, turned: np.ndarray | None = None) -> hf.answers.Assembly:
     pose = np.eye(4)
     pose[:3, :3] = np.eye(3) if turned is None else turned
     pose[2, 3] = height

@@ -35,7 +35,7 @@ def placed(axes: Array, x: float, y: float, z: float) -> Array:
     return pose
 
 
-def on_board(axes: Array, *bodies: hf.Body, mu: float) -> hf.Assembly:
+def on_board(axes: Array, *bodies: hf.Body, mu: float) -> hf.answers.Assembly:
     board = hf.Body("board", hf.Box((0.4, 0.4, 0.1)), pose=placed(axes, 0, 0, -0.05), fixed=True)
     return hf.assemble(hf.Scene([board, *bodies], friction=mu))
 
@@ -78,7 +78,7 @@ def test_prisms_tip_over_an_edge_where_statics_says_on_few_nodes(sides: int) -> 
 
 
 @cache
-def population() -> list[tuple[hf.Assembly, Push]]:
+def population() -> list[tuple[hf.answers.Assembly, Push]]:
     """Random pushes on random jars and cups: level, on ramps, over an edge of the board, and on each other."""
     pairs = []
     for seed in range(24):

@@ -16,7 +16,7 @@ from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
 
 
-def grid_of(assembly: hf.Assembly) -> Grid:
+def grid_of(assembly: hf.answers.Assembly) -> Grid:
     state = hf.Compliant().prepare(assembly)
     assert isinstance(state, Standing)
     return state.grid

@@ -9,7 +9,8 @@ from compliant_scenes import X, block, cube, floor, shipped
 import holdfast as hf
 from bench.baselines import penalty
 from bench.scenes.random_pushes import columns, random_pushes
-from holdfast import Assembly, Body, Compliant, Imperfect, Scene, Status, assemble
+from holdfast import Body, Compliant, Imperfect, Scene, Status, assemble
+from holdfast.answers import Assembly
 from holdfast.assembly.nodes import contact_nodes
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.path import REFINED

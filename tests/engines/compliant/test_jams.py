@@ -27,7 +27,7 @@ def at(x: float, y: float, z: float) -> Float:
     return pose
 
 
-def under_ceiling(mu: float, gap: float) -> hf.Assembly:
+def under_ceiling(mu: float, gap: float) -> hf.answers.Assembly:
     """A box 0.1 x 0.1 x 0.2 on the floor, with some air to the ceiling."""
     floor = Body("floor", Box((4, 4, 0.2)), pose=at(0, 0, -0.1), fixed=True)
     ceiling = Body("ceiling", Box((0.6, 0.6, 0.1)), pose=at(0, 0, 0.25 + gap), fixed=True)
@@ -56,7 +56,7 @@ def test_two_nodes_a_side_are_the_edges() -> None:
     assert found.force[0] == pytest.approx(by_edges(0.35, 0.19), rel=1e-3)
 
 
-def row(gap: float) -> hf.Assembly:
+def row(gap: float) -> hf.answers.Assembly:
     """Two equal boxes beside each other on the floor."""
     floor = Body("floor", Box((4, 4, 0.2)), pose=at(0, 0, -0.1), fixed=True)
     boxes = [Body(f"b{k}", Box((0.2, 0.2, 0.1)), mass=1, pose=at(k * (0.2 + gap), 0, 0.05)) for k in range(2)]

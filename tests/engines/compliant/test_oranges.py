@@ -23,7 +23,7 @@ from holdfast.scene.shipped.blocks import at
 RADIUS, MASS = 0.04, 1e-3  # light enough that its weight changes nothing else
 
 
-def with_orange(assembly: hf.Assembly, under: str) -> hf.Assembly:
+def with_orange(assembly: hf.answers.Assembly, under: str) -> hf.answers.Assembly:
     """The assembly with a ball on the middle of a body's top."""
     low, high = assembly.scene.body(under).box
     x, y = (low + high)[:2] / 2
@@ -46,7 +46,7 @@ def test_pushes_on_a_pallet_are_as_hard_with_an_orange_on_it() -> None:
     assert beside.lower[ends] == pytest.approx(found.lower[ends], rel=0.05)
 
 
-def grid_of(assembly: hf.Assembly) -> Grid:
+def grid_of(assembly: hf.answers.Assembly) -> Grid:
     state = hf.Compliant().prepare(assembly)
     assert isinstance(state, Standing)
     return state.grid

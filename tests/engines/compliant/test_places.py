@@ -62,7 +62,7 @@ def test_axes_of_contacts_with_several_patches_are_their_own(contacts: list[int]
         wall = size * np.array([[0.0, -0.2, 0], [slope, -0.2, slope], [slope, 0.2, slope], [0, 0.2, 0]])
         sides = [(wall, (-slope, 0, slope)), (wall[::-1] * (-1, 1, 1), (slope, 0, slope))]
         patches = [Patch(ring + np.array([x, 0.0, 0.0]), np.array(normal)) for ring, normal in sides]
-        interfaces.append(hf.Interface(("floor", name), patches=patches))
+        interfaces.append(hf.answers.Interface(("floor", name), patches=patches))
     assembly = hf.assemble(hf.Scene(bodies, 0.5), interfaces=interfaces)
     nodes = contact_nodes(assembly, 25, "quadrature", among=contacts)
     whole = contact_nodes(assembly, 25, "quadrature")

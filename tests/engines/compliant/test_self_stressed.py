@@ -9,7 +9,8 @@ from scipy.spatial import ConvexHull
 
 import holdfast as hf
 from bench.scenes.random_pushes import columns, random_pushes
-from holdfast import Assembly, Body, Compliant, Load, Mesh, Scene, Status, assemble
+from holdfast import Body, Compliant, Load, Mesh, Scene, Status, assemble
+from holdfast.answers import Assembly
 from holdfast.engines.groups import prepared
 
 

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from holdfast import Assembly, Body, Box, Friction, Graph, Interface, Mesh, Scene, robustness
+from holdfast import Body, Box, Friction, Graph, Mesh, Scene, robustness
+from holdfast.answers import Assembly, Interface
 
 Array = NDArray[np.float64]
 

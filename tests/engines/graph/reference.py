@@ -8,7 +8,8 @@ import itertools
 import numpy as np
 from graph_scenes import Array
 
-from holdfast import Assembly, Graph
+from holdfast import Graph
+from holdfast.answers import Assembly
 from holdfast.engines.verdict import ContactForces
 
 

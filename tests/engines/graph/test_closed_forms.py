@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from graph_scenes import X, Y, Z, block, cube_scene, floor, push
 
-from holdfast import Claim, Scene, Status, assemble, robustness, stability
+from holdfast import Scene, Status, assemble, robustness, stability
+from holdfast.answers import Claim
 from holdfast.scene.shipped import shipped_scene
 
 

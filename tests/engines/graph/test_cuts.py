@@ -7,8 +7,9 @@ import networkx as nx
 import numpy as np
 import pytest
 
-from holdfast import Graph, SolverError, assemble, robustness
+from holdfast import Graph, assemble, robustness
 from holdfast.engines.graph.cuts import feasible_cuts
+from holdfast.errors import SolverError
 from holdfast.scene.shipped import shipped_scene
 
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from graph_scenes import X, Y, Z, block, cube_scene, floor, heavier, moved, pose, push, random_motion, surface_points
 
-from holdfast import Assembly, Graph, Scene, Stability, Status, assemble, robustness, stability
+from holdfast import Graph, Scene, Status, assemble, robustness, stability
+from holdfast.answers import Assembly, Stability
 from holdfast.scene.shipped import shipped_scene, shipped_scenes
 
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from graph_scenes import X, Y, Z, block, cube_scene, floor
 
-from holdfast import Assembly, Graph, HoldfastError, Load, Scene, Status, assemble, load_factor, robustness
+from holdfast import Graph, HoldfastError, Load, Scene, Status, assemble, load_factor, robustness
+from holdfast.answers import Assembly
 from holdfast.scene.shipped import shipped_scene
 
 

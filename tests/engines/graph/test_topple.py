@@ -21,7 +21,8 @@ from graph_scenes import (
 )
 from reference import reference_of
 
-from holdfast import Body, Friction, Graph, Interface, Mesh, Scene, assemble, robustness
+from holdfast import Body, Friction, Graph, Mesh, Scene, assemble, robustness
+from holdfast.answers import Interface
 from holdfast.assembly.parts import part_of
 from holdfast.engines.graph.engine import GraphState
 from holdfast.engines.graph.topple import all_parallel, axis_torques, friction_axis, toppling_axes

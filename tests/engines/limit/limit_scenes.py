@@ -8,7 +8,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from holdfast import Assembly, Body, Box, Limit, Load, Mesh, Robustness, Scene, assemble, load_factor, robustness
+from holdfast import Body, Box, Limit, Load, Mesh, Scene, assemble, load_factor, robustness
+from holdfast.answers import Assembly, Robustness
 from holdfast.scene.shipped import shipped_scene
 
 Array = NDArray[np.float64]

@@ -20,8 +20,8 @@ from holdfast.scene.shipped import shipped_scene
 
 
 def counted(
-    assembly: hf.Assembly, bodies: list[str] | None, spacing: float, gap: float = 0.01
-) -> tuple[hf.RobustnessMap, int]:
+    assembly: hf.answers.Assembly, bodies: list[str] | None, spacing: float, gap: float = 0.01
+) -> tuple[hf.answers.RobustnessMap, int]:
     """A map and the number of solves it took."""
     solves = 0
     original = LoadProgram.maximise
@@ -36,7 +36,9 @@ def counted(
         return hf.robustness_map(assembly, bodies, spacing=spacing, engine="limit", gap=gap), solves
 
 
-def checked(assembly: hf.Assembly, body: str, spacing: float, gap: float = 0.01) -> tuple[hf.RobustnessMap, int]:
+def checked(
+    assembly: hf.answers.Assembly, body: str, spacing: float, gap: float = 0.01
+) -> tuple[hf.answers.RobustnessMap, int]:
     """A map whose bounds are checked by 200 direct solves; the number of solves it took."""
     result, solves = counted(assembly, [body], spacing, gap)
     finite = np.isfinite(result.upper)

@@ -15,7 +15,8 @@ from limit_scenes import (
 )
 from scipy.optimize import linprog
 
-from holdfast import Assembly, Limit, Status, stability
+from holdfast import Limit, Status, stability
+from holdfast.answers import Assembly
 from holdfast.base.rigid import tangents
 from holdfast.engines.answers import Answers
 

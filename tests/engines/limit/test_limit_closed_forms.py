@@ -19,7 +19,8 @@ from limit_scenes import (
 )
 from scipy.optimize import linprog
 
-from holdfast import Assembly, Claim, Load, Status, load_factor, stability
+from holdfast import Load, Status, load_factor, stability
+from holdfast.answers import Assembly, Claim
 
 CLOSE = 1e-6
 

@@ -6,21 +6,8 @@ import numpy as np
 import pytest
 from limit_scenes import G0, X, Y, Z, block, cube, floor, pose, push, push_wrench
 
-from holdfast import (
-    Assembly,
-    Body,
-    Cylinder,
-    Friction,
-    Interface,
-    Limit,
-    Load,
-    Robustness,
-    Scene,
-    Status,
-    assemble,
-    load_factor,
-    stability,
-)
+from holdfast import Body, Cylinder, Friction, Limit, Load, Scene, Status, assemble, load_factor, stability
+from holdfast.answers import Assembly, Interface, Robustness
 from holdfast.conic.solve import ConeSolution, Prepared
 from holdfast.contacts.interface import BITS
 from holdfast.scene.shipped import shipped_scene

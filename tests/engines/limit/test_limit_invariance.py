@@ -19,7 +19,8 @@ from limit_scenes import (
 )
 from scipy.spatial.transform import Rotation
 
-from holdfast import Assembly, Interface, Limit, Load, Patch, Scene, assemble, load_factor
+from holdfast import Limit, Load, Scene, assemble, load_factor
+from holdfast.answers import Assembly, Interface, Patch
 
 NAMES = ["table", "slope", "arch", "v_groove", "wall2x2"]
 CLOSE = 1e-6

@@ -12,7 +12,8 @@ import pytest
 from limit_scenes import G0, X, Z, block, columns, cube, floor, push, push_wrench, shipped
 
 from bench.scenes.ill_conditioned import FAMILIES, Query, queries
-from holdfast import Bound, Friction, Limit, Scene, Status, assemble
+from holdfast import Friction, Limit, Scene, Status, assemble
+from holdfast.answers import Bound
 from holdfast.conic.solve import Outcome
 from holdfast.engines.answers import Answers
 from holdfast.engines.limit.program import LoadProgram, Solved

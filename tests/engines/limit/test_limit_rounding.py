@@ -10,7 +10,8 @@ import pytest
 from limit_scenes import G0, Array, shipped
 
 import holdfast as hf
-from holdfast import Assembly, Limit
+from holdfast import Limit
+from holdfast.answers import Assembly
 from holdfast.assembly.nodes import ContactNodes
 from holdfast.engines.answers import Bound
 from holdfast.engines.limit.balance import Balance, _factor, _solved
@@ -207,7 +208,7 @@ BALLS = [
 ]
 
 
-def with_ball(x: float) -> hf.Assembly:
+def with_ball(x: float) -> hf.answers.Assembly:
     """A ball on the lower of two boxes, at ``x`` [m]."""
     return hf.assemble(hf.Scene([*BALLS, hf.Body("ball", hf.Sphere(0.04), mass=0.2, pose=at(x, 0, 0.14))], 0.5))
 

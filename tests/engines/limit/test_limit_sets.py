@@ -18,7 +18,7 @@ from holdfast.scene.shipped import shipped_scene
 G = 9.81
 
 
-def assembly_of(name: str) -> hf.Assembly:
+def assembly_of(name: str) -> hf.answers.Assembly:
     return hf.assemble(shipped_scene(name))
 
 
@@ -43,7 +43,7 @@ def factor(state: LimitState, columns: np.ndarray, x: np.ndarray) -> Any:
     return state.solve(columns @ x)
 
 
-def column_for(assembly: hf.Assembly, body: str | None) -> np.ndarray:
+def column_for(assembly: hf.answers.Assembly, body: str | None) -> np.ndarray:
     """Load columns (6J, d), written down independently of sets.py."""
     count = len(assembly.movable)
     if body is None:
@@ -56,7 +56,9 @@ def column_for(assembly: hf.Assembly, body: str | None) -> np.ndarray:
     return columns.reshape(6 * count, 6)
 
 
-def check_against_direct_solves(found: ConvexSet, assembly: hf.Assembly, body: str | None, count: int = 200) -> None:
+def check_against_direct_solves(
+    found: ConvexSet, assembly: hf.answers.Assembly, body: str | None, count: int = 200
+) -> None:
     """Random points near the boundary: True stands, False moves, None lies between the bounds."""
     state, columns = Limit().prepare(assembly), column_for(assembly, body)
     rng = np.random.default_rng(1)

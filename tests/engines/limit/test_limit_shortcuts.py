@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from limit_scenes import G0, X, block, cube, floor, push
 
-from holdfast import Assembly, Limit, Scene, Status, assemble
+from holdfast import Limit, Scene, Status, assemble
+from holdfast.answers import Assembly
 from holdfast.engines.limit import interior, repair
 from holdfast.engines.limit.interior import ENOUGH, pressed_forces
 from holdfast.engines.limit.state import LimitState

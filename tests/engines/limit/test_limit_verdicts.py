@@ -11,7 +11,8 @@ import pytest
 from limit_scenes import G0, X, Z, block, floor, push, shipped
 
 import holdfast as hf
-from holdfast import Assembly, Scene, Status, assemble, stability
+from holdfast import Scene, Status, assemble, stability
+from holdfast.answers import Assembly
 
 FOLDER = Path(__file__).parents[4] / "shared" / "cases" / "published"
 LARGE = {"armadillo": [pytest.mark.slow]}  # tests/cases looks at it by default
@@ -26,13 +27,13 @@ def case(path: Path) -> tuple[dict[str, Any], Scene]:
 
 def published(path: Path) -> Assembly:
     data, scene = case(path)
-    given = [hf.Interface(tuple(i["between"]), i["polygon"], i["normal"]) for i in data["interfaces"]]
+    given = [hf.answers.Interface(tuple(i["between"]), i["polygon"], i["normal"]) for i in data["interfaces"]]
     return assemble(scene, interfaces=given)
 
 
 def detected(path: Path) -> Assembly:
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", hf.HoldfastWarning)
+        warnings.simplefilter("ignore", hf.errors.HoldfastWarning)
         return assemble(case(path)[1])
 
 

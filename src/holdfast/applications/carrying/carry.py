@@ -48,7 +48,7 @@ def carry(
     """Decide whether what stands on a carrier holds while the carrier moves, and which body moves first and when.
 
     ``profile`` is a Profile, a table (n, 4), (n, 7) or (n, 10) (see ``Profile.from_table``), the path of a CSV file, or
-    the name of a standard one (``hf.standard_profiles()``), for a vehicle that drives along the x axis of the scene.
+    the name of a standard one (``Profile.standards()``), for a vehicle that drives along the x axis of the scene.
     The ``standing`` loads, such as those of straps, act throughout and are not multiplied. ``bound`` and ``imperfect``
     have the same meaning as in ``robustness``.
 

@@ -116,13 +116,18 @@ class Profile(Value):
         with located(str(file)):
             return cls.from_table(table_of(content), pivot=pivot, name=file.stem, source=file.name)
 
+    @staticmethod
+    def standards() -> dict[str, str]:
+        """Return the names that ``Profile.named`` knows, each with what it stands for and its sources in words."""
+        return {name: f"{each.title}; source: {'; '.join(each.sources)}" for name, each in STANDARDS.items()}
+
     @classmethod
     def named(cls, name: str, *, heading: ArrayLike = (1.0, 0.0, 0.0), up: ArrayLike = (0.0, 0.0, 1.0)) -> Profile:
         """Return a profile that is known by name, for a vehicle that drives along ``heading``.
 
         Every direction in which the source demands that cargo is held becomes one pulse: the acceleration grows within
         0.05 s, lasts 0.3 s and ends within 0.05 s. Between two pulses the carrier is at rest for 0.1 s. ``heading`` is
-        projected into the plane across ``up``. ``hf.standard_profiles()`` lists the names with their sources. The
+        projected into the plane across ``up``. ``Profile.standards()`` lists the names with their sources. The
         numbers are those of the sources; what holds here complies with no standard for that.
 
         Raises HoldfastError if the name is unknown, or if ``heading`` is along ``up``.

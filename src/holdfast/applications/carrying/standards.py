@@ -85,8 +85,3 @@ STANDARDS: Mapping[str, Standard] = {
         (*_all_round(9 * G, 1.5 * G, 3 * G), ("up", 3 * G), ("down", 6 * G)),
     ),
 }
-
-
-def standard_profiles() -> dict[str, str]:
-    """Return the names that ``Profile.named`` knows, each with what it stands for and its sources in words."""
-    return {name: f"{each.title}; source: {'; '.join(each.sources)}" for name, each in STANDARDS.items()}

@@ -159,7 +159,7 @@ def planner(
     where = "plan_placement"
     _check_object(assembly, body)
     if weights is not None and not isinstance(weights, Weights):
-        raise SceneError(message(f"{where}: weights", f"is {quoted(weights)}", "needs holdfast.Weights(...)"))
+        raise SceneError(message(f"{where}: weights", f"is {quoted(weights)}", "needs holdfast.sets.Weights(...)"))
     method = engine_of(engine)
     second = None if confirm is None else engine_of(confirm)
     up = assembly.scene.up

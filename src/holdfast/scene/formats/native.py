@@ -27,7 +27,7 @@ from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Part, Shape, Solid
 from holdfast.scene.formats import text
 from holdfast.scene.formats.faults import first_fault
-from holdfast.scene.formats.registry import register
+from holdfast.scene.formats.registry import Format, register_format
 from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import Combine, Friction
 from holdfast.scene.halfspace import HalfSpace
@@ -428,4 +428,5 @@ def shape_data(shape: Shape, path: Path | None) -> dict[str, Any]:
     return {"type": "mesh"} | source | ({"noise": shape.noise} if shape.noise else {})
 
 
-NATIVE = register("holdfast scene", text.SUFFIXES, sniff, read, write, mark=f"`format: {FORMAT}`")
+NATIVE = Format("holdfast scene", text.SUFFIXES, sniff, read, write, mark=f"`format: {FORMAT}`")
+register_format(NATIVE)

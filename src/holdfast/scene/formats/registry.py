@@ -1,14 +1,4 @@
-"""The registry of scene file formats: it finds the format that reads or writes a file.
-
-A format registers a name, its suffixes and up to three functions:
-
-- ``sniff(source) -> bool`` tells from the content whether a file is in the format. It must be fast and exact and must
-  not need optional packages. A SceneError (the content is not text, JSON or XML) counts as no.
-- ``read(source, *, ...) -> Scene`` reads the file. Its keyword-only parameters are the options that ``load_scene``
-  accepts for this format.
-- ``write(scene, path, *, ...) -> bytes`` returns the content of the file that will be at ``path``, likewise with
-  options. It writes nothing itself, so that an error never leaves an incomplete file.
-"""
+"""The registry of scene file formats: it finds the format that reads or writes a file."""
 
 from __future__ import annotations
 
@@ -20,6 +10,7 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, TypeVar
 
+from holdfast.base.by_name import Registry
 from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, SceneError, located, message
 from holdfast.base.files import checked_path, write_atomically
@@ -33,9 +24,16 @@ T = TypeVar("T")
 class Format:
     """A format of scene files: its name, its suffixes, and the functions that read and write it.
 
+    - ``sniff(source) -> bool`` tells from the content whether a file is in the format. It must be fast and exact and
+      must not need optional packages. A SceneError (the content is not text, JSON or XML) counts as no.
+    - ``read(source, *, ...) -> Scene`` reads the file. Its keyword-only parameters are the options that ``load_scene``
+      accepts for this format.
+    - ``write(scene, path, *, ...) -> bytes`` returns the content of the file that will be at ``path``, likewise with
+      options. It writes nothing itself, so that an error never leaves an incomplete file.
+
     ``mark`` says in a few words how its files are recognised. ``extra`` is the optional dependency group that the
-    functions import. See the module docstring for ``sniff``, ``read`` and ``write``. Raises HoldfastError if a suffix
-    is malformed, if there is neither a reader nor a writer, or if there is neither a suffix nor ``sniff``.
+    functions import. Raises HoldfastError if a suffix is malformed, if there is neither a reader nor a writer, or if
+    there is neither a suffix nor ``sniff``.
     """
 
     name: str
@@ -70,34 +68,15 @@ class Format:
         return f"{self.name} ({', '.join(self.suffixes)}{': ' if self.mark and self.suffixes else ''}{self.mark})"
 
 
-_formats: dict[str, Format] = {}
+_formats: Registry[Format] = Registry("format")
 
 
-def register(
-    name: str,
-    suffixes: Iterable[str],
-    sniff: Callable[[Source], bool] | None = None,
-    read: Callable[..., Scene] | None = None,
-    write: Callable[..., bytes] | None = None,
-    *,
-    mark: str = "",
-    extra: str = "",
-) -> Format:
-    """Register a format for ``load_scene``, ``save_scene`` and the command line, and return it.
+def register_format(new: Format) -> Callable[[], None]:
+    """Make a format known to ``load_scene``, ``save_scene`` and the command line.
 
-    The module docstring describes the arguments. Raises HoldfastError if the name is already registered.
+    Returns a function that removes the registration. Raises HoldfastError if a format with its name is registered.
     """
-    if name in _formats:
-        raise HoldfastError(message(f"format {name!r}", "is registered already", "unregister it first"))
-    _formats[name] = Format(name, tuple(suffixes), sniff, read, write, mark, extra)
-    return _formats[name]
-
-
-def unregister(name: str) -> None:
-    """Remove a format from the registry; raises HoldfastError if the name is unknown."""
-    if name not in _formats:
-        raise HoldfastError(message(f"format {name!r}", "is unknown", f"known: {', '.join(_formats)}"))
-    del _formats[name]
+    return _formats.add(new.name, new)
 
 
 def readable() -> tuple[Format, ...]:

@@ -30,7 +30,7 @@ from holdfast.scene.formats.nodes import (
     scene_of_nodes,
 )
 from holdfast.scene.formats.references import References
-from holdfast.scene.formats.registry import register
+from holdfast.scene.formats.registry import Format, register_format
 from holdfast.scene.formats.rigid_parts import checked_fixed
 from holdfast.scene.formats.source import MAX_BYTES, Source
 from holdfast.scene.friction import Friction
@@ -195,4 +195,4 @@ def _buffer(uri: str, source: Source) -> bytes:
     return read_ordinary(path, "buffer", most=MAX_BYTES)
 
 
-register("glTF", (".glb", ".gltf"), sniff, read, write, mark="one body a node")
+register_format(Format("glTF", (".glb", ".gltf"), sniff, read, write, mark="one body a node"))

@@ -1,0 +1,59 @@
+"""The public names of a module: its stub (``.pyi``) is the one list of them, for type checkers and at run time alike.
+
+Each name is imported when it is first used, so that importing such a module costs next to nothing.
+"""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Callable, Iterable
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+
+from holdfast.base.errors import nearest_of
+
+
+@cache
+def homes_in_stub(file: str) -> dict[str, str]:
+    """Return the module that each public name of ``file`` comes from, by name, as its stub says.
+
+    The stub stands beside the file. A submodule that it imports from its own package has that package as its home.
+    """
+    tree = ast.parse(Path(file).with_suffix(".pyi").read_text(encoding="utf-8"))
+    imports = [node for node in tree.body if isinstance(node, ast.ImportFrom)]
+    return {alias.name: str(node.module) for node in imports for alias in node.names}
+
+
+def names_of_stub(
+    module: str, file: str, elsewhere: Callable[[str], str | None] = lambda _: None
+) -> tuple[list[str], Callable[[str], object], Callable[[], list[str]]]:
+    """Return ``__all__``, ``__getattr__`` and ``__dir__`` of a module whose names are those of its stub.
+
+    Submodules that the stub imports are found as attributes, but are not in ``__all__``. For an unknown name,
+    ``elsewhere(name)`` may say where it is, for the message of the AttributeError.
+    """
+    homes = homes_in_stub(file)
+    public = sorted(name for name, home in homes.items() if home != module)
+
+    def attribute(name: str) -> object:
+        home = homes.get(name)
+        if home is None:
+            raise AttributeError(_unknown(module, name, homes, elsewhere), name=name, obj=sys.modules[module])
+        value = import_module(f"{home}.{name}") if home == module else getattr(import_module(home), name)
+        setattr(sys.modules[module], name, value)
+        return value
+
+    def directory() -> list[str]:
+        return sorted({*vars(sys.modules[module]), *homes})
+
+    return public, attribute, directory
+
+
+def _unknown(module: str, name: str, known: Iterable[str], elsewhere: Callable[[str], str | None]) -> str:
+    problem = f"module {module!r} has no attribute {name!r}"
+    if name.startswith("_"):
+        return problem
+    place = elsewhere(name)
+    return f"{problem}; {nearest_of(name, sorted(known)) if place is None else f'it is {place}'}"

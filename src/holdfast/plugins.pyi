@@ -1,0 +1,10 @@
+from holdfast.engines.answers import Answers as Answers
+from holdfast.engines.contract import EXACT as EXACT
+from holdfast.engines.contract import Accuracy as Accuracy
+from holdfast.engines.contract import Engine as Engine
+from holdfast.engines.contract import State as State
+from holdfast.engines.verdict import Verdict as Verdict
+from holdfast.queries.request import register_engine as register_engine
+from holdfast.scene.formats.registry import Format as Format
+from holdfast.scene.formats.registry import register_format as register_format
+from holdfast.scene.formats.source import Source as Source

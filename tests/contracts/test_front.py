@@ -1,0 +1,89 @@
+"""One small front: which names ``holdfast`` shows, where the others are, and what is said of a name that moved."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from types import ModuleType
+
+import pytest
+from public_api import MODULES
+
+import holdfast as hf
+from holdfast.base.public_names import names_of_stub
+
+MOST = 50
+PLANNED = """
+    Scene Body Friction Box Cylinder Sphere Capsule Ellipsoid HalfSpace Mesh Compound Part Load Imperfect Strap Profile
+    pose Status HoldfastError Compliant Limit Graph
+    load_scene save_scene from_mujoco from_trimesh shipped_scene
+    assemble settle stability robustness robustness_map robustness_under load_factor transport_limits carry
+    plan_placement place_all can_remove disassembly_order build_order safe_pushes batch read_batch load_answer view
+"""  # of the third plan, what can be done today
+ELSEWHERE = {
+    "answers": "Assembly Stability Robustness RobustnessMap Removal Placement Placements Interface Patch Claim Bound",
+    "sets": "sensitivity worst_case admissible_wrenches sustainable_accelerations constraint",
+    "errors": "SceneError GeometryError SolverError UnstableError HoldfastWarning",
+    "plugins": "register_engine register_format",
+}
+
+
+def test_holdfast_shows_what_is_planned_and_nothing_else() -> None:
+    assert sorted(PLANNED.split()) == sorted(hf.__all__)
+    assert len(hf.__all__) <= MOST
+
+
+@pytest.mark.parametrize("module", ELSEWHERE)
+def test_the_other_names_are_where_the_plan_says(module: str) -> None:
+    assert set(ELSEWHERE[module].split()) <= set(getattr(hf, module).__all__)
+
+
+@pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__)
+def test_every_name_is_found_and_listed(module: ModuleType) -> None:
+    assert set(module.__all__) <= set(dir(module))
+    for name in module.__all__:
+        assert getattr(module, name) is not None
+
+
+def test_every_name_is_in_one_module() -> None:
+    names = [name for module in MODULES for name in module.__all__]
+    assert sorted(set(names)) == sorted(names)
+
+
+@pytest.mark.parametrize(
+    ("name", "place"),
+    [
+        ("Assembly", "holdfast.answers.Assembly"),
+        ("SceneError", "holdfast.errors.SceneError"),
+        ("worst_case", "holdfast.sets.worst_case"),
+        ("register_engine", "holdfast.plugins.register_engine"),
+        ("tilted", "holdfast.Scene.tilted"),
+        ("horizontal_directions", "holdfast.Scene.horizontal_directions"),
+        ("tied", "holdfast.Strap.tied"),
+    ],
+)
+def test_a_name_that_moved_is_told_with_its_place(name: str, place: str) -> None:
+    with pytest.raises(AttributeError, match=rf"module 'holdfast' has no attribute '{name}'; it is {place}$"):
+        getattr(hf, name)
+
+
+def test_a_misspelt_name_is_told_with_the_nearest_one() -> None:
+    with pytest.raises(AttributeError, match="'holdfast' has no attribute 'asemble'; did you mean 'assemble'"):
+        hf.asemble  # noqa: B018
+    with pytest.raises(AttributeError, match=r"'holdfast\.answers' has no attribute 'Robustnes'; did you mean 'Robust"):
+        hf.answers.Robustnes  # noqa: B018
+
+
+def test_a_module_of_names_is_as_light_as_the_front() -> None:
+    code = (
+        "import sys, holdfast.answers, holdfast.sets, holdfast.plugins, holdfast.errors; print('numpy' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
+
+
+def test_names_come_from_the_stub_alone() -> None:
+    names, attribute, directory = names_of_stub("holdfast", hf.__file__)
+    assert names == hf.__all__
+    assert attribute("Box") is hf.Box
+    assert {"answers", "Box"} <= set(directory())
