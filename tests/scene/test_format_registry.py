@@ -214,7 +214,7 @@ def test_a_file_is_parsed_once_however_many_formats_look_at_it(
     [
         ("s.bin", b"\x89PNG\r\n\x1a\n" + bytes(99), r"first bytes b'\\x89PNG.*"),
         ("s", b"\xff\xfe" + "wide".encode("utf-16-le"), r"first bytes b'\\xff\\xfew.*"),
-        ("s.stl", b"solid thing\n", r"first bytes b'solid thing.*"),
+        ("s.stlx", b"solid thing\n", r"first bytes b'solid thing.*"),
         ("s.xml", b"<html/>", "first bytes b'<html/>'"),
         ("s.txt", b"", "empty"),
         ("s.json", b"{}", "only {}"),

@@ -9,7 +9,7 @@ import numpy as np
 
 from holdfast.base.errors import HoldfastError, HoldfastWarning, SceneError, message
 from holdfast.base.text import listed, quoted
-from holdfast.contacts.overlap import Overlap
+from holdfast.contacts.overlap import MISPLACED, Overlap
 from holdfast.scene.body import Body
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.scene import Scene
@@ -143,5 +143,6 @@ def warn_of_overlaps(overlaps: Sequence[Overlap], *, stacklevel: int) -> None:
     errors = sum(o.severity == "error" for o in overlaps)
     deep = f"; {errors:,} deeper than twice that" if errors else ""
     problem = f"{pairs}; the gap tolerance is {worst[0].tolerance * 1e3:.3g} mm{deep}"
-    text = message("bodies overlap", problem, "correct the poses, or raise gap; contacts there may be missing")
+    remedy = MISPLACED if worst[0].misplaced else "correct the poses, or raise gap; contacts there may be missing"
+    text = message("bodies overlap", problem, remedy)
     warnings.warn(text, HoldfastWarning, stacklevel=stacklevel)

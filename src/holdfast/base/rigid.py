@@ -106,8 +106,9 @@ def pose_at(position: Any, rpy_degrees: Any, where: str) -> Float:  # noqa: ANN4
         [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
         [-sp, cp * sr, cp * cr],
     ]
+    found += 0.0  # no negative zeros
     found[:3, 3] = place
-    return np.asarray(frozen(found + 0.0))
+    return np.asarray(frozen(found))
 
 
 def _sine_and_cosine(degrees: float) -> tuple[float, float]:

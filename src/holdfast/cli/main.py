@@ -17,7 +17,8 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from holdfast import __version__
-from holdfast.base.errors import HoldfastError, HoldfastWarning, SolverError, UnstableError, message
+from holdfast.base.errors import HoldfastError, HoldfastWarning, SolverError, UnstableError, message, nearest_of
+from holdfast.base.text import quoted
 from holdfast.cli.output import OutputLost, abandon, err, make_writable, out, write
 from holdfast.cli.stopping import STOPPED, interrupted, stoppable
 
@@ -52,6 +53,25 @@ COMMANDS = {  # where each command lies, and what the help says of it: a command
 }
 
 
+class Command(TyperCommand):
+    """One command. The numbers of an option that takes several may have commas between them, as in one word."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:  # noqa: ANN401 - typer's own types
+        """Take ``--at 0.1,0,0.2`` and ``--at=0.1,0,0.2`` for ``--at 0.1 0 0.2``."""
+        several = {flag: each.nargs for each in self.params for flag in each.opts if each.nargs > 1}
+        spread: list[str] = []
+        for arg in args:
+            flag, joined, value = arg.partition("=")
+            if joined and flag in several:
+                spread.append(flag)
+            else:
+                value = arg
+            count = several.get(spread[-1], 0) if spread else 0
+            parts = value.split(",")
+            spread += parts if len(parts) == count else [value]
+        return super().parse_args(ctx, spread)
+
+
 class Commands(TyperGroup):
     """The commands: all are listed, and the one that is called is imported."""
 
@@ -64,6 +84,10 @@ class Commands(TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:  # noqa: ANN401
         """Return the command that the arguments call."""
         self._called = args[0]
+        if self._called not in COMMANDS:
+            raise HoldfastError(
+                message("command", f"{quoted(self._called)} is unknown", nearest_of(self._called, COMMANDS))
+            )
         return super().resolve_command(ctx, args)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ANN401
@@ -75,7 +99,7 @@ class Commands(TyperGroup):
             return TyperCommand(cmd_name, help=text)
         module, _, function = place.partition(":")
         alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-        alone.command(cmd_name)(getattr(import_module(module), function))
+        alone.command(cmd_name, cls=Command)(getattr(import_module(module), function))
         return typer.main.get_command(alone)
 
 

@@ -59,6 +59,7 @@ class SceneGiven:
     density: Annotated[
         Several, _reading("--density", "kg/m³ where the file has no mass; or of a body", "RHO or BODY=RHO")
     ] = None
+    without: Annotated[Several, _reading("--without", "leave this body out of the scene", "BODY")] = None
     floor: Annotated[bool, _reading("--floor", "add a floor: all that is below z = 0")] = False
     rigid: Annotated[bool, _reading("--rigid", "joints between bodies that move hold")] = False
     joints: Annotated[Several, _reading("--joints", "position of a joint that holds: rad or m", "NAME=VALUE")] = None
@@ -125,7 +126,15 @@ class SceneGiven:
             options["poses"], moved = moved, {}
         if "fixed" in chosen.options and held:
             options["fixed"], held = held, []
-        return options, lambda scene: with_notes(paired(_fixed(scene, held).moved(moved), pairs, "--friction"), turned)
+        gone = self.without or []
+
+        def after(scene: Scene) -> Scene:
+            given = paired(_fixed(scene, held).moved(moved), pairs, "--friction")
+            return with_notes(
+                given.without(gone) if gone else given, [*turned, *(f"--without {name}" for name in gone)]
+            )
+
+        return options, after
 
 
 @dataclass(frozen=True, kw_only=True)

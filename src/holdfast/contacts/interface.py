@@ -257,11 +257,6 @@ class Interface(Value):
         own = None if mu is None else checked_number(mu, f"{where}: mu", minimum=0, within=FRICTION)
         set_(self, "mu", own)
 
-    @cached_property
-    def samples(self) -> dict[tuple[int, str, int], list[tuple[Float, Float]]]:
-        """The nodes sampled so far, by count, sampling and seed: similar assemblies share interfaces and so nodes."""
-        return {}
-
     def canonical(self, frame: Frame, *, flipped: bool = False) -> Interface:
         """Return the same contact, written in one way whatever way it was found.
 

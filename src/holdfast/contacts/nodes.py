@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from holdfast.base.arrays import Float, frozen
 from holdfast.base.errors import HoldfastError, message
+from holdfast.base.memory import Memory, Same
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.spots import Spots, nearest_spot
 from holdfast.contacts.weights import corrected
@@ -29,6 +30,9 @@ LATTICE = 19  # candidate points along each side of a patch; odd, so that the mi
 LEAST = 0.02  # of the mean weight that every node of spots gets before weights are corrected
 KEPT = 1000  # grids, and shares of rectangles, at most
 MOST_BENT = 64  # the most spots of a bent patch that stand for its corners
+MOST_SAMPLED = 10_000  # interfaces whose nodes are remembered: similar assemblies share them
+
+_REMEMBERED = Memory(MOST_SAMPLED)
 
 
 def interface_nodes(interface: Interface, count: int, sampling: Sampling, seed: int = 0) -> list[tuple[Float, Float]]:
@@ -43,10 +47,8 @@ def interface_nodes(interface: Interface, count: int, sampling: Sampling, seed: 
         )
     if count < 4:
         raise HoldfastError(message("nodes", f"{count} nodes an interface", "needs at least 4"))
-    key = count, sampling, seed
-    if key not in interface.samples:
-        interface.samples[key] = _sampled(interface, count, sampling, seed)
-    return interface.samples[key]
+    key = Same(interface), count, sampling, seed
+    return _REMEMBERED.recalled(key, 1, lambda: _sampled(interface, count, sampling, seed))
 
 
 def _sampled(interface: Interface, count: int, sampling: Sampling, seed: int) -> list[tuple[Float, Float]]:

@@ -26,6 +26,9 @@ from holdfast.scene.scene import Scene
 MOST_DISTANCES = 3_000_000  # largest number of corner-to-triangle distances computed, which takes about 1 s
 MOST_ANGLES = 5_000_000  # largest number of solid angles summed, which takes about 0.25 s
 
+FAR_BEYOND = 50  # tolerances, each 1/1000 of the bodies' size by default, beyond which no settling is meant to help
+MISPLACED = "correct the poses: is the origin of a shape in its middle, and not at its foot?"
+
 
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
@@ -46,11 +49,16 @@ class Overlap(Value):
     def text(self) -> str:
         """The overlap in words, with what to do about it."""
         about = "about " if self.estimated else ""
+        remedy = MISPLACED if self.misplaced else "settle, or correct the poses"
         return (
             f"{self.bodies[0]} and {self.bodies[1]} overlap by {about}{self.depth * 1e3:.3g} mm, more than their "
-            f"tolerance of {self.tolerance * 1e3:.2g} mm, so what they carry there is not known: settle, or correct "
-            "the poses"
+            f"tolerance of {self.tolerance * 1e3:.2g} mm, so what they carry there is not known: {remedy}"
         )
+
+    @property
+    def misplaced(self) -> bool:
+        """Whether the overlap is so deep that a pose is wrong, and not only inexact."""
+        return self.depth > FAR_BEYOND * self.tolerance
 
     @property
     def severity(self) -> Literal["warning", "error"]:

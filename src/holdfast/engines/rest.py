@@ -151,7 +151,8 @@ def hanging(assembly: Assembly, groups: Sequence[tuple[str, ...]], wrench: Float
     mechanism = describe(kinematics, twists[numbers], "none", dual=True)
     doubt = doubt_of(assembly, twists)
     if doubt:
-        return undecided(f"{'; '.join(texts)}; {doubt}", mechanism=mechanism)
+        told = [doubt] if all(doubt not in text for text in texts) else []
+        return undecided("; ".join([*texts, *told]), mechanism=mechanism)
     power = float(wrench @ mechanism.twists.ravel())
     return unstable("; ".join(texts), mechanism, Certificate(power, 0.0))
 
@@ -166,9 +167,9 @@ def _loose(assembly: Assembly, group: tuple[str, ...]) -> str:
     place = f"{inside} is {gap * 1e3:.3g} mm from {outside}"
     if not assembly.scene.touching(assembly.scene.body(inside), assembly.scene.body(outside)):
         return f"{text}; {place}, but the scene keeps these two apart (excluded): they never touch"
-    deep = [o.depth for o in assembly.overlaps if set(o.bodies) == {inside, outside}]
+    deep = [o.text for o in assembly.overlaps if set(o.bodies) == {inside, outside}]
     if deep:
-        return f"{text}; {inside} overlaps {outside} by {deep[0] * 1e3:.3g} mm: correct the pose"
+        return f"{text}; {deep[0]}"
     if gap <= own.gap:
         angle = f"the angle tolerance is {own.angle:g} degrees"
         return f"{text}; {place}, but only sharp corners or edges meet there ({angle})"

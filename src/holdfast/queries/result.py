@@ -102,6 +102,10 @@ class Columns(Result):
             raise HoldfastError(message("explain", f"there is no row {row}", f"there are {len(self.answers)}"))
         return self.answers.explained(row, self.unit)
 
+    def __float__(self) -> float:
+        """Return the answer, if there is one and it is known; raise HoldfastError otherwise."""
+        return only_answer(self)
+
     @property
     def status(self) -> Objects:
         """The status (n,) of each answer: FINITE, INFINITE, UNSTABLE or UNDECIDED."""
@@ -206,6 +210,10 @@ class Forces(Columns):
 class Single(Result):
     """A result with one row, whose columns are shown as single values."""
 
+    def __float__(self) -> float:
+        """Return the answer, if there is one and it is known; raise HoldfastError otherwise."""
+        return only_answer(self)
+
     @property
     def status(self) -> Status:
         """The status of the answer: FINITE, INFINITE, UNSTABLE or UNDECIDED."""
@@ -253,6 +261,17 @@ class Single(Result):
     def values(self, *names: str) -> dict[str, Any]:
         """Return the attributes with these names as plain data."""
         return {name: to_dict(getattr(self, name)) for name in names}
+
+
+def only_answer(result: Result) -> float:
+    """Return the only answer of a result; raise HoldfastError if there are several, or if it is not known."""
+    where, answers = f"float() of {type(result).__name__}", result.answers
+    if len(answers) != 1:
+        remedy = "take one of them, as float(answer.lower[0]), or the least one, as answer.lower.min()"
+        raise HoldfastError(message(where, f"it holds {len(answers):,} answers", remedy))
+    if not answers.decided[0]:
+        raise HoldfastError(message(where, "the answer is not known", "ask .status, and .undecided for the reason"))
+    return float(answers.force[0])
 
 
 def gives_way(mode: str, moving: tuple[str, ...]) -> str:

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from holdfast.assembly.assembly import FIXED, Assembly, checked_pose_sigma
 from holdfast.base.archive import archived, to_dict
-from holdfast.base.arrays import Bool, Float, Objects, checked_number, checked_whole, frozen, objects
+from holdfast.base.arrays import Bool, Float, Int, Objects, checked, checked_number, checked_whole, frozen, objects
 from holdfast.base.errors import HoldfastError, HoldfastWarning, message
 from holdfast.base.kinds import check_kinds, shaped
 from holdfast.base.progress import report
@@ -134,8 +134,15 @@ class RobustnessUnder(Result):
         ]
         return Summary(told, self.facts(), ("where", "nominal", "median", "5 % quantile"), rows, self.notes)
 
-    def quantile(self, q: float) -> Float:
+    def __float__(self) -> float:
+        """Raise HoldfastError: a push has a force in each sample."""
+        problem = f"it holds the forces of {self.samples:,} samples"
+        raise HoldfastError(message("float() of RobustnessUnder", problem, "ask .median or .quantile(0.05)"))
+
+    def quantile(self, q: ArrayLike) -> Float:
         """Return the force (n,) [N] that at least a share 1 - ``q`` of the samples reach; ``q`` = 0 gives the smallest.
+
+        Several shares ``q`` (k,) give forces (k, n).
 
         It is always the force of one of the samples and is never interpolated. Samples that do not stand count as 0.
         Undecided ones do, too, because nothing is sure to be reached in them; ``known(q)`` tells where the 0 is theirs.
@@ -143,23 +150,25 @@ class RobustnessUnder(Result):
         """
         return frozen(np.sort(self.force, axis=0)[self._number(q)])
 
-    def known(self, q: float) -> Bool:
-        """Tell for each point (n,) whether ``quantile(q)`` is an answer.
+    def known(self, q: ArrayLike) -> Bool:
+        """Tell for each point (n,) whether ``quantile(q)`` is an answer; several shares ``q`` (k,) give (k, n).
 
         It is False where the quantile falls on an undecided sample, whose force 0 is no answer. Raises HoldfastError if
         ``q`` is not between 0 and 1.
         """
         decided = self.answers.decided.reshape(self.samples, -1)
         zeros = (decided & (self.force == 0)).sum(axis=0)  # they are the smallest in any case
-        number = self._number(q)
+        number = self._number(q)[..., None]
         return np.asarray((number < zeros) | (number >= zeros + (~decided).sum(axis=0)))
 
-    def _number(self, q: float) -> int:
-        """Return the number of the sample, from weak to strong, whose force is the quantile for ``q``."""
-        share = checked_number(q, "quantile: q", minimum=0)
-        if share > 1:
-            raise HoldfastError(message("quantile: q", f"is {share:g}", "needs a share from 0 to 1"))
-        return int(share * (self.samples - 1))
+    def _number(self, q: ArrayLike) -> Int:
+        """Return the numbers () or (k,) of the samples, from weak to strong, whose forces are the quantiles."""
+        where = "quantile: q"
+        shares = checked(q, (None,), where) if np.ndim(q) else np.asarray(checked_number(q, where))
+        wrong = shares[(shares < 0) | (shares > 1)]
+        if wrong.size:
+            raise HoldfastError(message(where, f"is {wrong[0]:g}", "needs shares from 0 to 1"))
+        return np.asarray(shares * (self.samples - 1), dtype=np.int64)
 
     @property
     def median(self) -> Float:

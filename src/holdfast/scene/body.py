@@ -16,7 +16,7 @@ from holdfast.base.arrays import Float, checked, checked_name, checked_number, c
 from holdfast.base.errors import GeometryError, SceneError, located, message
 from holdfast.base.kinds import shaped
 from holdfast.base.ranges import DENSITY, INERTIA, MASS, PLACE
-from holdfast.base.rigid import checked_pose, transform
+from holdfast.base.rigid import checked_pose, pose_at, transform
 from holdfast.base.text import quoted
 from holdfast.base.values import Value, altered
 from holdfast.geometry.cuboid import Cuboid
@@ -39,7 +39,9 @@ ROUNDING = 1e-9
 class Body(Value):
     """A rigid body with a shape, a mass and a pose.
 
-    ``pose`` (4, 4) maps the body frame to the world frame; by default both are the same. A movable body needs ``mass``
+    ``pose`` (4, 4) maps the body frame to the world frame; by default both are the same. Instead of it, ``position``
+    (3,) [m] and ``rpy_degrees``, that is roll, pitch and yaw (3,) [deg], can be given, see ``holdfast.pose``: either of
+    them, or both. A movable body needs ``mass``
     [kg] or ``density`` [kg/m³]; a density also sets the mass. ``com`` (3,) [m] is the centre of mass in the body frame,
     and ``inertia`` (3, 3) [kg m²] is the inertia about it, along the body axes. If they are not given they stay None
     and follow from the shape: ``com_body`` and ``inertia_com`` are the values in use. ``material`` is a name that the
@@ -74,6 +76,9 @@ class Body(Value):
         inertia: ArrayLike | None = None,
         material: str | None = None,
         fixed: bool = False,
+        *,
+        position: ArrayLike | None = None,
+        rpy_degrees: ArrayLike | None = None,
     ) -> None:
         where = f"body {quoted(checked_name(name, 'body: name'))}"
         set_ = object.__setattr__
@@ -84,7 +89,7 @@ class Body(Value):
             set_(self, "shape", as_shape(shape, where))
             if isinstance(self.shape, HalfSpace) and not self.fixed:
                 raise SceneError(message(where, "is a HalfSpace that can move", "needs fixed=True"))
-            set_(self, "pose", checked_pose(np.eye(4) if pose is None else pose, f"{where}: pose"))
+            set_(self, "pose", _pose_of(pose, position, rpy_degrees, where))
             set_(self, "com", None if com is None else checked(com, (3,), f"{where}: com", within=PLACE))
             set_(self, "inertia", None if inertia is None else _checked_inertia(inertia, f"{where}: inertia"))
             self._set_mass(mass, density, where)
@@ -94,6 +99,11 @@ class Body(Value):
     def _set_mass(self, mass: float | None, density: float | None, where: str) -> None:
         """Store the given mass, or the mass that follows from the density; accept both only if they agree."""
         set_ = object.__setattr__
+        given: Any
+        for what, given in (("mass", mass), ("density", density)):
+            if np.ndim(given) == 1:
+                remedy = "needs a number; where the body is, is written position=(x, y, z) [m]"
+                raise SceneError(message(f"{where}: {what}", f"got {quoted(given, 80)}", remedy))
         if mass is not None:
             mass = checked_number(mass, f"{where}: mass", above=0, within=MASS)
         if density is not None:
@@ -187,6 +197,20 @@ class Body(Value):
 def materials_of(bodies: Iterable[Body]) -> frozenset[str]:
     """Return the names of all materials of bodies and of their parts."""
     return frozenset(name for body in bodies for name in (body.material, *body.materials) if name is not None)
+
+
+def _pose_of(pose: Any, position: Any, rpy_degrees: Any, where: str) -> Float:  # noqa: ANN401 - checked here
+    """Return the pose (4, 4) of a body from what was given of the three."""
+    if pose is None:
+        none = (0.0, 0.0, 0.0)
+        return pose_at(none if position is None else position, none if rpy_degrees is None else rpy_degrees, where)
+    if position is not None or rpy_degrees is not None:
+        problem = "is given twice, by pose and by position or rpy_degrees"
+        raise SceneError(message(f"{where}: pose", problem, "give pose=, or the other two"))
+    if np.ndim(pose) == 1 and np.size(pose) == 3:
+        remedy = "needs a (4, 4) array; a place alone is written position=(x, y, z) [m]"
+        raise GeometryError(message(f"{where}: pose", f"got {quoted(pose, 80)}", remedy))
+    return checked_pose(pose, f"{where}: pose")
 
 
 def _checked_inertia(value: Any, where: str) -> Float:  # noqa: ANN401

@@ -97,3 +97,28 @@ class Friction(Value):
             if name not in bodies:
                 remedy = nearest_of(name, sorted(bodies))
                 raise SceneError(message("friction", f"value for unknown body {quoted(name)}", remedy))
+
+
+def joined_friction(first: Friction, second: Friction, names: Collection[str], others: Collection[str]) -> Friction:
+    """Return the table of two scenes together, in each of which every pair keeps its coefficient.
+
+    ``names`` and ``others`` are the bodies and materials of the two scenes. Raises SceneError, with what differs, if
+    there is no such table.
+    """
+    where = "scene + scene: friction"
+    for what in ("default", "combine"):
+        one, two = getattr(first, what), getattr(second, what)
+        if one is not None and two is not None and one != two:
+            remedy = "needs one for both" if what == "combine" else "give both the same, and what differs as pairs"
+            raise SceneError(message(where, f"{what} is {one} and {two}", remedy))
+    for own, its, known in ((first, second, others), (second, first, names)):
+        for pair, mu in own.pairs.items():
+            if {*pair} <= set(known) and its.pairs.get(pair) != mu:
+                problem = f"{quoted(pair)} is {mu:g} in one scene and {its.pairs.get(pair, its.default)} in the other"
+                raise SceneError(message(where, problem, "give both the same, or other names of materials"))
+    return Friction(
+        first.default if second.default is None else second.default,
+        {**first.pairs, **second.pairs},
+        {**first.values, **second.values},
+        first.combine if second.combine is None else second.combine,
+    )

@@ -29,7 +29,7 @@ from holdfast.scene.excluded import (
     may_touch,
     touching_parts,
 )
-from holdfast.scene.friction import Friction
+from holdfast.scene.friction import Friction, joined_friction
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.level import directions_around, tilted_gravity
 
@@ -205,6 +205,36 @@ class Scene(Value):
         known = {body.name for body in left} | materials_of(left)
         excluded = excluded_among(self.excluded, {body.name for body in left})
         return replace(self, bodies=left, friction=self.friction.among(known), excluded=excluded)
+
+    def __add__(self, other: Scene) -> Scene:
+        """Return the scene with the bodies of both, their friction tables, excluded pairs and notes.
+
+        A fixed body that is the same in both, such as the floor, stands in the sum once. Raises SceneError if another
+        name stands in both, if gravity differs, or if the friction tables do: if a pair of names has two coefficients,
+        if one of both tables would give bodies of the other scene another coefficient, or if default or ``combine``
+        differ.
+        """
+        if not isinstance(other, Scene):
+            return NotImplemented
+        known = self._by_name
+        added = [body for body in other.bodies if not (body.fixed and known.get(body.name) == body)]
+        twice = next((body.name for body in added if body.name in known), None)
+        if twice is not None:
+            problem = f"a body named {quoted(twice)} is in both"
+            raise SceneError(
+                message("scene + scene", problem, "give it another name: dataclasses.replace(body, name=...)")
+            )
+        if (self.gravity != other.gravity).any():
+            problem = f"gravity is {self.gravity.tolist()} and {other.gravity.tolist()}"
+            raise SceneError(message("scene + scene", problem, "needs the same gravity in both"))
+        return Scene(
+            (*self.bodies, *added),
+            joined_friction(self.friction, other.friction, self.names, other.names),
+            self.gravity,
+            " + ".join(filter(None, (self.name, other.name))),
+            (*self.excluded, *other.excluded),
+            dict.fromkeys((*self.notes, *other.notes)),
+        )
 
     def checked_names(self, *names: str | Iterable[str]) -> frozenset[str]:
         """Return all names as one set; they can be given one by one or in lists.

@@ -6,7 +6,7 @@ import warnings
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Never
 from weakref import WeakValueDictionary
 
 import numpy as np
@@ -18,6 +18,7 @@ from holdfast.base.errors import GeometryError, HoldfastWarning, message
 from holdfast.base.files import checked_path
 from holdfast.base.kinds import shaped
 from holdfast.base.ranges import LENGTH, PLACE, SCALE, TOLERANCE
+from holdfast.base.text import quoted
 from holdfast.base.values import Value, seal
 from holdfast.geometry.hygiene import MeshReport, PlaneFit, cleaned
 from holdfast.geometry.planes import flattened
@@ -51,14 +52,18 @@ class MassProperties(Value):
 @shaped(size="3")
 @dataclass(frozen=True, init=False, eq=False, repr=False)
 class Box(Value):
-    """A cuboid centred on the origin of its frame; ``size`` (3,) [m] holds its edge lengths.
+    """A cuboid centred on the origin of its frame; ``size`` (3,) [m] holds its edge lengths along x, y and z.
 
-    Raises GeometryError if a length is not positive.
+    Raises GeometryError if a length is not positive, or if the lengths are not given together: Box((0.3, 0.2, 0.1)).
     """
 
     size: Float
 
-    def __init__(self, size: ArrayLike) -> None:
+    def __init__(self, size: ArrayLike, *lengths: Never) -> None:
+        if lengths or isinstance(size, int | float):
+            together = ", ".join(map(str, (size, *lengths))) if len(lengths) == 2 else "x, y, z"
+            problem = f"got {quoted((size, *lengths) if lengths else size, 60)}"
+            raise GeometryError(message("Box", problem, f"give the three edge lengths together: Box(({together}))"))
         object.__setattr__(self, "size", checked_sizes(size, (3,), "Box: size", LENGTH, GeometryError))
 
     @cached_property

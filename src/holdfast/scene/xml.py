@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NoReturn
 from xml.parsers import expat
 
-from holdfast.base.errors import SceneError, message
+from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.text import quoted
 
 MAX_BYTES = 20_000_000  # characters of one file
@@ -38,6 +40,16 @@ class Element:
         """The file, the line and the tag, with the name if the element has one, for messages."""
         name = f" {quoted(self.attributes['name'])}" if "name" in self.attributes else ""
         return f"{self.file}:{self.line}: <{self.tag}>{name}"
+
+    @contextmanager
+    def located(self) -> Iterator[None]:
+        """Put the place in front of the message of every HoldfastError in this block that names no line of the file."""
+        try:
+            yield
+        except HoldfastError as cause:
+            if str(cause).startswith(f"{self.file}:"):
+                raise
+            raise type(cause)(f"{self.place}: {cause}") from cause
 
     def fail(self, problem: str, remedy: str) -> NoReturn:
         """Raise SceneError about this element."""

@@ -17,8 +17,8 @@ ALIKE = 0.65  # least likeness, of 1, of a key to the one that was probably mean
 # Names that people, and other formats, give to what a scene file calls otherwise
 OTHER_NAMES = {
     "quaternion": "orientation",
-    "rpy": "orientation",
-    "euler": "orientation",
+    "rpy": "rpy_degrees",
+    "euler": "rpy_degrees",
     "rotation": "orientation",
     "translation": "position",
     "origin": "position",
@@ -39,6 +39,10 @@ OTHER_NAMES = {
     "objects": "bodies",
     "triangles": "faces",
     "points": "vertices",
+}
+# What to write for a key that is missing and that newcomers do not know of
+EXAMPLES = {
+    "friction": "write `friction: 0.5` for all pairs, or `friction: {pairs: [{between: [cup, table], mu: 0.4}]}`",
 }
 
 
@@ -67,6 +71,9 @@ def _problem(fault: ErrorDetails, tags: list[str]) -> tuple[str, str]:
         if not isinstance(value, dict) or "type" not in value:
             return f"has no type, needs one of {known}", ""
         return f"type is {quoted(value['type'])}, needs one of {known}", _hint(str(value["type"]), tags)
+    if fault["type"] == "missing":
+        key = str(fault["loc"][-1])
+        return "is not given", f"{EXAMPLES[key]}; " if key in EXAMPLES else ""
     said = fault["msg"].removeprefix("Value error, ")
     if fault["type"] in ("model_type", "model_attributes_type"):
         said = "needs keys and values"

@@ -60,6 +60,15 @@ def _numbers(value: Any) -> Any:  # noqa: ANN401
     return value
 
 
+def _quaternion(value: Any) -> Any:  # noqa: ANN401
+    """Refuse three numbers, with the key for angles."""
+    if isinstance(value, list | tuple) and len(value) == 3:
+        raise ValueError(
+            f"needs four numbers, a unit quaternion w, x, y, z; write angles as rpy_degrees: {list(value)}"
+        )
+    return value
+
+
 def _friction_kind(value: Any) -> str:  # noqa: ANN401
     return "table" if isinstance(value, dict | BaseModel) else "number"
 
@@ -180,7 +189,7 @@ AnyModel = (
 
 
 class BodyModel(Model):
-    """A rigid body. Its pose is given as ``pose``, or as ``position`` and ``orientation``."""
+    """A rigid body. Its pose is given as ``pose``, or as ``position`` and ``rpy_degrees`` or ``orientation``."""
 
     name: str
     shape: Annotated[AnyModel, Field(discriminator="type")]
@@ -188,7 +197,10 @@ class BodyModel(Model):
     density: Number | None = Field(None, description="[kg/m³], instead of mass")
     pose: Matrix4 | None = Field(None, description="4x4 body to world, rows")
     position: Triple | None = Field(None, description="origin of the body frame in the world [m]")
-    orientation: Quadruple | None = Field(None, description="unit quaternion w, x, y, z, body to world")
+    rpy_degrees: Triple | None = Field(None, description="roll, pitch, yaw [deg]: turns about the world's x, y, z")
+    orientation: Annotated[Quadruple, BeforeValidator(_quaternion)] | None = Field(
+        None, description="unit quaternion w, x, y, z, body to world"
+    )
     com: Triple | None = Field(None, description="centre of mass in the body frame [m]")
     inertia: Matrix3 | None = Field(None, description="about the centre of mass, body axes [kg m²]")
     material: str | None = None
@@ -196,8 +208,11 @@ class BodyModel(Model):
 
     @model_validator(mode="after")
     def _one_pose(self) -> BodyModel:
-        if self.pose is not None and (self.position is not None or self.orientation is not None):
-            raise ValueError("needs either pose, or position and orientation")
+        turned = (self.rpy_degrees, self.orientation)
+        if self.pose is not None and (self.position, *turned) != (None, None, None):
+            raise ValueError("needs either pose, or position and rpy_degrees")
+        if None not in turned:
+            raise ValueError("needs either rpy_degrees or orientation")
         if self.orientation is not None and abs(math.hypot(*self.orientation) - 1) > 1e-3:
             length = math.hypot(*self.orientation)
             unit = ", ".join(f"{part / length:.6g}" for part in self.orientation) if length > 0 else "1, 0, 0, 0"
@@ -304,14 +319,17 @@ def _body(model: BodyModel, path: Path) -> Body:
 
 def _built(model: BodyModel, path: Path) -> Body:
     pose: Any = model.pose
-    if pose is None:
-        pose = pose_from(np.array(model.position or (0, 0, 0.0)), np.array(model.orientation or (1.0, 0, 0, 0)))
+    position, rpy_degrees = model.position, model.rpy_degrees
+    if model.orientation is not None:
+        pose, position = pose_from(np.array(position or (0, 0, 0.0)), np.array(model.orientation)), None
     return Body(
         model.name,
         shape_of(model.shape, path, model.name),
         mass=model.mass,
         density=model.density,
         pose=pose,
+        position=position,
+        rpy_degrees=rpy_degrees,
         com=_array(model.com),
         inertia=_array(model.inertia),
         material=model.material,

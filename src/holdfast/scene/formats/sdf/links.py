@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 
 from holdfast.base.arrays import Float, checked_number
-from holdfast.base.errors import located
 from holdfast.base.ranges import DENSITY, FRICTION, MASS
 from holdfast.base.text import quoted
 from holdfast.scene.formats.rigid_parts import Notes, Piece
@@ -89,12 +88,12 @@ class LinkReader:
         if element.all("visual") and not element.all("collision"):
             self.notes.of(where, "no <collision>, its <visual> is taken")
         for collision in element.all("collision") or element.all("visual"):
-            with located(collision.place):
+            with collision.located():
                 self._collision(scope, link, collision, element)
         if not fixed:
             if not truth(element, "gravity", True):
                 element.fail("has no weight (<gravity>false</gravity>)", "needs gravity, or a static model")
-            with located(element.place):
+            with element.located():
                 link.inertial = self._inertial(element, link.contents, where)
         return link
 
@@ -114,7 +113,7 @@ class LinkReader:
         if shape.tag == "plane":
             link.planes.append(Plane(np.asarray(pose @ plane_pose(shape)), material, mask))
             return
-        with located(shape.place):
+        with shape.located():
             solid, exact = solid_of(scope, shape, where, self.notes)
             link.contents.append(Content(element, Piece(solid, pose, material), exact, mask))
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from holdfast.base.arrays import checked_number, checked_word
-from holdfast.base.errors import located
 from holdfast.base.ranges import FRICTION, MASS
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Solid
@@ -92,7 +91,7 @@ class LinkReader:
         return [self._piece(link, element) for element in _seen(link)]
 
     def _piece(self, link: Element, element: Element) -> Piece:
-        with located(element.place):
+        with element.located():
             shape = self._shape(element.needed("geometry"), link)
             return Piece(shape, origin_of(element), self.surfaces.material(self._mu(link, element)))
 
@@ -100,7 +99,7 @@ class LinkReader:
         if len(geometry.children) != 1:
             geometry.fail(f"has {len(geometry.children)} shapes", "needs one")
         shape = geometry.children[0]
-        with located(shape.place):
+        with shape.located():
             match shape.tag:
                 case "box":
                     return Box(np.array(shape.numbers("size", 3)))
@@ -141,7 +140,7 @@ class LinkReader:
             if not pieces or density is None:
                 return None
             self.notes.of(_called(link), f"mass from density {density:g} kg/m³")
-            with located(link.place):
+            with link.located():
                 return filled(pieces, density)
         mass_element = element.needed("mass")
         place = f"{mass_element.place}: value"
@@ -154,7 +153,7 @@ class LinkReader:
             return Inertial(mass, np.zeros(3), own).seen(origin)
         if not pieces:
             element.fail("has no <inertia>", "add it")
-        with located(link.place):
+        with link.located():
             shape = filled(pieces, 1.0)
         self.notes.of(_called(link), "inertia of its shape")
         middle = origin[:3, 3]

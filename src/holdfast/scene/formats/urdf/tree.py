@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from holdfast.base.arrays import Float, checked_number, unit
-from holdfast.base.errors import SceneError, located, message, nearest_of
+from holdfast.base.errors import SceneError, message, nearest_of
 from holdfast.base.ranges import PLACE
 from holdfast.base.text import listed, quoted
 from holdfast.scene.formats.joint_limits import check_within
@@ -115,7 +115,7 @@ def _joint(
     for end in ends:
         if end not in links:
             element.fail(f"names the link {quoted(end)}", nearest_of(end, links))
-    with located(element.place):
+    with element.located():
         pose = origin_of(element) @ _motion(element, kind, _position(element, elements, positions))
     return Joint(name, kind, ends[0], ends[1], pose, element)
 

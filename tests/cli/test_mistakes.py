@@ -1,0 +1,131 @@
+"""What newcomers write wrongly is told with what to write instead."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import trimesh
+from calling import called
+
+HEAD = "format: holdfast-scene/1\n"
+BODIES = """bodies:
+- {{name: floor, shape: {{type: box, size: [1, 1, 0.2]}}, fixed: true, position: [0, 0, -0.1]}}
+- {{name: a, shape: {{type: box, size: [0.2, 0.2, 0.2]}}, mass: 1, {more}}}
+"""
+URDF = """<robot name="arm">
+  <link name="base">
+    <inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><geometry>{shape}</geometry></collision>
+  </link>
+</robot>
+"""
+
+
+def scene(folder: Path, more: str, friction: str = "friction: 0.5\n") -> str:
+    path = folder / "scene.yaml"
+    path.write_text(HEAD + friction + BODIES.format(more=more))
+    return str(path)
+
+
+@pytest.fixture
+def said(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
+    """What a command that is refused says, in one line."""
+
+    def told(*arguments: str) -> str:
+        code, out, err = called(monkeypatch, capsys, *arguments)
+        assert (code, out) == (2, "")
+        return " ".join(err.split())
+
+    return told
+
+
+def test_a_scene_without_friction(said: Callable[..., str], tmp_path: Path) -> None:
+    path = scene(tmp_path, "position: [0, 0, 0.1]", friction="")
+    assert (
+        "friction: is not given; write `friction: 0.5` for all pairs, or "
+        "`friction: {pairs: [{between: [cup, table], mu: 0.4}]}`" in said("assess", path)
+    )
+
+
+def test_angles_as_orientation(said: Callable[..., str], tmp_path: Path) -> None:
+    path = scene(tmp_path, "position: [0, 0, 0.1], orientation: [0, 0, 90]")
+    assert "needs four numbers, a unit quaternion w, x, y, z; write angles as rpy_degrees: [0, 0, 90]" in said(
+        "assess", path
+    )
+    path = scene(tmp_path, "position: [0, 0, 0.1], rpy: [0, 0, 90]")
+    assert "bodies[1].rpy (body 'a'): unknown key; did you mean 'rpy_degrees'?" in said("assess", path)
+    path = scene(tmp_path, "rpy_degrees: [0, 0, 90], orientation: [1, 0, 0, 0]")
+    assert "needs either rpy_degrees or orientation" in said("assess", path)
+
+
+def test_an_overlap_of_half_a_body(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    code, out, err = called(monkeypatch, capsys, "assess", scene(tmp_path, "position: [0, 0, 0]"))
+    assert code == 3
+    for text in (out, err):
+        words = " ".join(text.split())
+        assert words.count("overlap") == 1
+        assert "is the origin of a shape in its middle, and not at its foot?" in words
+        assert "settle" not in words
+
+
+@pytest.mark.parametrize(
+    ("shape", "options", "place"),
+    [
+        ('<sphere radius="0.1"/>', (), "arm.urdf:2: <link> 'base': has no friction; give friction="),
+        ("<box/>", ("--friction", "0.5"), "arm.urdf:4: <box>: has no attribute 'size'; add it"),
+        ('<box size="1 1"/>', ("--friction", "0.5"), "arm.urdf:4: <box>: size = '1 1'; needs 3 finite numbers"),
+    ],
+)
+def test_a_urdf_line_is_named_once(
+    said: Callable[..., str], tmp_path: Path, shape: str, options: tuple[str, ...], place: str
+) -> None:
+    path = tmp_path / "arm.urdf"
+    path.write_text(URDF.format(shape=shape))
+    text = said("assess", str(path), *options)
+    assert text.count("arm.urdf") == 1
+    assert place in text
+
+
+@pytest.mark.parametrize("suffix", [".stl", ".obj", ".ply"])
+def test_a_mesh_as_a_scene(said: Callable[..., str], tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"cup{suffix}"
+    trimesh.creation.box((0.1, 0.1, 0.1)).export(path)
+    text = said("assess", str(path))
+    assert "is a mesh, and a scene has masses, friction and something fixed; make a body of it: Body(name, Mesh" in text
+    assert f"shape: {{type: mesh, file: cup{suffix}}}" in text
+    assert "b'" not in text
+
+
+def test_a_misspelt_command(said: Callable[..., str]) -> None:
+    assert said("asses", "table") == "error: command: 'asses' is unknown; did you mean 'assess'?"
+
+
+def test_numbers_with_commas_are_those_with_spaces(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    answers = {
+        called(monkeypatch, capsys, "push", "cube", "cube", "--engine", "limit", *given)
+        for given in (
+            ("--at", "-0.05", "0", "0.05", "--along", "1", "0", "0"),
+            ("--at", "-0.05,0,0.05", "--along", "1,0,0"),
+            ("--at=-0.05,0,0.05", "--along=1,0,0"),
+        )
+    }
+    assert len(answers) == 1
+    assert next(iter(answers))[0] == 0
+
+
+def test_a_body_is_left_out(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = called(monkeypatch, capsys, "assess", "stack", "--without", "cube3", "--engine", "limit", "--json")
+    answer = json.loads(out)
+    assert code == 0
+    assert "cube3" not in {name for pair in answer["interfaces"] for name in pair["bodies"]}
+    assert "--without cube3" in answer["notes"]
+    code, _, err = called(monkeypatch, capsys, "transport", "stack", "--without", "cub3")
+    assert code == 2
+    assert "has no body named 'cub3'; did you mean 'cube3'?" in err
