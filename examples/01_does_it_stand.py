@@ -5,20 +5,14 @@
 Three cubes, then the same with the middle one pushed half way out.
 """
 
-import numpy as np
-
 import holdfast as hf
 
 
 def cube(name: str, x: float, z: float) -> hf.Body:
-    pose = np.eye(4)
-    pose[:3, 3] = (x, 0, z)
-    return hf.Body(name, hf.Box((0.1, 0.1, 0.1)), mass=1.0, pose=pose)
+    return hf.Body(name, hf.Box((0.1, 0.1, 0.1)), mass=1.0, position=(x, 0, z))
 
 
-ground_pose = np.eye(4)
-ground_pose[2, 3] = -0.05
-ground = hf.Body("ground", hf.Box((1, 1, 0.1)), pose=ground_pose, fixed=True)
+ground = hf.Body("ground", hf.Box((1, 1, 0.1)), position=(0, 0, -0.05), fixed=True)
 
 for offset in (0.0, 0.06):
     bodies = [ground, cube("bottom", 0, 0.05), cube("middle", offset, 0.15), cube("top", offset, 0.25)]

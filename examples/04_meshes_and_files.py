@@ -8,7 +8,6 @@ Everything in one round trip.
 import sys
 from pathlib import Path
 
-import numpy as np
 import trimesh
 
 import holdfast as hf
@@ -17,18 +16,11 @@ folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
 folder.mkdir(exist_ok=True)
 trimesh.creation.annulus(r_min=0.03, r_max=0.04, height=0.12, sections=48).export(folder / "vase.stl")
 
-
-def at(x: float, y: float, z: float) -> np.ndarray:
-    pose = np.eye(4)
-    pose[:3, 3] = (x, y, z)
-    return pose
-
-
 scene = hf.Scene(
     bodies=[
-        hf.Body("shelf", hf.Box((0.6, 0.3, 0.02)), pose=at(0, 0, -0.01), material="oak", fixed=True),
-        hf.Body("vase", hf.Mesh.from_file(folder / "vase.stl"), density=2500, pose=at(0, 0, 0.06), material="glass"),
-        hf.Body("candle", hf.Cylinder(0.02, 0.08), mass=0.1, pose=at(0.1, 0, 0.04)),
+        hf.Body("shelf", hf.Box((0.6, 0.3, 0.02)), position=(0, 0, -0.01), material="oak", fixed=True),
+        hf.Body("vase", hf.Mesh.from_file(folder / "vase.stl"), density=2500, position=(0, 0, 0.06), material="glass"),
+        hf.Body("candle", hf.Cylinder(0.02, 0.08), mass=0.1, position=(0.1, 0, 0.04)),
     ],
     friction=hf.Friction(default=0.5, pairs={("oak", "glass"): 0.35}),
     name="shelf",

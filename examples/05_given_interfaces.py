@@ -9,12 +9,10 @@ import numpy as np
 
 import holdfast as hf
 
-ground_pose, pose = np.eye(4), np.eye(4)
-ground_pose[2, 3], pose[2, 3] = -0.05, 0.05
 scene = hf.Scene(
     [
-        hf.Body("ground", hf.Box((1, 1, 0.1)), pose=ground_pose, fixed=True),
-        hf.Body("cube", hf.Box((0.1, 0.1, 0.1)), mass=1.0, pose=pose),
+        hf.Body("ground", hf.Box((1, 1, 0.1)), position=(0, 0, -0.05), fixed=True),
+        hf.Body("cube", hf.Box((0.1, 0.1, 0.1)), mass=1.0, position=(0, 0, 0.05)),
     ],
     friction=0.6,
 )

@@ -5,17 +5,13 @@
 What may one count on, and how often does it stand at all.
 """
 
-import numpy as np
-
 import holdfast as hf
 
-floor = hf.Body("floor", hf.Box((1, 1, 0.1)), pose=None, fixed=True)
-lift = np.eye(4)
-lift[2, 3] = 0.1
-pose = np.eye(4)
-pose[:3, 3] = 0.042, 0, 0.2
-shelf = hf.Body("shelf", hf.Box((0.1, 0.1, 0.1)), pose=lift, fixed=True)
-jar = hf.Body("jar", hf.Box((0.1, 0.1, 0.1)), mass=1, pose=pose)  # hangs over the shelf by 42 mm of its 100
+floor = hf.Body("floor", hf.Box((1, 1, 0.1)), fixed=True)
+shelf = hf.Body("shelf", hf.Box((0.1, 0.1, 0.1)), position=(0, 0, 0.1), fixed=True)
+jar = hf.Body(
+    "jar", hf.Box((0.1, 0.1, 0.1)), mass=1, position=(0.042, 0, 0.2)
+)  # hangs over the shelf by 42 mm of its 100
 assembly = hf.assemble(hf.Scene([floor, shelf, jar], friction=0.5))
 
 points = [(-0.008, 0, 0.16), (0.092, 0, 0.25)]

@@ -12,14 +12,10 @@ import holdfast as hf
 
 def placed(name: str, size: tuple[float, float, float], mass: float, x: float, z: float) -> hf.Body:
     """A carton whose centre is at (x, 0, z) metres."""
-    pose = np.eye(4)
-    pose[[0, 2], 3] = x, z
-    return hf.Body(name, hf.Box(size), mass=mass, pose=pose, material="carton")
+    return hf.Body(name, hf.Box(size), mass=mass, position=(x, 0, z), material="carton")
 
 
-deck = hf.Body(
-    "deck", hf.Box((2, 2, 0.1)), pose=[(1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, -0.05), (0, 0, 0, 1)], fixed=True
-)
+deck = hf.Body("deck", hf.Box((2, 2, 0.1)), position=(0, 0, -0.05), fixed=True)
 cartons = [
     placed("left", (0.4, 0.6, 0.4), 20, -0.2, 0.2),
     placed("right", (0.4, 0.6, 0.4), 20, 0.2, 0.2),

@@ -8,23 +8,14 @@ A cup where people would put it, then a whole tray, so that everything stands at
 import sys
 from pathlib import Path
 
-import numpy as np
-
 import holdfast as hf
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
 folder.mkdir(exist_ok=True)
 
-
-def at(x: float, y: float, z: float) -> np.ndarray:
-    pose = np.eye(4)
-    pose[:3, 3] = x, y, z
-    return pose
-
-
-shelf = hf.Body("shelf", hf.Box((0.6, 0.3, 0.02)), pose=at(0, 0, -0.01), fixed=True)
-book = hf.Body("book", hf.Box((0.15, 0.21, 0.03)), mass=0.7, pose=at(-0.1, 0, 0.015))
-vase = hf.Body("vase", hf.Cylinder(0.03, 0.2), mass=0.4, pose=at(0.1, 0, 0.1))
+shelf = hf.Body("shelf", hf.Box((0.6, 0.3, 0.02)), position=(0, 0, -0.01), fixed=True)
+book = hf.Body("book", hf.Box((0.15, 0.21, 0.03)), mass=0.7, position=(-0.1, 0, 0.015))
+vase = hf.Body("vase", hf.Cylinder(0.03, 0.2), mass=0.4, position=(0.1, 0, 0.1))
 scene = hf.Scene([shelf, book, vase], 0.5, name="shelf")
 cup = hf.Body("cup", hf.Cylinder(0.035, 0.09), mass=0.25)
 
@@ -47,7 +38,7 @@ print(
 )
 
 # six things on a tray, in an order that is chosen
-tray = hf.Scene([hf.Body("tray", hf.Box((0.35, 0.25, 0.02)), pose=at(0, 0, -0.01), fixed=True)], 0.5, name="tray")
+tray = hf.Scene([hf.Body("tray", hf.Box((0.35, 0.25, 0.02)), position=(0, 0, -0.01), fixed=True)], 0.5, name="tray")
 things = [
     cup,
     hf.Body("tin", hf.Cylinder(0.04, 0.05), mass=0.4),

@@ -1,4 +1,14 @@
 from holdfast.engines.answers import Answers as Answers
+from holdfast.engines.capabilities import Corner as Corner
+from holdfast.engines.capabilities import Gradient as Gradient
+from holdfast.engines.capabilities import Gradients as Gradients
+from holdfast.engines.capabilities import Hulls as Hulls
+from holdfast.engines.capabilities import LoadHull as LoadHull
+from holdfast.engines.capabilities import LoadSet as LoadSet
+from holdfast.engines.capabilities import Releases as Releases
+from holdfast.engines.capabilities import Sets as Sets
+from holdfast.engines.capabilities import Weakest as Weakest
+from holdfast.engines.capabilities import WorstCases as WorstCases
 from holdfast.engines.contract import EXACT as EXACT
 from holdfast.engines.contract import Accuracy as Accuracy
 from holdfast.engines.contract import Engine as Engine

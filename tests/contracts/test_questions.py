@@ -30,8 +30,6 @@ QUESTIONS: dict[str, Callable[[Any], Any]] = {
     "constraint": lambda a: hf.sets.constraint(a, "cube", budget=50).known,
     "sustainable_accelerations": lambda a: hf.sets.sustainable_accelerations(a, gap=0.2).vertices,
     "transport_limits": lambda a: hf.transport_limits(a, ALONG, engine="graph").acceleration,
-    "horizontal_directions": lambda a: a.scene.horizontal_directions(5),
-    "tilted": lambda a: a.tilted((5, 0, 0)).scene.gravity,
     "inertial_loads": lambda a: hf.sets.inertial_loads(a, acceleration=(1, 0, 0))[0].force,
     "disassembly_order": lambda a: hf.disassembly_order(a, engine="graph").order,
     "can_remove": lambda a: hf.can_remove(a, "cube", engine="graph").reason,

@@ -74,5 +74,7 @@ def test_positional_mistakes_say_what_to_write() -> None:
         hf.Box(0.1, 0.2, 0.2)
     with pytest.raises(hf.errors.GeometryError, match=r"Box: got 0.1; give the three .* together: Box\(\(x, y, z\)\)"):
         hf.Box(0.1)
+    with pytest.raises(hf.errors.SceneError, match=r"scene: friction: is \{.*write Friction\(pairs="):
+        hf.Scene([], {("a", "b"): 0.5})
     with pytest.raises(hf.errors.GeometryError, match=r"Box: size: has shape \(2,\)"):
         hf.Box((0.1, 0.2))

@@ -164,7 +164,8 @@ class RobustnessUnder(Result):
     def _number(self, q: ArrayLike) -> Int:
         """Return the numbers () or (k,) of the samples, from weak to strong, whose forces are the quantiles."""
         where = "quantile: q"
-        shares = checked(q, (None,), where) if np.ndim(q) else np.asarray(checked_number(q, where))
+        several = isinstance(q, list | tuple) or (isinstance(q, np.ndarray) and q.ndim > 0)
+        shares = checked(q, (None,), where) if several else np.asarray(checked_number(q, where))
         wrong = shares[(shares < 0) | (shares > 1)]
         if wrong.size:
             raise HoldfastError(message(where, f"is {wrong[0]:g}", "needs shares from 0 to 1"))

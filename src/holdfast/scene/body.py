@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Sequence, Sized
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -99,9 +99,8 @@ class Body(Value):
     def _set_mass(self, mass: float | None, density: float | None, where: str) -> None:
         """Store the given mass, or the mass that follows from the density; accept both only if they agree."""
         set_ = object.__setattr__
-        given: Any
         for what, given in (("mass", mass), ("density", density)):
-            if np.ndim(given) == 1:
+            if _is_triple(given):
                 remedy = "needs a number; where the body is, is written position=(x, y, z) [m]"
                 raise SceneError(message(f"{where}: {what}", f"got {quoted(given, 80)}", remedy))
         if mass is not None:
@@ -207,10 +206,16 @@ def _pose_of(pose: Any, position: Any, rpy_degrees: Any, where: str) -> Float:  
     if position is not None or rpy_degrees is not None:
         problem = "is given twice, by pose and by position or rpy_degrees"
         raise SceneError(message(f"{where}: pose", problem, "give pose=, or the other two"))
-    if np.ndim(pose) == 1 and np.size(pose) == 3:
+    if _is_triple(pose):
         remedy = "needs a (4, 4) array; a place alone is written position=(x, y, z) [m]"
         raise GeometryError(message(f"{where}: pose", f"got {quoted(pose, 80)}", remedy))
     return checked_pose(pose, f"{where}: pose")
+
+
+def _is_triple(value: Any) -> bool:  # noqa: ANN401
+    if isinstance(value, np.ndarray):
+        return value.shape == (3,)
+    return isinstance(value, tuple | list) and len(value) == 3 and not isinstance(value[0], Sized)
 
 
 def _checked_inertia(value: Any, where: str) -> Float:  # noqa: ANN401

@@ -70,6 +70,9 @@ class Scene(Value):
     ) -> None:
         set_ = object.__setattr__
         set_(self, "bodies", tuple(checked_items(bodies, "scene: bodies", "Body objects")))
+        if isinstance(friction, Mapping):
+            remedy = "write Friction(pairs={('cup', 'table'): 0.4})"
+            raise SceneError(message("scene: friction", f"is {quoted(friction, 80)}", remedy))
         set_(self, "friction", friction if isinstance(friction, Friction) else Friction(default=friction))
         set_(self, "gravity", checked(gravity, (3,), "scene: gravity", within=ACCELERATION))
         set_(self, "name", "" if isinstance(name, str) and not name else checked_name(name, "scene: name"))
