@@ -214,7 +214,7 @@ def _pose_of(pose: Any, position: Any, rpy_degrees: Any, where: str) -> Float:  
 
 def _is_triple(value: Any) -> bool:  # noqa: ANN401
     if isinstance(value, np.ndarray):
-        return value.shape == (3,)
+        return bool(value.shape == (3,))
     return isinstance(value, tuple | list) and len(value) == 3 and not isinstance(value[0], Sized)
 
 
