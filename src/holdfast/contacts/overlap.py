@@ -26,7 +26,7 @@ from holdfast.scene.scene import Scene
 MOST_DISTANCES = 3_000_000  # largest number of corner-to-triangle distances computed, which takes about 1 s
 MOST_ANGLES = 5_000_000  # largest number of solid angles summed, which takes about 0.25 s
 
-FAR_BEYOND = 50  # tolerances, each 1/1000 of the bodies' size by default, beyond which no settling is meant to help
+FAR_BEYOND = 150  # tolerances, 1/1000 of the bodies' size each by default, beyond which no settling is meant to help
 MISPLACED = "correct the poses: is the origin of a shape in its middle, and not at its foot?"
 
 
