@@ -8,6 +8,8 @@ from pathlib import Path
 import file_list
 from public_api import NAMES
 
+import holdfast as hf
+
 DOCS = Path(__file__).parents[2] / "docs"
 
 
