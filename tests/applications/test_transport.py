@@ -139,14 +139,15 @@ def test_tilt_is_acceleration_under_scaled_gravity(engine: str) -> None:
     assert level * np.cos(angle) == pytest.approx(tilted, rel=1e-3)
 
 
-def test_a_tilt_is_a_rotation_vector_in_degrees_or_a_matrix() -> None:
+def test_a_tilt_is_a_rotation_vector_in_degrees() -> None:
     turn = Rotation.from_rotvec(np.radians((10, -5, 20))).as_matrix()
-    np.testing.assert_array_equal(carried().tilted((10, -5, 20)).scene.gravity, carried().tilted(turn).scene.gravity)
+    np.testing.assert_array_equal(carried().tilted((10, -5, 20)).scene.gravity, turn.T @ carried().scene.gravity)
 
 
 def test_the_default_directions_of_a_tilted_tray_are_level() -> None:
-    turn = Rotation.from_rotvec((0.2, -0.1, 0.4)).as_matrix()
-    ways = hf.transport_limits(carried(), tilt=turn, engine="graph").directions
+    tilt = np.array((12, -6, 24))
+    turn = Rotation.from_rotvec(np.radians(tilt)).as_matrix()
+    ways = hf.transport_limits(carried(), tilt=tilt, engine="graph").directions
     assert (ways @ turn.T)[:, 2] == pytest.approx(0, abs=1e-12)
 
 
@@ -307,9 +308,7 @@ def test_bounds() -> None:
         ({"directions": [[0, 0, 0]]}, "a direction is zero; needs"),
         ({"directions": np.zeros((0, 3))}, "is empty; needs"),
         ({"directions": [1, 2]}, r"shape \(2,\); needs"),
-        ({"tilt": [1, 2]}, r"tilt: has shape \(2,\); needs"),
-        ({"tilt": 2 * np.eye(3)}, "tilt: is not rigid"),
-        ({"tilt": -np.eye(3)}, "tilt: is a reflection"),
+        ({"tilt": [1, 2]}, r"tilt_degrees: has shape \(2,\); needs"),
         ({"angular_velocity": (0, 0, np.nan)}, "angular velocity: contains nan"),
         ({"pivot": 1}, "pivot: has shape"),
         ({"engine": "grap"}, "'grap' is unknown"),

@@ -312,9 +312,9 @@ class Assembly(Value):
         """
         return self._sought(self.scene.moved(poses), "moved")
 
-    def tilted(self, tilt: ArrayLike) -> Assembly:
-        """Return the assembly, with its contacts, on a carrier that is tilted by ``tilt``; see ``Scene.tilted``."""
-        return replace(self, scene=self.scene.tilted(tilt))
+    def tilted(self, tilt_degrees: ArrayLike) -> Assembly:
+        """Return the assembly, with its contacts, on a carrier that is tilted; see ``Scene.tilted``."""
+        return replace(self, scene=self.scene.tilted(tilt_degrees))
 
     def with_body(self, body: Body) -> Assembly:
         """Return the assembly with ``body`` added after the others.

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from holdfast.base.arrays import Float, checked, checked_whole, frozen
 from holdfast.base.ranges import ANGLE
-from holdfast.base.rigid import checked_pose, tangents
+from holdfast.base.rigid import tangents
 
 MOST_DIRECTIONS = 1_000_000  # more answers than the memory holds
 
@@ -21,18 +21,13 @@ def directions_around(up: Float, count: int) -> Float:
     return np.asarray(frozen(np.cos(angle) * ahead + np.sin(angle) * left))
 
 
-def tilted_gravity(gravity: Float, tilt: ArrayLike) -> tuple[Float, str]:
+def tilted_gravity(gravity: Float, tilt_degrees: ArrayLike) -> tuple[Float, str]:
     """Return the gravity (3,) that is felt in the axes of a tilted carrier, and how that is tilted in words.
 
-    ``Scene.tilted`` describes ``tilt``. The words are empty if it turns nothing.
+    ``Scene.tilted`` describes ``tilt_degrees``. The words are empty if it turns nothing.
     """
-    where = "tilt"
-    if np.asarray(tilt, dtype=object).ndim == 2:
-        pose = np.eye(4)
-        pose[:3, :3] = checked(tilt, (3, 3), where)
-        turn = checked_pose(pose, where)[:3, :3]
-    else:
-        turn = Rotation.from_rotvec(np.radians(checked(tilt, (3,), where, within=ANGLE))).as_matrix()
+    given = checked(tilt_degrees, (3,), "tilt_degrees", within=ANGLE)
+    turn = Rotation.from_rotvec(np.radians(given)).as_matrix()
     vector = np.degrees(Rotation.from_matrix(turn).as_rotvec())
     angle = float(np.linalg.norm(vector))
     axis = ", ".join(f"{v + 0.0:.3g}" for v in np.round(vector / angle, 9)) if angle else "any axis"

@@ -255,13 +255,13 @@ class Scene(Value):
         """
         return directions_around(self.up, count)
 
-    def tilted(self, tilt: ArrayLike) -> Scene:
-        """Return the scene on a carrier that is tilted by ``tilt``: gravity is rotated the opposite way in its axes.
+    def tilted(self, tilt_degrees: ArrayLike) -> Scene:
+        """Return the scene on a carrier that is tilted; gravity is rotated the opposite way in the axes of the scene.
 
-        ``tilt`` is a rotation vector (3,) [deg] or a rotation matrix (3, 3). It rotates the axes of the scene from
-        where they are now to where the tilted carrier has them.
+        ``tilt_degrees`` is a rotation vector (3,) [deg]. It rotates the axes of the scene from where they are now to
+        where the tilted carrier has them. Raises SceneError for anything else.
         """
-        gravity, told = tilted_gravity(self.gravity, tilt)
+        gravity, told = tilted_gravity(self.gravity, tilt_degrees)
         return with_notes(replace(self, gravity=gravity), [told] if told else [])
 
     def mu(self, a: str, b: str) -> float:
