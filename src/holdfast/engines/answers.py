@@ -103,6 +103,9 @@ class Step(Value):
     force: Float
     lower: Float
 
+    def __post_init__(self) -> None:
+        seal(self)
+
 
 @archived
 @shaped(force="n", lower="n", upper="n", status="n", mechanism="n", solved="n", error="n")
