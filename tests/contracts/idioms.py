@@ -64,7 +64,7 @@ def files(folder: Path) -> hf.Scene:
 def contacts() -> hf.answers.Assembly:
     """Contacts found with tolerances of one's own, or given."""
     scene = hf.shipped_scene("cube")
-    hf.assemble(scene, gap=0.001, angle=1)
+    hf.assemble(scene, gap=0.001, angle_degrees=1)
     hf.assemble(scene, pose_sigma=0.001)
     hf.assemble(scene, pose_sigma=(0.001, 0.3))
     square = [(-0.05, -0.05, 0), (0.05, -0.05, 0), (0.05, 0.05, 0), (-0.05, 0.05, 0)]
@@ -85,7 +85,7 @@ def pushes() -> float:
     assembly = hf.assemble(scenes())
     r = hf.robustness(assembly, body="vase", points=(0.07, 0, 0.15), directions=(1, 0, 0))
     hf.robustness(assembly, "vase", [(0.07, 0, 0.15), (0.13, 0, 0.15)], [(1, 0, 0), (-1, 0, 0)], engine="graph")
-    hf.robustness(assembly, "vase", np.array([[0.07, 0, 0.15]]), [0, 0, -1], bound=True, engine=hf.Limit())
+    hf.robustness(assembly, "vase", np.array([[0.07, 0, 0.15]]), [0, 0, -1], bounds=True, engine=hf.Limit())
     hf.robustness(
         assembly, "vase", [0.07, 0, 0.15], (1, 0, 0), standing=[hf.Load("vase", (0.1, 0, 0.2), force=(0, 0, -1))]
     )
@@ -168,7 +168,9 @@ def orders_and_places() -> NDArray[np.float64]:
     assembly = hf.assemble(hf.shipped_scene("stack"))
     d = hf.disassembly_order(assembly, lift=(0, 0, 1), goal=["cube1"])
     print(d.order)
-    p = hf.plan_placement(assembly, hf.Body("mug", hf.Cylinder(0.03, 0.08), mass=0.2), engine="graph", seed=1)
+    p = hf.plan_placement(
+        assembly, hf.Body("mug", hf.Cylinder(0.03, 0.08), mass=0.2), search=hf.Search(seed=1), engine="graph"
+    )
     return np.eye(4) if p.pose is None else p.pose
 
 

@@ -24,7 +24,9 @@ QUESTIONS: dict[str, Callable[[Any], Any]] = {
     "sensitivity": lambda a: hf.sets.sensitivity(a, "cube", POINT, ALONG).force,
     "worst_case": lambda a: hf.sets.worst_case(a, "cube", POINT, ALONG, friction=0.1).force,
     "robustness_under": lambda a: (
-        hf.robustness_under(a, "cube", POINT, ALONG, samples=2, friction=0.2, engine="graph").force
+        hf.robustness_under(
+            a, "cube", POINT, ALONG, uncertain=hf.Uncertain(samples=2, mu_range=0.2), engine="graph"
+        ).force
     ),
     "admissible_wrenches": lambda a: hf.sets.admissible_wrenches(a, "cube", gap=0.5).vertices,
     "constraint": lambda a: hf.sets.constraint(a, "cube", budget=50).known,
@@ -34,11 +36,13 @@ QUESTIONS: dict[str, Callable[[Any], Any]] = {
     "disassembly_order": lambda a: hf.disassembly_order(a, engine="graph").order,
     "can_remove": lambda a: hf.can_remove(a, "cube", engine="graph").reason,
     "build_order": lambda a: hf.build_order(a, engine="graph", pushes=30).force,
-    "plan_placement": lambda a: hf.plan_placement(a, THING, engine="graph", attempts=2, confirm=None).pose,
+    "plan_placement": lambda a: (
+        hf.plan_placement(a, THING, search=hf.Search(solves=2, confirm=None), engine="graph").pose
+    ),
 }
 OPERANDS = {
     "assembly", "body", "bodies", "point", "points", "direction", "directions", "loads", "tilt", "count",
-    "accelerations", "limits", "scene",
+    "accelerations", "limits", "scene", "obj", "where", "approach", "search", "uncertain", "tilt_degrees",
 }  # fmt: skip
 
 

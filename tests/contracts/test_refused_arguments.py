@@ -41,12 +41,16 @@ TRUTHS: dict[str, Callable[[Any], object]] = {
     "Graph: isolated": lambda v: hf.Graph(isolated=v),
     "Strap: closed": lambda v: hf.Strap(AROUND, 1.0, closed=v),
     "assemble: allow_large": lambda v: hf.assemble(CUBE, allow_large=v),
-    "robustness: bound": lambda v: hf.robustness(CUBE, "cube", ON, ALONG, bound=v),
-    "load_factor: bound": lambda v: hf.load_factor(CUBE, [LOAD], bound=v),
-    "transport: bound": lambda v: hf.transport_limits(CUBE, ALONG, bound=v),
-    "carry: bound": lambda v: hf.carry(CUBE, [[0, 1, 0, 0]], bound=v),
-    "placement: turn": lambda v: hf.plan_placement(CUBE, NEW, engine="graph", attempts=1, turn=v),
-    "place_all: stack": lambda v: hf.place_all(CUBE, [NEW], engine="graph", budget=0.1, stack=v),
+    "robustness: bounds": lambda v: hf.robustness(CUBE, "cube", ON, ALONG, bounds=v),
+    "load_factor: bounds": lambda v: hf.load_factor(CUBE, [LOAD], bounds=v),
+    "transport: bounds": lambda v: hf.transport_limits(CUBE, ALONG, bounds=v),
+    "carry: bounds": lambda v: hf.carry(CUBE, [[0, 1, 0, 0]], bounds=v),
+    "placement: free_yaw": lambda v: hf.plan_placement(
+        CUBE, NEW, approach=hf.Approach(free_yaw=v), search=hf.Search(solves=1), engine="graph"
+    ),
+    "place_all: stack": lambda v: hf.place_all(
+        CUBE, [NEW], where=hf.Where(stack=v), search=hf.Search(seconds=0.1), engine="graph"
+    ),
     "from_trimesh: floor": lambda v: hf.from_trimesh(SOLID, friction=0.5, mass=1, fixed=["mesh"], floor=v),
 }
 READ = {
@@ -101,8 +105,8 @@ SENSELESS: dict[str, tuple[Callable[[], object], str]] = {
     "a load": (lambda: hf.Load(None, ON, ALONG), "load: body: is None; needs a non-empty text"),  # type: ignore[arg-type]
     "scale": (lambda: hf.Mesh(SOLID.vertices, SOLID.faces, scale=(1, 0, 1)), r"Mesh: scale: is \[1.0, 0.0, 1.0\]"),
     "no stiffness": (
-        lambda: hf.robustness_under(CUBE, "cube", ON, ALONG, samples=2, stiffness=()),  # type: ignore[arg-type]
-        r"stiffness: is \(\); needs a range",
+        lambda: hf.robustness_under(CUBE, "cube", ON, ALONG, uncertain=hf.Uncertain(samples=2, stiffness_range=())),  # type: ignore[arg-type]
+        r"stiffness_range: is \(\); needs a range",
     ),
     "mass of no number": (
         lambda: hf.from_trimesh(SOLID, friction=0.5, floor=True, mass=1, density="much"),  # type: ignore[arg-type]

@@ -31,7 +31,7 @@ def asked(request: pytest.FixtureRequest) -> tuple[hf.answers.Assembly, hf.answe
 
 def drawn(found: hf.answers.Constraint, count: int, seed: int = 7) -> np.ndarray:
     """Wrenches (n, 6) anywhere, of the sizes that the body can take along the axes."""
-    factors = np.minimum(np.asarray(found.value(np.eye(6))), found.bound)
+    factors = np.minimum(np.asarray(found.value(np.eye(6))), found.box)
     return np.random.default_rng(seed).normal(size=(count, 6)) * factors
 
 

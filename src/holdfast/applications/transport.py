@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.applications.inertia import inertial_loads, speed_within
+from holdfast.applications.inertia import speed_within
 from holdfast.assembly.assembly import FIXED, Assembly, body_forces
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import (
@@ -112,15 +112,11 @@ def transport_limits(
     assembly: Assembly | Scene,
     directions: ArrayLike | None = None,
     *,
-    tilt: ArrayLike | None = None,
-    angular_acceleration: ArrayLike | None = None,
-    angular_velocity: ArrayLike | None = None,
-    pivot: ArrayLike = (0.0, 0.0, 0.0),
-    jolt: float = 0.0,
+    tilt_degrees: ArrayLike | None = None,
     standing: Iterable[Load] = (),
     engine: EngineChoice = DEFAULT_ENGINE,
     bodies: Sequence[str] | None = None,
-    bound: bool = False,
+    bounds: bool = False,
     imperfect: Imperfect | None = None,
 ) -> TransportLimits:
     """Compute the largest acceleration of the carrier along each direction before anything moves on it.
@@ -143,19 +139,11 @@ def transport_limits(
         carried = carried.tilted(tilt)
     ways = carried.scene.horizontal_directions() if directions is None else _directions(directions)
     method = engine_of(engine)
-    lift = checked_number(jolt, "transport_limits: jolt", within=ACCELERATION) * carried.scene.up
-    turning = inertial_loads(
-        carried,
-        acceleration=lift,
-        angular_acceleration=angular_acceleration,
-        angular_velocity=angular_velocity,
-        pivot=pivot,
-    )
-    held = total_wrench(carried, standing) + total_wrench(carried, turning)
+    held = total_wrench(carried, standing)
     counted, note = _counted(carried, bodies)
     mass = np.where(counted, carried.mass, 0.0)
     W = np.column_stack([body_forces(-mass[:, None] * way) for way in ways])
-    found = asked(method, carried, W, held, bound=bound, imperfect=imperfect)
+    found = asked(method, carried, W, held, bounds=bounds, imperfect=imperfect)
     found = replace(found, notes=(*found.notes, *note))
     return TransportLimits(answers=found, assembly=carried, directions=ways)
 

@@ -75,7 +75,7 @@ def test_detected_interfaces(path: Path) -> None:
     ("name", "tolerances"),
     [
         ("jenga12", {}),
-        ("lack_table", {"gap": 1e-3, "angle": 3}),
+        ("lack_table", {"gap": 1e-3, "angle_degrees": 3}),
         ("masonry_wall", {}),
         ("masonry_crossvault", {}),
     ],
