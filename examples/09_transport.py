@@ -25,7 +25,7 @@ for name, a, mode, moving in zip(("ahead", "back"), t.acceleration, t.mode, t.mo
 around = hf.transport_limits(
     assembly,
     tilt_degrees=(5, 0, 0),
-    standing=hf.inertial_loads(
+    standing=hf.sets.inertial_loads(
         assembly, angular_velocity=(0, 0, 1.0), angular_acceleration=(0, 0, 0.5), pivot=(0, -0.5, 0)
     ),
     engine="limit",

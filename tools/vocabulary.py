@@ -36,7 +36,7 @@ ASKED_WITHIN = {  # what the parts of the library ask of each other
     *("Compliant", "Graph", "Limit", "Patch", "Assembly", "LiveView"),
     *("Interface.canonical", "Friction.among", "Friction.between", "Friction.check_names", "Scene.checked_names"),
     *("Scene.touching", "Body.only", "Body.placed", "Part.placed", "Compound.only", "HalfSpace.over", "Strap.check"),
-    *("Rating.facts", "Scene.mu"),
+    *("Rating.facts", "Scene.mu", "Mechanism.within"),
 }
 
 
@@ -70,8 +70,10 @@ def calls() -> Iterator[tuple[str, Callable[..., Any]]]:
     for module in (import_module(name) for name in MODULES if find_spec(name) is not None):
         for name in module.__all__:
             value = getattr(module, name)
-            if value in seen or (inspect.isclass(value) and issubclass(value, BaseException)):
+            if not callable(value) or value in seen or (inspect.isclass(value) and issubclass(value, BaseException)):
                 continue
+            if module.__name__.endswith(".plugins") and not inspect.isfunction(value):
+                continue  # what engines and readers are told and give
             seen.add(value)
             if not inspect.isclass(value):
                 yield name, value

@@ -98,7 +98,11 @@ def cell(name: str, make: Callable[[], PlacementScene], engine: str, count: int)
 def prepared_planner(scene: PlacementScene, engine: str) -> Planner:
     """A planner whose maps are made: that is done once, however many poses are tried."""
     asked = planner(
-        hf.assemble(scene.scene), scene.body, engine=ENGINES[engine], where=scene.where, approach=scene.approach
+        hf.assemble(scene.scene),
+        scene.body,
+        approach=scene.approach,
+        engine=ENGINES[engine],
+        where=scene.where,
     )
     assert asked.verdict.status is hf.Status.STABLE
     assert len(asked.support.points)

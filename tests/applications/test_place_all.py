@@ -27,7 +27,7 @@ THINGS = (
 
 @cache
 def laid() -> hf.answers.Placements:
-    return hf.place_all(TRAY, THINGS, engine="graph", budget=None)
+    return hf.place_all(TRAY, THINGS, search=hf.Search(solves=25), engine="graph")
 
 
 def states(p: hf.answers.Placements) -> list[hf.Scene]:

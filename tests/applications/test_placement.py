@@ -36,10 +36,10 @@ def placed(name: str, engine: str = "graph", seed: int = 0) -> hf.answers.Placem
     return hf.plan_placement(
         hf.assemble(scene.scene),
         scene.body,
+        approach=scene.approach,
         search=hf.Search(seed=seed),
         engine=engine,
         where=scene.where,
-        approach=scene.approach,
     )
 
 
@@ -193,10 +193,10 @@ def test_the_isolated_map_leads_astray(name: str) -> None:
         asked = planner(
             assembly,
             scene.body,
+            approach=scene.approach,
             search=hf.Search(confirm=None),
             engine=engine,
             where=scene.where,
-            approach=scene.approach,
         )
         support, rng = asked.support, np.random.default_rng(0)
         strongest = np.flatnonzero(support.force >= np.quantile(support.force, 0.9, method="lower"))
@@ -212,10 +212,10 @@ def test_too_large_an_object_gets_a_reason_and_the_nearest_try() -> None:
     p = hf.plan_placement(
         hf.assemble(scene.scene),
         thing((0.1, 0.1, 0.1)),
+        approach=scene.approach,
         search=hf.Search(solves=15),
         engine="graph",
         where=scene.where,
-        approach=scene.approach,
     )
     assert p.status is hf.Status.UNDECIDED
     assert p.pose is None
@@ -268,20 +268,22 @@ def test_an_unstable_scene_is_refused_with_the_verdict() -> None:
 @pytest.mark.parametrize(
     ("asked", "words"),
     [
-        ({"region": (1, 2)}, "low and high corner"),
-        ({"region": ((1, 1), (0, 2))}, "low < high"),
-        ({"budget": 0}, "budget"),
-        ({"candidates": 0}, "candidates"),
-        ({"attempts": 1.5}, "whole number"),
-        ({"supports": "cube"}, "list of names"),
-        ({"supports": ["cub"]}, "did you mean 'cube'"),
-        ({"avoid": ["nothing"]}, "nothing"),
-        ({"least_supports": 3}, "no more than there are"),
-        ({"orientations": np.eye(3) * 2}, "not rigid"),
-        ({"approach": (0, 0, 0)}, "is zero"),
-        ({"spacing": -1}, "spacing"),
-        ({"engine": "magic"}, "known"),
-        ({"weights": hf.sets.Weights}, "Weights"),
+        (lambda: {"where": hf.Where(box=(1, 2))}, "low and high corner"),
+        (lambda: {"where": hf.Where(box=((1, 1), (0, 2)))}, "low < high"),
+        (lambda: {"search": hf.Search(seconds=0)}, "seconds"),
+        (lambda: {"search": hf.Search(candidates=0)}, "candidates"),
+        (lambda: {"search": hf.Search(solves=1.5)}, "whole number"),
+        (lambda: {"where": hf.Where(supports="cube")}, "list of names"),
+        (lambda: {"where": hf.Where(supports=["cub"])}, "did you mean 'cube'"),
+        (lambda: {"where": hf.Where(avoid=["nothing"])}, "nothing"),
+        (lambda: {"where": hf.Where(least_supports=3)}, "no more than there are"),
+        (lambda: {"where": hf.Where(apart=0.01)}, "ask place_all"),
+        (lambda: {"approach": hf.Approach(orientations=np.eye(3) * 2)}, "not rigid"),
+        (lambda: {"approach": hf.Approach(direction=(0, 0, 0))}, "is zero"),
+        (lambda: {"approach": (0, 0, -1)}, r"needs holdfast\.Approach"),
+        (lambda: {"search": hf.Search(spacing=-1)}, "spacing"),
+        (lambda: {"search": hf.Search(weights=hf.sets.Weights)}, "Weights"),
+        (lambda: {"engine": "magic"}, "known"),
     ],
 )
 def test_bad_options_say_what_is_wrong(asked, words: str) -> None:

@@ -87,7 +87,7 @@ def test_a_cut_strap_leaves_what_was_there() -> None:
 
 
 def hooked(stiffness: float = 1e5) -> tuple[hf.answers.Assembly, hf.Strap]:
-    strap = hf.Strap([("floor", (1.2, 0, 0)), ("box", (SIDE / 2, 0, 0.05))], PULL, stiffness=stiffness)
+    strap = hf.Strap([("floor", (1.2, 0, 0)), ("box", (SIDE / 2, 0, 0.05))], PULL, spring=stiffness)
     return load(), strap
 
 
@@ -168,13 +168,13 @@ def test_wrong_straps_are_told() -> None:
     with pytest.raises(hf.errors.SceneError, match="needs 2"):
         hf.Strap([("floor", (0, 0, 0))], 1.0)
     with pytest.raises(hf.errors.SceneError, match="closed"):
-        hf.Strap([("box", X), ("box", Y), ("box", Z)], 1.0, closed=True, friction=0.1)
+        hf.Strap([("box", X), ("box", Y), ("box", Z)], 1.0, closed=True, mu=0.1)
     with pytest.raises(hf.errors.SceneError, match="pretension"):
         hf.Strap([("floor", X), ("box", Y)], -1.0)
     with pytest.raises(hf.errors.SceneError, match="no stiffness"):
         hf.Strap.tied(assembly, [hf.Strap([("floor", (1.2, 0, 0)), ("box", (h, 0, 0.05))], 1.0)], bedding=1e7)
     with pytest.raises(hf.errors.SceneError, match="4 points"):
-        hf.Strap.tied(assembly, [hf.Strap(_path(over()), 1.0, stiffness=1.0)], bedding=1e7)
+        hf.Strap.tied(assembly, [hf.Strap(_path(over()), 1.0, spring=1.0)], bedding=1e7)
 
 
 def test_straps_from_files(tmp_path: Path) -> None:

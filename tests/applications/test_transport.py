@@ -30,8 +30,17 @@ def shipped(name: str) -> hf.answers.Assembly:
     return hf.assemble(shipped_scene(name))
 
 
+def turned(
+    assembly: hf.answers.Assembly, directions: Any, motion: dict[str, Any], **options: Any
+) -> hf.answers.TransportLimits:
+    """The limits on a carrier that also moves as ``inertial_loads`` is told."""
+    return hf.transport_limits(assembly, directions, standing=hf.sets.inertial_loads(assembly, **motion), **options)
+
+
 def limits(assembly: hf.answers.Assembly, *directions: np.ndarray, **options: Any) -> np.ndarray:
-    return hf.transport_limits(assembly, np.array(directions), **options).acceleration
+    names = ("angular_velocity", "angular_acceleration", "pivot")
+    motion = {name: options.pop(name) for name in names if name in options}
+    return turned(assembly, np.array(directions), motion, **options).acceleration
 
 
 # ---- linear acceleration
@@ -147,7 +156,7 @@ def test_a_tilt_is_a_rotation_vector_in_degrees() -> None:
 def test_the_default_directions_of_a_tilted_tray_are_level() -> None:
     tilt = np.array((12, -6, 24))
     turn = Rotation.from_rotvec(np.radians(tilt)).as_matrix()
-    ways = hf.transport_limits(carried(), tilt=tilt, engine="graph").directions
+    ways = hf.transport_limits(carried(), tilt_degrees=tilt, engine="graph").directions
     assert (ways @ turn.T)[:, 2] == pytest.approx(0, abs=1e-12)
 
 
@@ -257,7 +266,7 @@ def test_the_set_and_the_limits_agree_on_a_tilted_turning_tray() -> None:
     found = hf.sets.sustainable_accelerations(
         assembly.tilted(tilt), standing=hf.sets.inertial_loads(assembly, **turning)
     )
-    t = hf.transport_limits(assembly, tilt=tilt, engine="limit", **turning)
+    t = turned(assembly, None, turning, tilt_degrees=tilt, engine="limit")
     reach = 1 / found.usage(t.directions)
     assert (reach <= t.acceleration * (1 + 1e-6)).all()
     assert (reach >= t.acceleration * (1 - found.accuracy) - 1e-6).all()
@@ -293,7 +302,7 @@ def test_what_falls_is_carried_nowhere() -> None:
 
 
 def test_bounds() -> None:
-    t = hf.transport_limits(shipped("table"), bound=True)
+    t = hf.transport_limits(shipped("table"), bounds=True)
     assert t.claim is hf.answers.Claim.HOLDS
     assert (t.lower <= t.acceleration).all()
     assert (t.acceleration <= t.upper * (1 + 1e-4)).all()
@@ -325,7 +334,7 @@ def test_a_path_is_slowed_down_to_what_the_box_bears() -> None:
     """Accelerations grow with the square of the speed; a box that slips bears mu g in every level direction."""
     angle = np.linspace(0, 6, 40)
     path = 9.0 * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
-    found = hf.sets.sustainable_accelerations(carried(), gap=0.01)
+    found = hf.sets.sustainable_accelerations(carried(), accuracy=0.01)
     s = hf.sets.safe_time_scale(path, found)
     assert np.sqrt(MU * G / 9 * 0.99) <= s <= np.sqrt(MU * G / 9)
     assert set(found.contains(s**2 * path)) == {True}
@@ -341,7 +350,7 @@ def test_limits_along_the_path_itself_will_do() -> None:
     t = hf.transport_limits(carried(), moving)
     assert hf.sets.safe_time_scale(path, t) == pytest.approx(np.sqrt(t.lower[1] / 9))
     assert np.sqrt(MU * G / 9) * 0.995 < hf.sets.safe_time_scale(path, t) < np.sqrt(MU * G / 9)
-    fallen = hf.transport_limits(carried(), moving, tilt=(60, 0, 0))
+    fallen = hf.transport_limits(carried(), moving, tilt_degrees=(60, 0, 0))
     assert hf.sets.safe_time_scale(path, fallen) == 0
     with pytest.raises(hf.HoldfastError, match="along other directions"):
         hf.sets.safe_time_scale(-path, t)

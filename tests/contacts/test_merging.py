@@ -203,7 +203,7 @@ def wavy(levels: int, pose: np.ndarray | None = None) -> hf.Scene:
 
 
 def found(scene: hf.Scene) -> hf.answers.Interface:
-    (interface,) = hf.assemble(scene, gap=2e-4, angle=3).interfaces
+    (interface,) = hf.assemble(scene, gap=2e-4, angle_degrees=3).interfaces
     return interface
 
 

@@ -63,7 +63,7 @@ def test_a_millimetre_too_far_or_too_near(name: str, amount: float, moved: bool)
     case = case.placed(motion(3)) if moved else case
     with warnings.catch_warnings():
         warnings.simplefilter("error", hf.errors.HoldfastWarning)
-        assembly = hf.assemble(case.displaced(amount).scene(), gap=1.5e-3, angle=1)
+        assembly = hf.assemble(case.displaced(amount).scene(), gap=1.5e-3, angle_degrees=1)
     none_missed(assembly, case, 0.08)
 
 

@@ -87,13 +87,17 @@ ASK: dict[str, Callable[[], Any]] = {
     **{f"map, {e}": lambda e=e: hf.robustness_map(cube(), spacing=0.04, engine=e) for e in ENGINES},
     "map, unstable": lambda: hf.robustness_map(hanging(), spacing=0.05, engine="limit"),
     "map, interpolated": lambda: hf.robustness_map(cube(), spacing=0.012),
-    "samples": lambda: hf.robustness_under(cube(), "cube", *PUSHES, friction=0.2, samples=3, seed=1, engine="limit"),
+    "samples": lambda: hf.robustness_under(
+        cube(), "cube", *PUSHES, uncertain=hf.Uncertain(mu_range=0.2, samples=3, seed=1), engine="limit"
+    ),
     "sensitivity": lambda: hf.sets.sensitivity(cube(), "cube", SIDE, X),
-    "worst case": lambda: hf.sets.worst_case(cube(), "cube", *PUSHES, friction=0.1, mass=0.1),
-    "worst case, centres": lambda: hf.sets.worst_case(cube(), "cube", *PUSHES, mass=0.1, com={"cube": (0.01, 0, 0)}),
-    "accelerations": lambda: hf.sets.sustainable_accelerations(cube(), gap=0.2),
-    "constraint": lambda: hf.sets.constraint(cube(), "cube", budget=50),
-    "transport": lambda: hf.transport_limits(cube(), [X, (0, 0, 1)], bound=True),
+    "worst case": lambda: hf.sets.worst_case(cube(), "cube", *PUSHES, mu_range=0.1, mass_range=0.1),
+    "worst case, centres": lambda: hf.sets.worst_case(
+        cube(), "cube", *PUSHES, mass_range=0.1, com_range={"cube": (0.01, 0, 0)}
+    ),
+    "accelerations": lambda: hf.sets.sustainable_accelerations(cube(), accuracy=0.2),
+    "constraint": lambda: hf.sets.constraint(cube(), "cube", solves=50),
+    "transport": lambda: hf.transport_limits(cube(), [X, (0, 0, 1)], bounds=True),
     "transport, unstable": lambda: hf.transport_limits(hanging(), [X], engine="limit"),
     "carried": lambda: hf.carry(cube(), "road", bounds=True),
     "carried, unstable": lambda: hf.carry(hanging(), "eumos40509_0.5g", engine="limit"),

@@ -46,8 +46,11 @@ def pushed(assembly: hf.answers.Assembly, **changes: Any) -> hf.answers.Robustne
 
 
 def under(assembly: hf.answers.Assembly, **changes: Any) -> hf.answers.RobustnessUnder:
-    usual = {"friction": 0.1, "samples": 2, "engine": "limit"}
-    return hf.robustness_under(assembly, "cube", ON, DOWN, **usual | changes)
+    names = {field.name for field in dataclasses.fields(hf.Uncertain)}
+    given: dict[str, Any] = {"mu_range": 0.1, "samples": 2, "engine": "limit"} | changes
+    uncertain = hf.Uncertain(**{name: value for name, value in given.items() if name in names})
+    others = {name: value for name, value in given.items() if name not in names}
+    return hf.robustness_under(assembly, "cube", ON, DOWN, uncertain, **others)
 
 
 def placed(assembly: hf.answers.Assembly, **changes: Any) -> hf.answers.Placement:
@@ -62,7 +65,7 @@ def small(value: Any) -> Any:
 
 @cache
 def constrained() -> hf.answers.Constraint:
-    return hf.sets.constraint(SCENE, "cube", budget=20)
+    return hf.sets.constraint(SCENE, "cube", solves=20)
 
 
 @cache
@@ -211,21 +214,21 @@ ASKING: dict[str, Callable[[hf.answers.Assembly, Any], object]] = {
     "under: flatness": lambda a, v: under(a, flatness=v, bed=1e9, engine="compliant"),
     "under: samples": lambda a, v: under(a, samples=v),
     "under: seed": lambda a, v: under(a, seed=v),
-    "worst_case: friction": lambda a, v: hf.sets.worst_case(a, "cube", ON, DOWN, friction=v),
-    "worst_case: mass": lambda a, v: hf.sets.worst_case(a, "cube", ON, DOWN, mass=v),
+    "worst_case: friction": lambda a, v: hf.sets.worst_case(a, "cube", ON, DOWN, mu_range=v),
+    "worst_case: mass": lambda a, v: hf.sets.worst_case(a, "cube", ON, DOWN, mass_range=v),
     "worst_case: standing": lambda a, v: hf.sets.worst_case(a, "cube", ON, DOWN, standing=v),
-    "worst_case: com": lambda a, v: hf.sets.worst_case(a, "cube", ON, DOWN, com=v),
+    "worst_case: com": lambda a, v: hf.sets.worst_case(a, "cube", ON, DOWN, com_range=v),
     "sensitivity: point": lambda a, v: hf.sets.sensitivity(a, "cube", v, DOWN),
     "sensitivity: direction": lambda a, v: hf.sets.sensitivity(a, "cube", ON, v),
-    "accelerations: bound": lambda a, v: hf.sets.sustainable_accelerations(a, bound=v),
-    "accelerations: gap": lambda a, v: hf.sets.sustainable_accelerations(a, gap=v),
-    "wrenches: bound": lambda a, v: hf.sets.admissible_wrenches(a, "cube", bound=v),
-    "wrenches: budget": lambda a, v: hf.sets.admissible_wrenches(a, "cube", budget=small(v)),
-    "constraint: body": lambda a, v: hf.sets.constraint(a, v, budget=20),
-    "constraint: gap": lambda a, v: hf.sets.constraint(a, "cube", gap=v, budget=20),
-    "constraint: near": lambda a, v: hf.sets.constraint(a, "cube", near=v, budget=20),
-    "constraint: bound": lambda a, v: hf.sets.constraint(a, "cube", bound=v, budget=20),
-    "constraint: budget": lambda a, v: hf.sets.constraint(a, "cube", budget=small(v)),
+    "accelerations: bound": lambda a, v: hf.sets.sustainable_accelerations(a, box=v),
+    "accelerations: gap": lambda a, v: hf.sets.sustainable_accelerations(a, accuracy=v),
+    "wrenches: bound": lambda a, v: hf.sets.admissible_wrenches(a, "cube", box=v),
+    "wrenches: budget": lambda a, v: hf.sets.admissible_wrenches(a, "cube", solves=small(v)),
+    "constraint: body": lambda a, v: hf.sets.constraint(a, v, solves=20),
+    "constraint: gap": lambda a, v: hf.sets.constraint(a, "cube", accuracy=v, solves=20),
+    "constraint: near": lambda a, v: hf.sets.constraint(a, "cube", near=v, solves=20),
+    "constraint: box": lambda a, v: hf.sets.constraint(a, "cube", box=v, solves=20),
+    "constraint: solves": lambda a, v: hf.sets.constraint(a, "cube", solves=small(v)),
     "constraint: value": lambda a, v: constrained().value(v),
     "constraint: points": lambda a, v: constrained().wrenches(v, DOWN),
     "can_remove: body": lambda a, v: hf.can_remove(a, v, engine="limit"),
@@ -235,8 +238,8 @@ ASKING: dict[str, Callable[[hf.answers.Assembly, Any], object]] = {
     "build_order: solves": lambda a, v: hf.build_order(a, pushes=0, solves=v, engine="limit"),
     "safe_pushes: force": lambda a, v: hf.safe_pushes(a, "cube", v, spacing=0.1),
     "safe_pushes: directions": lambda a, v: hf.safe_pushes(a, "cube", 1.0, directions=v, spacing=0.1),
-    "safe_pushes: tool": lambda a, v: hf.safe_pushes(a, "cube", 1.0, tool=hf.Tool(radius=v), spacing=0.1),
-    "safe_pushes: travel": lambda a, v: hf.safe_pushes(a, "cube", 9.0, tool=hf.Tool(travel=v), spacing=0.1),
+    "safe_pushes: tool": lambda a, v: hf.safe_pushes(a, "cube", 1.0, tool=hf.sets.Tool(radius=v), spacing=0.1),
+    "safe_pushes: travel": lambda a, v: hf.safe_pushes(a, "cube", 9.0, tool=hf.sets.Tool(travel=v), spacing=0.1),
     "safe_pushes: doubt": lambda a, v: hf.safe_pushes(a, "cube", 1.0, doubt=v, spacing=0.1),
     "placement: body": hf.plan_placement,
     "placement: box": lambda a, v: placed(a, box=v),
@@ -258,10 +261,10 @@ ASKING: dict[str, Callable[[hf.answers.Assembly, Any], object]] = {
     "settle: known": lambda _, v: hf.settle(SCENE, known=v),
     "settle: pose_sigma": lambda _, v: hf.settle(SCENE, pose_sigma=v),
     "settle: upright": lambda _, v: hf.settle(SCENE, upright=v),
-    "batch: ask": lambda _, v: hf.batch([SCENE], v, resources=hf.Resources(shard="none"), out="never"),
-    "batch: options": lambda _, v: hf.batch([SCENE], resources=hf.Resources(shard="none"), out="never", options=v),
-    "batch: retry": lambda _, v: hf.batch([SCENE], resources=hf.Resources(shard="none"), out="never", retry=v),
-    "batch: scenes": lambda _, v: hf.batch(v, resources=hf.Resources(shard="none"), out="never"),
+    "batch: ask": lambda _, v: hf.batch([SCENE], v, resources=hf.sets.Resources(shard="none"), out="never"),
+    "batch: options": lambda _, v: hf.batch([SCENE], resources=hf.sets.Resources(shard="none"), out="never", options=v),
+    "batch: retry": lambda _, v: hf.batch([SCENE], resources=hf.sets.Resources(shard="none"), out="never", retry=v),
+    "batch: scenes": lambda _, v: hf.batch(v, resources=hf.sets.Resources(shard="none"), out="never"),
     "placement: avoid": lambda a, v: placed(a, avoid=v),
 }
 

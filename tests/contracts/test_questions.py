@@ -22,15 +22,15 @@ QUESTIONS: dict[str, Callable[[Any], Any]] = {
     "load_factor": lambda a: hf.load_factor(a, [PUSH], engine="graph").factor,
     "robustness_map": lambda a: hf.robustness_map(a, spacing=0.05, engine="graph").force,
     "sensitivity": lambda a: hf.sets.sensitivity(a, "cube", POINT, ALONG).force,
-    "worst_case": lambda a: hf.sets.worst_case(a, "cube", POINT, ALONG, friction=0.1).force,
+    "worst_case": lambda a: hf.sets.worst_case(a, "cube", POINT, ALONG, mu_range=0.1).force,
     "robustness_under": lambda a: (
         hf.robustness_under(
             a, "cube", POINT, ALONG, uncertain=hf.Uncertain(samples=2, mu_range=0.2), engine="graph"
         ).force
     ),
-    "admissible_wrenches": lambda a: hf.sets.admissible_wrenches(a, "cube", gap=0.5).vertices,
-    "constraint": lambda a: hf.sets.constraint(a, "cube", budget=50).known,
-    "sustainable_accelerations": lambda a: hf.sets.sustainable_accelerations(a, gap=0.2).vertices,
+    "admissible_wrenches": lambda a: hf.sets.admissible_wrenches(a, "cube", accuracy=0.5).vertices,
+    "constraint": lambda a: hf.sets.constraint(a, "cube", solves=50).known,
+    "sustainable_accelerations": lambda a: hf.sets.sustainable_accelerations(a, accuracy=0.2).vertices,
     "transport_limits": lambda a: hf.transport_limits(a, ALONG, engine="graph").acceleration,
     "inertial_loads": lambda a: hf.sets.inertial_loads(a, acceleration=(1, 0, 0))[0].force,
     "disassembly_order": lambda a: hf.disassembly_order(a, engine="graph").order,

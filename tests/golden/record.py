@@ -293,7 +293,7 @@ def transport_topic() -> Plain:
             )
     stack = assembled("stack")
     path = [[1.0, 0.5, 0.0], [0.0, -2.0, 0.3], [0.5, 0.0, -1.0]]
-    limits = hf.transport_limits(stack, path, bound=True)
+    limits = hf.transport_limits(stack, path, bounds=True)
     result["stack: along a path"] = told(limits) | {"speed": plain(hf.sets.safe_time_scale(path, limits, margin=0.1))}
     return result
 
@@ -304,7 +304,7 @@ def sets_topic() -> Plain:
     result: dict[str, Plain] = {}
 
     def told(found: hf.answers.ConvexSet, reach: np.ndarray) -> Plain:
-        ways = rng.standard_normal((40, len(found.bound)))
+        ways = rng.standard_normal((40, len(found.box)))
         points = ways / np.linalg.norm(ways, axis=1)[:, None] * reach
         names = ("claim", "accuracy", "accuracy_wanted", "solves", "box", "units", "frame", "notes")
         counts = {"facets": len(found.inner[1]), "cuts": len(found.outer[1]), "corners": len(found.vertices)}
@@ -316,11 +316,11 @@ def sets_topic() -> Plain:
 
     for scene in ("cube", "table", "cantilever"):
         assembly = assembled(scene)
-        found = hf.sets.sustainable_accelerations(assembly, gap=0.05)
+        found = hf.sets.sustainable_accelerations(assembly, accuracy=0.05)
         result[f"{scene}: accelerations"] = told(found, np.full(3, 3.0))
     cube = assembled("cube")
     reach = 0.3 * cube.weight * np.repeat([1.0, 0.2 * cube.size], 3)
-    result["cube: wrenches"] = told(hf.sets.admissible_wrenches(cube, "cube", gap=0.3), reach)
+    result["cube: wrenches"] = told(hf.sets.admissible_wrenches(cube, "cube", accuracy=0.3), reach)
     return result
 
 
@@ -340,7 +340,7 @@ def uncertainty_topic() -> Plain:
         mass = {body: (0.9 * assembly.scene.body(body).mass, 1.1 * assembly.scene.body(body).mass)}
         result[f"{scene}: worst case"] = asked(
             lambda a=assembly, b=body, p=points, e=ways, m=mass: fields(
-                hf.sets.worst_case(a, b, p, e, friction=0.1, mass=m, com={b: (0.003, 0.002, 0.0)}), *worst
+                hf.sets.worst_case(a, b, p, e, mu_range=0.1, mass_range=m, com_range={b: (0.003, 0.002, 0.0)}), *worst
             )
         )
         for engine in ENGINES:

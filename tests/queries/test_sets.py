@@ -108,7 +108,7 @@ def test_standing_loads_move_the_set(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_set_without_end_stops_at_the_box_and_says_so() -> None:
-    found = sustainable_accelerations(assembly_of("wedged"), bound=20)
+    found = sustainable_accelerations(assembly_of("wedged"), box=20)
     assert found.claim is hf.answers.Claim.EXISTS
     assert found.contains([19.9, -19.9, 19.9]) is True
     assert found.contains([21, 0, 0]) is None, "nothing was proved beyond the box"
@@ -153,9 +153,9 @@ def test_what_has_no_set_raises() -> None:
     with pytest.raises(hf.HoldfastError, match="use engine='limit'"):
         sustainable_accelerations(assembly_of("cube"), engine="graph")
     with pytest.raises(hf.errors.SceneError, match="needs positive numbers"):
-        admissible_wrenches(assembly_of("cube"), "cube", bound=(1, 0))
-    with pytest.raises(hf.errors.SceneError, match="gap"):
-        sustainable_accelerations(assembly_of("cube"), gap=0)
+        admissible_wrenches(assembly_of("cube"), "cube", box=(1, 0))
+    with pytest.raises(hf.errors.SceneError, match="accuracy"):
+        sustainable_accelerations(assembly_of("cube"), accuracy=0)
     icy = hf.assemble(hf.Scene(cube().bodies, 0.0))
     with pytest.raises(hf.HoldfastError, match=r"0 is not inside the set: .*along \(1, 0, 0\)"):
         sustainable_accelerations(icy)

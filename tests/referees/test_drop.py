@@ -59,7 +59,11 @@ def test_poses_that_the_planner_returns_stay(name: str) -> None:
     pytest.importorskip("mujoco", reason="the drop test needs MuJoCo: pip install -e '.[bench]'")
     scene = {**TABLE_II, **TABLE_III}[name]()
     asked = planner(
-        hf.assemble(scene.scene), scene.body, engine="compliant", where=scene.where, approach=scene.approach
+        hf.assemble(scene.scene),
+        scene.body,
+        approach=scene.approach,
+        engine="compliant",
+        where=scene.where,
     )
     for seed in range(2):
         _, after = asked.search(seed=seed).found[0]

@@ -120,7 +120,7 @@ class Strap(Value):
     def from_file(cls, path: str | os.PathLike[str]) -> tuple[Strap, ...]:
         """Read straps from a .yaml or .json file: a list with the arguments of ``Strap`` by name.
 
-        Each ``path`` is a list of [body, x, y, z] with places in metres, world frame. Raises SceneError for anything
+        Each ``route`` is a list of [body, x, y, z] with places in metres, world frame. Raises SceneError for anything
         else.
         """
         straps = []
@@ -192,11 +192,11 @@ class Strap(Value):
         its ends move apart and nothing where they come nearer. It is a contact without friction between the two bodies,
         whose normal is along the strap, so its force is never negative: it pulls and never pushes. It has no end:
         compare what it bears (``stability(...).forces``) with what the strap does. For engine ``limit`` it is as stiff
-        as all else; for engine ``compliant`` its ``stiffness`` [N/m] counts relative to the ``bedding`` [N/m³], the
+        as all else; for engine ``compliant`` its ``spring`` [N/m] counts relative to the ``bedding`` [N/m³], the
         stiffness of contacts per area. Only straps between two points become bands; one that is led over bodies has
         pretension only.
 
-        An edit of the assembly may drop the bands: tie it last. Raises SceneError for a strap without ``stiffness``,
+        An edit of the assembly may drop the bands: tie it last. Raises SceneError for a strap without ``spring``,
         one with more than two points, or one within one body or between fixed bodies.
         """
         given = checked_assembly(assembly)
@@ -208,10 +208,10 @@ class Strap(Value):
                     message("tied: straps", f"hold a {type(strap).__name__}", "needs holdfast.Strap objects")
                 )
             strap.check(given)
-            bodies, stiff = strap.bodies, strap.stiffness
+            bodies, stiff = strap.bodies, strap.spring
             if len(strap.points) != 2 or stiff is None:
-                problem = "has no stiffness" if stiff is None else f"has {len(strap.points)} points"
-                raise SceneError(message("tied: strap", problem, "needs two points and a stiffness [N/m]"))
+                problem = "has no spring" if stiff is None else f"has {len(strap.points)} points"
+                raise SceneError(message("tied: strap", problem, "needs two points and a spring [N/m]"))
             if bodies[0] == bodies[1] or all(given.scene.body(name).fixed for name in bodies):
                 raise SceneError(
                     message("tied: strap", f"joins {quoted(bodies)}", "needs two bodies, one of them movable")

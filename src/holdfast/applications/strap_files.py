@@ -49,5 +49,5 @@ def _entry(entry: Any) -> dict[str, Any]:  # noqa: ANN401 - plain data, checked 
         raise SceneError(message("strap: route", f"is {quoted(points, 80)}", FORM))
     if not isinstance(entry.get("closed", False), bool):
         raise SceneError(message("strap: closed", f"is {quoted(entry['closed'])}", "needs true or false"))
-    given = {name: value for name, value in entry.items() if name != "path" and value is not None}
-    return {"path": [(str(body), place) for body, *place in points], **given}
+    given = {name: value for name, value in entry.items() if name != "route" and value is not None}
+    return {"route": [(str(body), place) for body, *place in points], **given}

@@ -70,7 +70,7 @@ def batch(
     asked = question(ask, options)
     means = Resources() if resources is None else resources
     if not isinstance(means, Resources):
-        raise HoldfastError(message("batch: resources", f"is {quoted(means)}", "needs holdfast.Resources(...)"))
+        raise HoldfastError(message("batch: resources", f"is {quoted(means)}", "needs holdfast.sets.Resources(...)"))
     limits = Limits(checked_number(seconds, "batch: seconds", above=0), means.megabytes)
     count = cores() if workers is None else checked_whole(workers, "batch: workers", 1, MOST_WORKERS)
     again = _outcomes(retry)

@@ -45,8 +45,8 @@ def carry(
     with progress():
         assembly = scene.assembled()
     up = assembly.scene.up  # the vehicle's own, however it is tilted
-    if tilt is not None:
-        assembly = assembly.tilted(tilt)
+    if tilt_degrees is not None:
+        assembly = assembly.tilted(tilt_degrees)
     if profile in STANDARDS:
         motion = Profile.named(profile, heading=heading, up=up)
     else:

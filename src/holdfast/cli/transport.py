@@ -60,8 +60,8 @@ def transport(
     methods = [engine_with(engine, nodes=nodes), *(engine_with(name) for name in compare or ())]
     with progress():
         assembly = scene.assembled()
-    if tilt is not None:
-        assembly = assembly.tilted(tilt)
+    if tilt_degrees is not None:
+        assembly = assembly.tilted(tilt_degrees)
     loads = inertial_loads(
         assembly,
         acceleration=jolt * assembly.scene.up,
@@ -70,7 +70,7 @@ def transport(
         pivot=pivot,
     )
     loads += strap_loads(straps, assembly)
-    ways = assembly.scene.horizontal_directions(directions)
+    ways = assembly.scene.horizontal_directions(count)
     written = []
     ask = partial(transport_limits, assembly, ways, standing=loads, bodies=bodies)
     with progress():

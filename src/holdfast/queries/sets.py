@@ -85,23 +85,23 @@ class ConvexSet(PublicValue):
     frame: str
     notes: tuple[str, ...]
 
-    def contains(self, x: Any) -> bool | Objects | None:  # noqa: ANN401 - (d,) or (n, d) numbers, checked
-        """Tell whether ``x`` is certainly in the set (True), certainly outside (False), or neither (None).
+    def contains(self, coordinates: Any) -> bool | Objects | None:  # noqa: ANN401 - (d,) or (n, d) numbers, checked
+        """Tell whether ``coordinates`` are certainly in the set (True), certainly outside (False), or neither (None).
 
-        None means that ``x`` lies between the two polyhedra or beyond the box. ``x`` is (d,), or (n, d) for an object
+        None means that they lie between the two polyhedra or beyond the box. They are (d,), or (n, d) for an object
         array (n,) of answers.
         """
-        points, single = checked_rows(x, len(self.box), "contains: x")
+        points, single = checked_rows(coordinates, len(self.box), "contains: coordinates")
         inside, possible = _satisfied(self.inner, points), _satisfied(self.outer, points)
         answers = [True if yes else None if maybe else False for yes, maybe in zip(inside, possible, strict=True)]
         return answers[0] if single else objects(answers)
 
-    def usage(self, x: Any) -> float | Float:  # noqa: ANN401 - (d,) or (n, d) numbers, checked
-        """Return the share of the reach of ``inner`` from the origin that ``x`` uses: max(A x / b), at least 0.
+    def usage(self, coordinates: Any) -> float | Float:  # noqa: ANN401 - (d,) or (n, d) numbers, checked
+        """Return the share of the reach of ``inner`` from the origin that ``coordinates`` use: max(A x / b), at least 0.
 
-        If the share is at most 1, ``x`` is certainly in the set. ``x`` is (d,), or (n, d) for an array (n,) of shares.
+        If the share is at most 1, they are certainly in the set. They are (d,), or (n, d) for an array (n,) of shares.
         """
-        points, single = checked_rows(x, len(self.box), "usage: x")
+        points, single = checked_rows(coordinates, len(self.box), "usage: coordinates")
         A, b = self.inner
         used = np.maximum(largest_row(A / b[:, None], points), 0.0)
         return float(used[0]) if single else used

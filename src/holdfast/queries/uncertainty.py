@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from holdfast.assembly.assembly import FIXED, Assembly, checked_pose_sigma
 from holdfast.base.archive import archived, to_dict
-from holdfast.base.arrays import Bool, Float, Int, Objects, checked, checked_number, checked_whole, frozen, objects
+from holdfast.base.arrays import Bool, Float, Int, Objects, checked, checked_number, frozen, objects
 from holdfast.base.errors import HoldfastError, HoldfastWarning, message
 from holdfast.base.kinds import check_kinds, shaped
 from holdfast.base.progress import report

@@ -49,7 +49,7 @@ def carry(
 
     ``profile`` is a Profile, a table (n, 4), (n, 7) or (n, 10) (see ``Profile.from_table``), the path of a CSV file, or
     the name of a standard one (``Profile.standards()``), for a vehicle that drives along the x axis of the scene.
-    The ``standing`` loads, such as those of straps, act throughout and are not multiplied. ``bound`` and ``imperfect``
+    The ``standing`` loads, such as those of straps, act throughout and are not multiplied. ``bounds`` and ``imperfect``
     have the same meaning as in ``robustness``.
 
     Every time is judged on its own, from rest, by the inertial loads at that time (``inertia.py``) and gravity as the

@@ -152,7 +152,9 @@ class Search(Value):
         set_(self, "candidates", checked_whole(self.candidates, "Search: candidates", 1, MANY))
         set_(self, "spacing", checked_number(self.spacing, "Search: spacing", above=0, within=LENGTH))
         if not isinstance(self.weights, Weights):
-            raise SceneError(message("Search: weights", f"is {quoted(self.weights)}", "needs holdfast.Weights(...)"))
+            raise SceneError(
+                message("Search: weights", f"is {quoted(self.weights)}", "needs holdfast.sets.Weights(...)")
+            )
         set_(self, "mass_margin", checked_number(self.mass_margin, "Search: mass_margin", minimum=0, within=SCALE))
 
     @property

@@ -86,10 +86,10 @@ def planner(
 ) -> Planner:
     """Return a planner that can be asked with many seeds; the arguments are those of ``plan_placement``."""
     assembly = checked_assembly(assembly)
-    where = "plan_placement"
-    _check_object(assembly, body)
-    if weights is not None and not isinstance(weights, Weights):
-        raise SceneError(message(f"{where}: weights", f"is {quoted(weights)}", "needs holdfast.sets.Weights(...)"))
+    place = checked_value(where, Where, f"{NAME}: where")
+    way = checked_value(approach, Approach, f"{NAME}: approach")
+    how = checked_value(search, Search, f"{NAME}: search")
+    _check_object(assembly, obj)
     method = engine_of(engine)
     second = None if how.confirm is None else engine_of(how.confirm)
     up = assembly.scene.up

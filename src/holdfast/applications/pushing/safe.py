@@ -74,7 +74,7 @@ def safe_pushes(
     most = checked_number(force, f"{where}: force", above=0, within=FORCE)
     rod = Tool() if tool is None else tool
     if not isinstance(rod, Tool):
-        raise SceneError(message(f"{where}: tool", f"is {quoted(tool)}", "needs holdfast.Tool(...)"))
+        raise SceneError(message(f"{where}: tool", f"is {quoted(tool)}", "needs holdfast.sets.Tool(...)"))
     share = checked_number(doubt, f"{where}: doubt", minimum=0, below=1)
     method = engine_of(engine)
     if method.claim is not Claim.HOLDS:
