@@ -171,7 +171,7 @@ def test_wrong_straps_are_told() -> None:
         hf.Strap([("box", X), ("box", Y), ("box", Z)], 1.0, closed=True, mu=0.1)
     with pytest.raises(hf.errors.SceneError, match="pretension"):
         hf.Strap([("floor", X), ("box", Y)], -1.0)
-    with pytest.raises(hf.errors.SceneError, match="no stiffness"):
+    with pytest.raises(hf.errors.SceneError, match="no spring"):
         hf.Strap.tied(assembly, [hf.Strap([("floor", (1.2, 0, 0)), ("box", (h, 0, 0.05))], 1.0)], bedding=1e7)
     with pytest.raises(hf.errors.SceneError, match="4 points"):
         hf.Strap.tied(assembly, [hf.Strap(_path(over()), 1.0, spring=1.0)], bedding=1e7)

@@ -98,7 +98,7 @@ SENSELESS: dict[str, tuple[Callable[[], object], str]] = {
         r"settle: turn_degrees: is 400; needs a number from 0 to 180 degrees",
     ),
     "lean_degrees": (
-        lambda: hf.plan_placement(CUBE, NEW, approach=hf.Approach(tilt_degrees=400)),
+        lambda: hf.plan_placement(CUBE, NEW, approach=hf.Approach(lean_degrees=400)),
         "lean_degrees: is 400; needs a number of at most 180 degrees",
     ),
     "cone_degrees": (
@@ -147,7 +147,7 @@ def test_what_makes_no_sense_is_refused(name: str) -> None:
 
 def test_bounds_of_what_makes_sense_are_taken() -> None:
     assert hf.settle(CUBE, turn_degrees=180).status is hf.Status.STABLE
-    assert hf.sets.constraint(CUBE, "cube", accuracy=0.99, solves=0).gap_wanted == 0.99
+    assert hf.sets.constraint(CUBE, "cube", accuracy=0.99, solves=0).accuracy_wanted == 0.99
     assert hf.disassembly_order(CUBE, engine="limit").answers(1) == ()
     m = hf.robustness_map(CUBE, spacing=0.05, engine="graph")
     assert m.at(-1) == m.at(len(m.force) - 1)

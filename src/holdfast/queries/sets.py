@@ -97,7 +97,7 @@ class ConvexSet(PublicValue):
         return answers[0] if single else objects(answers)
 
     def usage(self, coordinates: Any) -> float | Float:  # noqa: ANN401 - (d,) or (n, d) numbers, checked
-        """Return the share of the reach of ``inner`` from the origin that ``coordinates`` use: max(A x / b), at least 0.
+        """Return the share of the reach of ``inner`` from the origin that ``coordinates`` use: max(A x / b), from 0 on.
 
         If the share is at most 1, they are certainly in the set. They are (d,), or (n, d) for an array (n,) of shares.
         """
