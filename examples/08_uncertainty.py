@@ -17,7 +17,11 @@ assembly = hf.assemble(hf.Scene([floor, shelf, jar], friction=0.5))
 points = [(-0.008, 0, 0.16), (0.092, 0, 0.25)]
 directions = [(1, 0, 0), (0, 0, -1)]
 u = hf.robustness_under(
-    assembly, "jar", points, directions, pose_sigma=(0.004, 0.2), friction=(0.3, 0.5), samples=60, seed=1
+    assembly,
+    "jar",
+    points,
+    directions,
+    uncertain=hf.Uncertain(pose_sigma=(0.004, 0.2), mu_range=(0.3, 0.5), samples=60, seed=1),
 )
 print(f"stands in {u.stands:.0%} of {u.samples} samples, undecided {u.undecided:.0%} ({u.engine}, {u.claim})")
 for name, nominal, low, middle in zip(("sideways", "down"), u.nominal, u.quantile(0.05), u.median, strict=True):

@@ -24,10 +24,10 @@ for name, a, mode, moving in zip(("ahead", "back"), t.acceleration, t.mode, t.mo
 # the tray is tilted by 5 degrees, and the robot turns on the spot, half a metre from the tray
 around = hf.transport_limits(
     assembly,
-    tilt=(5, 0, 0),
-    angular_velocity=(0, 0, 1.0),
-    angular_acceleration=(0, 0, 0.5),
-    pivot=(0, -0.5, 0),
+    tilt_degrees=(5, 0, 0),
+    standing=hf.sets.inertial_loads(
+        assembly, angular_velocity=(0, 0, 1.0), angular_acceleration=(0, 0, 0.5), pivot=(0, -0.5, 0)
+    ),
     engine="limit",
 )
 print(f"tilted and turning, the least of 100 directions: {around.acceleration.min():.2f} m/s²")

@@ -26,4 +26,4 @@ print(f"arch: {arch.order or 'no body may go'}; v3: {arch.blocked['v3']}")
 
 wall = hf.assemble(hf.shipped_scene("wall2x2"))
 b = hf.disassembly_order(wall, goal="b0_1")
-print(f"wall: b0_1 out after {len(b.order)} removals, none fewer than {b.bound:.0f}: {', '.join(b.order)}")
+print(f"wall: b0_1 out after {len(b.order)} removals, none fewer than {b.fewest:.0f}: {', '.join(b.order)}")

@@ -33,7 +33,7 @@ print(f"slow down to {carried.time_scale(margin=0.1):.2f} times the speed, or ti
 strap = hf.Strap(
     [("deck", (0, -0.3, 0)), ("top", (0, -0.3, 0.7)), ("top", (0, 0.3, 0.7)), ("deck", (0, 0.3, 0))],
     2000,
-    friction=0.15,
+    mu=0.15,
 )
 tied = hf.carry(pallet, "road", standing=strap.loads(pallet))
 print(tied)

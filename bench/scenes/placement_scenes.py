@@ -8,12 +8,12 @@ answer in any of them.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
+from holdfast.applications.placement.conditions import Approach, Where
 from holdfast.base.rigid import pose_from
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
@@ -23,14 +23,15 @@ from holdfast.scene.shipped.blocks import about_y, box, floor, prism
 
 @dataclass(frozen=True, eq=False)
 class PlacementScene:
-    """A scene, the object to put down, and what else ``plan_placement`` is told (``asked``): never onto the floor."""
+    """A scene, the object to put down, where it may be placed (never onto the floor) and its way in."""
 
     scene: Scene
     body: Body
-    asked: dict[str, Any]
+    where: Where
+    approach: Approach | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "asked", {"avoid": ("floor",)} | self.asked)
+        object.__setattr__(self, "where", replace(self.where, avoid=("floor",)))
 
 
 def thing(size: tuple[float, float, float], mass: float) -> Body:
@@ -41,15 +42,15 @@ def thing(size: tuple[float, float, float], mass: float) -> Body:
 def s1() -> PlacementScene:
     """A small cube onto a cube on a flat surface."""
     scene = Scene([floor(0.5, 0.5), box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.05))], 0.5, name="S1")
-    return PlacementScene(scene, thing((0.05, 0.05, 0.05), 0.2), {"supports": ("cube",)})
+    return PlacementScene(scene, thing((0.05, 0.05, 0.05), 0.2), Where(supports=("cube",)))
 
 
 def s2() -> PlacementScene:
     """A plank across two cubes: two supports."""
     cubes = [box(name, (0.08, 0.08, 0.08), 0.6, (x, 0, 0.04)) for name, x in (("left", -0.09), ("right", 0.09))]
     scene = Scene([floor(0.5, 0.5), *cubes], 0.5, name="S2")
-    asked = {"supports": ("left", "right"), "least_supports": 2}
-    return PlacementScene(scene, thing((0.28, 0.05, 0.02), 0.4), asked)
+    where = Where(supports=("left", "right"), least_supports=2)
+    return PlacementScene(scene, thing((0.28, 0.05, 0.02), 0.4), where)
 
 
 def s3() -> PlacementScene:
@@ -57,7 +58,7 @@ def s3() -> PlacementScene:
     legs = [box(f"leg_{side}", (0.03, 0.12, 0.1), 0.3, (x, 0, 0.05)) for side, x in (("left", -0.1), ("right", 0.1))]
     slab = box("slab", (0.3, 0.12, 0.02), 0.8, (0, 0, 0.11))
     scene = Scene([floor(0.6, 0.5), *legs, slab, box("box", (0.06, 0.06, 0.06), 0.3, (0.06, 0, 0.15))], 0.5, name="S3")
-    return PlacementScene(scene, thing((0.06, 0.05, 0.08), 0.3), {"supports": ("slab", "box")})
+    return PlacementScene(scene, thing((0.06, 0.05, 0.08), 0.3), Where(supports=("slab", "box")))
 
 
 def s4() -> PlacementScene:
@@ -65,8 +66,8 @@ def s4() -> PlacementScene:
     base = box("base", (0.2, 0.15, 0.03), 1.5, (0, 0, 0.015))
     walls = [box(name, (0.2, 0.04, 0.06), 0.5, (0, y, 0.06)) for name, y in (("near", -0.04), ("far", 0.04))]
     scene = Scene([floor(0.5, 0.5), base, *walls], 0.5, name="S4")
-    asked = {"supports": ("base",), "region": ((-0.1, -0.02), (0.1, 0.02)), "approach": (0, 0, -1)}
-    return PlacementScene(scene, thing((0.14, 0.1, 0.032), 0.4), asked)
+    where = Where(supports=("base",), box=((-0.1, -0.02), (0.1, 0.02)))
+    return PlacementScene(scene, thing((0.14, 0.1, 0.032), 0.4), where, Approach(direction=(0, 0, -1)))
 
 
 def s5() -> PlacementScene:
@@ -75,8 +76,8 @@ def s5() -> PlacementScene:
     right = np.array([[0.004, 0.0], [0.11, 0.0], [0.11, 0.06]])
     wedges = [prism("left", left, 0.14, 1, mass=0.9), prism("right", right, 0.14, 1, mass=0.9)]
     scene = Scene([floor(0.6, 0.5), *wedges], 0.5, name="S5")
-    asked = {"supports": ("left", "right"), "least_supports": 2}
-    return PlacementScene(scene, Body("object", Cylinder(0.035, 0.12, 32), mass=0.3), asked)
+    where = Where(supports=("left", "right"), least_supports=2)
+    return PlacementScene(scene, Body("object", Cylinder(0.035, 0.12, 32), mass=0.3), where)
 
 
 def s6() -> PlacementScene:
@@ -86,8 +87,8 @@ def s6() -> PlacementScene:
         for k, (x, y, height) in enumerate(((-0.08, -0.06, 0.1), (0.08, -0.06, 0.085), (0, 0.08, 0.115)))
     ]
     scene = Scene([floor(0.5, 0.5), *columns], 0.5, name="S6")
-    asked = {"supports": tuple(column.name for column in columns), "least_supports": 3}
-    return PlacementScene(scene, thing((0.24, 0.22, 0.012), 0.4), asked)
+    where = Where(supports=tuple(column.name for column in columns), least_supports=3)
+    return PlacementScene(scene, thing((0.24, 0.22, 0.012), 0.4), where)
 
 
 def slant() -> PlacementScene:
@@ -101,7 +102,7 @@ def slant() -> PlacementScene:
     pose = pose_from(foot - 0.09 * along + 0.0075 * normal, about_y(-tilt))
     ramp = Body("ramp", Box(np.array([0.3, 0.08, 0.015])), mass=0.5, pose=pose)
     scene = Scene([floor(0.7, 0.5), pedestal, post, stop, ramp], 0.5, name="slant")
-    return PlacementScene(scene, thing((0.05, 0.05, 0.04), 0.5), {"supports": ("ramp",)})
+    return PlacementScene(scene, thing((0.05, 0.05, 0.04), 0.5), Where(supports=("ramp",)))
 
 
 def balance() -> PlacementScene:
@@ -113,7 +114,7 @@ def balance() -> PlacementScene:
         box("right", (0.06, 0.06, 0.06), 0.25, (0.16, 0, 0.145)),
     ]
     scene = Scene([floor(0.7, 0.5), *bodies], 0.5, name="balance")
-    return PlacementScene(scene, thing((0.05, 0.05, 0.04), 0.8), {"supports": ("beam", "left", "right")})
+    return PlacementScene(scene, thing((0.05, 0.05, 0.04), 0.8), Where(supports=("beam", "left", "right")))
 
 
 def cantilever() -> PlacementScene:
@@ -125,8 +126,8 @@ def cantilever() -> PlacementScene:
         box("tip", (0.1, 0.08, 0.04), 0.15, (0.18, 0, 0.175)),
     ]
     scene = Scene([floor(0.7, 0.5), *bodies], 0.5, name="cantilever")
-    asked = {"supports": ("arm", "counterweight", "tip")}
-    return PlacementScene(scene, thing((0.05, 0.05, 0.04), 0.8), asked)
+    where = Where(supports=("arm", "counterweight", "tip"))
+    return PlacementScene(scene, thing((0.05, 0.05, 0.04), 0.8), where)
 
 
 TABLE_II: MappingProxyType[str, Callable[[], PlacementScene]] = MappingProxyType(

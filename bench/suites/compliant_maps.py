@@ -47,7 +47,7 @@ def _seconds(work: Callable[[], object]) -> tuple[float, float]:
 
 def _map(scene: str, spacing: float) -> list[Row]:
     assembly = hf.assemble(shipped_scene(scene))
-    result = hf.robustness_map(assembly, None, spacing=spacing, engine="compliant", gap=GAP)
+    result = hf.robustness_map(assembly, None, spacing=spacing, engine="compliant", accuracy=GAP)
     columns = [
         push_columns(assembly, assembly.index[name], result.points[here], -result.normals[here])
         for name in dict.fromkeys(result.body)

@@ -74,7 +74,7 @@ def _row(case: str, assembly: hf.answers.Assembly, body: str) -> Row:
     start = time.process_time()
     answers = prepared(Limit(), assembly).load_factor(W)
     solved = (time.process_time() - start) / count
-    finite = np.isfinite(answers.upper) & answers.decided & (answers.force * np.abs(wrenches / found.bound).max(1) <= 1)
+    finite = np.isfinite(answers.upper) & answers.decided & (answers.force * np.abs(wrenches / found.box).max(1) <= 1)
     short = 1 - value[finite] / answers.force[finite]
     return {
         "case": case,
@@ -99,7 +99,7 @@ def _row(case: str, assembly: hf.answers.Assembly, body: str) -> Row:
 def _drawn(assembly: hf.answers.Assembly, body: str, found: hf.answers.Constraint, count: int) -> Float:
     """Wrenches (n, 6): half anywhere, in units of what the body takes along the axes, half pushes on its surface."""
     rng = np.random.default_rng(1)
-    reach = np.minimum(np.asarray(found.value(np.eye(6))), found.bound)
+    reach = np.minimum(np.asarray(found.value(np.eye(6))), found.box)
     cells = surface_cells(assembly.scene.body(body).surface_world, assembly.scene.body(body).size / 20)
     chosen = rng.integers(len(cells.points), size=count // 2)
     tilted = -cells.normals[chosen] + 0.3 * rng.normal(size=(len(chosen), 3))

@@ -80,7 +80,7 @@ def surfaces(ratio: float) -> list[Row]:
 
 def imperfect_faces(samples: int, seed: int) -> Imperfect:
     """Faces of wooden blocks."""
-    return Imperfect(FLATNESS, BED, stiffness=FACTORS, samples=samples, seed=seed)
+    return Imperfect(FLATNESS, BED, stiffness_range=FACTORS, samples=samples, seed=seed)
 
 
 def asked(assembly: Assembly, imperfect: Imperfect, W: Float, samples: int) -> tuple[Float, Float, int]:

@@ -54,7 +54,7 @@ def _row(name: str, assembly: hf.answers.Assembly, body: str, spacing: float) ->
     for _ in range(RUNS):
         solves[0] = 0
         start = time.perf_counter()
-        result = hf.robustness_map(assembly, [body], spacing=spacing, engine="limit", gap=GAP)
+        result = hf.robustness_map(assembly, [body], spacing=spacing, engine="limit", accuracy=GAP)
         seconds.append(time.perf_counter() - start)
     LoadProgram.maximise = original  # type: ignore[method-assign]
     count = len(result.force)

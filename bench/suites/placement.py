@@ -32,7 +32,9 @@ def tried(make: Callable[[], PlacementScene], name: str, engine: str) -> list[Ro
     """
     scene = make()
     assembly = hf.assemble(scene.scene)
-    asked = planner(assembly, scene.body, engine=ENGINES[engine], supports=[body.name for body in assembly.movable])
+    asked = planner(
+        assembly, scene.body, where=hf.Where(supports=[body.name for body in assembly.movable]), engine=ENGINES[engine]
+    )
     found, support, rng = asked.maps[0], asked.support, np.random.default_rng(0)
     lot = np.lexsort((rng.random(len(found.force)), -found.force))
     strongest = lot[: max(1, round((1 - TENTH) * len(lot)))]

@@ -51,12 +51,12 @@ def readme() -> list[Row]:
     """The cup on README's shelf, SEEDS times with the default budget."""
     scene, cup = readme_scene()
     assembly = hf.assemble(scene)
-    hf.plan_placement(assembly, cup, supports=["shelf"])  # compiles
+    hf.plan_placement(assembly, cup, where=hf.Where(supports=["shelf"]))  # compiles
     upright, inside, forces, own, drops = 0, list[float](), list[float](), list[float](), 0
     seconds, worked = list[float](), list[float]()
     for seed in range(SEEDS):
         start, begun = time.perf_counter(), time.process_time()
-        p = hf.plan_placement(assembly, cup, supports=["shelf"], seed=seed)
+        p = hf.plan_placement(assembly, cup, where=hf.Where(supports=["shelf"]), search=hf.Search(seed=seed))
         seconds.append(time.perf_counter() - start)
         worked.append(time.process_time() - begun)
         assert p.pose is not None
@@ -104,7 +104,9 @@ def chunk(kind: str, first: int) -> list[Row]:
         assembly = hf.assemble(scene)
         budget = BUDGETS[seed % len(BUDGETS)]
         start, begun = time.perf_counter(), time.process_time()
-        p = hf.plan_placement(assembly, body, supports=asked, seed=seed, budget=budget)
+        p = hf.plan_placement(
+            assembly, body, where=hf.Where(supports=asked), search=hf.Search(seed=seed, seconds=budget)
+        )
         seconds.append(time.perf_counter() - start)
         taken.append(seconds[-1] / budget)
         worked.append((time.process_time() - begun) / budget)

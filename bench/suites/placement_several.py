@@ -64,13 +64,16 @@ def run(kind: str, count: int, method: str) -> list[Row]:
     """Place everything by one method, and judge every state anew from its scene."""
     scene, bodies = load(kind, count)
     ground = scene.bodies[0].name
-    hf.place_all(scene, bodies[:2], apart=APART[kind])  # compiles
+    hf.place_all(scene, bodies[:2], where=hf.Where(apart=APART[kind]))  # compiles
     start, begun = time.perf_counter(), time.process_time()
     if method == "place_all":
         p = hf.place_all(
-            scene, bodies, stack=kind == "pallet", apart=APART[kind], budget=BUDGET,
-            orientations="upright" if kind == "pallet" else None,
-        )  # fmt: skip
+            scene,
+            bodies,
+            where=hf.Where(stack=kind == "pallet", apart=APART[kind]),
+            approach=hf.Approach(orientations="upright" if kind == "pallet" else None),
+            search=hf.Search(seconds=BUDGET),
+        )
         poses = [(step.body, step.pose) for step in p.steps]
     else:
         poses = by_rule(hf.assemble(scene), bodies, kind, RULES[method])
@@ -103,7 +106,12 @@ def by_rule(assembly: Assembly, bodies: Sequence[Body], kind: str, rule: Rule) -
 
     def planner_of(now: Assembly, body: Body) -> Planner:
         supports = [ground, *(b.name for b in now.movable)] if stack else [ground]
-        return planner(now, body, supports=supports, orientations="upright" if stack else None)
+        return planner(
+            now,
+            body,
+            where=hf.Where(supports=supports),
+            approach=hf.Approach(orientations="upright" if stack else None),
+        )
 
     placing = Placing(planner_of, (ground,), stack, APART[kind], 0)
     poses = []
@@ -125,7 +133,7 @@ def least_push(after: Assembly, name: str, ground: str) -> float:
     if hf.stability(after).status is not hf.Status.STABLE:
         return 0.0
     body = after.scene.body(name)
-    asked = planner(after.without([name]), body, supports=[ground])
+    asked = planner(after.without([name]), body, where=hf.Where(supports=[ground]))
     found = rated(asked.checks, asked.faces, Candidate(body.pose, *_NONE, ""), after, Clock.started(None), POINTS)
     return found.rating.least or 0.0
 

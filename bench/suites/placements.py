@@ -97,7 +97,13 @@ def cell(name: str, make: Callable[[], PlacementScene], engine: str, count: int)
 
 def prepared_planner(scene: PlacementScene, engine: str) -> Planner:
     """A planner whose maps are made: that is done once, however many poses are tried."""
-    asked = planner(hf.assemble(scene.scene), scene.body, engine=ENGINES[engine], **scene.asked)
+    asked = planner(
+        hf.assemble(scene.scene),
+        scene.body,
+        approach=scene.approach,
+        engine=ENGINES[engine],
+        where=scene.where,
+    )
     assert asked.verdict.status is hf.Status.STABLE
     assert len(asked.support.points)
     return asked

@@ -91,7 +91,7 @@ def settled(name: str, path: Path) -> list[Row]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", hf.errors.HoldfastWarning)  # scans overlap by fractions of a millimetre
         scene = hf.load_scene(path)
-        assembly = hf.assemble(scene, gap=SETTLED[name].get("gap"), angle=SETTLED[name].get("angle"))
+        assembly = hf.assemble(scene, gap=SETTLED[name].get("gap"), angle_degrees=SETTLED[name].get("angle"))
         return [one(f"settled {name}", assembly, PER_SETTLED)]
 
 

@@ -60,7 +60,7 @@ def _pushes(assembly: hf.answers.Assembly, body: str) -> Row:
         elastic.paths(push[:, None])
         paths.append(time.perf_counter() - begin)
     begin = time.perf_counter()
-    result = hf.robustness_map(assembly, [body], spacing=SPACING, engine="limit", gap=0.01)
+    result = hf.robustness_map(assembly, [body], spacing=SPACING, engine="limit", accuracy=0.01)
     return {
         "limit verdict s": ready - start,
         "limit query s": min(queries),

@@ -73,7 +73,7 @@ def assembled(name: str) -> tuple[hf.Scene, hf.answers.Assembly]:
     scene = hf.load_scene(path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return scene, hf.assemble(scene, gap=TOLERANCES[name].get("gap"), angle=TOLERANCES[name].get("angle"))
+        return scene, hf.assemble(scene, gap=TOLERANCES[name].get("gap"), angle_degrees=TOLERANCES[name].get("angle"))
 
 
 def unmerged(assembly: hf.answers.Assembly) -> hf.answers.Assembly:

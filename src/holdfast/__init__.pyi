@@ -7,6 +7,9 @@ from holdfast.applications.carrying.profile import Profile as Profile
 from holdfast.applications.disassembly.build import build_order as build_order
 from holdfast.applications.disassembly.order import disassembly_order as disassembly_order
 from holdfast.applications.disassembly.question import can_remove as can_remove
+from holdfast.applications.placement.conditions import Approach as Approach
+from holdfast.applications.placement.conditions import Search as Search
+from holdfast.applications.placement.conditions import Where as Where
 from holdfast.applications.placement.place_all import place_all as place_all
 from holdfast.applications.placement.plan import plan_placement as plan_placement
 from holdfast.applications.pushing.safe import safe_pushes as safe_pushes
@@ -30,6 +33,7 @@ from holdfast.queries.push import load_factor as load_factor
 from holdfast.queries.push import robustness as robustness
 from holdfast.queries.request import Load as Load
 from holdfast.queries.stability import stability as stability
+from holdfast.queries.uncertain import Uncertain as Uncertain
 from holdfast.queries.uncertainty import robustness_under as robustness_under
 from holdfast.scene.body import Body as Body
 from holdfast.scene.compound import Compound as Compound

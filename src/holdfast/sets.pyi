@@ -1,6 +1,8 @@
 from holdfast.applications.inertia import inertial_loads as inertial_loads
 from holdfast.applications.placement.options import Weights as Weights
+from holdfast.applications.pushing.tool import Tool as Tool
 from holdfast.applications.transport import safe_time_scale as safe_time_scale
+from holdfast.batches.resources import Resources as Resources
 from holdfast.queries.constraint import constraint as constraint
 from holdfast.queries.sensitivity import sensitivity as sensitivity
 from holdfast.queries.sets import admissible_wrenches as admissible_wrenches

@@ -95,7 +95,7 @@ def test_every_state_is_pushed_where_it_is_weakest() -> None:
         state = assembly.without(list(found.order[k + 1 :]))
         near = found.order[max(k - 1, 0) : k + 1]
         spacing = np.sqrt(sum(body.surface_world.area for body in state.movable) / 100)
-        told = hf.robustness_map(state, near, spacing=spacing, gap=0).weakest()
+        told = hf.robustness_map(state, near, spacing=spacing, accuracy=0).weakest()
         assert step.weakest is not None
         assert 0.97 * step.weakest.force <= told.force
         if step.weakest.body in near:

@@ -247,7 +247,7 @@ def test_the_fewest_removals_on_a_wall(goal: str) -> None:
     assert d.reached
     assert d.proven
     assert d.order[-1] == goal
-    assert len(d.order) == d.bound == brute_force(assembly.scene, goal)
+    assert len(d.order) == d.fewest == brute_force(assembly.scene, goal)
 
 
 def seesaw() -> hf.Scene:
@@ -268,7 +268,7 @@ def test_what_would_fall_is_taken_first_although_it_is_in_nobodys_way() -> None:
     """The load goes only after... nothing helps: without it the weight tips the plank, and the other way round."""
     d = hf.disassembly_order(hf.assemble(seesaw()), goal="load")
     assert not d.reached
-    assert d.bound == np.inf
+    assert d.fewest == np.inf
     assert d.proven
     assert set(d.blocked) == {"column", "plank", "load", "weight"}
     assert "would move" in d.blocked["load"]
@@ -294,9 +294,9 @@ def test_backing_up_where_the_first_choice_leads_nowhere() -> None:
 
 
 def test_a_budget_ends_the_search_and_says_so() -> None:
-    d = hf.disassembly_order(hf.assemble(seesaw()), goal="load", budget=0)
+    d = hf.disassembly_order(hf.assemble(seesaw()), goal="load", solves=0)
     assert not d.proven
-    assert d.bound < np.inf
+    assert d.fewest < np.inf
 
 
 def test_bodies_that_hang_by_one_other() -> None:
@@ -368,7 +368,7 @@ def test_a_scene_is_assembled() -> None:
 
 
 @pytest.mark.parametrize(
-    ("options", "match"), [({"budget": -1}, "budget: is -1; needs"), ({"goal": 3}, "goal: got 3; needs")]
+    ("options", "match"), [({"solves": -1}, "solves: is -1; needs"), ({"goal": 3}, "goal: got 3; needs")]
 )
 def test_options_are_checked(options: dict[str, int], match: str) -> None:
     with pytest.raises(hf.HoldfastError, match=match):
@@ -379,7 +379,7 @@ def test_options_are_checked(options: dict[str, int], match: str) -> None:
 def test_a_search_for_all_asks_no_more_than_its_budget(budget: int) -> None:
     """It ends in the middle of a step, too, and then proves nothing."""
     scene = hf.shipped_scene("tabletop")
-    found = hf.disassembly_order(scene, engine="limit", budget=budget)
+    found = hf.disassembly_order(scene, engine="limit", solves=budget)
     assert found.removals.asked <= budget
     assert not found.reached
     assert not found.proven

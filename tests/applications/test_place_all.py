@@ -27,7 +27,7 @@ THINGS = (
 
 @cache
 def laid() -> hf.answers.Placements:
-    return hf.place_all(TRAY, THINGS, engine="graph", budget=None)
+    return hf.place_all(TRAY, THINGS, search=hf.Search(solves=25), engine="graph")
 
 
 def states(p: hf.answers.Placements) -> list[hf.Scene]:
@@ -74,12 +74,26 @@ def test_boxes_are_stacked_layer_by_layer() -> None:
     """Twelve boxes of half the size of the base each way: three layers of four."""
     base = hf.Scene([hf.Body("base", hf.Box((0.2, 0.2, 0.02)), pose=at(0, 0, -0.01), fixed=True)], 0.5)
     boxes = [hf.Body(f"b{k:02d}", hf.Box((0.098, 0.098, 0.05)), mass=1) for k in range(12)]
-    p = hf.place_all(base, boxes, engine="graph", stack=True, apart=0.002, orientations="upright", budget=None)
+    p = hf.place_all(
+        base,
+        boxes,
+        where=hf.Where(stack=True, apart=0.002),
+        approach=hf.Approach(orientations="upright"),
+        search=hf.Search(solves=25),
+        engine="graph",
+    )
     assert p.left == ()
     heights = [step.pose[2, 3] for step in p.steps]
     assert heights == pytest.approx(np.repeat([0.025, 0.075, 0.125], 4).tolist(), abs=1e-4)
     assert p.steps[-1].rests_on[0] == "base"
-    alone = hf.place_all(base, boxes, engine="graph", apart=0.002, orientations="upright", budget=None)
+    alone = hf.place_all(
+        base,
+        boxes,
+        where=hf.Where(apart=0.002),
+        approach=hf.Approach(orientations="upright"),
+        search=hf.Search(solves=25),
+        engine="graph",
+    )
     assert 2 <= len(alone.order) <= 4, "without stacking one layer is all"
     assert len(alone.left) == 12 - len(alone.order)
     for step in alone.steps:
@@ -92,14 +106,14 @@ def test_boxes_are_stacked_layer_by_layer() -> None:
 
 def test_the_same_call_gives_the_same_answer_and_the_poses_of_the_objects_do_not_matter() -> None:
     elsewhere = [body.moved(at(1, 2, 3)) for body in THINGS]
-    again = hf.place_all(TRAY, elsewhere, engine="graph", budget=None)
+    again = hf.place_all(TRAY, elsewhere, search=hf.Search(solves=25), engine="graph")
     assert again.order == laid().order
     assert all((again.poses[name] == pose).all() for name, pose in laid().poses.items())
 
 
 def test_friction_of_objects_that_are_not_there_yet() -> None:
     friction = hf.Friction(default=0.5, pairs={("cup", "tray"): 0.3, ("cup", "tin"): 0.1})
-    p = hf.place_all(TRAY, THINGS[:2], engine="graph", friction=friction, budget=None)
+    p = hf.place_all(TRAY, THINGS[:2], search=hf.Search(solves=25), engine="graph", friction=friction)
     assert p.left == ()
     assert p.assembly.scene.mu("cup", "tray") == 0.3
     with pytest.raises(hf.errors.SceneError, match="unknown name"):
@@ -116,7 +130,7 @@ def test_a_scene_that_does_not_stand_is_refused() -> None:
 
 
 def test_no_time_at_all_is_told() -> None:
-    p = hf.place_all(TRAY, THINGS, engine="graph", budget=1e-9)
+    p = hf.place_all(TRAY, THINGS, search=hf.Search(seconds=1e-9), engine="graph")
     assert p.status is hf.Status.UNDECIDED
     assert "the time was spent" in p.reason
     assert p.tries <= 1, "no further try is begun"
@@ -127,8 +141,9 @@ def test_it_is_no_weaker_than_the_rules_that_know_nothing_of_forces(kind: str, c
     """Their plans are made and judged by the benchmark: nothing overlaps, and whether it stands is not asked."""
     scene, bodies = load(kind, count)
     stack, ground = kind == "pallet", scene.bodies[0].name
-    asked = {"stack": stack, "orientations": "upright" if stack else None}
-    p = hf.place_all(scene, bodies, apart=APART[kind], budget=None, **asked)
+    where = hf.Where(stack=stack, apart=APART[kind])
+    approach = hf.Approach(orientations="upright" if stack else None)
+    p = hf.place_all(scene, bodies, where, approach, hf.Search(solves=25))
     assert p.left == ()
     named = {body.name: body for body in bodies}
     for rule in RULES.values():
@@ -165,11 +180,12 @@ def test_rules_rank_places_by_support_or_by_height() -> None:
 
 
 @pytest.mark.parametrize(
-    "asked", [{"region": [(0.02, -0.1), (0.15, 0.1)]}, {"keep_out": [((-0.15, -0.1, 0), (-0.005, 0.1, 0.3))]}]
+    "where",
+    [hf.Where(box=[(0.02, -0.1), (0.15, 0.1)]), hf.Where(keep_out=[((-0.15, -0.1, 0), (-0.005, 0.1, 0.3))])],
 )
-def test_places_that_were_not_asked_for_do_not_use_up_those_that_are_looked_at(asked: dict) -> None:
+def test_places_that_were_not_asked_for_do_not_use_up_those_that_are_looked_at(where: hf.Where) -> None:
     """Every place on the left of the tray is refused, and there are more of these than are looked at."""
-    p = hf.place_all(TRAY, THINGS, engine="graph", budget=None, **asked)
+    p = hf.place_all(TRAY, THINGS, where, search=hf.Search(solves=25), engine="graph")
     assert p.left == ()
     assert p.apart > 0.005, "the random search is asked at the least distance alone"
     assert all(np.abs(pose[2, :3]).max() == pytest.approx(1) for pose in p.poses.values()), "all of them stand level"
@@ -190,19 +206,20 @@ def test_the_answer_is_a_value(tmp_path) -> None:
 @pytest.mark.parametrize(
     ("objects", "asked", "words"),
     [
-        ([], {}, "is empty"),
-        ("cup", {}, "list of bodies"),
-        ([THINGS[0], THINGS[0]], {}, "two bodies are named"),
-        ([hf.Body("tray", hf.Box((1, 1, 1)), mass=1)], {}, "two bodies are named"),
-        ([3], {}, "needs a list of holdfast.Body"),
-        (THINGS, {"apart": -1}, "apart"),
-        (THINGS, {"supports": ["tra"]}, "did you mean 'tray'"),
-        (THINGS, {"budget": 0}, "budget"),
-        (THINGS, {"gripper": [[0, 0, 0], [0, 1, 1]]}, "low < high"),
-        (THINGS, {"orientations": "up"}, "upright"),
-        (THINGS, {"keep_out": [(1, 2)]}, "low and high corner"),
+        ([], dict, "is empty"),
+        ("cup", dict, "list of bodies"),
+        ([THINGS[0], THINGS[0]], dict, "two bodies are named"),
+        ([hf.Body("tray", hf.Box((1, 1, 1)), mass=1)], dict, "two bodies are named"),
+        ([3], dict, "needs a list of holdfast.Body"),
+        (THINGS, lambda: {"where": hf.Where(apart=-1)}, "apart"),
+        (THINGS, lambda: {"where": hf.Where(supports=["tra"])}, "did you mean 'tray'"),
+        (THINGS, lambda: {"search": hf.Search(seconds=0)}, "seconds"),
+        (THINGS, lambda: {"search": hf.Search(candidates=3)}, "candidates, which are for one object"),
+        (THINGS, lambda: {"approach": hf.Approach(gripper=[[0, 0, 0], [0, 1, 1]])}, "low < high"),
+        (THINGS, lambda: {"approach": hf.Approach(orientations="up")}, "upright"),
+        (THINGS, lambda: {"where": hf.Where(keep_out=[(1, 2)])}, "low and high corner"),
     ],
 )
 def test_bad_arguments_say_what_is_wrong(objects, asked, words: str) -> None:
     with pytest.raises(hf.HoldfastError, match=words):
-        hf.place_all(TRAY, objects, engine="graph", **asked)
+        hf.place_all(TRAY, objects, engine="graph", **asked())

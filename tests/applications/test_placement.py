@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from functools import cache
 
 import manifold3d
@@ -32,12 +33,19 @@ def thing(size=(0.05, 0.05, 0.05), mass=0.2, name="object"):
 @cache
 def placed(name: str, engine: str = "graph", seed: int = 0) -> hf.answers.Placement:
     scene = {**TABLE_II, **TABLE_III}[name]()
-    return hf.plan_placement(hf.assemble(scene.scene), scene.body, engine=engine, seed=seed, **scene.asked)
+    return hf.plan_placement(
+        hf.assemble(scene.scene),
+        scene.body,
+        approach=scene.approach,
+        search=hf.Search(seed=seed),
+        engine=engine,
+        where=scene.where,
+    )
 
 
 @pytest.mark.parametrize("engine", ENGINES, ids=("compliant", "limit", "graph", "isolated"))
 def test_a_cube_on_a_cube(engine) -> None:
-    p = hf.plan_placement(cube_scene(), thing(), engine=engine, supports=["cube"])
+    p = hf.plan_placement(cube_scene(), thing(), where=hf.Where(supports=["cube"]), engine=engine)
     assert p.status is hf.Status.STABLE
     assert p.attempts >= 1
     assert p.pose[2, 3] == pytest.approx(0.125, abs=1e-6)
@@ -52,7 +60,7 @@ def test_a_cube_on_a_cube(engine) -> None:
 @pytest.mark.parametrize("name", [*TABLE_II, *TABLE_III])
 def test_scenes_of_the_tables(name: str) -> None:
     """Touches what it must, overlaps nothing, stands: found again from the scene alone."""
-    asked = {**TABLE_II, **TABLE_III}[name]().asked
+    where = {**TABLE_II, **TABLE_III}[name]().where
     p = placed(name)
     assert p.status is hf.Status.STABLE, p.reason
     again = hf.assemble(p.assembly.scene)
@@ -60,14 +68,16 @@ def test_scenes_of_the_tables(name: str) -> None:
     assert hf.stability(again).status is hf.Status.STABLE
     touched = {other for i in again.interfaces if "object" in i.bodies for other in i.bodies} - {"object"}
     assert "floor" not in touched
-    assert len(touched & set(asked["supports"])) >= asked.get("least_supports", 1)
+    assert len(touched & set(where.supports)) >= where.least_supports
     separations = [abs(s) for i in p.contacts for patch in i.patches for s in patch.separation]
     assert max(separations) < p.assembly.tolerances.gap
     assert len(again.interfaces) == len(p.assembly.interfaces)
 
 
 def test_the_same_seed_gives_the_same_pose() -> None:
-    first, again, other = (hf.plan_placement(cube_scene(), thing(), engine="graph", seed=s) for s in (3, 3, 4))
+    first, again, other = (
+        hf.plan_placement(cube_scene(), thing(), search=hf.Search(seed=s), engine="graph") for s in (3, 3, 4)
+    )
     assert (first.pose == again.pose).all()
     assert first.robustness == again.robustness
     assert (first.pose != other.pose).any()
@@ -75,7 +85,9 @@ def test_the_same_seed_gives_the_same_pose() -> None:
 
 def test_the_pose_of_the_object_does_not_matter() -> None:
     elsewhere = hf.Body("object", hf.Box((0.05, 0.05, 0.05)), mass=0.2, pose=pose_from(np.ones(3), np.ones(4)))
-    one, two = (hf.plan_placement(cube_scene(), body, engine="graph", seed=1) for body in (thing(), elsewhere))
+    one, two = (
+        hf.plan_placement(cube_scene(), body, search=hf.Search(seed=1), engine="graph") for body in (thing(), elsewhere)
+    )
     assert one.pose == pytest.approx(two.pose, abs=1e-12)
 
 
@@ -83,7 +95,9 @@ def test_the_pose_of_the_object_does_not_matter() -> None:
 def test_the_region_is_kept_to(region) -> None:
     low, high = np.array(region)
     for seed in range(4):
-        p = hf.plan_placement(cube_scene(), thing(), engine="graph", region=region, seed=seed)
+        p = hf.plan_placement(
+            cube_scene(), thing(), where=hf.Where(box=region), search=hf.Search(seed=seed), engine="graph"
+        )
         assert (p.pose[:2, 3] >= low[:2]).all()
         assert (p.pose[:2, 3] <= high[:2]).all()
         assert (p.points >= low[: len(low)] - 1e-12)[:, : len(low)].all() if len(low) == 3 else True
@@ -94,9 +108,17 @@ def test_allowed_orientations_are_kept_to() -> None:
     slab = thing((0.08, 0.06, 0.02))
     upright = pose_from(np.zeros(3), about_y(np.pi / 2))[:3, :3]  # long side up
     for seed in range(3):
-        p = hf.plan_placement(cube_scene(), slab, engine="graph", orientations=upright, seed=seed)
+        p = hf.plan_placement(
+            cube_scene(), slab, approach=hf.Approach(orientations=upright), search=hf.Search(seed=seed), engine="graph"
+        )
         assert abs(p.pose[2, 0]) == pytest.approx(1, abs=1e-6)
-        q = hf.plan_placement(cube_scene(), slab, engine="graph", orientations=upright, turn=False, seed=seed)
+        q = hf.plan_placement(
+            cube_scene(),
+            slab,
+            approach=hf.Approach(orientations=upright, free_yaw=False),
+            search=hf.Search(seed=seed),
+            engine="graph",
+        )
         assert q.pose[:3, :3] == pytest.approx(upright, abs=1e-6)
 
 
@@ -104,12 +126,14 @@ def test_supports_several_and_forbidden() -> None:
     blocks = [box(name, (0.08, 0.08, 0.08), 1, (x, 0, 0.04)) for name, x in (("left", -0.08), ("right", 0.08))]
     assembly = hf.assemble(hf.Scene([floor(), *blocks], 0.5))
     plank = thing((0.25, 0.04, 0.02))
-    p = hf.plan_placement(assembly, plank, engine="graph", supports=["left", "right"], least_supports=2)
+    p = hf.plan_placement(assembly, plank, where=hf.Where(supports=["left", "right"], least_supports=2), engine="graph")
     assert {name for i in p.contacts for name in i.bodies} == {"left", "right", "object"}
     assert p.pose[2, 3] == pytest.approx(0.09, abs=1e-6)
-    q = hf.plan_placement(assembly, plank, engine="graph", avoid=["left", "right"])
+    q = hf.plan_placement(assembly, plank, where=hf.Where(avoid=["left", "right"]), engine="graph")
     assert {name for i in q.contacts for name in i.bodies} == {"floor", "object"}
-    never = hf.plan_placement(assembly, plank, engine="graph", supports=["left"], avoid=["left"], attempts=8)
+    never = hf.plan_placement(
+        assembly, plank, where=hf.Where(supports=["left"], avoid=["left"]), search=hf.Search(solves=8), engine="graph"
+    )
     assert never.pose is None
     assert never.faults["touches what it must not"] > 0
 
@@ -120,18 +144,23 @@ def test_a_way_in_from_above() -> None:
     assembly = hf.assemble(
         hf.Scene([floor(0.2, 0.2), shelf, box("far", (0.02, 0.02, 0.02), 1, (0.09, 0.09, 0.01))], 0.5)
     )
-    inside = hf.plan_placement(assembly, thing(), engine="graph", supports=["floor"])
+    inside = hf.plan_placement(assembly, thing(), where=hf.Where(supports=["floor"]), engine="graph")
     assert inside.pose[2, 3] == pytest.approx(0.025, abs=1e-6)
     from_above = hf.plan_placement(
-        assembly, thing(), engine="graph", supports=["floor"], approach=(0, 0, -1), attempts=30
+        assembly,
+        thing(),
+        where=hf.Where(supports=["floor"]),
+        approach=hf.Approach(direction=(0, 0, -1)),
+        search=hf.Search(solves=30),
+        engine="graph",
     )
     assert from_above.pose is None
     assert sum(from_above.faults.values()) == from_above.attempts == 30
 
 
 def test_the_best_of_several() -> None:
-    one = hf.plan_placement(cube_scene(), thing((0.03, 0.03, 0.09)), engine="graph", candidates=1)
-    best = hf.plan_placement(cube_scene(), thing((0.03, 0.03, 0.09)), engine="graph", candidates=8)
+    one = hf.plan_placement(cube_scene(), thing((0.03, 0.03, 0.09)), search=hf.Search(candidates=1), engine="graph")
+    best = hf.plan_placement(cube_scene(), thing((0.03, 0.03, 0.09)), search=hf.Search(candidates=8), engine="graph")
     assert len(best.candidates) == 8
     keys = [candidate.rating.key for candidate in best.candidates]
     assert keys == sorted(keys, reverse=True)
@@ -142,7 +171,9 @@ def test_the_best_of_several() -> None:
 def test_heavier_objects_shun_weak_points() -> None:
     """On the overhang of a table's slab a push of 98 N tips it: heavy things are put elsewhere, light ones need not."""
     assembly = hf.assemble(shipped_scene("table"))
-    light, heavy = (planner(assembly, thing(mass=m), engine="graph", supports=["slab"]).support for m in (0.1, 30.0))
+    light, heavy = (
+        planner(assembly, thing(mass=m), where=hf.Where(supports=["slab"]), engine="graph").support for m in (0.1, 30.0)
+    )
     out = np.abs(light.points[:, 0]) > 0.205
 
     def share(support):
@@ -159,7 +190,14 @@ def test_the_isolated_map_leads_astray(name: str) -> None:
     assembly = hf.assemble(scene.scene)
     fallen = {}
     for engine in (hf.Graph(isolated=True), hf.Compliant()):
-        asked = planner(assembly, scene.body, engine=engine, confirm=None, **scene.asked)
+        asked = planner(
+            assembly,
+            scene.body,
+            approach=scene.approach,
+            search=hf.Search(confirm=None),
+            engine=engine,
+            where=scene.where,
+        )
         support, rng = asked.support, np.random.default_rng(0)
         strongest = np.flatnonzero(support.force >= np.quantile(support.force, 0.9, method="lower"))
         faults = [asked.attempt(rng, points=[k])[0].fault for k in rng.choice(strongest, 16)]
@@ -171,7 +209,14 @@ def test_the_isolated_map_leads_astray(name: str) -> None:
 def test_too_large_an_object_gets_a_reason_and_the_nearest_try() -> None:
     """A cube of 0.1 m for a slot of 0.04 m."""
     scene = TABLE_II["S4"]()
-    p = hf.plan_placement(hf.assemble(scene.scene), thing((0.1, 0.1, 0.1)), engine="graph", attempts=15, **scene.asked)
+    p = hf.plan_placement(
+        hf.assemble(scene.scene),
+        thing((0.1, 0.1, 0.1)),
+        approach=scene.approach,
+        search=hf.Search(solves=15),
+        engine="graph",
+        where=scene.where,
+    )
     assert p.status is hf.Status.UNDECIDED
     assert p.pose is None
     assert p.robustness == 0
@@ -186,10 +231,9 @@ def test_a_load_that_no_place_bears_gets_a_reason() -> None:
     p = hf.plan_placement(
         hf.assemble(scene.scene),
         thing(mass=40),
+        where=hf.Where(supports=["left", "right"], avoid=["floor"]),
+        search=hf.Search(solves=12),
         engine="graph",
-        supports=["left", "right"],
-        avoid=["floor"],
-        attempts=12,
     )
     assert p.pose is None
     assert "does not stand with it" in p.reason
@@ -198,16 +242,16 @@ def test_a_load_that_no_place_bears_gets_a_reason() -> None:
 
 
 def test_a_spent_budget_is_told() -> None:
-    p = hf.plan_placement(cube_scene(), thing((2, 2, 2), 5), engine="graph", budget=1e-9)
+    p = hf.plan_placement(cube_scene(), thing((2, 2, 2), 5), search=hf.Search(seconds=1e-9), engine="graph")
     assert p.pose is None
     assert "the time was spent" in p.reason
     assert p.attempts == 0
 
 
 def test_no_point_in_the_region() -> None:
-    p = hf.plan_placement(cube_scene(), thing(), engine="graph", region=((5, 5), (6, 6)))
+    p = hf.plan_placement(cube_scene(), thing(), where=hf.Where(box=((5, 5), (6, 6))), engine="graph")
     assert p.pose is None
-    assert "region" in p.reason
+    assert "in the box" in p.reason
 
 
 def test_an_unstable_scene_is_refused_with_the_verdict() -> None:
@@ -224,25 +268,41 @@ def test_an_unstable_scene_is_refused_with_the_verdict() -> None:
 @pytest.mark.parametrize(
     ("asked", "words"),
     [
-        ({"region": (1, 2)}, "low and high corner"),
-        ({"region": ((1, 1), (0, 2))}, "low < high"),
-        ({"budget": 0}, "budget"),
-        ({"candidates": 0}, "candidates"),
-        ({"attempts": 1.5}, "whole number"),
-        ({"supports": "cube"}, "list of names"),
-        ({"supports": ["cub"]}, "did you mean 'cube'"),
-        ({"avoid": ["nothing"]}, "nothing"),
-        ({"least_supports": 3}, "no more than there are"),
-        ({"orientations": np.eye(3) * 2}, "not rigid"),
-        ({"approach": (0, 0, 0)}, "is zero"),
-        ({"spacing": -1}, "spacing"),
-        ({"engine": "magic"}, "known"),
-        ({"weights": hf.sets.Weights}, "Weights"),
+        (lambda: {"where": hf.Where(box=(1, 2))}, "low and high corner"),
+        (lambda: {"where": hf.Where(box=((1, 1), (0, 2)))}, "low < high"),
+        (lambda: {"search": hf.Search(seconds=0)}, "seconds"),
+        (lambda: {"search": hf.Search(candidates=0)}, "candidates"),
+        (lambda: {"search": hf.Search(solves=1.5)}, "whole number"),
+        (lambda: {"where": hf.Where(supports="cube")}, "list of names"),
+        (lambda: {"where": hf.Where(supports=["cub"])}, "did you mean 'cube'"),
+        (lambda: {"where": hf.Where(avoid=["nothing"])}, "nothing"),
+        (lambda: {"where": hf.Where(least_supports=3)}, "no more than there are"),
+        (lambda: {"where": hf.Where(apart=0.01)}, "ask place_all"),
+        (lambda: {"approach": hf.Approach(orientations=np.eye(3) * 2)}, "not rigid"),
+        (lambda: {"approach": hf.Approach(direction=(0, 0, 0))}, "is zero"),
+        (lambda: {"approach": (0, 0, -1)}, r"needs holdfast\.Approach"),
+        (lambda: {"search": hf.Search(spacing=-1)}, "spacing"),
+        (lambda: {"search": hf.Search(weights=hf.sets.Weights)}, "Weights"),
+        (lambda: {"engine": "magic"}, "known"),
     ],
 )
 def test_bad_options_say_what_is_wrong(asked, words: str) -> None:
     with pytest.raises(hf.HoldfastError, match=words):
-        hf.plan_placement(cube_scene(), thing(), **asked)
+        hf.plan_placement(cube_scene(), thing(), **asked())
+
+
+def test_solves_bound_a_search_that_no_clock_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same seed and the same solves give the same answer on any machine, however slow it is."""
+    search = hf.Search(solves=20, seed=3, spacing=0.05)
+    assert search.limit is None
+    assert hf.Search().limit == 60
+    assert hf.Search(seconds=5, solves=20).limit == 5
+    found = hf.plan_placement(cube_scene(), thing(), search=search, engine="graph")
+    real, began = time.perf_counter, time.perf_counter()
+    monkeypatch.setattr(time, "perf_counter", lambda: began + 1e6 * (real() - began))
+    slow = hf.plan_placement(cube_scene(), thing(), search=search, engine="graph")
+    assert (slow.pose == found.pose).all()
+    assert slow.attempts == found.attempts <= 20
 
 
 @pytest.mark.parametrize(
@@ -275,7 +335,13 @@ def test_the_margin_keeps_away_from_the_brink() -> None:
     assembly = hf.assemble(scene.scene)
     reach = {}
     for margin in (0.0, 3.0):
-        asked = planner(assembly, scene.body, engine="graph", supports=["arm"], avoid=["floor"], mass_margin=margin)
+        asked = planner(
+            assembly,
+            scene.body,
+            where=hf.Where(supports=["arm"], avoid=["floor"]),
+            search=hf.Search(mass_margin=margin),
+            engine="graph",
+        )
         found = asked.search(seed=0, candidates=12).found
         reach[margin] = [candidate.pose[0, 3] for candidate, _ in found]
     # counterweight 0.9 kg at -0.03, arm 0.4 at 0.08, tip 0.15 at 0.18; the column ends at 0.04
@@ -292,7 +358,9 @@ def test_the_margin_makes_the_object_heavier(margin: float, fault: str) -> None:
     plank = hf.Body("plank", hf.Box((0.4, 0.1, 0.02)), mass=1, pose=at(0, 0, 0.01))
     assembly = hf.assemble(hf.Scene([block, plank], 0.5))
     body = hf.Body("object", hf.Box((0.04, 0.04, 0.04)), mass=1.5)
-    asked = planner(assembly, body, engine="graph", supports=["plank"], mass_margin=margin)
+    asked = planner(
+        assembly, body, where=hf.Where(supports=["plank"]), search=hf.Search(mass_margin=margin), engine="graph"
+    )
     assert asked.checks.fault(at(0.15, 0, 0.04))[0] == fault
 
 
@@ -310,7 +378,10 @@ SHAPES = {"u": bracket(), "tin": hf.Cylinder(0.03, 0.09, 24), "ball": hf.Sphere(
 def test_any_shape(shape) -> None:
     """Also one that is not convex; a polyhedron of a ball rests on one of its triangles."""
     p = hf.plan_placement(
-        cube_scene(), hf.Body("object", shape, mass=0.3), engine="graph", supports=["cube"], avoid=["floor"]
+        cube_scene(),
+        hf.Body("object", shape, mass=0.3),
+        where=hf.Where(supports=["cube"], avoid=["floor"]),
+        engine="graph",
     )
     assert p.status is hf.Status.STABLE
     assert not hf.assemble(p.assembly.scene).overlaps

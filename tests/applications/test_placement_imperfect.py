@@ -15,14 +15,11 @@ WOODEN = hf.Imperfect(5e-5, 2e9, samples=3)
 def placed(imperfect: hf.Imperfect | None) -> hf.answers.Placement:
     return hf.plan_placement(
         *(ASSEMBLY, THING),
-        supports=["cube"],
-        spacing=0.02,
-        seed=9,
-        candidates=3,
-        orientations="any",
+        where=hf.Where(supports=["cube"]),
+        approach=hf.Approach(orientations="any"),
+        search=hf.Search(spacing=0.02, seed=9, candidates=3, solves=400),
         imperfect=imperfect,
-        budget=None,
-    )  # fmt: skip
+    )
 
 
 def test_the_best_pose_is_that_with_the_largest_lower() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ import holdfast as hf
 from holdfast.base import progress
 
 JAMS = Path(__file__).parents[3] / "shared" / "cases" / "jams"
-FEW = {"candidates": 2, "attempts": 40, "spacing": 0.04}
+FEW: dict[str, Any] = {"candidates": 2, "spacing": 0.04}
 
 
 def at(x: float, y: float, z: float) -> np.ndarray:
@@ -30,7 +31,9 @@ CUP = hf.Body("cup", hf.Cylinder(0.035, 0.1), 0.3)
 @pytest.mark.parametrize("seed", range(3))
 def test_nothing_juts_out_over_an_edge(seed: int, budget: float | None) -> None:
     """A cup of radius 35 mm on a board 0.5 x 0.28 m (P12); a pose that was not found in time is none."""
-    found = hf.plan_placement(hf.Scene([BOARD, TIN, FLIMSY], 0.5), CUP, seed=seed, budget=budget, **FEW)
+    found = hf.plan_placement(
+        hf.Scene([BOARD, TIN, FLIMSY], 0.5), CUP, search=hf.Search(seed=seed, seconds=budget, solves=40, **FEW)
+    )
     assert found.pose is not None or budget == 0.2
     if found.pose is not None:
         assert (np.abs(found.pose[:2, 3]) <= np.array([0.25, 0.14]) - 0.035 + 2e-4).all()
@@ -39,7 +42,7 @@ def test_nothing_juts_out_over_an_edge(seed: int, budget: float | None) -> None:
 def test_what_is_larger_than_its_support_juts_out_wherever_it_is_put() -> None:
     post = hf.Body("post", hf.Box((0.1, 0.1, 0.3)), fixed=True, pose=at(0, 0, 0.15))
     tray = hf.Body("tray", hf.Box((0.3, 0.2, 0.02)), 0.5)
-    found = hf.plan_placement(hf.Scene([post], 0.5), tray, budget=None, **FEW)
+    found = hf.plan_placement(hf.Scene([post], 0.5), tray, search=hf.Search(solves=40, **FEW))
     assert found.status == hf.Status.STABLE
     assert np.abs(found.pose[:2, 3]).max() <= 0.05
 
@@ -48,13 +51,21 @@ def test_a_plank_may_bridge_two_supports() -> None:
     posts = [hf.Body(f"p{x}", hf.Box((0.1, 0.2, 0.1)), fixed=True, pose=at(x, 0, 0.05)) for x in (-0.2, 0.2)]
     plank = hf.Body("plank", hf.Box((0.45, 0.1, 0.02)), 0.5)
     scene = hf.Scene(posts, 0.5)
-    found = hf.plan_placement(scene, plank, least_supports=2, orientations="upright", budget=None, **FEW)
+    found = hf.plan_placement(
+        scene,
+        plank,
+        where=hf.Where(least_supports=2),
+        approach=hf.Approach(orientations="upright"),
+        search=hf.Search(solves=40, **FEW),
+    )
     assert found.status == hf.Status.STABLE
     assert {name for contact in found.contacts for name in contact.bodies} == {"plank", "p-0.2", "p0.2"}
 
 
 def test_what_can_only_be_balanced_is_not_placed() -> None:
-    found = hf.plan_placement(hf.Scene([BOARD], 0.5), hf.Body("orange", hf.Sphere(0.04), 0.2), budget=None, **FEW)
+    found = hf.plan_placement(
+        hf.Scene([BOARD], 0.5), hf.Body("orange", hf.Sphere(0.04), 0.2), search=hf.Search(solves=40, **FEW)
+    )
     assert found.pose is None
     assert "is only balanced" in found.reason
 
@@ -65,7 +76,12 @@ def test_it_stands_on_what_was_asked_for_alone() -> None:
     floor = hf.Body("floor", hf.HalfSpace(), fixed=True)
     for seed in range(4):
         tin = hf.Body("new", hf.Cylinder(0.015, 0.07), 0.1)
-        found = hf.plan_placement(hf.Scene([floor, low], 0.5), tin, supports=["low"], seed=seed, budget=None, **FEW)
+        found = hf.plan_placement(
+            hf.Scene([floor, low], 0.5),
+            tin,
+            where=hf.Where(supports=["low"]),
+            search=hf.Search(seed=seed, solves=40, **FEW),
+        )
         assert found.status == hf.Status.STABLE
         assert set(found.beneath) == {"low"}
         assert found.pose[2, 3] > 0.03
@@ -79,7 +95,9 @@ def test_a_tin_on_a_pile_stands_on_the_pile(budget: float) -> None:
     rest, tin = scene.without("new"), scene.body("new")
     supports = [body.name for body in rest.movable]
     for seed in range(2):
-        found = hf.plan_placement(rest, tin, supports=supports, seed=seed, budget=budget, **FEW)
+        found = hf.plan_placement(
+            rest, tin, where=hf.Where(supports=supports), search=hf.Search(seed=seed, seconds=budget, solves=40, **FEW)
+        )
         touched = {name for contact in found.contacts for name in contact.bodies} - {"new"}
         assert found.pose is None or touched <= set(supports)
         assert found.pose is None or not hf.stability(found.assembly).verdict.balanced
@@ -99,8 +117,8 @@ def slow(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_counts_alone_decide_where_no_time_is_given(slow: None, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = hf.Scene([BOARD, TIN, FLIMSY], 0.5)
-    late = hf.plan_placement(scene, CUP, seed=3, budget=None, **FEW)
+    late = hf.plan_placement(scene, CUP, search=hf.Search(seed=3, solves=40, **FEW))
     monkeypatch.undo()
-    found = hf.plan_placement(scene, CUP, seed=3, budget=None, **FEW)
+    found = hf.plan_placement(scene, CUP, search=hf.Search(seed=3, solves=40, **FEW))
     np.testing.assert_array_equal(late.pose, found.pose)
     assert late.attempts == found.attempts

@@ -60,7 +60,7 @@ def moved(
 ) -> tuple[np.ndarray, hf.answers.Assembly]:
     """A cube of 5 cm put on the slab at x, y, and moved from there to where there is more room."""
     thing = hf.Body("thing", hf.Box((0.05, 0.05, 0.05)), mass=0.3)
-    checks = planner(assembly, thing, engine="graph", supports=["slab"], next_to=next_to).checks
+    checks = planner(assembly, thing, where=hf.Where(supports=["slab"], next_to=next_to), engine="graph").checks
     fault, after = checks.fault(at(x, y, 0.045))
     assert fault == ""
     return refined(checks, after, at(x, y, 0.045), ("floor", "slab"))
@@ -119,7 +119,7 @@ def test_a_weak_neighbour_does_not_change_the_rating() -> None:
     forces = []
     for assembly in (slab_with(), slab_with(pin)):
         thing = hf.Body("thing", hf.Box((0.05, 0.05, 0.05)), mass=0.3)
-        asked = planner(assembly, thing, engine="graph", supports=["slab"])
+        asked = planner(assembly, thing, where=hf.Where(supports=["slab"]), engine="graph")
         _, after = asked.checks.fault(at(0.1, 0, 0.045))
         found = rated(
             asked.checks, asked.faces, Candidate(at(0.1, 0, 0.045), NONE, NONE, ""), after, Clock.started(None)

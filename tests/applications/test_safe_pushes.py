@@ -67,7 +67,7 @@ def test_a_neighbour_behind_is_pushed_along_and_one_beside_is_not() -> None:
 def test_what_the_body_would_run_into_is_told() -> None:
     """A gap of 3 mm: pushed by 5 mm the first cube touches the second; pushed by 2 mm it does not."""
     far, near = (
-        hf.safe_pushes(row(2, 0.003), "c0", 12.0, directions=X, spacing=0.1, travel=way, doubt=0.1)
+        hf.safe_pushes(row(2, 0.003), "c0", 12.0, directions=X, spacing=0.1, tool=hf.sets.Tool(travel=way), doubt=0.1)
         for way in (0.005, 0.0015)
     )
     assert set(far.effect) == {hf.answers.Effect.UNKNOWN}
@@ -138,7 +138,7 @@ def test_a_tool_does_not_reach_through_the_body_itself() -> None:
 def test_pushes_that_no_tool_reaches_are_counted() -> None:
     ceiling = hf.Body("ceiling", hf.Box((1, 1, 0.02)), pose=at(0, 0, 0.14), fixed=True)
     scene = hf.Scene([floor(), box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.05)), ceiling], 0.5)
-    found = hf.safe_pushes(scene, "cube", 3.0, directions=[X, (0, 0, -1)], tool_radius=0.005)
+    found = hf.safe_pushes(scene, "cube", 3.0, directions=[X, (0, 0, -1)], tool=hf.sets.Tool(radius=0.005))
     assert effects(found, (0, 0, -1)) == set()
     assert found.unreached > 0
     assert found.tool_radius == 0.005

@@ -126,7 +126,7 @@ def test_a_body_beyond_the_reach_of_any_support_falls_down() -> None:
 
 
 def test_overlaps_deeper_than_the_reach_are_refused_by_name() -> None:
-    result = hf.settle(hf.Scene([floor(), box("a", at(0, 0, 0.03)), box("b", at(0.5, 0, 0.051))], 0.5), reach=0.01)
+    result = hf.settle(hf.Scene([floor(), box("a", at(0, 0, 0.03)), box("b", at(0.5, 0, 0.051))], 0.5), travel=0.01)
     assert result.status is hf.Status.UNDECIDED
     assert "'a'" in result.reason
     assert "20 mm" in result.reason
@@ -173,11 +173,11 @@ def test_what_cannot_touch_a_body_does_not_change_a_digit_of_it() -> None:
 def test_the_units_of_length_and_mass_do_not_matter(name: str, length: float, mass: float) -> None:
     """A scene ten times as large within ten times the reach moves ten times as far; the masses' unit moves nothing."""
     noise = noisy(hf.shipped_scene(name), 1.5, 0.5, 4)
-    other = hf.settle(in_units(noise, length, mass), reach=0.03 * length)
+    other = hf.settle(in_units(noise, length, mass), travel=0.03 * length)
     here = hf.settle(noise)
     assert here.moved.max() > 1e-3
     assert other.moved == pytest.approx(length * here.moved, abs=1e-6 * length)
-    assert other.turned == pytest.approx(here.turned, abs=1e-3)
+    assert other.turned_degrees == pytest.approx(here.turned_degrees, abs=1e-3)
     assert other.status is here.status is hf.Status.STABLE
 
 
@@ -316,14 +316,14 @@ def test_upright_bodies_are_turned_first() -> None:
     assert result.status is hf.Status.STABLE
     assert result.scene.body("post").pose[2, 2] == pytest.approx(1, abs=1e-9)
     with pytest.raises(hf.HoldfastError, match="degrees from upright"):
-        hf.settle(scene, upright=["post"], turn=3)
+        hf.settle(scene, upright=["post"], turn_degrees=3)
 
 
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        ({"reach": 0}, "reach"),
-        ({"turn": -1}, "turn"),
+        ({"travel": 0}, "travel"),
+        ({"turn_degrees": -1}, "turn_degrees"),
         ({"known": ["nobody"]}, "nobody"),
         ({"pose_sigma": 0}, "pose_sigma"),
         ({"pose_sigma": {"nobody": 1e-3}}, "nobody"),

@@ -20,7 +20,8 @@ ANYWHERE = np.array([[-np.inf] * 3, [np.inf] * 3])
 
 def options(orientations: Float | None = None, prefer_upright: bool = True) -> Options:
     return Options(
-        region=ANYWHERE, supports=("tray",), least_supports=1, avoid=(), orientations=orientations, turn=True, tilt=5.0,
+        box=ANYWHERE, supports=("tray",), least_supports=1, avoid=(), orientations=orientations, free_yaw=True,
+        lean_degrees=5.0,
         approach=None, weights=Weights(), friction=hf.Friction(0.5), mass_margin=0.1, spacing=0.01,
         prefer_upright=prefer_upright,
     )  # fmt: skip

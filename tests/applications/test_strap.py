@@ -25,7 +25,7 @@ def over(pull: float = PULL, friction: float = 0.0) -> hf.Strap:
     """Straight down on both sides of the box, which is 0.1 m high."""
     h = SIDE / 2
     path = [("floor", (0, -h, 0)), ("box", (0, -h, 0.1)), ("box", (0, h, 0.1)), ("floor", (0, h, 0))]
-    return hf.Strap(path, pull, friction=friction)
+    return hf.Strap(path, pull, mu=friction)
 
 
 def limits(assembly: hf.answers.Assembly, ways: object, strap: hf.Strap | None, engine: str = "limit") -> np.ndarray:
@@ -58,11 +58,11 @@ def test_nothing_is_pulled_out_of_nowhere(friction: float) -> None:
     rng = np.random.default_rng(1)
     path = [("floor", p) for p in rng.normal(size=(6, 3))]
     for closed in (False, True):
-        strap = hf.Strap(path, 70.0, friction=0.0 if closed else friction, closed=closed)
+        strap = hf.Strap(path, 70.0, mu=0.0 if closed else friction, closed=closed)
         forces = strap.forces()
         assert forces.sum(0) == pytest.approx(np.zeros(3), abs=1e-9)
         assert np.cross(strap.points, forces).sum(0) == pytest.approx(np.zeros(3), abs=1e-9)
-    ends = hf.Strap(path, 70.0, friction=friction)
+    ends = hf.Strap(path, 70.0, mu=friction)
     assert ends.forces()[0] @ (ends.points[1] - ends.points[0]) == pytest.approx(70.0 * ends.lengths[0])
     assert (np.diff(ends.tensions) <= 0).all()
 
@@ -87,7 +87,7 @@ def test_a_cut_strap_leaves_what_was_there() -> None:
 
 
 def hooked(stiffness: float = 1e5) -> tuple[hf.answers.Assembly, hf.Strap]:
-    strap = hf.Strap([("floor", (1.2, 0, 0)), ("box", (SIDE / 2, 0, 0.05))], PULL, stiffness=stiffness)
+    strap = hf.Strap([("floor", (1.2, 0, 0)), ("box", (SIDE / 2, 0, 0.05))], PULL, spring=stiffness)
     return load(), strap
 
 
@@ -168,21 +168,21 @@ def test_wrong_straps_are_told() -> None:
     with pytest.raises(hf.errors.SceneError, match="needs 2"):
         hf.Strap([("floor", (0, 0, 0))], 1.0)
     with pytest.raises(hf.errors.SceneError, match="closed"):
-        hf.Strap([("box", X), ("box", Y), ("box", Z)], 1.0, closed=True, friction=0.1)
+        hf.Strap([("box", X), ("box", Y), ("box", Z)], 1.0, closed=True, mu=0.1)
     with pytest.raises(hf.errors.SceneError, match="pretension"):
         hf.Strap([("floor", X), ("box", Y)], -1.0)
-    with pytest.raises(hf.errors.SceneError, match="no stiffness"):
+    with pytest.raises(hf.errors.SceneError, match="no spring"):
         hf.Strap.tied(assembly, [hf.Strap([("floor", (1.2, 0, 0)), ("box", (h, 0, 0.05))], 1.0)], bedding=1e7)
     with pytest.raises(hf.errors.SceneError, match="4 points"):
-        hf.Strap.tied(assembly, [hf.Strap(_path(over()), 1.0, stiffness=1.0)], bedding=1e7)
+        hf.Strap.tied(assembly, [hf.Strap(_path(over()), 1.0, spring=1.0)], bedding=1e7)
 
 
 def test_straps_from_files(tmp_path: Path) -> None:
     text = """
-- path: [[floor, 0, -0.2, 0], [box, 0, -0.2, 0.1], [box, 0, 0.2, 0.1], [floor, 0, 0.2, 0]]
+- route: [[floor, 0, -0.2, 0], [box, 0, -0.2, 0.1], [box, 0, 0.2, 0.1], [floor, 0, 0.2, 0]]
   pretension: 150
-  friction: 0.3
-- {path: [[floor, 1.2, 0, 0], [box, 0.2, 0, 0.05]], pretension: 150, stiffness: 1e5}
+  mu: 0.3
+- {route: [[floor, 1.2, 0, 0], [box, 0.2, 0, 0.05]], pretension: 150, spring: 1e5}
 """
     path = tmp_path / "straps.yaml"
     path.write_text(text)
@@ -190,11 +190,11 @@ def test_straps_from_files(tmp_path: Path) -> None:
     for wrong, told in (
         ("{}", "list"),
         ("- 3", "pretension"),
-        ("- {path: [], pretension: 1}", "path"),
-        ("- {path: [[floor, 0, 0]], pretension: 1}", "path"),
-        ("- {path: [[a, 0, 0, 0], [b, 0, 0, 1]], pretension: 1, frction: 2}", "friction"),
-        ("- {path: [[a, 0, 0, 0], [b, 0, 0, 1]], pretension: x}", "pretension"),
-        ("- {path: [[a, 0, 0, 0], [b, 0, 0, 1]], pretension: 1, closed: 3}", "true or false"),
+        ("- {route: [], pretension: 1}", "route"),
+        ("- {route: [[floor, 0, 0]], pretension: 1}", "route"),
+        ("- {route: [[a, 0, 0, 0], [b, 0, 0, 1]], pretension: 1, sprng: 2}", "spring"),
+        ("- {route: [[a, 0, 0, 0], [b, 0, 0, 1]], pretension: x}", "pretension"),
+        ("- {route: [[a, 0, 0, 0], [b, 0, 0, 1]], pretension: 1, closed: 3}", "true or false"),
     ):
         path.write_text(wrong)
         with pytest.raises(hf.errors.SceneError, match=told):

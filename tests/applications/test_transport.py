@@ -30,8 +30,19 @@ def shipped(name: str) -> hf.answers.Assembly:
     return hf.assemble(shipped_scene(name))
 
 
+def turned(
+    assembly: hf.answers.Assembly, directions: Any, motion: dict[str, Any], **options: Any
+) -> hf.answers.TransportLimits:
+    """The limits on a carrier that also moves as ``inertial_loads`` is told."""
+    return hf.transport_limits(assembly, directions, standing=hf.sets.inertial_loads(assembly, **motion), **options)
+
+
 def limits(assembly: hf.answers.Assembly, *directions: np.ndarray, **options: Any) -> np.ndarray:
-    return hf.transport_limits(assembly, np.array(directions), **options).acceleration
+    names = ("angular_velocity", "angular_acceleration", "pivot")
+    motion = {name: options.pop(name) for name in names if name in options}
+    if not motion:
+        return hf.transport_limits(assembly, np.array(directions), **options).acceleration
+    return turned(assembly, np.array(directions), motion, **options).acceleration
 
 
 # ---- linear acceleration
@@ -108,7 +119,7 @@ def test_graph_and_limit_agree_on_one_box() -> None:
 def test_a_tilted_tray_holds_less_uphill_and_more_downhill(height: float, engine: str) -> None:
     """A turn about +x raises the tray's +y side; what slips or topples there is pulled towards -y."""
     angle, share = 0.2, min(MU, 0.1 / height)
-    up, down = limits(carried(height), Y, -Y, tilt=(np.degrees(angle), 0, 0), engine=engine)
+    up, down = limits(carried(height), Y, -Y, tilt_degrees=(np.degrees(angle), 0, 0), engine=engine)
     assert up == pytest.approx(G * (share * np.cos(angle) - np.sin(angle)), rel=1e-4)
     assert down == pytest.approx(G * (share * np.cos(angle) + np.sin(angle)), rel=1e-4)
 
@@ -120,7 +131,7 @@ def test_a_tilted_tray_lets_go_at_the_friction_angle_or_over_the_edge(height: fl
     for sense in (1, -1):
         for share, status in ((0.99, hf.Status.STABLE), (1.01, hf.Status.UNSTABLE)):
             turn = (np.degrees(sense * share * critical), 0, 0)
-            t = hf.transport_limits(carried(height), [X, Y], tilt=turn, engine=engine)
+            t = hf.transport_limits(carried(height), [X, Y], tilt_degrees=turn, engine=engine)
             assert t.verdict.status is status
             assert (t.acceleration > 0).all() == (status is hf.Status.STABLE)
             if status is hf.Status.UNSTABLE:
@@ -135,7 +146,7 @@ def test_tilt_is_acceleration_under_scaled_gravity(engine: str) -> None:
     pulled = hf.sets.inertial_loads(assembly, acceleration=(0, -G * np.tan(angle), 0))
     ways = np.array([X, Y, -Y, X - Y])
     level = limits(assembly, *ways, standing=pulled, engine=engine)
-    tilted = limits(assembly, *ways, tilt=(-np.degrees(angle), 0, 0), engine=engine)
+    tilted = limits(assembly, *ways, tilt_degrees=(-np.degrees(angle), 0, 0), engine=engine)
     assert level * np.cos(angle) == pytest.approx(tilted, rel=1e-3)
 
 
@@ -147,7 +158,7 @@ def test_a_tilt_is_a_rotation_vector_in_degrees() -> None:
 def test_the_default_directions_of_a_tilted_tray_are_level() -> None:
     tilt = np.array((12, -6, 24))
     turn = Rotation.from_rotvec(np.radians(tilt)).as_matrix()
-    ways = hf.transport_limits(carried(), tilt=tilt, engine="graph").directions
+    ways = hf.transport_limits(carried(), tilt_degrees=tilt, engine="graph").directions
     assert (ways @ turn.T)[:, 2] == pytest.approx(0, abs=1e-12)
 
 
@@ -173,9 +184,8 @@ def test_a_turntable_throws_off_at_mu_g(engine: str) -> None:
     radius = 0.4
     for share, status in ((0.995, hf.Status.STABLE), (1.005, hf.Status.UNSTABLE)):
         rate = share * np.sqrt(MU * G / radius)
-        t = hf.transport_limits(
-            carried(place=(0.3, 0.2)), X, angular_velocity=(0, 0, -rate), pivot=(0.3, 0.2 - radius, 0), engine=engine
-        )
+        motion = {"angular_velocity": (0, 0, -rate), "pivot": (0.3, 0.2 - radius, 0)}
+        t = turned(carried(place=(0.3, 0.2)), X, motion, engine=engine)
         assert t.verdict.status is status
 
 
@@ -195,7 +205,7 @@ def test_a_cube_on_the_pivot_twists_off(sense: int) -> None:
     critical = MU * G * LEVER * 0.1 / (0.1**2 / 6)
     for share, status in ((0.97, hf.Status.STABLE), (1.03, hf.Status.UNSTABLE)):
         turning = {"angular_acceleration": (0, 0, sense * share * critical), "pivot": (0.2, 0.1, 0)}
-        assert hf.transport_limits(carried(place=(0.2, 0.1)), X, **turning).verdict.status is status
+        assert turned(carried(place=(0.2, 0.1)), X, turning).verdict.status is status
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -206,9 +216,8 @@ def test_rocking_the_tray_tips_a_tall_box(sense: int, engine: str) -> None:
     inertia, mass = (0.1**2 + height**2) / 12, 1.0
     critical = mass * G * 0.05 / (mass * height**2 / 4 + mass * inertia)
     for share, status in ((0.99, hf.Status.STABLE), (1.01, hf.Status.UNSTABLE)):
-        t = hf.transport_limits(
-            carried(height, mu), [Y, -Y], angular_acceleration=(sense * share * critical, 0, 0), engine=engine
-        )
+        motion = {"angular_acceleration": (sense * share * critical, 0, 0)}
+        t = turned(carried(height, mu), [Y, -Y], motion, engine=engine)
         assert t.verdict.status is status
         if status is hf.Status.STABLE:  # a turn about +x moves the top towards -y: inertia pulls it towards +y
             assert (t.acceleration[0] - t.acceleration[1]) * sense > 0.5 * G / 3
@@ -248,9 +257,9 @@ def test_the_frame_does_not_matter(engine: str) -> None:
     there = hf.assemble(hf.Scene(moved, plain.friction, turn @ plain.gravity))
     ways, motion = np.array([X, Y, X - 2 * Y]), {"angular_acceleration": (1.0, 0.5, 2.0), "angular_velocity": (0, 1, 1)}
     here = limits(hf.assemble(plain), *ways, pivot=(0.1, 0, 0), engine=engine, **motion)
-    turned = {name: turn @ value for name, value in motion.items()}
+    other = {name: turn @ value for name, value in motion.items()}
     pivot = turn @ (0.1, 0, 0) + frame[:3, 3]
-    assert limits(there, *(ways @ turn.T), pivot=pivot, engine=engine, **turned) == pytest.approx(here, rel=2e-3)
+    assert limits(there, *(ways @ turn.T), pivot=pivot, engine=engine, **other) == pytest.approx(here, rel=2e-3)
 
 
 def test_the_set_and_the_limits_agree_on_a_tilted_turning_tray() -> None:
@@ -259,10 +268,10 @@ def test_the_set_and_the_limits_agree_on_a_tilted_turning_tray() -> None:
     found = hf.sets.sustainable_accelerations(
         assembly.tilted(tilt), standing=hf.sets.inertial_loads(assembly, **turning)
     )
-    t = hf.transport_limits(assembly, tilt=tilt, engine="limit", **turning)
+    t = turned(assembly, None, turning, tilt_degrees=tilt, engine="limit")
     reach = 1 / found.usage(t.directions)
     assert (reach <= t.acceleration * (1 + 1e-6)).all()
-    assert (reach >= t.acceleration * (1 - found.gap) - 1e-6).all()
+    assert (reach >= t.acceleration * (1 - found.accuracy) - 1e-6).all()
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -295,7 +304,7 @@ def test_what_falls_is_carried_nowhere() -> None:
 
 
 def test_bounds() -> None:
-    t = hf.transport_limits(shipped("table"), bound=True)
+    t = hf.transport_limits(shipped("table"), bounds=True)
     assert t.claim is hf.answers.Claim.HOLDS
     assert (t.lower <= t.acceleration).all()
     assert (t.acceleration <= t.upper * (1 + 1e-4)).all()
@@ -308,11 +317,9 @@ def test_bounds() -> None:
         ({"directions": [[0, 0, 0]]}, "a direction is zero; needs"),
         ({"directions": np.zeros((0, 3))}, "is empty; needs"),
         ({"directions": [1, 2]}, r"shape \(2,\); needs"),
-        ({"tilt": [1, 2]}, r"tilt_degrees: has shape \(2,\); needs"),
-        ({"angular_velocity": (0, 0, np.nan)}, "angular velocity: contains nan"),
-        ({"pivot": 1}, "pivot: has shape"),
+        ({"tilt_degrees": [1, 2]}, r"tilt_degrees: has shape \(2,\); needs"),
         ({"engine": "grap"}, "'grap' is unknown"),
-        ({"engine": "graph", "bound": True}, "not ordered against limit"),
+        ({"engine": "graph", "bounds": True}, "not ordered against limit"),
     ],
 )
 def test_questions_that_make_no_sense(options: dict[str, Any], match: str) -> None:
@@ -327,7 +334,7 @@ def test_a_path_is_slowed_down_to_what_the_box_bears() -> None:
     """Accelerations grow with the square of the speed; a box that slips bears mu g in every level direction."""
     angle = np.linspace(0, 6, 40)
     path = 9.0 * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
-    found = hf.sets.sustainable_accelerations(carried(), gap=0.01)
+    found = hf.sets.sustainable_accelerations(carried(), accuracy=0.01)
     s = hf.sets.safe_time_scale(path, found)
     assert np.sqrt(MU * G / 9 * 0.99) <= s <= np.sqrt(MU * G / 9)
     assert set(found.contains(s**2 * path)) == {True}
@@ -343,7 +350,7 @@ def test_limits_along_the_path_itself_will_do() -> None:
     t = hf.transport_limits(carried(), moving)
     assert hf.sets.safe_time_scale(path, t) == pytest.approx(np.sqrt(t.lower[1] / 9))
     assert np.sqrt(MU * G / 9) * 0.995 < hf.sets.safe_time_scale(path, t) < np.sqrt(MU * G / 9)
-    fallen = hf.transport_limits(carried(), moving, tilt=(60, 0, 0))
+    fallen = hf.transport_limits(carried(), moving, tilt_degrees=(60, 0, 0))
     assert hf.sets.safe_time_scale(path, fallen) == 0
     with pytest.raises(hf.HoldfastError, match="along other directions"):
         hf.sets.safe_time_scale(-path, t)

@@ -34,7 +34,13 @@ def place(monkeypatch: pytest.MonkeyPatch) -> Callable[..., hf.answers.Placement
         monkeypatch.setattr(comparing, "refined", lambda checks, after, pose, beneath: (pose, after))
         monkeypatch.setattr(rating, "robustness_map", lambda *a, **k: next(turn)(maps.robustness_map(*a, **k)))
         monkeypatch.setattr(support, "robustness_map", lambda *a, **k: before(maps.robustness_map(*a, **k)))
-        return hf.plan_placement(hf.assemble(SCENE), THING, engine="graph", supports=["cube"], spacing=0.02, **options)
+        return hf.plan_placement(
+            hf.assemble(SCENE),
+            THING,
+            where=hf.Where(supports=["cube"]),
+            search=hf.Search(spacing=0.02, **options),
+            engine="graph",
+        )
 
     return call
 

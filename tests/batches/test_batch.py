@@ -126,7 +126,9 @@ def test_fewer_inputs_lose_nothing_for_later(folder: Path, asked: Callable[[], l
     before = rows(folder.parent / "out")
     asked()
     out = folder.parent / "out"
-    assert hf.batch(str(folder / "[67].yaml"), out=out, workers=1, shard_size=3).scenes == 2
+    assert (
+        hf.batch(str(folder / "[67].yaml"), resources=hf.sets.Resources(shard_size=3), out=out, workers=1).scenes == 2
+    )
     assert [row["number"] for row in rows(out)["pushes"]] == [0, 0, 0, 1, 1, 1]
     batch(folder)
     assert asked() == []
@@ -171,7 +173,7 @@ def test_rows_that_a_shard_loses_outlast_the_end_of_the_driver(
 def test_what_a_scene_does_is_one_row_and_harms_no_other(folder: Path, word: str, outcome: str, told: str) -> None:
     (folder / "3.yaml").write_text(f"{word} now")
     seconds = 60.0 if outcome == "memory" else 3.0  # a busy machine takes a while to use it up
-    report = batch(folder, seconds=seconds, megabytes=1000)
+    report = batch(folder, resources=hf.sets.Resources(megabytes=1000, shard_size=3), seconds=seconds)
     found = rows(folder.parent / "out")["scenes"]
     assert [row["outcome"] for row in found] == ["answered"] * 3 + [outcome] + ["answered"] * 4
     assert told in found[3]["told"]
@@ -196,7 +198,7 @@ def test_another_question_is_refused_by_name(folder: Path) -> None:
     with pytest.raises(hf.HoldfastError, match="options was"):
         batch(folder, options={"engine": "limit"})
     with pytest.raises(hf.HoldfastError, match="shard_size was 3, and is 4"):
-        batch(folder, shard_size=4)
+        batch(folder, resources=hf.sets.Resources(shard_size=4))
     strange = folder.parent / "strange"
     strange.mkdir()
     (strange / "thesis.tex").write_text("")
@@ -207,7 +209,7 @@ def test_another_question_is_refused_by_name(folder: Path) -> None:
 def test_shards_divided_among_drivers_make_one_table(folder: Path) -> None:
     batch(folder, out=folder.parent / "whole")
     for part in ("0/2", "1/2"):
-        batch(folder, shard=part)
+        batch(folder, resources=hf.sets.Resources(shard=part))
     assert rows(folder.parent / "out") == rows(folder.parent / "whole")
 
 
@@ -233,7 +235,7 @@ def test_two_batches_do_not_write_to_one_folder(folder: Path) -> None:
     with pytest.raises(hf.HoldfastError, match="another batch writes to it"):
         batch(folder)
     with pytest.raises(hf.HoldfastError, match="another batch writes to it"):
-        batch(folder, shard="0/2")
+        batch(folder, resources=hf.sets.Resources(shard="0/2"))
     first.kill()
     first.wait()
     (folder / "0.yaml").write_text("tame")
@@ -263,7 +265,7 @@ def started(folder: Path, **environment: str) -> subprocess.Popen[bytes]:
         "def drawn():\n"
         "    print('drawn', flush=True)\n"
         "    yield from (str(path) for path in sorted(folder.glob('*.yaml')))\n"
-        "hf.batch(drawn(), out=folder.parent / 'out', workers=2, shard_size=3)\n"
+        "hf.batch(drawn(), out=folder.parent / 'out', workers=2, resources=hf.sets.Resources(shard_size=3))\n"
     )
     command = [sys.executable, "-c", code, str(folder)]
     return subprocess.Popen(

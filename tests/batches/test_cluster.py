@@ -52,10 +52,10 @@ def rows(out: Path) -> dict[str, list[dict[str, Any]]]:
 
 def same(folder: Path, scheduler: Any) -> None:
     """Ask twice, here and there, and compare."""
-    limits: dict[str, Any] = {"shard_size": 5, "megabytes": 1000}
+    limits: dict[str, Any] = {"megabytes": 1000, "shard_size": 5}
     scenes = str(folder / "*.yaml")
     here = hf.batch(scenes, out=folder.parent / "here", workers=2, **limits)
-    there = hf.batch(scenes, out=folder.parent / "there", scheduler=scheduler, **limits)
+    there = hf.batch(scenes, out=folder.parent / "there", resources=hf.sets.Resources(scheduler=scheduler, **limits))
     assert dict(here.outcomes) == dict(there.outcomes) == {"answered": 10, "memory": 1, "crash": 1}
     assert rows(folder.parent / "there") == rows(folder.parent / "here")
 
@@ -77,16 +77,18 @@ def test_separate_workers_with_tls_one_of_them_killed(folder: Path, tmp_path: Pa
     with processes(files, tmp_path) as (address, workers):
         assert address.startswith(f"tls://{LOOPBACK}")
         with pytest.raises(hf.HoldfastError, match="cannot be reached"):
-            hf.batch(str(folder / "*.yaml"), out=folder.parent / "none", scheduler=address)
+            hf.batch(str(folder / "*.yaml"), resources=hf.sets.Resources(scheduler=address), out=folder.parent / "none")
         names = {"tls_ca_file": files["ca"], "tls_client_cert": files["cert"], "tls_client_key": files["key"]}
         security = distributed.Security(require_encryption=True, **{key: str(path) for key, path in names.items()})
         with distributed.Client(address, security=security) as client:
             client.wait_for_workers(2)
-            scenes, limits = str(folder / "*.yaml"), {"shard_size": 5, "megabytes": 1000}
+            scenes, limits = str(folder / "*.yaml"), {"megabytes": 1000, "shard_size": 5}
             here = hf.batch(scenes, out=folder.parent / "here", workers=2, **limits)
             killer = threading.Timer(1.5, workers[0].kill)
             killer.start()
-            there = hf.batch(scenes, out=folder.parent / "there", scheduler=client, **limits)
+            there = hf.batch(
+                scenes, out=folder.parent / "there", resources=hf.sets.Resources(scheduler=client, **limits)
+            )
             killer.join()
             assert workers[0].wait() == -signal.SIGKILL
         assert dict(here.outcomes) == dict(there.outcomes)
@@ -121,7 +123,7 @@ def test_tls_by_address_takes_its_certificates_from_dasks_own_configuration(fold
     names = {"ca-file": str(files["ca"]), "client.cert": str(files["cert"]), "client.key": str(files["key"])}
     with processes(files, tmp_path) as (address, _):
         with pytest.raises(hf.HoldfastError, match="cannot be reached"):
-            hf.batch(str(folder / "*.yaml"), out=tmp_path / "none", scheduler=address)
+            hf.batch(str(folder / "*.yaml"), resources=hf.sets.Resources(scheduler=address), out=tmp_path / "none")
         with dask.config.set({f"distributed.comm.tls.{name}": path for name, path in names.items()}):
             same(folder, address)
 
@@ -205,7 +207,7 @@ def certificates(folder: Path) -> dict[str, Path]:
 
 def test_a_scheduler_that_is_none_is_told(folder: Path) -> None:
     with pytest.raises(hf.HoldfastError, match="got 3"):
-        hf.batch(str(folder / "*.yaml"), out=folder.parent / "out", scheduler=3)  # type: ignore[arg-type]
+        hf.batch(str(folder / "*.yaml"), resources=hf.sets.Resources(scheduler=3), out=folder.parent / "out")  # type: ignore[arg-type]
 
 
 @pytest.fixture(scope="module", autouse=True)

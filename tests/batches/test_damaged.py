@@ -54,7 +54,7 @@ def here(made: Path, tmp_path: Path) -> Path:
 
 def batch(here: Path) -> hf.answers.BatchReport:
     scenes = [(f"{k}.yaml", here / "in" / f"{k}.yaml") for k in range(8)]
-    return hf.batch(scenes, out=here / "out", workers=1, shard_size=3)
+    return hf.batch(scenes, resources=hf.sets.Resources(shard_size=3), out=here / "out", workers=1)
 
 
 def rows(here: Path) -> Rows:

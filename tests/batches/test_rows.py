@@ -52,7 +52,9 @@ def folder(tmp_path: Path) -> Path:
 def test_rows_equal_single_calls_bit_for_bit(folder: Path) -> None:
     scenes = [*sorted((folder / "in").glob("*.yaml")), ("stack", hf.shipped_scene("stack")), hf.shipped_scene("slope")]
     ask = ("stability", "map", "transport", f"push:{folder / 'pushes.csv'}")
-    report = hf.batch(scenes, ask, out=folder / "out", workers=2, shard_size=2, options=OPTIONS)
+    report = hf.batch(
+        scenes, ask, resources=hf.sets.Resources(shard_size=2), out=folder / "out", workers=2, options=OPTIONS
+    )
     assert dict(report.outcomes) == {"error": 1, "answered": 3}
     tables = hf.read_batch(folder / "out")
     for name, scene in (

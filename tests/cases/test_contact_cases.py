@@ -71,7 +71,7 @@ NONE = Difference("")
 def ours(path: Path) -> hf.answers.Assembly:
     """The case assembled by our own detection, at the tolerances that it needs; patches as found, none merged."""
     difference = DIFFERENT.get(path.stem, NONE)
-    assembly = hf.assemble(hf.load_scene(path), gap=difference.gap, angle=difference.angle)
+    assembly = hf.assemble(hf.load_scene(path), gap=difference.gap, angle_degrees=difference.angle)
     if not any("merged" in interface.flags for interface in assembly.interfaces):
         return assembly
     found = find_contacts(assembly.scene, assembly.tolerances, merge=False)
@@ -151,7 +151,7 @@ def test_the_warped_cube_presses_alike_where_its_patches_are_merged() -> None:
     path = case("cube_curve_short")
     ((pair, polygons),) = given(path).items()
     first = min(pair)
-    (merged,) = hf.assemble(hf.load_scene(path), angle=5).interfaces
+    (merged,) = hf.assemble(hf.load_scene(path), angle_degrees=5).interfaces
     assert "merged" in merged.flags
     sense = 1 if merged.bodies[0] == first else -1
     found = sense * sum(patch.spots.shares @ patch.spots.normals for patch in merged.patches)
@@ -169,7 +169,7 @@ def test_the_warped_cube_agrees_in_sum_and_loses_area_at_one_degree() -> None:
     (strict,) = hf.assemble(scene).interfaces
     assert strict.area / area == pytest.approx(0.703, abs=0.002)
     assert "ambiguous_gap" in strict.flags
-    (loose,) = hf.assemble(scene, angle=3).interfaces
+    (loose,) = hf.assemble(scene, angle_degrees=3).interfaces
     assert loose.area == pytest.approx(area, rel=3e-4)
 
 
@@ -230,7 +230,7 @@ scene_of = functools.cache(hf.load_scene)
 
 
 def found_in(scene: hf.Scene, gap: float) -> frozenset[frozenset[str]]:
-    return frozenset(frozenset(i.bodies) for i in hf.assemble(scene, gap=gap, angle=1).interfaces)
+    return frozenset(frozenset(i.bodies) for i in hf.assemble(scene, gap=gap, angle_degrees=1).interfaces)
 
 
 @functools.cache

@@ -82,7 +82,7 @@ def test_a_stack_with_one_frictionless_pair() -> None:
     """L2: the lower cube carries the upper one: μ 2 m g = 9.81 N; the upper one slides at the least push."""
     friction = hf.Friction(0.5, pairs={("low", "high"): 0.0})
     assembly = assembled([cube("low", 0), cube("high", 0, 0.15)], friction)
-    low = push(assembly, "low", LEFT, ALONG_X, bound=True)
+    low = push(assembly, "low", LEFT, ALONG_X, bounds=True)
     assert low.force[0] == pytest.approx(2 * 0.5 * G, rel=1e-5)
     assert low.moving[0] == ("low",)
     assert balanced(push(assembly, "high", (-0.05, 0, 0.15), ALONG_X), "high")

@@ -62,7 +62,7 @@ def test_detected_areas_are_the_published_ones(path: Path) -> None:
         published[pair] = (
             published.get(pair, 0.0) + hf.answers.Interface(tuple(i["between"]), i["polygon"], i["normal"]).area
         )
-    found = {frozenset(i.bodies): i.area for i in hf.assemble(scene, angle=ANGLE.get(path.stem)).interfaces}
+    found = {frozenset(i.bodies): i.area for i in hf.assemble(scene, angle_degrees=ANGLE.get(path.stem)).interfaces}
     assert {pair: pytest.approx(area, rel=2e-3) for pair, area in published.items()} == found
 
 
@@ -74,7 +74,7 @@ def test_armadillo_stands_on_our_interfaces_at_the_tolerance_its_data_needs(engi
     scene = hf.load_scene(path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", hf.errors.HoldfastWarning)
-        assembly = hf.assemble(scene, gap=0.05, angle=20)
+        assembly = hf.assemble(scene, gap=0.05, angle_degrees=20)
     published = {frozenset(i["between"]) for i in shared.contents(path)["interfaces"]}
     assert {frozenset(i.bodies) for i in assembly.interfaces} == published
     assert hf.stability(assembly, engine=engine).equilibrium_exists is True

@@ -66,4 +66,4 @@ def test_nested_dishes_go_where_a_simulation_of_their_true_surfaces_brings_them(
     result = hf.settle(scene("dishes"))
     moved, turned = np.array([SIMULATED[name] for name in result.names]).T
     assert 1e3 * result.moved == pytest.approx(moved, abs=0.3)
-    assert result.turned == pytest.approx(turned, abs=RANGE)
+    assert result.turned_degrees == pytest.approx(turned, abs=RANGE)

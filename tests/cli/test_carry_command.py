@@ -58,7 +58,7 @@ def test_the_vehicle_drives_where_it_heads(carry: Any) -> None:
 
 def test_straps_hold_what_slips(carry: Any, tmp_path: Path) -> None:
     path = [["floor", 0, -0.05, 0], ["cube", 0, -0.05, 0.1], ["cube", 0, 0.05, 0.1], ["floor", 0, 0.05, 0]]
-    (tmp_path / "straps.json").write_text(json.dumps([{"path": path, "pretension": 50}]))
+    (tmp_path / "straps.json").write_text(json.dumps([{"route": path, "pretension": 50}]))
     options = ("--profile", "eumos40509_0.8g", "--engine", "limit")
     assert carry("cube", *options)[0] == 1
     assert carry("cube", *options, "--straps", "straps.json")[0] == 0

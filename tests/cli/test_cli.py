@@ -145,7 +145,7 @@ def test_nan_never_becomes_a_number() -> None:
 
 
 def test_one_body_can_be_mapped(holdfast: Any) -> None:
-    data = read(holdfast("map", "table", "--body", "slab", "--spacing", 0.05, "--json").out)
+    data = read(holdfast("map", "table", "--bodies", "slab", "--spacing", 0.05, "--json").out)
     assert set(data["body"]) == {"slab"}
 
 
@@ -182,7 +182,7 @@ def test_a_picture_that_cannot_be_written_is_an_error(target: str, holdfast: Any
         ["map", "table", "--spacing", "wide"],
         ["map", "table", "--spacing", "-1"],
         ["map", "table", "--spacing", "1e-7"],
-        ["map", "table", "--body", "slb"],
+        ["map", "table", "--bodies", "slb"],
         ["map", "table", "--max-cuts", "many"],
         ["assess", "table", "--engine", "grap"],
         ["assess", "table", "--nodes", "1"],
@@ -190,7 +190,7 @@ def test_a_picture_that_cannot_be_written_is_an_error(target: str, holdfast: Any
         ["assess", "table", "--engine", "limit", "--nodes", "9"],
         ["assess", "table", "--mass-margin", "0.2"],
         ["assess", "table", "--gap", "nan"],
-        ["assess", "table", "--angle", "90"],
+        ["assess", "table", "--angle-degrees", "90"],
         ["assess", "table", "--mass-margin", "1"],
         ["convert", "table", "table.txt"],
         ["convert", "table", "no/such/table.yaml"],

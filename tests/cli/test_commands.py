@@ -58,7 +58,7 @@ def test_a_map_of_many_bodies_says_what_engine_limit_would_cost(
     path = tmp_path / "wall.yaml"
     many = wall(6, 5, 0.5, "wall")
     hf.save_scene(many, path)
-    options = ("--body", many.movable[0].name, "--spacing", 1.0)
+    options = ("--bodies", many.movable[0].name, "--spacing", 1.0)
     told = called(monkeypatch, capsys, "map", path, *options)[2]
     assert f"{len(many.movable)} bodies hold each other here: --engine limit takes about" in told
     assert called(monkeypatch, capsys, "map", path, *options, "--engine", "limit")[2] == ""

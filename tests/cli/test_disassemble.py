@@ -35,7 +35,7 @@ def test_json_of_a_goal() -> None:
     data = json.loads(done.stdout)
     assert data["order"] == ["C", "D"]
     assert data["assembly_order"] == ["D", "C"]
-    assert (data["bound"], data["proven"], data["reached"], data["blocked"]) == (2.0, True, True, {})
+    assert (data["fewest"], data["proven"], data["reached"], data["blocked"]) == (2.0, True, True, {})
     assert [step["answer"] for step in data["steps"]] == ["safe", "safe"]
 
 
@@ -43,7 +43,7 @@ def test_an_arch_ends_with_1_and_reasons() -> None:
     done = run("arch", "--json")
     assert done.returncode == 1
     data = json.loads(done.stdout)
-    assert data["bound"] == "inf"
+    assert data["fewest"] == "inf"
     assert set(data["blocked"]) == {f"v{k}" for k in range(1, 6)}
 
 

@@ -109,7 +109,7 @@ def test_d2_every_command_for_itself(name: str, file: str, call: Call) -> None:
     code, out, _ = call("assess", file, "--engine", "limit", "--json")
     assert (code, json.loads(out)["scene"]) == (0, name)
     assert out.isascii()
-    code, _, err = call("map", file, "--body", f"{name}?", "--engine", "limit")
+    code, _, err = call("map", file, "--bodies", f"{name}?", "--engine", "limit")
     assert code == 2
     assert_harmless(err)
     assert err.count("\n") == 1

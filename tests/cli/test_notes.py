@@ -21,13 +21,13 @@ COMMANDS = {
     "assess": ("assess", "{}"),
     "map": ("map", "{}", "--spacing", "0.1", "--engine", "limit"),
     "push": ("push", "{}", "crate", "--at", "-0.1", "0", "0.1", "--along", "1", "0", "0", "--engine", "limit"),
-    "transport": ("transport", "{}", "--directions", "4", "--engine", "limit"),
+    "transport": ("transport", "{}", "--count", "4", "--engine", "limit"),
     "remove": ("remove", "{}", "crate", "--engine", "limit"),
     "disassemble": ("disassemble", "{}", "--engine", "limit"),
     "build": ("build", "{}", "--engine", "limit", "--pushes", "0"),
     "settle": ("settle", "{}", "--engine", "limit"),
     "safe": ("safe", "{}", "crate", "--force", "1", "--spacing", "0.2"),
-    "place": ("place", "{}", "crate", "--engine", "limit", "--attempts", "20", "--candidates", "1", "--spacing", "0.2"),
+    "place": ("place", "{}", "crate", "--engine", "limit", "--solves", "20", "--candidates", "1", "--spacing", "0.2"),
 }
 
 

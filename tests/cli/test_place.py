@@ -37,7 +37,7 @@ def place(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], t
 
 def test_a_mesh_is_placed_and_the_scene_saved(place: Any) -> None:
     code, out, err = place(
-        "blocks.yaml", "brick.stl", "--mass", 0.3, "--support", "a", "--save", "after.yaml", "--json"
+        "blocks.yaml", "brick.stl", "--mass", 0.3, "--supports", "a", "--save", "after.yaml", "--json"
     )
     assert (code, err) == (0, "")
     data = json.loads(out)
@@ -51,7 +51,7 @@ def test_a_mesh_is_placed_and_the_scene_saved(place: Any) -> None:
 
 
 def test_a_body_of_the_scene_is_moved_with_its_friction(place: Any) -> None:
-    code, out, _ = place("blocks.yaml", "b", "--support", "a", "--save", "after.yaml", "--json")
+    code, out, _ = place("blocks.yaml", "b", "--supports", "a", "--save", "after.yaml", "--json")
     assert code == 0
     after = hf.load_scene("after.yaml")
     assert after.body("b").pose[2, 3] == pytest.approx(0.125, abs=1e-6)
@@ -60,7 +60,7 @@ def test_a_body_of_the_scene_is_moved_with_its_friction(place: Any) -> None:
 
 
 def test_a_body_of_another_file(place: Any) -> None:
-    code, out, _ = place("cube", "blocks.yaml:b", "--from-above", "--region", "-0.05,-0.05,0.05,0.05")
+    code, out, _ = place("cube", "blocks.yaml:b", "--from-above", "--box", "-0.05,-0.05,0.05,0.05")
     assert code == 0
     assert "stands" in out
     assert "touches cube" in out
@@ -70,14 +70,14 @@ def test_exit_codes_and_reasons(place: Any) -> None:
     code, out, _ = place("falls.yaml", "brick.stl", "--mass", 1)
     assert code == 1
     assert "does not stand" in out
-    code, out, _ = place("blocks.yaml", "brick.stl", "--mass", 1, "--region", "5,5,6,6")
+    code, out, _ = place("blocks.yaml", "brick.stl", "--mass", 1, "--box", "5,5,6,6")
     assert code == 3
     assert "no place found" in out
     for arguments, words in (
         (("blocks.yaml", "brick.stl"), "--mass"),
         (("blocks.yaml", "nobody"), "no body named"),
         (("blocks.yaml", "b", "--mass", 1), "mesh files"),
-        (("blocks.yaml", "b", "--region", "1,2,3"), "needs 4 or 6 numbers"),
+        (("blocks.yaml", "b", "--box", "1,2,3"), "needs X0,Y0,X1,Y1 or"),
         (("blocks.yaml", "b", "--png", "x.jpg"), "does not end in .png"),
     ):
         code, out, err = place(*arguments)
@@ -87,7 +87,7 @@ def test_exit_codes_and_reasons(place: Any) -> None:
 
 def test_the_picture_shows_the_object(place: Any) -> None:
     image = pytest.importorskip("matplotlib.image", reason="pictures need matplotlib")
-    assert place("blocks.yaml", "brick.stl", "--mass", 0.3, "--support", "a", "--png", "p.png")[0] == 0
+    assert place("blocks.yaml", "brick.stl", "--mass", 0.3, "--supports", "a", "--png", "p.png")[0] == 0
     pixels = image.imread("p.png")[..., :3]
     assert pixels.shape[1] > 1500
     blue = (pixels[..., 2] > pixels[..., 0] + 0.2) & (pixels[..., 2] > 0.6)

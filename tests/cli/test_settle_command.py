@@ -28,7 +28,7 @@ def scenes(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 def test_exit_codes_and_json(
     name: str, code: int, status: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    ended, out, _ = called(monkeypatch, capsys, "settle", f"{name}.yaml", "--reach", "0.01", "--json")
+    ended, out, _ = called(monkeypatch, capsys, "settle", f"{name}.yaml", "--travel", "0.01", "--json")
     assert ended == code
     told = json.loads(out)
     assert told["status"] == status

@@ -20,7 +20,7 @@ AXES = [[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]]
 
 
 def test_it_says_what_gives_way_where(transport: Any) -> None:
-    code, out, err = transport("slope", "--engine", "limit", "--directions", 36)
+    code, out, err = transport("slope", "--engine", "limit", "--count", 36)
     assert (code, err) == (0, "")
     assert "stands on its carrier, 36 directions" in out
     assert "3.27" in out
@@ -30,7 +30,7 @@ def test_it_says_what_gives_way_where(transport: Any) -> None:
 
 def test_the_answer_comes_first_in_one_sentence(transport: Any) -> None:
     """A cube of friction 0.6 slips at 0.6 g whichever way it is carried; the least lower bound is that of all ways."""
-    code, out, _ = transport("cube", "--engine", "limit", "--directions", 8)
+    code, out, _ = transport("cube", "--engine", "limit", "--count", 8)
     said = " ".join(out.partition("largest acceleration")[0].split())
     assert code == 0
     assert "+x is 0°, +y is 90°" in said
@@ -44,18 +44,18 @@ def test_the_answer_comes_first_in_one_sentence(transport: Any) -> None:
 
 def test_a_long_story_is_told_in_few_parts(transport: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Neighbouring directions that move the same bodies share a row, and the weakest rows are told."""
-    code, out, _ = transport("tabletop", "--engine", "limit", "--directions", 48)
+    code, out, _ = transport("tabletop", "--engine", "limit", "--count", 48)
     assert code == 0
     table = "largest acceleration of the carrier"
     assert 3 * 4 <= out.partition(table)[2].count("°") <= 12 * 4
     monkeypatch.setattr(tables, "ARCS", 2)
-    code, out, _ = transport("tabletop", "--engine", "limit", "--directions", 48)
+    code, out, _ = transport("tabletop", "--engine", "limit", "--count", 48)
     assert out.partition(table)[2].count("°") == 2 * 4
     assert "upper_book" in out
 
 
 def test_the_json_has_the_attributes(transport: Any) -> None:
-    code, out, _ = transport("cube", "--directions", 8, "--json")
+    code, out, _ = transport("cube", "--count", 8, "--json")
     data = json.loads(out)
     assert code == 0
     told = "engine claim verdict directions acceleration status lower upper moving mode mechanism notes"
@@ -68,8 +68,8 @@ def test_the_json_has_the_attributes(transport: Any) -> None:
 
 def test_motion_of_the_tray(transport: Any) -> None:
     """Friction bears what gravity leaves of it across, less what the turning takes outwards, towards -x."""
-    options = ("--tilt", 10, 0, 0, "--angular-velocity", 0, 0, 2, "--pivot", 0.5, 0, 0, "--bound")
-    _, out, _ = transport("cube", "--directions", 4, "--json", "--engine", "limit", *options)
+    options = ("--tilt-degrees", 10, 0, 0, "--angular-velocity", 0, 0, 2, "--pivot", 0.5, 0, 0, "--bounds")
+    _, out, _ = transport("cube", "--count", 4, "--json", "--engine", "limit", *options)
     along, across = 9.81 * math.cos(math.radians(10)), 9.81 * math.sin(math.radians(10))
     expected = math.sqrt((0.6 * along) ** 2 - across**2) - 2**2 * 0.5
     assert json.loads(out)["acceleration"][0] == pytest.approx(expected, rel=1e-3)
@@ -86,7 +86,7 @@ def test_the_set_and_the_picture_are_written(transport: Any) -> None:
 
 
 def test_what_does_not_stand_has_no_set(transport: Any) -> None:
-    code, out, err = transport("cube", "--tilt", 40, 0, 0, "--set", "set.json", "--png", "p.png")
+    code, out, err = transport("cube", "--tilt-degrees", 40, 0, 0, "--set", "set.json", "--png", "p.png")
     assert code == 1
     assert "does not stand" in out
     assert "no set written: the assembly is unstable" in err
@@ -97,11 +97,11 @@ def test_what_does_not_stand_has_no_set(transport: Any) -> None:
 @pytest.mark.parametrize(
     ("options", "match"),
     [
-        (("--directions", 0), "count: is 0"),
+        (("--count", 0), "count: is 0"),
         (("--set", "set.txt"), ".json or .npz"),
         (("--png", "p.jpg"), "--png"),
         (("--compare", "grap"), "'grap' is unknown"),
-        (("--body", "floor"), "is fixed"),
+        (("--bodies", "floor"), "is fixed"),
     ],
 )
 def test_bad_input(options: tuple[object, ...], match: str, transport: Any) -> None:
@@ -114,7 +114,7 @@ def test_bad_input(options: tuple[object, ...], match: str, transport: Any) -> N
 
 def test_each_quarter_turn_is_told_where_they_differ(transport: Any) -> None:
     """On a ramp the load slides down first when the carrier accelerates towards the upper end."""
-    _, out, _ = transport("slope", "--engine", "limit", "--directions", 8)
+    _, out, _ = transport("slope", "--engine", "limit", "--count", 8)
     told = {
         f"{90 * k}°": f"{v:.4g}"
         for k, v in enumerate(hf.transport_limits(hf.shipped_scene("slope"), AXES, engine="limit").acceleration)
@@ -122,7 +122,7 @@ def test_each_quarter_turn_is_told_where_they_differ(transport: Any) -> None:
     for angle, value in told.items():
         assert f"towards {angle}: {value} m/s²" in " ".join(out.split())
     assert len(set(told.values())) > 1
-    _, out, _ = transport("cube", "--engine", "limit", "--directions", 8)
+    _, out, _ = transport("cube", "--engine", "limit", "--count", 8)
     assert "towards 90°:" not in out
 
 

@@ -18,7 +18,7 @@ from holdfast.queries import map as maps
 UNDECIDED, UNSTABLE, FINITE = hf.Status.UNDECIDED, hf.Status.UNSTABLE, hf.Status.FINITE
 MAP = ("map", "table", "--spacing", "0.1", "--engine", "graph")
 BODIES = (("leg_left", "0 "), ("leg_right", "0 ("), ("slab", "?"))
-CARRIED = ("transport", "cube", "--directions", "8", "--engine", "graph")
+CARRIED = ("transport", "cube", "--count", "8", "--engine", "graph")
 
 
 @pytest.fixture

@@ -31,7 +31,7 @@ def hovering(shape: hf.Box | hf.Cylinder, order: int, angle: float) -> hf.Scene:
 def test_a_patch_of_flat_faces_lies_midway_between_them(shape: str, order: int, angle: float) -> None:
     """Every corner is as far from the floor (z = 0) as from the cube's underside, on the one side and the other."""
     scene = hovering(SHAPES[shape], order, angle)
-    found = hf.assemble(scene, gap=3e-3, angle=5)
+    found = hf.assemble(scene, gap=3e-3, angle_degrees=5)
     (patch,) = [patch for i in found.interfaces for patch in i.patches]
     turn = scene.body("cube").pose[:3, :3]
     beneath = scene.body("cube").pose[:3, 3] - 0.05 * turn[:, 2]

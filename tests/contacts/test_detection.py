@@ -217,7 +217,7 @@ def test_faces_touch_within_the_angle_and_edges_beyond(angle: float, kind: str) 
     half = np.radians(angle) / 2
     pose = at(0, 0, 0.05, np.array([np.cos(half), np.sin(half), 0, 0]))
     scene = hf.Scene([floor(), hf.Body("cube", hf.Box(SIDE), mass=1, pose=pose)], 0.5)
-    (interface,) = hf.assemble(scene, gap=0.01, angle=1).interfaces
+    (interface,) = hf.assemble(scene, gap=0.01, angle_degrees=1).interfaces
     assert [patch.kind for patch in interface.patches] == [kind]
 
 
@@ -230,7 +230,7 @@ def test_pose_sigma_sets_the_gap() -> None:
     [
         ({"gap": -1}, r"assemble: gap: is -1; needs"),
         ({"gap": float("nan")}, r"assemble: gap: is nan; needs"),
-        ({"angle": 90}, r"assemble: angle = 90 deg; needs less than 90"),
+        ({"angle_degrees": 90}, r"assemble: angle_degrees = 90; needs less than 90"),
         ({"pose_sigma": 0}, r"assemble: pose_sigma: is 0; needs"),
         ({"gap": 1e-3, "pose_sigma": 1e-3}, r"gap = 0\.001 and pose_sigma = 0\.001; give one"),
         ({"interfaces": [3]}, r"interfaces holds a int; needs holdfast\.Interface"),

@@ -203,7 +203,7 @@ def wavy(levels: int, pose: np.ndarray | None = None) -> hf.Scene:
 
 
 def found(scene: hf.Scene) -> hf.answers.Interface:
-    (interface,) = hf.assemble(scene, gap=2e-4, angle=3).interfaces
+    (interface,) = hf.assemble(scene, gap=2e-4, angle_degrees=3).interfaces
     return interface
 
 
@@ -216,14 +216,14 @@ def test_a_wavy_plate_stands_on_its_crests_as_one_uneven_support() -> None:
     corners = one.hull[:, :2]
     assert corners.min() == pytest.approx(0.01, abs=2e-3)
     assert corners.max() == pytest.approx(0.05, abs=2e-3)
-    raw = find_contacts(wavy(2), hf.assemble(wavy(2), gap=2e-4, angle=3).tolerances, merge=False).interfaces[0]
+    raw = find_contacts(wavy(2), hf.assemble(wavy(2), gap=2e-4, angle_degrees=3).tolerances, merge=False).interfaces[0]
     assert len(raw.patches) >= 9
     assert interface.area == pytest.approx(raw.area, rel=1e-9)
 
 
 def tipping(scene: hf.Scene) -> float:
     """The push at the plate's top, along x, that slides or tips it."""
-    assembly = hf.assemble(scene, gap=2e-4, angle=3)
+    assembly = hf.assemble(scene, gap=2e-4, angle_degrees=3)
     pose = scene.body("plate").pose
     point, along = transform(pose, np.array([[0.0, 0.03, 0.01]]))[0], pose[:3, 0]
     return hf.robustness(assembly, "plate", point, along, engine="limit").force[0]

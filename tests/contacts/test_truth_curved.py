@@ -62,7 +62,7 @@ def resting(shape: hf.Cylinder | hf.Sphere, turn: Rotation, lift: float = 0.0) -
     pose = motion(2) @ frame(z=lift - lowest, turn=turn)
     body = Solid("body", shape, pose)
     slab = Solid("floor", hf.Box(np.array([1, 1, 0.05])), motion(2) @ frame(z=-0.025), fixed=True)
-    (interface,) = hf.assemble(Case((slab, body), {}).scene(), gap=2e-3, angle=1).interfaces
+    (interface,) = hf.assemble(Case((slab, body), {}).scene(), gap=2e-3, angle_degrees=1).interfaces
     assert interface.bodies == ("floor", "body")
     return interface
 
@@ -135,7 +135,7 @@ def test_a_ball_in_a_basin_rests_at_the_bottom(radius: float, seed: int) -> None
     turn = Rotation.from_quat(np.random.default_rng(seed).normal(size=4))
     ball = Solid("ball", hf.Sphere(radius, 4), frame(z=radius, turn=turn))
     case = Case((Solid("basin", basin(0.05, 24, 64), fixed=True), ball), {})
-    (interface,) = hf.assemble(case.scene(), gap=5e-4, angle=1).interfaces
+    (interface,) = hf.assemble(case.scene(), gap=5e-4, angle_degrees=1).interfaces
     points = np.vstack([p.hull for p in interface.patches])
     # the smooth surfaces stay within 1 degree up to t, seen from the ball's centre, where t - asin(r sin(t) / R) = 1;
     # triangles of the two may differ by some 2 degrees more

@@ -63,7 +63,7 @@ def test_a_millimetre_too_far_or_too_near(name: str, amount: float, moved: bool)
     case = case.placed(motion(3)) if moved else case
     with warnings.catch_warnings():
         warnings.simplefilter("error", hf.errors.HoldfastWarning)
-        assembly = hf.assemble(case.displaced(amount).scene(), gap=1.5e-3, angle=1)
+        assembly = hf.assemble(case.displaced(amount).scene(), gap=1.5e-3, angle_degrees=1)
     none_missed(assembly, case, 0.08)
 
 
@@ -72,7 +72,7 @@ def test_a_millimetre_too_far_or_too_near(name: str, amount: float, moved: bool)
 def test_a_third_of_a_degree_askew(name: str, seed: int) -> None:
     """Every body turned by 0.3 degrees about an axis of its own, within 3 mm and 1 degree."""
     case = SCENES[name]()
-    assembly = hf.assemble(case.tilted(0.3, seed).scene(), gap=3e-3, angle=1)
+    assembly = hf.assemble(case.tilted(0.3, seed).scene(), gap=3e-3, angle_degrees=1)
     none_missed(assembly, case, 0.08)
 
 
@@ -81,7 +81,7 @@ def test_a_third_of_a_degree_askew(name: str, seed: int) -> None:
 def test_lines_and_points_a_millimetre_off(name: str, amount: float) -> None:
     """Found all the same, about where they were, no wider than the tilt limit makes them."""
     case = CRISP[name]().placed(motion(9))
-    found = by_pair(hf.assemble(case.displaced(amount).scene(), gap=1.5e-3, angle=1).interfaces)
+    found = by_pair(hf.assemble(case.displaced(amount).scene(), gap=1.5e-3, angle_degrees=1).interfaces)
     assert {frozenset(pair) for pair in case.truth} == set(found)
     for pair, truths in case.truth.items():
         interface = found[frozenset(pair)]

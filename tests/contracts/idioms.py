@@ -64,7 +64,7 @@ def files(folder: Path) -> hf.Scene:
 def contacts() -> hf.answers.Assembly:
     """Contacts found with tolerances of one's own, or given."""
     scene = hf.shipped_scene("cube")
-    hf.assemble(scene, gap=0.001, angle=1)
+    hf.assemble(scene, gap=0.001, angle_degrees=1)
     hf.assemble(scene, pose_sigma=0.001)
     hf.assemble(scene, pose_sigma=(0.001, 0.3))
     square = [(-0.05, -0.05, 0), (0.05, -0.05, 0), (0.05, 0.05, 0), (-0.05, 0.05, 0)]
@@ -85,7 +85,7 @@ def pushes() -> float:
     assembly = hf.assemble(scenes())
     r = hf.robustness(assembly, body="vase", points=(0.07, 0, 0.15), directions=(1, 0, 0))
     hf.robustness(assembly, "vase", [(0.07, 0, 0.15), (0.13, 0, 0.15)], [(1, 0, 0), (-1, 0, 0)], engine="graph")
-    hf.robustness(assembly, "vase", np.array([[0.07, 0, 0.15]]), [0, 0, -1], bound=True, engine=hf.Limit())
+    hf.robustness(assembly, "vase", np.array([[0.07, 0, 0.15]]), [0, 0, -1], bounds=True, engine=hf.Limit())
     hf.robustness(
         assembly, "vase", [0.07, 0, 0.15], (1, 0, 0), standing=[hf.Load("vase", (0.1, 0, 0.2), force=(0, 0, -1))]
     )
@@ -135,8 +135,10 @@ def uncertain() -> float:
     """Samples of poses, and the worst over intervals."""
     assembly = hf.assemble(hf.shipped_scene("cube"))
     point, direction = (-0.05, 0, 0.05), (1, 0, 0)
-    u = hf.robustness_under(assembly, "cube", point, direction, samples=4, seed=0, pose_sigma=(0.001, 0.3))
-    w = hf.sets.worst_case(assembly, "cube", point, direction, mass={"cube": (0.9, 1.1)})
+    u = hf.robustness_under(
+        assembly, "cube", point, direction, uncertain=hf.Uncertain(samples=4, seed=0, pose_sigma=(0.001, 0.3))
+    )
+    w = hf.sets.worst_case(assembly, "cube", point, direction, mass_range={"cube": (0.9, 1.1)})
     s = hf.sets.sensitivity(assembly, "cube", point, direction)
     low, middle = u.quantile((0.05, 0.5))
     print(low, middle, u.stands, s.force)
@@ -146,7 +148,12 @@ def uncertain() -> float:
 def carriers(folder: Path) -> float:
     """Accelerations of what carries the scene."""
     assembly = hf.assemble(hf.shipped_scene("slope"))
-    t = hf.transport_limits(assembly, [(1, 0, 0), (0, 1, 0)], angular_velocity=(0, 0, 1), engine="limit")
+    t = hf.transport_limits(
+        assembly,
+        [(1, 0, 0), (0, 1, 0)],
+        standing=hf.sets.inertial_loads(assembly, angular_velocity=(0, 0, 1)),
+        engine="limit",
+    )
     safe = hf.sets.sustainable_accelerations(assembly)
     safe.save(folder / "safe.json")
     A, b = hf.load_answer(folder / "safe.json").inner
@@ -156,7 +163,7 @@ def carriers(folder: Path) -> float:
 
 def constraints() -> NDArray[np.float64]:
     """How much of what a body can take many wrenches use, and where to go to use less."""
-    c = hf.sets.constraint(hf.shipped_scene("cube"), "cube", budget=100, near=[(1, 0, 0, 0, 0, 0)])
+    c = hf.sets.constraint(hf.shipped_scene("cube"), "cube", solves=100, near=[(1, 0, 0, 0, 0, 0)])
     w = c.wrenches((-0.05, 0, 0.05), [(1, 0, 0), (2, 0, -1)])
     factor, used = c.value(w[0]), c.usage(w)
     print(factor, used)
@@ -168,7 +175,9 @@ def orders_and_places() -> NDArray[np.float64]:
     assembly = hf.assemble(hf.shipped_scene("stack"))
     d = hf.disassembly_order(assembly, lift=(0, 0, 1), goal=["cube1"])
     print(d.order)
-    p = hf.plan_placement(assembly, hf.Body("mug", hf.Cylinder(0.03, 0.08), mass=0.2), engine="graph", seed=1)
+    p = hf.plan_placement(
+        assembly, hf.Body("mug", hf.Cylinder(0.03, 0.08), mass=0.2), search=hf.Search(seed=1), engine="graph"
+    )
     return np.eye(4) if p.pose is None else p.pose
 
 

@@ -59,12 +59,16 @@ def oddly_named() -> hf.answers.Assembly:
 
 def placed() -> hf.answers.Placement:
     box = hf.Body("box", hf.Box((0.03, 0.03, 0.03)), mass=0.1)
-    return hf.plan_placement(cube(), box, engine="graph", supports=["cube"], spacing=0.05, seed=1)
+    return hf.plan_placement(
+        cube(), box, where=hf.Where(supports=["cube"]), search=hf.Search(spacing=0.05, seed=1), engine="graph"
+    )
 
 
 def no_place() -> hf.answers.Placement:
     box = hf.Body("box", hf.Box((5, 5, 5)), mass=1000)
-    return hf.plan_placement(cube(), box, engine="graph", supports=["cube"], spacing=0.05, attempts=2)
+    return hf.plan_placement(
+        cube(), box, where=hf.Where(supports=["cube"]), search=hf.Search(spacing=0.05, solves=2), engine="graph"
+    )
 
 
 PUSHES = ([SIDE, (0.0, 0.0, 0.1)], [X, DOWN])  # the second is infinite
@@ -75,7 +79,7 @@ ASK: dict[str, Callable[[], Any]] = {
     "stability, drifting": lambda: hf.stability(wedged()),
     "stability, undecided": lambda: hf.stability(wedged(), engine="limit"),
     **{f"pushes, {e}": lambda e=e: hf.robustness(cube(), "cube", *PUSHES, engine=e) for e in ENGINES},
-    "pushes, bounded": lambda: hf.robustness(cube(), "cube", *PUSHES, bound=True),
+    "pushes, bounded": lambda: hf.robustness(cube(), "cube", *PUSHES, bounds=True),
     "pushes, unstable": lambda: hf.robustness(hanging(), "cube", (-0.05, 0, 0.3), X, engine="limit"),
     "pushes, undecided": lambda: hf.robustness(wedged(), "cube", *_on(wedged()), engine=hf.Graph(nodes=12)),
     "load factor": lambda: hf.load_factor(cube(), [hf.Load("cube", SIDE, X)]),
@@ -83,15 +87,19 @@ ASK: dict[str, Callable[[], Any]] = {
     **{f"map, {e}": lambda e=e: hf.robustness_map(cube(), spacing=0.04, engine=e) for e in ENGINES},
     "map, unstable": lambda: hf.robustness_map(hanging(), spacing=0.05, engine="limit"),
     "map, interpolated": lambda: hf.robustness_map(cube(), spacing=0.012),
-    "samples": lambda: hf.robustness_under(cube(), "cube", *PUSHES, friction=0.2, samples=3, seed=1, engine="limit"),
+    "samples": lambda: hf.robustness_under(
+        cube(), "cube", *PUSHES, uncertain=hf.Uncertain(mu_range=0.2, samples=3, seed=1), engine="limit"
+    ),
     "sensitivity": lambda: hf.sets.sensitivity(cube(), "cube", SIDE, X),
-    "worst case": lambda: hf.sets.worst_case(cube(), "cube", *PUSHES, friction=0.1, mass=0.1),
-    "worst case, centres": lambda: hf.sets.worst_case(cube(), "cube", *PUSHES, mass=0.1, com={"cube": (0.01, 0, 0)}),
-    "accelerations": lambda: hf.sets.sustainable_accelerations(cube(), gap=0.2),
-    "constraint": lambda: hf.sets.constraint(cube(), "cube", budget=50),
-    "transport": lambda: hf.transport_limits(cube(), [X, (0, 0, 1)], bound=True),
+    "worst case": lambda: hf.sets.worst_case(cube(), "cube", *PUSHES, mu_range=0.1, mass_range=0.1),
+    "worst case, centres": lambda: hf.sets.worst_case(
+        cube(), "cube", *PUSHES, mass_range=0.1, com_range={"cube": (0.01, 0, 0)}
+    ),
+    "accelerations": lambda: hf.sets.sustainable_accelerations(cube(), accuracy=0.2),
+    "constraint": lambda: hf.sets.constraint(cube(), "cube", solves=50),
+    "transport": lambda: hf.transport_limits(cube(), [X, (0, 0, 1)], bounds=True),
     "transport, unstable": lambda: hf.transport_limits(hanging(), [X], engine="limit"),
-    "carried": lambda: hf.carry(cube(), "road", bound=True),
+    "carried": lambda: hf.carry(cube(), "road", bounds=True),
     "carried, unstable": lambda: hf.carry(hanging(), "eumos40509_0.5g", engine="limit"),
     "disassembly": lambda: hf.disassembly_order(hf.shipped_scene("stack"), engine="graph"),
     "disassembly, no end": lambda: hf.disassembly_order(
@@ -157,7 +165,7 @@ def _bits(value: Any) -> list[tuple[str, bytes]]:
     table = getattr(value, "answers", value)
     fields = [
         (name, getattr(table, name))
-        for name in ("force", "lower", "upper", "error", "bound", "vertices")
+        for name in ("force", "lower", "upper", "error", "box", "vertices")
         if hasattr(table, name)
     ]
     return [(name, array.tobytes()) for name, array in fields]

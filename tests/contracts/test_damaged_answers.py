@@ -30,7 +30,7 @@ def saved(tmp_path_factory: pytest.TempPathFactory) -> Path:
     found.save(folder / "a.json")
     found.save(folder / "a.npz")
     hf.robustness_map(assembly, spacing=0.05, engine="limit").save(folder / "m.json")
-    hf.sets.sustainable_accelerations(assembly, gap=0.3).save(folder / "c.json")
+    hf.sets.sustainable_accelerations(assembly, accuracy=0.3).save(folder / "c.json")
     hf.stability(hf.Scene([cube().bodies[0], cube().bodies[1].moved(at(0, 0, 1))], 0.5)).save(folder / "s.json")
     return folder
 

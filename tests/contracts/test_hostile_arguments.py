@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import warnings
 from collections.abc import Callable
 from functools import cache
@@ -45,8 +46,11 @@ def pushed(assembly: hf.answers.Assembly, **changes: Any) -> hf.answers.Robustne
 
 
 def under(assembly: hf.answers.Assembly, **changes: Any) -> hf.answers.RobustnessUnder:
-    usual = {"friction": 0.1, "samples": 2, "engine": "limit"}
-    return hf.robustness_under(assembly, "cube", ON, DOWN, **usual | changes)
+    names = {field.name for field in dataclasses.fields(hf.Uncertain)}
+    given: dict[str, Any] = {"mu_range": 0.1, "samples": 2, "engine": "limit"} | changes
+    uncertain = hf.Uncertain(**{name: value for name, value in given.items() if name in names})
+    others = {name: value for name, value in given.items() if name not in names}
+    return hf.robustness_under(assembly, "cube", ON, DOWN, uncertain, **others)
 
 
 def placed(assembly: hf.answers.Assembly, **changes: Any) -> hf.answers.Placement:
@@ -61,7 +65,7 @@ def small(value: Any) -> Any:
 
 @cache
 def constrained() -> hf.answers.Constraint:
-    return hf.sets.constraint(SCENE, "cube", budget=20)
+    return hf.sets.constraint(SCENE, "cube", solves=20)
 
 
 @cache
@@ -141,8 +145,8 @@ MAKING: dict[str, Callable[[Any], object]] = {
     "from_trimesh: mass": lambda v: hf.from_trimesh(SOLID, friction=0.5, floor=True, mass=v),
     "from_trimesh: density": lambda v: hf.from_trimesh(SOLID, friction=0.5, floor=True, density=v),
     "from_trimesh: fixed": lambda v: hf.from_trimesh(SOLID, friction=0.5, mass=1, fixed=v),
-    "from_trimesh: material": lambda v: hf.from_trimesh(SOLID, friction=0.5, floor=True, mass=1, material=v),
-    "from_trimesh: up": lambda v: hf.from_trimesh(SOLID, friction=0.5, floor=True, mass=1, up=v),
+    "from_trimesh: material": lambda v: hf.from_trimesh(SOLID, friction=0.5, floor=True, mass=1, materials=v),
+    "from_trimesh: up": lambda v: hf.from_trimesh(SOLID, friction=0.5, floor=True, mass=1, up_axis=v),
     "from_trimesh: floor": lambda v: hf.from_trimesh(SOLID, friction=0.5, mass=1, floor=v),
     "load_scene": hf.load_scene,
     "load_answer": hf.load_answer,
@@ -152,7 +156,7 @@ MAKING: dict[str, Callable[[Any], object]] = {
 ASKING: dict[str, Callable[[hf.answers.Assembly, Any], object]] = {
     "assemble": lambda _, v: hf.assemble(v),
     "assemble: gap": lambda _, v: hf.assemble(SCENE, gap=v),
-    "assemble: angle": lambda _, v: hf.assemble(SCENE, angle=v),
+    "assemble: angle": lambda _, v: hf.assemble(SCENE, angle_degrees=v),
     "assemble: pose_sigma": lambda _, v: hf.assemble(SCENE, pose_sigma=v),
     "assemble: allow_large": lambda _, v: hf.assemble(SCENE, allow_large=v),
     "assemble: interfaces": lambda _, v: hf.assemble(SCENE, interfaces=v),
@@ -166,19 +170,19 @@ ASKING: dict[str, Callable[[hf.answers.Assembly, Any], object]] = {
     "robustness: body": lambda a, v: pushed(a, body=v),
     "robustness: points": lambda a, v: pushed(a, points=v),
     "robustness: directions": lambda a, v: pushed(a, directions=v),
-    "robustness: bound": lambda a, v: pushed(a, bound=v),
+    "robustness: bounds": lambda a, v: pushed(a, bounds=v),
     "robustness: imperfect": lambda a, v: pushed(a, imperfect=v),
     "robustness: standing": lambda a, v: pushed(a, standing=v),
     "load_factor": lambda a, v: hf.load_factor(a, v, engine="limit"),
     "map: bodies": lambda a, v: hf.robustness_map(a, v, engine="graph", spacing=0.1),
     "map: spacing": lambda a, v: hf.robustness_map(a, engine="graph", spacing=v),
-    "map: gap": lambda a, v: hf.robustness_map(a, engine="graph", spacing=0.1, gap=v),
+    "map: accuracy": lambda a, v: hf.robustness_map(a, engine="graph", spacing=0.1, accuracy=v),
     "transport": lambda a, v: hf.transport_limits(a, v, engine="limit"),
     "map: at": lambda _, v: mapped().at(v),
-    "transport: bound": lambda a, v: hf.transport_limits(a, (1, 0, 0), bound=v, engine="limit"),
+    "transport: bounds": lambda a, v: hf.transport_limits(a, (1, 0, 0), bounds=v, engine="limit"),
     "transport: others": lambda _, v: limits().save_png("never.jpg", others=v),
     "transport: names": lambda _, v: limits().save_png("never.jpg", names=v),
-    "transport: jolt": lambda a, v: hf.transport_limits(a, (1, 0, 0), jolt=v, engine="limit"),
+    "transport: tilt_degrees": lambda a, v: hf.transport_limits(a, (1, 0, 0), tilt_degrees=v, engine="limit"),
     "carry": lambda a, v: hf.carry(a, v, engine="limit"),
     "carry: standing": lambda a, v: hf.carry(a, [[0, 1, 0, 0]], standing=v, engine="limit"),
     "profile: acceleration": lambda _, v: hf.Profile([0.0], v),
@@ -191,7 +195,7 @@ ASKING: dict[str, Callable[[hf.answers.Assembly, Any], object]] = {
     "strap: point": lambda _, v: hf.Strap([("cube", v), ("floor", ON)], 1.0),
     "strap: closed": lambda _, v: hf.Strap([("cube", ON), ("floor", (1, 0, 0)), ("cube", DOWN)], 1.0, closed=v),
     "strap: pretension": lambda _, v: hf.Strap([("cube", ON), ("floor", (1, 0, 0))], v),
-    "strap: stiffness": lambda _, v: hf.Strap([("cube", ON), ("floor", (1, 0, 0))], 1.0, stiffness=v),
+    "strap: spring": lambda _, v: hf.Strap([("cube", ON), ("floor", (1, 0, 0))], 1.0, spring=v),
     "strap: height": lambda a, v: hf.Strap.around(a, v, 1.0),
     "strap: bodies": lambda a, v: hf.Strap.around(a, 0.05, 1.0, v),
     "tied": lambda a, v: hf.Strap.tied(a, v, bedding=1.0),
@@ -202,63 +206,65 @@ ASKING: dict[str, Callable[[hf.answers.Assembly, Any], object]] = {
     "disassembly: lift": lambda a, v: hf.disassembly_order(a, lift=v, engine="limit"),
     "disassembly: goal": lambda a, v: hf.disassembly_order(a, goal=v, engine="limit"),
     "disassembly: step": lambda a, v: hf.disassembly_order(a, engine="limit").answers(v),
-    "disassembly: budget": lambda a, v: hf.disassembly_order(a, budget=v, engine="limit"),
-    "under: friction": lambda a, v: under(a, friction=v),
+    "disassembly: budget": lambda a, v: hf.disassembly_order(a, solves=v, engine="limit"),
+    "under: mu_range": lambda a, v: under(a, mu_range=v),
     "under: pose_sigma": lambda a, v: under(a, pose_sigma=v),
     "under: standing": lambda a, v: under(a, standing=v),
-    "under: stiffness": lambda a, v: under(a, stiffness=v, engine="compliant"),
+    "under: stiffness_range": lambda a, v: under(a, stiffness_range=v, engine="compliant"),
     "under: flatness": lambda a, v: under(a, flatness=v, bed=1e9, engine="compliant"),
     "under: samples": lambda a, v: under(a, samples=v),
     "under: seed": lambda a, v: under(a, seed=v),
-    "worst_case: friction": lambda a, v: hf.sets.worst_case(a, "cube", ON, DOWN, friction=v),
-    "worst_case: mass": lambda a, v: hf.sets.worst_case(a, "cube", ON, DOWN, mass=v),
+    "worst_case: friction": lambda a, v: hf.sets.worst_case(a, "cube", ON, DOWN, mu_range=v),
+    "worst_case: mass": lambda a, v: hf.sets.worst_case(a, "cube", ON, DOWN, mass_range=v),
     "worst_case: standing": lambda a, v: hf.sets.worst_case(a, "cube", ON, DOWN, standing=v),
-    "worst_case: com": lambda a, v: hf.sets.worst_case(a, "cube", ON, DOWN, com=v),
+    "worst_case: com": lambda a, v: hf.sets.worst_case(a, "cube", ON, DOWN, com_range=v),
     "sensitivity: point": lambda a, v: hf.sets.sensitivity(a, "cube", v, DOWN),
     "sensitivity: direction": lambda a, v: hf.sets.sensitivity(a, "cube", ON, v),
-    "accelerations: bound": lambda a, v: hf.sets.sustainable_accelerations(a, bound=v),
-    "accelerations: gap": lambda a, v: hf.sets.sustainable_accelerations(a, gap=v),
-    "wrenches: bound": lambda a, v: hf.sets.admissible_wrenches(a, "cube", bound=v),
-    "wrenches: budget": lambda a, v: hf.sets.admissible_wrenches(a, "cube", budget=small(v)),
-    "constraint: body": lambda a, v: hf.sets.constraint(a, v, budget=20),
-    "constraint: gap": lambda a, v: hf.sets.constraint(a, "cube", gap=v, budget=20),
-    "constraint: near": lambda a, v: hf.sets.constraint(a, "cube", near=v, budget=20),
-    "constraint: bound": lambda a, v: hf.sets.constraint(a, "cube", bound=v, budget=20),
-    "constraint: budget": lambda a, v: hf.sets.constraint(a, "cube", budget=small(v)),
+    "accelerations: bound": lambda a, v: hf.sets.sustainable_accelerations(a, box=v),
+    "accelerations: gap": lambda a, v: hf.sets.sustainable_accelerations(a, accuracy=v),
+    "wrenches: bound": lambda a, v: hf.sets.admissible_wrenches(a, "cube", box=v),
+    "wrenches: budget": lambda a, v: hf.sets.admissible_wrenches(a, "cube", solves=small(v)),
+    "constraint: body": lambda a, v: hf.sets.constraint(a, v, solves=20),
+    "constraint: gap": lambda a, v: hf.sets.constraint(a, "cube", accuracy=v, solves=20),
+    "constraint: near": lambda a, v: hf.sets.constraint(a, "cube", near=v, solves=20),
+    "constraint: box": lambda a, v: hf.sets.constraint(a, "cube", box=v, solves=20),
+    "constraint: solves": lambda a, v: hf.sets.constraint(a, "cube", solves=small(v)),
     "constraint: value": lambda a, v: constrained().value(v),
     "constraint: points": lambda a, v: constrained().wrenches(v, DOWN),
     "can_remove: body": lambda a, v: hf.can_remove(a, v, engine="limit"),
     "can_remove: lift": lambda a, v: hf.can_remove(a, "cube", lift=v, engine="limit"),
     "build_order: lift": lambda a, v: hf.build_order(a, lift=v, engine="limit", pushes=0),
     "build_order: pushes": lambda a, v: hf.build_order(a, pushes=small(v), engine="graph"),
-    "build_order: budget": lambda a, v: hf.build_order(a, pushes=0, budget=v, engine="limit"),
+    "build_order: solves": lambda a, v: hf.build_order(a, pushes=0, solves=v, engine="limit"),
     "safe_pushes: force": lambda a, v: hf.safe_pushes(a, "cube", v, spacing=0.1),
     "safe_pushes: directions": lambda a, v: hf.safe_pushes(a, "cube", 1.0, directions=v, spacing=0.1),
-    "safe_pushes: tool": lambda a, v: hf.safe_pushes(a, "cube", 1.0, tool_radius=v, spacing=0.1),
-    "safe_pushes: travel": lambda a, v: hf.safe_pushes(a, "cube", 9.0, travel=v, spacing=0.1),
+    "safe_pushes: tool": lambda a, v: hf.safe_pushes(a, "cube", 1.0, tool=hf.sets.Tool(radius=v), spacing=0.1),
+    "safe_pushes: travel": lambda a, v: hf.safe_pushes(a, "cube", 9.0, tool=hf.sets.Tool(travel=v), spacing=0.1),
     "safe_pushes: doubt": lambda a, v: hf.safe_pushes(a, "cube", 1.0, doubt=v, spacing=0.1),
     "placement: body": hf.plan_placement,
-    "placement: region": lambda a, v: placed(a, region=v),
+    "placement: box": lambda a, v: placed(a, box=v),
     "placement: orientations": lambda a, v: placed(a, orientations=v),
-    "placement: tilt": lambda a, v: placed(a, tilt=v),
-    "placement: approach": lambda a, v: placed(a, approach=v),
+    "placement: lean_degrees": lambda a, v: placed(a, lean_degrees=v),
+    "placement: direction": lambda a, v: placed(a, direction=v),
     "placement: weights": lambda a, v: placed(a, weights=v),
     "placement: seed": lambda a, v: placed(a, seed=v),
-    "placement: budget": lambda a, v: placed(a, budget=v),
+    "placement: seconds": lambda a, v: placed(a, seconds=v),
     "placement: supports": lambda a, v: placed(a, supports=v),
-    "placement: turn": lambda a, v: placed(a, turn=v),
-    "placement: cone": lambda a, v: placed(a, cone=v),
+    "placement: free_yaw": lambda a, v: placed(a, free_yaw=v),
+    "placement: cone_degrees": lambda a, v: placed(a, cone_degrees=v),
     "placement: keep_out": lambda a, v: placed(a, keep_out=v),
-    "place_all: stack": lambda a, v: hf.place_all(a, [NEW], stack=v, engine="graph", confirm=None, budget=0.1),
-    "settle: reach": lambda _, v: hf.settle(SCENE, reach=v),
-    "settle: turn": lambda _, v: hf.settle(SCENE, turn=v),
+    "place_all: stack": lambda a, v: hf.place_all(
+        a, [NEW], where=hf.Where(stack=v), search=hf.Search(confirm=None, seconds=0.1), engine="graph"
+    ),
+    "settle: travel": lambda _, v: hf.settle(SCENE, travel=v),
+    "settle: turn_degrees": lambda _, v: hf.settle(SCENE, turn_degrees=v),
     "settle: known": lambda _, v: hf.settle(SCENE, known=v),
     "settle: pose_sigma": lambda _, v: hf.settle(SCENE, pose_sigma=v),
     "settle: upright": lambda _, v: hf.settle(SCENE, upright=v),
-    "batch: ask": lambda _, v: hf.batch([SCENE], v, out="never", shard="none"),
-    "batch: options": lambda _, v: hf.batch([SCENE], out="never", options=v, shard="none"),
-    "batch: retry": lambda _, v: hf.batch([SCENE], out="never", retry=v, shard="none"),
-    "batch: scenes": lambda _, v: hf.batch(v, out="never", shard="none"),
+    "batch: ask": lambda _, v: hf.batch([SCENE], v, resources=hf.sets.Resources(shard="none"), out="never"),
+    "batch: options": lambda _, v: hf.batch([SCENE], resources=hf.sets.Resources(shard="none"), out="never", options=v),
+    "batch: retry": lambda _, v: hf.batch([SCENE], resources=hf.sets.Resources(shard="none"), out="never", retry=v),
+    "batch: scenes": lambda _, v: hf.batch(v, resources=hf.sets.Resources(shard="none"), out="never"),
     "placement: avoid": lambda a, v: placed(a, avoid=v),
 }
 

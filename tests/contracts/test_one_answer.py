@@ -32,7 +32,9 @@ def test_float_of_several_answers_says_what_to_take(cube: hf.answers.Assembly) -
         hf.HoldfastError, match=r"float\(\) of Robustness: it holds 2 answers; .*answer\.lower\.min\(\)"
     ):
         float(pushes)
-    under = hf.robustness_under(cube, "cube", SIDE, ALONG, friction=0.1, samples=3, engine="limit")
+    under = hf.robustness_under(
+        cube, "cube", SIDE, ALONG, uncertain=hf.Uncertain(mu_range=0.1, samples=3), engine="limit"
+    )
     with pytest.raises(hf.HoldfastError, match=r"of 3 samples; ask \.median or \.quantile"):
         float(under)
 
@@ -48,7 +50,9 @@ def test_float_of_an_unknown_answer_is_refused() -> None:
 
 
 def test_quantiles_of_several_shares_are_rows(cube: hf.answers.Assembly) -> None:
-    u = hf.robustness_under(cube, "cube", SIDE, [ALONG, (0, 1, 0)], friction=0.1, samples=9, engine="limit")
+    u = hf.robustness_under(
+        cube, "cube", SIDE, [ALONG, (0, 1, 0)], uncertain=hf.Uncertain(mu_range=0.1, samples=9), engine="limit"
+    )
     shares = (0.05, 0.5, 1.0)
     assert u.quantile(shares).shape == u.known(shares).shape == (3, 2)
     for row, share in zip(u.quantile(shares), shares, strict=True):

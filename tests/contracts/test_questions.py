@@ -22,23 +22,27 @@ QUESTIONS: dict[str, Callable[[Any], Any]] = {
     "load_factor": lambda a: hf.load_factor(a, [PUSH], engine="graph").factor,
     "robustness_map": lambda a: hf.robustness_map(a, spacing=0.05, engine="graph").force,
     "sensitivity": lambda a: hf.sets.sensitivity(a, "cube", POINT, ALONG).force,
-    "worst_case": lambda a: hf.sets.worst_case(a, "cube", POINT, ALONG, friction=0.1).force,
+    "worst_case": lambda a: hf.sets.worst_case(a, "cube", POINT, ALONG, mu_range=0.1).force,
     "robustness_under": lambda a: (
-        hf.robustness_under(a, "cube", POINT, ALONG, samples=2, friction=0.2, engine="graph").force
+        hf.robustness_under(
+            a, "cube", POINT, ALONG, uncertain=hf.Uncertain(samples=2, mu_range=0.2), engine="graph"
+        ).force
     ),
-    "admissible_wrenches": lambda a: hf.sets.admissible_wrenches(a, "cube", gap=0.5).vertices,
-    "constraint": lambda a: hf.sets.constraint(a, "cube", budget=50).known,
-    "sustainable_accelerations": lambda a: hf.sets.sustainable_accelerations(a, gap=0.2).vertices,
+    "admissible_wrenches": lambda a: hf.sets.admissible_wrenches(a, "cube", accuracy=0.5).vertices,
+    "constraint": lambda a: hf.sets.constraint(a, "cube", solves=50).known,
+    "sustainable_accelerations": lambda a: hf.sets.sustainable_accelerations(a, accuracy=0.2).vertices,
     "transport_limits": lambda a: hf.transport_limits(a, ALONG, engine="graph").acceleration,
     "inertial_loads": lambda a: hf.sets.inertial_loads(a, acceleration=(1, 0, 0))[0].force,
     "disassembly_order": lambda a: hf.disassembly_order(a, engine="graph").order,
     "can_remove": lambda a: hf.can_remove(a, "cube", engine="graph").reason,
     "build_order": lambda a: hf.build_order(a, engine="graph", pushes=30).force,
-    "plan_placement": lambda a: hf.plan_placement(a, THING, engine="graph", attempts=2, confirm=None).pose,
+    "plan_placement": lambda a: (
+        hf.plan_placement(a, THING, search=hf.Search(solves=2, confirm=None), engine="graph").pose
+    ),
 }
 OPERANDS = {
     "assembly", "body", "bodies", "point", "points", "direction", "directions", "loads", "tilt", "count",
-    "accelerations", "limits", "scene",
+    "accelerations", "limits", "scene", "obj", "where", "approach", "search", "uncertain", "tilt_degrees",
 }  # fmt: skip
 
 

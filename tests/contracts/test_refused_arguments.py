@@ -41,12 +41,16 @@ TRUTHS: dict[str, Callable[[Any], object]] = {
     "Graph: isolated": lambda v: hf.Graph(isolated=v),
     "Strap: closed": lambda v: hf.Strap(AROUND, 1.0, closed=v),
     "assemble: allow_large": lambda v: hf.assemble(CUBE, allow_large=v),
-    "robustness: bound": lambda v: hf.robustness(CUBE, "cube", ON, ALONG, bound=v),
-    "load_factor: bound": lambda v: hf.load_factor(CUBE, [LOAD], bound=v),
-    "transport: bound": lambda v: hf.transport_limits(CUBE, ALONG, bound=v),
-    "carry: bound": lambda v: hf.carry(CUBE, [[0, 1, 0, 0]], bound=v),
-    "placement: turn": lambda v: hf.plan_placement(CUBE, NEW, engine="graph", attempts=1, turn=v),
-    "place_all: stack": lambda v: hf.place_all(CUBE, [NEW], engine="graph", budget=0.1, stack=v),
+    "robustness: bounds": lambda v: hf.robustness(CUBE, "cube", ON, ALONG, bounds=v),
+    "load_factor: bounds": lambda v: hf.load_factor(CUBE, [LOAD], bounds=v),
+    "transport: bounds": lambda v: hf.transport_limits(CUBE, ALONG, bounds=v),
+    "carry: bounds": lambda v: hf.carry(CUBE, [[0, 1, 0, 0]], bounds=v),
+    "placement: free_yaw": lambda v: hf.plan_placement(
+        CUBE, NEW, approach=hf.Approach(free_yaw=v), search=hf.Search(solves=1), engine="graph"
+    ),
+    "place_all: stack": lambda v: hf.place_all(
+        CUBE, [NEW], where=hf.Where(stack=v), search=hf.Search(seconds=0.1), engine="graph"
+    ),
     "from_trimesh: floor": lambda v: hf.from_trimesh(SOLID, friction=0.5, mass=1, fixed=["mesh"], floor=v),
 }
 READ = {
@@ -81,28 +85,46 @@ def test_options_of_readers_are_true_or_false(name: str, tmp_path: Path) -> None
 
 
 SENSELESS: dict[str, tuple[Callable[[], object], str]] = {
-    "gap of a constraint": (
-        lambda: hf.sets.constraint(CUBE, "cube", gap=2),
-        "gap: is 2; needs a finite number > 0 and < 1",
+    "accuracy of a constraint": (
+        lambda: hf.sets.constraint(CUBE, "cube", accuracy=2),
+        "accuracy: is 2; needs a finite number > 0 and < 1",
     ),
-    "gap of a set": (
-        lambda: hf.sets.sustainable_accelerations(CUBE, gap=1),
-        "gap: is 1; needs a finite number > 0 and < 1",
+    "accuracy of a set": (
+        lambda: hf.sets.sustainable_accelerations(CUBE, accuracy=1),
+        "accuracy: is 1; needs a finite number > 0 and < 1",
     ),
-    "turn": (lambda: hf.settle(CUBE, turn=400), r"settle: turn \[deg\]: is 400; needs a number from 0 to 180 degrees"),
-    "tilt": (lambda: hf.plan_placement(CUBE, NEW, tilt=400), "tilt: is 400; needs a number of at most 180 degrees"),
-    "cone": (lambda: hf.plan_placement(CUBE, NEW, cone=400), "cone: is 400; needs a number of at most 180 degrees"),
-    "budget": (lambda: hf.plan_placement(CUBE, NEW, budget=0), "budget: is 0; needs a finite number > 0"),
-    "budget of all": (lambda: hf.place_all(CUBE, [NEW], budget=0), "budget: is 0; needs a finite number > 0"),
-    "everywhere": (lambda: hf.plan_placement(CUBE, NEW, keep_out=[None]), r"keep_out: holds None.*; give regions"),
+    "turn_degrees": (
+        lambda: hf.settle(CUBE, turn_degrees=400),
+        r"settle: turn_degrees: is 400; needs a number from 0 to 180 degrees",
+    ),
+    "lean_degrees": (
+        lambda: hf.plan_placement(CUBE, NEW, approach=hf.Approach(lean_degrees=400)),
+        "lean_degrees: is 400; needs a number of at most 180 degrees",
+    ),
+    "cone_degrees": (
+        lambda: hf.plan_placement(CUBE, NEW, approach=hf.Approach(cone_degrees=400)),
+        "cone_degrees: is 400; needs a number of at most 180 degrees",
+    ),
+    "seconds": (
+        lambda: hf.plan_placement(CUBE, NEW, search=hf.Search(seconds=0)),
+        "seconds: is 0; needs a finite number > 0",
+    ),
+    "seconds of all": (
+        lambda: hf.place_all(CUBE, [NEW], search=hf.Search(seconds=0)),
+        "seconds: is 0; needs a finite number > 0",
+    ),
+    "everywhere": (
+        lambda: hf.plan_placement(CUBE, NEW, where=hf.Where(keep_out=[None])),
+        r"keep_out: holds None.*; give regions",
+    ),
     "sampling": (lambda: hf.stability(CUBE, engine=hf.Graph(sampling="foo")), "sampling = 'foo'; needs"),  # type: ignore[arg-type]
     "friction of nobody": (lambda: CUBE.mu("cub", "floor"), "no body named 'cub'; did you mean 'cube'"),
     "a note": (lambda: hf.Scene(CUBE.bodies, 0.5, notes=[1]), "notes: holds 1; needs a list of texts"),  # type: ignore[list-item]
     "a load": (lambda: hf.Load(None, ON, ALONG), "load: body: is None; needs a non-empty text"),  # type: ignore[arg-type]
     "scale": (lambda: hf.Mesh(SOLID.vertices, SOLID.faces, scale=(1, 0, 1)), r"Mesh: scale: is \[1.0, 0.0, 1.0\]"),
     "no stiffness": (
-        lambda: hf.robustness_under(CUBE, "cube", ON, ALONG, samples=2, stiffness=()),  # type: ignore[arg-type]
-        r"stiffness: is \(\); needs a range",
+        lambda: hf.robustness_under(CUBE, "cube", ON, ALONG, uncertain=hf.Uncertain(samples=2, stiffness_range=())),  # type: ignore[arg-type]
+        r"stiffness_range: is \(\); needs a range",
     ),
     "mass of no number": (
         lambda: hf.from_trimesh(SOLID, friction=0.5, floor=True, mass=1, density="much"),  # type: ignore[arg-type]
@@ -124,8 +146,8 @@ def test_what_makes_no_sense_is_refused(name: str) -> None:
 
 
 def test_bounds_of_what_makes_sense_are_taken() -> None:
-    assert hf.settle(CUBE, turn=180).status is hf.Status.STABLE
-    assert hf.sets.constraint(CUBE, "cube", gap=0.99, budget=0).gap_wanted == 0.99
+    assert hf.settle(CUBE, turn_degrees=180).status is hf.Status.STABLE
+    assert hf.sets.constraint(CUBE, "cube", accuracy=0.99, solves=0).accuracy_wanted == 0.99
     assert hf.disassembly_order(CUBE, engine="limit").answers(1) == ()
     m = hf.robustness_map(CUBE, spacing=0.05, engine="graph")
     assert m.at(-1) == m.at(len(m.force) - 1)

@@ -62,11 +62,13 @@ def test_bool_names_the_attribute_to_ask(case: str) -> None:
 
 
 def test_a_place_refuses_bool() -> None:
-    found = hf.plan_placement(resting(), hf.Body("cup", hf.Cylinder(0.03, 0.1), mass=0.2), budget=20, seed=1)
+    found = hf.plan_placement(
+        resting(), hf.Body("cup", hf.Cylinder(0.03, 0.1), mass=0.2), search=hf.Search(seconds=20, seed=1)
+    )
     with pytest.raises(hf.HoldfastError, match=r"ask \.stable"):
         bool(found)
     assert found.stable is (found.status is hf.Status.STABLE)
-    several = hf.place_all(resting(), [hf.Body("cup", hf.Cylinder(0.03, 0.1), mass=0.2)], seed=1)
+    several = hf.place_all(resting(), [hf.Body("cup", hf.Cylinder(0.03, 0.1), mass=0.2)], search=hf.Search(seed=1))
     with pytest.raises(hf.HoldfastError, match=r"ask \.stable"):
         bool(several)
     assert several.stable is (several.status is hf.Status.STABLE)

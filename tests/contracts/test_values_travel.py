@@ -118,7 +118,7 @@ def test_a_mesh_is_its_triangles_wherever_they_were_read_from(tmp_path: Path) ->
     path = tmp_path / "ball.ply"
     BALL.export(path)
     read = hf.Mesh.from_file(path)
-    assert read == hf.Mesh(read.vertices, read.faces, where="another")
+    assert read == hf.Mesh(read.vertices, read.faces, label="another")
     assert hash(read) == hash(hf.Mesh(read.vertices, read.faces))
     assert read != hf.Mesh(read.vertices, read.faces, noise=1e-3)
     assert read != hf.Mesh(read.vertices * 2, read.faces)

@@ -35,7 +35,7 @@ def test_d9_force_lies_within_its_bounds_to_the_last_digit(make: object, engine:
     corners = surface.vertices[surface.faces[rng.integers(len(surface.faces), size=12)]]
     points = np.einsum("nkx,nk->nx", corners, rng.dirichlet(np.ones(3), size=12))
     ways, bound = rng.normal(size=(12, 3)), engine == "compliant"
-    found = hf.robustness(assembly, "thing", points, ways, engine=engine, bound=bound)
+    found = hf.robustness(assembly, "thing", points, ways, engine=engine, bounds=bound)
     assert (found.lower <= found.force).all()
     assert (found.force <= found.upper).all()
     assert not np.isnan(found.force).any()

@@ -85,7 +85,7 @@ class ToyEngine:
 
 def test_an_engine_of_ones_own_offers_a_set_by_having_its_method() -> None:
     cube = hf.assemble(shipped_scene("cube"))
-    found = hf.sets.sustainable_accelerations(cube, engine=ToyEngine(), bound=8.0)
+    found = hf.sets.sustainable_accelerations(cube, engine=ToyEngine(), box=8.0)
     assert (found.engine, found.claim, found.solves, found.notes) == ("toy", Claim.ESTIMATED, 7, ("a toy",))
     assert found.contains([3.9, 0, 0]) is True
     assert found.contains([4.1, 0, 0]) is False

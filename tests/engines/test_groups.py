@@ -230,7 +230,7 @@ def test_wrenches_and_derivatives_of_one_group_do_not_see_another() -> None:
     assert two.d_mass["air"] == 0
     assert dict(one.d_mass) == {name: value for name, value in two.d_mass.items() if name != "air"}
     assert dict(one.d_mu) == dict(two.d_mu)
-    worst = [hf.sets.worst_case(a, *ask, friction=0.2, mass=0.1) for a in (alone, beside)]
+    worst = [hf.sets.worst_case(a, *ask, mu_range=0.2, mass_range=0.1) for a in (alone, beside)]
     assert worst[0].force.tobytes() == worst[1].force.tobytes()
     assert worst[0].corners == worst[1].corners == 4
     with pytest.raises(hf.HoldfastError, match="the assembly is unstable"):

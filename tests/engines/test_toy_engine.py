@@ -97,7 +97,9 @@ def test_it_answers_all_questions_that_need_no_more(share: float, tmp_path: Path
     t = hf.transport_limits(stack, [(1, 0, 0), (0, 1, 0)], engine=engine)
     assert t.acceleration == pytest.approx(np.full(2, share * 9.81))
     assert hf.load_factor(stack, [], engine=engine).factor == np.inf
-    u = hf.robustness_under(stack, body.name, point, (1, 0, 0), friction=0.1, samples=2, seed=0, engine=engine)
+    u = hf.robustness_under(
+        stack, body.name, point, (1, 0, 0), uncertain=hf.Uncertain(mu_range=0.1, samples=2, seed=0), engine=engine
+    )
     assert u.median == pytest.approx([share * stack.weight])
 
 

@@ -106,14 +106,21 @@ def _answers(folder: Path) -> list[Original]:
         hf.stability(assembly, engine="limit"),
         hf.robustness(assembly, "cube", [(-0.05, 0, 0.05), (0, 0, 0.1)], [(1, 0, 0), (0, 0, -1)], engine="limit"),
         hf.robustness_map(assembly, spacing=0.05, engine="limit"),
-        hf.sets.sustainable_accelerations(assembly, gap=0.3),
+        hf.sets.sustainable_accelerations(assembly, accuracy=0.3),
         hf.transport_limits(assembly, [(1, 0, 0)], engine="limit"),
         hf.disassembly_order(assembly, engine="limit"),
         hf.load_factor(assembly, [hf.Load("cube", (0, 0, 0.1), force=(1, 0, 0))], engine="limit"),
         hf.sets.sensitivity(assembly, "cube", (-0.05, 0, 0.05), (1, 0, 0)),
-        hf.sets.worst_case(assembly, "cube", (-0.05, 0, 0.05), (1, 0, 0), friction=0.1, mass=0.1),
-        hf.robustness_under(assembly, "cube", (-0.05, 0, 0.05), (1, 0, 0), friction=0.1, samples=2, engine="limit"),
-        hf.plan_placement(assembly, thing, engine="limit", confirm=None, spacing=0.05),
+        hf.sets.worst_case(assembly, "cube", (-0.05, 0, 0.05), (1, 0, 0), mu_range=0.1, mass_range=0.1),
+        hf.robustness_under(
+            assembly,
+            "cube",
+            (-0.05, 0, 0.05),
+            (1, 0, 0),
+            uncertain=hf.Uncertain(mu_range=0.1, samples=2),
+            engine="limit",
+        ),
+        hf.plan_placement(assembly, thing, search=hf.Search(confirm=None, spacing=0.05), engine="limit"),
     ]
     found = []
     for answer in answers:

@@ -220,7 +220,7 @@ def scene_topic(scene: str) -> Plain:
             )
         result[engine] = answers
     if scene != "bonded_wall":
-        result["bounded"] = pushed(scene, engine="compliant", bound=True)
+        result["bounded"] = pushed(scene, engine="compliant", bounds=True)
     return result
 
 
@@ -265,7 +265,6 @@ def transport_topic() -> Plain:
     """Accelerations of the carrier, level, tilted and turning; how fast a path may be driven."""
     arrays = ("directions", "claim", "acceleration", "status", "lower", "upper", "moving", "mode", "notes")
     turning = {
-        "tilt": np.degrees((0.03, -0.02, 0.0)),
         "angular_acceleration": (0.0, 0.1, 0.4),
         "angular_velocity": (0, 0, 0.5),
     }
@@ -283,12 +282,18 @@ def transport_topic() -> Plain:
             )
             result[f"{scene}: {engine}, turning"] = asked(
                 lambda a=assembly, e=engine: told(
-                    hf.transport_limits(a, EIGHT[::2], engine=e, pivot=(0.1, 0.0, 0.0), **turning)
+                    hf.transport_limits(
+                        a,
+                        EIGHT[::2],
+                        tilt_degrees=np.degrees((0.03, -0.02, 0.0)),
+                        standing=hf.inertial_loads(a, pivot=(0.1, 0.0, 0.0), **turning),
+                        engine=e,
+                    )
                 )
             )
     stack = assembled("stack")
     path = [[1.0, 0.5, 0.0], [0.0, -2.0, 0.3], [0.5, 0.0, -1.0]]
-    limits = hf.transport_limits(stack, path, bound=True)
+    limits = hf.transport_limits(stack, path, bounds=True)
     result["stack: along a path"] = told(limits) | {"speed": plain(hf.sets.safe_time_scale(path, limits, margin=0.1))}
     return result
 
@@ -299,9 +304,9 @@ def sets_topic() -> Plain:
     result: dict[str, Plain] = {}
 
     def told(found: hf.answers.ConvexSet, reach: np.ndarray) -> Plain:
-        ways = rng.standard_normal((40, len(found.bound)))
+        ways = rng.standard_normal((40, len(found.box)))
         points = ways / np.linalg.norm(ways, axis=1)[:, None] * reach
-        names = ("claim", "gap", "gap_wanted", "solves", "bound", "units", "frame", "notes")
+        names = ("claim", "accuracy", "accuracy_wanted", "solves", "box", "units", "frame", "notes")
         counts = {"facets": len(found.inner[1]), "cuts": len(found.outer[1]), "corners": len(found.vertices)}
         return fields(found, *names) | {
             **counts,
@@ -311,11 +316,11 @@ def sets_topic() -> Plain:
 
     for scene in ("cube", "table", "cantilever"):
         assembly = assembled(scene)
-        found = hf.sets.sustainable_accelerations(assembly, gap=0.05)
+        found = hf.sets.sustainable_accelerations(assembly, accuracy=0.05)
         result[f"{scene}: accelerations"] = told(found, np.full(3, 3.0))
     cube = assembled("cube")
     reach = 0.3 * cube.weight * np.repeat([1.0, 0.2 * cube.size], 3)
-    result["cube: wrenches"] = told(hf.sets.admissible_wrenches(cube, "cube", gap=0.3), reach)
+    result["cube: wrenches"] = told(hf.sets.admissible_wrenches(cube, "cube", accuracy=0.3), reach)
     return result
 
 
@@ -335,14 +340,19 @@ def uncertainty_topic() -> Plain:
         mass = {body: (0.9 * assembly.scene.body(body).mass, 1.1 * assembly.scene.body(body).mass)}
         result[f"{scene}: worst case"] = asked(
             lambda a=assembly, b=body, p=points, e=ways, m=mass: fields(
-                hf.sets.worst_case(a, b, p, e, friction=0.1, mass=m, com={b: (0.003, 0.002, 0.0)}), *worst
+                hf.sets.worst_case(a, b, p, e, mu_range=0.1, mass_range=m, com_range={b: (0.003, 0.002, 0.0)}), *worst
             )
         )
         for engine in ENGINES:
             result[f"{scene}: samples by {engine}"] = asked(
                 lambda a=assembly, b=body, p=points, w=ways, e=engine: fields(
                     hf.robustness_under(
-                        a, b, p, w, pose_sigma=(0.0005, 0.1), friction=0.2, samples=3, seed=11, engine=e
+                        a,
+                        b,
+                        p,
+                        w,
+                        uncertain=hf.Uncertain(pose_sigma=(0.0005, 0.1), mu_range=0.2, samples=3, seed=11),
+                        engine=e,
                     ),
                     *samples,
                 )
@@ -395,29 +405,27 @@ def placement_topic() -> Plain:
             hf.plan_placement(
                 cantilever,
                 box,
+                where=hf.Where(supports=["B", "C", "D"]),
+                search=hf.Search(candidates=2, spacing=0.03, seed=3, solves=400),
                 engine="graph",
-                supports=["B", "C", "D"],
-                candidates=2,
-                spacing=0.03,
-                seed=3,
-                budget=None,
             )
         ),
         "cantilever: too heavy": told(
             hf.plan_placement(
-                cantilever, brick, engine="graph", supports=["C"], avoid=["floor"], attempts=4, seed=3, budget=None
+                cantilever,
+                brick,
+                where=hf.Where(supports=["C"], avoid=["floor"]),
+                search=hf.Search(solves=4, seed=3),
+                engine="graph",
             )
         ),
         "table": told(
             hf.plan_placement(
                 table,
                 box,
+                where=hf.Where(box=[[-0.2, -0.1], [0.2, 0.1]]),
+                search=hf.Search(spacing=0.04, solves=30, seed=5),
                 engine="limit",
-                region=[[-0.2, -0.1], [0.2, 0.1]],
-                spacing=0.04,
-                attempts=30,
-                seed=5,
-                budget=None,
             )
         ),
     }

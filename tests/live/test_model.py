@@ -192,7 +192,9 @@ def test_taking_apart_hides_what_is_gone_and_draws_out_what_goes() -> None:
 
 def test_places_put_the_body_at_every_candidate() -> None:
     scene = hf.Scene([floor()], friction=0.5)
-    found = hf.plan_placement(scene, box("cube", (0.1, 0.1, 0.1), 1.0, (0, 0, 0.3)), seed=1, engine="limit")
+    found = hf.plan_placement(
+        scene, box("cube", (0.1, 0.1, 0.1), 1.0, (0, 0, 0.3)), search=hf.Search(seed=1), engine="limit"
+    )
     steps = places(found)
     assert len(steps) == len(found.candidates) >= 1
     assert found.body is not None

@@ -246,7 +246,9 @@ def test_answers_open_with_their_states(live: hf.answers.LiveView) -> None:
         hf.robustness_map(scene, spacing=0.05, engine="graph"),
         hf.settle(scene, engine="limit"),
         hf.disassembly_order(scene, engine="limit"),
-        hf.plan_placement(hf.Scene([floor()], friction=MU), box("cube", (0.1, 0.1, 0.1), 1.0, (0, 0, 0.3)), seed=1),
+        hf.plan_placement(
+            hf.Scene([floor()], friction=MU), box("cube", (0.1, 0.1, 0.1), 1.0, (0, 0, 0.3)), search=hf.Search(seed=1)
+        ),
         hf.transport_limits(scene, engine="graph"),
     ]
     for answer in answers:

@@ -26,7 +26,10 @@ VERBS: dict[str, Callable[[], object]] = {
     "transport": lambda: hf.transport_limits(hf.assemble(TABLE), engine="graph"),
     "disassembly": lambda: hf.disassembly_order(hf.assemble(TABLE)),
     "placement": lambda: hf.plan_placement(
-        hf.assemble(hf.shipped_scene("cube")), CUBE, spacing=0.2, supports=["floor"], attempts=3
+        hf.assemble(hf.shipped_scene("cube")),
+        CUBE,
+        where=hf.Where(supports=["floor"]),
+        search=hf.Search(spacing=0.2, solves=3),
     ),
 }
 

@@ -58,13 +58,13 @@ def numbers(values: Any) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("change", "match"),
     [
-        ({"bound": numbers([[1, 2, 3]])}, "bound has shape"),
-        ({"bound": {"$numbers": [1, 2, "x"], "dtype": "<f8", "shape": [3]}}, "is damaged"),
+        ({"box": numbers([[1, 2, 3]])}, "box has shape"),
+        ({"box": {"$numbers": [1, 2, "x"], "dtype": "<f8", "shape": [3]}}, "is damaged"),
         ({"inner": {"$tuple": [numbers([[1, 0, 0]]), numbers([1, 1])]}}, "inner: A: has shape"),
         ({"inner": {"$tuple": [numbers([[1, 0, 0]])]}}, "is damaged"),
         ({"outer": {"$tuple": [numbers([[1, 0, 0]]), numbers([-1])]}}, "outer: b: has -1"),
         ({"claim": {"$enum": ["Claim", "sure"]}}, "is damaged"),
-        ({"gap": -1}, "gap: is -1"),
+        ({"accuracy": -1}, "accuracy: is -1"),
         ({"vertices": None}, "vertices"),
         ({"inner": None}, "is damaged"),
         ({"more": 1}, "is damaged"),

@@ -29,7 +29,7 @@ def cube_wrenches() -> ConvexSet:
 
 
 def test_a_cube_slips_at_mu_times_what_presses_it(cube_accelerations: ConvexSet) -> None:
-    mu, wanted = 0.6, cube_accelerations.gap
+    mu, wanted = 0.6, cube_accelerations.accuracy
     assert wanted <= 0.02
     rng = np.random.default_rng(3)
     for _ in range(200):
@@ -39,7 +39,7 @@ def test_a_cube_slips_at_mu_times_what_presses_it(cube_accelerations: ConvexSet)
             a = np.array([share * most * np.cos(angle), share * most * np.sin(angle), rise])
             answer = cube_accelerations.contains(a)
             assert answer is not (share > 1), (a, share)
-            if (np.abs(a) > cube_accelerations.bound).any():
+            if (np.abs(a) > cube_accelerations.box).any():
                 assert answer is not True
     assert cube_accelerations.contains([0, 0, -G - 1e-3]) is False
     assert cube_accelerations.contains([0, 0, -G + 1e-3]) is True
@@ -48,7 +48,7 @@ def test_a_cube_slips_at_mu_times_what_presses_it(cube_accelerations: ConvexSet)
 
 def test_a_tall_block_topples_at_g_times_base_over_height() -> None:
     block = hf.Scene([floor(), box("tall", (0.1, 0.2, 0.4), 1, (0, 0, 0.2))], 0.9)
-    found = sustainable_accelerations(hf.assemble(block), gap=0.01)
+    found = sustainable_accelerations(hf.assemble(block), accuracy=0.01)
     along_x, along_y = G * 0.1 / 0.4, G * 0.2 / 0.4
     for axis, most in ((0, along_x), (1, along_y)):
         for sign in (1, -1):
@@ -60,7 +60,7 @@ def test_a_tall_block_topples_at_g_times_base_over_height() -> None:
     # rising doubles what presses it, a pyramid with its tip at free fall
     assert found.contains([1.9 * along_x, 0, G]) is True
     assert found.contains([2.1 * along_x, 0, G]) is False
-    assert found.gap == pytest.approx(0, abs=1e-5), "four planes and the box: found exactly"
+    assert found.accuracy == pytest.approx(0, abs=1e-5), "four planes and the box: found exactly"
 
 
 def test_a_force_at_the_centre_of_mass_may_fill_the_translated_friction_cone(cube_wrenches: ConvexSet) -> None:
@@ -108,7 +108,7 @@ def test_standing_loads_move_the_set(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_set_without_end_stops_at_the_box_and_says_so() -> None:
-    found = sustainable_accelerations(assembly_of("wedged"), bound=20)
+    found = sustainable_accelerations(assembly_of("wedged"), box=20)
     assert found.claim is hf.answers.Claim.EXISTS
     assert found.contains([19.9, -19.9, 19.9]) is True
     assert found.contains([21, 0, 0]) is None, "nothing was proved beyond the box"
@@ -127,7 +127,7 @@ def test_a_light_body_beside_a_heavy_one_needs_its_own_bound(monkeypatch: pytest
     with pytest.raises(hf.HoldfastError, match="give a smaller bound"):
         admissible_wrenches(assembly, "light")
     weight = 1e-3 * G
-    found = admissible_wrenches(assembly, "light", bound=(3 * weight, 0.3 * weight))
+    found = admissible_wrenches(assembly, "light", box=(3 * weight, 0.3 * weight))
     assert found.contains([0.99 * 0.6 * weight, 0, 0, 0, 0, 0]) is not False
     assert found.contains([0, 0, 0.99 * weight, 0, 0, 0]) is True
     assert found.contains([0.7 * weight, 0, 0, 0, 0, 0]) is False
@@ -153,9 +153,9 @@ def test_what_has_no_set_raises() -> None:
     with pytest.raises(hf.HoldfastError, match="use engine='limit'"):
         sustainable_accelerations(assembly_of("cube"), engine="graph")
     with pytest.raises(hf.errors.SceneError, match="needs positive numbers"):
-        admissible_wrenches(assembly_of("cube"), "cube", bound=(1, 0))
-    with pytest.raises(hf.errors.SceneError, match="gap"):
-        sustainable_accelerations(assembly_of("cube"), gap=0)
+        admissible_wrenches(assembly_of("cube"), "cube", box=(1, 0))
+    with pytest.raises(hf.errors.SceneError, match="accuracy"):
+        sustainable_accelerations(assembly_of("cube"), accuracy=0)
     icy = hf.assemble(hf.Scene(cube().bodies, 0.0))
     with pytest.raises(hf.HoldfastError, match=r"0 is not inside the set: .*along \(1, 0, 0\)"):
         sustainable_accelerations(icy)

@@ -129,9 +129,13 @@ def test_summaries_of_pushes_and_factors(pushes: hf.answers.Robustness) -> None:
 def test_a_quantile_tells_whether_it_is_an_answer() -> None:
     """Ten samples at two points: zero, two or four of them undecided, three that fall, the rest decided."""
     u = hf.robustness_under(
-        hf.assemble(cube()), "cube", [(-0.05, 0, 0.01), (-0.05, 0.01, 0.01)], (1, 0, 0),
-        friction=0.2, samples=10, engine="graph",
-    )  # fmt: skip
+        hf.assemble(cube()),
+        "cube",
+        [(-0.05, 0, 0.01), (-0.05, 0.01, 0.01)],
+        (1, 0, 0),
+        uncertain=hf.Uncertain(mu_range=0.2, samples=10),
+        engine="graph",
+    )
     assert u.known(0).all()
     assert u.undecided_pushes.count == 0
     at_first = 2 * np.arange(10)

@@ -38,7 +38,9 @@ def binomial(count: int, share: float) -> tuple[float, float]:
 def test_nothing_uncertain_gives_the_nominal(engine: Any, mu: Any) -> None:
     assembly = hf.assemble(stack())
     points = [(-0.05, 0.01, 0.18), (-0.05, 0, 0.12)]
-    u = hf.robustness_under(assembly, "cube2", points, X, friction=mu, samples=3, seed=1, engine=engine)
+    u = hf.robustness_under(
+        assembly, "cube2", points, X, uncertain=hf.Uncertain(mu_range=mu, samples=3, seed=1), engine=engine
+    )
     plain = hf.robustness(assembly, "cube2", points, X, engine=engine)
     assert u.force == pytest.approx(np.broadcast_to(plain.force, (3, 2)), rel=1e-12)
     assert u.nominal == pytest.approx(plain.force, rel=1e-12)
@@ -49,7 +51,12 @@ def test_nothing_uncertain_gives_the_nominal(engine: Any, mu: Any) -> None:
 def test_slip_follows_the_uniform_friction(interval: Any, engine: Any, count: int) -> None:
     low, high = interval if isinstance(interval, tuple) else (0.6 * (1 - interval), 0.6 * (1 + interval))
     u = hf.robustness_under(
-        hf.assemble(cube()), "cube", LOW, X, friction=interval, samples=count, seed=5, engine=engine
+        hf.assemble(cube()),
+        "cube",
+        LOW,
+        X,
+        uncertain=hf.Uncertain(mu_range=interval, samples=count, seed=5),
+        engine=engine,
     )
     force = u.force[:, 0] / G
     assert low * 0.999 <= force.min() <= force.max() <= high * 1.001
@@ -63,7 +70,9 @@ def test_slip_follows_the_uniform_friction(interval: Any, engine: Any, count: in
 
 def test_tipping_does_not_ask_for_friction() -> None:
     """R = m g L / (2 h), at h = L: half the weight."""
-    u = hf.robustness_under(hf.assemble(cube()), "cube", TOP, X, friction=(0.55, 0.9), samples=20, seed=2)
+    u = hf.robustness_under(
+        hf.assemble(cube()), "cube", TOP, X, uncertain=hf.Uncertain(mu_range=(0.55, 0.9), samples=20, seed=2)
+    )
     assert np.ptp(u.force) <= 1e-3 * G
     assert u.median == pytest.approx(G / 2, rel=5e-3)
 
@@ -75,7 +84,9 @@ def test_all_pairs_share_one_level() -> None:
     both = {**one, ("cube1", "cube2"): (0.3, 0.5)}
     point = (-0.05, 0, 0.01)
     a, b = (
-        hf.robustness_under(assembly, "cube1", point, X, friction=m, samples=10, seed=3, engine="limit").force
+        hf.robustness_under(
+            assembly, "cube1", point, X, uncertain=hf.Uncertain(mu_range=m, samples=10, seed=3), engine="limit"
+        ).force
         for m in (one, both)
     )
     assert a == pytest.approx(b, rel=1e-6)  # all three slide on the floor, whatever lies between them
@@ -87,9 +98,12 @@ def test_an_overhang_falls_as_often_as_the_normal_tail_says(movable: bool, facto
     """At 45 % it falls where the deviate along x exceeds 5 % of the length; two bodies deviate by √2 as much."""
     share, sigma = 0.45, 0.04 * L
     u = hf.robustness_under(
-        hf.assemble(ledge(share, movable)), "cube", (share * L, 0, 2 * L), (0, 0, 1), pose_sigma=sigma,
-        samples=count, seed=11,
-    )  # fmt: skip
+        hf.assemble(ledge(share, movable)),
+        "cube",
+        (share * L, 0, 2 * L),
+        (0, 0, 1),
+        uncertain=hf.Uncertain(pose_sigma=sigma, samples=count, seed=11),
+    )
     falls = stats.norm.sf((0.5 - share) * L / (factor * sigma))
     low, high = binomial(count, falls)
     assert low <= 1 - u.stands <= high
@@ -106,7 +120,9 @@ def test_a_push_beside_the_overhang_follows_its_deviate() -> None:
     a0, sigma = 0.3 * L, 0.02 * L
     assembly = hf.assemble(ledge(0.3))
     end = (0.3 * L + L / 2, 0, 2 * L)
-    u = hf.robustness_under(assembly, "cube", end, (0, 0, -1), pose_sigma=sigma, samples=40, seed=4, engine="limit")
+    u = hf.robustness_under(
+        assembly, "cube", end, (0, 0, -1), uncertain=hf.Uncertain(pose_sigma=sigma, samples=40, seed=4), engine="limit"
+    )
     deviates = [d[0, 0] for d in _deviates(4, 40, 1)]
     a = a0 + sigma * np.array(deviates)
     assert u.force[:, 0] == pytest.approx(G * (L / 2 - a) / a, rel=1e-6)
@@ -127,7 +143,13 @@ def test_a_load_rides_on_its_body() -> None:
     end, mass = (0.3 * L + L / 2, 0, 2 * L), 0.5
     load = hf.Load("cube", end, force=(0, 0, -mass * G))
     u = hf.robustness_under(
-        assembly, "cube", end, (0, 0, -1), standing=[load], pose_sigma=0.02 * L, samples=25, seed=4, engine="limit"
+        assembly,
+        "cube",
+        end,
+        (0, 0, -1),
+        uncertain=hf.Uncertain(pose_sigma=0.02 * L, samples=25, seed=4),
+        standing=[load],
+        engine="limit",
     )
     a = 0.3 * L + 0.02 * L * np.array([d[0, 0] for d in _deviates(4, 25, 1)])
     left = G * (L / 2 - a) / a - mass * G
@@ -140,9 +162,14 @@ def test_samples_are_the_scenes_with_moved_bodies() -> None:
     sigma, mu, point = (0.0005, 0.3), (0.4, 0.8), np.array([-0.05, 0.03, 0.27])
     load = hf.Load("cube2", (0.05, 0.01, 0.15), force=(0.3, 0.2, -1), moment=(0, 0.01, 0.02))
     u = hf.robustness_under(
-        hf.assemble(stack(), gap=1e-3), "cube3", point, (1, 0.2, 0), standing=[load], pose_sigma=sigma, friction=mu,
-        samples=5, seed=7, engine="limit",
-    )  # fmt: skip
+        hf.assemble(stack(), gap=1e-3),
+        "cube3",
+        point,
+        (1, 0.2, 0),
+        uncertain=hf.Uncertain(pose_sigma=sigma, mu_range=mu, samples=5, seed=7),
+        standing=[load],
+        engine="limit",
+    )
     rng = np.random.default_rng(7)
     for force in u.force[:, 0]:
         level, deviates = rng.random(), rng.standard_normal((3, 6))
@@ -174,11 +201,15 @@ def test_the_frame_in_which_a_body_is_drawn_changes_no_sample() -> None:
     drawn = hf.Body("cube", hf.Mesh(solid.vertices + away, solid.faces), mass=1, pose=pose)
     one, other = (
         hf.robustness_under(
-            hf.assemble(hf.Scene([floor(), body], 0.6)), "cube", LOW, X, pose_sigma=sigma, samples=6, seed=3,
+            hf.assemble(hf.Scene([floor(), body], 0.6)),
+            "cube",
+            LOW,
+            X,
+            uncertain=hf.Uncertain(pose_sigma=sigma, samples=6, seed=3),
             engine="limit",
         )
         for body in (box("cube", (L, L, L), 1, (0, 0, L / 2)), drawn)
-    )  # fmt: skip
+    )
     assert one.stands == other.stands == 1
     assert other.force == pytest.approx(one.force, rel=1e-6)
 
@@ -186,7 +217,14 @@ def test_the_frame_in_which_a_body_is_drawn_changes_no_sample() -> None:
 def test_a_tilt_leans_the_contact_by_half() -> None:
     """A cube tilted by θ on a level floor: the contact's normal lies between the two, R = m g tan(atan μ - θ / 2)."""
     angle, sigma = 0.3, (1e-4, 0.3)
-    u = hf.robustness_under(hf.assemble(cube()), "cube", LOW, X, pose_sigma=sigma, samples=25, seed=8, engine="limit")
+    u = hf.robustness_under(
+        hf.assemble(cube()),
+        "cube",
+        LOW,
+        X,
+        uncertain=hf.Uncertain(pose_sigma=sigma, samples=25, seed=8),
+        engine="limit",
+    )
     assert u.stands == 1
     tilt = np.array([np.radians(angle) * d[0, 4] for d in _deviates(8, 25, 1)])
     assert u.force[:, 0] / G == pytest.approx(np.tan(np.arctan(0.6) - tilt / 2), rel=1e-3)
@@ -196,7 +234,9 @@ def test_contacts_arise_between_known_pairs_only() -> None:
     """A wall that the cube does not touch carries nothing, however wide the tolerance of the samples is."""
     wall = hf.Body("wall", hf.Box((0.1, 0.3, 0.3)), pose=at(0.05 + 0.05 + 0.004, 0, 0.15), fixed=True)
     scene = hf.Scene([floor(), box("cube", (L, L, L), 1, (0, 0, L / 2)), wall], 0.5)
-    u = hf.robustness_under(hf.assemble(scene), "cube", LOW, X, pose_sigma=0.002, samples=10, seed=0, engine="limit")
+    u = hf.robustness_under(
+        hf.assemble(scene), "cube", LOW, X, uncertain=hf.Uncertain(pose_sigma=0.002, samples=10, seed=0), engine="limit"
+    )
     assert u.force == pytest.approx(np.full((10, 1), 0.5 * G), rel=1e-6)
     touching = hf.robustness(hf.assemble(scene, pose_sigma=0.002), "cube", LOW, X, engine="limit")
     assert np.isinf(touching.force[0])
@@ -204,7 +244,11 @@ def test_contacts_arise_between_known_pairs_only() -> None:
 
 def test_no_contact_is_lost_to_the_deviates() -> None:
     u = hf.robustness_under(
-        hf.assemble(stack()), "cube3", (0, 0, 0.3), (0, 0, -1), pose_sigma=(0.001, 0.2), samples=12, seed=6
+        hf.assemble(stack()),
+        "cube3",
+        (0, 0, 0.3),
+        (0, 0, -1),
+        uncertain=hf.Uncertain(pose_sigma=(0.001, 0.2), samples=12, seed=6),
     )
     assert u.stands == 1
     assert np.isinf(u.quantile(0)).all()
@@ -214,24 +258,32 @@ def test_no_contact_is_lost_to_the_deviates() -> None:
 def test_given_interfaces_let_friction_vary() -> None:
     found = hf.assemble(cube())
     given = hf.assemble(cube(), interfaces=found.interfaces)
-    u = hf.robustness_under(given, "cube", LOW, X, friction=0.2, samples=20, seed=1, engine="limit")
-    assert u.force == pytest.approx(
-        hf.robustness_under(found, "cube", LOW, X, friction=0.2, samples=20, seed=1, engine="limit").force
+    u = hf.robustness_under(
+        given, "cube", LOW, X, uncertain=hf.Uncertain(mu_range=0.2, samples=20, seed=1), engine="limit"
     )
-    with pytest.raises(hf.HoldfastError, match=r"pose_sigma = 0.001, but the interfaces .* given; .* vary friction"):
-        hf.robustness_under(given, "cube", LOW, X, pose_sigma=0.001, seed=1)
+    assert u.force == pytest.approx(
+        hf.robustness_under(
+            found, "cube", LOW, X, uncertain=hf.Uncertain(mu_range=0.2, samples=20, seed=1), engine="limit"
+        ).force
+    )
+    with pytest.raises(hf.HoldfastError, match=r"pose_sigma = 0.001, but the interfaces .* given; .* vary mu_range"):
+        hf.robustness_under(given, "cube", LOW, X, uncertain=hf.Uncertain(pose_sigma=0.001, seed=1))
 
 
 def test_a_density_stays_a_mass() -> None:
     body = hf.Body("cube", hf.Box((L, L, L)), density=1000.0, pose=at(0, 0, L / 2))
     assembly = hf.assemble(hf.Scene([floor(), body], 0.6))
-    u = hf.robustness_under(assembly, "cube", LOW, X, pose_sigma=1e-4, samples=3, seed=1, engine="limit")
+    u = hf.robustness_under(
+        assembly, "cube", LOW, X, uncertain=hf.Uncertain(pose_sigma=1e-4, samples=3, seed=1), engine="limit"
+    )
     assert u.force == pytest.approx(np.full((3, 1), 0.6 * G), rel=1e-6)
 
 
 def test_quantiles_are_forces_of_samples() -> None:
     points = [LOW, TOP, (-0.05, 0, 0.05)]
-    u = hf.robustness_under(hf.assemble(cube()), "cube", points, X, friction=0.5, samples=21, seed=9, engine="limit")
+    u = hf.robustness_under(
+        hf.assemble(cube()), "cube", points, X, uncertain=hf.Uncertain(mu_range=0.5, samples=21, seed=9), engine="limit"
+    )
     assert u.force.shape == u.status.shape == (21, 3)
     assert u.quantile(0) == pytest.approx(u.force.min(0), rel=0, abs=0)
     assert u.quantile(1) == pytest.approx(u.force.max(0), rel=0, abs=0)
@@ -249,10 +301,8 @@ def test_the_seed_decides(engine: Any) -> None:
     assembly = hf.assemble(ledge(0.45))
 
     def asked(seed: int, samples: int = 6) -> bytes:
-        options: dict[str, Any] = {"pose_sigma": (0.003, 0.3), "friction": 0.3, "engine": engine}
-        return hf.robustness_under(
-            assembly, "cube", (0, 0, 2 * L), X, samples=samples, seed=seed, **options
-        ).force.tobytes()
+        uncertain = hf.Uncertain(pose_sigma=(0.003, 0.3), mu_range=0.3, samples=samples, seed=seed)
+        return hf.robustness_under(assembly, "cube", (0, 0, 2 * L), X, uncertain, engine=engine).force.tobytes()
 
     first = asked(1)
     assert asked(1) == first
@@ -271,9 +321,9 @@ def test_the_seed_decides(engine: Any) -> None:
         ({"pose_sigma": (1e-3, -1)}, r"rotation \[deg\]: is -1; needs"),
         ({"pose_sigma": (1, 2, 3)}, r"pose_sigma = \(1, 2, 3\); needs metres, or a pair"),
         ({"pose_sigma": 2.0}, r"pose_sigma = 2 m, but body 'cube' is only 0\.1 m thick; needs metres"),
-        ({"friction": 1.5}, r"friction: relative width 1\.5; needs less than 1"),
-        ({"friction": (0.5, 0.2)}, r"friction: is \(0\.5, 0\.2\); needs 0 <= low <= high"),
-        ({"friction": {("cube", "wall"): (0, 1)}}, r"no contact between \('cube', 'wall'\); name touching"),
+        ({"mu_range": 1.5}, r"mu_range: relative width 1\.5; needs less than 1"),
+        ({"mu_range": (0.5, 0.2)}, r"mu_range: is \(0\.5, 0\.2\); needs 0 <= low <= high"),
+        ({"mu_range": {("cube", "wall"): (0, 1)}}, r"no contact between \('cube', 'wall'\); name touching"),
         ({"body": "cub"}, r"'cub'; did you mean 'cube'"),
         ({"points": (0, 0, 0.5)}, r"point 0 at .* from the surface; needs points on the body"),
         ({"standing": hf.Load("cube", TOP, force=X)}, r"loads: got a single Load; needs a list"),
@@ -283,12 +333,17 @@ def test_the_seed_decides(engine: Any) -> None:
 )
 def test_what_makes_no_sense_is_refused(options: dict[str, Any], match: str) -> None:
     query: dict[str, Any] = {"assembly": hf.assemble(cube()), "body": "cube", "points": LOW, "directions": X, "seed": 1}
+    names = {field.name for field in dataclasses.fields(hf.Uncertain)}
+    whole = {**query, **options}
+    given = {name: whole.pop(name) for name in names & whole.keys()}
     with pytest.raises(hf.HoldfastError, match=match):
-        hf.robustness_under(**{**query, **options})
+        hf.robustness_under(**whole, uncertain=hf.Uncertain(**given))
 
 
 def test_a_quantile_is_a_share() -> None:
-    u = hf.robustness_under(hf.assemble(cube()), "cube", LOW, X, samples=1, seed=0, engine="limit")
+    u = hf.robustness_under(
+        hf.assemble(cube()), "cube", LOW, X, uncertain=hf.Uncertain(samples=1, seed=0), engine="limit"
+    )
     for q in (-0.1, 1.1, float("nan")):
         with pytest.raises(hf.HoldfastError, match=r"quantile: q: is .*; needs"):
             u.quantile(q)

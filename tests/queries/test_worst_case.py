@@ -21,7 +21,9 @@ X = np.array([1.0, 0, 0])
 def test_the_worst_cube_in_closed_form() -> None:
     assembly = hf.assemble(cube())
     points, ways, half = [[-0.05, 0, 0.02], [-0.05, 0, 0.098]], [X, X], {"cube": (0.01, 0, 0.02)}
-    found = worst_case(assembly, "cube", points, ways, friction=(0.5, 0.7), mass={"cube": (0.8, 1.1)}, com=half)
+    found = worst_case(
+        assembly, "cube", points, ways, mu_range=(0.5, 0.7), mass_range={"cube": (0.8, 1.1)}, com_range=half
+    )
     least = 0.8 * G * min(0.5, 1)
     np.testing.assert_allclose(found.force, [least, min(least, 0.8 * G * 0.04 / 0.098)], rtol=1e-6)
     assert (found.force <= found.nominal).all()
@@ -35,10 +37,10 @@ def test_the_worst_cube_in_closed_form() -> None:
 
 
 def test_a_corner_that_does_not_stand_makes_the_worst_case_zero() -> None:
-    found = worst_case(hf.assemble(cube()), "cube", [-0.05, 0, 0.02], X, com={"cube": (0.06, 0, 0)})
+    found = worst_case(hf.assemble(cube()), "cube", [-0.05, 0, 0.02], X, com_range={"cube": (0.06, 0, 0)})
     assert found.force[0] == 0
     assert found.status[0] is hf.Status.UNSTABLE
-    down = worst_case(hf.assemble(cube()), "cube", [0, 0, 0.1], [0, 0, -1], friction=0.3, mass=0.2)
+    down = worst_case(hf.assemble(cube()), "cube", [0, 0, 0.1], [0, 0, -1], mu_range=0.3, mass_range=0.2)
     assert down.status[0] is hf.Status.INFINITE
     assert np.isinf(down.force[0])
 
@@ -52,13 +54,13 @@ def test_without_uncertainty_it_is_the_query() -> None:
 @pytest.mark.parametrize(
     ("asked", "told"),
     [
-        ({"friction": {("cube", "table"): (0.1, 0.2)}}, "no contact between"),
-        ({"friction": (0.5, 0.4)}, "needs 0 <= low <= high"),
-        ({"friction": 1.0}, "relative width"),
-        ({"mass": {"floor": (1, 2)}}, "'floor' is fixed"),
-        ({"mass": {"cub": (1, 2)}}, "no body named"),
-        ({"com": -0.1}, ">= 0"),
-        ({"com": {"cube": (0.1, 0, -0.1)}}, "half widths >= 0"),
+        ({"mu_range": {("cube", "table"): (0.1, 0.2)}}, "no contact between"),
+        ({"mu_range": (0.5, 0.4)}, "needs 0 <= low <= high"),
+        ({"mu_range": 1.0}, "relative width"),
+        ({"mass_range": {"floor": (1, 2)}}, "'floor' is fixed"),
+        ({"mass_range": {"cub": (1, 2)}}, "no body named"),
+        ({"com_range": -0.1}, ">= 0"),
+        ({"com_range": {"cube": (0.1, 0, -0.1)}}, "half widths >= 0"),
     ],
 )
 def test_a_bad_box_is_refused(asked: dict[str, Any], told: str) -> None:
@@ -68,7 +70,7 @@ def test_a_bad_box_is_refused(asked: dict[str, Any], told: str) -> None:
 
 def test_too_many_corners_are_refused_with_a_remedy() -> None:
     with pytest.raises(hf.HoldfastError, match=r"corners; at most 4,096: name the bodies that matter"):
-        worst_case(hf.assemble(shipped_scene("arch")), "v3", [0, 0, 0.3], [0, 0, -1], mass=0.1, com=0.01)
+        worst_case(hf.assemble(shipped_scene("arch")), "v3", [0, 0, 0.3], [0, 0, -1], mass_range=0.1, com_range=0.01)
 
 
 def test_friction_intervals_may_name_materials() -> None:

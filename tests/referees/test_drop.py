@@ -58,7 +58,13 @@ def test_a_body_that_is_not_convex_is_refused() -> None:
 def test_poses_that_the_planner_returns_stay(name: str) -> None:
     pytest.importorskip("mujoco", reason="the drop test needs MuJoCo: pip install -e '.[bench]'")
     scene = {**TABLE_II, **TABLE_III}[name]()
-    asked = planner(hf.assemble(scene.scene), scene.body, engine="compliant", **scene.asked)
+    asked = planner(
+        hf.assemble(scene.scene),
+        scene.body,
+        approach=scene.approach,
+        engine="compliant",
+        where=scene.where,
+    )
     for seed in range(2):
         _, after = asked.search(seed=seed).found[0]
         fall = drop(after, "object")

@@ -76,7 +76,7 @@ def test_numbers_for_names_come_before_those_for_all() -> None:
 
 
 def test_y_up_is_turned_and_a_lone_mesh_stands_on_a_floor() -> None:
-    scene = hf.from_trimesh(example(Y_UP), density=500, fixed=["table"], friction=0.4, up="y")
+    scene = hf.from_trimesh(example(Y_UP), density=500, fixed=["table"], friction=0.4, up_axis="y")
     assert_example(scene)
     assert scene.notes == ("y is up in the file: turned about x so that z is up",)
     lone = hf.from_trimesh(trimesh.creation.box((1, 1, 1)), mass=1.0, friction=0.4, floor=True)
@@ -99,7 +99,7 @@ def test_shear_and_mirrors_go_to_the_vertices() -> None:
 def test_materials_name_the_pairs_of_the_friction_table() -> None:
     table = hf.Friction(pairs={("oak", "glass"): 0.3}, default=0.6)
     scene = hf.from_trimesh(
-        example(), density=500, fixed=["table"], material={"table": "oak", "low": "glass"}, friction=table
+        example(), density=500, fixed=["table"], materials={"table": "oak", "low": "glass"}, friction=table
     )
     assert (scene.mu("table", "low"), scene.mu("low", "high")) == (0.3, 0.6)
 

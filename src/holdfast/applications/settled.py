@@ -43,7 +43,7 @@ Done = Mapping[tuple[str, ...], Motion]  # what became of each group
 @shaped(direction="3")
 @dataclass(frozen=True, eq=False, repr=False)
 class Fall(Value):
-    """A body that left the reach, the unit ``direction`` (3,) in which it went, in the world, and how far [m]."""
+    """A body that went beyond the travel, the unit ``direction`` (3,) in which it went, in the world, how far [m]."""
 
     body: str
     direction: Float
@@ -54,17 +54,18 @@ class Fall(Value):
 
 
 @archived
-@shaped(moved="J", turned="J")
+@shaped(moved="J", turned_degrees="J")
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Settled(PublicValue):
     """A scene brought to rest.
 
     ``scene`` has the new poses, ``given`` the old ones. ``status`` is STABLE only if ``stability`` says so of every
-    body of the new scene, UNSTABLE if a body left the reach or the new scene does not stand, and UNDECIDED otherwise.
-    ``reason`` says why. ``names`` are the J movable bodies in scene order, ``moved`` (J,) [m] how far the centre of
-    mass of each went, ``turned`` (J,) [deg] by how much it turned, and ``reasons`` why. ``fell`` holds the bodies that
-    went farther than ``reach`` [m]; their groups stopped there, and their poses mean nothing else. ``stability`` is the
-    verdict on all other groups, None if there is none. ``steps`` is the number of small motions made.
+    body of the new scene, UNSTABLE if a body went beyond its travel or the new scene does not stand, and UNDECIDED
+    otherwise. ``reason`` says why. ``names`` are the J movable bodies in scene order, ``moved`` (J,) [m] how far the
+    centre of mass of each went, ``turned_degrees`` (J,) by how much it turned, and ``reasons`` why. ``fell`` holds the
+    bodies that went farther than ``travel`` [m]; their groups stopped there, and their poses mean nothing else.
+    ``stability`` is the verdict on all other groups, None if there is none. ``steps`` is the number of small motions
+    made.
     """
 
     scene: Scene
@@ -73,11 +74,11 @@ class Settled(PublicValue):
     reason: str
     names: tuple[str, ...]
     moved: Float
-    turned: Float
+    turned_degrees: Float
     reasons: tuple[str, ...]
     fell: tuple[Fall, ...]
     stability: Stability | None
-    reach: float
+    travel: float
     steps: int
     notes: tuple[str, ...]
 
@@ -95,14 +96,14 @@ class Settled(PublicValue):
             {
                 "body": name,
                 "moved": float(self.moved[k]),
-                "turned": float(self.turned[k]),
+                "turned_degrees": float(self.turned_degrees[k]),
                 "reason": self.reasons[k],
                 "pose": to_dict(self.scene.body(name).pose),
             }
             for k, name in enumerate(self.names)
         ]
         fell = [{"body": f.body, "direction": to_dict(f.direction), "distance": f.distance} for f in self.fell]
-        names = ("reach", "steps", "notes")
+        names = ("travel", "steps", "notes")
         told_of = {name: to_dict(getattr(self, name)) for name in names}
         return {"status": self.status.value, "reason": self.reason, "bodies": bodies, "fell": fell} | told_of
 
@@ -113,9 +114,10 @@ class Settled(PublicValue):
     def summary(self) -> Summary:
         """Summarise the verdict, and what moved farthest."""
         order = np.argsort(-self.moved, kind="stable")
-        rows = [(self.names[k], f"{1e3 * self.moved[k]:.3g}", f"{self.turned[k]:.3g}", self.reasons[k]) for k in order]
+        went, turns = 1e3 * self.moved, self.turned_degrees
+        rows = [(self.names[k], f"{went[k]:.3g}", f"{turns[k]:.3g}", self.reasons[k]) for k in order]
         farthest = number(1e3 * float(self.moved.max(initial=0.0)), "mm")
-        facts = [("reach", number(1e3 * self.reach, "mm")), ("moved at most", farthest), ("steps", str(self.steps))]
+        facts = [("travel", number(1e3 * self.travel, "mm")), ("moved at most", farthest), ("steps", str(self.steps))]
         if self.fell:
             facts.append(("fell", listed([fall.body for fall in self.fell])))
         heads = ("body", "moved [mm]", "turned [deg]", "why")
@@ -125,13 +127,12 @@ class Settled(PublicValue):
 def settle(
     scene: Scene,
     *,
-    reach: float = 0.03,
-    turn: float = 15.0,
+    travel: float = 0.03,
+    turn_degrees: float = 15.0,
     known: Iterable[str] = (),
     pose_sigma: float | Mapping[str, float] | None = None,
     upright: Iterable[str] = (),
     gap: float | None = None,
-    angle: float | None = None,
     engine: EngineChoice = DEFAULT_ENGINE,
 ) -> Settled:
     """Bring the movable bodies to rest under gravity and friction, near the given poses.
@@ -139,14 +140,14 @@ def settle(
     First overlaps are undone by the least motions, weighted by the masses; then the bodies sink, slide and tip without
     inertia until nothing moves (docs/settle.md). What then rests but does not stand was wedged by friction alone: it
     sinks once more, first without friction, and if the scene stands after that, it is the answer. A body whose centre
-    of mass goes farther than ``reach`` [m], or that turns by more than ``turn`` [deg], is said to fall. Overlaps deeper
-    than ``reach`` are not undone.
+    of mass goes farther than ``travel`` [m], or that turns by more than ``turn_degrees``, is said to fall. Overlaps
+    deeper than ``travel`` are not undone.
 
     Bodies in ``known`` have exact poses: others give way to them where they overlap; gravity moves them like any other
     body. ``pose_sigma`` [m] is the standard deviation of the positions, one for all or by body: where bodies overlap,
-    they give way in proportion to its square over their mass. Bodies in ``upright`` are first turned, by ``turn`` at
-    most, so that the axis of their frame that is nearest to the vertical is vertical. ``gap``, ``angle`` and ``engine``
-    are those of ``assemble`` and ``stability`` for the verdict on the result.
+    they give way in proportion to its square over their mass. Bodies in ``upright`` are first turned, by
+    ``turn_degrees`` at most, so that the axis of their frame that is nearest to the vertical is vertical. ``gap`` and
+    ``engine`` are those of ``assemble`` and ``stability`` for the verdict on the result.
 
     Nothing about a body depends on bodies that cannot touch it. Raises HoldfastError for an option out of range, and
     SceneError for an unknown name.
@@ -161,8 +162,8 @@ def settle(
             message("settle", problem, "settle knows whole bodies only: make the parts bodies of their own")
         )
     limits = Limits(
-        checked_number(reach, "settle: reach", above=0, within=LENGTH),
-        checked_number(turn, "settle: turn [deg]", above=0, within=BETWEEN),
+        checked_number(travel, "settle: travel", above=0, within=LENGTH),
+        checked_number(turn_degrees, "settle: turn_degrees", above=0, within=BETWEEN),
     )
     exact = scene.checked_names([known] if isinstance(known, str) else known)
     sigma = _checked_sigma(scene, pose_sigma)
@@ -172,7 +173,7 @@ def settle(
 
     def attempt(kept: Done, smooth: frozenset[tuple[str, ...]]) -> tuple[Settled, Done]:
         result, done = _brought_to_rest(start, overlaps, deep, limits, exact, sigma, kept, smooth)
-        return _judged(scene, result, done, deep, limits, (gap, angle), engine), done
+        return _judged(scene, result, done, deep, limits, gap, engine), done
 
     found, done = attempt({}, frozenset())
     wedged = _wedged(found, done)
@@ -234,7 +235,7 @@ def _judged(
     done: Done,
     deep: tuple[Overlap, ...],
     limits: Limits,
-    tolerances: tuple[float | None, float | None],
+    gap: float | None,
     engine: EngineChoice,
 ) -> Settled:
     """Ask whether what came to rest stands, and put all into words."""
@@ -244,10 +245,10 @@ def _judged(
     resting = {name for g, m in done.items() if m.end is not End.LEFT for name in g}
     verdict, faults = None, []
     if resting:
-        assembly = assemble(alone(result, resting), gap=tolerances[0], angle=tolerances[1])
+        assembly = assemble(alone(result, resting), gap=gap)
         verdict = stability(assembly, engine=engine)
         remaining = {o.bodies: 1e3 * o.depth for o in assembly.overlaps}
-        if tolerances[0] is None and verdict.status is Status.STABLE:
+        if gap is None and verdict.status is Status.STABLE:
             allowed = Tolerances(REMAINING * limits.reach, 1.0)
             remaining |= {o.bodies: 1e3 * o.depth for o in find_overlaps(assembly.scene, allowed)}
         faults = [f"{quoted(a)} and {quoted(b)} by {depth:.2g} mm" for (a, b), depth in remaining.items()]
@@ -264,11 +265,11 @@ def _judged(
         reason=reason,
         names=names,
         moved=np.array([np.linalg.norm(b.com_world - a.com_world) for a, b in zip(before, after, strict=True)]),
-        turned=np.array([turn_between(a.pose, b.pose) for a, b in zip(before, after, strict=True)]),
+        turned_degrees=np.array([turn_between(a.pose, b.pose) for a, b in zip(before, after, strict=True)]),
         reasons=tuple(words.get(name, "left as it was: its group overlaps too deep") for name in names),
         fell=fell,
         stability=verdict,
-        reach=limits.reach,
+        travel=limits.reach,
         steps=sum(motion.steps for motion in done.values()),
         notes=(*given.notes, *unfinished),
     )

@@ -39,7 +39,7 @@ def fate_of(group: Sequence[str], motion: Motion, limits: Limits, up: Float) -> 
             left.append((name, direction, way))
             x, y, z = direction + 0.0
             how = f"after {1e3 * way:.3g} mm and {posed.turned:.3g} degrees"
-            words[name] = f"falls: left the reach {how}, moving along ({x:.2f}, {y:.2f}, {z:.2f})"
+            words[name] = f"falls: goes beyond the travel {how}, moving along ({x:.2f}, {y:.2f}, {z:.2f})"
         elif motion.end is End.LEFT:
             words[name] = "not brought to rest: a body that it may touch falls"
         elif motion.end is not End.REST:
@@ -90,22 +90,25 @@ def told(
     limits: Limits,
 ) -> tuple[Status, str]:
     """Return the status of a scene brought to rest and the reason for it."""
-    reach = f"the reach of {1e3 * limits.reach:.3g} mm"
+    travel = f"the travel of {1e3 * limits.reach:.3g} mm"
     if fell:
-        return Status.UNSTABLE, f"{listed(fell)}: left {reach}, or turned by more than {limits.turn:.3g} degrees"
+        return (
+            Status.UNSTABLE,
+            f"{listed(fell)}: went beyond {travel} or turned by more than {limits.turn:.3g} degrees",
+        )
     if deep:
         worst = max(deep, key=lambda o: o.depth)
         a, b = map(quoted, worst.bodies)
         return (
             Status.UNDECIDED,
-            f"{a} and {b} overlap by {1e3 * worst.depth:.3g} mm, deeper than {reach}: correct the poses",
+            f"{a} and {b} overlap by {1e3 * worst.depth:.3g} mm, deeper than {travel}: correct the poses",
         )
     if verdict is None:
         return Status.STABLE, "nothing can move"
     if faults and verdict.status is Status.STABLE:
         return Status.UNDECIDED, f"overlaps are left: {'; '.join(faults[:3])}"
     if verdict.status is Status.STABLE:
-        return Status.STABLE, f"at rest within {reach}; {verdict.reason}"
+        return Status.STABLE, f"at rest within {travel}; {verdict.reason}"
     if unfinished:
         return (
             Status.UNDECIDED,

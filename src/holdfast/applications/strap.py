@@ -47,9 +47,9 @@ class Strap(Value):
 
     It is given as pairs of the name of a body and a point on its surface. At the first and the last point it is hooked
     to the body; over all others it is led. It is drawn tight to the ``pretension`` [N] at the first point, over points
-    with the friction coefficient ``friction``: 0 means the same tension everywhere. If ``closed``, it returns from the
+    with the friction coefficient ``mu``: 0 means the same tension everywhere. If ``closed``, it returns from the
     last point to the first, as film does, and is hooked to nothing; the tension is then the same everywhere, so there
-    is no ``friction``. ``stiffness`` [N/m] is the force with which it resists being made longer, see ``tied``.
+    is no ``mu``. ``spring`` [N/m] is the force with which it resists being made longer, see ``tied``.
 
     Raises SceneError for fewer than two points (three if closed), two that coincide, or numbers out of range.
     """
@@ -57,38 +57,36 @@ class Strap(Value):
     bodies: tuple[str, ...]
     points: Float
     pretension: float
-    friction: float
+    mu: float
     closed: bool
-    stiffness: float | None
+    spring: float | None
 
     def __init__(
         self,
-        path: Sequence[tuple[str, Any]],
+        route: Sequence[tuple[str, Any]],
         pretension: float,
         *,
-        friction: float = 0.0,
+        mu: float = 0.0,
         closed: bool = False,
-        stiffness: float | None = None,
+        spring: float | None = None,
     ) -> None:
         where = "strap"
         round_all = checked_truth(closed, f"{where}: closed")
         least = 3 if round_all else 2
-        pairs = checked_items(path, f"{where}: path", "pairs (body, point)")
+        pairs = checked_items(route, f"{where}: route", "pairs (body, point)")
         if len(pairs) < least or any(not isinstance(pair, tuple | list) or len(pair) != 2 for pair in pairs):
-            raise SceneError(message(where, f"has the path {quoted(path, 80)}", f"needs {least} (body, point) or more"))
+            raise SceneError(message(where, f"has the route {quoted(route, 80)}", f"needs {least} pairs or more"))
         set_ = object.__setattr__
         set_(self, "bodies", tuple(checked_name(name, f"{where}: body") for name, _ in pairs))
         set_(self, "points", np.array([checked(p, (3,), f"{where}: point", within=PLACE) for _, p in pairs]))
         set_(self, "pretension", checked_number(pretension, f"{where}: pretension", minimum=0, within=FORCE))
-        set_(self, "friction", checked_number(friction, f"{where}: friction", minimum=0, within=FRICTION))
+        set_(self, "mu", checked_number(mu, f"{where}: mu", minimum=0, within=FRICTION))
         set_(self, "closed", round_all)
-        stiff = (
-            None if stiffness is None else checked_number(stiffness, f"{where}: stiffness", above=0, within=STIFFNESS)
-        )
-        set_(self, "stiffness", stiff)
+        stiff = None if spring is None else checked_number(spring, f"{where}: spring", above=0, within=STIFFNESS)
+        set_(self, "spring", stiff)
         seal(self)
-        if round_all and self.friction:
-            raise SceneError(message(where, "is closed and has friction", "leave friction out: it has no first point"))
+        if round_all and self.mu:
+            raise SceneError(message(where, "is closed and has mu", "leave mu out: it has no first point"))
         if (self.lengths < LENGTH.least).any():
             raise SceneError(message(where, "two neighbouring points coincide", "needs points apart from each other"))
 
@@ -122,7 +120,7 @@ class Strap(Value):
     def from_file(cls, path: str | os.PathLike[str]) -> tuple[Strap, ...]:
         """Read straps from a .yaml or .json file: a list with the arguments of ``Strap`` by name.
 
-        Each ``path`` is a list of [body, x, y, z] with places in metres, world frame. Raises SceneError for anything
+        Each ``route`` is a list of [body, x, y, z] with places in metres, world frame. Raises SceneError for anything
         else.
         """
         straps = []
@@ -148,7 +146,7 @@ class Strap(Value):
         ways = self._ahead / self.lengths[:, None]
         cosine = np.clip((ways[1:] * ways[:-1]).sum(1), -1, 1)
         wrapped = np.concatenate([[0.0], np.cumsum(np.arccos(cosine))])
-        return frozen(np.asarray(self.pretension * np.exp(-self.friction * wrapped)))
+        return frozen(np.asarray(self.pretension * np.exp(-self.mu * wrapped)))
 
     def forces(self) -> Float:
         """Return the forces (k, 3) [N] of the strap on the bodies at its k points; they add up to zero."""
@@ -194,11 +192,11 @@ class Strap(Value):
         its ends move apart and nothing where they come nearer. It is a contact without friction between the two bodies,
         whose normal is along the strap, so its force is never negative: it pulls and never pushes. It has no end:
         compare what it bears (``stability(...).forces``) with what the strap does. For engine ``limit`` it is as stiff
-        as all else; for engine ``compliant`` its ``stiffness`` [N/m] counts relative to the ``bedding`` [N/m³], the
+        as all else; for engine ``compliant`` its ``spring`` [N/m] counts relative to the ``bedding`` [N/m³], the
         stiffness of contacts per area. Only straps between two points become bands; one that is led over bodies has
         pretension only.
 
-        An edit of the assembly may drop the bands: tie it last. Raises SceneError for a strap without ``stiffness``,
+        An edit of the assembly may drop the bands: tie it last. Raises SceneError for a strap without ``spring``,
         one with more than two points, or one within one body or between fixed bodies.
         """
         given = checked_assembly(assembly)
@@ -210,10 +208,10 @@ class Strap(Value):
                     message("tied: straps", f"hold a {type(strap).__name__}", "needs holdfast.Strap objects")
                 )
             strap.check(given)
-            bodies, stiff = strap.bodies, strap.stiffness
+            bodies, stiff = strap.bodies, strap.spring
             if len(strap.points) != 2 or stiff is None:
-                problem = "has no stiffness" if stiff is None else f"has {len(strap.points)} points"
-                raise SceneError(message("tied: strap", problem, "needs two points and a stiffness [N/m]"))
+                problem = "has no spring" if stiff is None else f"has {len(strap.points)} points"
+                raise SceneError(message("tied: strap", problem, "needs two points and a spring [N/m]"))
             if bodies[0] == bodies[1] or all(given.scene.body(name).fixed for name in bodies):
                 raise SceneError(
                     message("tied: strap", f"joins {quoted(bodies)}", "needs two bodies, one of them movable")

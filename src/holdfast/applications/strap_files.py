@@ -10,10 +10,10 @@ from holdfast.base.files import checked_path, read_ordinary
 from holdfast.base.text import quoted
 from holdfast.scene.formats.text import from_json, from_yaml
 
-FIELDS = ("path", "pretension", "friction", "closed", "stiffness")
-NEEDED = ("path", "pretension")
+FIELDS = ("route", "pretension", "mu", "closed", "spring")
+NEEDED = ("route", "pretension")
 MOST_BYTES = 10_000_000  # of a file with straps
-FORM = "needs a list of {path: [[BODY, X, Y, Z], ...], pretension: N}, optionally friction, closed, stiffness"
+FORM = "needs a list of {route: [[BODY, X, Y, Z], ...], pretension: N}, optionally mu, closed, spring"
 
 
 def strap_entries(path: str | os.PathLike[str]) -> tuple[dict[str, Any], ...]:
@@ -44,10 +44,10 @@ def _entry(entry: Any) -> dict[str, Any]:  # noqa: ANN401 - plain data, checked 
     unknown = [name for name in entry if name not in FIELDS]
     if unknown:
         raise SceneError(message("strap", f"has a field {quoted(unknown[0])}", nearest_of(unknown[0], FIELDS)))
-    points = entry["path"]
+    points = entry["route"]
     if not isinstance(points, list) or any(not isinstance(p, list) or len(p) != 4 for p in points):
-        raise SceneError(message("strap: path", f"is {quoted(points, 80)}", FORM))
+        raise SceneError(message("strap: route", f"is {quoted(points, 80)}", FORM))
     if not isinstance(entry.get("closed", False), bool):
         raise SceneError(message("strap: closed", f"is {quoted(entry['closed'])}", "needs true or false"))
-    given = {name: value for name, value in entry.items() if name != "path" and value is not None}
-    return {"path": [(str(body), place) for body, *place in points], **given}
+    given = {name: value for name, value in entry.items() if name != "route" and value is not None}
+    return {"route": [(str(body), place) for body, *place in points], **given}

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.applications.inertia import inertial_loads, speed_within
+from holdfast.applications.inertia import speed_within
 from holdfast.assembly.assembly import FIXED, Assembly, body_forces
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import (
@@ -22,7 +22,6 @@ from holdfast.base.arrays import (
     Float,
     checked,
     checked_directions,
-    checked_number,
     objects,
 )
 from holdfast.base.errors import HoldfastError, SceneError, message
@@ -112,25 +111,19 @@ def transport_limits(
     assembly: Assembly | Scene,
     directions: ArrayLike | None = None,
     *,
-    tilt: ArrayLike | None = None,
-    angular_acceleration: ArrayLike | None = None,
-    angular_velocity: ArrayLike | None = None,
-    pivot: ArrayLike = (0.0, 0.0, 0.0),
-    jolt: float = 0.0,
+    tilt_degrees: ArrayLike | None = None,
     standing: Iterable[Load] = (),
     engine: EngineChoice = DEFAULT_ENGINE,
     bodies: Sequence[str] | None = None,
-    bound: bool = False,
+    bounds: bool = False,
     imperfect: Imperfect | None = None,
 ) -> TransportLimits:
     """Compute the largest acceleration of the carrier along each direction before anything moves on it.
 
     ``directions`` (n, 3) or (3,), in the axes of the scene, need not have unit length; by default they are 100
-    horizontal directions. The carrier is tilted throughout by ``tilt`` [deg], see ``Scene.tilted``. It also rotates
-    throughout about ``pivot`` (3,) [m], with ``angular_acceleration`` (3,) [rad/s²] and ``angular_velocity`` (3,)
-    [rad/s], see ``inertial_loads``. ``jolt`` [m/s²] is an acceleration along the up direction of the scene that acts
-    throughout: below 0 it takes weight off the load. The ``standing`` loads act throughout. ``bound`` and
-    ``imperfect`` have the same meaning as in ``robustness``.
+    horizontal directions. The carrier is tilted throughout by ``tilt_degrees`` (3,), see ``Scene.tilted``. The
+    ``standing`` loads act throughout. Those of a carrier that also rotates, or that is jolted, are the
+    ``inertial_loads`` of that motion. ``bounds`` and ``imperfect`` have the same meaning as in ``robustness``.
 
     By default the limit is that of whatever moves first. With ``bodies``, a list of names, it is that of these bodies
     and of their groups, that is of all that touches them directly or through other movable bodies. So an orange that
@@ -139,23 +132,15 @@ def transport_limits(
     Raises SceneError if there is no direction, if one is zero, or if one of ``bodies`` is unknown or fixed.
     """
     carried = checked_assembly(assembly)
-    if tilt is not None:
-        carried = carried.tilted(tilt)
+    if tilt_degrees is not None:
+        carried = carried.tilted(tilt_degrees)
     ways = carried.scene.horizontal_directions() if directions is None else _directions(directions)
     method = engine_of(engine)
-    lift = checked_number(jolt, "transport_limits: jolt", within=ACCELERATION) * carried.scene.up
-    turning = inertial_loads(
-        carried,
-        acceleration=lift,
-        angular_acceleration=angular_acceleration,
-        angular_velocity=angular_velocity,
-        pivot=pivot,
-    )
-    held = total_wrench(carried, standing) + total_wrench(carried, turning)
+    held = total_wrench(carried, standing)
     counted, note = _counted(carried, bodies)
     mass = np.where(counted, carried.mass, 0.0)
     W = np.column_stack([body_forces(-mass[:, None] * way) for way in ways])
-    found = asked(method, carried, W, held, bound=bound, imperfect=imperfect)
+    found = asked(method, carried, W, held, bounds=bounds, imperfect=imperfect)
     found = replace(found, notes=(*found.notes, *note))
     return TransportLimits(answers=found, assembly=carried, directions=ways)
 

@@ -408,14 +408,14 @@ def assemble(
     scene: Scene,
     *,
     gap: float | None = None,
-    angle: float | None = None,
+    angle_degrees: float | None = None,
     pose_sigma: float | tuple[float, float] | None = None,
     interfaces: Iterable[Interface] | None = None,
     allow_large: bool = False,
 ) -> Assembly:
     """Detect the contact interfaces of a scene, or take the given ones, and return the assembly.
 
-    ``gap`` [m] is the largest distance or overlap at which two surfaces still touch, and ``angle`` [deg] the largest
+    ``gap`` [m] is the largest distance or overlap at which two surfaces still touch, and ``angle_degrees`` the largest
     angle between two touching faces. By default both follow from the two bodies of each pair alone: a thousandth of
     their size, or what the scatter of scanned surfaces explains, and 1 degree, or more between scanned surfaces
     (``Tolerances.between``). What is given holds for all pairs. With a gap, the angle is 1 by default.
@@ -448,7 +448,7 @@ def assemble(
     if interfaces is None:
         check_copies(scene)
     sigma = None if pose_sigma is None else checked_pose_sigma(pose_sigma, "assemble")
-    tolerances = tolerances_of(scene, gap, angle, sigma)
+    tolerances = tolerances_of(scene, gap, angle_degrees, sigma)
     if not checked_truth(allow_large, "assemble: allow_large"):
         check_units(scene.movable)
         warn_of_huge(scene.movable, stacklevel=3)

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from holdfast.base.arrays import checked_items, checked_number, checked_whole
 from holdfast.base.errors import HoldfastError, message
@@ -25,14 +25,12 @@ from holdfast.batches.keeper import Limits, Reply
 from holdfast.batches.kept import Kept
 from holdfast.batches.keys import Digests, key_of_files, key_of_value
 from holdfast.batches.question import question
+from holdfast.batches.resources import Resources
 from holdfast.batches.result import BatchReport, counted
 from holdfast.batches.schema import TABLES, Row
 from holdfast.batches.words import DONE, OUTCOMES
 
-if TYPE_CHECKING:
-    from distributed import Client
-
-MOST_WORKERS, MOST_IN_SHARD, MOST_PARTS = 4096, 1_000_000, 1_000_000
+MOST_WORKERS, MOST_PARTS = 4096, 1_000_000
 STAGE = "scenes"
 
 
@@ -42,13 +40,10 @@ def batch(
     *,
     out: str | os.PathLike[str],
     workers: int | None = None,
-    scheduler: str | Client | None = None,
     options: Mapping[str, Any] | None = None,
     seconds: float = 60.0,
-    megabytes: float = 4000.0,
-    shard_size: int = 100,
-    shard: str | None = None,
     retry: Iterable[str] = (),
+    resources: Resources | None = None,
 ) -> BatchReport:
     """Ask every scene the same, each in a process of its own kind, and write the answers to tables in a folder.
 
@@ -61,37 +56,36 @@ def batch(
     ``"load"``, ``"assemble"``, ``"stability"``, ``"map"``, ``"transport"`` and ``"push"`` to keyword arguments of the
     functions behind them; ``"engine"`` beside them holds for all. Rows are those of single calls, bit for bit.
 
-    ``out`` is the folder. It holds tables in shards of ``shard_size`` scenes (docs/batch.md). Whatever stops a batch,
+    ``out`` is the folder. It holds tables in shards (docs/batch.md). Whatever stops a batch,
     the same call goes on with it: scenes of which no byte changed, nor the question, nor the version, are not asked
     again, except those with an outcome in ``retry``, such as ``("time", "memory")``.
 
     ``workers`` processes, by default one for each core, answer with one native thread each. A scene that takes longer
-    than ``seconds`` [s], needs more than ``megabytes`` [MB] of memory, or crashes its process becomes a row that says
-    so. With ``scheduler``, the address of a Dask scheduler or a ``distributed.Client``, the processes are on its
-    workers. ``shard="i/n"`` does each n-th shard from number i on, for arrays of jobs that share the folder.
+    than ``seconds`` [s], needs too much memory, or crashes its process becomes a row that says so. ``resources`` say
+    how much memory that is, on which machines the processes are, and how the scenes are divided, see Resources.
 
     Raises HoldfastError for bad arguments, for a folder that holds answers to another question or that another batch
     writes to, and where the folder cannot be written. What is wrong with single scenes stands in their rows.
     """
     asked = question(ask, options)
-    limits = Limits(
-        checked_number(seconds, "batch: seconds", above=0), checked_number(megabytes, "batch: megabytes", above=0)
-    )
+    means = Resources() if resources is None else resources
+    if not isinstance(means, Resources):
+        raise HoldfastError(message("batch: resources", f"is {quoted(means)}", "needs holdfast.sets.Resources(...)"))
+    limits = Limits(checked_number(seconds, "batch: seconds", above=0), means.megabytes)
     count = cores() if workers is None else checked_whole(workers, "batch: workers", 1, MOST_WORKERS)
-    size = checked_whole(shard_size, "batch: shard_size", 1, MOST_IN_SHARD)
     again = _outcomes(retry)
-    given, part, path = inputs_of(scenes), _part(shard), checked_path(out, "folder of a batch")
+    given, part, path = inputs_of(scenes), _part(means.shard), checked_path(out, "folder of a batch")
     start = time.monotonic()
     with ExitStack() as stack:
-        folder = opened(path, asked, size, part, stack)
+        folder = opened(path, asked, means.shard_size, part, stack)
         driver = stack.enter_context(Driver(folder, asked, given, Kept(folder, again)))
         jobs = driver.jobs()
-        if scheduler is None:
+        if means.scheduler is None:
             answers = answered_here(jobs, asked, limits, count)
         else:
             from holdfast.batches.cluster import answered_there
 
-            answers = answered_there(jobs, asked, limits, scheduler)
+            answers = answered_there(jobs, asked, limits, means.scheduler)
         driver.run(answers)
     return replace(counted(folder), asked=driver.asked, kept=driver.kept_count, seconds=time.monotonic() - start)
 

@@ -14,6 +14,7 @@ import typer
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import read_ordinary
 from holdfast.batches.inputs import inputs_of
+from holdfast.batches.resources import Resources
 from holdfast.batches.result import BatchReport
 from holdfast.batches.run import batch as asked
 from holdfast.batches.words import ANSWERED
@@ -43,6 +44,8 @@ class Running:
     workers: int | None
     seconds: float
     megabytes: float
+    shard: str | None = None
+    shard_size: int = Resources.shard_size
     scheduler: str | None = None
     tls_ca: Path | None = None
     tls_cert: Path | None = None
@@ -54,13 +57,21 @@ class Running:
         ask: Iterable[str],
         folder: Path,
         options: Path | None,
-        **more: Any,  # noqa: ANN401 - further arguments of batch
+        retry: Iterable[str] = (),
     ) -> BatchReport:
         """Ask the scenes that the arguments name."""
         scenes = [(item.name, item.path) for text in globs for item in inputs_of(text).items]
-        limits: dict[str, Any] = {"workers": self.workers, "seconds": self.seconds, "megabytes": self.megabytes}
         with progress(), lines(), self._client() as where:
-            return asked(scenes, ask, out=folder, options=_read(options), scheduler=where, **limits, **more)
+            return asked(
+                scenes,
+                ask,
+                out=folder,
+                workers=self.workers,
+                options=_read(options),
+                seconds=self.seconds,
+                retry=retry,
+                resources=Resources(self.megabytes, where, self.shard, self.shard_size),
+            )
 
     def _client(self) -> AbstractContextManager[Any]:  # Dask has no types
         if self.scheduler is None:
@@ -81,8 +92,8 @@ def batch(
     options: Options = None,
     workers: Workers = None,
     seconds: Seconds = 60.0,
-    megabytes: Megabytes = 4000.0,
-    shard_size: Annotated[int, typer.Option(help="scenes in a file of each table")] = 100,
+    megabytes: Megabytes = Resources.megabytes,
+    shard_size: Annotated[int, typer.Option(help="scenes in a file of each table")] = Resources.shard_size,
     shard: Annotated[str | None, typer.Option(metavar="I/N", help="only each N-th shard from I on: arrays")] = None,
     retry: Annotated[str, typer.Option(help="outcomes to ask again: error, time, memory, crash")] = "",
     scheduler: Scheduler = None,
@@ -96,9 +107,9 @@ def batch(
     The same command goes on where it was stopped. Exit code 0 if every scene was answered, whatever the answers, and 1
     if some were not: their rows say why.
     """
-    running = Running(workers, seconds, megabytes, scheduler, tls_ca, tls_cert, tls_key)
+    running = Running(workers, seconds, megabytes, shard, shard_size, scheduler, tls_ca, tls_cert, tls_key)
     again = tuple(filter(None, retry.split(",")))
-    result = running.ask(scenes, ask.split(","), folder, options, shard_size=shard_size, shard=shard, retry=again)
+    result = running.ask(scenes, ask.split(","), folder, options, again)
     if as_json:
         print_json(result.to_dict())
     else:

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from holdfast.applications.disassembly.build import PUSHES, build_order
-from holdfast.applications.disassembly.order import BUDGET
+from holdfast.applications.disassembly.order import SOLVES
 from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, SaveAnswer, engine_with
 from holdfast.cli.output import noted, out, print_json, tell_notes
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
@@ -26,7 +26,7 @@ def build(
         1,
     ),
     pushes: Annotated[int, typer.Option(help="about as many pushes on each state; 0: none")] = PUSHES,
-    budget: Annotated[int, typer.Option(help="stop after this many answers by contact forces")] = BUDGET,
+    solves: Annotated[int, typer.Option(help="stop after this many answers by contact forces")] = SOLVES,
     engine: EngineName = DEFAULT_ENGINE,
     save: SaveAnswer = None,
     nodes: Nodes = None,
@@ -36,7 +36,7 @@ def build(
     method = engine_with(engine, nodes=nodes)
     with progress():
         assembly = scene.assembled()
-        result = build_order(assembly, lift=lift, pushes=pushes, budget=budget, engine=method)
+        result = build_order(assembly, lift=lift, pushes=pushes, solves=solves, engine=method)
     if save is not None:
         result.save(save)
     if as_json:

@@ -30,10 +30,10 @@ def carry(
     heading: Annotated[Vector, typer.Option(help="where the vehicle drives, for a profile by name: X Y Z")] = (1, 0, 0),
     pivot: Annotated[Vector, typer.Option(help="point that the accelerations are those of, in m: X Y Z")] = (0, 0, 0),
     speed: Annotated[float, typer.Option(help="play the motion this many times as fast")] = 1.0,
-    tilt: Annotated[Vector | None, typer.Option(help="rotation vector of the carrier in degrees: X Y Z")] = None,
+    tilt_degrees: Annotated[Vector | None, typer.Option(help="rotation vector of the carrier: X Y Z")] = None,
     straps: Straps = None,
     engine: EngineName = DEFAULT_ENGINE,
-    bound: Annotated[bool, typer.Option("--bound", help="also compute upper bounds by engine limit")] = False,
+    bounds: Annotated[bool, typer.Option("--bounds", help="also compute upper bounds by engine limit")] = False,
     png: Annotated[Path | None, typer.Option(help="write a PNG of the motion and of what is left to this file")] = None,
     save: SaveAnswer = None,
     nodes: Nodes = None,
@@ -45,15 +45,15 @@ def carry(
     with progress():
         assembly = scene.assembled()
     up = assembly.scene.up  # the vehicle's own, however it is tilted
-    if tilt is not None:
-        assembly = assembly.tilted(tilt)
+    if tilt_degrees is not None:
+        assembly = assembly.tilted(tilt_degrees)
     if profile in STANDARDS:
         motion = Profile.named(profile, heading=heading, up=up)
     else:
         motion = Profile.from_file(profile, pivot=pivot)
     loads = strap_loads(straps, assembly)
     with progress():
-        result = carried(assembly, motion.at_speed(speed), standing=loads, engine=method, bound=bound)
+        result = carried(assembly, motion.at_speed(speed), standing=loads, engine=method, bounds=bounds)
     written = []
     if png is not None:
         result.save_png(png)

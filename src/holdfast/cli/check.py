@@ -12,6 +12,7 @@ import typer
 
 from holdfast.base.errors import HoldfastError, message
 from holdfast.batches.gate import FAILED, PASSED, UNDECIDED, Result, Rules, Scenes, findings
+from holdfast.batches.resources import Resources
 from holdfast.batches.result import read_batch
 from holdfast.cli.batch import Globs, Megabytes, Options, Running, Seconds, Workers
 from holdfast.cli.common import AsJson
@@ -30,14 +31,14 @@ def check(
     push: Annotated[Path | None, typer.Option(help="CSV of pushes for --min-force; default: a map")] = None,
     baseline: Annotated[Path | None, typer.Option(metavar="DIR", help="--out of an earlier check or batch")] = None,
     distance: Annotated[float, typer.Option(help="beside the baseline: a pose may move by this in m")] = 1e-6,
-    turn: Annotated[float, typer.Option(help="beside the baseline: a pose may turn by this in degrees")] = 1e-4,
+    turn_degrees: Annotated[float, typer.Option(help="beside the baseline: a pose may turn by this in degrees")] = 1e-4,
     change: Annotated[float, typer.Option(help="baseline: share by which the weakest push may change")] = 0.01,
     folder: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="keep the tables here")] = None,
     junit: Annotated[Path | None, typer.Option(help="write the findings as JUnit XML to this file")] = None,
     options: Options = None,
     workers: Workers = None,
     seconds: Seconds = 60.0,
-    megabytes: Megabytes = 4000.0,
+    megabytes: Megabytes = Resources.megabytes,
     as_json: AsJson = False,
 ) -> None:
     """Check that many scenes stand or withstand pushes, and what changed since a baseline.
@@ -48,7 +49,7 @@ def check(
     if not stands and min_force is None and baseline is None:
         raise HoldfastError(message("check", "nothing is asked", "give --stands, --min-force or --baseline"))
     pushes = [] if min_force is None else ["map" if push is None else f"push:{push}"]
-    rules = Rules(stands, min_force, distance, turn, change)
+    rules = Rules(stands, min_force, distance, turn_degrees, change)
     with ExitStack() as stack:
         before = None if baseline is None else Scenes.of(read_batch(baseline))
         place = Path(stack.enter_context(TemporaryDirectory())) / "batch" if folder is None else folder

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from holdfast.applications.disassembly.order import BUDGET, disassembly_order
+from holdfast.applications.disassembly.order import SOLVES, disassembly_order
 from holdfast.cli.common import (
     EXIT,
     AsJson,
@@ -35,7 +35,7 @@ def disassemble(
     ),
     engine: EngineName = DEFAULT_ENGINE,
     png: Annotated[Path | None, typer.Option(help="write a PNG of the sequence to this file")] = None,
-    budget: Annotated[int, typer.Option(help="stop after this many answers by contact forces")] = BUDGET,
+    solves: Annotated[int, typer.Option(help="stop after this many answers by contact forces")] = SOLVES,
     nodes: Nodes = None,
     as_json: AsJson = False,
 ) -> None:
@@ -44,7 +44,7 @@ def disassemble(
     method = engine_with(engine, nodes=nodes)
     with progress():
         assembly = scene.assembled()
-        result = disassembly_order(assembly, engine=method, lift=lift, goal=goal or None, budget=budget)
+        result = disassembly_order(assembly, engine=method, lift=lift, goal=goal or None, solves=solves)
     if png is not None:
         result.save_png(png)
     if as_json:

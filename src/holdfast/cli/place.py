@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from enum import StrEnum
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from holdfast.applications.placement.conditions import Approach, Search, Where
 from holdfast.applications.placement.friction import with_own
-from holdfast.applications.placement.place_all import APART, place_all
-from holdfast.applications.placement.plan import BUDGET, plan_placement
-from holdfast.applications.placement.planner import CANDIDATES, MOST_ATTEMPTS
+from holdfast.applications.placement.place_all import place_all
+from holdfast.applications.placement.plan import plan_placement
 from holdfast.applications.placement.result import Placement
 from holdfast.applications.placement.several_result import Placements
-from holdfast.assembly.assembly import Assembly
 from holdfast.base.errors import HoldfastError, message
 from holdfast.cli.assignments import of_all_and_each
 from holdfast.cli.common import (
@@ -30,7 +29,6 @@ from holdfast.cli.common import (
 from holdfast.cli.output import noted, out, print_json, tell_notes
 from holdfast.cli.scenes import PAIR, AssemblyGiven, paired, scene_named, takes_scene
 from holdfast.cli.terminal import progress
-from holdfast.engines.contract import Engine
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.report.data import placement_data
 from holdfast.report.placement import placement_report
@@ -42,22 +40,7 @@ from holdfast.scene.meshes.read import SUFFIXES as MESH_SUFFIXES
 from holdfast.scene.scene import Scene, with_notes
 from holdfast.scene.shapes import Mesh
 
-CORNERS = "x0,y0,x1,y1 or x0,y0,z0,x1,y1,z1"
-BOX = "x0,y0,z0,x1,y1,z1"
-Region = Annotated[str | None, typer.Option(help=f"low and high corner of a box in m: {CORNERS}")]
 Saved = Annotated[Path | None, typer.Option(help=f"write the scene with the object to this file: {WRITTEN_SUFFIXES}")]
-
-
-class Orientation(StrEnum):
-    """Which way up an object may stand."""
-
-    UPRIGHT = "upright"
-    ANY = "any"
-
-
-KeepOut = Annotated[list[str] | None, typer.Option(help=f"keep out of this box: {CORNERS} (may be repeated)")]
-WayUp = Annotated[Orientation | None, typer.Option(help="as it was modelled, or any; by default upright counts double")]
-Hand = Annotated[str | None, typer.Option(help=f"room for a gripper about the middle of the top, third axis up: {BOX}")]
 Rub = Annotated[
     list[str] | None,
     typer.Option(
@@ -80,27 +63,14 @@ Things = Annotated[
 def place(
     scene: AssemblyGiven,
     things: Things,
+    where: Where,
+    approach: Approach,
+    search: Search,
     mass: Annotated[float | None, typer.Option(help="mass of the mesh in kg")] = None,
     material: Annotated[str | None, typer.Option(help="material of the mesh, a name in the friction table")] = None,
     object_friction: Rub = None,
     engine: EngineName = DEFAULT_ENGINE,
-    region: Region = None,
-    keep_out: KeepOut = None,
-    support: Annotated[list[str] | None, typer.Option(help="place it on this body only (may be repeated)")] = None,
-    least_supports: Annotated[int | None, typer.Option(help="number of supports that it must touch [1]")] = None,
-    next_to: Annotated[str | None, typer.Option(help="place it beside this body")] = None,
-    avoid: Annotated[list[str] | None, typer.Option(help="it must not touch this body (may be repeated)")] = None,
-    orientation: WayUp = None,
     from_above: Annotated[bool, typer.Option("--from-above", help="the straight way down must be free")] = False,
-    cone: Annotated[float, typer.Option(help="the way in may lean by so many degrees")] = 0.0,
-    gripper: Hand = None,
-    stack: Annotated[bool, typer.Option("--stack", help="place several objects on each other too")] = False,
-    apart: Annotated[float | None, typer.Option(help=f"least distance between several objects in m [{APART}]")] = None,
-    candidates: Annotated[int | None, typer.Option(help=f"compare this many stable poses [{CANDIDATES}]")] = None,
-    attempts: Annotated[int | None, typer.Option(help=f"give up after this many attempts [{MOST_ATTEMPTS}]")] = None,
-    budget: Annotated[float, typer.Option(help="the longest time in s")] = BUDGET,
-    seed: Annotated[int, typer.Option(help="the same seed gives the same pose, if the time suffices")] = 0,
-    spacing: Annotated[float, typer.Option(help="distance between points of the maps in m")] = 0.01,
     save: Saved = None,
     png: Annotated[Path | None, typer.Option(help="write a PNG picture to this file")] = None,
     as_json: AsJson = False,
@@ -109,24 +79,24 @@ def place(
     check_suffix(png, ".png")
     whole = scene.read()
     rest, bodies = _taken(whole, things, mass, material)
+    if approach.direction is None and (from_above or approach.cone_degrees > 0):
+        approach = replace(approach, direction=rest.gravity)
     asked: dict[str, Any] = {
-        "region": _corners(region, "--region"),
-        "keep_out": [_corners(box, "--keep-out") for box in keep_out or ()],
-        "supports": support or None,
-        "avoid": avoid or (),
-        "orientations": None if orientation is None else orientation.value,
-        "approach": rest.gravity if from_above or cone > 0 else None,
-        "cone": cone,
-        "gripper": _corners(gripper, "--gripper", flat=False),
-        "budget": budget,
-        "seed": seed,
-        "spacing": spacing,
+        "where": where,
+        "approach": approach,
+        "search": search,
+        "engine": engine_with(engine),
         "friction": _friction(rest, bodies, whole.friction, object_friction or ()),
     }
-    rest = with_notes(rest, [f"--cone: the way in may lean by {cone:g}°"] if cone else [])
-    for_one = {"least_supports": least_supports, "next_to": next_to, "candidates": candidates, "attempts": attempts}
-    for_many = {"stack": stack or None, "apart": apart}
-    result = _placed(scene.assembled(rest), bodies, engine_with(engine), asked, for_one, for_many)
+    cone = approach.cone_degrees
+    rest = with_notes(rest, [f"--cone-degrees: the way in may lean by {cone:g}°"] if cone else [])
+    assembly = scene.assembled(rest)
+    with progress():
+        result: Placement | Placements
+        if len(bodies) == 1:
+            result = plan_placement(assembly, bodies[0], **asked)
+        else:
+            result = place_all(assembly, bodies, **asked)
     _tell(result, _written(result, png, save), rest, rest.name or scene.scene, as_json)
 
 
@@ -135,32 +105,6 @@ def _friction(rest: Scene, bodies: list[Body], known: Friction, given: Sequence[
     mu, pairs = of_all_and_each("--object-friction", given, PAIR)
     whole = paired(Scene([*rest.bodies, *bodies], known), pairs, "--object-friction")
     return whole.friction if mu is None else with_own(whole.friction, whole.bodies, bodies, mu)
-
-
-def _placed(
-    assembly: Assembly,
-    bodies: list[Body],
-    engine: Engine,
-    asked: dict[str, Any],
-    for_one: dict[str, Any],
-    for_many: dict[str, Any],
-) -> Placement | Placements:
-    """Ask for a place for one body or for several; ``for_one`` and ``for_many`` are options of one of these alone."""
-    if len(bodies) == 1:
-        asked |= _only(for_many, for_one, "one object")
-        with progress():
-            return plan_placement(assembly, bodies[0], engine=engine, **asked)
-    asked |= _only(for_one, for_many, "several objects")
-    with progress():
-        return place_all(assembly, bodies, engine=engine, **asked)
-
-
-def _only(others: dict[str, Any], own: dict[str, Any], what: str) -> dict[str, Any]:
-    """Return the options of ``own`` that were given; raises HoldfastError if one of ``others`` was given."""
-    wrong = [f"--{name.replace('_', '-')}" for name, value in others.items() if value is not None]
-    if wrong:
-        raise HoldfastError(message("place", f"{' and '.join(wrong)} given for {what}", "leave it out"))
-    return {name: value for name, value in own.items() if value is not None}
 
 
 def _tell(result: Placement | Placements, written: list[Path], scene: Scene, name: str, as_json: bool) -> None:
@@ -217,17 +161,3 @@ def _taken(scene: Scene, things: Sequence[str], mass: float | None, material: st
             bodies.append(scene.body(thing))
     moved = [thing for thing in things if Path(thing) not in meshes and ":" not in thing]
     return scene.without(moved) if moved else scene, bodies
-
-
-def _corners(text: str | None, option: str, flat: bool = True) -> list[list[float]] | None:
-    if text is None:
-        return None
-    try:
-        values = [float(value) for value in text.split(",")]
-    except ValueError:
-        values = []
-    if len(values) not in ((4, 6) if flat else (6,)):
-        needs = f"4 or 6 numbers: {CORNERS}" if flat else f"6 numbers: {BOX}"
-        raise HoldfastError(message(option, f"is {text!r}", f"needs {needs}"))
-    half = len(values) // 2
-    return [values[:half], values[half:]]

@@ -43,7 +43,7 @@ def push(
     point, direction = in_world(given, body, at, along) if local else (np.array(at), np.array(along))
     with progress():
         assembly = scene.assembled(given)
-        result = robustness(assembly, body, point, direction, engine=method, bound=True)
+        result = robustness(assembly, body, point, direction, engine=method, bounds=True)
     if as_json:
         print_json(result.to_dict())
     else:

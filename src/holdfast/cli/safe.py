@@ -7,7 +7,8 @@ from typing import Annotated
 import typer
 
 from holdfast.applications.pushing.result import Effect
-from holdfast.applications.pushing.safe import DOUBT, TRAVEL, safe_pushes
+from holdfast.applications.pushing.safe import DOUBT, safe_pushes
+from holdfast.applications.pushing.tool import Tool
 from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, SaveAnswer, engine_with
 from holdfast.cli.output import out, print_json, tell_notes
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
@@ -25,9 +26,9 @@ def safe(
     direction: Annotated[
         tuple[float, float, float] | None, typer.Option(help="push along X Y Z only; default: inwards everywhere")
     ] = None,
-    tool_radius: Annotated[float, typer.Option(help="radius of the tool, in m")] = 0.0,
+    radius: Annotated[float, typer.Option(help="radius of the tool, in m")] = Tool.radius,
     spacing: Annotated[float | None, typer.Option(help="distance between points, in m; default: about 100")] = None,
-    travel: Annotated[float, typer.Option(help="how far the body is pushed, in m")] = TRAVEL,
+    travel: Annotated[float, typer.Option(help="how far the body is pushed, in m")] = Tool.travel,
     doubt: Annotated[float, typer.Option(help="share by which friction may be off")] = DOUBT,
     engine: EngineName = DEFAULT_ENGINE,
     save: SaveAnswer = None,
@@ -43,9 +44,8 @@ def safe(
             body,
             force,
             directions=direction,
-            tool_radius=tool_radius,
             spacing=spacing,
-            travel=travel,
+            tool=Tool(radius, travel),
             doubt=doubt,
             engine=method,
         )

@@ -17,6 +17,7 @@ from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.errors import HoldfastError, SceneError, located, message, nearest_of
 from holdfast.base.text import quoted
 from holdfast.cli.assignments import POSE, assigned, number, numbers, of_all_and_each, poses, turns
+from holdfast.cli.fields import KINDS, options_of, value_of
 from holdfast.scene.formats.native import NATIVE
 from holdfast.scene.formats.registry import Format, format_of, read_as
 from holdfast.scene.formats.source import MAX_BYTES, Source
@@ -148,12 +149,12 @@ class AssemblyGiven(SceneGiven):
             "surfaces touch if they are this near, or overlap no deeper, in m; default: 1/1000 of the bodies' size",
         ),
     ] = None
-    angle: Annotated[
-        float | None, _touching("--angle", "largest angle between touching faces in degrees; default: 1")
+    angle_degrees: Annotated[
+        float | None, _touching("--angle-degrees", "largest angle between touching faces in degrees; default: 1")
     ] = None
     pose_sigma: Annotated[
         Sigma,
-        _touching("--pose-sigma", "standard deviations of the poses: m and degrees; instead of gap and angle", "M DEG"),
+        _touching("--pose-sigma", "standard deviations of the poses: m and degrees; without gap and angle", "M DEG"),
     ] = None
     allow_large: Annotated[
         bool, _touching("--allow-large", "sizes are in metres, though every movable body is larger than a house")
@@ -162,18 +163,25 @@ class AssemblyGiven(SceneGiven):
     def assembled(self, scene: Scene | None = None) -> Assembly:
         """Return the scene, or another one in its place, with its contacts."""
         told = []
-        if self.angle is not None:
-            told.append(f"--angle: faces touch at up to {self.angle:g}°")
+        if self.angle_degrees is not None:
+            told.append(f"--angle-degrees: faces touch at up to {self.angle_degrees:g}°")
         if self.pose_sigma is not None:
             told.append("--pose-sigma: {:g} m and {:g}°".format(*self.pose_sigma))
         given = with_notes(self.read() if scene is None else scene, told)
-        return assemble(given, gap=self.gap, angle=self.angle, pose_sigma=self.pose_sigma, allow_large=self.allow_large)
+        return assemble(
+            given,
+            gap=self.gap,
+            angle_degrees=self.angle_degrees,
+            pose_sigma=self.pose_sigma,
+            allow_large=self.allow_large,
+        )
 
 
 def takes_scene(command: Callable[..., None]) -> Callable[..., None]:
     """Let a command, whose first parameter is a SceneGiven or AssemblyGiven, take the fields of that one by one.
 
-    They are its first argument and, after options of its own, those of every command that reads a scene.
+    They are its first argument and, after options of its own, those of every command that reads a scene. A parameter
+    that is one of KINDS is taken field by field, too.
     """
     hints = get_type_hints(command, include_extras=True)
     first, *others = inspect.signature(command).parameters.values()
@@ -188,12 +196,19 @@ def takes_scene(command: Callable[..., None]) -> Callable[..., None]:
         )
         for each in fields(kind)
     ]
-    own = [each.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=hints[each.name]) for each in others]
+    values = {each.name: hints[each.name] for each in others if hints[each.name] in KINDS}
+    own: list[inspect.Parameter] = []
+    for each in others:
+        if each.name in values:
+            own += options_of(values[each.name])
+        else:
+            own.append(each.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=hints[each.name]))
 
     @functools.wraps(command)
     def called(**given: Any) -> None:  # noqa: ANN401
         parts = {each.name: given.pop(each.name) for each in whole}
-        command(kind(**parts), **given)
+        made = {name: value_of(value, given) for name, value in values.items()}
+        command(kind(**parts), **given, **made)
 
     parameters = [whole[0], *own, *whole[1:]]
     called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]

@@ -24,7 +24,7 @@ from holdfast.report.settled import settled_report
 from holdfast.scene.formats.registry import save_scene
 from holdfast.scene.scene import with_notes
 
-TURN = 15.0  # [deg] default of --turn
+TURN = 15.0  # [deg] default of --turn-degrees
 
 
 @takes_scene
@@ -33,32 +33,29 @@ def settle(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help=f"write the scene at rest to this file: {WRITTEN_SUFFIXES}")
     ] = None,
-    reach: Annotated[float, typer.Option(help="a body that goes farther than this in m falls")] = 0.03,
-    turn: Annotated[float, typer.Option(help="a body that turns by more than this in degrees falls")] = TURN,
+    travel: Annotated[float, typer.Option(help="a body that goes farther than this in m falls")] = 0.03,
+    turn_degrees: Annotated[float, typer.Option(help="a body that turns by more than this in degrees falls")] = TURN,
     known: Annotated[list[str] | None, typer.Option(help="a body whose pose is exact (may be repeated)")] = None,
     upright: Annotated[list[str] | None, typer.Option(help="a body that stands upright (may be repeated)")] = None,
     pose_sigma: Annotated[float | None, typer.Option(help="standard deviation of the positions in m")] = None,
     png: Annotated[Path | None, typer.Option(help="write a PNG picture to this file")] = None,
     engine: EngineName = DEFAULT_ENGINE,
     gap: Annotated[float | None, typer.Option(help="contact tolerance of the verdict in m; default: by pair")] = None,
-    angle: Annotated[float | None, typer.Option(help="largest angle between touching faces in degrees")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Bring a perceived or authored scene to rest near its poses, and say what moved and what falls."""
     check_suffix(png, ".png")
     method = engine_with(engine)
-    told = [f"--turn: what turns by more than {turn:g}° falls"] if turn != TURN else []
-    told += [] if angle is None else [f"--angle: faces touch at up to {angle:g}°"]
+    told = [f"--turn-degrees: what turns by more than {turn_degrees:g}° falls"] if turn_degrees != TURN else []
     with progress():
         result = settled(
             with_notes(scene.read(), told),
-            reach=reach,
-            turn=turn,
+            travel=travel,
+            turn_degrees=turn_degrees,
             known=known or (),
             upright=upright or (),
             pose_sigma=pose_sigma,
             gap=gap,
-            angle=angle,
             engine=method,
         )
     if png is not None:

@@ -37,17 +37,17 @@ Bodies = Annotated[
 @takes_scene
 def transport(
     scene: AssemblyGiven,
-    directions: Annotated[int, typer.Option(help="number of horizontal directions, beginning at +x")] = 100,
+    count: Annotated[int, typer.Option(help="number of horizontal directions, beginning at +x")] = 100,
     engine: EngineName = DEFAULT_ENGINE,
     compare: Annotated[list[str] | None, typer.Option(help="draw this engine too (may be repeated)")] = None,
-    tilt: Annotated[Vector | None, typer.Option(help="rotation vector of the carrier in degrees: X Y Z")] = None,
+    tilt_degrees: Annotated[Vector | None, typer.Option(help="rotation vector of the carrier: X Y Z")] = None,
     angular_acceleration: Annotated[Vector | None, typer.Option(help="of the carrier in rad/s²: X Y Z")] = None,
     angular_velocity: Annotated[Vector | None, typer.Option(help="of the carrier in rad/s: X Y Z")] = None,
     pivot: Annotated[Vector, typer.Option(help="point about which it rotates in m: X Y Z")] = (0.0, 0.0, 0.0),
     jolt: Annotated[float, typer.Option(help="vertical acceleration in m/s² that acts throughout, upwards > 0")] = 0.0,
-    body: Bodies = None,
+    bodies: Bodies = None,
     straps: Straps = None,
-    bound: Annotated[bool, typer.Option("--bound", help="also compute upper bounds by engine limit")] = False,
+    bounds: Annotated[bool, typer.Option("--bounds", help="also compute upper bounds by engine limit")] = False,
     png: Annotated[Path | None, typer.Option(help="write a PNG polar plot to this file")] = None,
     set_file: Annotated[
         Path | None, typer.Option("--set", help="write the set of sustainable accelerations here (.json or .npz)")
@@ -60,8 +60,8 @@ def transport(
     methods = [engine_with(engine, nodes=nodes), *(engine_with(name) for name in compare or ())]
     with progress():
         assembly = scene.assembled()
-    if tilt is not None:
-        assembly = assembly.tilted(tilt)
+    if tilt_degrees is not None:
+        assembly = assembly.tilted(tilt_degrees)
     loads = inertial_loads(
         assembly,
         acceleration=jolt * assembly.scene.up,
@@ -70,11 +70,11 @@ def transport(
         pivot=pivot,
     )
     loads += strap_loads(straps, assembly)
-    ways = assembly.scene.horizontal_directions(directions)
+    ways = assembly.scene.horizontal_directions(count)
     written = []
-    ask = partial(transport_limits, assembly, ways, standing=loads, bodies=body)
+    ask = partial(transport_limits, assembly, ways, standing=loads, bodies=bodies)
     with progress():
-        results = [ask(engine=method, bound=bound and method is methods[0]) for method in methods]
+        results = [ask(engine=method, bounds=bounds and method is methods[0]) for method in methods]
         result = results[0]
         if set_file is not None and result.verdict.status is Status.STABLE:
             sustainable_accelerations(assembly, standing=loads).save(set_file)

@@ -206,9 +206,9 @@ def tolerances_of(
     ``sigma`` are the standard deviations of poses, [m] and [deg]. Raises HoldfastError if a number is out of range.
     """
     if angle is not None:
-        angle = checked_number(angle, "assemble: angle", above=0)
+        angle = checked_number(angle, "assemble: angle_degrees", above=0)
         if angle >= 90:
-            raise HoldfastError(message("assemble", f"angle = {angle:g} deg", "needs less than 90"))
+            raise HoldfastError(message("assemble", f"angle_degrees = {angle:g}", "needs less than 90"))
     plain = DEFAULT_ANGLE if angle is None else angle
     if sigma is not None:
         metres, tilt = sigma

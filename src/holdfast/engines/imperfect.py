@@ -40,8 +40,8 @@ class Imperfect(Value):
       over a depth of 0.1 m. Clearances count by flatness x bed over the pressure that the weight causes: the stiffer
       the bed, the fewer spots carry. Faces for which this is above 1,000 are taken as if it were 1,000: they touch at
       three spots anyway. Not needed if ``flatness`` is 0.
-    - ``stiffness``: the range (low, high) of the factor by which the stiffness of a pair of bodies may differ from the
-      bed's, drawn evenly on a logarithmic scale.
+    - ``stiffness_range``: the range (low, high) of the factor by which the stiffness of a pair of bodies may differ
+      from the bed's, drawn evenly on a logarithmic scale.
     - ``correlation`` [m]: how far from each other heights are about equal; None means a third of the longer side of the
       patch.
     - ``samples``: how many surfaces are drawn, with ``seed``. The same seed gives the same surfaces, and a larger
@@ -54,7 +54,7 @@ class Imperfect(Value):
     flatness: float
     bed: float | None = None
     material: str | None = None
-    stiffness: tuple[float, float] = (1.0, 1.0)
+    stiffness_range: tuple[float, float] = (1.0, 1.0)
     correlation: float | None = None
     samples: int = 32
     seed: int = 0
@@ -67,7 +67,7 @@ class Imperfect(Value):
         checked_whole(self.samples, "Imperfect: samples", 1, MOST_SAMPLES)
         checked_whole(self.seed, "Imperfect: seed", 0, MOST_SEED)
         checked_number(self.quantile, "Imperfect: quantile", minimum=0, below=1)
-        object.__setattr__(self, "stiffness", _checked_range(self.stiffness))
+        object.__setattr__(self, "stiffness_range", _checked_range(self.stiffness_range))
         if self.bed is not None and self.material is not None:
             raise HoldfastError(message("Imperfect", "has a bed and a material", "give one of them"))
         if self.bed is not None:
@@ -91,7 +91,7 @@ class Imperfect(Value):
 
 
 def _checked_range(given: tuple[float, float]) -> tuple[float, float]:
-    where = "Imperfect: stiffness"
+    where = "Imperfect: stiffness_range"
     if not isinstance(given, tuple | list) or len(given) != 2:
         raise HoldfastError(message(where, f"is {quoted(given)}", "needs a range (low, high) of factors"))
     low, high = (checked_number(value, where, above=0, within=STIFFNESS) for value in given)

@@ -143,7 +143,7 @@ class Model:
             return
         self.push = robustness(
             self.assembly, self.pick.body, self.pick.point, self.direction,
-            engine=self.engine, bound=self.engine.name == "compliant",
+            engine=self.engine, bounds=self.engine.name == "compliant",
         )  # fmt: skip
 
     def edit(self, assembly: Assembly) -> None:

@@ -31,17 +31,17 @@ from holdfast.queries.request import (
     engine_of,
     total_wrench,
 )
-from holdfast.queries.sets import notes_of, wrench_bound, wrench_columns
+from holdfast.queries.sets import notes_of, wrench_box, wrench_columns
 from holdfast.scene.scene import Scene
 
-SOLVES = 1500  # default budget
+SOLVES = 1500  # default number of solves
 PUSHES = 1000  # about as many points of the surface at which wrenches are drawn
 ALONG = 4  # pushes at each
 OBLIQUE = 0.3  # standard deviation by which each component of a push is off the normal
 
 
 @archived
-@shaped(known="m 6", price="m", bound="6", com="3")
+@shaped(known="m 6", price="m", box="6", com="3")
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Constraint(PublicValue):
     """The load factor of any wrench on ``body``, from below, as a function with a derivative.
@@ -52,11 +52,11 @@ class Constraint(PublicValue):
     ``engine`` gives: it follows from ``known`` wrenches (m, 6) that are carried, whose combinations are carried, too.
     The reciprocal of the factor of each known wrench is at most its ``price`` (m,).
 
-    Half of the wrenches that were looked at last have a value of at least (1 - ``gap``) times the true factor, and nine
-    in ten one of at least (1 - ``gap_of_most``) times it. Half of them were pushes on the body's surface or near those
-    that were asked for, and half were drawn anywhere. ``gap_wanted`` is the gap that was asked for, and ``solves`` is
-    the number of solves that were needed. ``bound`` (6,) is the box in which corners were sought: factors that lead far
-    beyond it are given too small.
+    Half of the wrenches that were looked at last have a value of at least (1 - ``accuracy``) times the true factor, and
+    nine in ten one of at least (1 - ``accuracy_of_most``) times it. Half of them were pushes on the body's surface or
+    near those that were asked for, and half were drawn anywhere. ``accuracy_wanted`` is the one that was asked for, and
+    ``solves`` is the number of solves that were needed. ``box`` (6,) is the box in which corners were sought: factors
+    that lead far beyond it are given too small.
     """
 
     body: str
@@ -65,10 +65,10 @@ class Constraint(PublicValue):
     known: Float
     price: Float
     com: Float
-    bound: Float
-    gap: float
-    gap_of_most: float
-    gap_wanted: float
+    box: Float
+    accuracy: float
+    accuracy_of_most: float
+    accuracy_wanted: float
     solves: int
     notes: tuple[str, ...]
 
@@ -134,13 +134,13 @@ class Constraint(PublicValue):
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON, with all known wrenches and their prices."""
-        names = ("body", "engine", "claim", "known", "price", "com", "bound")
-        more = ("gap", "gap_of_most", "gap_wanted", "solves", "notes")
+        names = ("body", "engine", "claim", "known", "price", "com", "box")
+        more = ("accuracy", "accuracy_of_most", "accuracy_wanted", "solves", "notes")
         return {name: to_dict(getattr(self, name)) for name in (*names, *more)}
 
     def summary(self) -> Summary:
         """Summarise the constraint by the wrenches along the axes that the body can take."""
-        headline = f"wrenches on {self.body}: {len(self.price):,} known, half within {self.gap:.2%}"
+        headline = f"wrenches on {self.body}: {len(self.price):,} known, half within {self.accuracy:.2%}"
         names = ("force x", "force y", "force z", "torque x", "torque y", "torque z")
         factors = self.value(np.vstack([np.eye(6), -np.eye(6)]))
         ends = np.asarray(factors).reshape(2, 6)
@@ -149,7 +149,7 @@ class Constraint(PublicValue):
             for k, (name, unit) in enumerate(zip(names, ("N",) * 3 + ("N m",) * 3, strict=True))
         ]
         facts = [("engine", f"{self.engine} ({self.claim.words})"), ("solves", str(self.solves))]
-        facts += [("nine in ten within", f"{self.gap_of_most:.2%}")]
+        facts += [("nine in ten within", f"{self.accuracy_of_most:.2%}")]
         return Summary(headline, facts, ("along", "from", "to"), rows, self.notes)
 
     def _used(self, wrenches: ArrayLike, where: str) -> tuple[Float, Float, bool]:
@@ -164,29 +164,29 @@ def constraint(
     body: str,
     *,
     engine: EngineChoice = CERTAIN_ENGINE,
-    gap: float = 0.02,
+    accuracy: float = 0.02,
     near: ArrayLike | None = None,
-    bound: ArrayLike | None = None,
-    budget: int = SOLVES,
+    box: ArrayLike | None = None,
+    solves: int = SOLVES,
     standing: Iterable[Load] = (),
 ) -> Constraint:
     """Find a function that gives the load factor of any wrench on ``body``, never above the true one; see Constraint.
 
     It answers tens of thousands of wrenches in a second, whatever the assembly. ``near`` (n, 6) are wrenches like those
-    that will be asked, by direction; by default, pushes on the body's surface, somewhat off its normals. ``gap`` is
-    only a target: half of the wrenches are to be so close, and nine in ten within three times that; ``budget`` bounds
-    the number of solves. ``bound`` (2,) holds the largest force [N] and torque [N m] components that will be asked,
-    with the defaults of ``admissible_wrenches``. The weight and the ``standing`` loads act throughout.
+    that will be asked, by direction; by default, pushes on the body's surface, somewhat off its normals. ``accuracy``
+    is only a target: half of the wrenches are to be so close, and nine in ten within three times that; ``solves``
+    bounds the number of solves. ``box`` (2,) holds the largest force [N] and torque [N m] components that will be
+    asked, with the defaults of ``admissible_wrenches``. The weight and the ``standing`` loads act throughout.
 
     Raises SceneError if the body is fixed or unknown. Raises HoldfastError if the assembly does not stand, or if the
     body is about to move, so that some direction takes no wrench at all.
     """
     assembly = checked_assembly(assembly)
     where = f"constraint on {quoted(body)}"
-    wanted = checked_number(gap, f"{where}: gap", above=0, below=1, within=SCALE)
-    checked_whole(budget, f"{where}: budget", 0, MANY)
+    wanted = checked_number(accuracy, f"{where}: accuracy", above=0, below=1, within=SCALE)
+    checked_whole(solves, f"{where}: solves", 0, MANY)
     columns = wrench_columns(assembly, body, where)
-    limits = wrench_bound(assembly, bound, where)
+    limits = wrench_box(assembly, box, where)
     index = assembly.index[body]
     com = np.array(assembly.com[index])
     asked = (
@@ -195,7 +195,7 @@ def constraint(
     method = engine_of(engine)
     state, rows = prepared(method, assembly, total_wrench(assembly, standing)).together([index], where)
     found = HULLS.of(state, engine=method.name, where=where).load_hull(
-        columns[rows] * limits, asked / limits, wanted, budget, where
+        columns[rows] * limits, asked / limits, wanted, solves, where
     )
     notes = notes_of(state)
     if found.gap > wanted:
@@ -207,10 +207,10 @@ def constraint(
         known=np.asarray(frozen(found.known * limits)),
         price=np.asarray(frozen(found.price)),
         com=com,
-        bound=limits,
-        gap=found.gap,
-        gap_of_most=found.gap_of_most,
-        gap_wanted=wanted,
+        box=limits,
+        accuracy=found.gap,
+        accuracy_of_most=found.gap_of_most,
+        accuracy_wanted=wanted,
         solves=found.solves,
         notes=notes,
     )

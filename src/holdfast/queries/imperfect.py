@@ -118,7 +118,7 @@ class _Table:
 
 def covered(imperfect: Imperfect) -> str:
     """Say in words which faces a lower bound covers."""
-    low, high = imperfect.stiffness
+    low, high = imperfect.stiffness_range
     how = "the least" if imperfect.quantile == 0 else f"the {imperfect.quantile:.3g} quantile"
     faces = f"{how} of {imperfect.samples} samples of faces with {1e3 * imperfect.flatness:.3g} mm from peak to valley"
     if imperfect.flatness > 0:

@@ -36,9 +36,9 @@ def friction_intervals(assembly: Assembly, mu: MuRange | None, where: str) -> di
     if mu is None:
         return {p: (m, m) for p, m in pairs.items()}
     if isinstance(mu, Mapping):
-        named = {checked_pair(pair, f"{where}: friction"): interval for pair, interval in mu.items()}
+        named = {checked_pair(pair, f"{where}: mu_range"): interval for pair, interval in mu.items()}
         given = {
-            (min(pair), max(pair)): _interval(interval, f"{where}: friction of {quoted(pair)}")
+            (min(pair), max(pair)): _interval(interval, f"{where}: mu_range of {quoted(pair)}")
             for pair, interval in named.items()
         }
         ways = {p: names_between(*p, assembly.scene.materials) for p in pairs}
@@ -46,11 +46,11 @@ def friction_intervals(assembly: Assembly, mu: MuRange | None, where: str) -> di
         unknown = [pair for pair in named if (min(pair), max(pair)) not in touching]
         if unknown:
             problem = f"no contact between {quoted(unknown[0])}"
-            raise SceneError(message(f"{where}: friction", problem, "name touching bodies, or their materials"))
+            raise SceneError(message(f"{where}: mu_range", problem, "name touching bodies, or their materials"))
         return {p: _widest([given[key] for key in _first(ways[p], given)] or [(m, m)]) for p, m in pairs.items()}
     if isinstance(mu, tuple | list):
-        return dict.fromkeys(pairs, _interval(mu, f"{where}: friction"))
-    width = _width(mu, f"{where}: friction")
+        return dict.fromkeys(pairs, _interval(mu, f"{where}: mu_range"))
+    width = _width(mu, f"{where}: mu_range")
     return {p: (m * (1 - width), m * (1 + width)) for p, m in pairs.items()}
 
 
@@ -73,12 +73,12 @@ def mass_intervals(assembly: Assembly, mass: MassRange | None, where: str) -> di
     if mass is None:
         return {}
     if not isinstance(mass, Mapping):
-        width = _width(mass, f"{where}: mass")
+        width = _width(mass, f"{where}: mass_range")
         return {
             b.name: (m * (1 - width), m * (1 + width)) for b, m in zip(assembly.movable, assembly.mass, strict=True)
         }
-    _check_movable(assembly, mass, f"{where}: mass")
-    return {name: _interval(interval, f"{where}: mass of {quoted(name)}") for name, interval in mass.items()}
+    _check_movable(assembly, mass, f"{where}: mass_range")
+    return {name: _interval(interval, f"{where}: mass_range of {quoted(name)}") for name, interval in mass.items()}
 
 
 def com_boxes(assembly: Assembly, com: ComRange | None, where: str) -> dict[str, Float]:
@@ -90,14 +90,16 @@ def com_boxes(assembly: Assembly, com: ComRange | None, where: str) -> dict[str,
     if com is None:
         return {}
     if not isinstance(com, Mapping):
-        width = checked_number(com, f"{where}: com", minimum=0, within=PLACE)
+        width = checked_number(com, f"{where}: com_range", minimum=0, within=PLACE)
         return {b.name: np.full(3, width) for b in assembly.movable}
-    _check_movable(assembly, com, f"{where}: com")
-    boxes = {name: checked(half, (3,), f"{where}: com of {quoted(name)}", within=PLACE) for name, half in com.items()}
+    _check_movable(assembly, com, f"{where}: com_range")
+    boxes = {
+        name: checked(half, (3,), f"{where}: com_range of {quoted(name)}", within=PLACE) for name, half in com.items()
+    }
     for name, half in boxes.items():
         if (half < 0).any():
             raise SceneError(
-                message(f"{where}: com of {quoted(name)}", f"is {half.tolist()}", "needs half widths >= 0")
+                message(f"{where}: com_range of {quoted(name)}", f"is {half.tolist()}", "needs half widths >= 0")
             )
     return boxes
 

@@ -223,7 +223,7 @@ def robustness_map(
     *,
     spacing: float = 0.01,
     engine: EngineChoice = DEFAULT_ENGINE,
-    gap: float = 0.01,
+    accuracy: float = 0.01,
     imperfect: Imperfect | None = None,
 ) -> RobustnessMap:
     """Compute the robustness R to inward normal pushes over all exposed surfaces of ``bodies``.
@@ -232,10 +232,10 @@ def robustness_map(
     between neighbouring points. Nobody can push on a contact patch, or where another body is less than half a spacing
     away in front of the surface; points there are left out.
 
-    ``gap`` is the accuracy that is asked for. An engine that proves both bounds may stop where (upper - lower) / upper
-    <= ``gap``. Engine ``compliant`` solves some points and interpolates between them with an expected relative error of
-    at most ``gap``; the ``error`` that it states is at most three times that. With ``gap`` = 0 every point is solved on
-    its own. Engine ``graph`` ignores ``gap``.
+    ``accuracy`` is the relative one that is asked for. An engine that proves both bounds may stop where (upper - lower)
+    / upper <= ``accuracy``. Engine ``compliant`` solves some points and interpolates between them with an expected
+    relative error of at most ``accuracy``; the ``error`` that it states is at most three times that. With ``accuracy``
+    = 0 every point is solved on its own. Engine ``graph`` ignores ``accuracy``.
 
     ``imperfect`` has the same meaning as in ``robustness``. The weakest tenth of each body's points is asked on all
     samples, and the rest only on those samples that are worst for these points.
@@ -245,7 +245,7 @@ def robustness_map(
     """
     assembly = checked_assembly(assembly)
     step = checked_number(spacing, "robustness_map: spacing", above=0, within=LENGTH)
-    wanted = checked_number(gap, "robustness_map: gap", minimum=0)
+    wanted = checked_number(accuracy, "robustness_map: accuracy", minimum=0)
     if bodies is None and not assembly.movable:
         raise SceneError(message("robustness_map", "there is no movable body", "name bodies, or free one"))
     asked = [body.name for body in assembly.movable] if bodies is None else bodies
@@ -255,7 +255,7 @@ def robustness_map(
     state, covers = prepared(method, assembly), covering(imperfect, method, assembly)
     shown: dict[str, Cells] = {}
     hidden: dict[str, Cells] = {}
-    accuracy = EXACT if wanted == 0 else Within(wanted) if wanted < 1 else FORCES_ONLY
+    within = EXACT if wanted == 0 else Within(wanted) if wanted < 1 else FORCES_ONLY
     answers: list[Answers] = []
     waiting: list[Float] = []
     for place, (name, index) in enumerate(reported("robustness of all surfaces", list(numbers.items())), start=1):
@@ -264,10 +264,10 @@ def robustness_map(
         ends = np.cumsum([columns.shape[1] for columns in waiting])
         if place < len(numbers) and ends[-1] < TOGETHER:
             continue
-        found = state.load_factor(np.hstack(waiting), accuracy)
+        found = state.load_factor(np.hstack(waiting), within)
         for columns, end in zip(waiting, ends.tolist(), strict=True):
             own = found.rows(slice(end - columns.shape[1], end))
-            answers.append(own if covers is None else covers.over_surface(own, columns, accuracy))
+            answers.append(own if covers is None else covers.over_surface(own, columns, within))
         waiting = []
     movable = [number for number in numbers.values() if number != FIXED]
     verdict = state.verdict_on(movable)
@@ -291,7 +291,8 @@ def _map_of(
 def joined_maps(parts: Sequence[RobustnessMap], verdict: Verdict) -> RobustnessMap:
     """Join maps of different bodies of one assembly into one, in order, with this ``verdict``.
 
-    Of maps of one body each that were asked with the same spacing, engine and gap, it is the map of all these bodies.
+    Of maps of one body each that were asked with the same spacing, engine and accuracy, it is the map of all these
+    bodies.
     Raises HoldfastError if there are no parts.
     """
     answers = replace(joined([part.answers for part in parts]), verdict=verdict)

@@ -109,7 +109,7 @@ def robustness(
     *,
     standing: Iterable[Load] = (),
     engine: EngineChoice = DEFAULT_ENGINE,
-    bound: bool = False,
+    bounds: bool = False,
     imperfect: Imperfect | None = None,
 ) -> Robustness:
     """Compute R(p, e), the largest force [N] at points of ``body`` along directions before anything moves (eq. 12).
@@ -118,21 +118,21 @@ def robustness(
     directions, and a single direction with all points. Directions need not have unit length. The ``standing`` loads act
     throughout.
 
-    ``bound`` asks engine ``compliant`` for ``upper`` as well: engine ``limit`` proves that no equilibrium exists above
+    ``bounds`` asks engine ``compliant`` for ``upper`` as well: engine ``limit`` proves that no equilibrium exists above
     it.
 
     ``imperfect`` asks that engine for a ``lower`` that also holds on faces that are not flat and not equally stiff; all
     other columns remain those of ideal faces.
 
     Raises SceneError if there is no point, if the body is unknown, or if a point is further from the body's surface
-    than the contact tolerance. Raises HoldfastError if ``bound`` is asked of engine ``graph``, or ``imperfect`` of
+    than the contact tolerance. Raises HoldfastError if ``bounds`` is asked of engine ``graph``, or ``imperfect`` of
     another engine than ``compliant``.
     """
     assembly = checked_assembly(assembly)
     p, e, W = pushes(assembly, body, points, directions, f"robustness of {quoted(body)}")
     method = engine_of(engine)
     held = total_wrench(assembly, standing)
-    found = asked(method, assembly, W, held, bound=bound, imperfect=imperfect)
+    found = asked(method, assembly, W, held, bounds=bounds, imperfect=imperfect)
     found = replace(found, notes=(*found.notes, *pulls(assembly, body, p, e)))
     return Robustness(answers=found, body=body, points=p, directions=e)
 
@@ -144,13 +144,13 @@ def load_factor(
     standing: Iterable[Load] = (),
     acceleration: ArrayLike | None = None,
     engine: EngineChoice = DEFAULT_ENGINE,
-    bound: bool = False,
+    bounds: bool = False,
     imperfect: Imperfect | None = None,
 ) -> LoadFactor:
     """Compute the largest factor by which all ``loads`` can be multiplied together before anything moves.
 
     The ``standing`` loads act throughout and are not multiplied. The same holds for the inertial forces of a support
-    that accelerates by ``acceleration`` (3,) [m/s²], world frame. ``bound`` and ``imperfect`` have the same meaning as
+    that accelerates by ``acceleration`` (3,) [m/s²], world frame. ``bounds`` and ``imperfect`` have the same meaning as
     in ``robustness``.
     """
     assembly = checked_assembly(assembly)
@@ -160,7 +160,7 @@ def load_factor(
         None if acceleration is None else checked(acceleration, (3,), "load_factor: acceleration", within=ACCELERATION)
     )
     held = total_wrench(assembly, standing)
-    return LoadFactor(answers=asked(method, assembly, W, held, moved, bound=bound, imperfect=imperfect))
+    return LoadFactor(answers=asked(method, assembly, W, held, moved, bounds=bounds, imperfect=imperfect))
 
 
 def asked(
@@ -170,16 +170,16 @@ def asked(
     standing: Float,
     acceleration: Float | None = None,
     *,
-    bound: bool,
+    bounds: bool,
     imperfect: Imperfect | None = None,
 ) -> Answers:
     """Return the answers of the engine for the load columns W (6J, n).
 
-    ``standing`` (6J,) is the wrench of the standing loads. With ``bound``, the upper bounds come from limit analysis
+    ``standing`` (6J,) is the wrench of the standing loads. With ``bounds``, the upper bounds come from limit analysis
     with forces at the corners of the patches. This includes all forces that nodes inside the patches can carry. Raises
-    HoldfastError if ``bound`` is asked of an engine that only estimates. ``imperfect`` is as in ``robustness``.
+    HoldfastError if ``bounds`` is asked of an engine that only estimates. ``imperfect`` is as in ``robustness``.
     """
-    bounded = checked_truth(bound, "bound")
+    bounded = checked_truth(bounds, "bounds")
     covers = covering(imperfect, method, assembly, standing, acceleration)
     found = prepared(method, assembly, standing, acceleration).load_factor(W)
     found = found if covers is None else covers.over(found, W)
@@ -187,6 +187,6 @@ def asked(
         return found
     if method.claim is Claim.ESTIMATED:
         remedy = "engine graph is not ordered against limit: ask 'compliant', or 'limit' itself"
-        raise HoldfastError(message("bound", f"asked of engine {method.name!r}", remedy))
+        raise HoldfastError(message("bounds", f"asked of engine {method.name!r}", remedy))
     certain = prepared(engine_of(CERTAIN_ENGINE), assembly, standing, acceleration)
     return found.bounded_by(certain.load_factor(W))

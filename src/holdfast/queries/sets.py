@@ -52,18 +52,18 @@ ROUNDING = 1e-9  # a point counts as inside if it exceeds no row by more than th
 
 
 @archived
-@shaped(units="d", bound="d", vertices="v d")
+@shaped(units="d", box="d", vertices="v d")
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class ConvexSet(PublicValue):
     """A convex set between two polyhedra: it contains every point of ``inner`` and no point outside ``outer``.
 
     ``inner`` and ``outer`` are pairs of arrays A (m, d) and b (m,) for the half-spaces A x <= b, scaled to b = 1; the
-    origin is inside both. ``inner`` is cut off by the box ``|x_k| <= bound[k]``, with ``bound`` (d,). ``outer`` is not
+    origin is inside both. ``inner`` is cut off by the box ``|x_k| <= box[k]``, with ``box`` (d,). ``outer`` is not
     cut off and is valid everywhere; if the set is unbounded, ``outer`` is unbounded too. ``vertices`` (k, d) are those
     of ``inner``.
 
-    Along every ray from the origin, the reach of ``inner`` is at least (1 - ``gap``) times that of ``outer`` within the
-    box. ``gap_wanted`` is the gap that was asked for, and ``solves`` is the number of solves that were needed.
+    Along every ray from the origin, ``inner`` reaches at least (1 - ``accuracy``) times as far as ``outer`` within the
+    box. ``accuracy_wanted`` is the one that was asked for, and ``solves`` is the number of solves that were needed.
 
     The coordinates have the units in ``units`` (d,), and ``frame`` describes their axes in words. Both polyhedra are as
     exact as the solver: 1e-7 of the box.
@@ -77,40 +77,40 @@ class ConvexSet(PublicValue):
     inner: tuple[Float, Float]
     outer: tuple[Float, Float]
     vertices: Float
-    bound: Float
-    gap: float
-    gap_wanted: float
+    box: Float
+    accuracy: float
+    accuracy_wanted: float
     solves: int
     units: tuple[str, ...]
     frame: str
     notes: tuple[str, ...]
 
-    def contains(self, x: Any) -> bool | Objects | None:  # noqa: ANN401 - (d,) or (n, d) numbers, checked
-        """Tell whether ``x`` is certainly in the set (True), certainly outside (False), or neither (None).
+    def contains(self, coordinates: Any) -> bool | Objects | None:  # noqa: ANN401 - (d,) or (n, d) numbers, checked
+        """Tell whether ``coordinates`` are certainly in the set (True), certainly outside (False), or neither (None).
 
-        None means that ``x`` lies between the two polyhedra or beyond the box. ``x`` is (d,), or (n, d) for an object
+        None means that they lie between the two polyhedra or beyond the box. They are (d,), or (n, d) for an object
         array (n,) of answers.
         """
-        points, single = checked_rows(x, len(self.bound), "contains: x")
+        points, single = checked_rows(coordinates, len(self.box), "contains: coordinates")
         inside, possible = _satisfied(self.inner, points), _satisfied(self.outer, points)
         answers = [True if yes else None if maybe else False for yes, maybe in zip(inside, possible, strict=True)]
         return answers[0] if single else objects(answers)
 
-    def usage(self, x: Any) -> float | Float:  # noqa: ANN401 - (d,) or (n, d) numbers, checked
-        """Return the share of the reach of ``inner`` from the origin that ``x`` uses: max(A x / b), at least 0.
+    def usage(self, coordinates: Any) -> float | Float:  # noqa: ANN401 - (d,) or (n, d) numbers, checked
+        """Return the share of the reach of ``inner`` from the origin that ``coordinates`` use: max(A x / b), from 0 on.
 
-        If the share is at most 1, ``x`` is certainly in the set. ``x`` is (d,), or (n, d) for an array (n,) of shares.
+        If the share is at most 1, they are certainly in the set. They are (d,), or (n, d) for an array (n,) of shares.
         """
-        points, single = checked_rows(x, len(self.bound), "usage: x")
+        points, single = checked_rows(coordinates, len(self.box), "usage: coordinates")
         A, b = self.inner
         used = np.maximum(largest_row(A / b[:, None], points), 0.0)
         return float(used[0]) if single else used
 
     def checked_after_load(self) -> None:
         """Raise HoldfastError if the values that were read from a file cannot be those of a set."""
-        dimension = len(checked(self.bound, (None,), "bound"))
+        dimension = len(checked(self.box, (None,), "box"))
         checked(self.vertices, (None, dimension), "vertices")
-        for name in ("gap", "gap_wanted"):
+        for name in ("accuracy", "accuracy_wanted"):
             checked_number(getattr(self, name), name, minimum=0)
         for name in ("inner", "outer"):
             A, b = getattr(self, name)
@@ -121,13 +121,14 @@ class ConvexSet(PublicValue):
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON, with both polyhedra as A and b of A x <= b."""
-        names = ("engine", "claim", "vertices", "bound", "gap", "gap_wanted", "solves", "units", "frame", "notes")
+        known = ("accuracy", "accuracy_wanted", "solves")
+        names = ("engine", "claim", "vertices", "box", *known, "units", "frame", "notes")
         half_spaces = {name: to_dict(dict(zip("Ab", getattr(self, name), strict=True))) for name in ("inner", "outer")}
         return half_spaces | {name: to_dict(getattr(self, name)) for name in names}
 
     def summary(self) -> Summary:
         """Summarise how far the set reaches and how close the two polyhedra are."""
-        headline = f"{len(self.bound)} dimensions, inner part of {len(self.inner[1])} facets, gap {self.gap:.2%}"
+        headline = f"{len(self.box)} dimensions, {len(self.inner[1])} facets inside, accuracy {self.accuracy:.2%}"
         reach = np.abs(self.vertices).max(axis=0, initial=0.0)
         rows = [[f"{k + 1}", number(far, unit)] for k, (far, unit) in enumerate(zip(reach, self.units, strict=True))]
         facts = [("engine", f"{self.engine} ({self.claim.words})"), ("frame", self.frame)]
@@ -139,20 +140,20 @@ def admissible_wrenches(
     body: str,
     *,
     engine: EngineChoice = CERTAIN_ENGINE,
-    gap: float = 0.05,
-    bound: ArrayLike | None = None,
-    budget: int | None = None,
+    accuracy: float = 0.05,
+    box: ArrayLike | None = None,
+    solves: int | None = None,
     standing: Iterable[Load] = (),
 ) -> ConvexSet:
     """Compute the wrenches that ``body`` can take in addition before anything in the assembly moves.
 
     They act together with the weight and the ``standing`` loads. The points of the set have d = 6 coordinates: a force
-    [N] and a torque [N m] about the body's centre of mass, along the world axes. ``bound`` (2,) holds the largest force
+    [N] and a torque [N m] about the body's centre of mass, along the world axes. ``box`` (2,) holds the largest force
     [N] and torque [N m] components of the inner polyhedron. By default these are 20 total weights, and that times the
     assembly's size.
 
-    ``gap`` is only a target, because the number of solves is limited by ``budget``, 240 by default; the ``gap`` of the
-    result is the one that was reached, and ``notes`` say where it is. Work grows faster than the budget: 600 solves
+    ``accuracy`` is only a target, as the number of solves is limited by ``solves``, 240 by default; ``accuracy`` of the
+    result is the one that was reached, and ``notes`` say where it is. Work grows faster than their number: 600 solves
     take about ten times as long as 240. ``constraint`` is closer to the set for most wrenches.
 
     Raises SceneError if the body is fixed or unknown. Raises HoldfastError if the assembly does not stand, or if the
@@ -161,20 +162,20 @@ def admissible_wrenches(
     assembly = checked_assembly(assembly)
     where = f"admissible wrenches of {body!r}"
     columns = wrench_columns(assembly, body, where)
-    limits = wrench_bound(assembly, bound, where)
+    limits = wrench_box(assembly, box, where)
     units = ("N",) * 3 + ("N m",) * 3
     frame = f"world axes; torque about the centre of mass of {body!r}"
-    return _convex_set(where, assembly, engine, standing, columns, limits, gap, budget, units, frame)
+    return _convex_set(where, assembly, engine, standing, columns, limits, accuracy, solves, units, frame)
 
 
-def wrench_bound(assembly: Assembly, bound: ArrayLike | None, where: str) -> Float:
-    """Return the largest components (6,) [N, N m] of wrenches, as given by ``bound`` (2,) or by default."""
-    if bound is None:
+def wrench_box(assembly: Assembly, box: ArrayLike | None, where: str) -> Float:
+    """Return the largest components (6,) [N, N m] of wrenches, as given by ``box`` (2,) or by default."""
+    if box is None:
         limits = FORCE_BOUND * assembly.weight * np.array([1.0, assembly.size])
     else:
-        limits = checked(bound, (2,), f"{where}: bound", within=FORCE)
+        limits = checked(box, (2,), f"{where}: box", within=FORCE)
     if not (limits > 0).all():
-        raise SceneError(message(f"{where}: bound", f"is {limits.tolist()}", "needs positive numbers"))
+        raise SceneError(message(f"{where}: box", f"is {limits.tolist()}", "needs positive numbers"))
     return np.repeat(limits, 3)
 
 
@@ -198,24 +199,24 @@ def sustainable_accelerations(
     assembly: Assembly | Scene,
     *,
     engine: EngineChoice = CERTAIN_ENGINE,
-    gap: float = 0.02,
-    bound: float | None = None,
-    budget: int | None = None,
+    accuracy: float = 0.02,
+    box: ArrayLike | None = None,
+    solves: int | None = None,
     standing: Iterable[Load] = (),
 ) -> ConvexSet:
     """Compute the accelerations of the support that all bodies can follow without moving relative to it.
 
     The ``standing`` loads act throughout. The points of the set are accelerations (3,) [m/s²] along the world axes: if
-    the support accelerates by a, a body of mass m feels the force -m a at its centre of mass. ``bound`` [m/s²] is the
-    largest component of the inner polyhedron, 5 g by default. ``gap`` is the one that is asked for; see ConvexSet. The
-    number of solves is limited by ``budget``, 240 by default.
+    the support accelerates by a, a body of mass m feels the force -m a at its centre of mass. ``box`` is the
+    largest component [m/s²] of the inner polyhedron, 5 g by default. ``accuracy`` is the one that is asked for; see
+    ConvexSet. The number of solves is limited by ``solves``, 240 by default.
 
     Raises HoldfastError if the assembly does not stand, or if the origin is not inside the set.
     """
     assembly = checked_assembly(assembly)
     where = "sustainable accelerations"
     default = ACCELERATION_BOUND * float(np.linalg.norm(assembly.scene.gravity))
-    limit = default if bound is None else checked_number(bound, f"{where}: bound", above=0, within=ACCELERATION)
+    limit = default if box is None else checked_number(box, f"{where}: box", above=0, within=ACCELERATION)
     columns = np.column_stack([body_forces(-assembly.mass[:, None] * axis) for axis in np.eye(3)])
     return _convex_set(
         where,
@@ -224,8 +225,8 @@ def sustainable_accelerations(
         standing,
         columns,
         np.full(3, limit),
-        gap,
-        budget,
+        accuracy,
+        solves,
         ("m/s²",) * 3,
         "world axes, of the support",
     )
@@ -242,32 +243,32 @@ def _convex_set(
     engine: EngineChoice,
     standing: Iterable[Load],
     columns: Float,
-    bound: Float,
-    gap: float,
-    budget: int | None,
+    box: Float,
+    accuracy: float,
+    solves: int | None,
     units: tuple[str, ...],
     frame: str,
 ) -> ConvexSet:
-    wanted = checked_number(gap, f"{where}: gap", above=0, below=1, within=SCALE)
-    most = None if budget is None else checked_whole(budget, f"{where}: budget", 0, MANY)
+    wanted = checked_number(accuracy, f"{where}: accuracy", above=0, below=1, within=SCALE)
+    most = None if solves is None else checked_whole(solves, f"{where}: solves", 0, MANY)
     if not assembly.movable:
         raise SceneError(message(where, "there is no movable body", "free one"))
     method = engine_of(engine)
     loaded = np.flatnonzero(columns.reshape(-1, 6, columns.shape[1]).any((1, 2))).tolist()
     state, rows = prepared(method, assembly, total_wrench(assembly, standing)).together(loaded, where)
-    found = SETS.of(state, engine=method.name, where=where).load_set(columns[rows] * bound, wanted, most, where)
+    found = SETS.of(state, engine=method.name, where=where).load_set(columns[rows] * box, wanted, most, where)
     notes = notes_of(state)
     if found.gap > wanted:
-        notes += (_why_wide(found, bound, units),)
+        notes += (_why_wide(found, box, units),)
     return ConvexSet(
         engine=method.name,
         claim=method.claim,
-        inner=(_frozen(found.inner / bound), _frozen(np.ones(len(found.inner)))),
-        outer=(_frozen(found.outer / bound), _frozen(np.ones(len(found.outer)))),
-        vertices=_frozen(found.vertices * bound),
-        bound=_frozen(bound),
-        gap=found.gap,
-        gap_wanted=wanted,
+        inner=(_frozen(found.inner / box), _frozen(np.ones(len(found.inner)))),
+        outer=(_frozen(found.outer / box), _frozen(np.ones(len(found.outer)))),
+        vertices=_frozen(found.vertices * box),
+        box=_frozen(box),
+        accuracy=found.gap,
+        accuracy_wanted=wanted,
         solves=found.solves,
         units=units,
         frame=frame,
@@ -275,13 +276,13 @@ def _convex_set(
     )
 
 
-def _why_wide(found: LoadSet, bound: Float, units: tuple[str, ...]) -> str:
-    """Say where the gap is that was reached, and why it is not smaller."""
-    worst = ", ".join(f"{value:.3g} {unit}" for value, unit in zip(found.worst * bound, units, strict=True))
+def _why_wide(found: LoadSet, box: Float, units: tuple[str, ...]) -> str:
+    """Say along which ray the accuracy is that of the whole set, and why it is not smaller."""
+    worst = ", ".join(f"{value:.3g} {unit}" for value, unit in zip(found.worst * box, units, strict=True))
     return (
-        f"the gap of {found.gap:.0%} is that of the ray to ({worst}), after {found.solves} solves: a polytope needs "
-        "thousands of corners where round friction cones meet a ray at a small angle; a smaller bound and a larger "
-        "budget narrow it, and constraint() is close to the set along most rays"
+        f"the accuracy of {found.gap:.0%} is that of the ray to ({worst}), after {found.solves} solves: a polytope "
+        "needs thousands of corners where round friction cones meet a ray at a small angle; a smaller box and more "
+        "solves narrow it, and constraint() is close to the set along most rays"
     )
 
 

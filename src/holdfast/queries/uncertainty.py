@@ -13,21 +13,20 @@ from scipy.spatial.transform import Rotation
 
 from holdfast.assembly.assembly import FIXED, Assembly, checked_pose_sigma
 from holdfast.base.archive import archived, to_dict
-from holdfast.base.arrays import Bool, Float, Int, Objects, checked, checked_number, checked_whole, frozen, objects
+from holdfast.base.arrays import Bool, Float, Int, Objects, checked, checked_number, frozen, objects
 from holdfast.base.errors import HoldfastError, HoldfastWarning, message
 from holdfast.base.kinds import check_kinds, shaped
 from holdfast.base.progress import report
 from holdfast.base.public import Summary, number
-from holdfast.base.ranges import MOST_SEED
+from holdfast.base.text import quoted
 from holdfast.contacts.tolerances import plain_gap
 from holdfast.engines.amendments.absent_contacts import Absences
 from holdfast.engines.answers import Answers, Undecided, joined
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
-from holdfast.engines.imperfect import Imperfect
 from holdfast.engines.verdict import Status
 from holdfast.queries.imperfect import covering
-from holdfast.queries.intervals import MuRange, friction_intervals
+from holdfast.queries.intervals import friction_intervals
 from holdfast.queries.push import Robustness, robustness
 from holdfast.queries.request import (
     DEFAULT_ENGINE,
@@ -41,9 +40,9 @@ from holdfast.queries.request import (
     total_wrench,
 )
 from holdfast.queries.result import SHOWN, Result, amount, places_of
+from holdfast.queries.uncertain import Uncertain
 from holdfast.scene.scene import Scene
 
-MOST_SAMPLES = 1_000_000  # more answers than the memory holds
 EVEN = 0.5  # chance that a contact that may not exist is absent from a sample, where poses are not sampled
 
 
@@ -254,63 +253,46 @@ def robustness_under(
     body: str,
     points: ArrayLike,
     directions: ArrayLike,
+    uncertain: Uncertain | None = None,
     *,
-    samples: int = 200,
-    seed: int = 0,
-    pose_sigma: float | tuple[float, float] | None = None,
-    friction: MuRange | None = None,
-    stiffness: tuple[float, float] | None = None,
-    flatness: float | None = None,
-    bed: float | None = None,
-    material: str | None = None,
     standing: Iterable[Load] = (),
     engine: EngineChoice = DEFAULT_ENGINE,
 ) -> RobustnessUnder:
-    """Compute R(p, e) in ``samples`` samples of uncertain poses, friction and faces.
+    """Compute R(p, e) in samples of uncertain poses, friction and faces.
 
-    ``body``, ``points``, ``directions``, ``standing`` and ``engine`` have the same meaning as in ``robustness``.
+    ``uncertain`` says what is uncertain and how many samples are drawn, see Uncertain: by default, only which of the
+    contacts exist. ``body``, ``points``, ``directions``, ``standing`` and ``engine`` have the same meaning as in
+    ``robustness``.
 
-    ``pose_sigma`` is the standard deviation of each movable body's position along each world axis [m]. A pair also
-    gives that of its rotation about each world axis through its centre of mass [deg]. The deviations of different
-    bodies are independent, and fixed bodies do not deviate. Points and standing loads move with their body; directions,
-    forces and moments stay fixed in the world. The contacts of each sample are detected again, between the pairs that
-    touch in ``assembly``, with a tolerance that allows for the deviations. Gaps and overlaps within this tolerance are
-    accepted; the outline, place and tilt of the contacts change.
-
-    ``friction`` is a relative width (0.2 means ± 20 %) or an interval (low, high) for all touching pairs, or a dict of
-    intervals by the names of the two bodies. Each sample has one level, uniform in 0..1, that places all coefficients
-    between their low and high ends.
-
-    ``stiffness`` is a range of factors for each pair of bodies, and ``flatness`` [m], with ``bed`` [N/m³] or
-    ``material``, how far faces are from flat; all four as in ``Imperfect``. They need engine ``compliant``.
+    Points and standing loads move with their body; directions, forces and moments stay fixed in the world. The contacts
+    of each sample are detected again, between the pairs that touch in ``assembly``, with a tolerance that allows for
+    the deviations. Gaps and overlaps within this tolerance are accepted; the outline, place and tilt of the contacts
+    change.
 
     Contacts that may not exist (``Interface.certain``) are present in some samples only, unless something would fall
     without them: with ``pose_sigma`` where the sampled poses close them to within the default gap, else each in half of
     the samples.
 
-    The same ``seed`` gives the same samples; with a larger number of samples, the first ones are the same. Raises
-    HoldfastError if ``pose_sigma`` is given for an assembly whose interfaces were given, or exceeds the thickness of a
-    body. See docs/uncertainty.md.
+    Raises HoldfastError if ``pose_sigma`` is given for an assembly whose interfaces were given, or exceeds the
+    thickness of a body. See docs/uncertainty.md.
     """
     assembly = checked_assembly(assembly)
     where = f"robustness of {body!r} under uncertainty"
-    count = checked_whole(samples, f"{where}: samples", 1, MOST_SAMPLES)
-    whole_seed = checked_whole(seed, f"{where}: seed", 0, MOST_SEED)
+    asked = Uncertain() if uncertain is None else uncertain
+    if not isinstance(asked, Uncertain):
+        raise HoldfastError(message(f"{where}: uncertain", f"is {quoted(asked)}", "needs holdfast.Uncertain(...)"))
+    count = asked.samples
     method, loads = engine_of(engine), checked_loads(standing)
     spread = _Spread(
         assembly,
-        None if pose_sigma is None else _deviation(assembly, pose_sigma, where),
-        None if friction is None else friction_intervals(assembly, friction, where),
+        None if asked.pose_sigma is None else _deviation(assembly, asked.pose_sigma, where),
+        None if asked.mu_range is None else friction_intervals(assembly, asked.mu_range, where),
         Absences(method, assembly, total_wrench(assembly, loads)),
     )
-    if flatness is None and not (bed is None and material is None):
-        raise HoldfastError(message(where, "has a bed or material but no flatness", "give flatness= [m], too"))
-    ideal = stiffness is None and flatness is None
-    flat, equal = (0.0 if flatness is None else flatness), ((1.0, 1.0) if stiffness is None else stiffness)
-    wanted = (flat, bed, material, equal)
-    covers = None if ideal else covering(Imperfect(*wanted, samples=count, seed=whole_seed), method, assembly)
+    faces = asked.faces
+    covers = None if faces is None else covering(faces, method, assembly)
     nominal = robustness(assembly, body, points, directions, standing=loads, engine=method)
-    rng = np.random.default_rng(whole_seed)
+    rng = np.random.default_rng(asked.seed)
     found = []
     for k in range(count):
         report("samples", k, count)
@@ -332,7 +314,7 @@ def robustness_under(
         stands=verdicts.count(Status.STABLE) / count,
         undecided=verdicts.count(Status.UNDECIDED) / count,
         samples=count,
-        seed=whole_seed,
+        seed=asked.seed,
     )
 
 
@@ -390,7 +372,7 @@ def _deviation(assembly: Assembly, pose_sigma: float | tuple[float, float], wher
     metres, degrees = checked_pose_sigma(pose_sigma, where)
     if not assembly.detected:
         problem = f"pose_sigma = {pose_sigma!r}, but the interfaces of the assembly were given"
-        remedy = "they cannot be found anew where bodies move: vary friction only, or assemble without interfaces"
+        remedy = "they cannot be found anew where bodies move: vary mu_range only, or assemble without interfaces"
         raise HoldfastError(message(where, problem, remedy))
     thin = min(assembly.movable, key=lambda b: b.shape.surface.thickness, default=None)
     if thin is not None and metres > thin.shape.surface.thickness:

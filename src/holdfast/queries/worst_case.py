@@ -109,16 +109,16 @@ def worst_case(
     points: ArrayLike,
     directions: ArrayLike,
     *,
-    friction: MuRange | None = None,
-    mass: MassRange | None = None,
-    com: ComRange | None = None,
+    mu_range: MuRange | None = None,
+    mass_range: MassRange | None = None,
+    com_range: ComRange | None = None,
     standing: Iterable[Load] = (),
 ) -> WorstCase:
     """Compute the smallest R(p, e) by engine ``limit`` over uncertain friction, masses and centres of mass.
 
-    ``friction`` is a relative width (0.2 means ± 20 %) or an interval (low, high) for all touching pairs, or a dict of
-    intervals by the names of the two bodies. ``mass`` is a relative width for all movable bodies, or a dict of
-    intervals (low, high) [kg] by body name. ``com`` is a half width [m] for all movable bodies, or a dict of half
+    ``mu_range`` is a relative width (0.2 means ± 20 %) or an interval (low, high) for all touching pairs, or a dict of
+    intervals by the names of the two bodies. ``mass_range`` is a relative width for all movable bodies, or a dict of
+    intervals (low, high) [kg] by body name. ``com_range`` is a half width [m] for all movable bodies, or a dict of half
     widths (3,) [m] by body name; the box lies along the world axes around the centre of mass. Anything that is not
     named is taken as known. Poses, contacts and points are held in place. ``points``, ``directions`` and ``standing``
     have the same meaning as in ``robustness``.
@@ -132,11 +132,11 @@ def worst_case(
     where = f"worst case of {body!r}"
     loads = checked_loads(standing)
     nominal = robustness(assembly, body, points, directions, standing=loads, engine=CERTAIN_ENGINE)
-    low = {pair: ends[0] for pair, ends in friction_intervals(assembly, friction, where).items()}
-    rough = assembly if friction is None else assembly.with_friction(low)
+    low = {pair: ends[0] for pair, ends in friction_intervals(assembly, mu_range, where).items()}
+    rough = assembly if mu_range is None else assembly.with_friction(low)
     near = next((group for group in rough.groups if body in group), ())  # what other groups weigh does not matter
-    masses = {name: ends for name, ends in mass_intervals(rough, mass, where).items() if name in near}
-    coms = {name: half for name, half in com_boxes(rough, com, where).items() if name in near}
+    masses = {name: ends for name, ends in mass_intervals(rough, mass_range, where).items() if name in near}
+    coms = {name: half for name, half in com_boxes(rough, com_range, where).items() if name in near}
     columns = push_columns(rough, body_number(rough, body), nominal.points, nominal.directions)
     engine = engine_of(CERTAIN_ENGINE)
     found = WORST_CASES.of(engine, engine=CERTAIN_ENGINE, where=where).weakest(

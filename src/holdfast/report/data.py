@@ -34,7 +34,7 @@ def stability_data(assembly: Assembly, result: Stability) -> dict[str, Any]:
         **result.to_dict(),
         "gap": assembly.tolerances.gap,
         "gap_by_pair": assembly.tolerances.by_pair,
-        "angle": assembly.tolerances.angle,
+        "angle_degrees": assembly.tolerances.angle,
         "overlaps": to_dict(assembly.overlaps),
         "interfaces": interfaces_data(assembly),
     }

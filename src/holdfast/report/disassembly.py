@@ -86,7 +86,7 @@ def _outcome(result: Disassembly) -> tuple[str, str]:
     if result.reached and not result.goal:
         return f"all {whole} bodies come out one by one", "bold green"
     if result.reached:
-        fewest = "no order takes fewer" if result.proven else f"no order takes fewer than {result.bound:.0f}"
+        fewest = "no order takes fewer" if result.proven else f"no order takes fewer than {result.fewest:.0f}"
         return f"{listed(result.goal)} out after {count} removals ({fewest})", "bold green"
     if result.proven and result.goal:
         return f"{listed(result.goal)} cannot be taken out: no order gets there", "bold red"

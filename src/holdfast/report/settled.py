@@ -43,10 +43,11 @@ def save_settled_png(result: Settled, path: str | os.PathLike[str]) -> None:
 
 def settled_report(result: Settled, scene: str) -> RenderableType:
     """Return the verdict and a table of what became of each body, those that moved farthest first."""
-    rest = f" after {result.steps} steps within {1e3 * result.reach:.3g} mm"
+    rest = f" after {result.steps} steps within {1e3 * result.travel:.3g} mm"
     head = headline(one_line(scene, LONGEST_NAME), (str(result.status), STYLES[result.status]), rest)
     table = Table("body", "moved [mm]", "turned [deg]", "why")
+    turns = result.turned_degrees
     for k in np.argsort(-result.moved, kind="stable"):
-        row = (result.names[k], f"{1e3 * result.moved[k]:.3g}", f"{round(result.turned[k], 6):.3g}", result.reasons[k])
+        row = (result.names[k], f"{1e3 * result.moved[k]:.3g}", f"{round(turns[k], 6):.3g}", result.reasons[k])
         table.add_row(*map(cell, row))
     return Group(head, sentence(result.reason), table, *(sentence(note, "dim") for note in result.notes))

@@ -154,6 +154,6 @@ def as_shape(value: Any, where: str) -> Shape:  # noqa: ANN401 - a shape or a tr
     if isinstance(value, Solid | HalfSpace | Compound):
         return value
     if hasattr(value, "vertices") and hasattr(value, "faces"):
-        return Mesh(value.vertices, value.faces, where=where)
+        return Mesh(value.vertices, value.faces, label=where)
     remedy = "needs Box, Cylinder, Sphere, Capsule, Ellipsoid, HalfSpace, Mesh, Compound or a trimesh.Trimesh"
     raise GeometryError(message(where, f"shape is a {type(value).__name__}", remedy))

@@ -193,9 +193,9 @@ class Scene(Value):
             bodies = _under(bodies)
         return altered(self, bodies=bodies)
 
-    def with_body(self, body: Body) -> Scene:
-        """Return the scene with ``body`` added after the others."""
-        return replace(self, bodies=(*self.bodies, body))
+    def with_body(self, obj: Body) -> Scene:
+        """Return the scene with ``obj`` added after the others."""
+        return replace(self, bodies=(*self.bodies, obj))
 
     def without(self, *names: str | Iterable[str]) -> Scene:
         """Return the scene without the bodies of these names.

@@ -192,7 +192,7 @@ class Mesh(Value):
     scaled. Closed parts that touch or overlap are one solid, in which common volume counts once.
 
     ``noise`` [m] is the standard deviation of the vertices of a scanned mesh. Regions that are flat to within the noise
-    are made flat before contacts are detected; ``report`` lists them with their residuals. ``where`` is the name of the
+    are made flat before contacts are detected; ``report`` lists them with their residuals. ``label`` is the name of the
     mesh in error messages. Two meshes with the same vertices, faces and noise are equal, whatever their files.
 
     Raises GeometryError if there are no triangles or a face has an invalid index. ``Body`` and ``Part`` take a
@@ -204,7 +204,7 @@ class Mesh(Value):
     file: Path | None = field(compare=False)
     scale: tuple[float, float, float] = field(compare=False)
     noise: float
-    where: str = field(compare=False, repr=False)
+    label: str = field(compare=False, repr=False)
 
     def __init__(
         self,
@@ -213,31 +213,31 @@ class Mesh(Value):
         file: Path | None = None,
         scale: tuple[float, float, float] = (1.0, 1.0, 1.0),
         noise: float = 0.0,
-        where: str = "Mesh",
+        label: str = "Mesh",
     ) -> None:
         if hasattr(vertices, "vertices") and hasattr(vertices, "faces"):
             remedy = "give it to Body or Part as it is, or write Mesh(mesh.vertices, mesh.faces)"
-            raise GeometryError(message(where, f"got a {type(vertices).__name__}", remedy))
+            raise GeometryError(message(label, f"got a {type(vertices).__name__}", remedy))
         set_ = object.__setattr__
-        set_(self, "noise", checked_number(noise, f"{where}: noise", minimum=0, within=TOLERANCE, error=GeometryError))
-        corners = checked(vertices, (None, 3), f"{where}: vertices", within=PLACE, error=GeometryError)
-        numbers = checked(faces, (None, 3), f"{where}: faces", error=GeometryError)
+        set_(self, "noise", checked_number(noise, f"{label}: noise", minimum=0, within=TOLERANCE, error=GeometryError))
+        corners = checked(vertices, (None, 3), f"{label}: vertices", within=PLACE, error=GeometryError)
+        numbers = checked(faces, (None, 3), f"{label}: faces", error=GeometryError)
         if len(numbers) == 0 or len(corners) == 0:
-            raise GeometryError(message(where, "has no triangles", "needs a surface with at least four"))
+            raise GeometryError(message(label, "has no triangles", "needs a surface with at least four"))
         extent = float(np.ptp(corners, axis=0).max())
         if extent < LENGTH.least:
             problem = f"is {extent:g} m across"
-            raise GeometryError(message(where, problem, f"needs a size {LENGTH}: are its units metres?"))
+            raise GeometryError(message(label, problem, f"needs a size {LENGTH}: are its units metres?"))
         wrong = numbers[(numbers < 0) | (numbers >= len(corners)) | (numbers != np.floor(numbers))]
         if len(wrong):
             problem = f"a face names vertex {wrong[0]:g} of {len(corners)}"
-            raise GeometryError(message(where, problem, "needs indices into vertices, whole numbers from 0"))
+            raise GeometryError(message(label, problem, "needs indices into vertices, whole numbers from 0"))
         set_(self, "vertices", corners)
         set_(self, "faces", frozen(numbers.astype(np.int64)))
-        sx, sy, sz = checked_sizes(scale, (3,), f"{where}: scale", SCALE, GeometryError).tolist()
-        set_(self, "file", None if file is None else checked_path(file, f"{where}: file"))
+        sx, sy, sz = checked_sizes(scale, (3,), f"{label}: scale", SCALE, GeometryError).tolist()
+        set_(self, "file", None if file is None else checked_path(file, f"{label}: file"))
         set_(self, "scale", (sx, sy, sz))
-        set_(self, "where", where)
+        set_(self, "label", label)
 
     @classmethod
     def from_file(
@@ -253,17 +253,17 @@ class Mesh(Value):
         factors = checked_sizes(given, (3,), f"{path}: scale", SCALE, GeometryError)
         corners, triangles = triangles_of(path)
         sx, sy, sz = (float(f) for f in factors)
-        return cls(corners * factors, triangles, path, (sx, sy, sz), noise, where=str(path))
+        return cls(corners * factors, triangles, path, (sx, sy, sz), noise, label=str(path))
 
     @cached_property
     def _cleaned(self) -> _Cleaned:
         key = self.vertices.tobytes(), self.faces.tobytes()
         known = _IN_USE.get(key)  # fifty tins of one mesh are cleaned once, whatever files they come from
         if known is None:
-            known = _IN_USE[key] = _Cleaned(*cleaned(self.vertices, self.faces, self.where))
+            known = _IN_USE[key] = _Cleaned(*cleaned(self.vertices, self.faces, self.label))
         if not known.report.oriented:
             problem = "which side of its triangles is the inside cannot be told"
-            text = message(self.where, problem, "close it, or wind its faces alike: contacts may be missed")
+            text = message(self.label, problem, "close it, or wind its faces alike: contacts may be missed")
             warnings.warn(text, HoldfastWarning, stacklevel=2)
         return known
 
@@ -303,11 +303,11 @@ class Mesh(Value):
         if not self.is_closed:
             remedy = "give mass=, com= (and inertia=) or a closed mesh"
             problem = f"is not watertight, so its volume is unknown ({self._cleaned.report})"
-            raise GeometryError(message(self.where, problem, remedy))
+            raise GeometryError(message(self.label, problem, remedy))
         solid = self._solid
         if not float(solid.volume) > LEAST_VOLUME * float(np.prod(solid.extents.clip(1e-300))):
             problem = f"encloses a volume of {float(solid.volume):.3g} m³"
-            raise GeometryError(message(self.where, problem, "needs a solid: check for flat or inside-out pieces"))
+            raise GeometryError(message(self.label, problem, "needs a solid: check for flat or inside-out pieces"))
         return enclosed(solid)
 
 

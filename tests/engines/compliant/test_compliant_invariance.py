@@ -160,17 +160,17 @@ def test_a_larger_load_has_a_smaller_factor(factor: float) -> None:
 def test_bound_is_that_of_limit() -> None:
     assembly = shipped("table")
     point, direction = [(0.2, -0.1, 0.225), (0, 0, 0.25)], [(0, 1, 0), (0, 0, -1)]
-    asked = hf.robustness(assembly, "slab", point, direction, engine="compliant", bound=True)
+    asked = hf.robustness(assembly, "slab", point, direction, engine="compliant", bounds=True)
     limit = hf.robustness(assembly, "slab", point, direction, engine="limit")
     np.testing.assert_array_equal(asked.upper, limit.upper)
     assert asked.lower[0] < asked.force[0] < asked.upper[0]
     plain = hf.robustness(assembly, "slab", point, direction, engine="compliant")
     assert np.isinf(plain.upper).all()
     load = [hf.Load("slab", point[0], force=direction[0])]
-    factor = hf.load_factor(assembly, load, engine="compliant", bound=True)
+    factor = hf.load_factor(assembly, load, engine="compliant", bounds=True)
     assert factor.upper == pytest.approx(6.2267738, rel=1e-6)
     with pytest.raises(hf.HoldfastError, match="not ordered"):
-        hf.load_factor(assembly, load, engine="graph", bound=True)
+        hf.load_factor(assembly, load, engine="graph", bounds=True)
 
 
 def test_no_load_is_carried_for_ever() -> None:

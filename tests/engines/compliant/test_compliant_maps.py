@@ -43,7 +43,7 @@ CASES = {"cube": 0.008, "stack": 0.013, "table": 0.03}
 def _case(scene: str) -> tuple[Standing, RobustnessMap, Answers]:
     """A map, and every one of its points by a path of its own."""
     assembly = hf.assemble(shipped_scene(scene))
-    result = hf.robustness_map(assembly, None, spacing=CASES[scene], engine="compliant", gap=GAP)
+    result = hf.robustness_map(assembly, None, spacing=CASES[scene], engine="compliant", accuracy=GAP)
     groups = prepared(Compliant(), assembly)
     state = groups.group(0).state
     assert isinstance(state, Standing)
@@ -210,7 +210,7 @@ def test_every_long_path_may_have_a_thread_of_its_own(count: int, monkeypatch: p
 
 def test_with_a_gap_of_nothing_a_map_solves_every_point() -> None:
     assembly = hf.assemble(shipped_scene("cube"))
-    result = hf.robustness_map(assembly, None, spacing=0.02, engine="compliant", gap=0)
+    result = hf.robustness_map(assembly, None, spacing=0.02, engine="compliant", accuracy=0)
     assert result.solved.all()
     assert not result.error.any()
     assert not hf.robustness_map(assembly, None, spacing=0.008, engine="compliant").solved.all()

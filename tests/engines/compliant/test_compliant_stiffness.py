@@ -120,7 +120,9 @@ def test_a_whole_disassembly_and_a_placement_know_all_names(table: Assembly) -> 
     assert hf.disassembly_order(table, engine=engine).order[0] == "slab"
     top = hf.Body("top", hf.Box((0.05, 0.05, 0.05)), mass=0.2, material="cork")
     named = Compliant(stiffness={("top", "slab"): 3.0, ("cork", "steel"): 2.0})
-    placed = hf.plan_placement(table, top, supports=["slab"], engine=named, seed=0, confirm=None)
+    placed = hf.plan_placement(
+        table, top, where=hf.Where(supports=["slab"]), search=hf.Search(seed=0, confirm=None), engine=named
+    )
     assert placed.pose is not None
 
 

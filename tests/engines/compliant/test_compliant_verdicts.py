@@ -67,7 +67,7 @@ def test_detected_interfaces(path: Path) -> None:
         pytest.skip("385 pairs of its blocks overlap: it needs a gap of 50 mm and 20 degrees, tested below")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", hf.errors.HoldfastWarning)
-        check(path, hf.assemble(case(path)[1], angle=ANGLE.get(path.stem)))
+        check(path, hf.assemble(case(path)[1], angle_degrees=ANGLE.get(path.stem)))
 
 
 @needed
@@ -75,7 +75,7 @@ def test_detected_interfaces(path: Path) -> None:
     ("name", "tolerances"),
     [
         ("jenga12", {}),
-        ("lack_table", {"gap": 1e-3, "angle": 3}),
+        ("lack_table", {"gap": 1e-3, "angle_degrees": 3}),
         ("masonry_wall", {}),
         ("masonry_crossvault", {}),
     ],

@@ -159,7 +159,7 @@ def test_neither_axes_nor_names_nor_strangers_change_anything() -> None:
         block("right", (0.06, 0.18, 0.2), (0.19, 0.013, 0.1), 1.3),
     ]
     scene = Scene([floor(), *legs, block("slab", (0.5, 0.2, 0.05), (0, 0, 0.225), 2.0)], 0.5)
-    imperfect = Imperfect(5e-5, 1e9, stiffness=(0.3, 3.0), samples=3)
+    imperfect = Imperfect(5e-5, 1e9, stiffness_range=(0.3, 3.0), samples=3)
     push = (-0.25, 0, 0.225)
     known = hf.robustness(scene, "slab", push, X, imperfect=imperfect)
     stranger = block("stranger", (0.1, 0.1, 0.1), (0.8, 0.0, 0.05))
@@ -210,16 +210,24 @@ def test_lower_is_the_least_of_the_samples_or_the_quantile() -> None:
 
 
 def test_all_samples_are_given_where_they_are_asked_for() -> None:
-    under = hf.robustness_under(cube(), "cube", POINTS, WAYS, samples=4, flatness=5e-5, bed=BED, stiffness=(0.5, 2))
-    covered = hf.robustness(cube(), "cube", POINTS, WAYS, imperfect=Imperfect(5e-5, BED, stiffness=(0.5, 2), samples=4))
+    under = hf.robustness_under(
+        cube(),
+        "cube",
+        POINTS,
+        WAYS,
+        uncertain=hf.Uncertain(samples=4, flatness=5e-5, bed=BED, stiffness_range=(0.5, 2)),
+    )
+    covered = hf.robustness(
+        cube(), "cube", POINTS, WAYS, imperfect=Imperfect(5e-5, BED, stiffness_range=(0.5, 2), samples=4)
+    )
     np.testing.assert_allclose(np.minimum(under.lower.min(0), covered.lower), covered.lower, rtol=1e-12)
     assert (under.force.std(0)[1:] > 0).all()
     with pytest.raises(hf.HoldfastError, match="no flatness"):
-        hf.robustness_under(cube(), "cube", POINTS, WAYS, samples=2, bed=BED)
+        hf.robustness_under(cube(), "cube", POINTS, WAYS, uncertain=hf.Uncertain(samples=2, bed=BED))
 
 
 def test_stiffness_of_pairs_moves_wedged_bodies_and_not_a_lone_one() -> None:
-    imperfect = Imperfect(0.0, stiffness=(0.1, 10.0), samples=6)
+    imperfect = Imperfect(0.0, stiffness_range=(0.1, 10.0), samples=6)
     lone = hf.robustness(cube(), "cube", POINTS, WAYS, imperfect=imperfect)
     np.testing.assert_allclose(lone.lower, hf.robustness(cube(), "cube", POINTS, WAYS).lower, rtol=1e-6)
     arch = shipped("arch")

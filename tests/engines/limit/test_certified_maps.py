@@ -33,7 +33,7 @@ def counted(
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(LoadProgram, "maximise", maximise)
-        return hf.robustness_map(assembly, bodies, spacing=spacing, engine="limit", gap=gap), solves
+        return hf.robustness_map(assembly, bodies, spacing=spacing, engine="limit", accuracy=gap), solves
 
 
 def checked(

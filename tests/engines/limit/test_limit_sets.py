@@ -64,18 +64,18 @@ def check_against_direct_solves(
     rng = np.random.default_rng(1)
     seen = set()
     for _ in range(count):
-        way = rng.normal(size=len(found.bound)) * found.bound
+        way = rng.normal(size=len(found.box)) * found.box
         exact = factor(state, columns, way)
-        box_end = float((found.bound / np.abs(way)).min())
+        box_end = float((found.box / np.abs(way)).min())
         reach = min(exact.factor, box_end)
         x = reach * rng.choice([0.3, 0.9, 0.97, 1.03, 1.3]) * way
         answer = found.contains(x)
         seen.add(answer)
         share = float(np.max(found.inner[0] @ (reach * way)))
-        assert (1 - found.gap) * (1 - 1e-6) <= 1 / share <= 1 + 1e-6, "the inner reach lies between 1 - gap and 1"
+        assert (1 - found.accuracy) * (1 - 1e-6) <= 1 / share <= 1 + 1e-6, "the inner reach lies between 1 - gap and 1"
         if answer is True:
             assert exact.upper * way @ way >= x @ way * (1 - 1e-9)
-            assert (np.abs(x) <= found.bound * (1 + 1e-6)).all()
+            assert (np.abs(x) <= found.box * (1 + 1e-6)).all()
         if answer is False:
             assert exact.lower * way @ way <= x @ way * (1 + 1e-9)
     assert True in seen
@@ -85,7 +85,7 @@ def check_against_direct_solves(
 def test_accelerations_agree_with_direct_solves(name: str) -> None:
     assembly = assembly_of(name)
     found = sustainable_accelerations(assembly)
-    assert found.gap <= found.gap_wanted == 0.02
+    assert found.accuracy <= found.accuracy_wanted == 0.02
     check_against_direct_solves(found, assembly, None, count=60)
 
 
@@ -99,12 +99,12 @@ def test_the_polyhedra_are_nested_and_the_vertices_stand(
 ) -> None:
     for found in (cube_accelerations, cube_wrenches, table_wrenches):
         for A, b in (found.inner, found.outer):
-            assert A.shape == (len(b), len(found.bound))
+            assert A.shape == (len(b), len(found.box))
             np.testing.assert_array_equal(b, 1)
         assert (found.vertices @ found.outer[0].T).max() <= 1 + 1e-9
         assert (found.vertices @ found.inner[0].T).max() <= 1 + 1e-7
-        assert (np.abs(found.vertices) <= found.bound * (1 + 1e-9)).all()
-        assert not any(a.flags.writeable for a in (*found.inner, *found.outer, found.vertices, found.bound))
+        assert (np.abs(found.vertices) <= found.box * (1 + 1e-9)).all()
+        assert not any(a.flags.writeable for a in (*found.inner, *found.outer, found.vertices, found.box))
         middle = (found.vertices[:-1] + found.vertices[1:]) / 2 * (1 - 1e-6)
         assert set(found.contains(middle)) == {True}
     slab, columns = assembly_of("table"), column_for(assembly_of("table"), "slab")
@@ -115,7 +115,7 @@ def test_the_polyhedra_are_nested_and_the_vertices_stand(
 
 def test_the_inner_support_never_exceeds_the_outer_one(cube_accelerations: ConvexSet) -> None:
     """h(c) = max c·x over the set: of the cone a_h <= mu (g + a_z), within the box, known in closed form."""
-    mu, top, least = 0.6, cube_accelerations.bound[2], 1 - cube_accelerations.gap
+    mu, top, least = 0.6, cube_accelerations.box[2], 1 - cube_accelerations.accuracy
     for angle in np.linspace(0, 2 * np.pi, 17):
         level = np.array([np.cos(angle), np.sin(angle), 0])
         rim = float((cube_accelerations.vertices @ level).max())
@@ -130,18 +130,18 @@ def test_two_runs_are_equal_to_the_last_digit(monkeypatch: pytest.MonkeyPatch) -
     for one, two in ((first.inner, again.inner), (first.outer, again.outer)):
         np.testing.assert_array_equal(one[0], two[0])
     np.testing.assert_array_equal(first.vertices, again.vertices)
-    assert first.gap == again.gap
+    assert first.accuracy == again.accuracy
 
 
 def test_the_gap_in_six_dimensions_is_reported_as_it_is(cube_wrenches: ConvexSet) -> None:
-    assert f"the gap of {cube_wrenches.gap:.0%} is that of the ray to (" in cube_wrenches.notes[-1]
-    assert cube_wrenches.gap_wanted == 0.05
-    assert 0.05 < cube_wrenches.gap < 1
+    assert f"the accuracy of {cube_wrenches.accuracy:.0%} is that of the ray to (" in cube_wrenches.notes[-1]
+    assert cube_wrenches.accuracy_wanted == 0.05
+    assert 0.05 < cube_wrenches.accuracy < 1
     assert cube_wrenches.solves == 240
-    near = admissible_wrenches(assembly_of("cube"), "cube", bound=(3 * G, 3 * G * 0.1), budget=140)
+    near = admissible_wrenches(assembly_of("cube"), "cube", box=(3 * G, 3 * G * 0.1), solves=140)
     assert near.solves == 140
-    assert near.gap < 0.8 * cube_wrenches.gap, "a box closer to the set leaves less between the bounds"
-    np.testing.assert_allclose(near.bound, np.repeat([3 * G, 0.3 * G], 3))
+    assert near.accuracy < 0.8 * cube_wrenches.accuracy, "a box closer to the set leaves less between the bounds"
+    np.testing.assert_allclose(near.box, np.repeat([3 * G, 0.3 * G], 3))
 
 
 def test_a_push_through_the_wrench_set_is_the_push_of_a_query(table_wrenches: ConvexSet) -> None:

@@ -42,14 +42,14 @@ def carry(
     *,
     standing: Iterable[Load] = (),
     engine: EngineChoice = DEFAULT_ENGINE,
-    bound: bool = False,
+    bounds: bool = False,
     imperfect: Imperfect | None = None,
 ) -> Carried:
     """Decide whether what stands on a carrier holds while the carrier moves, and which body moves first and when.
 
     ``profile`` is a Profile, a table (n, 4), (n, 7) or (n, 10) (see ``Profile.from_table``), the path of a CSV file, or
     the name of a standard one (``Profile.standards()``), for a vehicle that drives along the x axis of the scene.
-    The ``standing`` loads, such as those of straps, act throughout and are not multiplied. ``bound`` and ``imperfect``
+    The ``standing`` loads, such as those of straps, act throughout and are not multiplied. ``bounds`` and ``imperfect``
     have the same meaning as in ``robustness``.
 
     Every time is judged on its own, from rest, by the inertial loads at that time (``inertia.py``) and gravity as the
@@ -59,7 +59,7 @@ def carry(
     """
     given = checked_assembly(assembly)
     motion = checked_profile(profile, given)
-    question = _Question(given, standing, engine_of(engine), bound, imperfect)
+    question = _Question(given, standing, engine_of(engine), bounds, imperfect)
     answers = question.over(motion, motion.gravity(given.scene.gravity))
     time: float = np.inf
     first: tuple[str, ...] = ()
@@ -89,10 +89,10 @@ class _Question:
         assembly: Assembly,
         standing: Iterable[Load],
         method: Engine,
-        bound: bool,
+        bounds: bool,
         imperfect: Imperfect | None,
     ) -> None:
-        self.assembly, self.method, self.bound, self.imperfect = assembly, method, bound, imperfect
+        self.assembly, self.method, self.bounds, self.imperfect = assembly, method, bounds, imperfect
         self.standing = total_wrench(assembly, standing)
 
     def over(self, motion: Profile, gravity: Float) -> Answers:
@@ -127,7 +127,7 @@ class _Question:
         chosen = (values[rows] for values in (motion.acceleration, motion.angular_acceleration))
         a, alpha = (values / scale[:, None] for values in chosen)
         W = inertial_wrenches(here, a, alpha, motion.angular_velocity[rows], motion.pivot)
-        found = asked(self.method, here, W, self.standing, bound=self.bound, imperfect=self.imperfect)
+        found = asked(self.method, here, W, self.standing, bounds=self.bounds, imperfect=self.imperfect)
         verdict = prepared(self.method, here, self.standing).verdict()
         if verdict.status is not Status.UNSTABLE:
             return replace(found, verdict=verdict)

@@ -86,14 +86,14 @@ class Profile(Value):
 
     @classmethod
     def from_table(
-        cls, table: ArrayLike, *, pivot: ArrayLike = (0.0, 0.0, 0.0), name: str = "", source: str = ""
+        cls, rows: ArrayLike, *, pivot: ArrayLike = (0.0, 0.0, 0.0), name: str = "", source: str = ""
     ) -> Profile:
-        """Return the profile whose times are the rows of ``table``.
+        """Return the profile whose times are the ``rows`` of a table.
 
         The columns are t [s], the acceleration ax, ay, az [m/s²], and, if there are 7 or 10 of them, the angular
         acceleration [rad/s²] and the angular velocity [rad/s]. Raises HoldfastError for another number of columns.
         """
-        rows = checked(table, (None, None), "profile", error=HoldfastError)
+        rows = checked(rows, (None, None), "profile", error=HoldfastError)
         if rows.shape[1] not in WIDTHS:
             raise HoldfastError(
                 message("profile", f"has {rows.shape[1]} columns", f"needs 4, 7 or 10: {', '.join(COLUMNS)}")

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.applications.disassembly.order import BUDGET, SHOWN, check_stands
+from holdfast.applications.disassembly.order import SHOWN, SOLVES, check_stands
 from holdfast.applications.disassembly.removal import Answer, Removal, Removals
 from holdfast.applications.disassembly.search import everything
 from holdfast.applications.disassembly.weakest import WeakestPoints
@@ -155,14 +155,14 @@ def build_order(
     *,
     lift: ArrayLike = (0.0, 0.0, 1.0),
     pushes: int = PUSHES,
-    budget: int = BUDGET,
+    solves: int = SOLVES,
     engine: EngineChoice = DEFAULT_ENGINE,
 ) -> BuildOrder:
     """Find an order in which all bodies can be put in along minus ``lift`` (3,), one by one, each state standing.
 
     A body may be put in if its straight way in is free of the bodies that are there already, and if everything stands
     with it and while its weight is set down. Each state is pushed at about ``pushes`` points of its exposed surfaces,
-    to find the least push that moves something; 0 leaves that out. ``budget`` is the number of answers by contact
+    to find the least push that moves something; 0 leaves that out. ``solves`` is the number of answers by contact
     forces after which the search stops.
 
     Raises UnstableError (a SceneError) if the assembly does not stand, and SolverError with the verdict if this is
@@ -170,12 +170,12 @@ def build_order(
     """
     assembly = checked_assembly(assembly)
     method = engine_of(engine)
-    checked_whole(budget, "build_order: budget", 0, MANY)
+    checked_whole(solves, "build_order: solves", 0, MANY)
     checked_whole(pushes, "build_order: pushes", 0, MANY)
     direction = checked_direction(lift, "build_order: lift")
     placings = Placings(assembly, method, direction)
     check_stands(placings)
-    plan = everything(placings, budget)
+    plan = everything(placings, solves)
     steps = plan.steps[::-1]
     there = frozenset(placings.names) - {step.body for step in steps}
     stuck = tuple(placings.answer(name, there, exit_first=False) for name in placings.names if name in there)

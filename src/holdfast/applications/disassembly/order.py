@@ -30,7 +30,7 @@ from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assem
 from holdfast.scene.scene import Scene
 
 SHOWN = 8  # the most body names in one line
-BUDGET = 2000  # number of answers by contact forces after which a search stops
+SOLVES = 2000  # number of answers by contact forces after which a search stops
 
 
 @archived
@@ -60,9 +60,9 @@ class Disassembly(PublicValue):
     ``blocked`` says which of them cannot go next, and why. ``undecided`` counts those of which it is not known.
 
     ``proven`` means that no order is better: with a goal, none takes fewer removals; without one, no order takes out
-    everything if this one does not. ``bound`` is a lower bound on the number of removals of any order. ``lift`` (3,) is
-    the unit direction in which bodies leave, world frame. ``method`` is the engine that answered, and ``engine`` is its
-    name.
+    everything if this one does not. ``fewest`` is a lower bound on the number of removals of any order. ``lift`` (3,)
+    is the unit direction in which bodies leave, world frame. ``method`` is the engine that answered, and ``engine`` is
+    its name.
     """
 
     assembly: Assembly
@@ -72,7 +72,7 @@ class Disassembly(PublicValue):
     steps: tuple[Removal, ...]
     reached: bool
     proven: bool
-    bound: float
+    fewest: float
 
     def __bool__(self) -> bool:
         raise no_truth(self, "ask .reached, which says whether everything comes out")
@@ -159,7 +159,7 @@ class Disassembly(PublicValue):
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON."""
-        names = ("engine", "claim", "lift", "goal", "order", "assembly_order", "reached", "proven", "bound", "blocked")
+        names = ("engine", "claim", "lift", "goal", "order", "assembly_order", "reached", "proven", "fewest", "blocked")
         data = {name: to_dict(getattr(self, name)) for name in (*names, "undecided", "steps")}
         return {"scene": self.assembly.scene.name} | data
 
@@ -169,7 +169,7 @@ class Disassembly(PublicValue):
         headline = f"{len(self.steps)} of {whole} bodies come out: {listed(self.order[:SHOWN], SHOWN)}"
         if self.undecided.count:
             headline += f"; of those that stay {self.undecided.text}"
-        outcome = f"reached {self.reached}, proven {self.proven}, at least {number(self.bound)} removals"
+        outcome = f"reached {self.reached}, proven {self.proven}, at least {number(self.fewest)} removals"
         facts = [("engine", f"{self.engine} ({self.claim.words})"), ("outcome", outcome)]
         rows = [[str(k + 1), step.body, step.reason] for k, step in enumerate(self.steps)]
         return Summary(headline, facts, ("step", "take out", "why it may go"), rows)
@@ -192,7 +192,7 @@ def disassembly_order(
     *,
     lift: ArrayLike = (0.0, 0.0, 1.0),
     goal: str | Iterable[str] | None = None,
-    budget: int = BUDGET,
+    solves: int = SOLVES,
     engine: EngineChoice = DEFAULT_ENGINE,
 ) -> Disassembly:
     """Find an order in which bodies can be lifted out along ``lift`` (3,), one by one, while the others stand.
@@ -200,19 +200,19 @@ def disassembly_order(
     A body may be taken out if four conditions hold: its straight way out is free of all other bodies; the others stand
     without it; nothing else moves while its weight is taken; and nothing comes along with it. With a ``goal``, the
     bodies that it names are taken out with the fewest removals; without one, all movable bodies are taken out.
-    ``budget`` is the number of answers by contact forces after which a search stops.
+    ``solves`` is the number of answers by contact forces after which a search stops.
 
     Raises UnstableError (a SceneError) if the assembly does not stand, and SolverError with the verdict if this is
     undecided. Raises SceneError if the goal is empty, unknown or fixed.
     """
     assembly = checked_assembly(assembly)
     method = engine_of(engine)
-    checked_whole(budget, "disassembly_order: budget", 0, MANY)
+    checked_whole(solves, "disassembly_order: solves", 0, MANY)
     direction = checked_direction(lift, "disassembly_order: lift")
     goals = _goals(assembly, goal)
     removals = Removals(assembly, method, direction)
     check_stands(removals)
-    plan = fewest(removals, frozenset(goals), budget) if goals else everything(removals, budget)
+    plan = fewest(removals, frozenset(goals), solves) if goals else everything(removals, solves)
     found = Disassembly(
         assembly=assembly,
         method=method,
@@ -221,7 +221,7 @@ def disassembly_order(
         steps=plan.steps,
         reached=plan.reached,
         proven=plan.proven,
-        bound=plan.bound,
+        fewest=plan.bound,
     )
     vars(found)["removals"] = removals  # fills the cached property, so that nothing is computed twice
     return found

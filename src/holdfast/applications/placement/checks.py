@@ -135,7 +135,7 @@ class Checks:
 
     def misplaced(self, placed: Body) -> str:
         """Return the fault of the object in a pose that is not where or as it was asked for, whatever else is there."""
-        com, region = placed.com_world, self.options.region
+        com, region = placed.com_world, self.options.box
         level = np.abs(self.up) < 1 - 1e-9  # the region does not limit the height of the centre of mass
         if not ((com >= region[0]) & (com <= region[1]))[level].all():
             return OUTSIDE
@@ -206,11 +206,11 @@ class Checks:
         if allowed is None:
             return True
         turns = pose[:3, :3]
-        if self.options.turn:  # compare which direction of the body points up
+        if self.options.free_yaw:  # compare which direction of the body points up
             cosine = (np.swapaxes(allowed, 1, 2) @ self.up) @ (turns.T @ self.up)
         else:
             cosine = (np.einsum("kij,ij->k", allowed, turns) - 1) / 2
-        return bool(cosine.max() >= np.cos(np.radians(self.options.tilt)) - 1e-12)
+        return bool(cosine.max() >= np.cos(np.radians(self.options.lean_degrees)) - 1e-12)
 
     def _kept_out(self, placed: Body) -> bool:
         """Tell whether the object's convex hull shares volume with a region to keep out of."""

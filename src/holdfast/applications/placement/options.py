@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float, checked, checked_items, checked_number, checked_whole
+from holdfast.base.arrays import Float, checked, checked_items, checked_number
 from holdfast.base.errors import SceneError, message
-from holdfast.base.ranges import EXPONENT, LENGTH, MANY
+from holdfast.base.ranges import EXPONENT, LENGTH
 from holdfast.base.rigid import checked_pose, tangents
 from holdfast.base.text import quoted
 from holdfast.engines.imperfect import Imperfect
@@ -40,15 +40,18 @@ class Weights:
 
 @dataclass(frozen=True, eq=False)
 class Options:
-    """The conditions that a placement must meet; ``plan_placement`` describes them."""
+    """The conditions that a placement must meet, checked against its scene; ``conditions`` describes them.
 
-    region: Float
+    ``cone`` is in radians, and ``box`` is a region (2, 3) that may be infinite.
+    """
+
+    box: Float
     supports: tuple[str, ...]
     least_supports: int
     avoid: tuple[str, ...]
     orientations: Float | None
-    turn: bool
-    tilt: float
+    free_yaw: bool
+    lean_degrees: float
     approach: Float | None
     weights: Weights
     friction: Friction
@@ -67,7 +70,7 @@ class Options:
         return self.approach is not None or self.gripper is not None
 
 
-def checked_region(region: object, up: Float, where: str = "plan_placement: region") -> Float:
+def checked_region(region: object, up: Float, where: str = "Where: box") -> Float:
     """Return the low and the high corner (2, 3) [m] of the region.
 
     A region (2, 2) is horizontal and reaches from minus to plus infinity along the vertical.
@@ -91,9 +94,9 @@ def checked_region(region: object, up: Float, where: str = "plan_placement: regi
 
 def names_of(assembly: Assembly, names: Sequence[str], option: str) -> tuple[str, ...]:
     """Return the names as a tuple; raises SceneError for a name that no body of the scene has."""
-    found = checked_items(names, f"plan_placement: {option}", "names of bodies")
+    found = checked_items(names, f"Where: {option}", "names of bodies")
     if option == "supports" and not found:
-        raise SceneError(message(f"plan_placement: {option}", f"is {quoted(names)}", "needs a list of names of bodies"))
+        raise SceneError(message(f"Where: {option}", f"is {quoted(names)}", "needs a list of names of bodies"))
     return tuple(assembly.scene.body(name).name for name in found)
 
 
@@ -104,7 +107,7 @@ def checked_orientations(value: Any, up: Float) -> Float | None:  # noqa: ANN401
     """
     if value is None or (isinstance(value, str) and value == ANY):
         return None
-    where = "plan_placement: orientations"
+    where = "Approach: orientations"
     if isinstance(value, str):
         if value != UPRIGHT:
             raise SceneError(
@@ -122,7 +125,7 @@ def checked_orientations(value: Any, up: Float) -> Float | None:  # noqa: ANN401
 
 def checked_keep_out(value: Any, up: Float) -> tuple[Float, ...]:  # noqa: ANN401
     """Return the regions to keep out of, each with its low and high corner (2, 3) [m]."""
-    where = "plan_placement: keep_out"
+    where = "Where: keep_out"
     regions = checked_items(value, where, "regions, each with a low and a high corner")
     if any(region is None for region in regions):
         raise SceneError(message(where, "holds None, which is everywhere", "give regions, or leave it out"))
@@ -133,13 +136,8 @@ def checked_gripper(value: Any) -> Float | None:  # noqa: ANN401
     """Return the low and the high corner (2, 3) [m] of the gripper's box, or None."""
     if value is None:
         return None
-    where = "plan_placement: gripper"
+    where = "Approach: gripper"
     box = checked(value, (2, 3), where, within=LENGTH)
     if not (box[0] < box[1]).all():
         raise SceneError(message(where, f"low {box[0].tolist()}, high {box[1].tolist()}", "needs low < high"))
     return box
-
-
-def counted(value: Any, name: str) -> int:  # noqa: ANN401
-    """Return the value as a whole number of at least 1; raises an error for any other value."""
-    return checked_whole(value, f"plan_placement: {name}", 1, MANY)

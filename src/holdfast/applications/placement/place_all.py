@@ -5,20 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from numpy.typing import ArrayLike
-
+from holdfast.applications.placement.conditions import Approach, Search, Where, checked_value
 from holdfast.applications.placement.friction import friction_with
 from holdfast.applications.placement.options import names_of
-from holdfast.applications.placement.plan import BUDGET, MASS_MARGIN, SPACING, planner
+from holdfast.applications.placement.plan import planner
 from holdfast.applications.placement.planner import Planner
 from holdfast.applications.placement.search import Clock
-from holdfast.applications.placement.several import Placing
+from holdfast.applications.placement.several import RANDOM, Placing
 from holdfast.applications.placement.several_result import Placements
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import checked_items, checked_number, checked_truth, checked_whole
+from holdfast.base.arrays import checked_items
 from holdfast.base.errors import SceneError, message
 from holdfast.base.progress import OutOfTimeError, until
-from holdfast.base.ranges import LENGTH, MOST_SEED
 from holdfast.base.text import listed, quoted
 from holdfast.engines.groups import prepared
 from holdfast.engines.rest import undecided
@@ -28,30 +26,19 @@ from holdfast.scene.body import Body, materials_of
 from holdfast.scene.friction import Friction
 from holdfast.scene.scene import Scene
 
+NAME = "place_all"
 APART = 0.005  # [m] the least distance between objects beside each other
 
 
 def place_all(
     assembly: Assembly | Scene,
     objects: Sequence[Body],
+    where: Where | None = None,
+    approach: Approach | None = None,
+    search: Search | None = None,
     *,
     engine: EngineChoice = DEFAULT_ENGINE,
-    supports: Sequence[str] | None = None,
-    stack: bool = False,
-    apart: float = APART,
-    region: ArrayLike | None = None,
-    keep_out: Sequence[ArrayLike] = (),
-    avoid: Sequence[str] = (),
-    orientations: ArrayLike | str | None = None,
-    approach: ArrayLike | None = None,
-    cone: float = 0.0,
-    gripper: ArrayLike | None = None,
-    budget: float | None = BUDGET,
-    seed: int = 0,
     friction: Friction | float | None = None,
-    mass_margin: float = MASS_MARGIN,
-    spacing: float = SPACING,
-    confirm: EngineChoice | None = DEFAULT_ENGINE,
 ) -> Placements:
     """Find places for ``objects``, to be put down one after the other, so that everything stands after each of them.
 
@@ -62,42 +49,47 @@ def place_all(
     places most objects, of these the one whose weakest state withstands the largest push, and then the one with the
     most room. The poses that the objects already have are ignored.
 
-    - ``supports``: names of the bodies to place objects on; all bodies of the scene by default. With ``stack`` the
-      objects are also put on each other, the lowest places first: layer by layer.
-    - ``apart`` [m]: the least distance between objects, and from whatever else is beside them. Without ``stack`` it is
-      also that from edges, and eight, four and two times as much are tried too. With 0 objects may touch.
-    - ``budget`` [s]: the longest time, but for what is compiled on first use; what has found no place by then is told.
-      With None, which takes as long as it takes, the same call gives the same answer.
-    - ``region``, ``keep_out``, ``avoid``, ``orientations``, ``approach``, ``cone``, ``gripper``, ``friction``,
-      ``mass_margin``, ``spacing`` and ``confirm`` are those of ``plan_placement`` and hold for every object.
-      ``seed`` is that of the random search for objects without a level place.
+    - ``where`` and ``approach`` hold for every object: see Where, whose ``stack`` and ``apart`` are about several
+      objects, and Approach.
+    - ``search`` bounds the whole call, see Search; what has found no place in time is told. Its ``seed`` and ``solves``
+      are those of the random search for objects without a level place. All places are compared, without ``weights``.
+    - ``friction`` is that of ``plan_placement``.
 
     Raises SceneError if there are no objects, or if they or an option are invalid.
     """
     assembly = checked_assembly(assembly)
-    where = "place_all"
-    bodies = checked_items(objects, f"{where}: objects", "bodies")
+    bodies = checked_items(objects, f"{NAME}: objects", "bodies")
     _check_objects(assembly, bodies)
-    grounds = tuple(b.name for b in assembly.bodies) if supports is None else names_of(assembly, supports, "supports")
-    piled = checked_truth(stack, f"{where}: stack")
-    least = checked_number(apart, f"{where}: apart", minimum=0, within=LENGTH)
-    clock = Clock.started(None if budget is None else checked_number(budget, f"{where}: budget", above=0))
-
+    place = checked_value(where, Where, f"{NAME}: where")
+    way = checked_value(approach, Approach, f"{NAME}: approach")
+    how = checked_value(search, Search, f"{NAME}: search")
+    _check_search(how)
+    every = tuple(b.name for b in assembly.bodies)
+    grounds = every if place.supports is None else names_of(assembly, place.supports, "supports")
+    clock = Clock.started(how.limit)
     table = Scene([*assembly.bodies, *bodies], friction_with(assembly, bodies, friction, grounds)).friction
 
     def planner_of(now: Assembly, body: Body) -> Planner:
         placed = [other.name for other in now.bodies[len(assembly.bodies) :]]
         known = {other.name for other in (*now.bodies, body)} | materials_of([*now.bodies, body])
-        return planner(
-            now, body, engine=engine, region=region, supports=[*grounds, *placed] if piled else grounds, avoid=avoid,
-            keep_out=keep_out, orientations=orientations, approach=approach, cone=cone, gripper=gripper,
-            friction=table.among(known), mass_margin=mass_margin, spacing=spacing, confirm=confirm,
-        )  # fmt: skip
+        there = replace(place, supports=[*grounds, *placed] if place.stack else grounds)
+        return planner(now, body, there, way, how, engine=engine, friction=table.among(known))
 
     for body in bodies:
         planner_of(assembly, body)  # which refuses what is invalid before anything is searched
-    placing = Placing(planner_of, grounds, piled, least, checked_whole(seed, f"{where}: seed", 0, MOST_SEED))
+    solves = RANDOM if how.solves is None else how.solves
+    apart = APART if place.apart is None else place.apart
+    placing = Placing(planner_of, grounds, place.stack, apart, how.seed, solves)
     return _answered(assembly, bodies, placing, engine, clock)
+
+
+def _check_search(search: Search) -> None:
+    """Raise SceneError for what only ``plan_placement`` compares poses by."""
+    usual = Search()
+    given = [name for name in ("candidates", "weights") if getattr(search, name) != getattr(usual, name)]
+    if given:
+        problem = f"has {' and '.join(given)}, which are for one object"
+        raise SceneError(message(f"{NAME}: search", problem, "leave them out, or ask plan_placement"))
 
 
 def _answered(
@@ -122,7 +114,7 @@ def _answered(
     reason = f"everything stands after each step, {1e3 * best.apart:.3g} mm apart"
     if best.left:
         reason = f"no place found for {listed(best.left)}"
-        if clock.budget is not None and clock.elapsed > 0.9 * clock.budget:
+        if clock.seconds is not None and clock.elapsed > 0.9 * clock.seconds:
             reason += ", the time was spent"
     return Placements(
         assembly=best.assembly, status=Status.UNDECIDED if best.left else Status.STABLE, reason=reason,
@@ -133,7 +125,7 @@ def _answered(
 
 def _check_objects(assembly: Assembly, bodies: Sequence[object]) -> None:
     """Raise SceneError unless there are objects, all of them bodies, with names of their own."""
-    where = "place_all: objects"
+    where = f"{NAME}: objects"
     if not bodies:
         raise SceneError(message(where, "is empty", "needs a list of holdfast.Body"))
     seen = {body.name for body in assembly.bodies}

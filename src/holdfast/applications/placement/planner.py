@@ -21,6 +21,7 @@ import numpy as np
 
 from holdfast.applications.placement.checks import Checks
 from holdfast.applications.placement.comparing import Compared, compared
+from holdfast.applications.placement.conditions import ATTEMPTS, CANDIDATES
 from holdfast.applications.placement.faces import Face, faces_of, rolls_on
 from holdfast.applications.placement.faults import FALLS, OVERLAPS
 from holdfast.applications.placement.margins import normals_into
@@ -28,7 +29,7 @@ from holdfast.applications.placement.options import Options
 from holdfast.applications.placement.proposals import Proposals
 from holdfast.applications.placement.rating import UNASKED, full_map, least_push, unasked_map
 from holdfast.applications.placement.result import Candidate, Placement
-from holdfast.applications.placement.search import Clock, Search
+from holdfast.applications.placement.search import Clock, Trials
 from holdfast.applications.placement.support import SupportPoints, scene_map, support_points, unmapped_points
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.progress import OutOfTimeError, report, until
@@ -42,8 +43,6 @@ from holdfast.engines.verdict import Status, Verdict
 from holdfast.queries.map import RobustnessMap
 from holdfast.scene.body import Body
 
-MOST_ATTEMPTS = 400  # default number of attempts after which a search stops
-CANDIDATES = 8  # default number of stable poses that are compared
 COARSER = 3.0  # of the spacing: that of the map of the scene, where there was no time for a finer one
 SPENT = "the time was spent"
 
@@ -66,16 +65,16 @@ class Planner:
         self,
         *,
         seed: int = 0,
-        budget: float | None = None,
+        seconds: float | None = None,
         candidates: int = CANDIDATES,
-        attempts: int = MOST_ATTEMPTS,
+        attempts: int = ATTEMPTS,
     ) -> Placement:
         """Return the best of up to ``candidates`` stable poses.
 
-        The search ends after ``attempts`` attempts. Everything together takes ``budget`` [s] at most, which is checked
+        The search ends after ``attempts`` attempts. Everything together takes ``seconds`` at most, which is checked
         wherever progress is reported: between two reports lies half a second at most.
         """
-        clock = Clock.started(budget)
+        clock = Clock.started(seconds)
         try:
             with until(clock.by("search")):
                 if self.verdict.status is not Status.STABLE:
@@ -83,14 +82,14 @@ class Planner:
                 support = self._support_in(clock)
         except OutOfTimeError:
             verdict = undecided(f"{SPENT} before it was known whether the scene stands")
-            return self._without(Status.UNDECIDED, verdict.reason, Search(), clock, verdict)
+            return self._without(Status.UNDECIDED, verdict.reason, Trials(), clock, verdict)
         if not len(support.points):
-            region = " in the region" if np.isfinite(self.options.region).any() else ""
+            region = " in the box" if np.isfinite(self.options.box).any() else ""
             return self._nothing(
-                Search(), f"no exposed point of {listed(self.options.supports)} faces up{region}", clock
+                Trials(), f"no exposed point of {listed(self.options.supports)} faces up{region}", clock
             )
         if not support.chance.any():
-            return self._nothing(Search(), f"no point to build on is sure to withstand a push{self._unknown()}", clock)
+            return self._nothing(Trials(), f"no point to build on is sure to withstand a push{self._unknown()}", clock)
         search = self._searched(
             self._proposals(support), [clock.by("search"), clock.by("end")], seed, candidates, attempts
         )
@@ -103,11 +102,11 @@ class Planner:
         self,
         *,
         seed: int = 0,
-        budget: float | None = None,
+        seconds: float | None = None,
         candidates: int = 1,
-        attempts: int = MOST_ATTEMPTS,
+        attempts: int = ATTEMPTS,
         mapped: bool = True,
-    ) -> Search:
+    ) -> Trials:
         """Search for stable poses as ``plan`` does, but do not rate them.
 
         The scene must stand, and there must be points to build on. Without ``mapped`` nothing is asked about what these
@@ -118,8 +117,8 @@ class Planner:
         else:
             proposals = self._proposals(unmapped_points(self.assembly, self.options))
             if not proposals.support.chance.any():
-                return Search()
-        return self._searched(proposals, [Clock.started(budget).by("end")], seed, candidates, attempts)
+                return Trials()
+        return self._searched(proposals, [Clock.started(seconds).by("end")], seed, candidates, attempts)
 
     @cached_property
     def verdict(self) -> Verdict:
@@ -170,7 +169,7 @@ class Planner:
 
     def _support_of(self, maps: list[RobustnessMap]) -> SupportPoints:
         options = self.options
-        return support_points(maps, self.weight, self.assembly.scene.up, options.weights, options.region)
+        return support_points(maps, self.weight, self.assembly.scene.up, options.weights, options.box)
 
     def _support_in(self, clock: Clock) -> SupportPoints:
         """Return the points to build on, from maps that are as fine as there is time for, and from none at last."""
@@ -188,10 +187,10 @@ class Planner:
 
     def _searched(
         self, proposals: Proposals, deadlines: Sequence[float], seed: int, candidates: int, attempts: int
-    ) -> Search:
+    ) -> Trials:
         """Search until the first of ``deadlines`` before which a stable pose on a flat face is found."""
         rng = np.random.default_rng(seed)
-        search, clock = Search(), Clock.started(None)
+        search, clock = Trials(), Clock.started(None)
         flat = any(face.tilt > 0 and not face.rolls for face in self.faces)
 
         def look() -> None:
@@ -235,7 +234,7 @@ class Planner:
         fault, pose, after = self.checks.nudged(rest)
         return Candidate(pose, places, normals, fault), after
 
-    def _best(self, search: Search, support: SupportPoints, clock: Clock) -> Placement:
+    def _best(self, search: Trials, support: SupportPoints, clock: Clock) -> Placement:
         """Choose the best candidate, and compute its full map."""
         ranked = compared(self.checks, self.faces, search.stable, clock)
         first = ranked[0]
@@ -280,17 +279,17 @@ class Planner:
         moving = "" if verdict.mechanism is None else f": {verdict.mechanism.text}"
         words = "does not stand" if verdict.status is Status.UNSTABLE else "is undecided"
         reason = f"the scene {words} before anything is put down: {verdict.reason}{moving}"
-        return self._without(verdict.status, reason, Search(), clock, verdict)
+        return self._without(verdict.status, reason, Trials(), clock, verdict)
 
-    def _nothing(self, search: Search, why: str, clock: Clock) -> Placement:
+    def _nothing(self, search: Trials, why: str, clock: Clock) -> Placement:
         told = ", ".join(f"{count} x {fault}" for fault, count in search.faults.most_common())
         reason = f"{why} ({search.tried} attempts: {told})" if told else why
         return self._without(Status.UNDECIDED, reason, search, clock, self.verdict)
 
-    def _without(self, status: Status, reason: str, search: Search, clock: Clock, verdict: Verdict) -> Placement:
+    def _without(self, status: Status, reason: str, search: Trials, clock: Clock, verdict: Verdict) -> Placement:
         none = Answers.not_standing(0, engine=self.engine.name, claim=self.engine.claim, verdict=verdict)
         return self._placement(search, clock, answers=none, status=status, reason=reason, best=search.nearest)
 
-    def _placement(self, search: Search, clock: Clock, **found: Any) -> Placement:  # noqa: ANN401 - fields
+    def _placement(self, search: Trials, clock: Clock, **found: Any) -> Placement:  # noqa: ANN401 - fields
         faults = Table(search.faults)
         return Placement(name=self.body.name, attempts=search.tried, faults=faults, elapsed=clock.elapsed, **found)

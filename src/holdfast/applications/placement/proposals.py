@@ -112,7 +112,7 @@ class Proposals:
             turn = allowed[rng.integers(len(allowed))]
             face = min(self.faces, key=lambda f: float((turn @ f.normal) @ normal))
             along = direction_in(places, normal, self._edges, rng)
-            if not self.options.turn:
+            if not self.options.free_yaw:
                 level = turn @ face.along
                 along = unit(level - (level @ normal) * normal)
         return pose_on(places, normal, face, along, rng)

@@ -23,7 +23,7 @@ from holdfast.queries.map import RobustnessMap, robustness_map
 
 ROUGHLY = 3  # spacing of the coarse maps by which poses are compared, as a multiple of the spacing of the full map
 MOST_RATED = 150  # about the most points of such a map
-UNASKED = "the time was spent before it was asked how hard anything can be pushed: give a larger budget"
+UNASKED = "the time was spent before it was asked how hard anything can be pushed: give more seconds"
 NARROW = 0.25  # worth of a pose without any room about it, as a share of that of one with all the room in the world
 USUAL = 0.25  # of the object's size: the room at which the worth is midway between these
 LEAST_ROOM = 1e-6  # [m] less than this is told as no room

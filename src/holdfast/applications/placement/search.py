@@ -14,7 +14,7 @@ from holdfast.applications.placement.faults import STAGES
 from holdfast.applications.placement.result import Candidate
 from holdfast.assembly.assembly import Assembly
 
-# shares of a budget after which the stages of a plan have to end
+# shares of the time after which the stages of a plan have to end
 SHARES: Mapping[str, float] = MappingProxyType(
     {"map": 0.2, "coarse map": 0.25, "search": 0.55, "compare": 0.7, "refine": 0.8, "end": 0.92}
 )
@@ -22,15 +22,15 @@ SHARES: Mapping[str, float] = MappingProxyType(
 
 @dataclass(frozen=True)
 class Clock:
-    """A budget [s], or None for as long as it takes, that began at ``start`` [s] of ``time.perf_counter``."""
+    """The longest time ``seconds``, or None for as long as it takes, from ``start`` [s] of ``time.perf_counter`` on."""
 
     start: float
-    budget: float | None
+    seconds: float | None
 
     @classmethod
-    def started(cls, budget: float | None) -> Clock:
+    def started(cls, seconds: float | None) -> Clock:
         """Return a clock that begins now."""
-        return cls(time.perf_counter(), budget)
+        return cls(time.perf_counter(), seconds)
 
     @property
     def elapsed(self) -> float:
@@ -39,17 +39,17 @@ class Clock:
 
     def by(self, stage: str, share: float = 1.0) -> float:
         """Return when a stage, or a ``share`` of all that leads up to its end, has to end [s of perf_counter]."""
-        return np.inf if self.budget is None else self.start + share * SHARES[stage] * self.budget
+        return np.inf if self.seconds is None else self.start + share * SHARES[stage] * self.seconds
 
 
 @dataclass(eq=False)
-class Search:
+class Trials:
     """The state of a search.
 
     ``found`` holds the stable poses, each with the assembly after the placement, and ``rolling`` those of them in which
     the object balances on one facet of a round side. ``tried`` counts the attempts, and ``faults`` counts the failed
     ones by their fault; ``nearest`` is the failed attempt that passed the most checks. ``first`` [s] is the time until
-    the first stable pose. ``out_of_time`` is True if the budget ended the search.
+    the first stable pose. ``out_of_time`` is True if the time ended the search.
     """
 
     found: list[tuple[Candidate, Assembly]] = field(default_factory=list)

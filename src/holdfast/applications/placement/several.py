@@ -38,7 +38,7 @@ WIDER: Mapping[float, float] = MappingProxyType({8.0: 0.25, 4.0: 0.45, 2.0: 0.65
 # distances that are tried, as multiples of the least one, each with the share of the time by which a rule has to end
 SLACK = 1.5  # of the time of the longest try that has to be left for another one
 POINTS = 40  # about the most points of the maps by which places are compared
-RANDOM = 25  # attempts of the random search for an object that has no level place
+RANDOM = 25  # attempts of the random search by default
 _NONE = np.empty((0, 3))
 
 
@@ -81,7 +81,8 @@ class Placing:
     """Places several objects in one scene.
 
     ``planner_of`` makes a planner for an object in an assembly. ``grounds`` names the bodies to place objects on, which
-    also stand on each other if ``stack`` is True. ``apart`` [m] is the least distance between them.
+    also stand on each other if ``stack`` is True. ``apart`` [m] is the least distance between them. ``solves`` are the
+    attempts of the random search for an object that has no level place, with ``seed``.
     """
 
     planner_of: Callable[[Assembly, Body], Planner]
@@ -89,6 +90,7 @@ class Placing:
     stack: bool
     apart: float
     seed: int
+    solves: int = RANDOM
     _faces: dict[str, tuple[Face, ...]] = field(default_factory=dict)
     _outlines: dict[str, Outline] = field(default_factory=dict)
 
@@ -104,7 +106,7 @@ class Placing:
         def whole(way: Way, wider: float, deadline: float) -> bool:
             """Make a try, and tell whether there was time for it and no object was left without a place."""
             begun = clock.elapsed
-            if tries and clock.budget is not None and begun + SLACK * max(spent) > clock.budget:
+            if tries and clock.seconds is not None and begun + SLACK * max(spent) > clock.seconds:
                 return False
             beat = max((one.key for one in tries), default=None)
             one = self._tried(assembly, objects, way, wider * self.apart, deadline, wider == 1, beat)
@@ -185,7 +187,7 @@ class Placing:
             return max(found, key=worth)
         if not whole:
             return None
-        search = asked.search(seed=self.seed, attempts=RANDOM, mapped=False)
+        search = asked.search(seed=self.seed, attempts=self.solves, mapped=False)
         for candidate, after in search.stable:
             return rated(asked.checks, faces, candidate, after, Clock.started(None), POINTS)
         return None

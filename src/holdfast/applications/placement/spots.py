@@ -105,8 +105,10 @@ def turns_of(faces: Sequence[Face], options: Options, up: Float, axes: Float) ->
     steady = [face for face in faces if face.tilt > 0 and not face.rolls]
     if options.orientations is not None:
         wanted = [turn.T @ -up for turn in options.orientations]
-        steady = [f for f in steady if any(f.normal @ down > np.cos(np.radians(options.tilt)) for down in wanted)]
-        if not options.turn:
+        steady = [
+            f for f in steady if any(f.normal @ down > np.cos(np.radians(options.lean_degrees)) for down in wanted)
+        ]
+        if not options.free_yaw:
             return list(options.orientations)
     elif options.prefer_upright:
         steady = sorted(steady, key=lambda face: not face.upright)

@@ -99,7 +99,7 @@ def unmapped_points(assembly: Assembly, options: Options) -> SupportPoints:
         0.0,
         assembly.scene.up,
         options.weights,
-        options.region,
+        options.box,
     )
 
 

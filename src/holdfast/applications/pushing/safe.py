@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from holdfast.applications.pushing.result import Effect, SafePushes
-from holdfast.applications.pushing.tool import reached
+from holdfast.applications.pushing.tool import Tool, reached
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.arrays import Bool, Float, checked_directions, checked_number, objects
 from holdfast.base.errors import HoldfastError, HoldfastWarning, SceneError, message
@@ -43,7 +43,6 @@ from holdfast.scene.scene import Scene
 
 POINTS = 100  # about as many points of the surface are pushed by default
 OBLIQUE = 30.0  # [deg] a tool pushes at most so far off the normal, or it might slip
-TRAVEL = 0.005  # [m]
 DOUBT = 0.2
 PARTS = (0.5, 1.0)  # of the travel after which the state must stand
 SAME = 6  # decimals of poses [m] that count as the same
@@ -55,19 +54,17 @@ def safe_pushes(
     force: float,
     *,
     directions: ArrayLike | None = None,
-    tool_radius: float = 0.0,
     spacing: float | None = None,
-    travel: float = TRAVEL,
+    tool: Tool | None = None,
     doubt: float = DOUBT,
     engine: EngineChoice = DEFAULT_ENGINE,
 ) -> SafePushes:
     """Find where ``body`` can be pushed with up to ``force`` [N] so that nothing moves, or so that it moves alone.
 
     The exposed surface is pushed at points about ``spacing`` [m] apart, a hundred of them by default: inwards along the
-    normal, or along those of ``directions`` (k, 3) that are within 30 degrees of it. The tool is a straight rod of
-    ``tool_radius`` [m] with a round tip, which must reach the point without touching another body. ``travel`` [m] is
-    how far the body is pushed: nothing else may move, or be in the way, until then. ``doubt`` is the share by which
-    friction may differ from what is given. Pushes are slow, and the tool follows the body: no force of inertia counts.
+    normal, or along those of ``directions`` (k, 3) that are within 30 degrees of it. ``tool`` is what
+    pushes, and how far, see Tool. ``doubt`` is the share by which friction may differ from what is given. Pushes are
+    slow, and the tool follows the body: no force of inertia counts.
 
     Raises SceneError if the body is fixed or unknown. Raises HoldfastError if the engine does not promise that what it
     calls safe holds.
@@ -75,8 +72,9 @@ def safe_pushes(
     assembly = checked_assembly(assembly)
     where = f"safe pushes on {quoted(body)}"
     most = checked_number(force, f"{where}: force", above=0, within=FORCE)
-    radius = checked_number(tool_radius, f"{where}: tool_radius", minimum=0, within=LENGTH)
-    way = checked_number(travel, f"{where}: travel", above=0, within=LENGTH)
+    rod = Tool() if tool is None else tool
+    if not isinstance(rod, Tool):
+        raise SceneError(message(f"{where}: tool", f"is {quoted(tool)}", "needs holdfast.sets.Tool(...)"))
     share = checked_number(doubt, f"{where}: doubt", minimum=0, below=1)
     method = engine_of(engine)
     if method.claim is not Claim.HOLDS:
@@ -90,9 +88,9 @@ def safe_pushes(
         else checked_number(spacing, f"{where}: spacing", above=0, within=LENGTH)
     )
     points, normals, along = _candidates(assembly, body, step, directions, where)
-    free = reached(assembly, body, points, normals, along, radius)
+    free = reached(assembly, body, points, normals, along, rod.radius)
     points, along = points[free], along[free]
-    trials = _Trials(assembly, body, method, most, way, share)
+    trials = _Trials(assembly, body, method, most, rod.travel, share)
     effect, reason, lower, upper, notes = trials.judged(points, along)
     return SafePushes(
         body=body,
@@ -106,8 +104,8 @@ def safe_pushes(
         lower=lower,
         upper=upper,
         unreached=int((~free).sum()),
-        tool_radius=radius,
-        travel=way,
+        tool_radius=rod.radius,
+        travel=rod.travel,
         doubt=share,
         notes=notes,
     )
@@ -143,7 +141,7 @@ class _Trials:
         still = self._still(frictions, columns)
         rest = np.flatnonzero(~still)
         found = [
-            asked(self.engine, each, columns[:, rest], np.zeros(len(columns)), bound=True)
+            asked(self.engine, each, columns[:, rest], np.zeros(len(columns)), bounds=True)
             for each in reported("pushes with other friction", frictions)
         ]
         lower, upper = np.full(len(points), self.force), np.full(len(points), np.inf)

@@ -1,15 +1,38 @@
-"""Which points of a body a straight tool reaches without touching another body."""
+"""A straight tool, and which points of a body it reaches without touching another body."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Bool, Float
+from holdfast.base.arrays import Bool, Float, checked_number
+from holdfast.base.ranges import LENGTH
+from holdfast.base.values import Value
 from holdfast.geometry.clearance import rod_clearance
 
 LONG = 2.0  # sizes of the assembly: length of the tool
 ROUNDING = 1e-9  # of the size of the assembly
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Tool(Value):
+    """What pushes a body: a straight rod with a round tip.
+
+    - ``radius`` [m]: that of the rod, which must reach a point without touching another body.
+    - ``travel`` [m]: how far it pushes the body. Nothing else may move, or be in the way, until then.
+
+    Raises SceneError for a number out of range.
+    """
+
+    radius: float = 0.0
+    travel: float = 0.005
+
+    def __post_init__(self) -> None:
+        set_ = object.__setattr__
+        set_(self, "radius", checked_number(self.radius, "Tool: radius", minimum=0, within=LENGTH))
+        set_(self, "travel", checked_number(self.travel, "Tool: travel", above=0, within=LENGTH))
 
 
 def reached(assembly: Assembly, body: str, points: Float, normals: Float, directions: Float, radius: float) -> Bool:

@@ -85,7 +85,7 @@ class Faces:
 
     def stiffness(self, assembly: Assembly) -> Float:
         """Return the normal stiffness per area (interfaces,) [N/m³], alike for all contacts of a pair of bodies."""
-        low, high = np.log(self.imperfect.stiffness)
+        low, high = np.log(self.imperfect.stiffness_range)
         pairs = list(dict.fromkeys(frozenset(interface.bodies) for interface in assembly.interfaces))
         levels = dict(zip(pairs, self._random(1).random(len(pairs)), strict=True))
         each = np.array([levels[frozenset(interface.bodies)] for interface in assembly.interfaces])

@@ -369,7 +369,7 @@ def _solid(model: SolidModel, path: Path | None, name: str) -> Solid:
                 problem = f"names the mesh file {quoted(file)}"
                 raise SceneError(message(f"body {quoted(name)}", problem, "needs vertices and faces"))
             return Mesh.from_file(path.parent / file, scale=model.scale, noise=model.noise)
-    return Mesh(np.array(model.vertices), np.array(model.faces), noise=model.noise, where=f"body {quoted(name)}: mesh")
+    return Mesh(np.array(model.vertices), np.array(model.faces), noise=model.noise, label=f"body {quoted(name)}: mesh")
 
 
 def friction_of(model: float | FrictionModel) -> Friction:

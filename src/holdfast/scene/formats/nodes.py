@@ -28,6 +28,7 @@ Numbers = float | Mapping[str, float]
 Weight = tuple[float | None, float | None]  # a mass [kg] and a density [kg/m³]
 
 FLOOR = "floor"
+GRAVITY = (0.0, 0.0, -9.81)  # [m/s²]
 LEAST_STRETCH = 1e-9  # [-] of a matrix: less is flat
 
 
@@ -46,42 +47,41 @@ class Known(NamedTuple):
 
 
 def from_trimesh(
-    scene: Any,  # noqa: ANN401 - a trimesh.Scene or trimesh.Trimesh, whose types are not followed
+    meshes: Any,  # noqa: ANN401 - a trimesh.Scene or trimesh.Trimesh, whose types are not followed
     *,
     friction: Friction | float,
     mass: Numbers | None = None,
     density: Numbers | None = None,
     fixed: Collection[str] = (),
-    material: Mapping[str, str] | None = None,
-    up: Literal["y", "z"] = "z",
+    materials: Mapping[str, str] | None = None,
+    up_axis: Literal["y", "z"] = "z",
     floor: bool = False,
-    gravity: ArrayLike = (0.0, 0.0, -9.81),
-    name: str = "",
 ) -> Scene:
-    """Return the scene of a ``trimesh.Scene``, or of one ``trimesh.Trimesh``, which is named ``mesh``.
+    """Return the scene of ``meshes``: a ``trimesh.Scene``, or one ``trimesh.Trimesh``, which is named ``mesh``.
 
     Every node with triangles is a body with its name; scale in its matrix goes to the vertices, the rest is its pose.
     ``mass`` [kg] and ``density`` [kg/m³] are one number for all that move, or one for each name; a name's own number
-    comes first, and masses before densities. ``fixed`` are names of bodies, ``material`` gives bodies one for the
-    friction table. With ``up="y"`` everything is turned so that y becomes z. ``floor`` adds the half space below z = 0.
-    Lengths are in metres.
+    comes first, and masses before densities. ``fixed`` are names of bodies, ``materials`` gives bodies one for the
+    friction table. With ``up_axis="y"`` everything is turned so that y becomes z. ``floor`` adds the half space below z
+    = 0. Lengths are in metres. Gravity is 9.81 m/s² downwards; ``dataclasses.replace`` gives the scene another, or a
+    name.
 
     Raises SceneError for unknown names and missing masses, GeometryError for meshes and matrices that are no use.
     """
-    if not hasattr(scene, "graph"):
-        if not hasattr(scene, "faces"):
-            problem = f"got a {type(scene).__name__}"
+    if not hasattr(meshes, "graph"):
+        if not hasattr(meshes, "faces"):
+            problem = f"got a {type(meshes).__name__}"
             raise SceneError(message("from_trimesh", problem, "needs a trimesh.Scene or a trimesh.Trimesh"))
-        nodes = [Node("mesh", np.array(scene.vertices, dtype=np.float64), np.array(scene.faces), np.eye(4))]
+        nodes = [Node("mesh", np.array(meshes.vertices, dtype=np.float64), np.array(meshes.faces), np.eye(4))]
     else:
-        nodes = nodes_of(scene)
-    if material is not None:
-        material = checked_mapping(material, "material", '{"table": "oak"}')
+        nodes = nodes_of(meshes)
+    if materials is not None:
+        materials = checked_mapping(materials, "materials", '{"table": "oak"}')
     names = [node.name for node in nodes]
     check_weights(mass, density, names)
     weights = {name: first_of(own(mass, density, name), common(mass, density)) for name in names}
     return scene_of_nodes(
-        nodes, weights, friction, fixed, material or {}, up=up, floor=floor, gravity=gravity, name=name, notes=[]
+        nodes, weights, friction, fixed, materials or {}, up=up_axis, floor=floor, gravity=GRAVITY, name="", notes=[]
     )
 
 
@@ -107,10 +107,10 @@ def scene_of_nodes(
     names = [node.name for node in nodes]
     if not names:
         raise SceneError(message("scene", "holds no triangles", "needs a node with a mesh"))
-    checked_word(up, ("y", "z"), "up")
+    checked_word(up, ("y", "z"), "up_axis")
     held = checked_fixed(fixed, names, "node")
     below = checked_truth(floor, "floor")
-    check_names("material", material, names)
+    check_names("materials", material, names)
     if up == "y":
         notes.append("y is up in the file: turned about x so that z is up")
     more = known or {}
@@ -174,7 +174,7 @@ def _body(node: Node, weight: Weight, fixed: bool, material: str | None, turn: F
     pose, stretch = split(node.matrix if turn is None else turn @ node.matrix, where)
     vertices = node.vertices if np.array_equal(stretch, np.eye(3)) else node.vertices @ stretch.T
     faces = node.faces if np.linalg.det(stretch) > 0 else node.faces[:, ::-1]
-    mesh = Mesh(vertices, faces, where=where)
+    mesh = Mesh(vertices, faces, label=where)
     return Body(node.name, mesh, mass=mass, density=density, pose=pose, material=material, fixed=fixed)
 
 
@@ -185,7 +185,7 @@ def _known_body(
     pose, _ = split(node.matrix if turn is None else turn @ node.matrix, where)
     shape = known.shape
     if shape is None:
-        shape = Mesh(node.vertices + known.origin, node.faces, noise=known.noise, where=where)
+        shape = Mesh(node.vertices + known.origin, node.faces, noise=known.noise, label=where)
         if known.origin.any():
             pose[:3, 3] -= pose[:3, :3] @ known.origin
     mass, density = weight

@@ -52,7 +52,7 @@ def _body(block: dict[str, Any], path: Path) -> Body:
     where = f"{path}: block {quoted(block['name'])}"
     vertices = checked(block["vertices"], (None, 3), f"{where}: vertices", within=PLACE, error=GeometryError)
     triangles = [triangulated(vertices, np.array(face)) for face in block["faces"]]
-    mesh = Mesh(vertices, np.vstack(triangles), where=where)
+    mesh = Mesh(vertices, np.vstack(triangles), label=where)
     return Body(block["name"], mesh, mass=block["mass"], fixed=block["fixed"])
 
 

@@ -162,7 +162,7 @@ def _shape(pieces: Sequence[Piece]) -> Shape:
             return first.shape
         if isinstance(first.shape, Mesh):
             mesh = first.shape
-            return Mesh(transform(first.pose, mesh.vertices), mesh.faces, where=mesh.where)
+            return Mesh(transform(first.pose, mesh.vertices), mesh.faces, label=mesh.label)
     own = len({piece.material for piece in pieces}) > 1
     return Compound([Part(piece.shape, piece.pose, piece.material if own else None) for piece in pieces])
 

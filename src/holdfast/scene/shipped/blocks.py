@@ -60,7 +60,7 @@ def prism(name: str, outline: Float, depth: float, axis: int, **body: object) ->
     faces = np.vstack([fan[:, ::-1], fan + k, sides])
     if axis == 1:
         faces = faces[:, ::-1]
-    return Body(name, Mesh(np.vstack(rings), faces, where=f"body {name!r}"), **body)  # type: ignore[arg-type]
+    return Body(name, Mesh(np.vstack(rings), faces, label=f"body {name!r}"), **body)  # type: ignore[arg-type]
 
 
 def cube() -> Scene:
@@ -175,7 +175,7 @@ def _voussoir(name: str, inner: Float, outer: Float) -> Body:
     for a, d, sign in ((0, n, 1), (n - 1, 2 * n - 1, -1)):
         quad = [(a, a + back, d + back), (a, d + back, d)]
         faces += quad if sign > 0 else [q[::-1] for q in quad]
-    return Body(name, Mesh(vertices, np.array(faces), where=f"body {name!r}"), density=2000)
+    return Body(name, Mesh(vertices, np.array(faces), label=f"body {name!r}"), density=2000)
 
 
 def v_groove() -> Scene:

@@ -77,7 +77,7 @@ def _mesh_vertices(model: Any, mesh: int) -> Float:  # noqa: ANN401
 def _hull(vertices: bytes) -> Mesh:
     points = np.frombuffer(vertices).reshape(-1, 3)
     mesh = manifold3d.Manifold.hull_points(points).to_mesh64()
-    return Mesh(np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, dtype=np.int64), where="mesh")
+    return Mesh(np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, dtype=np.int64), label="mesh")
 
 
 def _field(model: Any, field: int) -> Mesh:  # noqa: ANN401
@@ -94,7 +94,7 @@ def _terrain(heights: bytes, rows: int, columns: int, size: tuple[float, float, 
     top = np.column_stack([x.ravel(), y.ravel(), rise * np.frombuffer(heights)])
     vertices = np.vstack([top, np.column_stack([top[:, :2], np.full(len(top), -base)])])
     faces = _under(rows, columns)
-    return Mesh(vertices, faces, where="hfield")
+    return Mesh(vertices, faces, label="hfield")
 
 
 def _under(rows: int, columns: int) -> Int:

@@ -68,7 +68,7 @@ def _cone(radius: float, length: float, where: str) -> tuple[Mesh, MassPropertie
     i = np.arange(n)
     j = (i + 1) % n
     faces = np.vstack([np.column_stack([i, j, np.full(n, n)]), np.column_stack([j, i, np.full(n, n + 1)])])
-    mesh = Mesh(np.vstack([ring, [[0, 0, length / 2], [0, 0, -length / 2]]]), faces, where=where)
+    mesh = Mesh(np.vstack([ring, [[0, 0, length / 2], [0, 0, -length / 2]]]), faces, label=where)
     volume = np.pi * radius**2 * length / 3
     across, along = 3 / 20 * radius**2 + 3 / 80 * length**2, 3 / 10 * radius**2
     com = np.array([0.0, 0.0, -length / 4])

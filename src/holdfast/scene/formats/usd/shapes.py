@@ -112,14 +112,14 @@ def _mesh(prim: Any, matrix: Float, material: str, notes: list[str]) -> Piece:  
         import trimesh
 
         hull = trimesh.convex.convex_hull(points)
-        return Piece(Mesh(np.array(hull.vertices), np.array(hull.faces), where=where), pose, material)
+        return Piece(Mesh(np.array(hull.vertices), np.array(hull.faces), label=where), pose, material)
     if kind not in AS_THEY_ARE:
         fail(prim, f"has the approximation {quoted(kind)}", "reads those of UsdPhysics, such as none and convexHull")
     if kind != "none":
         notes.append(f"{where}: the mesh as it is, not its {kind}")
     faces = _triangles(prim, points, where)
     mirrored = (np.linalg.det(stretch) < 0) != (str(value_of(prim, "orientation", "rightHanded")) == "leftHanded")
-    return Piece(Mesh(points, faces[:, ::-1] if mirrored else faces, where=where), pose, material)
+    return Piece(Mesh(points, faces[:, ::-1] if mirrored else faces, label=where), pose, material)
 
 
 def _triangles(prim: Any, points: Float, where: str) -> Int:  # noqa: ANN401

@@ -1,0 +1,173 @@
+"""What a caller asks of a placement: where, on which way, and how long to search. One value for each.
+
+The options of the command ``place`` are the fields of these classes, with what their docstrings say of each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from holdfast.applications.placement.options import Weights, checked_gripper
+from holdfast.base.arrays import Float, checked_direction, checked_number, checked_truth, checked_whole
+from holdfast.base.errors import SceneError, message
+from holdfast.base.ranges import BETWEEN, LENGTH, MANY, MOST_SEED, SCALE
+from holdfast.base.text import quoted
+from holdfast.base.values import Value
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice
+
+T = TypeVar("T")
+
+SECONDS = 60.0  # [s] the longest time of a search that is given no limit
+ATTEMPTS = 400  # attempts after which a search stops that is given no number of solves
+CANDIDATES = 8  # stable poses that are compared
+SPACING = 0.01  # [m] distance between the points of a robustness map
+MASS_MARGIN = 0.1  # share of its weight by which the object may be heavier than stated
+TILT = 5.0  # [deg]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Where(Value):
+    """Where objects may be placed.
+
+    - ``box`` [m]: the low and the high corner of a region, (2, 3), or (2, 2) for its horizontal coordinates. The points
+      of the scene on which the pose is built lie in it and so does, seen from above, the centre of mass.
+    - ``supports``: names of the bodies to place objects on; all bodies of the scene by default. An object may also lean
+      on other bodies.
+    - ``least_supports``: how many of the supports an object must touch.
+    - ``avoid``: names of bodies that no object may touch.
+    - ``keep_out`` [m]: regions, each given as ``box`` is, into which the convex hull of no object may reach.
+    - ``next_to``: the name of a body beside which an object must stand. That is at the same height, half the object's
+      own size away at most.
+    - ``stack``: whether ``place_all`` also puts objects on each other. The lowest places come first: layer by layer.
+    - ``apart`` [m]: the least distance that ``place_all`` leaves between objects, and from whatever else is beside
+      them; 0.005 by default. Without ``stack`` it is also that from edges, and eight, four and two times as much are
+      tried too. With 0 objects may touch.
+
+    Names and regions are checked once the scene is known. Raises SceneError for anything else that is invalid.
+    """
+
+    box: ArrayLike | None = None
+    supports: Sequence[str] | None = None
+    least_supports: int = 1
+    avoid: Sequence[str] = ()
+    keep_out: Sequence[ArrayLike] = ()
+    next_to: str | None = None
+    stack: bool = False
+    apart: float | None = None
+
+    def __post_init__(self) -> None:
+        set_ = object.__setattr__
+        set_(self, "least_supports", checked_whole(self.least_supports, "Where: least_supports", 1, MANY))
+        set_(self, "stack", checked_truth(self.stack, "Where: stack"))
+        if self.apart is not None:
+            set_(self, "apart", checked_number(self.apart, "Where: apart", minimum=0, within=LENGTH))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Approach(Value):
+    """Which way up objects are put down, and the way on which they get there.
+
+    - ``orientations``: "upright" if the object's own third axis must point up, "any", or the allowed rotations
+      (k, 3, 3), body frame to world. By default any orientation will do, but an upright one counts double.
+    - ``lean_degrees`` [deg]: how far an object may lean from an allowed orientation.
+    - ``free_yaw``: whether each allowed orientation may also be turned about the vertical.
+    - ``direction``: the straight way in along this direction (3,) must be free, for example along (0, 0, -1). By
+      default it need not be.
+    - ``cone_degrees`` [deg]: how far the way in may lean from ``direction``.
+    - ``gripper`` [m]: the low and the high corner (2, 3) of a box that holds a gripper or a suction cup, about the
+      middle of the object's top, with the third coordinate up. On the same way in, straight down if none is given, it
+      must meet nothing; it may be turned by quarter turns.
+
+    Raises SceneError for a value that is invalid.
+    """
+
+    orientations: ArrayLike | str | None = None
+    lean_degrees: float = TILT
+    free_yaw: bool = True
+    direction: ArrayLike | None = None
+    cone_degrees: float = 0.0
+    gripper: ArrayLike | None = None
+
+    def __post_init__(self) -> None:
+        set_ = object.__setattr__
+        for name in ("lean_degrees", "cone_degrees"):
+            set_(self, name, checked_number(getattr(self, name), f"Approach: {name}", minimum=0, within=BETWEEN))
+        set_(self, "free_yaw", checked_truth(self.free_yaw, "Approach: free_yaw"))
+        if self.direction is not None:
+            set_(self, "direction", checked_direction(self.direction, "Approach: direction"))
+        set_(self, "gripper", checked_gripper(self.gripper))
+
+    @property
+    def way(self) -> Float | None:
+        """The unit direction (3,) of the way in, or None if it does not matter."""
+        return None if self.direction is None else np.asarray(self.direction, dtype=np.float64)
+
+    @property
+    def hand(self) -> Float | None:
+        """The low and the high corner (2, 3) [m] of the gripper's box, or None."""
+        return None if self.gripper is None else np.asarray(self.gripper, dtype=np.float64)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Search(Value):
+    """How long to search for a place, and what a pose is judged by.
+
+    - ``seconds`` [s]: the longest time, everything included but what is compiled on first use. What there was no time
+      for is left out, and the result says so. By default 60 without ``solves``, and no limit with it.
+    - ``solves``: the most poses that are tried, each that fits by a solve; 400 by default. ``place_all`` counts them
+      for each object that finds no level place, 25 by default. With ``solves`` and without ``seconds``, the same
+      ``seed`` gives the same answer on any machine.
+    - ``seed``: where the random numbers begin.
+    - ``candidates``: how many stable poses ``plan_placement`` compares.
+    - ``spacing`` [m]: the distance between the points of all maps.
+    - ``weights``: the exponents that bias the choice of ``plan_placement``, see Weights.
+    - ``mass_margin``: the share of its mass by which an object may be heavier than stated. Everything must stand even
+      then.
+    - ``confirm``: a second engine that must also find the pose stable, or None.
+
+    Raises SceneError for a value that is invalid.
+    """
+
+    seconds: float | None = None
+    solves: int | None = None
+    seed: int = 0
+    candidates: int = CANDIDATES
+    spacing: float = SPACING
+    weights: Weights = Weights()  # noqa: RUF009 - a frozen value
+    mass_margin: float = MASS_MARGIN
+    confirm: EngineChoice | None = DEFAULT_ENGINE
+
+    def __post_init__(self) -> None:
+        set_ = object.__setattr__
+        if self.seconds is not None:
+            set_(self, "seconds", checked_number(self.seconds, "Search: seconds", above=0))
+        if self.solves is not None:
+            set_(self, "solves", checked_whole(self.solves, "Search: solves", 1, MANY))
+        set_(self, "seed", checked_whole(self.seed, "Search: seed", 0, MOST_SEED))
+        set_(self, "candidates", checked_whole(self.candidates, "Search: candidates", 1, MANY))
+        set_(self, "spacing", checked_number(self.spacing, "Search: spacing", above=0, within=LENGTH))
+        if not isinstance(self.weights, Weights):
+            raise SceneError(
+                message("Search: weights", f"is {quoted(self.weights)}", "needs holdfast.sets.Weights(...)")
+            )
+        set_(self, "mass_margin", checked_number(self.mass_margin, "Search: mass_margin", minimum=0, within=SCALE))
+
+    @property
+    def limit(self) -> float | None:
+        """The longest time [s], or None for as long as it takes."""
+        return SECONDS if self.seconds is None and self.solves is None else self.seconds
+
+
+def checked_value(value: T | None, kind: type[T], where: str) -> T:
+    """Return the value, or one of this class with its defaults; raises SceneError for a value of another class."""
+    if value is None:
+        return kind()
+    if not isinstance(value, kind):
+        name = kind.__name__
+        raise SceneError(message(where, f"is {quoted(value)}", f"needs holdfast.{name}(...)"))
+    return value
