@@ -19,7 +19,7 @@ import numpy as np
 from bench.baselines.mujoco import describe, equal_stiffness, mujoco_module, node_motion
 from bench.baselines.search import grid_nodes
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import ContactNodes
+from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Float, checked, unit
 
 SIDE = 5  # nodes along a side unless given

@@ -8,7 +8,7 @@ import numpy as np
 
 from bench.baselines import mujoco
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import ContactNodes, contact_nodes
+from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes
 from holdfast.base.arrays import Float
 from holdfast.queries.request import push_columns
 

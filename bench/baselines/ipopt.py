@@ -30,7 +30,7 @@ from scipy import sparse
 
 from bench.baselines.answers import Answer, Answers
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import ContactNodes, contact_nodes, equilibrium_operator
+from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes, equilibrium_operator
 from holdfast.base.errors import HoldfastError, message
 from holdfast.engines.cones import FrictionCone
 from holdfast.engines.verdict import Status

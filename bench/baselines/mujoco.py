@@ -20,7 +20,7 @@ import numpy as np
 
 from bench.baselines.search import Peak, Trial, grid_nodes, largest_load, push, trial_under
 from holdfast.assembly.assembly import FIXED, Assembly
-from holdfast.assembly.nodes import ContactNodes
+from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from bench.baselines.search import Peak, Trial, grid_nodes, no_peak, push
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import ContactNodes
+from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compiled
 

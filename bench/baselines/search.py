@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from holdfast.assembly.assembly import FIXED, Assembly
-from holdfast.assembly.nodes import ContactNodes
+from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Float, checked, unit
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.rigid import tangents, wrench_at

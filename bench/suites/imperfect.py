@@ -15,10 +15,10 @@ from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.arrays import Float
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.engines.answers import Answers
+from holdfast.engines.compliant.compliant_state import Standing
 from holdfast.engines.compliant.engine import Compliant
-from holdfast.engines.compliant.faces import Faces
+from holdfast.engines.compliant.random_faces import Faces
 from holdfast.engines.compliant.rough import Rough
-from holdfast.engines.compliant.state import Standing
 from holdfast.engines.groups import prepared
 from holdfast.engines.imperfect import Imperfect
 from holdfast.engines.verdict import Status

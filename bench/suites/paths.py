@@ -15,9 +15,9 @@ from bench.suite import Case, Row, Suite, table
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError
 from holdfast.elastic.outcome import PathOutcome
-from holdfast.elastic.progress import CLOSE
+from holdfast.elastic.step_control import CLOSE
+from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
-from holdfast.engines.compliant.model import Springs
 from holdfast.scene.shipped import shipped_scene
 
 SCENES = ("cube", "stack", "table", "tall_table", "slope_two", "wall2x2", "v_groove", "arch")

@@ -13,7 +13,7 @@ import holdfast as hf
 from bench.baselines.drop import Drop
 from bench.suite import Case, Row
 from bench.suites.placements import dropped
-from holdfast.applications.placement.faces import faces_of
+from holdfast.applications.placement.standing_faces import faces_of
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import pose_from
 from holdfast.scene.shipped.blocks import at

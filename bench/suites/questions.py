@@ -20,7 +20,7 @@ from bench.scenes.shelf import shelf
 from bench.suite import Case, Row, Suite
 from bench.suites.settle import noisy
 from holdfast.applications.disassembly.removal import Answer
-from holdfast.assembly.nodes import ContactNodes, contact_nodes
+from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes
 from holdfast.base.errors import HoldfastError, HoldfastWarning
 from holdfast.scene.shipped import shipped_scene
 

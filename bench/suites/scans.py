@@ -30,7 +30,7 @@ import holdfast as hf
 from bench.checkout import SOURCE, older
 from bench.suite import Case, Row, Suite, table
 from bench.suites.reliability import SETTLED, random_pushes, settled_file
-from holdfast.assembly.nodes import ContactNodes, contact_nodes
+from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes
 from holdfast.base.arrays import Float
 from holdfast.base.code_store import FOLDER_VARIABLE
 from holdfast.base.rigid import tangents

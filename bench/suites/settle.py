@@ -20,7 +20,7 @@ from holdfast.contacts.overlap import find_overlaps
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.engines.verdict import Status
 from holdfast.scene.scene import Scene
-from holdfast.settling.poses import rotation_of
+from holdfast.settling.moved_surfaces import rotation_of
 
 NOISE = ((1.5, 0.5), (3.0, 1.0))  # standard deviations [mm], [deg]
 SEEDS = 20

@@ -24,7 +24,7 @@ from bench.baselines.answers import Protocol, Simulator
 from bench.scenes.pushes import Pushes, on_boxes
 from bench.suite import Case, Row, Suite
 from bench.truth import coupled, decoupled
-from holdfast.assembly.nodes import ContactNodes, contact_nodes
+from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes
 from holdfast.base.arrays import Float, Objects
 from holdfast.engines.contract import State
 from holdfast.queries.request import push_columns

@@ -39,9 +39,9 @@ __all__, __getattr__, __dir__ = names_of_stub(__name__, __file__, _elsewhere)
 
 def _painters() -> None:
     """Import what draws answers: heavy, so not before the first picture is wanted."""
-    from holdfast.report import painters
+    from holdfast.report import painter_list
 
-    painters.register()
+    painter_list.register()
 
 
 painters_come_from(_painters)

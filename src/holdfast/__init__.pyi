@@ -6,7 +6,7 @@ from holdfast.applications.carrying.carry import carry as carry
 from holdfast.applications.carrying.profile import Profile as Profile
 from holdfast.applications.disassembly.build import build_order as build_order
 from holdfast.applications.disassembly.order import disassembly_order as disassembly_order
-from holdfast.applications.disassembly.question import can_remove as can_remove
+from holdfast.applications.disassembly.removal_check import can_remove as can_remove
 from holdfast.applications.placement.conditions import Approach as Approach
 from holdfast.applications.placement.conditions import Search as Search
 from holdfast.applications.placement.conditions import Where as Where
@@ -39,13 +39,13 @@ from holdfast.scene.body import Body as Body
 from holdfast.scene.compound import Compound as Compound
 from holdfast.scene.compound import Part as Part
 from holdfast.scene.formats.mjcf.live import from_mujoco as from_mujoco
-from holdfast.scene.formats.nodes import from_trimesh as from_trimesh
+from holdfast.scene.formats.named_meshes import from_trimesh as from_trimesh
 from holdfast.scene.formats.registry import load_scene as load_scene
 from holdfast.scene.formats.registry import save_scene as save_scene
 from holdfast.scene.friction import Friction as Friction
 from holdfast.scene.halfspace import HalfSpace as HalfSpace
-from holdfast.scene.round import Capsule as Capsule
-from holdfast.scene.round import Ellipsoid as Ellipsoid
+from holdfast.scene.round_shapes import Capsule as Capsule
+from holdfast.scene.round_shapes import Ellipsoid as Ellipsoid
 from holdfast.scene.scene import Scene as Scene
 from holdfast.scene.shapes import Box as Box
 from holdfast.scene.shapes import Cylinder as Cylinder

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import holdfast as hf
+from holdfast.applications.disassembly.order_search import hanging_without
 from holdfast.applications.disassembly.removal import Answer
-from holdfast.applications.disassembly.search import hanging_without
 from holdfast.base.rigid import pose_from
 from holdfast.engines.limit.loose import comes_loose
 from holdfast.scene.shipped import shipped_scene

@@ -11,9 +11,9 @@ import pytest
 import holdfast as hf
 from bench.suites.placement_several import APART, by_rule, least_push, load
 from holdfast.applications.placement.choices import RULES, bottom_left, highest_support
+from holdfast.applications.placement.level_places import Spot
 from holdfast.applications.placement.several import Try
 from holdfast.applications.placement.several_result import PlacedObject
-from holdfast.applications.placement.spots import Spot
 from holdfast.scene.shipped.blocks import at, box, floor
 
 TRAY = hf.Scene([hf.Body("tray", hf.Box((0.3, 0.2, 0.02)), pose=at(0, 0, -0.01), fixed=True)], 0.5, name="tray")

@@ -11,9 +11,9 @@ import pytest
 
 import holdfast as hf
 from bench.scenes.placement_scenes import TABLE_II, TABLE_III
-from holdfast.applications.placement.faces import faces_of
-from holdfast.applications.placement.faults import MARGINAL
 from holdfast.applications.placement.plan import planner
+from holdfast.applications.placement.refusals import MARGINAL
+from holdfast.applications.placement.standing_faces import faces_of
 from holdfast.base.rigid import pose_from
 from holdfast.scene.shipped import shipped_scene
 from holdfast.scene.shipped.blocks import about_y, at, box, floor

@@ -11,10 +11,10 @@ import pytest
 import holdfast as hf
 from holdfast.applications.placement.checks import Checks
 from holdfast.applications.placement.comparing import rated
+from holdfast.applications.placement.place_search import Clock
 from holdfast.applications.placement.plan import planner
 from holdfast.applications.placement.refine import refined
 from holdfast.applications.placement.result import Candidate
-from holdfast.applications.placement.search import Clock
 from holdfast.scene.shipped.blocks import at, box, floor
 
 GOOD = hf.answers.Rating(own=2.0, beneath=8.0, edge=0.03, clearance=0.05, rolls=False, upright=True, size=0.12)

@@ -15,7 +15,7 @@ from bench.truth.falling import falling_scenes
 from holdfast.contacts.overlap import find_overlaps
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.settling.motion import come_to_rest
-from holdfast.settling.poses import rotation_of
+from holdfast.settling.moved_surfaces import rotation_of
 
 pytestmark = pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.applications.placement.faces import faces_of
+from holdfast.applications.placement.level_places import Outline, Spot, frame_of, levels_of, spots_for, turns_of
 from holdfast.applications.placement.options import Options, Weights
-from holdfast.applications.placement.spots import Outline, Spot, frame_of, levels_of, spots_for, turns_of
+from holdfast.applications.placement.standing_faces import faces_of
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import pose_from
 from holdfast.scene.shipped.blocks import at, box

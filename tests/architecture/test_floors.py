@@ -145,7 +145,7 @@ def test_a_planted_violation_is_found(module: str, source: str) -> None:
             "holdfast.drawing.png",
             "from holdfast.drawing.soup import Soup\nfrom holdfast.base.files import write_atomically",
         ),
-        ("holdfast.report.picture", "from holdfast.drawing.picture import Picture"),
+        ("holdfast.report.map_picture", "from holdfast.drawing.picture import Picture"),
         ("holdfast.cli.main", "from holdfast import __version__\nfrom holdfast.drawing.png import write_png"),
         ("holdfast.__init__", "from holdfast.base.painters import painters_come_from"),
         ("holdfast.answers", "from holdfast.base.public_names import names_of_stub"),

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import holdfast as hf
+from holdfast.contacts.contact_search import search
 from holdfast.contacts.interface import Interface
-from holdfast.contacts.search import search
 from holdfast.scene.shipped.blocks import at
 
 SHARED = Path(__file__).parents[3] / "shared" / "cases"

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 import holdfast as hf
 from bench.scenes.random_assemblies import FAMILIES, standing
 from holdfast.assembly.axes import own_frame
-from holdfast.assembly.parts import part_of
+from holdfast.assembly.one_group import part_of
 from holdfast.base.rigid import WORLD, snapped, snapped_number
 
 

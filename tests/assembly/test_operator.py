@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.assembly.nodes import (
+from holdfast.assembly.contact_nodes import (
     by_bodies,
     contact_nodes,
     dense_by_bodies,

@@ -18,7 +18,7 @@ from reproduced import reproducible
 import holdfast as hf
 from holdfast.batches import crew, tables
 from holdfast.batches.schema import TABLES
-from holdfast.report.batch import write_report
+from holdfast.report.batch_report import write_report
 
 HERE = str(Path(__file__).parent)
 Rows = dict[str, list[dict[str, Any]]]

@@ -10,7 +10,7 @@ import pytest
 from bench.baselines import optimised
 from holdfast import HoldfastError, Limit, Scene, Status, assemble
 from holdfast.answers import Assembly
-from holdfast.assembly.nodes import contact_nodes
+from holdfast.assembly.contact_nodes import contact_nodes
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
 

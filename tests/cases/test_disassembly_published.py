@@ -9,9 +9,9 @@ import shared
 
 import holdfast as hf
 from holdfast.applications.disassembly.removal import Answer
-from holdfast.assembly.nodes import contact_nodes
+from holdfast.assembly.contact_nodes import contact_nodes
+from holdfast.engines.compliant.elastic_model import elastic_model
 from holdfast.engines.compliant.fixed_point import Fixed, fixed_point
-from holdfast.engines.compliant.model import elastic_model
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.rest import find_rest
 

@@ -17,8 +17,8 @@ from paged import data_of, said
 from rich.console import Console
 
 import holdfast as hf
-from holdfast.report.carried import carried_report
-from holdfast.report.tables import map_report, stability_report, transport_report
+from holdfast.report.answer_tables import map_report, stability_report, transport_report
+from holdfast.report.carried_plot import carried_report
 from holdfast.scene.shipped.blocks import box, floor
 
 Call = Callable[..., tuple[int, str, str]]

@@ -10,12 +10,12 @@ import pytest
 import trimesh
 
 import holdfast as hf
-from holdfast.assembly.nodes import contact_nodes
+from holdfast.assembly.contact_nodes import contact_nodes
 from holdfast.base.rigid import transform
 from holdfast.contacts.detect import find_contacts
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.merging import BROAD, FEW, merged
-from holdfast.contacts.nodes import interface_nodes
+from holdfast.contacts.patch_nodes import interface_nodes
 from holdfast.geometry.polygon import polynomial_moments
 
 UP = np.array([0.0, 0, 1])

@@ -9,7 +9,7 @@ from scipy.integrate import dblquad
 
 import holdfast as hf
 from holdfast.contacts.interface import Patch
-from holdfast.contacts.nodes import Sampling, interface_nodes
+from holdfast.contacts.patch_nodes import Sampling, interface_nodes
 
 UP = np.array([0.0, 0, 1])
 SHAPES = {

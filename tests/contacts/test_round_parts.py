@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 import holdfast as hf
 from holdfast.base.arrays import Float
-from holdfast.contacts.round import feet
+from holdfast.contacts.round_contacts import feet
 from holdfast.contacts.tolerances import Angles
 
 FLOOR = hf.Body("floor", hf.HalfSpace(), fixed=True)

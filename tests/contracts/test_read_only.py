@@ -7,8 +7,8 @@ import pytest
 from reachable import arrays, writable
 
 import holdfast as hf
-from holdfast.assembly.nodes import contact_nodes
-from holdfast.contacts.facing import Piece
+from holdfast.assembly.contact_nodes import contact_nodes
+from holdfast.contacts.facing_polygons import Piece
 from holdfast.contacts.skin import Skin
 from holdfast.geometry.cells import surface_cells
 from holdfast.geometry.sweep import Swept

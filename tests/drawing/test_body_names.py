@@ -9,10 +9,10 @@ import pytest
 from matplotlib.figure import Figure
 
 from holdfast.base.arrays import unit
-from holdfast.drawing import names, panels, png
+from holdfast.drawing import lettering, panels, png
 from holdfast.drawing.camera import View, front_view
 from holdfast.drawing.layout import Box, layout_of
-from holdfast.drawing.names import block, draw_axes, spots
+from holdfast.drawing.lettering import block, draw_axes, spots
 from holdfast.drawing.panels import PointsPanel, sheet_png
 from holdfast.drawing.picture import Picture
 from holdfast.drawing.shade import render
@@ -61,7 +61,7 @@ def test_the_panel_knows_which_body_is_at_each_pixel(table: Picture) -> None:
 
 def test_every_body_of_a_picture_has_its_name(table: Picture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     written: dict[str, int] = {}
-    real = names.spots
+    real = lettering.spots
 
     def listening(*given: object) -> object:
         found = real(*given)  # type: ignore[arg-type]
@@ -69,7 +69,7 @@ def test_every_body_of_a_picture_has_its_name(table: Picture, tmp_path: Path, mo
             written[spot.name] = written.get(spot.name, 0) + 1
         return found
 
-    monkeypatch.setattr(names, "spots", listening)
+    monkeypatch.setattr(lettering, "spots", listening)
     png.write_png(table, tmp_path / "p.png")
     assert written.keys() == {"slab", "leg left", "leg right"}
 

@@ -15,7 +15,7 @@ from holdfast.drawing import colours
 from holdfast.drawing.rose import rose
 from holdfast.drawing.soup import forces
 from holdfast.drawing.thumbnail import png_bytes
-from holdfast.report.picture import picture_of
+from holdfast.report.map_picture import picture_of
 from holdfast.scene.shipped.blocks import box, floor
 
 LARGEST = 40_000  # of what a cell shows [characters]

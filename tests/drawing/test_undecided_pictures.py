@@ -18,8 +18,8 @@ from holdfast.drawing import colours
 from holdfast.drawing.colours import Kind
 from holdfast.drawing.picture import kinds, legend
 from holdfast.drawing.soup import forces
-from holdfast.report.picture import picture_of
-from holdfast.report.transport import polar_picture
+from holdfast.report.map_picture import picture_of
+from holdfast.report.transport_plot import polar_picture
 
 UNDECIDED, UNSTABLE, FINITE = hf.Status.UNDECIDED, hf.Status.UNSTABLE, hf.Status.FINITE
 

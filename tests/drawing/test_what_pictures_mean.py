@@ -21,7 +21,7 @@ from holdfast.drawing.arrows import arrow_mesh
 from holdfast.drawing.layout import Shot, layout_of
 from holdfast.drawing.marks import PUSH, arrow_shapes, draw_contacts, draw_pushes, on_page
 from holdfast.drawing.picture import Arrow, Picture
-from holdfast.report.picture import picture_of
+from holdfast.report.map_picture import picture_of
 from holdfast.scene.shipped import shipped_scene
 from holdfast.scene.shipped.blocks import box, floor
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from holdfast.elastic.frames import set_units
 from holdfast.elastic.fronts import fronts_of
 from holdfast.elastic.law import bond
 from holdfast.elastic.linear import make_work
 from holdfast.elastic.model import Elastic, Runs
 from holdfast.elastic.outcome import Event
-from holdfast.elastic.progress import Progress
+from holdfast.elastic.step_control import Progress
 from holdfast.elastic.stepper import advance, begin, cross_change, make_stepper
 from holdfast.elastic.system import System
+from holdfast.elastic.twists import set_units
 
 Array = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from holdfast.elastic.model import Elastic
 from holdfast.elastic.newton import Iteration
 from holdfast.elastic.outcome import Event
 from holdfast.elastic.path import fell_from_crest, narrow
-from holdfast.elastic.progress import (
+from holdfast.elastic.step_control import (
     BRIEF,
     CLOSE,
     DEEPER,
@@ -34,8 +34,8 @@ from holdfast.elastic.progress import (
 )
 from holdfast.elastic.stepper import Stepper, doubtful, land, make_stepper, strays
 from holdfast.elastic.system import System
+from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
-from holdfast.engines.compliant.model import Springs
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
 

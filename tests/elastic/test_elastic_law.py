@@ -5,16 +5,16 @@ import pytest
 from elastic_blocks import block, twist_matrices
 
 import holdfast as hf
-from holdfast.assembly.nodes import contact_nodes, equilibrium_operator
+from holdfast.assembly.contact_nodes import contact_nodes, equilibrium_operator
 from holdfast.elastic import fronts
 from holdfast.elastic.elimination import apply_pivots, eliminate, finish
-from holdfast.elastic.frames import set_units, sheet_twist
 from holdfast.elastic.fronts import fronts_of, fronts_solve, solve
 from holdfast.elastic.law import evaluate, nearest, next_change, node_forces
 from holdfast.elastic.linear import ROUNDED, SINGULAR, dense_solve, make_work
 from holdfast.elastic.model import Runs
 from holdfast.elastic.sparse import write_entries
-from holdfast.engines.compliant.model import elastic_model, world_rows
+from holdfast.elastic.twists import set_units, sheet_twist
+from holdfast.engines.compliant.elastic_model import elastic_model, world_rows
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.mechanism import relative_velocity
 from holdfast.scene.shipped import shipped_scene

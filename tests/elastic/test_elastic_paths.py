@@ -14,7 +14,7 @@ from holdfast.elastic.linear import make_work
 from holdfast.elastic.newton import Balance, newton, unbalance
 from holdfast.elastic.outcome import Event, PathOutcome, RestOutcome, goes_on, outcome_of
 from holdfast.elastic.path import PathResult
-from holdfast.elastic.progress import (
+from holdfast.elastic.step_control import (
     FALLEN,
     QUICK,
     Progress,
@@ -30,8 +30,8 @@ from holdfast.elastic.stepper import (
     make_stepper,
 )
 from holdfast.elastic.system import STAGE, System
+from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
-from holdfast.engines.compliant.model import Springs
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped.blocks import box, floor, wall
 

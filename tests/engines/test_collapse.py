@@ -8,7 +8,7 @@ from placed import at
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
-from holdfast.assembly.nodes import contact_nodes
+from holdfast.assembly.contact_nodes import contact_nodes
 from holdfast.engines.collapse import least_motion
 from holdfast.engines.mechanism import modes_of, relative_velocity
 from holdfast.scene.shipped.blocks import box, floor

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from holdfast.assembly.nodes import ContactNodes
+from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.engines.cones import ConeChoice, FrictionCone, size_of
 
 MU = np.array([0.0, 0.5, 2.0, 0.0, 0.3])

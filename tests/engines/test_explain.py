@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.engines.amendments.order import AMENDMENTS
+from holdfast.engines.amendments.amendment_list import AMENDMENTS
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from placed import at
 
 import holdfast as hf
-from holdfast.assembly.parts import part_of
+from holdfast.assembly.one_group import part_of
 from holdfast.engines.answers import Answers
 from holdfast.engines.groups import _Smallest, prepared
 from holdfast.engines.verdict import Verdict

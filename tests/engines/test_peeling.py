@@ -5,7 +5,7 @@ import pytest
 
 import holdfast as hf
 from bench.scenes import random_assemblies
-from holdfast.assembly.nodes import ContactNodes, contact_nodes
+from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes
 from holdfast.engines.cones import EXACT
 from holdfast.engines.peeling import clampable
 from holdfast.engines.self_stress import self_stressed_nodes

@@ -10,8 +10,8 @@ import pytest
 import holdfast as hf
 from holdfast.base.errors import SceneError
 from holdfast.live.edits import Place, place_of, placed, pose_of, rubbing, weighing
-from holdfast.live.model import STEEPEST, Model
 from holdfast.live.steps import BETWEEN, Step, places, settling, taking_apart
+from holdfast.live.window_model import STEEPEST, Model
 from holdfast.scene.shipped.blocks import box, floor
 
 G, MASS, MU = 9.81, 2.0, 0.3

@@ -11,9 +11,9 @@ from holdfast.base.progress import listening
 from holdfast.drawing import colours
 from holdfast.engines.answers import Claim
 from holdfast.live import portions, scenery
-from holdfast.live.model import Model
 from holdfast.live.portions import COARSER, Portions
 from holdfast.live.scenery import MAP
+from holdfast.live.window_model import Model
 from holdfast.queries.map import MAX_POINTS
 from holdfast.queries.request import engine_of
 from holdfast.scene.shipped.blocks import box, floor

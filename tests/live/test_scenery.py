@@ -8,9 +8,9 @@ import pytest
 import holdfast as hf
 from holdfast.drawing import colours
 from holdfast.live import scenery
-from holdfast.live.model import Model
 from holdfast.live.scenery import GROUPS, MAP
-from holdfast.report.picture import picture_of
+from holdfast.live.window_model import Model
+from holdfast.report.map_picture import picture_of
 from holdfast.scene.shipped.blocks import box, floor
 
 DOWN = np.array([0.0, 0.0, -1.0])

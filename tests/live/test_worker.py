@@ -9,7 +9,7 @@ import pytest
 
 from holdfast.base.errors import HoldfastError
 from holdfast.base.progress import report
-from holdfast.live.worker import Worker
+from holdfast.live.window_thread import Worker
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.engines.limit.sets import BUDGET
+from holdfast.engines.limit.load_sets import BUDGET
 from holdfast.queries.sets import ConvexSet, admissible_wrenches, sustainable_accelerations
 from holdfast.scene.shipped import shipped_scene
 from holdfast.scene.shipped.blocks import box, cube, floor

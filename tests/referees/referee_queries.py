@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bench.baselines.search import push
 from holdfast import Compliant, Status, assemble, robustness
 from holdfast.answers import Assembly
-from holdfast.assembly.nodes import ContactNodes
+from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.scene.shipped import shipped_scene
 

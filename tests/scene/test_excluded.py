@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.assembly.parts import part_of
+from holdfast.assembly.one_group import part_of
 from holdfast.contacts.detect import neighbours
 from holdfast.scene.shipped.blocks import at, box, floor
 

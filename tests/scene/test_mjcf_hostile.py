@@ -11,7 +11,7 @@ import pytest
 from scene_content import read_scene
 
 import holdfast as hf
-from holdfast.scene.formats.mjcf.guard import root_of
+from holdfast.scene.formats.mjcf.mjcf_guard import root_of
 from holdfast.scene.formats.mjcf.reader import sniff
 from holdfast.scene.formats.source import Source
 

@@ -12,12 +12,12 @@ import pytest
 import holdfast as hf
 from holdfast.contacts.overlap import find_overlaps
 from holdfast.contacts.tolerances import Tolerances
-from holdfast.settling.groups import joined
 from holdfast.settling.motion import Limits, Motion, come_to_rest
+from holdfast.settling.moved_surfaces import Posed, rotation_of, turn_between
 from holdfast.settling.near import near_points
-from holdfast.settling.pairs import FacePairs
-from holdfast.settling.poses import Posed, rotation_of, turn_between
-from holdfast.settling.program import Contacts, small_motion
+from holdfast.settling.near_faces import FacePairs
+from holdfast.settling.settling_groups import joined
+from holdfast.settling.settling_program import Contacts, small_motion
 from holdfast.settling.shared import shared_solids
 
 

@@ -27,9 +27,9 @@ from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice
 from holdfast.queries.stability import Stability, stability
 from holdfast.scene.scene import Scene
-from holdfast.settling.groups import alone, groups_within, joined
 from holdfast.settling.motion import End, Limits, Motion, come_to_rest
-from holdfast.settling.poses import turn_between, upright_pose
+from holdfast.settling.moved_surfaces import turn_between, upright_pose
+from holdfast.settling.settling_groups import alone, groups_within, joined
 
 SEEN = 0.0067  # of the reach: overlaps up to this deep are found by the motion itself
 REMAINING = 1.7e-3  # of the reach: deeper overlaps may not be left, unless a gap is stated that allows them

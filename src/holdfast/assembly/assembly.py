@@ -31,10 +31,10 @@ from holdfast.base.public import Summary, in_notebook, number
 from holdfast.base.ranges import ANGLE, FRICTION, TOLERANCE
 from holdfast.base.text import listed, quoted
 from holdfast.base.values import Value, cut
+from holdfast.contacts.contact_search import Found, search
 from holdfast.contacts.detect import box_distance, neighbours
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import Overlap, distance
-from holdfast.contacts.search import Found, search
 from holdfast.contacts.tolerances import Tolerances, tolerances_of
 from holdfast.scene.body import Body
 from holdfast.scene.pairs import checked_pairs
@@ -259,7 +259,7 @@ class Assembly(Value):
 
     @cached_property
     def parts(self) -> dict[tuple[str, ...], Any]:
-        """The groups that were made assemblies of their own so far (parts.py), by the names of their bodies."""
+        """The groups that were made assemblies of their own so far (one_group.py), by the names of their bodies."""
         return {}
 
     @cached_property

@@ -26,8 +26,8 @@ from holdfast.cli.terminal import progress
 from holdfast.queries.map import robustness_map
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.queries.stability import stability
+from holdfast.report.answer_tables import map_report, stability_report
 from holdfast.report.data import stability_data
-from holdfast.report.tables import map_report, stability_report
 
 
 @takes_scene

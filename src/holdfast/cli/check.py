@@ -14,7 +14,7 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.batches.gate import FAILED, PASSED, UNDECIDED, Result, Rules, Scenes, findings
 from holdfast.batches.resources import Resources
 from holdfast.batches.result import read_batch
-from holdfast.cli.batch import Globs, Megabytes, Options, Running, Seconds, Workers
+from holdfast.cli.batch_commands import Globs, Megabytes, Options, Running, Seconds, Workers
 from holdfast.cli.common import AsJson
 from holdfast.cli.output import out, print_json
 from holdfast.report.junit import write_junit

@@ -32,24 +32,30 @@ BAD_INPUT, INTERNAL, NOT_STABLE, NO_ANSWER = 2, 4, 1, 3
 PIPE_CLOSED = 141  # as a shell tells of a command that a closed pipe has stopped
 COMMANDS = {  # where each command lies, and what the help says of it: a command is imported when it is called
     "assess": ("holdfast.cli.assess:assess", "Decide whether a scene stands, and explain why."),
-    "push": ("holdfast.cli.push:push", "Compute how hard a body can be pushed at a point before anything moves."),
+    "push": (
+        "holdfast.cli.push_command:push",
+        "Compute how hard a body can be pushed at a point before anything moves.",
+    ),
     "map": ("holdfast.cli.assess:map_surfaces", "Compute the largest push at points of all exposed surfaces."),
     "view": ("holdfast.cli.view:view", "Open a live view of a scene: push, play and edit it in the browser."),
     "place": ("holdfast.cli.place:place", "Put objects down where everything stands."),
     "settle": ("holdfast.cli.settle:settle", "Bring a perceived or authored scene to rest near its poses."),
-    "transport": ("holdfast.cli.transport:transport", "Compute how fast the carrier of a scene may accelerate."),
-    "carry": ("holdfast.cli.carry:carry", "Decide whether a scene holds while its carrier moves."),
-    "batch": ("holdfast.cli.batch:batch", "Ask many scenes the same, and write the answers as tables."),
-    "report": ("holdfast.cli.batch:report", "Write the report of a batch as one page."),
+    "transport": (
+        "holdfast.cli.transport_command:transport",
+        "Compute how fast the carrier of a scene may accelerate.",
+    ),
+    "carry": ("holdfast.cli.carry_command:carry", "Decide whether a scene holds while its carrier moves."),
+    "batch": ("holdfast.cli.batch_commands:batch", "Ask many scenes the same, and write the answers as tables."),
+    "report": ("holdfast.cli.batch_commands:report", "Write the report of a batch as one page."),
     "check": ("holdfast.cli.check:check", "Check that many scenes stand, and what changed since a baseline."),
     "remove": ("holdfast.cli.remove:remove", "Decide whether one body may be taken out now, and who moves if not."),
-    "build": ("holdfast.cli.build:build", "Find an order in which bodies can be put in, each state standing."),
-    "safe": ("holdfast.cli.safe:safe", "Find where a body can be pushed without moving any other."),
+    "build": ("holdfast.cli.build_command:build", "Find an order in which bodies can be put in, each state standing."),
+    "safe": ("holdfast.cli.safe_command:safe", "Find where a body can be pushed without moving any other."),
     "disassemble": ("holdfast.cli.disassemble:disassemble", "Find an order in which bodies can be taken out."),
-    "convert": ("holdfast.cli.files:convert", "Read a scene in any known format and write it in another."),
-    "schema": ("holdfast.cli.files:print_schema", "Print the JSON schema of the native scene file."),
+    "convert": ("holdfast.cli.file_commands:convert", "Read a scene in any known format and write it in another."),
+    "schema": ("holdfast.cli.file_commands:print_schema", "Print the JSON schema of the native scene file."),
     "doctor": ("holdfast.cli.doctor:doctor", "Say what is installed here, what is missing, and where code is kept."),
-    "warmup": ("holdfast.cli.warmup:warmup", "Compile everything that is compiled when it is first used."),
+    "warmup": ("holdfast.cli.warmup_command:warmup", "Compile everything that is compiled when it is first used."),
 }
 
 

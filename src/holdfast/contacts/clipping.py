@@ -6,7 +6,7 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.compiled import compiled, dot3, lean
-from holdfast.contacts.facing import Piece
+from holdfast.contacts.facing_polygons import Piece
 from holdfast.contacts.skin import Skin
 from holdfast.contacts.tolerances import Angles
 from holdfast.geometry.polygon import keep_half_plane

@@ -15,7 +15,7 @@ from holdfast.base.progress import reported
 from holdfast.base.values import Value
 from holdfast.contacts.clipping import clip_faces
 from holdfast.contacts.cuboids import Near, patches_of
-from holdfast.contacts.facing import facing_pairs, facing_polygons
+from holdfast.contacts.facing_polygons import facing_pairs, facing_polygons
 from holdfast.contacts.features import touching_features
 from holdfast.contacts.flags import flags_of, is_certain
 from holdfast.contacts.flush import lie_flat
@@ -24,7 +24,7 @@ from holdfast.contacts.materials import by_material
 from holdfast.contacts.merging import merged
 from holdfast.contacts.occlusion import Fronts, Pair
 from holdfast.contacts.patches import face_patches, line_patches, point_patches
-from holdfast.contacts.round import feet, meet_smoothly, not_at
+from holdfast.contacts.round_contacts import feet, meet_smoothly, not_at
 from holdfast.contacts.skin import LARGE, Skin, in_reach, near_boxes, near_but_facets, near_faces, near_facets
 from holdfast.contacts.tolerances import Tolerances, plain_gap
 from holdfast.scene.body import Body

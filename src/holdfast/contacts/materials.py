@@ -9,8 +9,8 @@ import numpy as np
 import shapely
 
 from holdfast.base.arrays import Float
+from holdfast.contacts.compound_parts import nearest_part
 from holdfast.contacts.interface import Patch
-from holdfast.contacts.parts import nearest_part
 from holdfast.geometry import polygon as flat
 from holdfast.geometry.surface import Surface
 from holdfast.scene.body import Body

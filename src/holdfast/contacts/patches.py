@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from holdfast.base.arrays import Bool, Float, Int, frozen, unit
 from holdfast.base.rigid import tangents
-from holdfast.contacts.facing import Piece
+from holdfast.contacts.facing_polygons import Piece
 from holdfast.contacts.features import Features
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.tolerances import Angles

@@ -14,8 +14,8 @@ from holdfast.drawing.camera import Camera, fit, front_view
 from holdfast.drawing.canvas import blank, paint, pixel_axes, png_of
 from holdfast.drawing.footer import GREY, Writer
 from holdfast.drawing.layout import Box
+from holdfast.drawing.lettering import draw_axes
 from holdfast.drawing.marks import INK
-from holdfast.drawing.names import draw_axes
 from holdfast.drawing.picture import Arrow, Picture, legend
 from holdfast.drawing.shade import render
 from holdfast.drawing.soup import fixed, forces, movable, movable_names

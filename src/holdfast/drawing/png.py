@@ -14,8 +14,8 @@ from holdfast.drawing import colours
 from holdfast.drawing.canvas import blank, paint, pixel_axes, png_of
 from holdfast.drawing.footer import GREY, Writer, draw_footer, draw_header, paint_bar
 from holdfast.drawing.layout import Layout, Shot, layout_of
+from holdfast.drawing.lettering import block, draw_axes, draw_names
 from holdfast.drawing.marks import draw_contacts, draw_pushes, draw_scale_bar, visible
-from holdfast.drawing.names import block, draw_axes, draw_names
 from holdfast.drawing.picture import Picture
 from holdfast.drawing.shade import Panel, render
 from holdfast.drawing.soup import fixed, forces, movable, movable_names

@@ -22,11 +22,11 @@ from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compilable, compiled, fused, lean
 from holdfast.base.memory import Memory
 from holdfast.elastic.elimination import apply_pivots, eliminate, finish
-from holdfast.elastic.frames import add_stiffness
 from holdfast.elastic.linear import LINE, SINGULAR, Work, add_body, add_corner, border_unit, dense_solve, lines
 from holdfast.elastic.model import Elastic
 from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.passing import add_rows, find_pieces, pass_on, place_of
+from holdfast.elastic.twists import add_stiffness
 
 _KNOWN = Memory(20_000)  # sheets of models whose fronts are kept
 

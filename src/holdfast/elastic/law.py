@@ -16,8 +16,8 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.compiled import compiled, fused, lean
-from holdfast.elastic.frames import add_wrench, sheet_twist
 from holdfast.elastic.model import Elastic, Runs
+from holdfast.elastic.twists import add_wrench, sheet_twist
 from holdfast.elastic.vectors import scale
 
 # Normal forces over the load, and over those at rest, from which a load jams bodies: its contacts then press more than

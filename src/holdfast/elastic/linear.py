@@ -19,9 +19,9 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.compiled import compilable, compiled, fused, lean
-from holdfast.elastic.frames import add_stiffness
 from holdfast.elastic.model import Elastic
 from holdfast.elastic.ordering import Fronts
+from holdfast.elastic.twists import add_stiffness
 
 LINE = 8  # numbers in a cache line
 SPARE = 1.3  # memory for pivots that wait, over what is needed if none does

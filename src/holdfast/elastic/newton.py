@@ -8,12 +8,12 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.compiled import compiled, lean
-from holdfast.elastic.frames import add_wrench, sheet_twist
 from holdfast.elastic.fronts import solve
 from holdfast.elastic.law import evaluate
 from holdfast.elastic.linear import SINGULAR, Work
 from holdfast.elastic.model import Elastic
 from holdfast.elastic.ordering import Fronts
+from holdfast.elastic.twists import add_wrench, sheet_twist
 from holdfast.elastic.vectors import dot, go, put
 
 HALVINGS = 8  # of a Newton step, in search of a smaller unbalance

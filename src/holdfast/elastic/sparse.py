@@ -13,8 +13,8 @@ from scipy.sparse.linalg import splu
 
 from holdfast.base.arrays import Bool, Float, Int, frozen
 from holdfast.base.compiled import compiled, lean
-from holdfast.elastic.frames import add_stiffness, set_units
 from holdfast.elastic.model import Elastic
+from holdfast.elastic.twists import add_stiffness, set_units
 
 NO_RESISTANCE = 1e-9  # largest resistance that counts as none, where that of bonded contacts is of order one
 FAINT_HOLD = 1e-9  # stiffness of the regularisation spring of a body, in units of its contacts and size

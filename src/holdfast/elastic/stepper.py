@@ -21,7 +21,8 @@ from holdfast.elastic.model import Elastic
 from holdfast.elastic.newton import SHORTEST, Balance, Iteration, newton, unbalance, worst
 from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.outcome import Event
-from holdfast.elastic.progress import (
+from holdfast.elastic.sparse import elastic_size
+from holdfast.elastic.step_control import (
     DIP,
     FALLEN,
     FARTHEST,
@@ -35,7 +36,6 @@ from holdfast.elastic.progress import (
     passes_over,
     set_next_step,
 )
-from holdfast.elastic.sparse import elastic_size
 from holdfast.elastic.vectors import divide, dot, farthest, go, put
 
 TOLERANCE = 1e-7  # unbalance of points on the path, each body's in units of its own weight

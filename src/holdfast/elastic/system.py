@@ -19,8 +19,8 @@ from holdfast.elastic.model import Elastic
 from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.path import PathResult, balances, follow_each, loads_nearby
-from holdfast.elastic.progress import BRIEF, QUICK, StepControl
 from holdfast.elastic.resting import EXACT, MOST_STEPS, bond_all, lessen_drag, move
+from holdfast.elastic.step_control import BRIEF, QUICK, StepControl
 from holdfast.elastic.stepper import make_stepper
 
 P = ParamSpec("P")

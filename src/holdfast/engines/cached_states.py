@@ -6,7 +6,7 @@ from collections.abc import Callable, Hashable
 from functools import partial
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.parts import Part
+from holdfast.assembly.one_group import Part
 from holdfast.base.arrays import Float
 from holdfast.base.memory import Same
 from holdfast.base.values import Value

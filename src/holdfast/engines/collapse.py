@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import ContactNodes, equilibrium_operator
+from holdfast.assembly.contact_nodes import ContactNodes, equilibrium_operator
 from holdfast.base.arrays import Float
 from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import Outcome, solve

@@ -9,7 +9,7 @@ from typing import Literal, get_args
 import numpy as np
 from scipy import sparse
 
-from holdfast.assembly.nodes import ContactNodes
+from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Float, checked_whole, checked_word
 from holdfast.base.entries import Entries, together
 from holdfast.conic.program import ConeKind

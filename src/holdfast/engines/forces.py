@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import ContactNodes, entries_by_bodies, equilibrium_blocks
+from holdfast.assembly.contact_nodes import ContactNodes, entries_by_bodies, equilibrium_blocks
 from holdfast.base.arrays import Float
 from holdfast.base.entries import diagonal, together
 from holdfast.conic.program import ConeProgram

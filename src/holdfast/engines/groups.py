@@ -16,7 +16,7 @@ from threading import RLock
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.parts import Part, part_of
+from holdfast.assembly.one_group import Part, part_of
 from holdfast.base.arrays import Bool, Float, Int, Objects
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.memory import Same
@@ -30,7 +30,7 @@ from holdfast.engines.answers import Answers, joined_notes, weakest_bound
 from holdfast.engines.capabilities import held_by
 from holdfast.engines.contract import EXACT, Accuracy, Engine, State
 from holdfast.engines.mechanism import Kinematics, Mechanism
-from holdfast.engines.reach import Reach
+from holdfast.engines.near_falls import Reach
 from holdfast.engines.rest import doubt_of, hanging, undecided
 from holdfast.engines.verdict import Certificate, ContactForces, GroupVerdict, Status, Verdict
 

@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import ContactNodes, joined_nodes, reordered_nodes
+from holdfast.assembly.contact_nodes import ContactNodes, joined_nodes, reordered_nodes
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Bool, Float, Int, frozen
 from holdfast.base.errors import HoldfastError, message

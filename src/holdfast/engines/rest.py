@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import NO_NODES, ContactNodes, contact_nodes
+from holdfast.assembly.contact_nodes import NO_NODES, ContactNodes, contact_nodes
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import shift_twist
 from holdfast.base.text import listed

@@ -14,7 +14,7 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.errors import GeometryError, message
 from holdfast.base.values import Value
 from holdfast.geometry.area import area_vectors
-from holdfast.geometry.parts import joined, parts_as_given, parts_by_winding
+from holdfast.geometry.closed_parts import joined, parts_as_given, parts_by_winding
 from holdfast.geometry.topology import Edges
 
 if TYPE_CHECKING:

@@ -14,10 +14,10 @@ from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.text import LONGEST_NAME, escaped, one_line
 from holdfast.live import scenery
 from holdfast.live.edits import Place, place_of, placed, pose_of, rubbing, weighing
-from holdfast.live.model import STEEPEST, Model
 from holdfast.live.scenery import GROUPS, MAP, OPENING, SLIDING
 from holdfast.live.steps import settling, taking_apart
-from holdfast.live.worker import Worker
+from holdfast.live.window_model import STEEPEST, Model
+from holdfast.live.window_thread import Worker
 from holdfast.report.notebook import glimpse
 
 DIRECTIONS = 36  # level directions of the limits of transport

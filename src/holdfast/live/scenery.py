@@ -19,12 +19,12 @@ from holdfast.drawing.painted import Painted, painted
 from holdfast.drawing.picture import Arrow, legend
 from holdfast.drawing.soup import forces
 from holdfast.engines.verdict import Status
-from holdfast.live.model import Model
+from holdfast.live.window_model import Model
 from holdfast.queries.map import RobustnessMap
 from holdfast.queries.result import gives_way
 from holdfast.report.bodies import bare_picture
-from holdfast.report.picture import force_arrows, outlines_of, picture_of
-from holdfast.report.push import bounds_told
+from holdfast.report.map_picture import force_arrows, outlines_of, picture_of
+from holdfast.report.push_lines import bounds_told
 from holdfast.report.texts import WORDS
 
 MAP, GROUPS = "largest push", "groups"

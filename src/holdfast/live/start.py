@@ -13,9 +13,9 @@ from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.arrays import checked_number, checked_truth
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.ranges import LENGTH
-from holdfast.live.model import Model
 from holdfast.live.steps import Step, places, settling, taking_apart
 from holdfast.live.window import Window
+from holdfast.live.window_model import Model
 from holdfast.queries.map import RobustnessMap
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice
 from holdfast.report.notebook import glimpse

@@ -23,7 +23,7 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.base.text import escaped
 from holdfast.drawing.camera import front_view
 from holdfast.drawing.edges import feature_edges
-from holdfast.drawing.glb import lit_glb
+from holdfast.drawing.glb_map import lit_glb
 from holdfast.drawing.layers import FORCE_COLOUR
 from holdfast.drawing.marks import CONTACT, INK
 from holdfast.drawing.picture import Arrow, Picture, Solid
@@ -35,9 +35,9 @@ from holdfast.live.controls import Controls
 from holdfast.live.door import Door
 from holdfast.live.edits import placed
 from holdfast.live.gizmo import Gizmo
-from holdfast.live.model import Model
-from holdfast.live.motion import moved_by, parting
-from holdfast.live.worker import Worker
+from holdfast.live.shown_motion import moved_by, parting
+from holdfast.live.window_model import Model
+from holdfast.live.window_thread import Worker
 from holdfast.report.bodies import solids_of
 
 HERE: Final = "127.0.0.1"  # the only address that is listened on

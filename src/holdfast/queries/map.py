@@ -28,7 +28,7 @@ from holdfast.engines.mechanism import Mode
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.geometry.cells import Cells
 from holdfast.queries.exposed import exposed_cells
-from holdfast.queries.imperfect import covering
+from holdfast.queries.imperfect_bounds import covering
 from holdfast.queries.request import (
     DEFAULT_ENGINE,
     EngineChoice,

@@ -20,7 +20,7 @@ from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.imperfect import Imperfect
-from holdfast.queries.imperfect import covering
+from holdfast.queries.imperfect_bounds import covering
 from holdfast.queries.request import (
     CERTAIN_ENGINE,
     DEFAULT_ENGINE,

@@ -25,7 +25,7 @@ from holdfast.engines.answers import Answers, Undecided, joined
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
-from holdfast.queries.imperfect import covering
+from holdfast.queries.imperfect_bounds import covering
 from holdfast.queries.intervals import friction_intervals
 from holdfast.queries.push import Robustness, robustness
 from holdfast.queries.request import (

@@ -19,7 +19,7 @@ from holdfast.geometry.surface import Surface
 from holdfast.geometry.union import united
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.inertial import Inertial, together
-from holdfast.scene.round import Capsule, Ellipsoid
+from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.shapes import Box, Cylinder, MassProperties, Mesh, Sphere, enclosed
 
 APART = 1e-9  # share of the volume of all parts up to which common volume is rounding

@@ -15,10 +15,10 @@ from holdfast.contacts.overlap import Overlap
 from holdfast.scene.body import Body
 from holdfast.scene.excluded import body_of
 from holdfast.scene.scene import Scene
+from holdfast.settling.moved_surfaces import Posed, pairs_near
 from holdfast.settling.near import Near, near_points
-from holdfast.settling.pairs import FacePairs
-from holdfast.settling.poses import Posed, pairs_near
-from holdfast.settling.program import LEFT, Contacts, slips, small_motion
+from holdfast.settling.near_faces import FacePairs
+from holdfast.settling.settling_program import LEFT, Contacts, slips, small_motion
 
 # Lengths are shares of the reach, so that a scene in another unit of length moves alike.
 STRIDE = 0.033  # how far any point moves in one step at most

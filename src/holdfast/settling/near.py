@@ -10,11 +10,11 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.compiled import compiled, lean
 from holdfast.contacts.detect import NOMINAL_BREADTH
 from holdfast.contacts.features import Features, touching_features
-from holdfast.contacts.round import feet
+from holdfast.contacts.round_contacts import feet
 from holdfast.contacts.tolerances import Angles
-from holdfast.settling.facing import ROW, facing_corners
-from holdfast.settling.pairs import FacePairs
-from holdfast.settling.poses import Posed
+from holdfast.settling.facing_triangles import ROW, facing_corners
+from holdfast.settling.moved_surfaces import Posed
+from holdfast.settling.near_faces import FacePairs
 from holdfast.settling.shared import Shared, shared_solids, ways_out
 
 FACING = 15.0  # [deg] faces that enclose a smaller angle meet as faces, others by their edges and vertices

@@ -8,7 +8,7 @@ import manifold3d
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.settling.poses import Posed
+from holdfast.settling.moved_surfaces import Posed
 
 CLEAR = 0.3  # of the area of the second body in a shared solid: less of it facing one way in sum says nothing
 SHEET = 0.05  # of the root of the area of a shared solid: a sheet is thinner than that

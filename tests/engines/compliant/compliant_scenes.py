@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from holdfast import Body, Box, Compliant, Scene, assemble, robustness
 from holdfast.answers import Assembly
-from holdfast.assembly.nodes import ContactNodes, contact_nodes
+from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
 

@@ -21,10 +21,10 @@ from holdfast.elastic.path import PathResult
 from holdfast.elastic.system import System
 from holdfast.engines.answers import Answers, joined
 from holdfast.engines.compliant import columns
+from holdfast.engines.compliant.compliant_state import MANY, Standing
 from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.interpolated import Solved, Survey, survey
-from holdfast.engines.compliant.state import MANY, Standing
 from holdfast.engines.contract import Within
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
@@ -189,7 +189,7 @@ def test_lower_bounds_are_begun_while_a_long_path_is_followed(monkeypatch: pytes
     monkeypatch.setattr(Grid, "finer", property(finer))
     for threads in (1, 2):
         made.clear()
-        monkeypatch.setattr("holdfast.engines.compliant.state.free_threads", lambda: threads)  # noqa: B023
+        monkeypatch.setattr("holdfast.engines.compliant.compliant_state.free_threads", lambda: threads)  # noqa: B023
         assembly = hf.assemble(shipped_scene("bonded_wall"))
         W = push_columns(assembly, 7, assembly.com[[7]], np.eye(3)[:1])
         state = hf.Compliant().prepare(assembly)

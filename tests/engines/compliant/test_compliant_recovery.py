@@ -16,10 +16,10 @@ from holdfast.elastic.path import PathResult
 from holdfast.engines.amendments.amendment import Asked
 from holdfast.engines.amendments.limit_review import LimitReview
 from holdfast.engines.compliant.columns import Columns
+from holdfast.engines.compliant.compliant_state import Standing
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.compliant.refinement import LEAST_ERROR, SAFETY
-from holdfast.engines.compliant.state import Standing
 from holdfast.engines.contract import EXACT
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene

@@ -6,7 +6,7 @@ from compliant_scenes import X, shipped
 
 from bench.suites.reliability import random_pushes
 from holdfast import Compliant
-from holdfast.assembly.nodes import contact_nodes
+from holdfast.assembly.contact_nodes import contact_nodes
 from holdfast.elastic.law import node_forces
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.engines.compliant.fixed_point import Fixed, fixed_point

@@ -16,7 +16,7 @@ from holdfast.elastic.linear import make_work
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
 from holdfast.elastic.resting import EXACT, lessen_drag, move
 from holdfast.engines.compliant.bisection import with_bisected_peaks
-from holdfast.engines.compliant.verdict import unbalanced
+from holdfast.engines.compliant.rest_verdict import unbalanced
 
 CASES = Path(__file__).parents[4] / "shared" / "cases"
 LARGE = {"armadillo": [pytest.mark.slow]}  # masonry_crossvault below is as large, and looked at by default

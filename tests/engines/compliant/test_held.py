@@ -8,8 +8,8 @@ import pytest
 import holdfast as hf
 from bench.scenes.dense_pallet import pallet
 from bench.scenes.random_pushes import columns, random_pushes
+from holdfast.engines.compliant.compliant_state import Standing
 from holdfast.engines.compliant.grid import Grid
-from holdfast.engines.compliant.state import Standing
 from holdfast.engines.groups import prepared
 from holdfast.queries.exposed import exposed_cells
 from holdfast.queries.request import push_columns

@@ -11,17 +11,17 @@ from bench.baselines import penalty
 from bench.scenes.random_pushes import columns, random_pushes
 from holdfast import Body, Compliant, Imperfect, Scene, Status, assemble
 from holdfast.answers import Assembly
-from holdfast.assembly.nodes import contact_nodes
+from holdfast.assembly.contact_nodes import contact_nodes
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.path import REFINED
 from holdfast.elastic.system import System
-from holdfast.engines.compliant.faces import Faces
-from holdfast.engines.compliant.model import elastic_model, own_rows
+from holdfast.engines.compliant.elastic_model import elastic_model, own_rows
 from holdfast.engines.compliant.places import Places
+from holdfast.engines.compliant.random_faces import Faces
 from holdfast.engines.compliant.rough import Rough
 from holdfast.engines.contract import EXACT
 from holdfast.engines.groups import prepared
-from holdfast.queries.imperfect import covering
+from holdfast.queries.imperfect_bounds import covering
 from holdfast.queries.request import push_columns
 
 POINTS = np.array([[-0.05, 0, 0.05], [-0.05, 0.045, 0.02], [-0.05, 0.03, 0.08]])

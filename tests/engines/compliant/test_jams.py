@@ -13,7 +13,7 @@ from bench.scenes.random_pushes import Push, columns, random_pushes
 from holdfast import Body, Box, Compliant, Scene, assemble
 from holdfast.base.arrays import Float
 from holdfast.elastic.law import slid
-from holdfast.elastic.progress import SLID
+from holdfast.elastic.step_control import SLID
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.groups import prepared
 

@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 import holdfast as hf
 from holdfast.assembly.assembly import body_forces
 from holdfast.base.arrays import Float
+from holdfast.engines.compliant.compliant_state import Standing
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.load_bearing import HUGE
-from holdfast.engines.compliant.state import Standing
 from holdfast.queries.request import push_columns
 
 MU, SIDE = 0.5, 0.1

@@ -14,8 +14,8 @@ from holdfast.elastic.linear import ROUNDED
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.sparse import elastic_size
 from holdfast.elastic.system import Settled, System
+from holdfast.engines.compliant.compliant_state import Standing
 from holdfast.engines.compliant.grid import Grid
-from holdfast.engines.compliant.state import Standing
 from holdfast.engines.groups import prepared
 from holdfast.scene.shipped import shipped_scene
 from holdfast.scene.shipped.blocks import at

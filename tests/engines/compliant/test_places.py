@@ -7,9 +7,9 @@ import pytest
 from compliant_scenes import shipped
 
 import holdfast as hf
-from holdfast.assembly.nodes import ContactNodes, contact_nodes
+from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes
 from holdfast.contacts.interface import Patch
-from holdfast.engines.compliant.model import elastic_model
+from holdfast.engines.compliant.elastic_model import elastic_model
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.compliant.sheets import sheets_of
 from holdfast.queries.request import push_columns

@@ -8,8 +8,8 @@ from compliant_scenes import G0, STANDING, block, cube, floor, shipped
 
 from holdfast import Compliant, Scene, Status, assemble, stability
 from holdfast.engines.compliant import reserve
+from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
-from holdfast.engines.compliant.model import Springs
 
 
 @pytest.mark.parametrize("name", STANDING)

@@ -6,7 +6,7 @@ from graph_scenes import push, surface_points
 from reference import reference_of
 
 from holdfast import assemble
-from holdfast.assembly.parts import part_of
+from holdfast.assembly.one_group import part_of
 from holdfast.scene.shipped import shipped_scene
 
 

@@ -23,7 +23,7 @@ from reference import reference_of
 
 from holdfast import Body, Friction, Graph, Mesh, Scene, assemble, robustness
 from holdfast.answers import Interface
-from holdfast.assembly.parts import part_of
+from holdfast.assembly.one_group import part_of
 from holdfast.engines.graph.engine import GraphState
 from holdfast.engines.graph.topple import all_parallel, axis_torques, friction_axis, toppling_axes
 from holdfast.scene.shipped import shipped_scene

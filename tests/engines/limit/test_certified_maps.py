@@ -12,8 +12,8 @@ from holdfast.engines.contract import Within
 from holdfast.engines.limit.certified import _Face
 from holdfast.engines.limit.engine import Limit
 from holdfast.engines.limit.gauge import Cuts
+from holdfast.engines.limit.limit_program import LoadProgram
 from holdfast.engines.limit.load_limit import LoadLimit
-from holdfast.engines.limit.program import LoadProgram
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene

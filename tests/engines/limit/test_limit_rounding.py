@@ -12,7 +12,7 @@ from limit_scenes import G0, Array, shipped
 import holdfast as hf
 from holdfast import Limit
 from holdfast.answers import Assembly
-from holdfast.assembly.nodes import ContactNodes
+from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.engines.answers import Bound
 from holdfast.engines.limit.balance import Balance, _factor, _solved
 from holdfast.engines.limit.rounding import EXTENDED, Equilibrium, inner

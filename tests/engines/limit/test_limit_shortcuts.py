@@ -10,7 +10,7 @@ from holdfast import Limit, Scene, Status, assemble
 from holdfast.answers import Assembly
 from holdfast.engines.limit import interior, repair
 from holdfast.engines.limit.interior import ENOUGH, pressed_forces
-from holdfast.engines.limit.state import LimitState
+from holdfast.engines.limit.limit_state import LimitState
 
 
 def dense(across: int = 3, deep: int = 2, high: int = 2) -> Assembly:

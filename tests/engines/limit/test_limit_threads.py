@@ -15,8 +15,8 @@ from limit_scenes import columns, shipped
 from holdfast.base.arrays import Float
 from holdfast.engines.contract import Within
 from holdfast.engines.limit.engine import Limit
+from holdfast.engines.limit.limit_program import LoadProgram, Solved
 from holdfast.engines.limit.load_limit import LoadLimit
-from holdfast.engines.limit.program import LoadProgram, Solved
 
 T = TypeVar("T")
 THREADS = 4

@@ -1,7 +1,7 @@
 """Find an order in which an assembly can be built, body by body, with everything standing after each step.
 
 Bodies are put in from the top, so an order is an order of removals reversed, with one condition less: what could clamp
-a body that is pulled out does not hinder one that is set down. The search is that of disassembly (search.py).
+a body that is pulled out does not hinder one that is set down. The search is that of disassembly (order_search.py).
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.applications.disassembly.order import SHOWN, SOLVES, check_stands
+from holdfast.applications.disassembly.order_search import everything
 from holdfast.applications.disassembly.removal import Answer, Removal, Removals
-from holdfast.applications.disassembly.search import everything
 from holdfast.applications.disassembly.weakest import WeakestPoints
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived, to_dict

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from holdfast.applications.disassembly.order_search import everything, fewest
 from holdfast.applications.disassembly.removal import WHOLE, Answer, Removal, Removals
-from holdfast.applications.disassembly.search import everything, fewest
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float, checked_direction, checked_items, checked_whole

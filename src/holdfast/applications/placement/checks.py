@@ -9,7 +9,9 @@ from functools import cached_property
 import manifold3d
 import numpy as np
 
-from holdfast.applications.placement.faults import (
+from holdfast.applications.placement.margins import carriers_of, clearance, edge_margin, way_back
+from holdfast.applications.placement.options import Options
+from holdfast.applications.placement.refusals import (
     AWAY,
     BALANCED,
     FALLEN,
@@ -26,9 +28,7 @@ from holdfast.applications.placement.faults import (
     UNSUPPORTED,
     UNSURE,
 )
-from holdfast.applications.placement.margins import carriers_of, clearance, edge_margin, way_back
-from holdfast.applications.placement.options import Options
-from holdfast.applications.placement.reach import Reach
+from holdfast.applications.placement.way_in import Reach
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.progress import keep_to_time

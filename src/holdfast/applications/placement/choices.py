@@ -13,7 +13,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from holdfast.applications.placement.spots import Spot
+from holdfast.applications.placement.level_places import Spot
 from holdfast.scene.body import Body
 
 Order = Callable[[Body], float]

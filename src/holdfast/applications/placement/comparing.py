@@ -9,12 +9,12 @@ from typing import Literal
 import numpy as np
 
 from holdfast.applications.placement.checks import Checks
-from holdfast.applications.placement.faces import UPRIGHT, Face, rolls_on
 from holdfast.applications.placement.margins import contacts_of, normals_into, rests_on
+from holdfast.applications.placement.place_search import Clock
 from holdfast.applications.placement.rating import MOST_RATED, Rating, least_push, weakest_of
 from holdfast.applications.placement.refine import refined
 from holdfast.applications.placement.result import Candidate
-from holdfast.applications.placement.search import Clock
+from holdfast.applications.placement.standing_faces import UPRIGHT, Face, rolls_on
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.progress import OutOfTimeError, reported, until
 from holdfast.queries.map import RobustnessMap

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from holdfast.applications.placement.conditions import Approach, Search, Where, checked_value
-from holdfast.applications.placement.friction import friction_with
 from holdfast.applications.placement.options import names_of
+from holdfast.applications.placement.place_search import Clock
+from holdfast.applications.placement.placed_friction import friction_with
 from holdfast.applications.placement.plan import planner
 from holdfast.applications.placement.planner import Planner
-from holdfast.applications.placement.search import Clock
 from holdfast.applications.placement.several import RANDOM, Placing
 from holdfast.applications.placement.several_result import Placements
 from holdfast.assembly.assembly import Assembly

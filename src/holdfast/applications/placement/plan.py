@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from holdfast.applications.placement.conditions import ATTEMPTS, Approach, Search, Where, checked_value
-from holdfast.applications.placement.friction import friction_with
 from holdfast.applications.placement.options import (
     Options,
     checked_keep_out,
@@ -16,13 +15,14 @@ from holdfast.applications.placement.options import (
     checked_region,
     names_of,
 )
+from holdfast.applications.placement.placed_friction import friction_with
 from holdfast.applications.placement.planner import Planner
 from holdfast.applications.placement.result import Placement
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.errors import SceneError, message
 from holdfast.base.text import listed, quoted
 from holdfast.engines.imperfect import Imperfect
-from holdfast.queries.imperfect import covering
+from holdfast.queries.imperfect_bounds import covering
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
 from holdfast.scene.body import Body
 from holdfast.scene.friction import Friction

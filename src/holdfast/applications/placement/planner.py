@@ -22,14 +22,14 @@ import numpy as np
 from holdfast.applications.placement.checks import Checks
 from holdfast.applications.placement.comparing import Compared, compared
 from holdfast.applications.placement.conditions import ATTEMPTS, CANDIDATES
-from holdfast.applications.placement.faces import Face, faces_of, rolls_on
-from holdfast.applications.placement.faults import FALLS, OVERLAPS
 from holdfast.applications.placement.margins import normals_into
 from holdfast.applications.placement.options import Options
+from holdfast.applications.placement.place_search import Clock, Trials
 from holdfast.applications.placement.proposals import Proposals
 from holdfast.applications.placement.rating import UNASKED, full_map, least_push, unasked_map
+from holdfast.applications.placement.refusals import FALLS, OVERLAPS
 from holdfast.applications.placement.result import Candidate, Placement
-from holdfast.applications.placement.search import Clock, Trials
+from holdfast.applications.placement.standing_faces import Face, faces_of, rolls_on
 from holdfast.applications.placement.support import SupportPoints, scene_map, support_points, unmapped_points
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.progress import OutOfTimeError, report, until

@@ -20,13 +20,13 @@ import numpy as np
 
 from holdfast.applications.placement.choices import COMPARING, RULED, Rule, Way
 from holdfast.applications.placement.comparing import Compared, rated
-from holdfast.applications.placement.faces import Face
+from holdfast.applications.placement.level_places import Outline, Spot, frame_of, levels_of, spots_for, turns_of
+from holdfast.applications.placement.place_search import Clock
 from holdfast.applications.placement.planner import Planner
 from holdfast.applications.placement.rating import TOPPLED
 from holdfast.applications.placement.result import Candidate
-from holdfast.applications.placement.search import Clock
 from holdfast.applications.placement.several_result import PlacedObject
-from holdfast.applications.placement.spots import Outline, Spot, frame_of, levels_of, spots_for, turns_of
+from holdfast.applications.placement.standing_faces import Face
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.progress import OutOfTimeError, report, until

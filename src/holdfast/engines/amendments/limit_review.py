@@ -9,7 +9,7 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
-from holdfast.elastic.progress import CARRIED
+from holdfast.elastic.step_control import CARRIED
 from holdfast.engines.amendments.amendment import Asked, AtRest
 from holdfast.engines.answers import Answers, only_balanced
 from holdfast.engines.compliant.beginnings import SMALL, gives_way, path_from

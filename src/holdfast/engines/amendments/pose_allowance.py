@@ -13,7 +13,7 @@ from holdfast.contacts.tolerances import SIGMAS
 from holdfast.engines.answers import Answers
 from holdfast.engines.contract import Accuracy
 from holdfast.engines.limit.engine import Limit
-from holdfast.engines.limit.state import LimitState
+from holdfast.engines.limit.limit_state import LimitState
 
 STEEPEST = 1.5  # [rad] largest friction angle
 DIRECTIONS = 8  # horizontal directions in which all bodies may lean

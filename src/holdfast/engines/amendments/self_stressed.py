@@ -17,13 +17,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from holdfast.assembly.nodes import contact_nodes
+from holdfast.assembly.contact_nodes import contact_nodes
 from holdfast.base.arrays import Float, Int
 from holdfast.engines.amendments.amendment import MATTERS, Asked, AtRest
 from holdfast.engines.answers import Answers
+from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import FINER, Grid
 from holdfast.engines.compliant.load_bearing import HUGE
-from holdfast.engines.compliant.model import Springs
 from holdfast.engines.cones import EXACT
 from holdfast.engines.peeling import clampable
 from holdfast.engines.self_stress import self_stressed_nodes

@@ -11,7 +11,7 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
-from holdfast.elastic.progress import CARRIED
+from holdfast.elastic.step_control import CARRIED
 from holdfast.elastic.stepper import carried
 from holdfast.elastic.system import Settled, System
 from holdfast.engines.compliant.grid import Grid

@@ -10,8 +10,8 @@ import numpy as np
 from holdfast.base.arrays import Float
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
 from holdfast.elastic.path import PathResult
+from holdfast.engines.compliant.elastic_model import motion_row
 from holdfast.engines.compliant.grid import Grid
-from holdfast.engines.compliant.model import motion_row
 
 ACCURACY = 2e-4  # relative accuracy of a peak at which bisection stops
 FALLBACK_ACCURACY = 5e-3  # relative accuracy beyond which bisection does not insist where it stalls

@@ -5,19 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import ContactNodes
+from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked_number, checked_whole
 from holdfast.base.ranges import STIFFNESS
 from holdfast.base.values import Value
 from holdfast.elastic.outcome import RestOutcome
+from holdfast.engines.compliant.compliant_state import CLAIM, NAME, CompliantState, Standing, Unpushable
+from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
-from holdfast.engines.compliant.model import Springs
 from holdfast.engines.compliant.refinement import REFINEMENTS, Refined
 from holdfast.engines.compliant.reserve import overruled
-from holdfast.engines.compliant.state import CLAIM, NAME, CompliantState, Standing, Unpushable
+from holdfast.engines.compliant.rest_verdict import at_rest, not_at_rest
 from holdfast.engines.compliant.stiffness import Stiffness, check_stiffness, checked_stiffness
-from holdfast.engines.compliant.verdict import at_rest, not_at_rest
 from holdfast.engines.rest import find_rest
 from holdfast.engines.verdict import Status, Verdict
 

@@ -17,7 +17,7 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import ContactNodes
+from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Float
 from holdfast.conic.solve import Outcome, Prepared
 from holdfast.engines.forces import ACCEPTED_RESIDUAL, force_program

@@ -9,7 +9,7 @@ from threading import RLock
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import ContactNodes
+from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.progress import reported
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
@@ -17,11 +17,11 @@ from holdfast.elastic.path import PathResult
 from holdfast.elastic.sparse import FAINTEST, held
 from holdfast.elastic.system import Settled, System
 from holdfast.engines.compliant.concentrated import concentrated
+from holdfast.engines.compliant.elastic_model import Springs, force_unit, own_rows, world_rows
 from holdfast.engines.compliant.idle_contacts import idle, leaning
 from holdfast.engines.compliant.load_bearing import HUGE, LoadBearing
-from holdfast.engines.compliant.model import Springs, force_unit, own_rows, world_rows
 from holdfast.engines.compliant.places import Places
-from holdfast.engines.limit.state import LimitState, balanced_under
+from holdfast.engines.limit.limit_state import LimitState, balanced_under
 from holdfast.engines.mechanism import Mechanism, describe_all, modes_of, without_slight
 
 FINER = 2  # number of nodes along a side on the next finer grid, as a multiple of this grid's

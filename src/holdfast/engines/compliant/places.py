@@ -13,7 +13,7 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import ContactNodes, contact_nodes, equilibrium_operator
+from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes, equilibrium_operator
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.memory import Same
 from holdfast.engines.compliant.sheets import Sheets, sheets_of

@@ -14,7 +14,7 @@ import numpy as np
 
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.engines.compliant.grid import FINER, Grid
-from holdfast.engines.compliant.verdict import at_rest, carried, not_at_rest
+from holdfast.engines.compliant.rest_verdict import at_rest, carried, not_at_rest
 from holdfast.engines.rest import undecided
 from holdfast.engines.verdict import Status, Verdict
 

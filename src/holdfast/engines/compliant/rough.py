@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
+from holdfast.engines.compliant.compliant_state import CLAIM, NAME, CompliantState
 from holdfast.engines.compliant.engine import Compliant, prepared_on
-from holdfast.engines.compliant.faces import Faces
-from holdfast.engines.compliant.state import CLAIM, NAME, CompliantState
+from holdfast.engines.compliant.random_faces import Faces
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from holdfast.assembly.assembly import FIXED, Assembly
-from holdfast.assembly.nodes import ContactNodes, contact_nodes
+from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, checked_number, checked_truth, checked_whole
 from holdfast.base.errors import HoldfastError, message
@@ -18,7 +18,7 @@ from holdfast.base.ranges import MANY, MOST_SEED
 from holdfast.base.rigid import cross, rotation_about, shift_twist
 from holdfast.base.text import listed
 from holdfast.base.values import Value
-from holdfast.contacts.nodes import Sampling
+from holdfast.contacts.patch_nodes import Sampling
 from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.contract import EXACT, Accuracy
 from holdfast.engines.graph import topple

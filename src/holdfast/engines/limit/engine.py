@@ -1,4 +1,4 @@
-"""Engine ``limit``: limit analysis (state.py), and whether the equilibrium that exists comes about."""
+"""Engine ``limit``: limit analysis (limit_state.py), and whether the equilibrium that exists comes about."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import ContactNodes
+from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
 from holdfast.base.values import Value
@@ -15,9 +15,9 @@ from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.compliant.refinement import REFINEMENTS
 from holdfast.engines.cones import ConeChoice, FrictionCone
 from holdfast.engines.contract import State
+from holdfast.engines.limit.box_corners import corners_of, weakest
+from holdfast.engines.limit.limit_state import CLAIM, NAME, LimitState, balanced_under
 from holdfast.engines.limit.loose import comes_loose
-from holdfast.engines.limit.state import CLAIM, NAME, LimitState, balanced_under
-from holdfast.engines.limit.worst_case import corners_of, weakest
 from holdfast.engines.rest import Rest
 from holdfast.engines.verdict import Status
 

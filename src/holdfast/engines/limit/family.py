@@ -9,10 +9,10 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, SolverError, message
+from holdfast.engines.limit.farthest_load import Corner
 from holdfast.engines.limit.load_limit import LoadLimit
 from holdfast.engines.limit.proof import Proofs
 from holdfast.engines.limit.rounding import DOWN, gamma
-from holdfast.engines.limit.support import Corner
 from holdfast.engines.verdict import Status
 
 SMALLEST = 1e-6  # share of the box: a set that reaches less far along an axis counts as flat

@@ -14,9 +14,9 @@ from holdfast.base.parallel import answers_in_parallel, free_threads
 from holdfast.base.progress import reported
 from holdfast.conic.solve import Outcome
 from holdfast.engines.cones import FrictionCone
-from holdfast.engines.limit.carried import Carried
+from holdfast.engines.limit.carrying_proof import Carried
+from holdfast.engines.limit.limit_program import LoadProgram, Solved
 from holdfast.engines.limit.load_limit import LoadLimit
-from holdfast.engines.limit.program import LoadProgram, Solved
 from holdfast.engines.limit.repair import Repair
 from holdfast.engines.limit.rounding import Equilibrium
 from holdfast.engines.limit.scales import usual_forces

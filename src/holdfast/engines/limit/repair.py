@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from holdfast.assembly.nodes import ContactNodes
+from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Bool, Float
 from holdfast.base.entries import Entries, diagonal
 from holdfast.conic.program import ConeProgram

@@ -17,7 +17,7 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.nodes import ContactNodes, arms, by_bodies, dense_by_bodies, equilibrium_blocks
+from holdfast.assembly.contact_nodes import ContactNodes, arms, by_bodies, dense_by_bodies, equilibrium_blocks
 from holdfast.base.arrays import Float
 
 UNIT = 2.0**-53  # the unit roundoff u of double precision

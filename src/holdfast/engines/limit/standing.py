@@ -7,7 +7,7 @@ from dataclasses import replace
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.engines.cones import FrictionCone
-from holdfast.engines.limit.carried import Carried
+from holdfast.engines.limit.carrying_proof import Carried
 from holdfast.engines.limit.interior import interior_forces
 from holdfast.engines.limit.rounding import Equilibrium
 from holdfast.engines.limit.scales import usual_forces

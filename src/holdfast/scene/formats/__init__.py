@@ -4,7 +4,8 @@ To add a format, write a module in this package and import it here. If several f
 this list reads it.
 """
 
-from holdfast.scene.formats import native, published, settled  # isort: skip
+from holdfast.scene.formats import native, published, settled_scene  # isort: skip
+
 from holdfast.scene.formats import mjcf, urdf, sdf, gltf, compas, usd, moveit  # isort: skip
 
-__all__ = ["compas", "gltf", "mjcf", "moveit", "native", "published", "sdf", "settled", "urdf", "usd"]
+__all__ = ["compas", "gltf", "mjcf", "moveit", "native", "published", "sdf", "settled_scene", "urdf", "usd"]

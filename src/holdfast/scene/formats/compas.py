@@ -12,7 +12,7 @@ from holdfast.base.arrays import Float, checked
 from holdfast.base.errors import GeometryError, SceneError, message
 from holdfast.base.ranges import PLACE, SCALE
 from holdfast.base.text import listed, quoted
-from holdfast.scene.formats.nodes import Numbers, check_weights, common, first_of, own, scene_of_nodes
+from holdfast.scene.formats.named_meshes import Numbers, check_weights, common, first_of, own, scene_of_nodes
 from holdfast.scene.formats.published import triangulated
 from holdfast.scene.formats.registry import Format, register_format
 from holdfast.scene.formats.rigid_parts import checked_fixed

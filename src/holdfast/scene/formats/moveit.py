@@ -14,7 +14,7 @@ from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Solid
-from holdfast.scene.formats.nodes import FLOOR, Numbers, check_weights, common, first_of, own
+from holdfast.scene.formats.named_meshes import FLOOR, Numbers, check_weights, common, first_of, own
 from holdfast.scene.formats.registry import Format, register_format
 from holdfast.scene.formats.rigid_parts import Piece, checked_fixed, filled, rigid_body, scene_of
 from holdfast.scene.formats.source import Source

@@ -25,13 +25,13 @@ from holdfast.base.rigid import pose_from
 from holdfast.base.text import quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Part, Shape, Solid
-from holdfast.scene.formats import text
+from holdfast.scene.formats import plain_data
 from holdfast.scene.formats.faults import first_fault
 from holdfast.scene.formats.registry import Format, register_format
 from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import Combine, Friction
 from holdfast.scene.halfspace import HalfSpace
-from holdfast.scene.round import Capsule, Ellipsoid
+from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
 
@@ -287,12 +287,12 @@ def write(scene: Scene, path: Path) -> bytes:
     The suffix of ``path`` selects JSON or YAML. Paths of meshes are relative to ``path``.
     """
     data = _scene_data(scene, path)
-    return (text.as_json(data) if path.suffix.lower() == ".json" else text.as_yaml(data)).encode()
+    return (plain_data.as_json(data) if path.suffix.lower() == ".json" else plain_data.as_yaml(data)).encode()
 
 
 def scene_text(scene: Scene, folder: Path = Path()) -> str:
     """Return the YAML text of a scene file in ``folder``, by default the current one."""
-    return text.as_yaml(_scene_data(scene, folder / "scene.yaml"))
+    return plain_data.as_yaml(_scene_data(scene, folder / "scene.yaml"))
 
 
 def _scene_data(scene: Scene, path: Path) -> dict[str, Any]:
@@ -446,5 +446,5 @@ def shape_data(shape: Shape, path: Path | None) -> dict[str, Any]:
     return {"type": "mesh"} | source | ({"noise": shape.noise} if shape.noise else {})
 
 
-NATIVE = Format("holdfast scene", text.SUFFIXES, sniff, read, write, mark=f"`format: {FORMAT}`")
+NATIVE = Format("holdfast scene", plain_data.SUFFIXES, sniff, read, write, mark=f"`format: {FORMAT}`")
 register_format(NATIVE)

@@ -11,7 +11,7 @@ from typing import Any
 from holdfast.base.errors import SceneError, message
 from holdfast.base.files import check_ordinary, read_ordinary
 from holdfast.base.text import listed, quoted
-from holdfast.scene.formats import text
+from holdfast.scene.formats import plain_data
 
 MAX_BYTES = 200_000_000  # the largest file that is read
 MAX_JSON_BYTES = 32_000_000  # the largest JSON file; parsed data may take twenty times the memory
@@ -85,15 +85,15 @@ class Source:
         try:
             self._check_size(MAX_JSON_BYTES if self._is_json else MAX_YAML_BYTES)
             if self._is_json:
-                return text.from_json(self.text, str(self.path)), None
-            return text.from_yaml(self.text, str(self.path)), None
+                return plain_data.from_json(self.text, str(self.path)), None
+            return plain_data.from_yaml(self.text, str(self.path)), None
         except SceneError as error:
             return None, error
 
     @property
     def _is_json(self) -> bool:
         """Whether the file is parsed as JSON, by its suffix or, if that is inconclusive, its first character."""
-        if self.suffix in text.SUFFIXES:
+        if self.suffix in plain_data.SUFFIXES:
             return self.suffix == ".json"
         return self.head.removeprefix(BOM_UTF8).lstrip()[:1] in (b"{", b"[")
 

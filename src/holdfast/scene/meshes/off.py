@@ -6,7 +6,7 @@ import numpy as np
 
 from holdfast.base.arrays import Float, Int
 from holdfast.base.text import quoted
-from holdfast.scene.meshes.text import Rows, fan, numbers, rows_of
+from holdfast.scene.meshes.text_meshes import Rows, fan, numbers, rows_of
 
 HEADS = ("OFF", "COFF", "NOFF", "CNOFF")
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from holdfast.base.arrays import Float, Int
 from holdfast.base.text import quoted
-from holdfast.scene.meshes.text import Rows, numbers, rows_of
+from holdfast.scene.meshes.text_meshes import Rows, numbers, rows_of
 
 HEAD = 84  # bytes before the first triangle of a binary file; the last four are the number of triangles
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])

@@ -19,6 +19,7 @@ from holdfast.base.errors import SceneError
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Shape
 from holdfast.scene.formats.faults import first_fault
+from holdfast.scene.formats.named_meshes import Known
 from holdfast.scene.formats.native import (
     FORMAT,
     AnyModel,
@@ -34,7 +35,6 @@ from holdfast.scene.formats.native import (
     shape_data,
     shape_of,
 )
-from holdfast.scene.formats.nodes import Known
 from holdfast.scene.meshes.foreign import Node
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Mesh

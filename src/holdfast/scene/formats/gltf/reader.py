@@ -18,8 +18,7 @@ from holdfast.geometry.gltf import MAGIC, container
 from holdfast.scene.formats.faults import first_fault
 from holdfast.scene.formats.gltf.inside import Inside, materials_of_parts
 from holdfast.scene.formats.gltf.writer import write
-from holdfast.scene.formats.native import FrictionModel, Number, Triple, Truth, friction_of
-from holdfast.scene.formats.nodes import (
+from holdfast.scene.formats.named_meshes import (
     FLOOR,
     Numbers,
     check_names,
@@ -29,6 +28,7 @@ from holdfast.scene.formats.nodes import (
     own,
     scene_of_nodes,
 )
+from holdfast.scene.formats.native import FrictionModel, Number, Triple, Truth, friction_of
 from holdfast.scene.formats.references import References
 from holdfast.scene.formats.registry import Format, register_format
 from holdfast.scene.formats.rigid_parts import checked_fixed

@@ -14,9 +14,9 @@ from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Part, Shape
 from holdfast.scene.excluded import Excluded, excluded_by
-from holdfast.scene.formats.mjcf import shapes
-from holdfast.scene.formats.mjcf.groups import STILL, Groups, find_groups, frame_of, inertia_of, relative
-from holdfast.scene.formats.mjcf.names import unique
+from holdfast.scene.formats.mjcf import mjcf_shapes
+from holdfast.scene.formats.mjcf.mjcf_groups import STILL, Groups, find_groups, frame_of, inertia_of, relative
+from holdfast.scene.formats.mjcf.mjcf_names import unique
 from holdfast.scene.formats.mjcf.rules import Rules
 from holdfast.scene.friction import Friction
 from holdfast.scene.halfspace import HalfSpace
@@ -69,7 +69,7 @@ def from_mujoco(model: Any, data: Any, *, rigid: bool = False, name: str = "") -
 
 def _groups(model: Any, owners: Groups, rules: Rules) -> tuple[list[Group], list[str]]:  # noqa: ANN401
     """Return what becomes a body, in the order of the model, and the names of moving bodies that touch nothing."""
-    labels = [name or f"{shapes.kind_of(model, g)} {g}" for g, name in enumerate(rules.names)]
+    labels = [name or f"{mjcf_shapes.kind_of(model, g)} {g}" for g, name in enumerate(rules.names)]
     of_body: dict[int, list[int]] = {}
     for g in np.flatnonzero(rules.colliding).tolist():
         of_body.setdefault(int(model.geom_bodyid[g]), []).append(g)
@@ -96,7 +96,7 @@ def _apart(model: Any, rules: Rules, b: int, geoms: list[int], moving: list[int]
 
     Planes and geoms of the world are alone; others are together if they may touch the same geoms that move.
     """
-    alone = [[g] for g in geoms if b == 0 or model.geom_type[g] == shapes.PLANE]
+    alone = [[g] for g in geoms if b == 0 or model.geom_type[g] == mjcf_shapes.PLANE]
     others = [g for g in geoms if [g] not in alone]
     alike: dict[bytes, list[int]] = {}
     for g, row in zip(others, rules.touching(others, moving), strict=True):
@@ -115,15 +115,16 @@ def _body(model: Any, data: Any, group: Group, rules: Rules) -> Body:  # noqa: A
     first = group.geoms[0]
     materials = [rules.materials[rules.of[g]] for g in group.geoms]
     usual = max(dict.fromkeys(materials), key=materials.count)
-    if group.fixed and (len(group.geoms) == 1 and (model.geom_type[first] == shapes.PLANE or group.bodies[0] == 0)):
-        shape: Shape = HalfSpace() if model.geom_type[first] == shapes.PLANE else shapes.solid_of(model, first)
-        pose = home @ shapes.pose_of(model, first)
+    plane = model.geom_type[first] == mjcf_shapes.PLANE
+    if group.fixed and len(group.geoms) == 1 and (plane or group.bodies[0] == 0):
+        shape: Shape = HalfSpace() if plane else mjcf_shapes.solid_of(model, first)
+        pose = home @ mjcf_shapes.pose_of(model, first)
         return Body(group.name, shape, pose=pose, material=usual, fixed=True)
     parts = [
         _part(model, data, g, home, None if m == usual else m) for g, m in zip(group.geoms, materials, strict=True)
     ]
     plain = len(parts) == 1 and np.array_equal(parts[0].pose, np.eye(4))
-    whole = parts[0].shape if plain else shapes.compound(tuple(parts))
+    whole = parts[0].shape if plain else mjcf_shapes.compound(tuple(parts))
     if group.fixed:
         return Body(group.name, whole, pose=home, material=usual, fixed=True)
     mass, com, inertia = inertia_of(model, data, group.bodies)
@@ -132,11 +133,11 @@ def _body(model: Any, data: Any, group: Group, rules: Rules) -> Body:  # noqa: A
 
 def _part(model: Any, data: Any, g: int, home: Float, material: str | None) -> Part:  # noqa: ANN401
     """Return a geom as a part of the body with the frame ``home``."""
-    pose = shapes.pose_of(model, g)
+    pose = mjcf_shapes.pose_of(model, g)
     frame = frame_of(data, int(model.geom_bodyid[g]))
     if not np.array_equal(frame, home):
         pose = relative(frame @ pose, home)
-    return Part(shapes.solid_of(model, g), pose, material)
+    return Part(mjcf_shapes.solid_of(model, g), pose, material)
 
 
 def _excluded(rules: Rules, groups: Sequence[Group]) -> list[Excluded]:
@@ -161,7 +162,7 @@ def _left_out(model: Any, rules: Rules, empty: list[str]) -> list[str]:  # noqa:
     if empty:
         notes.append(f"left out, as no geom of theirs collides: {listed(empty)}")
     used = rules.colliding
-    if (np.asarray(model.geom_type)[used] == shapes.MESH).any():
+    if (np.asarray(model.geom_type)[used] == mjcf_shapes.MESH).any():
         notes.append("meshes are their convex hulls, as MuJoCo collides them")
     if (np.asarray(model.geom_margin)[used] > 0).any():
         notes.append("ignored: margins, at which MuJoCo's contacts begin before surfaces touch")
@@ -176,7 +177,8 @@ def _unread(model: Any, data: Any, owners: Groups) -> list[str]:  # noqa: ANN401
     """Return notes of what acts on bodies in MuJoCo and not here.
 
     Equality constraints, tendons, lifted weights and soft bodies are not among it: where they reach a body that moves,
-    the model is refused or the body held (groups.py). Sensors, keyframes, custom data and all that is seen do nothing.
+    the model is refused or the body held (mjcf_groups.py). Sensors, keyframes, custom data and all that is seen do
+    nothing.
     """
     moves, names = owners.owner != STILL, owners.names
 

@@ -19,9 +19,9 @@ from holdfast.base.errors import HoldfastWarning, SceneError, located, message, 
 from holdfast.base.files import checked_path, read_ordinary
 from holdfast.base.text import one_line, quoted
 from holdfast.scene.formats.joint_limits import check_within
-from holdfast.scene.formats.mjcf.guard import MOST_BYTES, ROOT, UNUSED, files_of, parsed, root_of
 from holdfast.scene.formats.mjcf.live import from_mujoco
-from holdfast.scene.formats.mjcf.names import entries
+from holdfast.scene.formats.mjcf.mjcf_guard import MOST_BYTES, ROOT, UNUSED, files_of, parsed, root_of
+from holdfast.scene.formats.mjcf.mjcf_names import entries
 from holdfast.scene.formats.mjcf.writer import write
 from holdfast.scene.formats.registry import Format, register_format
 from holdfast.scene.formats.source import Source

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.scene.formats.mjcf.names import entries
-from holdfast.scene.formats.mjcf.shapes import kind_of
+from holdfast.scene.formats.mjcf.mjcf_names import entries
+from holdfast.scene.formats.mjcf.mjcf_shapes import kind_of
 
 OVERRIDE = 1 << 0  # mjENBL_OVERRIDE: one friction for all
 NO_CONTACT = (1 << 0) | (1 << 4)  # mjDSBL_CONSTRAINT, mjDSBL_CONTACT

@@ -20,7 +20,7 @@ from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Solid
 from holdfast.scene.excluded import Excluded, by_bodies, may_touch
 from holdfast.scene.halfspace import HalfSpace
-from holdfast.scene.round import Capsule, Ellipsoid
+from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
 

@@ -15,9 +15,9 @@ from holdfast.scene.formats.references import Packages, References
 from holdfast.scene.formats.registry import Format, register_format
 from holdfast.scene.formats.rigid_parts import Notes, checked_fixed, rigid_body, scene_of
 from holdfast.scene.formats.sdf.frames import Frames
-from holdfast.scene.formats.sdf.groups import Group, groups_of
-from holdfast.scene.formats.sdf.links import KNOWN, RULES, LinkReader, coefficients
 from holdfast.scene.formats.sdf.scopes import Scope, ScopeReader
+from holdfast.scene.formats.sdf.sdf_joints import Group, groups_of
+from holdfast.scene.formats.sdf.sdf_links import KNOWN, RULES, LinkReader, coefficients
 from holdfast.scene.formats.sdf.touching import Touching, excluded_pairs, toucher
 from holdfast.scene.formats.source import Source
 from holdfast.scene.formats.surfaces import Surfaces

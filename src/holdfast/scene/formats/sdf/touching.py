@@ -11,9 +11,9 @@ import numpy as np
 from holdfast.base.arrays import Bool
 from holdfast.scene.body import Body
 from holdfast.scene.excluded import Excluded, excluded_by
-from holdfast.scene.formats.sdf.groups import Place
-from holdfast.scene.formats.sdf.links import USUAL_MASK
 from holdfast.scene.formats.sdf.scopes import Scope, truth
+from holdfast.scene.formats.sdf.sdf_joints import Place
+from holdfast.scene.formats.sdf.sdf_links import USUAL_MASK
 
 
 class Toucher(NamedTuple):

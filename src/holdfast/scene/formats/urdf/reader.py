@@ -18,8 +18,8 @@ from holdfast.scene.formats.references import Packages, References
 from holdfast.scene.formats.registry import Format, register_format
 from holdfast.scene.formats.rigid_parts import Notes, rigid_body, scene_of
 from holdfast.scene.formats.source import Source
-from holdfast.scene.formats.urdf.links import KNOWN, LinkReader
 from holdfast.scene.formats.urdf.tree import Group, groups_of
+from holdfast.scene.formats.urdf.urdf_links import KNOWN, LinkReader
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.inertial import together
 from holdfast.scene.scene import Scene

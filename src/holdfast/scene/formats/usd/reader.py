@@ -15,16 +15,16 @@ from holdfast.base.ranges import DENSITY, FRICTION, SCALE
 from holdfast.base.text import listed
 from holdfast.scene.body import Body
 from holdfast.scene.excluded import Excluded, excluded_by
-from holdfast.scene.formats.nodes import split
+from holdfast.scene.formats.named_meshes import split
 from holdfast.scene.formats.references import Packages
 from holdfast.scene.formats.registry import Format, register_format
 from holdfast.scene.formats.rigid_parts import checked_fixed, rigid_body, scene_of
 from holdfast.scene.formats.source import MAX_BYTES, Source
 from holdfast.scene.formats.surfaces import RULES, Surfaces
-from holdfast.scene.formats.usd.links import Group, groups_of, has, touching
 from holdfast.scene.formats.usd.masses import Collider, inertial_of
-from holdfast.scene.formats.usd.shapes import along, fail, number_of, numbers_of, piece_of
 from holdfast.scene.formats.usd.stage import Stage, opened, told
+from holdfast.scene.formats.usd.usd_bodies import Group, groups_of, has, touching
+from holdfast.scene.formats.usd.usd_colliders import along, fail, number_of, numbers_of, piece_of
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.inertial import together
 from holdfast.scene.scene import Scene

@@ -17,7 +17,7 @@ from holdfast.base.ranges import SCALE
 from holdfast.base.rigid import Y_TO_Z
 from holdfast.base.text import quoted
 from holdfast.scene.formats.references import Packages, References
-from holdfast.scene.formats.usd.guard import check_lengths
+from holdfast.scene.formats.usd.usd_guard import check_lengths
 
 MOST_LAYERS = 1_000
 MOST_PRIMS = 200_000  # of a stage, instances counted one by one

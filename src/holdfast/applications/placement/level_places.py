@@ -1,0 +1,217 @@
+"""Find level places for an object by its outline seen from above: in corners and beside what stands there already.
+
+Every place puts a flat face of the object on level tops of the scene, parallel to them, so that its rectangle touches
+the edges of the tops, or of other bodies' outlines, or lies midway between these. Among all places of a rectangle
+without overlap that can be pushed left and down no further, there is one of these (bottom-left stability, Chazelle
+1983). Whether the object stands there is not asked here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import shapely
+
+from holdfast.applications.placement.options import Options
+from holdfast.applications.placement.standing_faces import Face
+from holdfast.base.arrays import Float
+from holdfast.base.progress import keep_to_time
+from holdfast.base.rigid import tangents
+from holdfast.contacts.overlap import solid_of
+from holdfast.geometry.hull import convex_hull, smallest_rectangle
+from holdfast.geometry.solid import hull_solid
+from holdfast.scene.body import Body
+
+LEVEL = 0.9999  # cosine: triangles whose normal is this close to the vertical are level
+STEP = 1e-4  # [m] tops whose heights differ by less are one
+MOST_FACES = 6  # of the object that are tried, the steadiest
+SAME = 1e-9  # share of a length by which outlines that merely touch do not overlap
+HAIR = 1e-6  # [m] width of what is seen edge on
+LEAST_SUPPORT = 0.6  # share of a face that has to lie on the tops for a place to be looked at
+WHOLLY = 0.999  # share of a face that lies on the tops wholly, but for slits between them
+CONVEX = 1e-6  # of its hull's volume: by how much less a body that counts as convex may fill
+MOST_SPOTS = 40_000  # combinations of coordinates that are looked at for one face on one level
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """Tops of bodies at one ``height`` [m] along up, and their outline ``top`` seen from above."""
+
+    height: float
+    top: shapely.Geometry
+
+
+@dataclass(frozen=True, eq=False)
+class Spot:
+    """A place for an object: its ``pose`` (4, 4), the ``height`` [m] on which it stands and its ``corner`` (2,) [m].
+
+    The corner is the lowest of its rectangle, in the axes of the scene's tops. ``support`` is the share of the face
+    that lies on the tops, and ``face`` the number of the face, of which the first is the one to prefer.
+    """
+
+    pose: Float
+    height: float
+    corner: Float
+    support: float
+    face: int
+
+
+def frame_of(bodies: Sequence[Body], up: Float) -> Float:
+    """Return level axes (2, 3) along the sides of the largest level top of ``bodies``, or any if there is none."""
+    axes, best = np.array(tangents(up)), 0.0
+    for body in bodies:
+        triangles = _level_triangles(body, up)
+        if not len(triangles):
+            continue
+        flat = triangles.reshape(-1, 3) @ axes.T
+        ring = convex_hull(flat, SAME * body.size)
+        sides, low, high = smallest_rectangle(ring)
+        area = float(np.prod(high - low))
+        if area > best * (1 + 1e-6):
+            best, found = area, sides @ axes
+    if best == 0:
+        return axes
+    first = found[0] * (1.0 if found[0][np.argmax(np.abs(found[0]))] > 0 else -1.0)
+    return np.array([first, np.cross(up, first)])
+
+
+def levels_of(bodies: Sequence[Body], up: Float, axes: Float) -> list[Level]:
+    """Return the level tops of ``bodies``, those at one height joined, the lowest first."""
+    triangles = np.vstack([_level_triangles(body, up) for body in bodies])
+    every = (triangles.reshape(-1, 3) @ up).reshape(-1, 3).mean(1)
+    order = np.argsort(every, kind="stable")
+    cuts = np.flatnonzero(np.diff(every[order]) > STEP) + 1
+    found = []
+    for group in np.split(order, cuts):
+        if len(group):
+            whole = shapely.union_all(shapely.polygons(triangles[group] @ axes.T), grid_size=HAIR)
+            found.append(Level(float(every[group].mean()), whole))
+    return found
+
+
+def _level_triangles(body: Body, up: Float) -> Float:
+    surface = body.reduced_world
+    return np.asarray(surface.vertices[surface.faces][surface.normals @ up > LEVEL])
+
+
+def turns_of(faces: Sequence[Face], options: Options, up: Float, axes: Float) -> list[Float]:
+    """Return rotations (3, 3) with a face down and its longer side along either of ``axes``, the best faces first.
+
+    Faces of round sides are left out. Upright ones come first unless orientations have been asked for.
+    """
+    steady = [face for face in faces if face.tilt > 0 and not face.rolls]
+    if options.orientations is not None:
+        wanted = [turn.T @ -up for turn in options.orientations]
+        steady = [
+            f for f in steady if any(f.normal @ down > np.cos(np.radians(options.lean_degrees)) for down in wanted)
+        ]
+        if not options.free_yaw:
+            return list(options.orientations)
+    elif options.prefer_upright:
+        steady = sorted(steady, key=lambda face: not face.upright)
+    turns = []
+    for face in steady[:MOST_FACES]:
+        own = np.column_stack([face.normal, face.along, np.cross(face.normal, face.along)])
+        turns += [np.column_stack([-up, along, np.cross(-up, along)]) @ own.T for along in axes]
+    return turns
+
+
+@dataclass(frozen=True, eq=False)
+class Outline:
+    """A body of the scene that may be in the way, as seen from above in level ``axes`` (2, 3)."""
+
+    body: Body
+    up: Float
+    axes: Float
+
+    @cached_property
+    def heights(self) -> Float:
+        """The heights (V,) [m] of its vertices along ``up``."""
+        return np.asarray(self.body.reduced_world.vertices @ self.up)
+
+    @cached_property
+    def whole(self) -> shapely.Geometry | None:
+        """The outline of a convex body, or None for any other."""
+        vertices = self.body.surface_world.vertices
+        hull = hull_solid(vertices).volume()
+        solid = solid_of(self.body)
+        if solid is None or hull - solid.volume() > CONVEX * hull:
+            return None
+        return shapely.MultiPoint(vertices @ self.axes.T).convex_hull
+
+    def between(self, low: float, high: float) -> shapely.Geometry | None:
+        """Return the outline of what lies between two heights [m], or None; it may be too large, never too small.
+
+        Walls of a body that is not convex are thin, and what is inside them does not count.
+        """
+        if self.heights.max() <= low + STEP or self.heights.min() >= high - STEP:
+            return None
+        if self.whole is not None:
+            return self.whole
+        surface = self.body.reduced_world
+        each = self.heights[surface.faces]
+        within = (each.max(1) > low + STEP) & (each.min(1) < high - STEP)
+        flat = shapely.polygons((surface.vertices @ self.axes.T)[surface.faces[within]])
+        return shapely.union_all(shapely.buffer(shapely.make_valid(flat), HAIR, quad_segs=1))
+
+
+def spots_for(
+    body: Body, turns: Sequence[Float], levels: Sequence[Level], others: Sequence[Outline], apart: float, inset: float
+) -> list[Spot]:
+    """Return the places of an object in all ``turns`` (3, 3) on all levels, ``apart`` [m] away from all that is beside.
+
+    ``others`` are the bodies that may be in the way; there is one at least. The object stands ``inset`` [m] inside the
+    edges of the tops at least, or with 0 on LEAST_SUPPORT of its face at least.
+    """
+    up, axes = others[0].up, others[0].axes
+    found = []
+    for level in levels:
+        for number, turn in enumerate(turns):
+            keep_to_time()
+            vertices = body.shape.surface.vertices @ turn.T
+            flat, height = vertices @ axes.T, vertices @ up
+            sole, low, size = flat[height < height.min() + STEP], flat.min(0), np.ptp(flat, axis=0)
+            shapes = [other.between(level.height, level.height + float(np.ptp(height))) for other in others]
+            blocked = shapely.union_all([shape for shape in shapes if shape is not None])
+            shapely.prepare(blocked)
+            corners = _corners(level.top, blocked, size, apart, inset)
+            near = apart - SAME
+            corners = corners[
+                ~shapely.intersects(blocked, shapely.box(*(corners - near).T, *(corners + size + near).T))
+            ]
+            within = max(inset - SAME, 0.0)
+            first, last = corners - low + sole.min(0) - within, corners - low + sole.max(0) + within
+            standing = shapely.box(*first.T, *last.T)
+            share = shapely.area(shapely.intersection(level.top, standing)) / shapely.area(standing)
+            for k in np.flatnonzero(share > (LEAST_SUPPORT if inset == 0 else WHOLLY)):
+                pose = np.eye(4)
+                pose[:3, :3] = turn
+                pose[:3, 3] = (corners[k] - low) @ axes + (level.height - height.min()) * up
+                found.append(Spot(pose, level.height, corners[k], min(float(share[k]), 1.0), number // len(axes)))
+    return found
+
+
+def _corners(top: shapely.Geometry, blocked: shapely.Geometry, size: Float, apart: float, inset: float) -> Float:
+    """Return the lowest corners (n, 2) [m] of rectangles of a ``size`` (2,) [m] that touch edges or outlines."""
+    inside, beside = _bounds(top), _bounds(blocked)
+    coordinates = []
+    for axis in (0, 1):
+        low, high = inside[:, axis], inside[:, 2 + axis]
+        at = [low + inset, high - inset - size[axis], (low + high - size[axis]) / 2]
+        at += [beside[:, 2 + axis] + apart, beside[:, axis] - apart - size[axis]]
+        each = np.unique(np.round(np.concatenate(at), 9))
+        bounds = shapely.bounds(top)
+        each = each[(each >= bounds[axis] - size[axis]) & (each <= bounds[2 + axis])]
+        coordinates.append(each)
+    x, y = np.meshgrid(*coordinates, indexing="ij")
+    return np.column_stack([x.ravel(), y.ravel()])[:MOST_SPOTS]
+
+
+def _bounds(shape: shapely.Geometry) -> Float:
+    """Return the bounds (n, 4) of the pieces of a shape and of the holes in it."""
+    pieces = [piece for piece in shapely.get_parts(shape) if piece.geom_type == "Polygon"]
+    rings = [ring for piece in pieces for ring in (piece.exterior, *piece.interiors)]
+    return shapely.bounds(rings).reshape(-1, 4)

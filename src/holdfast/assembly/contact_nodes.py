@@ -1,0 +1,217 @@
+"""Compute the contact nodes of an assembly and the equilibrium operator G."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.axes import contact_axes
+from holdfast.base.archive import archived
+from holdfast.base.arrays import Bool, Float, Int, frozen
+from holdfast.base.entries import Entries
+from holdfast.base.kinds import shaped
+from holdfast.base.rigid import cross
+from holdfast.base.values import Value, seal
+from holdfast.contacts.patch_nodes import Sampling, interface_nodes
+
+
+@archived
+@shaped(points="I 3", axes="I 3 3", mu="I", weights="I", interface="I", a="I", b="I")
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactNodes(Value):
+    """The I contact nodes of an assembly; contact forces act at the nodes.
+
+    The force at node i is (f_n, f_t1, f_t2) along the rows of ``axes[i]``. It acts on body b, and its negative acts on
+    body a. ``points`` (I, 3) [m] are in the world frame. ``axes`` (I, 3, 3) holds the rows normal (pointing into b), t1
+    and t2. ``mu`` (I,) are the friction coefficients, ``weights`` (I,) the tributary areas [m²] and ``interface`` (I,)
+    the index of each node's interface. ``a`` and ``b`` (I,) are body numbers, FIXED for fixed bodies.
+    """
+
+    points: Float
+    axes: Float
+    mu: Float
+    weights: Float
+    interface: Int
+    a: Int
+    b: Int
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+    @property
+    def normals(self) -> Float:
+        """The contact normals (I, 3), which point into body b."""
+        return np.asarray(self.axes[:, 0])
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def world(self, forces: Float) -> Float:
+        """Convert forces (I, 3) from the axes of their nodes to the world axes."""
+        return np.asarray(np.einsum("ik,ikx->ix", forces, self.axes))
+
+    def chosen(self, keep: Bool) -> ContactNodes:
+        """Return only the nodes for which ``keep`` (I,) is true."""
+        points, axes, mu, weights = self.points[keep], self.axes[keep], self.mu[keep], self.weights[keep]
+        return ContactNodes(points, axes, mu, weights, self.interface[keep], self.a[keep], self.b[keep])
+
+    @cached_property
+    def spans(self) -> Int:
+        """The index (interfaces + 1,) at which the nodes of each interface begin; nodes are ordered by interface."""
+        return frozen(np.searchsorted(self.interface, np.arange(self.interface.max(initial=-1) + 2)))
+
+
+_EMPTY, _NONE = np.empty(0), np.empty(0, dtype=np.int64)
+NO_NODES = ContactNodes(_EMPTY.reshape(0, 3), _EMPTY.reshape(0, 3, 3), _EMPTY, _EMPTY, _NONE, _NONE, _NONE)
+
+
+def joined_nodes(parts: Sequence[ContactNodes], interfaces: Sequence[int], bodies: Sequence[int]) -> ContactNodes:
+    """Return the nodes of several groups of bodies as those of one group.
+
+    ``interfaces`` and ``bodies`` count those of each group; their numbers run on from group to group.
+    """
+    first, body = np.cumsum([0, *interfaces[:-1]]), np.cumsum([0, *bodies[:-1]])
+    return ContactNodes(
+        points=np.concatenate([part.points for part in parts]),
+        axes=np.concatenate([part.axes for part in parts]),
+        mu=np.concatenate([part.mu for part in parts]),
+        weights=np.concatenate([part.weights for part in parts]),
+        interface=np.concatenate([part.interface + start for part, start in zip(parts, first, strict=True)]),
+        a=np.concatenate([np.where(part.a < 0, -1, part.a + k) for part, k in zip(parts, body, strict=True)]),
+        b=np.concatenate([np.where(part.b < 0, -1, part.b + k) for part, k in zip(parts, body, strict=True)]),
+    )
+
+
+def reordered_nodes(nodes: ContactNodes, bodies: Int, interfaces: Int) -> ContactNodes:
+    """Return the nodes with other numbers for bodies and interfaces, in the order of the new numbers of interfaces.
+
+    ``bodies`` (J,) and ``interfaces`` hold the new number of each.
+    """
+    renumbered = interfaces[nodes.interface]
+    order = np.argsort(renumbered, kind="stable")
+    return ContactNodes(
+        points=nodes.points[order],
+        axes=nodes.axes[order],
+        mu=nodes.mu[order],
+        weights=nodes.weights[order],
+        interface=renumbered[order],
+        a=np.where(nodes.a < 0, -1, bodies[nodes.a])[order],
+        b=np.where(nodes.b < 0, -1, bodies[nodes.b])[order],
+    )
+
+
+def contact_nodes(
+    assembly: Assembly, count: int | Int, sampling: Sampling, seed: int = 0, among: Sequence[int] | None = None
+) -> ContactNodes:
+    """Return the contact nodes of the assembly, with ``count`` nodes for every interface, or for each its own.
+
+    They are those of the interfaces ``among``, by number, or of all. ``seed`` is the random seed of the sampling
+    "paper".
+    """
+    counts = np.broadcast_to(count, len(assembly.interfaces)).tolist()
+    chosen = range(len(counts)) if among is None else among
+    points, weights, bent = [], [], []
+    owner: list[int] = []
+    sizes: list[int] = []
+    for number in chosen:
+        interface = assembly.interfaces[number]
+        samples = interface_nodes(interface, counts[number], sampling, seed + number)
+        for patch, (nodes, areas) in zip(interface.patches, samples, strict=True):
+            if patch.bent:
+                bent.append((sum(sizes), patch.normals_at(nodes)))
+            points.append(nodes)
+            weights.append(areas)
+            owner.append(number)
+            sizes.append(len(nodes))
+    if not points:
+        return NO_NODES
+    axes = assembly.patch_axes
+    if among is not None:
+        begins = np.cumsum([0, *(len(interface.patches) for interface in assembly.interfaces)])
+        axes = np.concatenate([axes[begins[number] : begins[number + 1]] for number in chosen])
+    axes = np.repeat(axes, sizes, axis=0)
+    for first, normals in bent:
+        axes[first : first + len(normals)] = contact_axes(assembly.axes, normals)
+    interface_of = np.repeat(owner, sizes)
+    ends = np.array(assembly.ends, dtype=np.int64)[interface_of]
+    return ContactNodes(
+        np.vstack(points),
+        axes,
+        np.array(assembly.mu)[interface_of],
+        np.concatenate(weights),
+        interface_of,
+        ends[:, 0],
+        ends[:, 1],
+    )
+
+
+def equilibrium_operator(assembly: Assembly, nodes: ContactNodes) -> sparse.csc_matrix:
+    """Return the equilibrium matrix G (6J, 3I), which maps contact forces to body wrenches (eq. 2-3).
+
+    The forces are (f_n, f_t1, f_t2) at the nodes. The wrenches are (force [N], torque [N m] about the centre of mass),
+    along the world axes.
+    """
+    return by_bodies(len(assembly.movable), nodes, equilibrium_blocks(assembly, nodes))
+
+
+def equilibrium_blocks(assembly: Assembly, nodes: ContactNodes) -> Float:
+    """Return what a force along each axis of a node gives both bodies, (I, 3, 2, 6): body b first, then body a."""
+    blocks = np.empty((len(nodes), 3, 2, 6))
+    for side, (body, sign) in enumerate(((nodes.b, 1.0), (nodes.a, -1.0))):
+        force = sign * nodes.axes
+        blocks[:, :, side, :3] = force
+        blocks[:, :, side, 3:] = cross(arms(assembly, nodes, body)[:, None], force)
+    return blocks
+
+
+def wrenches_of(assembly: Assembly, nodes: ContactNodes, forces: Float) -> Float:
+    """Return the wrenches (6J,) of local contact ``forces`` (I, 3) [N] on the bodies: G f, without the matrix G."""
+    count, world = len(assembly.movable), nodes.world(forces)
+    found = np.zeros(6 * (count + 1))  # FIXED is -1, the last one
+    for body, sign in ((nodes.b, 1.0), (nodes.a, -1.0)):
+        acting = np.hstack([world, cross(arms(assembly, nodes, body), world)])
+        rows = 6 * (body % (count + 1))[:, None] + np.arange(6)
+        found += sign * np.bincount(rows.ravel(), acting.ravel(), len(found))
+    return found[: 6 * count]
+
+
+def arms(assembly: Assembly, nodes: ContactNodes, body: Int) -> Float:
+    """Return the arms (I, 3) [m] of the nodes about the centre of mass of a ``body`` (I,) each, 0 for fixed ones."""
+    free = body >= 0
+    return np.asarray(np.where(free[:, None], nodes.points - assembly.com[np.where(free, body, 0)], 0.0))
+
+
+def by_bodies(count: int, nodes: ContactNodes, blocks: Float) -> sparse.csc_matrix:
+    """Return the matrix (6J, 3I) of ``blocks`` (I, 3, 2, 6), as those of ``equilibrium_blocks``; ``count`` is J."""
+    found, width = entries_by_bodies(nodes, blocks), 3 * len(nodes)
+    starts = np.concatenate([[0], np.cumsum(np.bincount(found.columns, minlength=width))])
+    return sparse.csc_matrix((found.values, found.rows, starts), shape=(6 * count, width))
+
+
+def entries_by_bodies(nodes: ContactNodes, blocks: Float) -> Entries:
+    """Return the entries of that matrix, zeros among them, column by column with rows in order.
+
+    Fixed bodies have no rows.
+    """
+    bodies = np.stack([nodes.b, nodes.a], axis=1)
+    later = bodies[:, 0] > bodies[:, 1]  # rows are to be in order
+    bodies = np.where(later[:, None], bodies[:, ::-1], bodies)
+    blocks = np.where(later[:, None, None, None], blocks[:, :, ::-1], blocks)
+    kept = np.broadcast_to((bodies >= 0)[:, None, :, None], blocks.shape)
+    rows = np.broadcast_to(6 * bodies[:, None, :, None] + np.arange(6), blocks.shape)
+    columns = np.broadcast_to(np.arange(3 * len(nodes)).reshape(-1, 3)[:, :, None, None], blocks.shape)
+    return Entries(rows[kept], columns[kept], blocks[kept])
+
+
+def dense_by_bodies(count: int, nodes: ContactNodes, blocks: Float) -> Float:
+    """Return the same as ``by_bodies``, with its zeros."""
+    found = np.zeros((count + 1, 6, len(nodes), 3))  # FIXED is -1, the last one
+    node = np.arange(len(nodes))
+    for side, body in enumerate((nodes.b, nodes.a)):
+        found[body, :, node] = blocks[:, :, side].transpose(0, 2, 1)
+    return found[:count].reshape(6 * count, 3 * len(nodes))

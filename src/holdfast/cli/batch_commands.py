@@ -1,0 +1,144 @@
+"""The commands ``batch`` and ``report``."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.files import read_ordinary
+from holdfast.batches.inputs import inputs_of
+from holdfast.batches.resources import Resources
+from holdfast.batches.result import BatchReport
+from holdfast.batches.run import batch as asked
+from holdfast.batches.words import ANSWERED
+from holdfast.cli.common import AsJson
+from holdfast.cli.output import out, print_json
+from holdfast.cli.terminal import lines, progress
+from holdfast.report.batch_report import write_report
+
+MOST_BYTES = 1_000_000  # of a file of options
+PAGE = "report.html"
+
+Globs = Annotated[
+    list[str], typer.Argument(metavar="GLOB...", help="scene files, folders, quoted globs (** too), .csv, .parquet")
+]
+Options = Annotated[Path | None, typer.Option(help='JSON: {"engine": ..., "assemble": {...}, "map": {...}, ...}')]
+Workers = Annotated[int | None, typer.Option(help="processes; default: one for each core")]
+Seconds = Annotated[float, typer.Option(help="longest time of a scene in s")]
+Megabytes = Annotated[float, typer.Option(help="most memory of a scene in MB")]
+Scheduler = Annotated[str | None, typer.Option(help="address of a Dask scheduler, such as tls://host:8786")]
+Certificate = Annotated[Path | None, typer.Option(help="PEM file for tls://")]
+
+
+@dataclass(frozen=True)
+class Running:
+    """Where and how long scenes are asked: the options that ``batch`` and ``check`` share."""
+
+    workers: int | None
+    seconds: float
+    megabytes: float
+    shard: str | None = None
+    shard_size: int = Resources.shard_size
+    scheduler: str | None = None
+    tls_ca: Path | None = None
+    tls_cert: Path | None = None
+    tls_key: Path | None = None
+
+    def ask(
+        self,
+        globs: Iterable[str],
+        ask: Iterable[str],
+        folder: Path,
+        options: Path | None,
+        retry: Iterable[str] = (),
+    ) -> BatchReport:
+        """Ask the scenes that the arguments name."""
+        scenes = [(item.name, item.path) for text in globs for item in inputs_of(text).items]
+        with progress(), lines(), self._client() as where:
+            return asked(
+                scenes,
+                ask,
+                out=folder,
+                workers=self.workers,
+                options=_read(options),
+                seconds=self.seconds,
+                retry=retry,
+                resources=Resources(self.megabytes, where, self.shard, self.shard_size),
+            )
+
+    def _client(self) -> AbstractContextManager[Any]:  # Dask has no types
+        if self.scheduler is None:
+            return nullcontext()
+        from holdfast.batches.cluster import connected
+
+        files = {"tls_ca_file": self.tls_ca, "tls_client_cert": self.tls_cert, "tls_client_key": self.tls_key}
+        client: AbstractContextManager[Any] = connected(
+            self.scheduler, {name: str(path) for name, path in files.items() if path is not None}
+        )
+        return client
+
+
+def batch(
+    scenes: Globs,
+    folder: Annotated[Path, typer.Option("--out", metavar="DIR", help="folder of the tables; resumes what is there")],
+    ask: Annotated[str, typer.Option(help="stability, map, transport, push:FILE, with commas between")] = "stability",
+    options: Options = None,
+    workers: Workers = None,
+    seconds: Seconds = 60.0,
+    megabytes: Megabytes = Resources.megabytes,
+    shard_size: Annotated[int, typer.Option(help="scenes in a file of each table")] = Resources.shard_size,
+    shard: Annotated[str | None, typer.Option(metavar="I/N", help="only each N-th shard from I on: arrays")] = None,
+    retry: Annotated[str, typer.Option(help="outcomes to ask again: error, time, memory, crash")] = "",
+    scheduler: Scheduler = None,
+    tls_ca: Certificate = None,
+    tls_cert: Certificate = None,
+    tls_key: Certificate = None,
+    as_json: AsJson = False,
+) -> None:
+    """Ask many scenes the same, each in a process with limits, and write the answers as tables to a folder.
+
+    The same command goes on where it was stopped. Exit code 0 if every scene was answered, whatever the answers, and 1
+    if some were not: their rows say why.
+    """
+    running = Running(workers, seconds, megabytes, shard, shard_size, scheduler, tls_ca, tls_cert, tls_key)
+    again = tuple(filter(None, retry.split(",")))
+    result = running.ask(scenes, ask.split(","), folder, options, again)
+    if as_json:
+        print_json(result.to_dict())
+    else:
+        summary = result.summary()
+        out.say(summary.headline)
+        for fact in summary.facts:
+            out.say(": ".join(fact))
+        for row in summary.rows:
+            out.say(f"{row[1]}: {row[0]}: {row[2]}")
+    raise typer.Exit(0 if set(result.outcomes) <= {ANSWERED} else 1)
+
+
+def report(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="the folder of a batch")],
+    output: Annotated[Path | None, typer.Option("--output", "-o", help=f"default: {PAGE} in the folder")] = None,
+) -> None:
+    """Write the report of a batch as one page: shares, distributions, the weakest with pictures, and what failed."""
+    path = folder / PAGE if output is None else output
+    write_report(folder, path)
+    out.say(f"wrote {path}")
+
+
+def _read(options: Path | None) -> dict[str, Any]:
+    if options is None:
+        return {}
+    content = read_ordinary(options, "file of options", most=MOST_BYTES, error=HoldfastError)
+    try:
+        return dict(json.loads(content))
+    except (ValueError, TypeError) as cause:
+        raise HoldfastError(
+            message(str(options), f"is no JSON object: {cause}", 'needs {"engine": "limit"}')
+        ) from cause

@@ -1,0 +1,291 @@
+"""Exact contact of balls, cylinders, capsules and ellipsoids: with flat faces, sharp edges and corners, and each other.
+
+Found on tessellated surfaces, such a contact lies at the nearest vertex, up to half an edge from where it is, or it is
+as wide as a facet. A part of a compound that is round touches as a whole body would, but for what of it lies inside
+other parts. The flat ends of cylinders are faces like others: a round body may lie on them, and they meet faces as
+polygons do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.rigid import tangents
+from holdfast.contacts.compound_parts import exposed, nearest_part
+from holdfast.contacts.crisp import on_edges
+from holdfast.contacts.eggs import Egg, meet
+from holdfast.contacts.interface import Patch
+from holdfast.contacts.swept import Meeting, Swept
+from holdfast.contacts.tolerances import Angles
+from holdfast.geometry.facets import COPLANAR
+from holdfast.geometry.topology import FLAT, SMOOTH
+from holdfast.scene.body import Body
+from holdfast.scene.compound import Compound
+from holdfast.scene.round_shapes import Round, round_of
+
+ALIKE = float(np.cos(np.radians(20)))  # cosine of the angle between normals of patches that may stand for one contact
+ROUNDING = 1e-9  # of a face's size: how far beyond its outline a point may lie
+SAME = 1 - 1e-9  # cosine of the angle between the axis of a cylinder and the normal of its own end: rounding
+
+
+class Smooth(NamedTuple):
+    """A round body, or a round part of one: its ``number``, its ``shape``, and its ``pose`` (4, 4) in the world."""
+
+    body: Body
+    number: int
+    shape: Round
+    pose: Float
+
+    @property
+    def placed(self) -> Swept | Egg:
+        """The ball or disc swept along its axis, or the ellipsoid, in the world."""
+        shape = self.shape
+        if not shape.is_swept:
+            return Egg.of(self.pose, shape.radii)
+        half = shape.half * self.pose[:3, 2]
+        return Swept(self.pose[:3, 3], half, float(shape.radii[0]), shape.has_flat_ends)
+
+    @property
+    def reach(self) -> float:
+        """How far it reaches from its centre [m], at most."""
+        return self.shape.half + float(self.shape.radii.max())
+
+
+class _Near(NamedTuple):
+    """What counts as near: ``gap`` and ``depth`` [m] of true surfaces, ``seen`` [m] of tessellated ones.
+
+    ``cos_angle`` is that of the angle between flat faces, ``cos_curved`` that of curved ones.
+    """
+
+    gap: float
+    depth: float
+    seen: float
+    cos_angle: float
+    cos_curved: float
+
+
+@dataclass(frozen=True, eq=False)
+class Foot:
+    """Where a round body or part comes nearest to a flat or round face, an edge or a corner, within the tolerance.
+
+    ``ends`` (1 or 2, 3) [m] is a point or a line halfway between the surfaces, ``normal`` (3,) points into the second
+    body, and ``heights`` (1 or 2,) [m] are the distances there, negative where the bodies overlap. ``reach`` [m] is how
+    far from there its tessellation may seem to touch.
+    """
+
+    of: Smooth
+    ends: Float
+    normal: Float
+    heights: Float
+    reach: float
+
+    def patch(self, breadth: float) -> Patch:
+        """Return the contact."""
+        low, high = float(self.heights.min()), float(self.heights.max())
+        return Patch(self.ends, self.normal, (), (low, high), breadth)
+
+    def is_near(self, points: Float, normal: Float, reach: float) -> Bool:
+        """Tell which points (n, 3) of a surface with this ``normal`` (3,) lie within ``reach`` [m]."""
+        start, along = self.ends[0], self.ends[-1] - self.ends[0]
+        arm = points - start
+        t = np.clip(arm @ along / max(float(along @ along), 1e-300), 0, 1)
+        near = np.linalg.norm(arm - t[:, None] * along, axis=1) <= reach
+        return np.asarray(near & (float(self.normal @ normal) >= ALIKE))
+
+
+def feet(a: Body, b: Body, *, gap: float, depth: float, breadth: float, angles: Angles) -> list[Foot]:
+    """Find where round bodies and parts touch the other body, from -depth to gap [m] above it.
+
+    They touch flat faces, sharp edges and corners, and other round parts. Faces that are part of a tessellated curved
+    surface do not count, nor does a flat end of a cylinder that lies along the face, to within the angle. Where two
+    parts of one body touch at the same place, to within ``breadth`` [m], the first one counts.
+    """
+    found: list[Foot] = []
+    seen = gap + a.shape.surface.sagitta + b.shape.surface.sagitta
+    near = _Near(gap, depth, seen, *np.cos(np.radians(angles)).tolist())
+    round_a, round_b = (list(_smooth_parts(body)) for body in (a, b))
+    for rounds, other, sign in ((round_a, b, -1.0), (round_b, a, 1.0)):
+        if _has_flat_faces(other.shape):
+            for smooth in rounds:
+                found += _feet(smooth, other, sign, near)
+                found += _on_edges(smooth, other, sign, near)
+    for one, two in product(round_a, round_b):
+        found += _between_rounds(one, two, near)
+    several: list[Foot] = []
+    for foot in sorted(found, key=lambda foot: -len(foot.ends)):  # an end of a line is no point of its own
+        if not any(each.is_near(foot.ends, foot.normal, breadth).all() for each in several):
+            several.append(foot)
+    return several
+
+
+def meet_smoothly(a: Body, b: Body) -> bool:
+    """Tell whether two bodies are balls, capsules or ellipsoids: smooth, so that ``feet`` finds all their contacts."""
+    shapes = [round_of(body.shape) for body in (a, b)]
+    return all(shape is not None and not shape.has_flat_ends for shape in shapes)
+
+
+def not_at(feet: Sequence[Foot], patches: Sequence[Patch]) -> list[Patch]:
+    """Return the patches that do not stand for one of the contacts ``feet``: near it, and on the same round part."""
+    return [patch for patch in patches if not any(_stands_for(patch, foot) for foot in feet)]
+
+
+def _stands_for(patch: Patch, foot: Foot) -> bool:
+    if not foot.is_near(patch.polygon, patch.normal, foot.reach).any():
+        return False
+    return bool((nearest_part(foot.of.body, patch.polygon) == foot.of.number).all())
+
+
+def _smooth_parts(body: Body) -> Iterator[Smooth]:
+    """Yield the round parts of a body that are not hidden in others, or the whole body if it is round."""
+    if not isinstance(body.shape, Compound):
+        whole = round_of(body.shape)
+        if whole is not None:
+            yield Smooth(body, 0, whole, body.pose)
+        return
+    shapes = [round_of(part.shape) for part in body.shape.parts]
+    if any(shape is not None for shape in shapes):
+        seen = set(np.unique(body.shape.part_of).tolist())
+        for k, shape in enumerate(shapes):
+            if shape is not None and k in seen:
+                yield Smooth(body, k, shape, body.pose @ body.shape.parts[k].pose)
+
+
+def _has_flat_faces(shape: object) -> bool:
+    whole = round_of(shape)
+    return whole is None or whole.has_flat_ends
+
+
+def _is_flat(body: Body, point: Float, normal: Float) -> bool:
+    """Tell whether a face of a body, with a point (3,) and the ``normal`` (3,), is none of those of its round parts.
+
+    The ends of cylinders are flat.
+    """
+    shape, turn = body.shape, body.pose[:3, :3]
+    if isinstance(shape, Compound):
+        if not any(round_of(part.shape) is not None for part in shape.parts):
+            return True
+        part = shape.parts[int(nearest_part(body, point[None])[0])]
+        shape, turn = part.shape, turn @ part.pose[:3, :3]
+    whole = round_of(shape)
+    return whole is None or bool(whole.is_end(normal @ turn, SAME))
+
+
+def _feet(of: Smooth, other: Body, sign: float, near_by: _Near) -> Iterator[Foot]:
+    R, shape, gap, depth = of.pose[:3, :3], of.shape, near_by.gap, near_by.depth
+    along = shape.half * R[:, 2]
+    centres = of.pose[:3, 3] + (np.array([-along, along]) if shape.half else np.zeros((1, 3)))
+    surface, topology = other.reduced_world, other.shape.surface.reduced.topology
+    normals, corners = surface.normals, surface.vertices[surface.faces]
+    own = normals @ R
+    lengths = np.maximum(np.linalg.norm(own * shape.radii, axis=1), 1e-300)[:, None]
+    lowest = -(own * shape.radii**2 / lengths) @ R.T
+    points = centres[:, None] + lowest  # (centres, F, 3)
+    heights = ((points - corners[:, 0]) * normals).sum(-1)
+    near = ((heights >= -depth) & (heights <= gap)).any(0) & ~shape.is_end(own, near_by.cos_angle)
+    box = points.min(0) - gap, points.max(0) + gap
+    near &= ((corners.min(1) <= box[1]) & (corners.max(1) >= box[0])).all(1)
+    if not near.any():
+        return
+    region = topology.regions(COPLANAR)
+    for number in np.unique(region[near]):
+        members = np.flatnonzero(region == number)
+        face = members[np.argmax(surface.areas[members])]
+        normal, at = normals[face], points[:, face]
+        height = (at - corners[face, 0]) @ normal
+        within = (height >= -depth) & (height <= gap)
+        if not within.any():
+            continue
+        curved = surface.vertices[topology.edges[_curved_rim(topology.of_face[members], topology.bend)]]
+        for start, stop in exposed(of.body, of.number, at[within]):
+            low, height_there = (_between(v[within], start, stop) for v in (at, height))
+            ends = low - np.outer(height_there, normal)
+            share = _on_face(ends, corners[members], normal)
+            if len(share):
+                ends, there = (_between(v, float(share[0]), float(share[-1])) for v in (ends, height_there))
+                if _clear(ends, curved, shape.spread(gap, own[face])) and _is_flat(other, ends[0], normal):
+                    middle = ends + np.outer(there / 2, normal)
+                    yield Foot(of, middle, sign * normal, there, shape.spread(near_by.seen, own[face]))
+
+
+def _between_rounds(one: Smooth, two: Smooth, near: _Near) -> Iterator[Foot]:
+    """Yield where two round parts touch, but for what of it lies inside other parts of their bodies."""
+    a, b = one.placed, two.placed
+    found = meet(a, b, gap=near.gap, depth=near.depth, cos_twist=near.cos_curved, cos_side=near.cos_angle)
+    if found is not None:
+        yield from _shown([one, two], found, found.normal, one.reach + two.reach, near.seen)
+
+
+def _on_edges(of: Smooth, other: Body, sign: float, near: _Near) -> Iterator[Foot]:
+    """Yield where a round part touches sharp edges and corners of another body, unless inside parts of its own."""
+    local = other.shape.surface.reduced
+    if local.roughness.slope or not len(local.crisp):
+        return
+    for found in on_edges(
+        of.placed,
+        other.reduced_world,
+        local.crisp,
+        gap=near.gap,
+        depth=near.depth,
+        cos_twist=near.cos_curved,
+        cos_side=near.cos_angle,
+    ):
+        yield from _shown([of], found, -sign * found.normal, 2 * of.reach, near.seen)
+
+
+def _shown(of: Sequence[Smooth], found: Meeting, normal: Float, whole: float, seen: float) -> Iterator[Foot]:
+    """Yield what of a contact of round parts ``of`` lies inside no other part of their bodies.
+
+    ``whole`` [m] is no less than the bodies' size, and ``seen`` [m] how far tessellated surfaces may be apart there.
+    """
+    reach = min(whole, max(2 * seen, float(np.sqrt(8 * seen / max(found.bend, 1e-300)))))
+    for spans in product(*(exposed(each.body, each.number, end) for each, end in zip(of, found.ends, strict=False))):
+        start, stop = max(span[0] for span in spans), min(span[1] for span in spans)
+        if start <= stop:
+            middle = _between(found.ends.mean(0), start, stop)
+            yield Foot(of[0], middle, normal, _between(found.heights, start, stop), reach)
+
+
+def _between(values: Float, start: float, stop: float) -> Float:
+    """Return the values at two shares of the way from the first to the last of one or two rows; one row if equal."""
+    shares = np.unique([start, stop])
+    return np.asarray(values[0] + np.multiply.outer(shares, values[-1] - values[0]))
+
+
+def _on_face(ends: Float, triangles: Float, normal: Float) -> Float:
+    """Return which part of a point or a line (1 or 2, 3) lies on a face: where it begins and ends, as shares (0 to 2,).
+
+    The face is given as triangles (n, 3, 3); across its gaps the line goes on.
+    """
+    frame = np.array(tangents(normal))
+    origin = triangles[0, 0]
+    flat = (triangles - origin) @ frame.T
+    face = shapely.union_all(shapely.polygons(flat)).buffer(ROUNDING * float(np.ptp(flat.reshape(-1, 2), axis=0).max()))
+    seen = (ends - origin) @ frame.T
+    along = seen[-1] - seen[0]
+    left = (shapely.LineString(seen) if len(seen) > 1 else shapely.Point(seen[0])).intersection(face)
+    share = (shapely.get_coordinates(left) - seen[0]) @ along / max(float(along @ along), 1e-300)
+    return np.unique([share.min(), share.max()]) if len(share) else share
+
+
+def _curved_rim(edges: Int, bend: Float) -> Int:
+    """Return those of the edges (n, 3) of a flat region at which the surface bends as a curved one does."""
+    rim = np.unique(edges)
+    angle = np.abs(bend[rim])
+    return np.asarray(rim[(angle > FLAT) & (angle < SMOOTH)])
+
+
+def _clear(ends: Float, edges: Float, spread: float) -> bool:
+    """Tell whether a contact at ``ends`` (1 or 2, 3) is ``spread`` [m] clear of edges (n, 2, 3) of a curved surface."""
+    if not len(edges):
+        return True
+    lines = shapely.linestrings(edges)
+    here = shapely.linestrings(ends[None]) if len(ends) > 1 else shapely.points(ends)
+    flat_apart = np.asarray(shapely.distance(lines, here))  # in the plane x, y alone: never more than the distance
+    return bool(flat_apart.min() > spread)

@@ -1,0 +1,123 @@
+"""The elastic model of an assembly on the places of its contacts, in the units of ``elastic/law.py``.
+
+Displacements and loads are along the assembly's own axes and rounded as the places are (sheets.py).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Float
+from holdfast.base.rigid import snapped
+from holdfast.elastic.law import bond
+from holdfast.elastic.model import Elastic, Runs
+from holdfast.elastic.twists import set_units
+from holdfast.engines.compliant.places import Places
+from holdfast.engines.compliant.random_faces import Faces
+from holdfast.engines.compliant.sheets import BITS
+from holdfast.engines.compliant.stiffness import Stiffness, stiffness_of
+
+ROUGHEST = 1e3  # flatness, in compressions under the weight, beyond which bodies rest on three nodes of a patch anyway
+
+
+@dataclass(frozen=True, eq=False)
+class Springs:
+    """The springs of the contacts and the number of their nodes.
+
+    ``nodes`` is the number of nodes along each side of a square patch, ``ratio`` the tangential over the normal
+    stiffness, and ``stiffness`` [N/m³] the normal stiffness per area, given as to engine ``Compliant``. ``faces`` are
+    the faces where they are not ideal.
+    """
+
+    nodes: int
+    ratio: float = 1.0
+    stiffness: Stiffness = None
+    faces: Faces | None = None
+
+    def finer(self, times: int) -> Springs:
+        """Return the same springs with ``times`` as many nodes along each side."""
+        return replace(self, nodes=times * self.nodes)
+
+    def model(self, places: Places, wrench: Float) -> Elastic:
+        """Return the elastic model of an assembly on these ``places`` under ``wrench`` (6J,) [N, N m].
+
+        If there are ``faces``, clearances are at most ROUGHEST times the compression that the weight would cause on all
+        contacts together.
+        """
+        assembly, sheets = places.assembly, places.sheets
+        stiffness = stiffness_of(assembly, self.stiffness)
+        if self.faces is None:
+            return elastic_model(places, wrench, self.ratio, stiffness)
+        stiffness = stiffness * self.faces.stiffness(assembly)
+        total = float(stiffness[sheets.owner] @ sheets.weights)
+        most = ROUGHEST * force_unit(assembly, wrench) / max(total, 1e-300)
+        softened = min(1.0, most / max(self.faces.imperfect.flatness, 1e-300))
+        apart = softened * self.faces.clearances(assembly, self.nodes**2)
+        return elastic_model(places, wrench, self.ratio, stiffness, apart)
+
+
+def force_unit(assembly: Assembly, wrench: Float) -> float:
+    """Return the unit of force [N]: the total weight or, for a weightless assembly, the largest entry of ``wrench``."""
+    return assembly.weight or float(np.abs(wrench).max(initial=0.0)) or 1.0
+
+
+def own_rows(assembly: Assembly, rows: Float) -> Float:
+    """Convert rows (k, 6J) of forces and torques [N, N m] to the model's axes and units of length, rounded."""
+    own = ((rows * assembly.levers).reshape(-1, 3) @ assembly.axes.T).reshape(-1, len(assembly.movable), 6)
+    return snapped(own, np.abs(own).max(2, keepdims=True), BITS).reshape(rows.shape)
+
+
+def world_rows(assembly: Assembly, rows: Float) -> Float:
+    """Convert rows (k, 6J) of displacements or motions in the model's axes and units of length to the world's."""
+    return (rows.reshape(-1, 3) @ assembly.axes).reshape(rows.shape) * assembly.levers
+
+
+def motion_row(assembly: Assembly, twists: Float) -> Float:
+    """Convert the twists (J, 6) of a motion to a row (6J,) in the model's axes and units of length."""
+    return (twists.reshape(-1, 3) @ assembly.axes.T).ravel() / assembly.levers
+
+
+def elastic_model(
+    places: Places, wrench: Float, ratio: float = 1.0, stiffness: Float | None = None, apart: Float | None = None
+) -> Elastic:
+    """Return the elastic model of an assembly on these ``places`` under ``wrench`` (6J,) [N, N m].
+
+    The stiffness of a node is the ``stiffness`` per area (interfaces,) [N/m³] of its interface, 1 unless given, times
+    the node's tributary area. ``apart`` (I,) [m] is the clearance of each node, 0 unless given.
+    """
+    assembly, sheets = places.assembly, places.sheets
+    k = sheets.weights if stiffness is None else sheets.weights * stiffness[sheets.owner]
+    total = max(float(k.sum()), 1e-300)
+    k = k / total
+    clear = np.zeros(len(k))
+    if apart is not None:
+        clear = apart * (total / force_unit(assembly, wrench))
+        clear = snapped(clear, np.abs(clear).max(initial=0.0), BITS)
+    scale = assembly.equation_scale / assembly.levers
+    model = Elastic(
+        sheets.first,
+        sheets.x,
+        sheets.y,
+        snapped(k, k, BITS),
+        clear,
+        sheets.mu,
+        float(ratio),
+        sheets.a,
+        sheets.b,
+        sheets.axes,
+        sheets.arm_a,
+        sheets.arm_b,
+        own_rows(assembly, wrench[None] / force_unit(assembly, wrench))[0],
+        snapped(scale, scale, BITS),
+        np.zeros((len(sheets.a), 6, 6)),
+        np.ones(6 * len(assembly.movable)),
+        Runs.of(sheets.first, sheets.x, sheets.y, clear),
+        np.zeros(6 * len(assembly.movable)),
+        np.zeros(6 * len(assembly.movable)),
+    )
+    bond(model)
+    set_units(model)
+    return model

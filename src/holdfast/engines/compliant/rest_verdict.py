@@ -1,0 +1,155 @@
+"""Whether an assembly comes to rest on elastic contacts, with evidence for either answer."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.contact_nodes import ContactNodes, wrenches_of
+from holdfast.base.arrays import Bool, Float
+from holdfast.elastic.law import node_forces
+from holdfast.elastic.model import Elastic
+from holdfast.elastic.outcome import RestOutcome
+from holdfast.elastic.sparse import unresisted_motion
+from holdfast.elastic.step_control import CARRIED
+from holdfast.engines.answers import balanced_in_verdict
+from holdfast.engines.compliant.balanced import TAKEN_ALONG, Free, free_at
+from holdfast.engines.compliant.elastic_model import world_rows
+from holdfast.engines.compliant.fixed_point import Fixed, fixed_point
+from holdfast.engines.compliant.grid import Grid
+from holdfast.engines.compliant.places import Places
+from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of, relative_velocity
+from holdfast.engines.rest import contact_forces, doubt_of, find_rest, undecided
+from holdfast.engines.verdict import Status, Verdict
+
+BALANCED = 1e-8  # largest equilibrium error of a state of rest, relative to the total weight
+BALANCED_EACH = 1e-7  # largest equilibrium error of a state of rest, relative to each body's own weight
+
+
+class AtRest(NamedTuple):
+    """The verdict on an assembly that rests, and which bodies (J,) are free: they have to be held, or are balanced."""
+
+    verdict: Verdict
+    free: Free
+
+    def loose(self, assembly: Assembly) -> tuple[str, ...]:
+        """Name the bodies that are only balanced."""
+        return _named(assembly, self.free.balanced)
+
+
+def at_rest(grid: Grid) -> AtRest | None:
+    """Return the verdict on a grid that has come to rest, or None if it has not or if its forces balance badly.
+
+    What a regularisation spring carries counts as unbalanced.
+    """
+    end = grid.settled
+    found = carried(grid, end.q) if end.outcome is RestOutcome.RESTS else None
+    if found is None:
+        return None
+    free = free_at(grid.system.model, end.q, CARRIED if grid.hold is not None else BALANCED_EACH)
+    loose = _named(grid.assembly, free.balanced)
+    return AtRest(_stands(grid.assembly, grid.nodes, *found, loose), free)
+
+
+def carried(grid: Grid, q: Float) -> tuple[Float, float] | None:
+    """Return the contact forces (I, 3) [N] at displacements q (6J,) of the model, and their equilibrium error.
+
+    The error is relative to the total weight. None if they balance badly; what a regularisation spring carries counts
+    as unbalanced.
+    """
+    forces = np.zeros((len(grid.nodes), 3))
+    node_forces(grid.system.model, q, forces)
+    forces *= grid.unit
+    total, each = unbalanced(grid.places, forces, grid.wrench)
+    most, most_each = (CARRIED, CARRIED) if grid.hold is not None else (BALANCED, BALANCED_EACH)
+    return None if total > most or each > most_each else (forces, total)
+
+
+def not_at_rest(grid: Grid) -> Verdict:
+    """Return the verdict on a grid for which ``at_rest`` returned None.
+
+    Where the search found neither rest nor a drift, limit analysis and then the convex fixed point are asked.
+    """
+    assembly, nodes, wrench, m, end = grid.assembly, grid.nodes, grid.wrench, grid.system.model, grid.settled
+    certain = find_rest(assembly, wrench).verdict
+    if certain.status is Status.UNSTABLE:
+        return certain
+    if end.outcome is RestOutcome.DRIFTS:
+        twists = world_rows(assembly, end.drift[None]).reshape(-1, 6)
+        return _drifts(assembly, nodes, twists, certain.equilibrium_exists)
+    if certain.equilibrium_exists:
+        other = fixed_point(assembly, nodes, wrench, m.k, m.rho)
+        if other.outcome is Fixed.RESTS and other.forces is not None:
+            total, each = unbalanced(grid.places, other.forces, wrench)
+            if each <= BALANCED_EACH:
+                return _stands(assembly, nodes, other.forces, total, _unheld(assembly, m))
+        if other.outcome is Fixed.MOVES and other.twists is not None:
+            return _drifts(assembly, nodes, other.twists, True)
+    tried = (
+        f"Newton's method with ever less drag came to no end ({end.steps} steps, drag {end.drag:.0e}), nor did the "
+        f"convex fixed point; limit analysis: {certain.reason}"
+    )
+    return undecided(tried)
+
+
+def unbalanced(places: Places, forces: Float, wrench: Float) -> tuple[float, float]:
+    """Return the equilibrium error of local contact ``forces`` (I, 3) [N] under ``wrench`` (6J,) [N, N m].
+
+    The first value is relative to the total weight, the second to each body's own weight.
+    """
+    assembly = places.assembly
+    left = wrenches_of(assembly, places.nodes, forces) + wrench
+    weight = assembly.weight or float(np.abs(wrench).max(initial=0.0)) or 1.0
+    total = float(np.abs(left * assembly.levers).max(initial=0.0)) / weight
+    return total, float(np.abs(left * assembly.equation_scale).max(initial=0.0)) / weight
+
+
+def _unheld(assembly: Assembly, m: Elastic) -> tuple[str, ...]:
+    """Name the bodies that could move even if all contacts were bonded."""
+    return _named(assembly, unresisted_motion(m, m.bonded) > TAKEN_ALONG)
+
+
+def _named(assembly: Assembly, bodies: Bool) -> tuple[str, ...]:
+    return tuple(body.name for body, one in zip(assembly.movable, bodies, strict=True) if one)
+
+
+def _stands(
+    assembly: Assembly, nodes: ContactNodes, forces: Float, residual: float, loose: tuple[str, ...] = ()
+) -> Verdict:
+    contact = contact_forces(assembly, nodes, forces)
+    reason = "elastic contacts with friction come to rest: their forces balance every body"
+    reason += balanced_in_verdict(loose)
+    return Verdict(
+        status=Status.STABLE,
+        reason=reason,
+        equilibrium_exists=True,
+        self_stress=False,
+        forces=contact,
+        residual=residual,
+        balanced=loose,
+    )
+
+
+def motion_of(assembly: Assembly, nodes: ContactNodes, twists: Float) -> Mechanism:
+    """Return the mechanism of a motion ``twists`` (J, 6) on elastic contacts, which has no dilatancy."""
+    velocity = relative_velocity(nodes, assembly.com, twists)
+    mode = modes_of(assembly, nodes, twists[None], velocity[None], dual=False)[0]
+    return describe(Kinematics.of(assembly, nodes), twists, mode, dual=False)
+
+
+def _drifts(assembly: Assembly, nodes: ContactNodes, twists: Float, exists: bool | None) -> Verdict:
+    mechanism = motion_of(assembly, nodes, twists)
+    doubt = doubt_of(assembly, twists)
+    if doubt:
+        return undecided(f"the contacts found do not bring it to rest, but {doubt}", mechanism=mechanism)
+    more = ", although an equilibrium exists: nothing presses the contacts that it needs" if exists else ""
+    reason = f"elastic contacts do not come to rest{more}; a steady drift remains: {mechanism.text}"
+    return Verdict(
+        status=Status.UNSTABLE,
+        reason=reason,
+        equilibrium_exists=exists,
+        self_stress=True if exists else None,
+        mechanism=mechanism,
+    )

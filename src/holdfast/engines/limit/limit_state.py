@@ -1,0 +1,224 @@
+"""The state of engine ``limit``: max s such that G f + w_g + s w_e = 0, f in the friction cones, one solve a load."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from threading import Lock
+from typing import Any
+
+import numpy as np
+
+from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.contact_nodes import ContactNodes
+from holdfast.base.arrays import Float
+from holdfast.base.errors import HoldfastError, message
+from holdfast.engines.answers import Answers, Bound, Claim, balanced_in_verdict, joined, only_balanced
+from holdfast.engines.capabilities import Gradient, LoadHull, LoadSet
+from holdfast.engines.cones import EXACT as EXACT_CONE
+from holdfast.engines.cones import FrictionCone
+from holdfast.engines.contract import EXACT, Accuracy, Within
+from holdfast.engines.directions import FLAT_GROUP, by_body
+from holdfast.engines.limit.certified import certify
+from holdfast.engines.limit.derivatives import gradient
+from holdfast.engines.limit.family import Family
+from holdfast.engines.limit.farthest_load import Support
+from holdfast.engines.limit.gauge import Cuts
+from holdfast.engines.limit.load_hull import find_hull
+from holdfast.engines.limit.load_limit import LoadLimit
+from holdfast.engines.limit.load_sets import find_set
+from holdfast.engines.limit.proof import Proofs
+from holdfast.engines.limit.rounding import DOWN, UP
+from holdfast.engines.limit.standing import proved_rest
+from holdfast.engines.mechanism import Kinematics, Mechanism, describe_all, modes_of
+from holdfast.engines.rest import Rest, find_rest
+from holdfast.engines.verdict import Status, Verdict
+
+NAME, CLAIM = "limit", Claim.EXISTS
+UNPROVED = (
+    "lower is an estimate: no contact forces inside all friction cones were found, or there are too many to prove it"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class LimitState:
+    """Limit analysis over a friction ``cone`` with one program, set up once, for all loads of an assembly.
+
+    Several threads may ask one state. Exact answers are the same as from one thread; those ``Within`` a gap depend on
+    what was asked before, because bounds draw on all earlier solves, and such calls wait for each other.
+    """
+
+    cone: FrictionCone
+    assembly: Assembly
+    wrench: Float
+    rest: Rest
+    _certifying: Lock = field(default_factory=Lock, init=False, repr=False)
+
+    def verdict(self) -> Verdict:
+        """Whether an equilibrium exists, whether it comes about, and which bodies are only balanced in any."""
+        verdict, names = self.rest.verdict, self._loose
+        if not names:
+            return verdict
+        return replace(verdict, reason=verdict.reason + balanced_in_verdict(names), balanced=names)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Which polygon stands for the cone, if one does."""
+        if self.cone.kind == "exact":
+            return ()
+        errs = "cautious" if self.cone.kind == "inscribed" else "optimistic"
+        return (f"friction cone replaced by an {self.cone.kind} polygon of {self.cone.sides} sides: {errs}",)
+
+    def fresh(self) -> LimitState:
+        """The same state, its program set up once for both, with no bounds from earlier solves."""
+        other = LimitState(self.cone, self.assembly, self.wrench, self.rest)
+        other.__dict__["proofs"] = self.proofs
+        return other
+
+    def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
+        """Factors for load columns W (6J, n), each by a solve of its own.
+
+        ``Within`` a gap, columns that load a single body each are bounded within (upper - lower) / upper <= gap from
+        few solves (certified.py); their factor is then the lower bound. Bounds take no further work: ``ForcesOnly`` has
+        them, too.
+
+        With the exact cone ``upper`` is proved: gravity over load power of a motion that was mended so that no contact
+        force gains on it, and infinite where that is not possible. ``lower`` is proved by contact forces that balance
+        exactly (carrying_proof.py), as if bodies that are only balanced stayed so; where such forces are not found, it
+        is an estimate, and ``lower_bound`` says so. An inscribed polygon gives no upper bound of the true cone, a
+        circumscribed one no lower bound.
+        """
+        count = W.shape[1]
+        if not self.rest.verdict.equilibrium_exists:
+            return self._not_standing(count)
+        if not isinstance(accuracy, Within) or not (groups := by_body(W, FLAT_GROUP)):
+            return self._answers(self.proofs.limits(W))
+        order = [columns for _, columns in groups]
+        parts = [self._certified(W[:, columns], 6 * body, accuracy.gap) for body, columns in groups]
+        alone = np.setdiff1d(np.arange(count), np.concatenate(order))
+        if len(alone):
+            order.append(alone)
+            parts.append(self._answers(self.proofs.limits(W[:, alone])))
+        return joined(parts).rows(np.argsort(np.concatenate(order)))
+
+    def _known(self, *, lower: bool, upper: bool = True) -> dict[str, Any]:
+        """What all answers of this state have in common; ``lower`` and ``upper`` say whether those are proved."""
+        known = {True: Bound.PROVED, False: Bound.ESTIMATED}
+        return {
+            "engine": NAME,
+            "claim": CLAIM,
+            "verdict": self.rest.verdict,
+            "lower_bound": Bound.NONE if self.cone.kind == "circumscribed" else known[lower],
+            "upper_bound": Bound.NONE if self.cone.kind == "inscribed" else known[upper],
+            "notes": (*self.notes, *self._taken) if lower else (*self.notes, UNPROVED),
+        }
+
+    @property
+    def _taken(self) -> tuple[str, ...]:
+        """What proofs of ``lower`` take for granted: that bodies which are only balanced stay so."""
+        return (only_balanced(self._loose),) if self._loose else ()
+
+    @cached_property
+    def _loose(self) -> tuple[str, ...]:
+        if not self.rest.verdict.equilibrium_exists:  # nothing is proved to be carried
+            return ()
+        return tuple(body.name for body, one in zip(self.assembly.movable, self.proofs.loose, strict=True) if one)
+
+    def _not_standing(self, count: int) -> Answers:
+        """Answers without a force; that nothing balances the weights is proved by the motion with which they fall."""
+        mechanism = self.rest.verdict.mechanism
+        falls = self.rest.verdict.status is Status.UNSTABLE and mechanism is not None
+        proved = mechanism is None or not falls or self.proofs.falls(mechanism.twists.ravel())
+        return Answers.not_standing(count, **self._known(lower=True, upper=proved))
+
+    def _certified(self, W: Float, first: int, gap: float) -> Answers:
+        with self._certifying:
+            slope = self.proofs.slope[first : first + 6]
+            bounds = certify(W, first, self.proofs.limits, self.cuts, gap, self.assembly.size / 4, slope)
+        with np.errstate(divide="ignore"):
+            lower, upper = 1 / bounds.high * DOWN, 1 / bounds.low * UP
+        endless = (bounds.endless | (bounds.high == 0)) & ~bounds.undecided  # what endless loads make up has no end
+        finite = ~endless & ~bounds.undecided
+        kinds = np.array([Status.INFINITE, Status.FINITE, Status.UNDECIDED], dtype=object)
+        status = kinds[np.where(bounds.undecided, 2, finite.astype(int))]
+        force = np.where(endless, np.inf, lower)
+        used = np.unique(bounds.cut[finite & (bounds.cut >= 0)])
+        rows = np.array([self.cuts.motions[k] for k in used]).reshape(len(used), len(W))
+        known = dict(zip((int(k) for k in used), self.mechanisms(rows), strict=True))
+        told = [known.get(int(k)) if f else None for k, f in zip(bounds.cut, finite, strict=True)]
+        return Answers.of(
+            force=force,
+            lower=lower,
+            upper=upper,
+            status=status.tolist(),
+            mechanism=told,
+            **self._known(lower=self.cuts.certain),
+        )
+
+    def _answers(self, answers: list[LoadLimit]) -> Answers:
+        told: list[Mechanism | None] = [None] * len(answers)
+        finite = [k for k, answer in enumerate(answers) if answer.twists is not None]
+        twists = np.array([answers[k].twists for k in finite]).reshape(len(finite), len(self.wrench))
+        for k, mechanism in zip(finite, self.mechanisms(twists), strict=True):
+            told[k] = mechanism
+        factor, lower, upper = np.array([(a.factor, a.lower, a.upper) for a in answers]).reshape(-1, 3).T
+        status = [a.status for a in answers]
+        known = self._known(lower=all(a.certain for a in answers))
+        return Answers.of(force=factor, lower=lower, upper=upper, status=status, mechanism=told, **known)
+
+    def mechanisms(self, twists: Float) -> list[Mechanism]:
+        """The collapse mechanisms of dual twists (k, 6J)."""
+        velocities = (self.proofs.equilibrium.gather @ twists.T).T.reshape(len(twists), len(self.rest.nodes), 3)
+        modes = modes_of(self.assembly, self.rest.nodes, twists, velocities, dual=True)
+        return describe_all(self.kinematics, twists, modes, dual=True)
+
+    def solve(self, load: Float) -> LoadLimit:
+        """The largest factor of one load (6J,)."""
+        return self.proofs.limits(load[:, None])[0]
+
+    def gradient(self, load: Float, where: str) -> Gradient:
+        """Derivatives of the largest factor of one load (6J,), all from one solve."""
+        found = self.proofs.program.maximise(load) if load.any() else None
+        limit = self.solve(load) if found is None else self.proofs.judged([found], load[:, None])[0]
+        if found is None or limit.twists is None:
+            remedy = "there are derivatives only where a finite push moves something"
+            raise HoldfastError(message(where, f"the push is {limit.status}", remedy))
+        pressing = found.forces[::3]
+        return gradient(self.assembly, self.rest.nodes, limit.twists, pressing, self._answers([limit]))
+
+    def load_set(self, columns: Float, gap: float, budget: int | None, where: str) -> LoadSet:
+        """The x (d,) in the box |x_k| <= 1 for which ``columns`` @ x is carried, between two polyhedra."""
+        return find_set(self._family(columns, where), gap, budget)
+
+    def load_hull(self, columns: Float, near: Float, gap: float, budget: int, where: str) -> LoadHull:
+        """Points of the set of x (d,) for which ``columns`` @ x is carried, whose hull is close to it for most."""
+        return find_hull(self._family(columns, where), Support(self.proofs.program, columns), near, gap, budget)
+
+    def _family(self, columns: Float, where: str) -> Family:
+        return Family(where, self.proofs, columns)
+
+    @cached_property
+    def cuts(self) -> Cuts:
+        """Bounds that solved loads prove for others; asked for by one thread at a time."""
+        return Cuts(self.proofs.program.scales.motion)
+
+    @cached_property
+    def proofs(self) -> Proofs:
+        """The program, and the proofs of bounds."""
+        return Proofs(self.assembly, self.rest, self.wrench, self.cone)
+
+    @cached_property
+    def kinematics(self) -> Kinematics:
+        """What all mechanisms of this state share."""
+        return Kinematics.of(self.assembly, self.rest.nodes)
+
+
+def balanced_under(
+    assembly: Assembly, wrench: Float, nodes: ContactNodes | None = None, cone: FrictionCone = EXACT_CONE
+) -> LimitState:
+    """Return the state under ``wrench`` (6J,) [N, N m], whose verdict says whether an equilibrium exists, no more.
+
+    If ``nodes`` is None, they are all corners of all patches.
+    """
+    rest = proved_rest(assembly, find_rest(assembly, wrench, nodes, cone), wrench, cone)
+    return LimitState(cone, assembly, wrench, rest)

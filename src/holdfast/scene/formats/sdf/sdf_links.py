@@ -1,0 +1,213 @@
+"""The links of an SDF file: their shapes, their masses and the friction of their surfaces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from holdfast.base.arrays import Float, checked_number
+from holdfast.base.ranges import DENSITY, FRICTION, MASS
+from holdfast.base.text import quoted
+from holdfast.scene.formats.rigid_parts import Notes, Piece
+from holdfast.scene.formats.sdf.frames import posed
+from holdfast.scene.formats.sdf.scopes import Scope, truth
+from holdfast.scene.formats.sdf.sdf_shapes import plane_pose, solid_of
+from holdfast.scene.formats.surfaces import Surfaces
+from holdfast.scene.inertial import Inertial, together
+from holdfast.scene.shapes import MassProperties
+from holdfast.scene.xml import Element
+
+USUAL_FRICTION = 1.0  # of SDF, where a collision says nothing
+DRAKES_FRICTION = 0.5  # likewise of Drake (default_proximity_properties of SceneGraphConfig)
+RULES = {"ode": "least", "bullet": "product", "drake": "harmonic mean"}  # how simulators combine two surfaces
+USUAL_DENSITY = 1000.0  # [kg/m³] of SDF, for masses that are to be worked out
+USUAL_MASK = 0xFFFF
+
+
+# What is read of a file, or changes nothing at rest, or is noted in other words; all else is named in a note
+KNOWN = {
+    "world": ("model", "include", "frame", "joint", "light", "actor", "gravity", "physics", "scene", "gui", "plugin",
+              "audio", "spherical_coordinates", "magnetic_field", "atmosphere", "road", "wind"),
+    "model": ("pose", "static", "self_collide", "allow_auto_disable", "frame", "link", "joint", "model", "include",
+              "plugin", "light"),
+    "link": ("pose", "inertial", "collision", "visual", "sensor", "gravity", "self_collide", "must_be_base_link",
+             "velocity_decay", "light", "audio_sink", "audio_source", "projector", "battery", "particle_emitter",
+             "plugin"),
+    "inertial": ("pose", "mass", "inertia", "density", "auto_inertia_params"),
+    "collision": ("pose", "geometry", "surface", "density", "auto_inertia_params", "laser_retro", "max_contacts",
+                  "drake:proximity_properties", "drake:visual"),
+    "surface": ("bounce", "friction", "contact", "soft_contact"),
+    "friction": ("ode", "bullet"),
+    "ode": ("mu", "mu2", "fdir1"),
+    "bullet": ("friction", "friction2", "fdir1"),
+    "contact": ("collide_without_contact", "collide_bitmask", "poissons_ratio", "elastic_modulus"),
+}  # fmt: skip
+
+
+class Plane(NamedTuple):
+    """The pose (4, 4) of a plane in its link, the normal along z, and the bits by which it finds what it touches."""
+
+    pose: Float
+    material: str
+    mask: int
+
+
+class Content(NamedTuple):
+    """A collision, its shape in the link, and its mass properties at unit density if they are not the shape's."""
+
+    element: Element
+    piece: Piece
+    exact: MassProperties | None
+    mask: int
+
+
+@dataclass
+class Link:
+    """A link: its shapes and planes in its frame, and its mass."""
+
+    contents: list[Content] = field(default_factory=list)
+    planes: list[Plane] = field(default_factory=list)
+    inertial: Inertial | None = None
+
+
+@dataclass
+class LinkReader:
+    """Reads links; ``tags`` says whose friction is taken, ``friction`` and ``density`` stand for missing values."""
+
+    tags: str
+    surfaces: Surfaces
+    friction: float | None
+    density: float | None
+    notes: Notes
+
+    def link(self, scope: Scope, element: Element, fixed: bool) -> Link:
+        """Return a link with its shapes and, unless it is fixed, its mass."""
+        link, where = Link(), f"{scope.path}::{element.attribute('name')}"
+        if element.all("visual") and not element.all("collision"):
+            self.notes.of(where, "no <collision>, its <visual> is taken")
+        for collision in element.all("collision") or element.all("visual"):
+            with collision.located():
+                self._collision(scope, link, collision, element)
+        if not fixed:
+            if not truth(element, "gravity", True):
+                element.fail("has no weight (<gravity>false</gravity>)", "needs gravity, or a static model")
+            with element.located():
+                link.inertial = self._inertial(element, link.contents, where)
+        return link
+
+    def _collision(self, scope: Scope, link: Link, element: Element, owner: Element) -> None:
+        where = f"{scope.path}::{owner.attribute('name')}"
+        geometry = element.needed("geometry")
+        if len(geometry.children) != 1:
+            geometry.fail(f"has {len(geometry.children)} shapes", "needs one")
+        shape, pose = geometry.children[0], _in_link(element, owner)
+        if shape.tag == "empty":
+            return
+        mask, material = _mask(element), self.surfaces.material(self._mu(element, where))
+        contact = _below(element, "surface", "contact")
+        if contact is not None and truth(contact, "collide_without_contact"):
+            self.notes.of(where, "touches nothing (collide_without_contact)")
+            mask = 0
+        if shape.tag == "plane":
+            link.planes.append(Plane(np.asarray(pose @ plane_pose(shape)), material, mask))
+            return
+        with shape.located():
+            solid, exact = solid_of(scope, shape, where, self.notes)
+            link.contents.append(Content(element, Piece(solid, pose, material), exact, mask))
+
+    def _mu(self, element: Element, where: str) -> float:
+        """Return the coefficient of a surface: the least of its directions; that of ``friction`` or SDF if none."""
+        found = coefficients(element, self.tags)
+        values = [checked_number(mu, f"{element.place}: friction", minimum=0, within=FRICTION) for mu in found]
+        if values:
+            if max(values) > min(values):
+                self.notes.of(where, f"friction {min(values):g}, the least of its directions")
+            return min(values)
+        if self.friction is not None:
+            self.notes.of(where, f"friction {self.friction:g}, as given by friction=")
+            return self.friction
+        whose, usual = ("Drake", DRAKES_FRICTION) if self.tags == "drake" else ("SDF", USUAL_FRICTION)
+        self.notes.of(where, f"friction {usual:g}, which {whose} says where a file says none")
+        return usual
+
+    def _inertial(self, element: Element, contents: list[Content], where: str) -> Inertial:
+        """Return the mass that the file gives, or that of the shapes, each counted by itself, as SDF prescribes."""
+        inertial = element.child("inertial")
+        auto = inertial is not None and inertial.attributes.get("auto", "").strip().lower() in ("true", "1")
+        bare = inertial is None or inertial.child("mass") is None
+        if auto or (bare and self.density is not None):
+            usual = self.density or USUAL_DENSITY
+            usual = usual if inertial is None else _density(inertial, usual)
+            each = [_filled(content, _density(content.element, usual)) for content in contents]
+            self.notes.of(where, "mass worked out from densities")
+            if not each:
+                element.fail("has a mass to be worked out, and no shape", "add one")
+            found = together(each)
+            mass = None if inertial is None else inertial.child("mass")
+            if mass is None:
+                return found
+            share = checked_number(mass.values(1)[0], mass.place, above=0, within=MASS) / found.mass
+            return Inertial(share * found.mass, found.com, share * found.inertia)
+        if bare:
+            self.notes.of(where, "mass 1 kg, which SDF says where a file says none")
+        return _given(inertial, element)
+
+
+def coefficients(element: Element, tags: str) -> list[float]:
+    """Return what a collision says of its friction to Bullet, to Drake or to ODE, by the name of their ``tags``."""
+    if tags == "drake":
+        properties = element.all("drake:proximity_properties")
+        return [each.values(1)[0] for own in properties for each in own.all("drake:mu_static")]
+    names = ("friction", "friction2") if tags == "bullet" else ("mu", "mu2")
+    found = _below(element, "surface", "friction", tags)
+    return [] if found is None else [each.values(1)[0] for name in names if (each := found.child(name)) is not None]
+
+
+def _below(element: Element, *tags: str) -> Element | None:
+    found: Element | None = element
+    for tag in tags:
+        found = None if found is None else found.child(tag)
+    return found
+
+
+def _in_link(element: Element, link: Element) -> Float:
+    pose, frame = posed(element)
+    if frame and frame != link.attribute("name"):
+        element.fail(f"has a pose relative to {quoted(frame)}", "needs one relative to its link")
+    return pose
+
+
+def _mask(element: Element) -> int:
+    mask = _below(element, "surface", "contact", "collide_bitmask")
+    if mask is None:
+        return USUAL_MASK
+    try:
+        return int(mask.text.strip(), 0) & USUAL_MASK
+    except ValueError:
+        return mask.fail(f"is {quoted(mask.text.strip())}", "needs a whole number")
+
+
+def _density(element: Element, usual: float) -> float:
+    child = element.child("density")
+    return usual if child is None else checked_number(child.values(1)[0], child.place, above=0, within=DENSITY)
+
+
+def _filled(content: Content, density: float) -> Inertial:
+    own = content.piece.shape.mass_properties if content.exact is None else content.exact
+    return Inertial(density * own.volume, own.com, density * own.inertia).seen(content.piece.pose)
+
+
+def _given(element: Element | None, link: Element) -> Inertial:
+    """Return the mass in an <inertial>, with SDF's values for what it leaves out: 1 kg, and 1 kg m² about each axis."""
+    if element is None:
+        return Inertial(1.0, np.zeros(3), np.eye(3))
+    pose = _in_link(element, link)
+    child, inertia = element.child("mass"), element.child("inertia")
+    mass = 1.0 if child is None else checked_number(child.values(1)[0], child.place, above=0, within=MASS)
+    usual = {"ixx": 1.0, "iyy": 1.0, "izz": 1.0, "ixy": 0.0, "ixz": 0.0, "iyz": 0.0}
+    found = {tag: None if inertia is None else inertia.child(tag) for tag in usual}
+    entry = {tag: usual[tag] if each is None else each.values(1)[0] for tag, each in found.items()}
+    rows = [["ixx", "ixy", "ixz"], ["ixy", "iyy", "iyz"], ["ixz", "iyz", "izz"]]
+    return Inertial(mass, np.zeros(3), np.array([[entry[tag] for tag in row] for row in rows])).seen(pose)

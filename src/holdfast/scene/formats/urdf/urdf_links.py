@@ -1,0 +1,169 @@
+"""The links of a URDF file: their shapes, their masses and the friction of their surfaces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from holdfast.base.arrays import checked_number, checked_word
+from holdfast.base.ranges import FRICTION, MASS
+from holdfast.base.text import listed, quoted
+from holdfast.scene.compound import Solid
+from holdfast.scene.formats.references import References
+from holdfast.scene.formats.rigid_parts import Notes, Piece, ball, filled
+from holdfast.scene.formats.surfaces import Surfaces
+from holdfast.scene.formats.urdf.tree import origin_of
+from holdfast.scene.inertial import Inertial
+from holdfast.scene.round_shapes import Capsule
+from holdfast.scene.shapes import Box, Cylinder, Mesh
+from holdfast.scene.xml import Element
+
+# What is read of a file, or changes nothing at rest, or is noted in other words; all else is named in a note
+KNOWN = {
+    "robot": ("link", "joint", "material", "transmission", "gazebo", "sensor", "version"),
+    "link": ("inertial", "visual", "collision", "contact", "sensor", "drake:self_collision_filter_group"),
+    "collision": ("origin", "geometry", "verbose", "drake:proximity_properties", "material"),
+    "contact": ("lateral_friction", "rolling_friction", "spinning_friction", "stiffness", "damping", "restitution",
+                "inertia_scaling", "contact_cfm", "contact_erp", "friction_anchor", "collision_margin"),
+    "joint": ("origin", "parent", "child", "axis", "calibration", "dynamics", "limit", "mimic", "safety_controller",
+              "drake:acceleration", "drake:rotor_inertia", "drake:gear_ratio", "hardwareInterface"),
+    "gazebo": ("mu1", "mu2", "kp", "kd", "material", "plugin", "sensor", "selfCollide", "minDepth", "maxVel", "fdir1",
+               "maxContacts", "implicitSpringDamper", "dampingFactor", "laserRetro", "visual", "provideFeedback",
+               "disableFixedJointLumping", "preserveFixedJoint", "light"),
+}  # fmt: skip
+# How the simulators whose tags a file may have combine the coefficients of two surfaces
+RULES = {"bullet": "product", "drake": "harmonic mean", "gazebo": "least"}
+
+
+@dataclass
+class LinkReader:
+    """Reads links of one file: ``simulator`` is the one whose friction is taken, ``friction`` stands for a missing one.
+
+    What is guessed or left out goes to ``notes``.
+    """
+
+    root: Element
+    references: References
+    simulator: str | None
+    friction: float | None
+    notes: Notes
+    surfaces: Surfaces = field(init=False)
+
+    def __post_init__(self) -> None:
+        if self.friction is not None:
+            self.friction = checked_number(self.friction, "friction", minimum=0, within=FRICTION)
+        self._gazebo: dict[str, list[float]] = {}
+        for element in self.root.all("gazebo"):
+            for each in [*element.all("mu1"), *element.all("mu2")]:
+                value = each.number("value") if "value" in each.attributes else each.values(1)[0]
+                self._gazebo.setdefault(element.attributes.get("reference", ""), []).append(value)
+        links = self.root.all("link")
+        self._bullet = {
+            link.attribute("name"): [
+                each.number("value") for own in link.all("contact") for each in own.all("lateral_friction")
+            ]
+            for link in links
+        }
+        found = [name for name in RULES if any(self._of(name, link, each) for link in links for each in _seen(link))]
+        if self.simulator is not None:
+            checked_word(self.simulator, RULES, "simulator")
+        if len(found) > 1 and self.simulator is None:
+            problem = f"has friction for {' and '.join(found)}, which combine it in different ways"
+            self.root.fail(problem, f"give simulator={found[0]!r}, or another")
+        self.simulator = self.simulator or (found[0] if found else None)
+        rule = "least" if self.simulator is None else RULES[self.simulator]
+        self.surfaces = Surfaces(rule)
+        if found:
+            self.notes.append(f"friction: tags of {self.simulator}; of two surfaces it is their {rule}")
+
+    def _of(self, simulator: str, link: Element, shape: Element) -> list[float]:
+        """Return the coefficients that the file gives, for this simulator, to a shape of a link."""
+        if simulator in ("gazebo", "bullet"):
+            return (self._gazebo if simulator == "gazebo" else self._bullet).get(link.attribute("name"), [])
+        properties = shape.all("drake:proximity_properties")
+        return [each.number("value") for own in properties for each in own.all("drake:mu_static")]
+
+    def pieces(self, link: Element) -> list[Piece]:
+        """Return the shapes of a link in its frame: those that collide, or else those that are seen."""
+        if not link.all("collision") and link.all("visual"):
+            self.notes.of(_called(link), "no <collision>, its <visual> is taken")
+        return [self._piece(link, element) for element in _seen(link)]
+
+    def _piece(self, link: Element, element: Element) -> Piece:
+        with element.located():
+            shape = self._shape(element.needed("geometry"), link)
+            return Piece(shape, origin_of(element), self.surfaces.material(self._mu(link, element)))
+
+    def _shape(self, geometry: Element, link: Element) -> Solid:
+        if len(geometry.children) != 1:
+            geometry.fail(f"has {len(geometry.children)} shapes", "needs one")
+        shape = geometry.children[0]
+        with shape.located():
+            match shape.tag:
+                case "box":
+                    return Box(np.array(shape.numbers("size", 3)))
+                case "sphere":
+                    return ball(shape.number("radius"), _called(link), self.notes)
+                case "cylinder":
+                    return Cylinder(shape.number("radius"), shape.number("length"))
+                case "capsule":
+                    return Capsule(shape.number("radius"), shape.number("length"))
+                case "mesh":
+                    return self._mesh(shape)
+        return shape.fail("is unknown", "reads box, sphere, cylinder, capsule and mesh")
+
+    def _mesh(self, shape: Element) -> Mesh:
+        sx, sy, sz = shape.numbers("scale", 3, (1.0, 1.0, 1.0))
+        if min(sx, sy, sz) < 0:
+            shape.fail(f"scale = {sx:g} {sy:g} {sz:g} mirrors the mesh", "needs factors > 0: mirror it in its file")
+        return Mesh.from_file(self.references.file(shape.attribute("filename"), shape.place), scale=(sx, sy, sz))
+
+    def _mu(self, link: Element, element: Element) -> float:
+        """Return the coefficient of a surface; raises SceneError if neither the file nor ``friction`` says one."""
+        own = [] if self.simulator is None else self._of(self.simulator, link, element)
+        if own:
+            values = [checked_number(value, f"{link.place}: friction", minimum=0, within=FRICTION) for value in own]
+            if max(values) > min(values):
+                each = listed([f"{value:g}" for value in values])
+                self.notes.of(_called(link), f"the least of its coefficients {each}")
+            return min(values)
+        if self.friction is None:
+            link.fail("has no friction", "give friction=, for all surfaces without one")
+        self.notes.of(_called(link), f"friction {self.friction:g}, as given by friction=")
+        return self.friction
+
+    def inertial(self, link: Element, pieces: list[Piece], density: float | None) -> Inertial | None:
+        """Return the mass of a link in its frame, from ``density`` [kg/m³] if the file says none; None if unknown."""
+        element = link.child("inertial")
+        if element is None:
+            if not pieces or density is None:
+                return None
+            self.notes.of(_called(link), f"mass from density {density:g} kg/m³")
+            with link.located():
+                return filled(pieces, density)
+        mass_element = element.needed("mass")
+        place = f"{mass_element.place}: value"
+        mass = checked_number(mass_element.number("value"), place, minimum=0, within=MASS)
+        origin = origin_of(element)
+        inertia = element.child("inertia")
+        if inertia is not None:
+            xx, xy, xz, yy, yz, zz = (inertia.number(f"i{k}", 0.0) for k in ("xx", "xy", "xz", "yy", "yz", "zz"))
+            own = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+            return Inertial(mass, np.zeros(3), own).seen(origin)
+        if not pieces:
+            element.fail("has no <inertia>", "add it")
+        with link.located():
+            shape = filled(pieces, 1.0)
+        self.notes.of(_called(link), "inertia of its shape")
+        middle = origin[:3, 3]
+        return Inertial(mass, middle, Inertial(mass, shape.com, mass / shape.mass * shape.inertia).about(middle))
+
+
+def _called(link: Element) -> str:
+    return quoted(link.attribute("name"))
+
+
+def _seen(link: Element) -> list[Element]:
+    """Return the <collision> elements of a link, or its <visual> ones if it has none."""
+    return link.all("collision") or link.all("visual")

@@ -1,0 +1,156 @@
+"""Rigid bodies of a USD stage with their colliders, joined by what holds them together, and what never touches."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from holdfast.base.text import listed, quoted
+from holdfast.scene.formats.rigid_parts import Welded, weld
+from holdfast.scene.formats.usd.stage import Stage
+from holdfast.scene.formats.usd.usd_colliders import fail, value_of
+
+RIGID, COLLIDER, FILTER = "PhysicsRigidBodyAPI", "PhysicsCollisionAPI", "PhysicsFilteredPairsAPI"
+SHAPES = ("Cube", "Sphere", "Cylinder", "Cylinder_1", "Capsule", "Capsule_1", "Cone", "Plane", "Mesh")
+
+
+class Group(Welded[tuple[Any, list[Any]]]):
+    """Rigid bodies that move as one, each with its colliders."""
+
+    @property
+    def prim(self) -> Any:  # noqa: ANN401 - of a type of usd-core
+        """The prim of the first body."""
+        return self.members[0][0]
+
+    @property
+    def colliders(self) -> list[Any]:
+        """The colliders of all bodies."""
+        return [collider for _, colliders in self.members for collider in colliders]
+
+
+def has(prim: Any, schema: str) -> bool:  # noqa: ANN401
+    """Say whether a schema is applied to a prim."""
+    return schema in prim.GetAppliedSchemas()
+
+
+def groups_of(stage: Stage, rigid: bool, notes: list[str]) -> list[Group]:
+    """Return the bodies of a stage; a collider in none of them is a fixed body by itself.
+
+    Joints that can move are refused by name, unless all that they join is fixed, or ``rigid`` says that they hold.
+    """
+    group: dict[Any, Group] = {}
+    for prim in stage.prims:
+        if str(prim.GetTypeName()) == "PointInstancer":
+            fail(prim, "is a PointInstancer", "needs its instances as prims")
+        if _is_rigid(prim):
+            group[prim.GetPath()] = Group([(prim, [])], bool(value_of(prim, "physics:kinematicEnabled", False)))
+    for prim in stage.prims:
+        if not has(prim, COLLIDER) or not value_of(prim, "physics:collisionEnabled", True):
+            continue
+        if str(prim.GetTypeName()) not in SHAPES:
+            notes.append(f"{prim.GetPath()}: a collider without a shape of its own ({prim.GetTypeName()}), so nothing")
+            continue
+        owner = _owner(prim)
+        if owner is None:
+            group[prim.GetPath()] = Group([(prim, [prim])], True)
+        else:
+            group[owner.GetPath()].members[0][1].append(prim)
+    _join(stage, group, rigid, notes)
+    return list(dict.fromkeys(group.values()))
+
+
+def _is_rigid(prim: Any) -> bool:  # noqa: ANN401
+    return has(prim, RIGID) and bool(value_of(prim, "physics:rigidBodyEnabled", True))
+
+
+def _owner(prim: Any) -> Any:  # noqa: ANN401
+    """Return the rigid body in which a prim lies: itself, the nearest one above, or None."""
+    while prim and not prim.IsPseudoRoot():
+        if _is_rigid(prim):
+            return prim
+        prim = prim.GetParent()
+    return None
+
+
+def _join(stage: Stage, group: dict[Any, Group], rigid: bool, notes: list[str]) -> None:
+    from pxr import UsdPhysics
+
+    joints = [prim for prim in stage.prims if prim.IsA(UsdPhysics.Joint)]
+    loose = []
+    for joint in joints:
+        if not value_of(joint, "physics:jointEnabled", True):
+            continue
+        ends = [_end(joint, name, group) for name in ("physics:body0", "physics:body1")]
+        is_fixed = str(joint.GetTypeName()) == "PhysicsFixedJoint"
+        if is_fixed or rigid:
+            weld(group, ends, lambda member: member[0].GetPath())
+        if not is_fixed:
+            loose.append((joint, ends))
+    loose = [(joint, ends) for joint, ends in loose if rigid or not all(end is None or end.fixed for end in ends)]
+    named = listed([f"{joint.GetPath()} ({joint.GetTypeName()})" for joint, _ in loose])
+    if loose and not rigid:
+        problem = f"can move; joints that can: {named}; a joint between bodies is no contact"
+        fail(loose[0][0], problem, "give rigid=True")
+    if loose:
+        notes.append(f"joints that hold as if welded: {named}")
+
+
+def _end(joint: Any, name: str, group: dict[Any, Group]) -> Group | None:  # noqa: ANN401
+    """Return the group at an end of a joint; None is the world."""
+    targets = joint.GetRelationship(name).GetTargets() if joint.GetRelationship(name) else []
+    if not targets:
+        return None
+    prim = joint.GetStage().GetPrimAtPath(targets[0])
+    if not prim:
+        fail(joint, f"joins {quoted(str(targets[0]))}, which is not there", "check its bodies")
+    owner = _owner(prim)
+    return None if owner is None else group[owner.GetPath()]
+
+
+def touching(stage: Stage) -> Callable[[Any, Any], bool] | None:
+    """Return the rule by which two colliders may touch, of collision groups and filtered pairs; None if all do."""
+    from pxr import UsdPhysics
+
+    groups = [prim for prim in stage.prims if prim.IsA(UsdPhysics.CollisionGroup)]
+    filtering = [prim for prim in stage.prims if has(prim, FILTER)]
+    filters = [(prim.GetPath(), prim.GetRelationship("physics:filteredPairs").GetTargets()) for prim in filtering]
+    if not groups and not filters:
+        return None
+    apart = _apart(groups)
+    queries = [
+        (_merged(prim), UsdPhysics.CollisionGroup(prim).GetCollidersCollectionAPI().ComputeMembershipQuery())
+        for prim in groups
+    ]
+
+    def of(prim: Any) -> list[str]:  # noqa: ANN401
+        return [name for name, query in queries if query.IsPathIncluded(prim.GetPath())]
+
+    def may(a: Any, b: Any) -> bool:  # noqa: ANN401
+        for path, others in filters:
+            for x, y in ((a.GetPath(), b.GetPath()), (b.GetPath(), a.GetPath())):
+                if x.HasPrefix(path) and any(y.HasPrefix(other) for other in others):
+                    return False
+        return not any((x, y) in apart for x in of(a) for y in of(b))
+
+    return may
+
+
+def _merged(group: Any) -> str:  # noqa: ANN401
+    """Return the name under which a collision group counts: that of its merge group, or its path."""
+    return str(value_of(group, "physics:mergeGroup", "")) or str(group.GetPath())
+
+
+def _apart(groups: list[Any]) -> set[tuple[str, str]]:
+    """Return the pairs of collision groups that do not touch, either way round.
+
+    The table of usd-core is not used: a filter of a group that is not there switches the first group off in it.
+    """
+    names = {str(group.GetPath()): _merged(group) for group in groups}
+    found = set()
+    for group in groups:
+        targets = group.GetRelationship("physics:filteredGroups").GetTargets()
+        filtered = {names[str(target)] for target in targets if str(target) in names}
+        if value_of(group, "physics:invertFilteredGroups", False):
+            filtered = set(names.values()) - filtered
+        found |= {pair for other in filtered for pair in ((_merged(group), other), (other, _merged(group)))}
+    return found
