@@ -23,7 +23,7 @@ SETTLED: Mapping[str, Mapping[str, float]] = {
     "lack_table": {"gap": 1e-3},
     "leaning": {"gap": 3e-3},
     "beam_frame": {"gap": 3e-3},
-    "kitchen_place": {"gap": 3e-3, "angle": 3},
+    "kitchen_place": {"gap": 3e-3, "angle_degrees": 3},
     "masonry_wall": {},
 }
 PER_SCENE = 77  # 1,001 over the thirteen that stand of fourteen shipped scenes
@@ -91,7 +91,7 @@ def settled(name: str, path: Path) -> list[Row]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", hf.errors.HoldfastWarning)  # scans overlap by fractions of a millimetre
         scene = hf.load_scene(path)
-        assembly = hf.assemble(scene, gap=SETTLED[name].get("gap"), angle_degrees=SETTLED[name].get("angle"))
+        assembly = hf.assemble(scene, gap=SETTLED[name].get("gap"), angle_degrees=SETTLED[name].get("angle_degrees"))
         return [one(f"settled {name}", assembly, PER_SETTLED)]
 
 

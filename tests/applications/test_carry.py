@@ -122,11 +122,11 @@ def test_a_jolt_downwards_takes_friction_away(engine: str) -> None:
     """mu (g - 4) is left for the way across, and the whole load is taken together: factor f of (a, -4)."""
     c = hf.carry(carried(0.02), [[0, 3.0, 0, -4.0]], engine=engine)
     assert c.factor[0] == pytest.approx(MU * G / (3 + MU * 4), rel=1e-3)
-    standing = hf.inertial_loads(carried(0.02), acceleration=(0, 0, -4.0))
+    standing = hf.sets.inertial_loads(carried(0.02), acceleration=(0, 0, -4.0))
     t = hf.transport_limits(carried(0.02), (1, 0, 0), standing=standing, engine=engine)
     assert t.acceleration[0] == pytest.approx(MU * (G - 4), rel=1e-3)
     with pytest.raises(hf.HoldfastError, match="acceleration"):
-        hf.inertial_loads(carried(), acceleration=np.nan)
+        hf.sets.inertial_loads(carried(), acceleration=np.nan)
 
 
 def test_proportional_times_are_asked_once(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -60,7 +60,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def batch(folder: Path, **options: Any) -> hf.answers.BatchReport:
-    given = {"out": folder.parent / "out", "workers": 2, "shard_size": 3} | options
+    given = {"out": folder.parent / "out", "workers": 2, "resources": hf.sets.Resources(shard_size=3)} | options
     return hf.batch(str(folder / "*.yaml"), **given)
 
 

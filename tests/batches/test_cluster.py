@@ -54,7 +54,7 @@ def same(folder: Path, scheduler: Any) -> None:
     """Ask twice, here and there, and compare."""
     limits: dict[str, Any] = {"megabytes": 1000, "shard_size": 5}
     scenes = str(folder / "*.yaml")
-    here = hf.batch(scenes, out=folder.parent / "here", workers=2, **limits)
+    here = hf.batch(scenes, out=folder.parent / "here", workers=2, resources=hf.sets.Resources(**limits))
     there = hf.batch(scenes, out=folder.parent / "there", resources=hf.sets.Resources(scheduler=scheduler, **limits))
     assert dict(here.outcomes) == dict(there.outcomes) == {"answered": 10, "memory": 1, "crash": 1}
     assert rows(folder.parent / "there") == rows(folder.parent / "here")
@@ -83,7 +83,7 @@ def test_separate_workers_with_tls_one_of_them_killed(folder: Path, tmp_path: Pa
         with distributed.Client(address, security=security) as client:
             client.wait_for_workers(2)
             scenes, limits = str(folder / "*.yaml"), {"megabytes": 1000, "shard_size": 5}
-            here = hf.batch(scenes, out=folder.parent / "here", workers=2, **limits)
+            here = hf.batch(scenes, out=folder.parent / "here", workers=2, resources=hf.sets.Resources(**limits))
             killer = threading.Timer(1.5, workers[0].kill)
             killer.start()
             there = hf.batch(

@@ -54,8 +54,10 @@ def under(assembly: hf.answers.Assembly, **changes: Any) -> hf.answers.Robustnes
 
 
 def placed(assembly: hf.answers.Assembly, **changes: Any) -> hf.answers.Placement:
-    usual: dict[str, Any] = {"attempts": 1, "engine": "graph", "confirm": None}
-    return hf.plan_placement(assembly, NEW, **usual | changes)
+    fields = {kind: {f.name for f in dataclasses.fields(kind)} for kind in (hf.Where, hf.Approach, hf.Search)}
+    given: dict[str, Any] = {"solves": 1, "confirm": None} | changes
+    values = [kind(**{name: given[name] for name in names & given.keys()}) for kind, names in fields.items()]
+    return hf.plan_placement(assembly, NEW, *values, engine="graph")
 
 
 def small(value: Any) -> Any:

@@ -286,7 +286,7 @@ def transport_topic() -> Plain:
                         a,
                         EIGHT[::2],
                         tilt_degrees=np.degrees((0.03, -0.02, 0.0)),
-                        standing=hf.inertial_loads(a, pivot=(0.1, 0.0, 0.0), **turning),
+                        standing=hf.sets.inertial_loads(a, pivot=(0.1, 0.0, 0.0), **turning),
                         engine=e,
                     )
                 )
@@ -366,7 +366,7 @@ def disassembly_topic() -> Plain:
     result: dict[str, Plain] = {}
 
     def told(d: hf.answers.Disassembly) -> Plain:
-        names = ("claim", "order", "remaining", "reached", "proven", "bound", "blocked")
+        names = ("claim", "order", "remaining", "reached", "proven", "fewest", "blocked")
         return fields(d, *names) | {
             "steps": [fields(step, *removal) for step in d.steps],
             "answers": [fields(answer, *removal) for answer in d.answers()],

@@ -48,9 +48,9 @@ def rule(topic: str, engine: str, field: str, question: str) -> Rule:
     """How a field of an engine's answers is compared, and why not to CLOSE."""
     if field in ("facets", "cuts", "corners"):
         return ANY  # hulls in six dimensions are joggled: their facets are a matter of rounding
-    if "wrenches" in question and field in ("usage", "gap", "solves"):
+    if "wrenches" in question and field in ("usage", "accuracy", "solves"):
         return Rule(close=0.02, few=0.1, far=0.2)  # ... and where the next solve asks, with it
-    if field == "gap":
+    if field == "accuracy":
         return Rule(close=1e-2, few=1.0, far=math.inf)  # of a polyhedron found exactly: rounding
     if field.startswith("d_"):
         return Rule(close=1e-5)  # a dual motion of the conic solver, accurate to about the root of its tolerance
