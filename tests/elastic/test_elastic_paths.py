@@ -67,12 +67,12 @@ def test_a_body_lifted_straight_up_loses_all_contacts_at_once_at_the_peak() -> N
 def test_machine_code_and_python_give_the_same_path(name: str) -> None:
     mu, load, _ = PUSHES[name]
     one, two = (
-        system.paths(system.come_to_rest().q, load[None], cuts=True)
+        system.paths(system.come_to_rest().q, load[None], gradients=True)
         for system in (System.dense(block(mu)), System.by_fronts(block(mu)))
     )
     assert one.outcome == two.outcome
     np.testing.assert_allclose(one.peak, two.peak, rtol=1e-4)
-    np.testing.assert_allclose(one.cut, two.cut, rtol=1e-2, atol=1e-2 * np.abs(one.cut).max())
+    np.testing.assert_allclose(one.gradient, two.gradient, rtol=1e-2, atol=1e-2 * np.abs(one.gradient).max())
 
 
 def test_what_has_no_weight_to_rest_on_drifts() -> None:
@@ -93,7 +93,7 @@ def test_results_are_read_only_and_change_in_copies() -> None:
 
 
 def test_factors_say_how_paths_end() -> None:
-    lost = PathResult.lost(3, 6, cuts=False)
+    lost = PathResult.lost(3, 6, gradients=False)
     found = lost._replace(
         outcome=np.array([PathOutcome.LOST, PathOutcome.PEAK, PathOutcome.ENDLESS]), peak=np.array([0.1, 0.2, np.inf])
     )

@@ -41,7 +41,7 @@ class ToyState:
     def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
         raise NotImplementedError
 
-    def load_set(self, columns: Float, gap: float, budget: int | None, where: str) -> LoadSet:
+    def load_set(self, columns: Float, accuracy: float, solves: int | None, where: str) -> LoadSet:
         d = columns.shape[1]
         signs = np.array(np.meshgrid(*[[-1.0, 1.0]] * d)).reshape(d, -1).T
         return LoadSet(2 * signs, 2 * signs, np.vstack([np.eye(d), -np.eye(d)]) / 2, 0.0, np.eye(d)[0], 7)

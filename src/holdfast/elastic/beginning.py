@@ -34,14 +34,14 @@ def find_motion(m: Elastic, work: Work, stepper: Stepper, motion: Float, fronts:
     """
     now, q, last = stepper.now, stepper.trial, (stepper.now.stations - 1) % STATIONS
     put(q, stepper.station_q[last] if now.stations > 0 else stepper.peak_q)
-    put(stepper.kept, q)
+    put(stepper.scratch, q)
     s, tolerance = BEYOND * now.highest, TOLERANCE * max(1.0, now.strength * abs(now.highest))
     added = s - (stepper.station_s[last] if now.stations > 0 else now.highest)
     work.c[:] = 0.0
     drag, factor = 1.0, FALLS
     for _ in range(MOST_MOVES):
         put(stepper.aimed, q)
-        step, enough = Balance(1.0, factor * drag, 1.0, stepper.kept), max(tolerance, rounding(m, q))
+        step, enough = Balance(1.0, factor * drag, 1.0, stepper.scratch), max(tolerance, rounding(m, q))
         point = newton(m, work, step, q, s, 0.0, enough, MOST_STEPS, 0.0, fronts)
         now.systems += point.systems
         if not point.converged:
@@ -55,7 +55,7 @@ def find_motion(m: Elastic, work: Work, stepper: Stepper, motion: Float, fronts:
         drag *= factor
         if drag <= DRAG:
             break
-    go(stepper.aimed, q, -1.0, stepper.kept)
+    go(stepper.aimed, q, -1.0, stepper.scratch)
     power = added * dot(work.w, stepper.aimed)
     work.r[:] = 0.0
     add_drag(m, work, -drag, stepper.aimed, stepper.path.anchor)

@@ -51,13 +51,13 @@ class PathResult(NamedTuple):
     ``outcome`` (k,) of PathOutcome; ``peak`` (k,) the largest s found, inf where the path is endless, that of the last
     point where it was not followed further; ``first`` (k,) the first maximum of s from which it dipped before it rose
     to the peak, the peak if there was none; ``before`` (k,) the largest s, at most the peak, before contacts that the
-    load presses have slid far (SLID); ``sharpest`` (k,) the largest correction of a point after the first, as a
-    share of its step; ``last`` (k,) s where it ended (residual strength); ``short`` (k,) by how much s of the peak may
-    be too low; ``systems`` (k,) linear systems solved; ``q`` (k, n) at the peak, of endless paths under the load alone;
+    load presses have slid far (SLID); ``sharpest`` (k,) the largest correction of a point after the first, as a share
+    of its step; ``last`` (k,) s where it ended (residual strength); ``short`` (k,) by how much s of the peak may be too
+    low; ``systems`` (k,) linear systems solved; ``q`` (k, n) at the peak, of endless paths under the load alone;
     ``motion`` (k, n) what begins to move above the peak, 0 where the path was lost and nothing does; ``plane`` (k, n)
-    across which the peak was found; ``cut`` (k, n), or (k, 0) if it was not asked for: peak / peak' = cut · load' to
-    first order for another load. Of a few points on the way to the peak: ``station_s`` (k, STATIONS), 0 for those that
-    are not there; ``station_q`` and ``station_plane`` (k, STATIONS, n).
+    across which the peak was found; ``gradient`` (k, n), or (k, 0) if it was not asked for: peak / peak' = gradient ·
+    load' to first order for another load. Of a few points on the way to the peak: ``station_s`` (k, STATIONS), 0 for
+    those that are not there; ``station_q`` and ``station_plane`` (k, STATIONS, n).
     """
 
     outcome: Int
@@ -71,15 +71,20 @@ class PathResult(NamedTuple):
     q: Float
     motion: Float
     plane: Float
-    cut: Float
+    gradient: Float
     station_s: Float
     station_q: Float
     station_plane: Float
 
     @classmethod
-    def lost(cls, count: int, n: int, *, cuts: bool) -> PathResult:
+    def lost(cls, count: int, n: int, *, gradients: bool) -> PathResult:
         """``count`` paths of which nothing is known yet."""
-        rows: dict[str, tuple[int, ...]] = {"q": (n,), "motion": (n,), "plane": (n,), "cut": (n if cuts else 0,)}
+        rows: dict[str, tuple[int, ...]] = {
+            "q": (n,),
+            "motion": (n,),
+            "plane": (n,),
+            "gradient": (n if gradients else 0,),
+        }
         rows |= {"station_s": (STATIONS,), "station_q": (STATIONS, n), "station_plane": (STATIONS, n)}
         kinds = {"outcome": np.int64, "systems": np.int64}
         return cls._make(np.zeros((count, *rows.get(name, ())), kinds.get(name, np.float64)) for name in cls._fields)
@@ -147,8 +152,8 @@ def follow(
     if outcome == PathOutcome.PEAK:
         refine(m, work, stepper, fronts)
         put(into.q[row], stepper.peak_q)
-        if into.cut.shape[1] > 0:
-            answer_to_loads(m, work, stepper, into.cut[row], fronts)
+        if into.gradient.shape[1] > 0:
+            answer_to_loads(m, work, stepper, into.gradient[row], fronts)
     put(into.plane[row], stepper.peak_plane)
     for k in range(STATIONS):
         into.station_s[row, k] = stepper.station_s[k]
@@ -278,10 +283,10 @@ def fell_from_crest(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | N
         return False
     if not may_have_fallen(fall(now.trough, now.highest), fall(now.trough, now.crest)):
         return False
-    put(stepper.kept, stepper.tangent)
+    put(stepper.scratch, stepper.tangent)
     refine(m, work, stepper, fronts)
     now.crest = now.highest
-    put(stepper.tangent, stepper.kept)
+    put(stepper.tangent, stepper.scratch)
     divide(work.c, stepper.tangent, dot(stepper.tangent, stepper.tangent))  # as ``turn`` sets it
     return now.trough < FALLEN * now.crest
 
@@ -323,14 +328,14 @@ def narrow(work: Work, stepper: Stepper, s: float, sign: float) -> None:
 
 @compilable
 @lean
-def answer_to_loads(m: Elastic, work: Work, stepper: Stepper, cut: Float, fronts: Fronts | None) -> None:
-    """How the peak answers to other loads: peak / peak' = cut · load' to first order.
+def answer_to_loads(m: Elastic, work: Work, stepper: Stepper, gradient: Float, fronts: Fronts | None) -> None:
+    """How the peak answers to other loads: peak / peak' = gradient · load' to first order.
 
-    ``cut`` (n,) is the left null vector of the stiffness, cut · load = 1. Where a node changes its state at the peak,
-    it is the mean of the vectors from both sides under which moving along the path changes nothing.
+    ``gradient`` (n,) is the left null vector of the stiffness, gradient · load = 1. Where a node changes its state at
+    the peak, it is the mean of the vectors from both sides under which moving along the path changes nothing.
     """
     now = stepper.now
-    n = len(cut)
+    n = len(gradient)
     put(work.c, stepper.rising_plane)
     before = 0.0
     for side in range(2):
@@ -343,12 +348,12 @@ def answer_to_loads(m: Elastic, work: Work, stepper: Stepper, cut: Float, fronts
         slope = -work.rhs[n, 0]
         if side == 0:
             before = slope
-            put(cut, work.rhs[:n, 0])
+            put(gradient, work.rhs[:n, 0])
         else:
             share = 1.0 if abs(slope) < abs(before) else 0.0
             if before > 0 > slope:
                 share = before / (before - slope)
-            mix(cut, cut, share, work.rhs[:n, 0])
+            mix(gradient, gradient, share, work.rhs[:n, 0])
     now.systems += 2
 
 

@@ -18,7 +18,7 @@ FLAT = 1e-4  # relative rise still to come, if the slope fell as 1/ℓ², below 
 ENOUGH = 1.01  # times a step that leads to where a path has been flat or lower for long enough: it may bend
 NEW_PEAK = 1e-4  # relative rise above the peak so far that counts as a new peak
 FARTHEST = 1e8  # length, in sizes of the displacement at rest, at which rounding would show
-CARRIED = 1e-5  # share of a body's weight or of the load that the regularisation spring carries where a path ends
+SPRING_SHARE = 1e-5  # share of a body's weight or of the load that the regularisation spring carries where a path ends
 # Compressions that the contacts of a jam have slid, beyond which a load counts as held only after sliding. In this law
 # friction opposes all of the displacement, in reality the last of it: both agree until nodes have slid a few times as
 # far as they spring back. The plank of finding T2 has 0.93 of its peak at 5 compressions, 0.96 at 10, 0.98 at 28, and
@@ -55,13 +55,13 @@ class Progress:
     largest component of the load, each body's in its own weight and size; ``thrust``, the size of its forces;
     ``elastic``, the largest displacement at rest that counts.
 
-    Where it is: ``s`` and the ``slope`` ds/dℓ; what the regularisation spring has ``carried``, of each body's own
-    weight, and carries at ``rest``; the
-    ``step`` Δℓ to be tried; the ``length`` ℓ so far; ``last``, s of the last regular point; ``turned``, the last
-    correction as a share of its step, and the ``sharpest``, the largest of all points but the first; ``points`` found,
-    linear ``systems`` solved, node ``changes`` crossed; how often this step failed and was ``shortened``, and how often
-    it was ``doubted``; the ``fastest`` growth of the step for now; whether a ``corner`` lies just behind the step, and
-    the step to be tried ``beyond`` it; whether the path began to rise (``rises``).
+    Where it is: ``s`` and the ``slope`` ds/dℓ; what the regularisation spring has carried, ``by_springs``, of each
+    body's own weight, and carries at ``rest``; the ``step`` Δℓ to be tried; the ``length`` ℓ so far; ``last``, s of the
+    last regular point; ``turned``, the last correction as a share of its step, and the ``sharpest``, the largest of all
+    points but the first; ``points`` found, linear ``systems`` solved, node ``changes`` crossed; how often this step
+    failed and was ``shortened``, and how often it was ``doubted``; the ``fastest`` growth of the step for now; whether
+    a ``corner`` lies just behind the step, and the step to be tried ``beyond`` it; whether the path began to rise
+    (``rises``).
 
     Of the peak: ``highest`` s; ``noted``, the last s that counted as a new peak, at the length ``at_peak``, and the
     points since (``late``); ``short``, by how much it may be too low; the maximum from which s has ``dipped``, and the
@@ -88,7 +88,7 @@ class Progress:
     elastic: float = 0.0
     s: float = 0.0
     slope: float = 0.0
-    carried: float = 0.0
+    by_springs: float = 0.0
     rest: float = 0.0
     step: float = 0.0
     length: float = 0.0
@@ -237,7 +237,7 @@ def appraise(now: Progress) -> Event:
             return Event.PROPORTIONAL
     else:
         now.similar_since = np.inf
-    if length > FARTHEST * elastic or now.carried > now.rest + CARRIED * max(1.0, now.strength * abs(s)):
+    if length > FARTHEST * elastic or now.by_springs > now.rest + SPRING_SHARE * max(1.0, now.strength * abs(s)):
         now.short = max(slope * length, 0.0) if s >= now.highest else 0.0
         return Event.FAR
     return Event.ADVANCED

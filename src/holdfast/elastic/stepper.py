@@ -64,7 +64,7 @@ class Stepper(NamedTuple):
     The point ``q`` (n,) with the path's direction ``tangent``, dq/dℓ; the point ``trial`` that is being tried and where
     it was ``aimed``; displacement and plane of the highest point so far (``peak_q``, ``peak_plane``); displacement,
     tangent and plane of the point before the peak, displacement and tangent of the one behind it; ``start``, the state
-    of rest. ``kept`` is scratch, and so is ``twists`` (2, 6). ``path`` is the balance that all points keep.
+    of rest. ``scratch`` is just that, and so is ``twists`` (2, 6). ``path`` is the balance that all points keep.
 
     Of some points on the way to the peak, each higher than the one before: the load (STATIONS,), displacement and plane
     (STATIONS, n); the last ones are kept, and those that are not there yet have the load 0.
@@ -82,7 +82,7 @@ class Stepper(NamedTuple):
     rising_plane: Float
     falling_q: Float
     falling_tangent: Float
-    kept: Float
+    scratch: Float
     start: Float
     path: Balance
     station_s: Float
@@ -116,7 +116,7 @@ def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, f
     put(work.c, load)
     now.strength, now.thrust = worst(m, load), thrust_of(load)
     now.elastic = elastic_size(m, q, load)
-    now.rest = carried(m, q)
+    now.rest = by_springs(m, q)
     now.length, now.last, now.turned, now.highest, now.at_peak, now.short = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     now.points, now.systems, now.changes, now.shortened, now.late, now.doubted = 0, 0, 0, 0, 0, 0
     now.beyond, now.noted, now.corner, now.stations = 0.0, 0.0, False, 0
@@ -218,7 +218,7 @@ def advance(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> 
     if not first:
         now.sharpest = max(now.sharpest, now.turned)
     land(work, stepper, point.s, point.sign)
-    now.carried = carried(m, q)
+    now.by_springs = by_springs(m, q)
     return Event.ADVANCED
 
 
@@ -251,7 +251,7 @@ def strays(m: Elastic, work: Work, stepper: Stepper, point: Iteration, rise: flo
     It may be if the slope before the step leads clearly higher, if no more than LEFT of that slope remains somewhere
     in the step, and if the unbalance midway is a large share of the load: OFF, and OFF_RISING times what remains more.
     """
-    now, middle = stepper.now, stepper.kept
+    now, middle = stepper.now, stepper.scratch
     n, left = len(middle), least_slope(now.s, rise, point.s, falls) / max(rise, 1e-300)
     if left > LEFT or now.s + rise < point.s + (1 - FALLEN) * abs(point.s):
         return False
@@ -294,7 +294,7 @@ def shorten(m: Elastic, stepper: Stepper, backward: bool) -> None:
 
 @compiled
 @lean
-def carried(m: Elastic, q: Float) -> float:
+def by_springs(m: Elastic, q: Float) -> float:
     """What the regularisation spring carries at q (n,), of each body's own weight and size."""
     top = 0.0
     for i in range(len(q)):

@@ -22,7 +22,7 @@ from holdfast.engines.verdict import Status, Verdict
 ABOVE = "limit analysis proves that something moves above this"
 COLUMNS = ("force", "lower", "upper", "status", "mechanism", "solved", "error")
 SIGNIFICANT = 6  # forces are ranked after rounding to about this many significant digits
-TOLD = 3  # the most reasons in one line of text
+MOST_REASONS = 3  # the most reasons in one line of text
 
 
 @archived
@@ -81,8 +81,8 @@ class Undecided(Value):
     @property
     def text(self) -> str:
         """The count, the share and the reasons in words, or nothing if every answer is known."""
-        more = [f"and {len(self.reasons) - TOLD} more reasons"] if len(self.reasons) > TOLD else []
-        return f"{self.brief}: {'; '.join([*self.reasons[:TOLD], *more])}" if self.count else ""
+        more = [f"and {len(self.reasons) - MOST_REASONS} more reasons"] if len(self.reasons) > MOST_REASONS else []
+        return f"{self.brief}: {'; '.join([*self.reasons[:MOST_REASONS], *more])}" if self.count else ""
 
     def to_dict(self) -> dict[str, Any]:
         """Return the count, the share and the reasons as plain data for JSON."""
@@ -153,8 +153,8 @@ class Answers(Value):
         seal(self)
         lengths = {name: len(getattr(self, name)) for name in COLUMNS}
         if len(set(lengths.values())) > 1:
-            told = ", ".join(f"{name} {length}" for name, length in lengths.items())
-            raise HoldfastError(message("answers", f"columns differ in length: {told}", "an engine gives equal ones"))
+            each = ", ".join(f"{name} {length}" for name, length in lengths.items())
+            raise HoldfastError(message("answers", f"columns differ in length: {each}", "an engine gives equal ones"))
 
     @classmethod
     def of(
@@ -207,9 +207,9 @@ class Answers(Value):
         """
         status = Status.UNSTABLE if verdict.status is Status.UNSTABLE else Status.UNDECIDED
         upper = np.zeros(count) if status is Status.UNSTABLE else np.full(count, np.inf)
-        told = [verdict.mechanism] * count
+        mechanism = [verdict.mechanism] * count
         return cls.of(
-            verdict=verdict, force=np.zeros(count), upper=upper, status=[status] * count, mechanism=told, **known
+            verdict=verdict, force=np.zeros(count), upper=upper, status=[status] * count, mechanism=mechanism, **known
         )
 
     def checked_after_load(self) -> None:
@@ -264,10 +264,10 @@ class Answers(Value):
         the engine did not find what the loads move.
         """
         count = int((~self.decided).sum())
-        told = [self.verdict.reason] if self.verdict.status is Status.UNDECIDED else []
-        told += [note for note in self.notes if "undecided" in note]
+        known = [self.verdict.reason] if self.verdict.status is Status.UNDECIDED else []
+        known += [note for note in self.notes if "undecided" in note]
         unknown = f"engine {self.engine} found neither that the load is held nor what it moves"
-        reasons = tuple(dict.fromkeys(told or [unknown])) if count else ()
+        reasons = tuple(dict.fromkeys(known or [unknown])) if count else ()
         return Undecided(count=count, rows=len(self), reasons=reasons)
 
     def rows(self, which: Int | Bool | slice) -> Answers:

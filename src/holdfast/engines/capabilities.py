@@ -28,14 +28,14 @@ class LoadSet:
 
     Each row a of ``inner`` (m, d) and ``outer`` (k, d) is a half-space a·x <= 1. ``inner`` is cut off at the box,
     ``outer`` is not. ``vertices`` (v, d) are the vertices of ``inner``. Along every ray from 0, ``inner`` reaches at
-    least (1 - ``gap``) times as far as the intersection of ``outer`` and the box, and along the ray to ``worst`` (d,)
-    no farther than that. ``solves`` is the number of programs that were solved.
+    least (1 - ``accuracy``) times as far as the intersection of ``outer`` and the box, and along the ray to ``worst``
+    (d,) no farther than that. ``solves`` is the number of programs that were solved.
     """
 
     inner: Float
     outer: Float
     vertices: Float
-    gap: float
+    accuracy: float
     worst: Float
     solves: int
 
@@ -45,15 +45,15 @@ class LoadHull:
     """Points of a convex set of loads, whose hull is inside the set, in units of the box |x_k| <= 1.
 
     The gauge of the set, 1/R, is at most ``price`` (m,) at the points ``known`` (m, d). The first 2 d points lie along
-    the positive and then the negative axes. Of the last loads whose rays were looked at, half leave the hull at
-    (1 - ``gap``) of the largest factor or later, and nine in ten at (1 - ``gap_of_most``). ``solves`` is the number of
-    programs that were solved.
+    the positive and then the negative axes. Of the last loads whose rays were looked at, half leave the hull at (1 -
+    ``accuracy``) of the largest factor or later, and nine in ten at (1 - ``accuracy_of_most``). ``solves`` is the
+    number of programs that were solved.
     """
 
     known: Float
     price: Float
-    gap: float
-    gap_of_most: float
+    accuracy: float
+    accuracy_of_most: float
     solves: int
 
 
@@ -106,13 +106,13 @@ class Weakest:
 class Sets(Protocol):
     """A state that bounds the set of all loads that its assembly carries, not only loads that were asked about."""
 
-    def load_set(self, columns: Float, gap: float, budget: int | None, where: str) -> LoadSet:
+    def load_set(self, columns: Float, accuracy: float, solves: int | None, where: str) -> LoadSet:
         """Find the set of x (d,), with d = 3 or 6, for which the load ``columns`` @ x is carried.
 
         Each of the ``columns`` (6J, d) is the load at x_k = 1, the bound of the box |x_k| <= 1. The two polyhedra
-        approach each other until they are within ``gap``, or until the ``budget`` of solves is used up; None stands for
-        the engine's own. ``where`` names the query in error messages and progress reports. Raises HoldfastError if 0 is
-        not inside the set.
+        approach each other until they are within ``accuracy``, or until that many ``solves`` are used up; None stands
+        for the engine's own. ``where`` names the query in error messages and progress reports. Raises HoldfastError if
+        0 is not inside the set.
         """
         ...
 
@@ -121,13 +121,13 @@ class Sets(Protocol):
 class Hulls(Protocol):
     """A state that finds points of the convex set of loads that it carries, where loads are likely."""
 
-    def load_hull(self, columns: Float, near: Float, gap: float, budget: int, where: str) -> LoadHull:
+    def load_hull(self, columns: Float, near: Float, accuracy: float, solves: int, where: str) -> LoadHull:
         """Find points of the set of x (d,) for which ``columns`` @ x is carried, where ``columns`` is (6J, d).
 
-        They are found until the hull is within ``gap`` of the set for half of the loads, or ``budget`` solves are used
-        up.
-        Loads are drawn anywhere and, if there are any, among ``near`` (n, d), in units of the box. ``where`` names the
-        query in error messages and progress reports. Raises HoldfastError if 0 is not inside the set.
+        They are found until the hull is within ``accuracy`` of the set for half of the loads, or that many ``solves``
+        are used up. Loads are drawn anywhere and, if there are any, among ``near`` (n, d), in units of the box.
+        ``where`` names the query in error messages and progress reports. Raises HoldfastError if 0 is not inside the
+        set.
         """
         ...
 

@@ -22,16 +22,16 @@ class Exact:
 
 @dataclass(frozen=True)
 class Within:
-    """Accuracy: answers for loads on one body may share work, as long as they stay within the relative ``gap`` > 0.
+    """Accuracy: answers for loads on one body may share work, as long as they stay within the ``relative`` error > 0.
 
     An engine that proves both bounds may stop as soon as (upper - lower) / upper <= gap. An engine without proved
-    bounds may interpolate between neighbouring loads, with an expected relative error of about ``gap``.
+    bounds may interpolate between neighbouring loads, with an expected relative error of about that.
     """
 
-    gap: float
+    relative: float
 
     def __post_init__(self) -> None:
-        checked_number(self.gap, "Within: gap", above=0)
+        checked_number(self.relative, "Within: relative", above=0)
 
 
 @dataclass(frozen=True)

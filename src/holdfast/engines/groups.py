@@ -35,7 +35,7 @@ from holdfast.engines.rest import doubt_of, hanging, undecided
 from holdfast.engines.verdict import Certificate, ContactForces, GroupVerdict, Status, Verdict
 
 WORST_FIRST = (Status.UNSTABLE, Status.UNDECIDED, Status.STABLE)
-MOST_TOLD = 3  # the most overlaps that one reason names
+MOST_NAMED = 3  # the most overlaps that one reason names
 
 
 def prepared(
@@ -94,7 +94,7 @@ class Groups:
         group = self._as_found(number)
         if group.verdict.status is Status.STABLE:
             deep = [o.text for o in self.assembly.overlaps if not set(group.names).isdisjoint(o.bodies)]
-            return {number: replace(group, verdict=undecided(listed(deep, MOST_TOLD))) if deep else group}
+            return {number: replace(group, verdict=undecided(listed(deep, MOST_NAMED))) if deep else group}
         if group.verdict.status is Status.UNDECIDED or not self.assembly.detected:
             return {number: group}
         found = {}

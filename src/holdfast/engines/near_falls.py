@@ -142,8 +142,8 @@ class Reach:
         whole = self.assembly.scene
         members = [whole.body(name) for name in names]
         near = {b.name for _, b in self._nearby.pairs(names, supports)} - set(names)
-        kept = [i for i in self.assembly.interfaces if not set(names).isdisjoint(i.bodies)]
-        near |= {name for i in kept for name in i.bodies} - set(names)
+        touching = [i for i in self.assembly.interfaces if not set(names).isdisjoint(i.bodies)]
+        near |= {name for i in touching for name in i.bodies} - set(names)
         others = [b if b.fixed else replace(b, fixed=True) for b in whole.bodies if b.name in near]
         if not others:
             return None
@@ -152,7 +152,7 @@ class Reach:
         scene = Scene(bodies, table, whole.gravity)
         overlaps = tuple(o for o in self.assembly.overlaps if scene.names.issuperset(o.bodies))
         known = self.assembly.known_names
-        return Assembly(scene, tuple(kept), self.assembly.tolerances, overlaps, detected=False, absent=known)
+        return Assembly(scene, tuple(touching), self.assembly.tolerances, overlaps, detected=False, absent=known)
 
     def _by_forces(self, part: Assembly) -> Verdict:
         return find_rest(part, part.weight_wrench()).verdict

@@ -151,8 +151,8 @@ def hanging(assembly: Assembly, groups: Sequence[tuple[str, ...]], wrench: Float
     mechanism = describe(kinematics, twists[numbers], "none", dual=True)
     doubt = doubt_of(assembly, twists)
     if doubt:
-        told = [doubt] if all(doubt not in text for text in texts) else []
-        return undecided("; ".join([*texts, *told]), mechanism=mechanism)
+        doubts = [doubt] if all(doubt not in text for text in texts) else []
+        return undecided("; ".join([*texts, *doubts]), mechanism=mechanism)
     power = float(wrench @ mechanism.twists.ravel())
     return unstable("; ".join(texts), mechanism, Certificate(power, 0.0))
 

@@ -198,8 +198,8 @@ def constraint(
         columns[rows] * limits, asked / limits, wanted, solves, where
     )
     notes = notes_of(state)
-    if found.gap > wanted:
-        notes += (f"half of the wrenches looked at last may be more than {found.gap:.1%} below the true factor",)
+    if found.accuracy > wanted:
+        notes += (f"half of the wrenches looked at last may be more than {found.accuracy:.1%} below the true factor",)
     return Constraint(
         body=body,
         engine=method.name,
@@ -208,8 +208,8 @@ def constraint(
         price=np.asarray(frozen(found.price)),
         com=com,
         box=limits,
-        accuracy=found.gap,
-        accuracy_of_most=found.gap_of_most,
+        accuracy=found.accuracy,
+        accuracy_of_most=found.accuracy_of_most,
         accuracy_wanted=wanted,
         solves=found.solves,
         notes=notes,

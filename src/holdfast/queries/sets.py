@@ -258,7 +258,7 @@ def _convex_set(
     state, rows = prepared(method, assembly, total_wrench(assembly, standing)).together(loaded, where)
     found = SETS.of(state, engine=method.name, where=where).load_set(columns[rows] * box, wanted, most, where)
     notes = notes_of(state)
-    if found.gap > wanted:
+    if found.accuracy > wanted:
         notes += (_why_wide(found, box, units),)
     return ConvexSet(
         engine=method.name,
@@ -267,7 +267,7 @@ def _convex_set(
         outer=(_frozen(found.outer / box), _frozen(np.ones(len(found.outer)))),
         vertices=_frozen(found.vertices * box),
         box=_frozen(box),
-        accuracy=found.gap,
+        accuracy=found.accuracy,
         accuracy_wanted=wanted,
         solves=found.solves,
         units=units,
@@ -280,9 +280,9 @@ def _why_wide(found: LoadSet, box: Float, units: tuple[str, ...]) -> str:
     """Say along which ray the accuracy is that of the whole set, and why it is not smaller."""
     worst = ", ".join(f"{value:.3g} {unit}" for value, unit in zip(found.worst * box, units, strict=True))
     return (
-        f"the accuracy of {found.gap:.0%} is that of the ray to ({worst}), after {found.solves} solves: a polytope "
-        "needs thousands of corners where round friction cones meet a ray at a small angle; a smaller box and more "
-        "solves narrow it, and constraint() is close to the set along most rays"
+        f"the accuracy of {found.accuracy:.0%} is that of the ray to ({worst}), after {found.solves} solves: a "
+        "polytope needs thousands of corners where round friction cones meet a ray at a small angle; a smaller box and "
+        "more solves narrow it, and constraint() is close to the set along most rays"
     )
 
 

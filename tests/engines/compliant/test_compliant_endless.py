@@ -50,7 +50,7 @@ def asked(monkeypatch: pytest.MonkeyPatch, here: Change, there: Change) -> tuple
 
     def paths(grid: Grid, W: Float, *, cuts: bool = False) -> PathResult:
         seen.append(grid.springs.nodes)
-        found = followed(grid, W, cuts=cuts)
+        found = followed(grid, W, gradients=cuts)
         assert (found.outcome == PathOutcome.ENDLESS).all()
         return here(found) if grid.springs.nodes == 7 else there(found)
 
@@ -114,7 +114,7 @@ def test_between_presses_without_an_end_a_path_of_many_bodies_is_believed(monkey
 
     def paths(grid: Grid, W: Float, *, cuts: bool = False) -> PathResult:
         seen.append(grid.springs.nodes)
-        return grid_paths(grid, W, cuts=cuts)
+        return grid_paths(grid, W, gradients=cuts)
 
     monkeypatch.setattr(Grid, "paths", paths)
     refined = hf.Compliant().prepare(assembly).refined

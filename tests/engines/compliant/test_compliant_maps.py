@@ -225,11 +225,11 @@ def test_cuts_are_the_slopes_of_the_peak() -> None:
     """Against differences of the peaks of neighbouring pushes, in random directions of the load."""
     state, _, _ = _case("stack")
     W = _pushes(state, np.array([[1.0, 0, 0], [0, 1, 0.2], [1, 1, 0]]))
-    paths = state.grid.paths(W, cuts=True)
-    assert (np.abs((paths.cut * W.T).sum(1) - 1) < 1e-8).all()  # the model is rounded to nine digits
+    paths = state.grid.paths(W, gradients=True)
+    assert (np.abs((paths.gradient * W.T).sum(1) - 1) < 1e-8).all()  # the model is rounded to nine digits
     other = W + 1e-3 * np.random.default_rng(1).normal(size=W.shape) * np.tile(np.repeat([1, 0.05], 3), 3)[:, None]
     measured = paths.peak / state.grid.paths(other).peak - 1
-    expected = (paths.cut * other.T).sum(1) - 1
+    expected = (paths.gradient * other.T).sum(1) - 1
     assert np.abs(measured).max() > 5e-4
     assert np.allclose(measured, expected, rtol=0.1, atol=1e-4)
 
@@ -238,9 +238,9 @@ def test_sparse_and_dense_elimination_give_the_same_cuts() -> None:
     state, _, _ = _case("stack")
     other = replace(state.grid, system=System.by_fronts(state.grid.system.model))
     W = _pushes(state, np.array([[1.0, 0, 0], [0, 1, 0.2], [1, 1, 0]]))
-    one, two = state.grid.paths(W, cuts=True), other.paths(W, cuts=True)
+    one, two = state.grid.paths(W, gradients=True), other.paths(W, gradients=True)
     assert np.allclose(one.peak, two.peak, rtol=1e-4)
-    assert np.allclose(one.cut, two.cut, rtol=1e-2, atol=1e-3 * np.abs(one.cut).max())
+    assert np.allclose(one.gradient, two.gradient, rtol=1e-2, atol=1e-3 * np.abs(one.gradient).max())
 
 
 def _plane_pushes(count: int) -> Float:

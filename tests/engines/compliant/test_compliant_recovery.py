@@ -39,7 +39,7 @@ def lose(monkeypatch: pytest.MonkeyPatch, share: Callable[[Grid], float | None])
     followed: Paths = Grid.paths
 
     def paths(grid: Grid, W: Float, *, cuts: bool = False) -> PathResult:
-        found, left = followed(grid, W, cuts=cuts), share(grid)
+        found, left = followed(grid, W, gradients=cuts), share(grid)
         if left is None:
             return found
         lost = np.full(len(found.peak), PathOutcome.LOST)
@@ -90,7 +90,7 @@ def test_a_finer_path_that_ends_sooner_only_lowers_the_bound(monkeypatch: pytest
     followed: Paths = Grid.paths
 
     def paths(grid: Grid, W: Float, *, cuts: bool = False) -> PathResult:
-        found = followed(grid, W, cuts=cuts)
+        found = followed(grid, W, gradients=cuts)
         few = grid.springs.nodes == 7
         outcome = np.full(len(found.peak), PathOutcome.LOST if few else PathOutcome.PEAK)
         return found._replace(outcome=outcome, peak=(0.6 if few else 0.2) * found.peak)
@@ -117,7 +117,7 @@ def test_a_path_without_end_may_be_lost_far_out(
     followed: Paths = Grid.paths
 
     def paths(grid: Grid, W: Float, *, cuts: bool = False) -> PathResult:
-        found = followed(grid, W, cuts=cuts)
+        found = followed(grid, W, gradients=cuts)
         reached = weights / np.abs(grid.loads(W)).max(axis=1)
         return found._replace(outcome=np.full(len(reached), PathOutcome.LOST), peak=reached)
 

@@ -45,7 +45,7 @@ def test_stations_are_points_of_the_path_below_its_peak(name: str) -> None:
 
 
 def test_lower_bounds_are_less_where_the_load_has_dipped_on_the_way() -> None:
-    paths = PathResult.lost(3, 6, cuts=False)
+    paths = PathResult.lost(3, 6, gradients=False)
     paths.outcome[:] = PathOutcome.PEAK, PathOutcome.PEAK, PathOutcome.ENDLESS
     paths.peak[:] = paths.first[:] = 10.0, 10.0, np.inf
     paths.first[1] = 8.0
@@ -63,7 +63,7 @@ def test_a_maximum_that_a_path_on_another_grid_passes_over_is_not_forgotten(monk
     followed, peaks = Grid.paths, []
 
     def dipped(grid: Grid, W: Float, *, cuts: bool = False) -> PathResult:
-        paths = followed(grid, W, cuts=cuts)
+        paths = followed(grid, W, gradients=cuts)
         peaks.append(paths.peak[0])
         return paths._replace(first=0.5 * paths.peak if len(peaks) == 1 else paths.peak)
 
@@ -86,7 +86,7 @@ def watch(monkeypatch: pytest.MonkeyPatch, balances: Balances) -> list[int]:
 
     def paths(grid: Grid, W: Float, *, cuts: bool = False) -> PathResult:
         seen.append(grid.springs.nodes)
-        return followed(grid, W, cuts=cuts)
+        return followed(grid, W, gradients=cuts)
 
     monkeypatch.setattr(Grid, "paths", paths)
     monkeypatch.setattr(Grid, "loads_nearby", lambda grid, W, s, q, plane: np.full(len(s), -1.0))

@@ -11,7 +11,7 @@ import holdfast as hf
 from holdfast.engines.contract import Within
 from holdfast.engines.limit.certified import _Face
 from holdfast.engines.limit.engine import Limit
-from holdfast.engines.limit.gauge import Cuts
+from holdfast.engines.limit.gauge import CuttingPlanes
 from holdfast.engines.limit.limit_program import LoadProgram
 from holdfast.engines.limit.load_limit import LoadLimit
 from holdfast.engines.verdict import Status
@@ -152,7 +152,7 @@ def test_cuts_are_numbered_on_from_those_learned_before_and_keep_their_motions()
 
     slides, rolls = [1.0, *[0.0] * 11], [*[0.0] * 6, 2.0, *[0.0] * 5]
     both = [1.0, *[0.0] * 5, 1e-9, *[0.0] * 5]
-    cuts = Cuts(np.ones(12))
+    cuts = CuttingPlanes(np.ones(12))
     assert cuts.learn([limit(2.0, slides), limit(0.0, slides), limit(4.0, rolls)]) == [0, None, 1]
     assert cuts.learn([]) == []
     assert cuts.learn([limit(1.0, None), limit(1.0, both), limit(np.inf, rolls, proved=False)]) == [None, 2, 3]

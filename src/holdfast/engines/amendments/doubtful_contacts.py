@@ -119,7 +119,7 @@ class Doubtful:
             upper_bound=weakest_bound(
                 [found.upper_bound, greatest.upper_bound, *(case.upper_bound for _, case in cases)]
             ),
-            notes=(*found.notes, *self._told(found, cases)),
+            notes=(*found.notes, *self._notes_on(found, cases)),
         ).after("contacts that may not exist", "lower is the least over all sets of contacts that may be absent")
 
     @cached_property
@@ -168,7 +168,7 @@ class Doubtful:
             )
         return self._allowances[key]
 
-    def _told(self, found: Answers, cases: Sequence[tuple[Absent, Answers]]) -> tuple[str, ...]:
+    def _notes_on(self, found: Answers, cases: Sequence[tuple[Absent, Answers]]) -> tuple[str, ...]:
         """Say on which of the contacts the answers lean, and what was not settled."""
         notes = [LEVEL] if self._posed and not self.absences.assembly.tolerances.tilt else []
         leaned = self._leaned(found, cases)

@@ -9,7 +9,7 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
-from holdfast.elastic.step_control import CARRIED
+from holdfast.elastic.step_control import SPRING_SHARE
 from holdfast.engines.amendments.amendment import Asked, AtRest
 from holdfast.engines.answers import Answers, only_balanced
 from holdfast.engines.compliant.beginnings import SMALL, gives_way, path_from
@@ -139,7 +139,7 @@ class LimitReview:
             return UNDECIDED_ROW
         force = min(row.force, proved.top)
         lower = (
-            max(row.lower - CARRIED / asked.size, 0.0) if asked.held else row.lower
+            max(row.lower - SPRING_SHARE / asked.size, 0.0) if asked.held else row.lower
         )  # the hold may have carried some
         return row._replace(force=force, lower=min(lower, force))
 

@@ -26,8 +26,8 @@ def without_negligible(found: Answers, W: Float, assembly: Assembly) -> Answers:
         return found
     force, lower = np.where(slight, 0.0, found.force), np.where(slight, 0.0, found.lower)
     names = tuple(dict.fromkeys(name for moving in found.moving[slight] for name in moving))
-    told = any(ONLY_BALANCED in note for note in found.notes)
-    notes = found.notes if told or not names else (*found.notes, only_balanced(names))
+    noted = any(ONLY_BALANCED in note for note in found.notes)
+    notes = found.notes if noted or not names else (*found.notes, only_balanced(names))
     return replace(found, force=force, lower=lower, notes=notes).after(
         "only balanced", "rounding alone tells the force from none"
     )

@@ -111,14 +111,14 @@ def _leans(assembly: Assembly) -> Float:
 
 def _levers(assembly: Assembly, W: Float) -> Float:
     """Return moments (6J, n): of the forces of W (6J, n), if contacts lie higher by half of the gap of their bodies."""
-    reach = np.zeros(len(assembly.movable))
+    half_gap = np.zeros(len(assembly.movable))
     for interface, ends in zip(assembly.interfaces, assembly.ends, strict=True):
         gap = assembly.tolerances.between(*(assembly.scene.body(name) for name in interface.bodies)).gap
         for k in ends:
             if k >= 0:
-                reach[k] = max(reach[k], gap / 2)
+                half_gap[k] = max(half_gap[k], gap / 2)
     loads = W.reshape(-1, 6, W.shape[1])
     moments = np.zeros_like(loads)
-    offsets = reach[:, None] * assembly.scene.up
+    offsets = half_gap[:, None] * assembly.scene.up
     moments[:, 3:, :] = np.cross(offsets[:, None, :], loads[:, :3].transpose(0, 2, 1)).transpose(0, 2, 1)
     return moments.reshape(W.shape)

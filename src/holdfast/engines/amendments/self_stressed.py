@@ -106,9 +106,9 @@ class SelfStressed:
             apart = np.where(np.isinf(most), least, most - least)
             beyond = np.maximum(MARGIN * least, BEYOND * np.minimum(apart, least))
             sure = np.where(np.isinf(least), np.inf, least - beyond)
-            kept = np.where(np.isinf(found.force[rows]), 1.0, found.lower[rows] / found.force[rows])  # less the error
+            share = np.where(np.isinf(found.force[rows]), 1.0, found.lower[rows] / found.force[rows])  # less the error
         lower = np.array(found.lower)
-        lower[rows] = np.minimum(lower[rows], kept * np.maximum(sure, 0.0))
+        lower[rows] = np.minimum(lower[rows], share * np.maximum(sure, 0.0))
         telling = int((least < (1 - MATTERS) * found.force[rows]).sum())
         if not telling:
             return replace(found, lower=lower)

@@ -11,8 +11,8 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
-from holdfast.elastic.step_control import CARRIED
-from holdfast.elastic.stepper import carried
+from holdfast.elastic.step_control import SPRING_SHARE
+from holdfast.elastic.stepper import by_springs
 from holdfast.elastic.system import Settled, System
 from holdfast.engines.compliant.grid import Grid
 
@@ -25,14 +25,14 @@ PATIENCE = 200  # steps of Newton's method after which rest under such a load is
 def gives_way(grid: Grid, load: Float, force: float) -> bool:
     """Tell whether regularisation springs alone keep a body from being moved by any share of ``force`` times ``load``.
 
-    The load (6J,) is in units of the model. Its path ended at that force, where the hold carried CARRIED of a weight.
-    Where contacts resist, the hold carries next to nothing of a tenth of it; where they do not, it carries a tenth as
-    much from the beginning, however little that is of the force: of a press on a box beside the edge that it is
-    balanced on, contacts carry all but the moment about the edge.
+    The load (6J,) is in units of the model. Its path ended at that force, where the hold carried SPRING_SHARE of a
+    weight. Where contacts resist, the hold carries next to nothing of a tenth of it; where they do not, it carries a
+    tenth as much from the beginning, however little that is of the force: of a press on a box beside the edge that it
+    is balanced on, contacts carry all but the moment about the edge.
     """
     system, end = _under(grid, TENTH * force * load)
-    more = carried(system.model, end.q) - carried(system.model, grid.settled.q)
-    return end.outcome is RestOutcome.RESTS and more > CLEARLY * TENTH * CARRIED
+    more = by_springs(system.model, end.q) - by_springs(system.model, grid.settled.q)
+    return end.outcome is RestOutcome.RESTS and more > CLEARLY * TENTH * SPRING_SHARE
 
 
 def path_from(grid: Grid, load: Float, start: float) -> tuple[float, Float]:

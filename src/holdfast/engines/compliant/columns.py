@@ -101,7 +101,7 @@ class _Surveyor:
 
     def follow(self, indices: Int, corners: Int) -> Solved:
         """Follow the paths of the columns with these numbers, which lie between ``corners`` (k, 3)."""
-        answers = self.refined.answers(self.W[:, indices], cuts=True, around=self._around(corners))
+        answers = self.refined.answers(self.W[:, indices], gradients=True, around=self._around(corners))
         paths = answers.paths
         known = np.flatnonzero(answers.own)
         self.share[indices[known]], self.few[indices] = answers.below[known] / paths.peak[known], answers.few
@@ -115,7 +115,7 @@ class _Surveyor:
             value = np.where(paths.outcome == PathOutcome.PEAK, 1 / paths.peak, 0.0)
         motion = [-1 if m is None else self.kinds.setdefault((m.mode, *m.moving), len(self.kinds)) for m in mechanisms]
         rows = self.first[indices, None] + np.arange(6)
-        slope = value[:, None] * np.take_along_axis(paths.cut, rows, 1)
+        slope = value[:, None] * np.take_along_axis(paths.gradient, rows, 1)
         share = np.where(paths.outcome == PathOutcome.PEAK, answers.below * value, 1.0)
         return Solved(paths.outcome, value, slope, np.array(motion), share)
 

@@ -91,11 +91,11 @@ class Standing:
     def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
         """Find the peak of the load path of each column of W (6J, n) [N, N m].
 
-        ``lower`` is the peak minus the estimated discretisation error. With ``Within(gap)``, MANY or more columns that
-        load one body alone are interpolated between paths (interpolated.py), with expected relative errors of at most
-        ``gap``; ``lower`` then also allows for the stated interpolation error. With ``ForcesOnly``, ``lower`` is 0 and
-        no finer grid is needed. What paths do not know is amended (amendments/amendment_list.py). Of several threads
-        that ask, one waits for the other.
+        ``lower`` is the peak minus the estimated discretisation error. With ``Within(relative)``, MANY or more columns
+        that load one body alone are interpolated between paths (interpolated.py), with expected relative errors of at
+        most ``relative``; ``lower`` then also allows for the stated interpolation error. With ``ForcesOnly``, ``lower``
+        is 0 and no finer grid is needed. What paths do not know is amended (amendments/amendment_list.py). Of several
+        threads that ask, one waits for the other.
         """
         with self._asking:
             return self._load_factor(W, accuracy)
@@ -108,7 +108,7 @@ class Standing:
         if not len(loaded):
             columns = Columns.unknown(0)
         elif isinstance(accuracy, Within) and (groups := by_body(asked, MANY)):
-            columns = surveyed(self.refined, asked, groups, accuracy.gap)
+            columns = surveyed(self.refined, asked, groups, accuracy.relative)
         else:
             columns = followed(self.refined, asked, bounds=not isinstance(accuracy, ForcesOnly))
         found = _answers(W.shape[1], loaded, columns, self.decided, accuracy)

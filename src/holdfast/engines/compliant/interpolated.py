@@ -1,12 +1,12 @@
 """Maps from few load paths: 1/R is interpolated between pushes whose paths were followed.
 
 γ(w) = 1/R(w) is homogeneous of degree one, piecewise smooth and nearly convex. Every path gives γ and its gradient (the
-cut of path.py). Over a triangle of solved pushes along one direction, γ therefore has two estimates: the interpolated
-values, and the interpolated tangent planes. For a quadratic function the mean of both is exact. For a convex function,
-the interpolated values are an upper bound and the highest tangent plane is a lower bound. The stated error follows from
-the distance between them. If a tangent plane passes above the value at another corner, γ is not convex there, and all
-planes are taken into account. Paths that are then followed at points inside show whether the stated error was large
-enough; if not, it is enlarged over the whole face.
+gradient of path.py). Over a triangle of solved pushes along one direction, γ therefore has two estimates: the
+interpolated values, and the interpolated tangent planes. For a quadratic function the mean of both is exact. For a
+convex function, the interpolated values are an upper bound and the highest tangent plane is a lower bound. The stated
+error follows from the distance between them. If a tangent plane passes above the value at another corner, γ is not
+convex there, and all planes are taken into account. Paths that are then followed at points inside show whether the
+stated error was large enough; if not, it is enlarged over the whole face.
 
 Only finite values are interpolated. Between pushes that move nothing, every push has a path of its own: where bodies
 wedge, some of these pushes move them at a few weights although contact forces could balance any multiple of the push.
@@ -95,12 +95,12 @@ class Survey:
     share: Float
 
 
-def survey(loads: Float, bodies: Sequence[Int], follow: Follow, gap: float) -> Survey:
-    """Find γ at ``loads`` (n, 6) [N, N m], with expected relative errors of at most ``gap``.
+def survey(loads: Float, bodies: Sequence[Int], follow: Follow, accuracy: float) -> Survey:
+    """Find γ at ``loads`` (n, 6) [N, N m], with expected relative errors of at most ``accuracy``.
 
-    ``bodies`` are the numbers of the loads on each body. Those on none of them have paths of their own.
-    Stated errors are at most STATED times ``gap``. ``follow(indices, corners)`` follows the paths of the loads with
-    these numbers, each of which lies between three ``corners`` (k, 3) that have been followed, or is its own corners.
+    ``bodies`` are the numbers of the loads on each body. Those on none of them have paths of their own. Stated errors
+    are at most STATED times ``accuracy``. ``follow(indices, corners)`` follows the paths of the loads with these
+    numbers, each of which lies between three ``corners`` (k, 3) that have been followed, or is its own corners.
     """
     count = len(loads)
     solved, value = np.zeros(count, dtype=bool), np.zeros(count)
@@ -139,7 +139,7 @@ def survey(loads: Float, bodies: Sequence[Int], follow: Follow, gap: float) -> S
                 picked.append(points[endless])
             spread[endless] = stated[endless] = 0.0
             doubted.append((face, asked, _Doubts(where, weights, spread, stated)))
-        chosen = [doubts.chosen(STATED * gap, each=face.begins(len(asked))) for face, asked, doubts in doubted]
+        chosen = [doubts.chosen(STATED * accuracy, each=face.begins(len(asked))) for face, asked, doubts in doubted]
         open_faces = [(face, asked[k]) for (face, asked, _), k in zip(doubted, chosen, strict=True) if len(k)]
         picked += [face.members[added] for face, added in open_faces]
         if not picked:

@@ -116,11 +116,11 @@ def rests_alone(system: System, most: int) -> bool:
 def _restricted(m: Elastic, carry: Bool, load: Float) -> Elastic:
     """Return the model of the bodies that ``carry`` (J,) under ``load`` (n,) alone, with the contacts among them."""
     stays = np.append(carry, True)  # index -1: fixed
-    kept = np.flatnonzero(stays[m.a] & stays[m.b])
+    among = np.flatnonzero(stays[m.a] & stays[m.b])
     number = np.append(np.cumsum(carry) - 1, -1)
-    counts = np.diff(m.first)[kept]
+    counts = np.diff(m.first)[among]
     first = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-    nodes = np.repeat(m.first[kept] - first[:-1], counts) + np.arange(first[-1])
+    nodes = np.repeat(m.first[among] - first[:-1], counts) + np.arange(first[-1])
     x, y, flat, rows = m.x[nodes], m.y[nodes], np.zeros(len(nodes)), np.repeat(carry, 6)
     return m._replace(
         first=first,
@@ -128,15 +128,15 @@ def _restricted(m: Elastic, carry: Bool, load: Float) -> Elastic:
         y=y,
         k=m.k[nodes],
         apart=flat,  # clearances are nothing beside a large load
-        mu=m.mu[kept],
-        a=number[m.a[kept]],
-        b=number[m.b[kept]],
-        axes=m.axes[kept],
-        arm_a=m.arm_a[kept],
-        arm_b=m.arm_b[kept],
+        mu=m.mu[among],
+        a=number[m.a[among]],
+        b=number[m.b[among]],
+        axes=m.axes[among],
+        arm_a=m.arm_a[among],
+        arm_b=m.arm_b[among],
         wrench=load[rows],
         scale=m.scale[rows],
-        bonded=m.bonded[kept],
+        bonded=m.bonded[among],
         unit=m.unit[rows],
         runs=Runs.of(first, x, y, flat),
         hold=np.zeros(int(rows.sum())),

@@ -135,33 +135,41 @@ class Refined:
         few = self.grid.springs.nodes < RESOLVED and self.refinements > 1
         return few and FINER**2 * len(self.grid.nodes) <= MOST_NODES
 
-    def answers(self, W: Float, *, cuts: bool = False, bounds: bool = True, around: Around | None = None) -> Bounded:
+    def answers(
+        self, W: Float, *, gradients: bool = False, bounds: bool = True, around: Around | None = None
+    ) -> Bounded:
         """Follow the paths of columns W (6J, k).
 
         With ``bounds`` each path is followed on a grid that is fine enough for it, and has a lower bound. Without, all
         paths are followed on this grid and the lower bounds are 0. Paths that are lost on this grid are recovered as
-        ``_recovered`` says. ``cuts`` is as in ``Grid.paths``. If given, the lower bounds of peaks like those ``around``
-        are the same share of the peak.
+        ``_recovered`` says. ``gradients`` is as in ``Grid.paths``. If given, the lower bounds of peaks like those
+        ``around`` are the same share of the peak.
         """
-        found = self._in_threads(W, cuts=cuts, bounds=bounds, around=around)
+        found = self._in_threads(W, gradients=gradients, bounds=bounds, around=around)
         lost = np.flatnonzero(found.paths.outcome == PathOutcome.LOST)
         if not len(lost):
             return found
-        return found.replaced(lost, self._recovered(W[:, lost], found.paths.chosen(lost), cuts=cuts, bounds=bounds))
+        return found.replaced(
+            lost, self._recovered(W[:, lost], found.paths.chosen(lost), gradients=gradients, bounds=bounds)
+        )
 
-    def _in_threads(self, W: Float, *, cuts: bool, bounds: bool, around: Around | None) -> Bounded:
+    def _in_threads(self, W: Float, *, gradients: bool, bounds: bool, around: Around | None) -> Bounded:
         """Follow the paths as ``_given`` does, many short ones in several threads; long paths make their own."""
         count, system = W.shape[1], self.grid.system
         threads = system.threads(count)
         if threads < 2 or system.long:
-            return self._given(W, self.grid.paths(W, cuts=cuts), cuts=cuts, bounds=bounds, around=around)
+            return self._given(
+                W, self.grid.paths(W, gradients=gradients), gradients=gradients, bounds=bounds, around=around
+            )
         number = threads * -(-count // (threads * MOST_CHUNK))
         chunks = [np.arange(first, count, number) for first in range(number)]
 
         def ask(row: int) -> Bounded:
             asked = W[:, chunks[row]]
             there = None if around is None else around.chosen(chunks[row])
-            return self._given(asked, self.grid.paths(asked, cuts=cuts), cuts=cuts, bounds=bounds, around=there)
+            return self._given(
+                asked, self.grid.paths(asked, gradients=gradients), gradients=gradients, bounds=bounds, around=there
+            )
 
         parts = answers_in_parallel(STAGE, ask, threads, number, count)
         return Bounded.joined(parts, np.argsort(np.concatenate(chunks)))
@@ -198,7 +206,7 @@ class Refined:
         held[there] = sure[there] & (load - SAFETY * change - LEAST_ERROR * load >= 1)
         return np.asarray(held)
 
-    def _recovered(self, W: Float, lost: PathResult, *, cuts: bool, bounds: bool) -> Bounded:
+    def _recovered(self, W: Float, lost: PathResult, *, gradients: bool, bounds: bool) -> Bounded:
         """Recover paths of columns W (6J, k) that are ``lost`` on this grid.
 
         Where some bodies are held, a path on which another comes to be only balanced, too, is followed with every body
@@ -213,11 +221,11 @@ class Refined:
             left = np.flatnonzero(peaks.paths.outcome == PathOutcome.LOST)
             if not len(left):
                 break
-            there = other.grid.paths(W[:, left], cuts=cuts)
+            there = other.grid.paths(W[:, left], gradients=gradients)
             agree = (there.outcome != PathOutcome.LOST) & (there.peak >= (1 - COARSE) * reached[left])
-            kept = np.flatnonzero(agree)
-            better = other._given(W[:, left[kept]], there.chosen(kept), cuts=cuts, bounds=bounds)
-            peaks = peaks.replaced(left[kept], better.refined())
+            agreed = np.flatnonzero(agree)
+            better = other._given(W[:, left[agreed]], there.chosen(agreed), gradients=gradients, bounds=bounds)
+            peaks = peaks.replaced(left[agreed], better.refined())
             reached[left] = np.minimum(reached[left], there.peak)
         rest = np.flatnonzero(peaks.paths.outcome == PathOutcome.LOST)
         found = with_bisected_peaks(self.grid, W[:, rest], lost.chosen(rest))
@@ -225,11 +233,13 @@ class Refined:
         below = np.where(known, (1 - LEAST_ERROR) * np.minimum(reached[rest], found.peak), 0.0)
         return peaks.replaced(rest, Bounded.unbounded(found)._replace(below=below).refined())
 
-    def _given(self, W: Float, paths: PathResult, *, cuts: bool, bounds: bool, around: Around | None = None) -> Bounded:
+    def _given(
+        self, W: Float, paths: PathResult, *, gradients: bool, bounds: bool, around: Around | None = None
+    ) -> Bounded:
         """Return the paths of this grid with bounds if they are wanted, else as they are."""
-        return self._bounded(W, paths, cuts=cuts, around=around) if bounds else Bounded.unbounded(paths)
+        return self._bounded(W, paths, gradients=gradients, around=around) if bounds else Bounded.unbounded(paths)
 
-    def _bounded(self, W: Float, paths: PathResult, *, cuts: bool, around: Around | None = None) -> Bounded:
+    def _bounded(self, W: Float, paths: PathResult, *, gradients: bool, around: Around | None = None) -> Bounded:
         """Give the paths of this grid lower bounds, and take paths from finer grids where this one is too coarse.
 
         The lower bound is the peak minus SAFETY times the estimated discretisation error minus LEAST_ERROR times the
@@ -251,12 +261,12 @@ class Refined:
             rows = new[alike[number]]
             asked, peaks = W[:, rows], paths.chosen(rows)
             if kinds[number].any():
-                return self._resolved(asked, peaks, np.flatnonzero(kinds[number]), cuts=cuts)
-            return self._estimated(asked, peaks, cuts=cuts)
+                return self._resolved(asked, peaks, np.flatnonzero(kinds[number]), gradients=gradients)
+            return self._estimated(asked, peaks, gradients=gradients)
 
         for lot, own in zip(alike, self._shared([len(rows) for rows in alike], better), strict=True):
             found = found.replaced(new[lot], own._replace(few=found.few[new[lot]]))
-        found = self._with_ends(W, paths, found, cuts=cuts, around=around)
+        found = self._with_ends(W, paths, found, gradients=gradients, around=around)
         passed = (paths.first < paths.peak) & (found.paths.first >= found.paths.peak)  # a maximum, on another grid
         found.below[passed] = np.minimum(found.below, paths.first)[passed]
         return found
@@ -277,7 +287,9 @@ class Refined:
             found = dict(zip(few, answers, strict=True))
         return [found[number] if number in found else ask(number) for number in range(len(sizes))]
 
-    def _with_ends(self, W: Float, paths: PathResult, found: Bounded, *, cuts: bool, around: Around | None) -> Bounded:
+    def _with_ends(
+        self, W: Float, paths: PathResult, found: Bounded, *, gradients: bool, around: Around | None
+    ) -> Bounded:
         """Return the answers ``found`` for columns W (6J, k), with those of the finer grid where only it has an end.
 
         A path of this grid that turned sharply, or whose load dipped, may have passed over a maximum that bodies do not
@@ -291,7 +303,7 @@ class Refined:
         rows = np.flatnonzero((paths.outcome == PathOutcome.ENDLESS) & doubtful)
         if not len(rows):
             return found
-        there = self._finer.grid.paths(W[:, rows], cuts=cuts)
+        there = self._finer.grid.paths(W[:, rows], gradients=gradients)
         first, before = found.paths.first.copy(), found.paths.before.copy()
         endless = there.outcome == PathOutcome.ENDLESS
         first[rows] = np.where(endless, there.first, first[rows])
@@ -300,12 +312,12 @@ class Refined:
         ends = np.flatnonzero(there.outcome == PathOutcome.PEAK)
         peaks = there.chosen(ends)
         if self._may_refine:
-            better = self._finer._bounded(W[:, rows[ends]], peaks, cuts=cuts)
+            better = self._finer._bounded(W[:, rows[ends]], peaks, gradients=gradients)
         else:
             better = Bounded.unbounded(peaks)._replace(below=_below(peaks.peak, peaks.peak, COARSE * peaks.peak))
         return found.replaced(rows[ends], better.refined())
 
-    def _estimated(self, W: Float, peaks: PathResult, *, cuts: bool) -> Bounded:
+    def _estimated(self, W: Float, peaks: PathResult, *, gradients: bool) -> Bounded:
         """Give ``peaks`` of columns W (6J, k) lower bounds from the next finer grid, or take paths from there.
 
         The estimated error is the change of the load there as ``_on`` tells. If it tells nothing, the whole path is
@@ -317,16 +329,16 @@ class Refined:
         found, taken = Bounded.unbounded(peaks), np.zeros(len(peak), dtype=bool)
         unsure = np.flatnonzero(load < 0)
         if len(unsure):
-            paths = finer.grid.paths(W[:, unsure], cuts=cuts)
+            paths = finer.grid.paths(W[:, unsure], gradients=gradients)
             load[unsure] = paths.peak
             changed = _changed(peak[unsure], paths.peak)
             better = np.flatnonzero((paths.outcome == PathOutcome.PEAK) & changed & self._may_refine)
             taken[unsure[better]] = True
-            there = finer._bounded(W[:, taken], paths.chosen(better), cuts=cuts)
+            there = finer._bounded(W[:, taken], paths.chosen(better), gradients=gradients)
             found = found.replaced(unsure[better], there.refined())
         return found._replace(below=np.where(taken, found.below, _below(peak, load)))
 
-    def _resolved(self, W: Float, peaks: PathResult, contacts: Int, *, cuts: bool) -> Bounded:
+    def _resolved(self, W: Float, peaks: PathResult, contacts: Int, *, gradients: bool) -> Bounded:
         """Give ``peaks`` of columns W (6J, k), concentrated at ``contacts``, lower bounds, or take other paths.
 
         Twice as many nodes err there as these do. The estimated error is the change of the load at the displacement of
@@ -353,7 +365,7 @@ class Refined:
             if not len(rows):  # no grid is made for nothing
                 break
             grid = most if finest else self.grid.with_more(contacts, RESOLVED)
-            paths = grid.paths(W[:, rows], cuts=cuts)
+            paths = grid.paths(W[:, rows], gradients=gradients)
             before = found.paths.peak[rows]
             found.below[rows], found.own[rows] = _below(before, paths.peak), False
             there = np.flatnonzero((paths.outcome == PathOutcome.PEAK) & (paths.peak <= WEDGED * before))
@@ -361,8 +373,8 @@ class Refined:
             load = np.full(len(rows), -1.0)
             if not finest:
                 load = most.loads_nearby(W[:, rows], paths.peak, paths.q, paths.plane)
-            told = np.where(load < 0, before[there], load)
-            below = _below(paths.peak, told, np.where(load < 0, COARSE * paths.peak, 0.0))
+            other = np.where(load < 0, before[there], load)
+            below = _below(paths.peak, other, np.where(load < 0, COARSE * paths.peak, 0.0))
             found = found.replaced(rows, Bounded.unbounded(paths)._replace(below=below).refined())
             rows = rows[np.where(load < 0, ~self._dear(paths), _changed(paths.peak, load))]
         return found
@@ -427,7 +439,7 @@ def _led_up(finer: Grid, W: Float, peaks: PathResult, found: Float) -> tuple[Flo
     a load on its way up, by how far the path of the peak was followed less or more of it. If it is in balance under a
     larger load in a state nearby, its path leads at least as far. The loads that are tried are those of points on the
     way to the peak and LESS than the peak, above (1 - COARSE) of it. If the finer grid is in balance under (1 + COARSE)
-    of the peak, too, that is not what was sought: these (k,) are told, and ``found`` stays.
+    of the peak, too, that is not what was sought: these (k,) are returned, and ``found`` stays.
     """
     peak, k = peaks.peak, len(peaks.peak)
     raised, astray = found.copy(), np.zeros(k, dtype=bool)

@@ -1,4 +1,4 @@
-"""Whether a state of rest leans on the number of nodes, told by what friction it has in reserve.
+"""Whether a state of rest leans on the number of nodes, seen from the friction that it has in reserve.
 
 Where nothing slips, elastic contacts come to rest exactly where forces on the nodes balance all bodies, and nodes lie
 within the patches: more of them carry more, and few are no danger. Where contacts slip, it depends on which do and how
@@ -14,7 +14,7 @@ import numpy as np
 
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.engines.compliant.grid import FINER, Grid
-from holdfast.engines.compliant.rest_verdict import at_rest, carried, not_at_rest
+from holdfast.engines.compliant.rest_verdict import at_rest, balanced_forces, not_at_rest
 from holdfast.engines.rest import undecided
 from holdfast.engines.verdict import Status, Verdict
 
@@ -79,7 +79,7 @@ def _without(grid: Grid, share: float) -> RestOutcome:
     if grid.hold is None and system.balances(np.zeros((1, len(q))), np.zeros(1), q[None])[0]:
         return RestOutcome.RESTS
     found = system.come_to_rest(near=q, most=PATIENCE)
-    if found.outcome is RestOutcome.RESTS and carried(replace(grid, system=system), found.q) is None:
+    if found.outcome is RestOutcome.RESTS and balanced_forces(replace(grid, system=system), found.q) is None:
         return RestOutcome.DRIFTS  # the regularisation spring carries
     return found.outcome
 

@@ -13,7 +13,7 @@ from holdfast.elastic.law import node_forces
 from holdfast.elastic.model import Elastic
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.sparse import unresisted_motion
-from holdfast.elastic.step_control import CARRIED
+from holdfast.elastic.step_control import SPRING_SHARE
 from holdfast.engines.answers import balanced_in_verdict
 from holdfast.engines.compliant.balanced import TAKEN_ALONG, Free, free_at
 from holdfast.engines.compliant.elastic_model import world_rows
@@ -45,15 +45,15 @@ def at_rest(grid: Grid) -> AtRest | None:
     What a regularisation spring carries counts as unbalanced.
     """
     end = grid.settled
-    found = carried(grid, end.q) if end.outcome is RestOutcome.RESTS else None
+    found = balanced_forces(grid, end.q) if end.outcome is RestOutcome.RESTS else None
     if found is None:
         return None
-    free = free_at(grid.system.model, end.q, CARRIED if grid.hold is not None else BALANCED_EACH)
+    free = free_at(grid.system.model, end.q, SPRING_SHARE if grid.hold is not None else BALANCED_EACH)
     loose = _named(grid.assembly, free.balanced)
     return AtRest(_stands(grid.assembly, grid.nodes, *found, loose), free)
 
 
-def carried(grid: Grid, q: Float) -> tuple[Float, float] | None:
+def balanced_forces(grid: Grid, q: Float) -> tuple[Float, float] | None:
     """Return the contact forces (I, 3) [N] at displacements q (6J,) of the model, and their equilibrium error.
 
     The error is relative to the total weight. None if they balance badly; what a regularisation spring carries counts
@@ -63,7 +63,7 @@ def carried(grid: Grid, q: Float) -> tuple[Float, float] | None:
     node_forces(grid.system.model, q, forces)
     forces *= grid.unit
     total, each = unbalanced(grid.places, forces, grid.wrench)
-    most, most_each = (CARRIED, CARRIED) if grid.hold is not None else (BALANCED, BALANCED_EACH)
+    most, most_each = (SPRING_SHARE, SPRING_SHARE) if grid.hold is not None else (BALANCED, BALANCED_EACH)
     return None if total > most or each > most_each else (forces, total)
 
 

@@ -151,9 +151,9 @@ class GraphState:
         factor = np.minimum(slip, top)
         mechanisms = _Mechanisms(self, wrenches, slip <= top, slip_side, which)
         finite = np.isfinite(factor)
-        told = [mechanisms.of(k) if finite[k] else None for k in range(count)]
+        causes = [mechanisms.of(k) if finite[k] else None for k in range(count)]
         status = [Status.FINITE if f else Status.INFINITE for f in finite]
-        return Answers.of(force=factor, status=status, mechanism=told, **known)
+        return Answers.of(force=factor, status=status, mechanism=causes, **known)
 
     @cached_property
     def kinematics(self) -> Kinematics:

@@ -1,9 +1,9 @@
 """Certified maps: bounds for many unit pushes on one body from few solves.
 
-γ(w) = 1/R(w) is a gauge: convex, and γ(t w) = t γ(w). So cuts proved by the duals of earlier solves bound it from
-below, for every load on every body, and combinations of solved loads bound it from above: on a flat face, where pushes
-share their direction, by interpolation on a triangulation; elsewhere by non-negative combinations of nearby solved
-loads, with what they miss paid for along the axes.
+γ(w) = 1/R(w) is a gauge: convex, and γ(t w) = t γ(w). So cutting planes proved by the duals of earlier solves bound it
+from below, for every load on every body, and combinations of solved loads bound it from above: on a flat face, where
+pushes share their direction, by interpolation on a triangulation; elsewhere by non-negative combinations of nearby
+solved loads, with what they miss paid for along the axes.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.progress import report
 from holdfast.engines.directions import flat_groups, moment_frame
 from holdfast.engines.limit.combination import combined
-from holdfast.engines.limit.gauge import Cuts, Field
+from holdfast.engines.limit.gauge import CuttingPlanes, Field
 from holdfast.engines.limit.load_limit import LoadLimit
 from holdfast.engines.limit.rounding import DOWN, UP
 from holdfast.engines.verdict import Status
@@ -33,8 +33,10 @@ Solve = Callable[[Float], list[LoadLimit]]  # of load columns (6J, k)
 Elsewhere = Callable[[Float], tuple[Float, Float, Bool]]  # of loads (m, 6): values, spare and endless as in ``_Face``
 
 
-def certify(columns: Float, first: int, solve: Solve, cuts: Cuts, gap: float, lever: float, slope: Float) -> Field:
-    """Bounds for load columns (6J, n) that load one body, at rows ``first`` to ``first + 6``, within ``gap``.
+def certify(
+    columns: Float, first: int, solve: Solve, planes: CuttingPlanes, accuracy: float, lever: float, slope: Float
+) -> Field:
+    """Bounds for load columns (6J, n) that load one body, at rows ``first`` to ``first + 6``, within ``accuracy``.
 
     ``lever`` [m] makes torques comparable with forces. ``slope`` (6,) bounds γ of any wrench r on the body by the sum
     of slope |r|: it pays for what rounding hides.
@@ -44,7 +46,7 @@ def certify(columns: Float, first: int, solve: Solve, cuts: Cuts, gap: float, le
     bounds = Field(
         loads,
         first,
-        cuts,
+        planes,
         np.zeros(count),
         np.full(count, np.inf),
         np.full(count, -1),
@@ -54,22 +56,22 @@ def certify(columns: Float, first: int, solve: Solve, cuts: Cuts, gap: float, le
 
     def at(chosen: Int) -> None:
         limits = solve(columns[:, chosen])
-        for k, limit, cut in zip(chosen.tolist(), limits, cuts.learn(limits), strict=True):
-            _enter(bounds, k, limit, cut)
+        for k, limit, plane in zip(chosen.tolist(), limits, planes.learn(limits), strict=True):
+            _enter(bounds, k, limit, plane)
 
     def elsewhere(wanted: Float) -> tuple[Float, Float, Bool]:
         full = np.zeros((len(columns), len(wanted)))
         full[first : first + 6] = wanted.T
         limits = solve(full)
-        cuts.learn(limits)
+        planes.learn(limits)
         spare = [_spare(limit, first) for limit in limits]
         endless = np.array([limit.status is Status.INFINITE for limit in limits], dtype=bool)
         return np.array([_high(limit) for limit in limits]), np.array(spare).reshape(-1, 6), endless
 
     groups, rest = flat_groups(loads)
-    _flat(bounds, groups, at, elsewhere, gap, slope)
+    _flat(bounds, groups, at, elsewhere, accuracy, slope)
     if len(rest):
-        _curved(bounds, rest, at, elsewhere, gap, lever)
+        _curved(bounds, rest, at, elsewhere, accuracy, lever)
     return bounds
 
 
@@ -85,16 +87,16 @@ def _spare(limit: LoadLimit, first: int) -> Float:
     return np.full(6, np.inf) if limit.slope is None else limit.slope[first : first + 6]
 
 
-def _enter(bounds: Field, k: int, limit: LoadLimit, cut: int | None) -> None:
-    """Take load ``k`` as solved, which gave this ``cut``, if any."""
+def _enter(bounds: Field, k: int, limit: LoadLimit, plane: int | None) -> None:
+    """Take load ``k`` as solved, which gave this ``plane``, if any."""
     bounds.solved[k] = True
     bounds.undecided[k] = limit.status is Status.UNDECIDED
     bounds.endless[k] = limit.status is Status.INFINITE
     bounds.high[k] = _high(limit)
     bounds.spare[k] = _spare(limit, bounds.first)
     bounds.low[k] = 0.0 if limit.status is not Status.FINITE else 1 / limit.upper * DOWN if limit.upper > 0 else np.inf
-    if cut is not None:
-        bounds.cut[k] = cut
+    if plane is not None:
+        bounds.plane[k] = plane
 
 
 @dataclass
@@ -134,15 +136,15 @@ class _Face:
             np.empty(0, dtype=bool),
         )
 
-    def lowered(self, bounds: Field, gap: float, slope: Float) -> Int:
+    def lowered(self, bounds: Field, accuracy: float, slope: Float) -> Int:
         """Interpolate over the face; returns one of its doubtful pushes for each facet that has any, as places (k,)."""
-        doubtful = np.flatnonzero(bounds.doubtful(self.members, gap))
+        doubtful = np.flatnonzero(bounds.doubtful(self.members, accuracy))
         undone, facet = self.members[doubtful], np.arange(len(doubtful))
         if len(undone) and np.isfinite(self.values).all():
             above, endless, facet = self.envelope(doubtful, bounds.loads[undone], slope)
             bounds.high[undone] = np.minimum(bounds.high[undone], above)
             bounds.endless[undone] |= endless
-        still = bounds.doubtful(undone, gap)
+        still = bounds.doubtful(undone, accuracy)
         return doubtful[still][_worst_of_each(facet[still], _doubt(bounds, undone[still]))]
 
     def envelope(self, chosen: Int, wanted: Float, slope: Float) -> tuple[Float, Bool, Int]:
@@ -162,8 +164,8 @@ class _Face:
         facets = hull.simplices[(hull.simplices < len(self.places)).all(1) & (hull.equations[:, 2] < 0)]
         a, u, v = self.places[facets[:, 0]], *(self.places[facets[:, k]] - self.places[facets[:, 0]] for k in (1, 2))
         area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-        kept = np.abs(area) > 1e-10
-        facets, a, u, v, area = facets[kept], a[kept], u[kept], v[kept], area[kept]
+        proper = np.abs(area) > 1e-10
+        facets, a, u, v, area = facets[proper], a[proper], u[proper], v[proper], area[proper]
         x, y = (points[:, k, None] - a[:, k] for k in range(2))  # (n, facets)
         second, third = (x * v[:, 1] - y * v[:, 0]) / area, (y * u[:, 0] - x * u[:, 1]) / area
         best = np.argmax(np.minimum(np.minimum(second, third), 1 - second - third), axis=1)
@@ -195,7 +197,7 @@ class _Face:
 
 
 def _flat(
-    bounds: Field, groups: list[Int], at: Callable[[Int], None], elsewhere: Elsewhere, gap: float, slope: Float
+    bounds: Field, groups: list[Int], at: Callable[[Int], None], elsewhere: Elsewhere, accuracy: float, slope: Float
 ) -> None:
     """Pushes of one direction each: γ is convex over the plane of their moments; refine a triangulation of it.
 
@@ -210,14 +212,14 @@ def _flat(
             face.values, face.spare, face.endless = values[four], spare[four], endless[four]
     while faces:
         bounds.rise()
-        chosen = [(face, face.lowered(bounds, gap, slope)) for face in faces]
+        chosen = [(face, face.lowered(bounds, accuracy, slope)) for face in faces]
         chosen = [(face, places) for face, places in chosen if len(places)]
         if chosen:
             at(np.concatenate([face.members[places] for face, places in chosen]))
         for face, places in chosen:
             face.learn(bounds, places)
         faces = [face for face, _ in chosen]
-        report("certified bounds", count - int(bounds.doubtful(np.arange(count), gap).sum()), count)
+        report("certified bounds", count - int(bounds.doubtful(np.arange(count), accuracy).sum()), count)
 
 
 def _paid(slope: Float, missing: Float) -> Float:
@@ -239,7 +241,7 @@ def _worst_of_each(group: Int, doubt: Float) -> Int:
 
 
 def _curved(
-    bounds: Field, members: Int, at: Callable[[Int], None], elsewhere: Elsewhere, gap: float, lever: float
+    bounds: Field, members: Int, at: Callable[[Int], None], elsewhere: Elsewhere, accuracy: float, lever: float
 ) -> None:
     """Pushes in many directions: non-negative combinations of the nearest solved loads."""
     loads = bounds.loads[members]
@@ -250,13 +252,13 @@ def _curved(
     at(members[_spread(unit, np.empty((0, 6)), batch)])
     while True:
         bounds.rise()
-        undone = np.flatnonzero(bounds.doubtful(members, gap))
+        undone = np.flatnonzero(bounds.doubtful(members, accuracy))
         known = np.flatnonzero(bounds.solved[members] & np.isfinite(bounds.high[members]))
         if len(undone) and len(known) >= NEIGHBOURS:
             near = np.asarray(cKDTree(unit[known]).query(unit[undone], k=NEIGHBOURS)[1], dtype=np.int64)
             above = combined(unit[undone], unit[known], near, bounds.high[members[known]], axes)
             bounds.high[members[undone]] = np.minimum(bounds.high[members[undone]], above)
-            undone = undone[bounds.doubtful(members[undone], gap)]
+            undone = undone[bounds.doubtful(members[undone], accuracy)]
         report("certified bounds", len(members) - len(undone), len(members))
         if not len(undone):
             return

@@ -1,4 +1,4 @@
-"""Bounds of the gauge γ(w) = 1/R(w), the reciprocal of the largest factor of a load w: cuts, and bounds at pushes."""
+"""Bounds of the gauge γ(w) = 1/R(w), the reciprocal of the largest factor of a load w, by cutting planes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from holdfast.engines.mechanism import moving_bodies
 
 
 @dataclass
-class Cuts:
+class CuttingPlanes:
     """Lower bounds for loads on single bodies: γ(w) >= row @ w for each of ``rows`` (6J,) and any such w (6J,).
 
     ``motions`` (6J,) are the collapse mechanisms of the solved loads that the rows come from. ``certain`` says whether
@@ -31,7 +31,7 @@ class Cuts:
     certain: bool = True
 
     def learn(self, limits: Sequence[LoadLimit]) -> list[int | None]:
-        """Add the cuts that solved loads prove, and return the number of each; None for a load that proves no cut."""
+        """Add the cutting planes that solved loads prove; returns the number of each, None where there is none."""
         self.certain &= all(limit.certain for limit in limits)
         first = len(self.rows)
         numbers: list[int | None] = []
@@ -53,19 +53,19 @@ class Cuts:
 class Field:
     """Bounds ``low`` (n,) and ``high`` (n,) of γ at ``loads`` (n, 6) on one body.
 
-    The body's rows of a load column (6J,) start at ``first``. ``cut`` (n,) is the number of the cut that gives ``low``,
-    or -1 if none does. ``solved`` (n,) is True for loads that were solved themselves, and ``undecided`` (n,) for those
-    of them for which the solver found no answer. ``endless`` (n,) is True where any multiple of the load is carried;
-    for those that were solved, ``spare`` (n, 6) is the slope of LoadLimit. The first ``seen`` cuts have already been
-    applied.
+    The body's rows of a load column (6J,) start at ``first``. ``plane`` (n,) is the number of the cutting plane that
+    gives ``low``, or -1 if none does. ``solved`` (n,) is True for loads that were solved themselves, and ``undecided``
+    (n,) for those of them for which the solver found no answer. ``endless`` (n,) is True where any multiple of the load
+    is carried; for those that were solved, ``spare`` (n, 6) is the slope of LoadLimit. The first ``seen`` cutting
+    planes have already been applied.
     """
 
     loads: Float
     first: int
-    cuts: Cuts
+    planes: CuttingPlanes
     low: Float
     high: Float
-    cut: Int
+    plane: Int
     spare: Float
     solved: Bool
     undecided: Bool
@@ -73,8 +73,8 @@ class Field:
     seen: int = 0
 
     def rise(self) -> None:
-        """Raise ``low`` to the values that the cuts added since the last call prove."""
-        fresh = self.cuts.rows[self.seen :]
+        """Raise ``low`` to the values that the cutting planes added since the last call prove."""
+        fresh = self.planes.rows[self.seen :]
         if fresh:
             rows = np.array(fresh)[:, self.first : self.first + 6].T
             values = self.loads @ rows
@@ -83,13 +83,13 @@ class Field:
             top = values[np.arange(len(values)), best]
             better = top > self.low
             self.low[better] = top[better]
-            self.cut[better] = self.seen + best[better]
+            self.plane[better] = self.seen + best[better]
             self.seen += len(fresh)
 
-    def doubtful(self, members: Int, gap: float) -> Bool:
-        """Say which of the loads ``members`` (k,) are unsolved and have bounds that are further apart than ``gap``.
+    def doubtful(self, members: Int, accuracy: float) -> Bool:
+        """Say which of the loads ``members`` (k,) are unsolved with bounds that are further apart than ``accuracy``.
 
         The distance is (upper - lower) / upper of the factor.
         """
         low, high = self.low[members], self.high[members]
-        return np.asarray(~self.solved[members] & ~self.endless[members] & ~(low >= (1 - gap) * high))
+        return np.asarray(~self.solved[members] & ~self.endless[members] & ~(low >= (1 - accuracy) * high))

@@ -23,7 +23,7 @@ from holdfast.engines.limit.certified import certify
 from holdfast.engines.limit.derivatives import gradient
 from holdfast.engines.limit.family import Family
 from holdfast.engines.limit.farthest_load import Support
-from holdfast.engines.limit.gauge import Cuts
+from holdfast.engines.limit.gauge import CuttingPlanes
 from holdfast.engines.limit.load_hull import find_hull
 from holdfast.engines.limit.load_limit import LoadLimit
 from holdfast.engines.limit.load_sets import find_set
@@ -78,7 +78,7 @@ class LimitState:
     def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
         """Factors for load columns W (6J, n), each by a solve of its own.
 
-        ``Within`` a gap, columns that load a single body each are bounded within (upper - lower) / upper <= gap from
+        ``Within`` an error, columns that load a single body each are bounded within (upper - lower) / upper <= gap from
         few solves (certified.py); their factor is then the lower bound. Bounds take no further work: ``ForcesOnly`` has
         them, too.
 
@@ -94,7 +94,7 @@ class LimitState:
         if not isinstance(accuracy, Within) or not (groups := by_body(W, FLAT_GROUP)):
             return self._answers(self.proofs.limits(W))
         order = [columns for _, columns in groups]
-        parts = [self._certified(W[:, columns], 6 * body, accuracy.gap) for body, columns in groups]
+        parts = [self._certified(W[:, columns], 6 * body, accuracy.relative) for body, columns in groups]
         alone = np.setdiff1d(np.arange(count), np.concatenate(order))
         if len(alone):
             order.append(alone)
@@ -131,10 +131,10 @@ class LimitState:
         proved = mechanism is None or not falls or self.proofs.falls(mechanism.twists.ravel())
         return Answers.not_standing(count, **self._known(lower=True, upper=proved))
 
-    def _certified(self, W: Float, first: int, gap: float) -> Answers:
+    def _certified(self, W: Float, first: int, accuracy: float) -> Answers:
         with self._certifying:
             slope = self.proofs.slope[first : first + 6]
-            bounds = certify(W, first, self.proofs.limits, self.cuts, gap, self.assembly.size / 4, slope)
+            bounds = certify(W, first, self.proofs.limits, self.planes, accuracy, self.assembly.size / 4, slope)
         with np.errstate(divide="ignore"):
             lower, upper = 1 / bounds.high * DOWN, 1 / bounds.low * UP
         endless = (bounds.endless | (bounds.high == 0)) & ~bounds.undecided  # what endless loads make up has no end
@@ -142,29 +142,29 @@ class LimitState:
         kinds = np.array([Status.INFINITE, Status.FINITE, Status.UNDECIDED], dtype=object)
         status = kinds[np.where(bounds.undecided, 2, finite.astype(int))]
         force = np.where(endless, np.inf, lower)
-        used = np.unique(bounds.cut[finite & (bounds.cut >= 0)])
-        rows = np.array([self.cuts.motions[k] for k in used]).reshape(len(used), len(W))
+        used = np.unique(bounds.plane[finite & (bounds.plane >= 0)])
+        rows = np.array([self.planes.motions[k] for k in used]).reshape(len(used), len(W))
         known = dict(zip((int(k) for k in used), self.mechanisms(rows), strict=True))
-        told = [known.get(int(k)) if f else None for k, f in zip(bounds.cut, finite, strict=True)]
+        mechanisms = [known.get(int(k)) if f else None for k, f in zip(bounds.plane, finite, strict=True)]
         return Answers.of(
             force=force,
             lower=lower,
             upper=upper,
             status=status.tolist(),
-            mechanism=told,
-            **self._known(lower=self.cuts.certain),
+            mechanism=mechanisms,
+            **self._known(lower=self.planes.certain),
         )
 
     def _answers(self, answers: list[LoadLimit]) -> Answers:
-        told: list[Mechanism | None] = [None] * len(answers)
+        mechanisms: list[Mechanism | None] = [None] * len(answers)
         finite = [k for k, answer in enumerate(answers) if answer.twists is not None]
         twists = np.array([answers[k].twists for k in finite]).reshape(len(finite), len(self.wrench))
         for k, mechanism in zip(finite, self.mechanisms(twists), strict=True):
-            told[k] = mechanism
+            mechanisms[k] = mechanism
         factor, lower, upper = np.array([(a.factor, a.lower, a.upper) for a in answers]).reshape(-1, 3).T
         status = [a.status for a in answers]
         known = self._known(lower=all(a.certain for a in answers))
-        return Answers.of(force=factor, lower=lower, upper=upper, status=status, mechanism=told, **known)
+        return Answers.of(force=factor, lower=lower, upper=upper, status=status, mechanism=mechanisms, **known)
 
     def mechanisms(self, twists: Float) -> list[Mechanism]:
         """The collapse mechanisms of dual twists (k, 6J)."""
@@ -186,21 +186,21 @@ class LimitState:
         pressing = found.forces[::3]
         return gradient(self.assembly, self.rest.nodes, limit.twists, pressing, self._answers([limit]))
 
-    def load_set(self, columns: Float, gap: float, budget: int | None, where: str) -> LoadSet:
+    def load_set(self, columns: Float, accuracy: float, solves: int | None, where: str) -> LoadSet:
         """The x (d,) in the box |x_k| <= 1 for which ``columns`` @ x is carried, between two polyhedra."""
-        return find_set(self._family(columns, where), gap, budget)
+        return find_set(self._family(columns, where), accuracy, solves)
 
-    def load_hull(self, columns: Float, near: Float, gap: float, budget: int, where: str) -> LoadHull:
+    def load_hull(self, columns: Float, near: Float, accuracy: float, solves: int, where: str) -> LoadHull:
         """Points of the set of x (d,) for which ``columns`` @ x is carried, whose hull is close to it for most."""
-        return find_hull(self._family(columns, where), Support(self.proofs.program, columns), near, gap, budget)
+        return find_hull(self._family(columns, where), Support(self.proofs.program, columns), near, accuracy, solves)
 
     def _family(self, columns: Float, where: str) -> Family:
         return Family(where, self.proofs, columns)
 
     @cached_property
-    def cuts(self) -> Cuts:
+    def planes(self) -> CuttingPlanes:
         """Bounds that solved loads prove for others; asked for by one thread at a time."""
-        return Cuts(self.proofs.program.scales.motion)
+        return CuttingPlanes(self.proofs.program.scales.motion)
 
     @cached_property
     def proofs(self) -> Proofs:

@@ -7,8 +7,8 @@ the border of the true set, for all loads whose rays go through it; if it is, it
 generation, after Dantzig and Wolfe (Operations Research 8, 1960), and few points are needed because they are corners.
 
 How far the true set reaches beyond a facet also bounds it from outside, everywhere: no load that is carried goes
-farther in that direction. Between these cuts and the hull lies the gap of every ray, without a solve, and solves go
-where the gap is.
+farther in that direction. Between these cutting planes and the hull lies the gap of every ray, without a solve, and
+solves go where the gap is.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ ALIKE = 6  # digits to which facets are the same
 FINER = 0.25  # a ray whose gap is this share of the wanted one is left as it is
 
 
-def find_hull(family: Family, support: Support, near: Float, gap: float, budget: int) -> LoadHull:
-    """Find points that the ``family`` carries, until half of the loads that are drawn are within ``gap`` of the set.
+def find_hull(family: Family, support: Support, near: Float, accuracy: float, solves: int) -> LoadHull:
+    """Find points that the ``family`` carries, until half of the loads drawn are within ``accuracy`` of the set.
 
-    Half of the loads that are drawn point anywhere, and half are among ``near`` (n, d). ``budget`` bounds the solves.
+    Half of the loads that are drawn point anywhere, and half are among ``near`` (n, d). ``solves`` bounds the solves.
     """
     search = _Growth(family, support, near, np.random.default_rng(0))
-    gaps = search.run(gap, budget)
+    gaps = search.run(accuracy, solves)
     reached, most = np.quantile(gaps, (0.5, MOST)).tolist()
     return LoadHull(np.array(search.known), np.array(search.price), reached, most, search.solves)
 
@@ -50,8 +50,8 @@ class _Growth:
     """The known points, each with its price: an upper bound of the gauge of the true set there.
 
     Points are scaled to lie on the border as far as it is known, at the price 1. Where a ray does not end within
-    LARGEST boxes, its point is its direction, and the price what is known of it. ``cuts`` are rows a with a·x <= 1 for
-    every x that is carried, as far as the solver is right: gaps are measured by them, and no point depends on them.
+    LARGEST boxes, its point is its direction, and the price what is known of it. ``planes`` are rows a with a·x <= 1
+    for every x that is carried, as far as the solver is right: gaps are measured by them, and no point depends on them.
     """
 
     family: Family
@@ -60,10 +60,10 @@ class _Growth:
     rng: np.random.Generator
     known: list[Float] = field(default_factory=list)
     price: list[float] = field(default_factory=list)
-    cuts: list[Float] = field(default_factory=list)
+    planes: list[Float] = field(default_factory=list)
     solves: int = 0
 
-    def run(self, wanted: float, budget: int) -> Float:
+    def run(self, wanted: float, most: int) -> Float:
         """Add corners until half of the gaps are as wanted; returns the gaps (n,) of the loads that were drawn last."""
         axes = self.family.axes()
         unit = np.minimum([ray.reach for ray in axes], 1.0).reshape(2, -1).min(0)  # pressed down, it may take any load
@@ -72,14 +72,14 @@ class _Growth:
         while True:
             loads = self._drawn(unit)
             gaps, facets = self._gaps(loads)
-            report(self.family.where, min(self.solves, budget), budget)
+            report(self.family.where, min(self.solves, most), most)
             wide = np.flatnonzero(gaps > FINER * wanted)
             close = np.median(gaps) <= wanted and np.quantile(gaps, MOST) <= WIDER * wanted
-            if close or self.solves >= budget or not len(wide):
-                report(self.family.where, budget, budget)
+            if close or self.solves >= most or not len(wide):
+                report(self.family.where, most, most)
                 return gaps
-            if not self._pushed_out(facets[self.rng.permutation(wide)], min(BATCH, budget - self.solves)):
-                report(self.family.where, budget, budget)
+            if not self._pushed_out(facets[self.rng.permutation(wide)], min(BATCH, most - self.solves)):
+                report(self.family.where, most, most)
                 return gaps
 
     def _drawn(self, unit: Float) -> Float:
@@ -92,7 +92,7 @@ class _Growth:
     def _gaps(self, loads: Float) -> tuple[Float, Float]:
         """The gaps (n,) of loads (n, d), by which share of the largest factor theirs may be too small; their facets."""
         used, facets = hull_gauge(np.array(self.known), np.array(self.price), loads)
-        least = (loads @ np.array(self.cuts).reshape(-1, loads.shape[1]).T).max(1, initial=0.0)
+        least = (loads @ np.array(self.planes).reshape(-1, loads.shape[1]).T).max(1, initial=0.0)
         share = np.divide(least, used, out=np.ones(len(used)), where=used > 0)  # a ray without an end has no gap
         return np.clip(1 - share, 0.0, 1.0), facets
 
@@ -111,7 +111,7 @@ class _Growth:
                 continue
             reach = float(aim @ corner.x)
             if reach > 0:
-                self.cuts.append(aim / reach)
+                self.planes.append(aim / reach)
             if float(facet @ corner.x) > 1:
                 corners.append(corner)
         self._learn(self.family.through(corners))
@@ -120,7 +120,7 @@ class _Growth:
     def _learn(self, rays: list[Ray]) -> None:
         for ray in rays:
             if ray.row is not None:
-                self.cuts.append(ray.row)
+                self.planes.append(ray.row)
             if not ray.reach > 0:
                 continue
             size = float(np.abs(ray.direction).max())

@@ -13,11 +13,11 @@ class LoadLimit:
     """The largest ``factor`` of one load, with its bounds ``lower`` and ``upper``, its ``status`` and the evidence.
 
     Finite: the dual ``twists`` (6J,) of the movable bodies, scaled so that the load does work at unit power, and
-    ``proof`` (6J,), the same motion mended (repair.py) so that it proves ``upper`` and a cut for all other loads. Where
-    it cannot be mended, ``proof`` is None and ``upper`` infinite. Infinite: the ``ray`` (I, 3) [N], world axes: forces
-    on each node's second body that balance the load alone, so that any multiple of it is carried. ``certain`` says
-    whether ``lower`` is proved. ``slope`` (6J,): where the ray is proved with room to spare, any multiple of the load
-    and of a wrench w with the sum of slope |w| <= 1 is carried together.
+    ``proof`` (6J,), the same motion mended (repair.py) so that it proves ``upper`` and a cutting plane for all other
+    loads. Where it cannot be mended, ``proof`` is None and ``upper`` infinite. Infinite: the ``ray`` (I, 3) [N], world
+    axes: forces on each node's second body that balance the load alone, so that any multiple of it is carried.
+    ``certain`` says whether ``lower`` is proved. ``slope`` (6J,): where the ray is proved with room to spare, any
+    multiple of the load and of a wrench w with the sum of slope |w| <= 1 is carried together.
     """
 
     factor: float

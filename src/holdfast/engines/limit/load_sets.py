@@ -24,47 +24,47 @@ BATCH = {3: 6, 6: 40}  # solves by dimension before both polyhedra are computed 
 ALIKE = 0.995  # two rays with a larger cosine are too close for one batch
 
 
-def find_set(family: Family, gap: float, budget: int | None = None) -> LoadSet:
-    """The x (d,) in the box |x_k| <= 1 for which the load of the ``family`` is carried, to within ``gap`` if it can.
+def find_set(family: Family, accuracy: float, solves: int | None = None) -> LoadSet:
+    """The x (d,) in the box |x_k| <= 1 for which the load of the ``family`` is carried, within ``accuracy`` if it can.
 
-    ``budget`` bounds the solves; None stands for BUDGET.
+    ``solves`` bounds the solves; None stands for BUDGET.
     """
     search = _Search(family)
-    reached = search.run(gap, BUDGET[family.dimension] if budget is None else budget)
-    cuts = np.array(search.cuts).reshape(-1, family.dimension)
-    return LoadSet(search.inner, np.unique(cuts, axis=0), search.vertices, reached, search.worst, search.solves)
+    reached = search.run(accuracy, BUDGET[family.dimension] if solves is None else solves)
+    planes = np.array(search.planes).reshape(-1, family.dimension)
+    return LoadSet(search.inner, np.unique(planes, axis=0), search.vertices, reached, search.worst, search.solves)
 
 
 @dataclass(eq=False)
 class _Search:
-    """Corners and cuts in units of the box [-1, 1]^d.
+    """Corners and cutting planes in units of the box [-1, 1]^d.
 
-    A cut is kept as its row a of a·x <= 1. The gap along rays is largest at a vertex of the outer polytope, because
-    the inner gauge is convex: a solve along that vertex either confirms it or cuts it off.
+    A cutting plane is kept as its row a of a·x <= 1. The gap along rays is largest at a vertex of the outer polytope,
+    because the inner gauge is convex: a solve along that vertex either confirms it or cuts it off.
     """
 
     family: Family
     points: list[Float] = field(default_factory=list)
-    cuts: list[Float] = field(default_factory=list)
+    planes: list[Float] = field(default_factory=list)
     failed: list[Float] = field(default_factory=list)
     solves: int = 0
     inner: Float = field(default_factory=lambda: np.empty(0))
     vertices: Float = field(default_factory=lambda: np.empty(0))
     worst: Float = field(default_factory=lambda: np.empty(0))
 
-    def run(self, wanted: float, budget: int) -> float:
-        """Ask until the gap is at most ``wanted`` or the ``budget`` of solves is used up; returns the gap reached."""
+    def run(self, wanted: float, most: int) -> float:
+        """Ask until the gap is at most ``wanted`` or ``most`` solves are used up; returns the gap that is left."""
         dimension, where = self.family.dimension, self.family.where
         self._learn(self.family.axes())
         while True:
             vertices, gauge = self._corners()
-            gap, self.worst = max(1 - 1 / float(gauge.max()), 0.0), vertices[int(gauge.argmax())]
-            report(where, min(self.solves, budget), budget)
+            accuracy, self.worst = max(1 - 1 / float(gauge.max()), 0.0), vertices[int(gauge.argmax())]
+            report(where, min(self.solves, most), most)
             enough = 1 / (1 - wanted) if wanted < 1 else np.inf
-            chosen = self._worst(vertices, gauge, enough, min(BATCH[dimension], budget - self.solves))
-            if gap <= wanted or not chosen:
-                report(where, budget, budget)
-                return gap
+            chosen = self._worst(vertices, gauge, enough, min(BATCH[dimension], most - self.solves))
+            if accuracy <= wanted or not chosen:
+                report(where, most, most)
+                return accuracy
             self._learn(self.family.along(chosen))
 
     def _learn(self, rays: list[Ray]) -> None:
@@ -75,13 +75,13 @@ class _Search:
                 continue
             self.points.append(min(ray.reach, 1 / float(np.abs(ray.direction).max())) * ray.direction)
             if ray.row is not None:
-                self.cuts.append(ray.row)
+                self.planes.append(ray.row)
 
     def _corners(self) -> tuple[Float, Float]:
         """Vertices (k, d) of outer polyhedron and box, and the inner gauge (k,) there: outer over inner reach."""
         dimension = self.family.dimension
         box = np.vstack([np.eye(dimension), -np.eye(dimension)])
-        rows = np.vstack([box, np.array(self.cuts).reshape(-1, dimension)])
+        rows = np.vstack([box, np.array(self.planes).reshape(-1, dimension)])
         vertices = _rows(self._hull(rows))  # a row of the polar set's hull is a vertex of the set itself
         hull = self._hull(np.array(self.points))
         self.inner = _drawn_in(hull)
@@ -89,7 +89,7 @@ class _Search:
         return vertices, largest_row(self.inner, vertices)
 
     def _hull(self, points: Float) -> ConvexHull:
-        """Cuts that nearly coincide defeat exact arithmetic in many dimensions: there the points are joggled."""
+        """Planes that nearly coincide defeat exact arithmetic in many dimensions: there the points are joggled."""
         last: QhullError | None = None
         for options in ("Qt", "QJ") if self.family.dimension <= 3 else ("QJ",):
             try:
