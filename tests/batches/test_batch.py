@@ -382,7 +382,7 @@ def test_a_manifest_names_scenes_relative_to_its_folder(folder: Path) -> None:
         ({"options": {"map": {"spacin": 0.1}}}, "did you mean 'spacing'"),
         ({"options": {"maps": {}}}, "'maps'"),
         ({"options": {"assemble": {"gap": object()}}}, "cannot be written as JSON"),
-        ({"shard": "2/2"}, "0 <= i < n"),
+        ({"resources": hf.sets.Resources(shard="2/2")}, "0 <= i < n"),
         ({"workers": 0}, "workers"),
         ({"seconds": -1}, "seconds"),
         ({"retry": ["never"]}, "'never' is no outcome"),

@@ -36,7 +36,7 @@ OUTCOMES = [
     # formats that are not read yet are told, and nothing is guessed
     ("drake_scene.dmd.yaml", (), 2, "!Rpy"),
     ("table.scene_instance.json", (), 2, "is in no known format"),
-    ("rim.obj", (), 2, "is in no known format"),
+    ("rim.obj", (), 2, "make a body of it"),
 ]
 ATTACKS = [
     ("m_model.xml", 2, "m_model.xml"),

@@ -233,7 +233,7 @@ def test_pose_sigma_sets_the_gap() -> None:
         ({"angle_degrees": 90}, r"assemble: angle_degrees = 90; needs less than 90"),
         ({"pose_sigma": 0}, r"assemble: pose_sigma: is 0; needs"),
         ({"gap": 1e-3, "pose_sigma": 1e-3}, r"gap = 0\.001 and pose_sigma = 0\.001; give one"),
-        ({"interfaces": [3]}, r"interfaces holds a int; needs holdfast\.Interface"),
+        ({"interfaces": [3]}, r"interfaces holds a int; needs holdfast\.answers\.Interface"),
     ],
 )
 def test_tolerances_that_make_no_sense_are_refused(options: dict[str, object], match: str) -> None:

@@ -92,12 +92,12 @@ def test_an_engine_of_ones_own_offers_a_set_by_having_its_method() -> None:
 
 
 def test_and_may_be_asked_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(request.ENGINES, "toy", ToyEngine)
+    monkeypatch.setattr(request, "ENGINES", {**request.ENGINES, "toy": ToyEngine})
     assert hf.sets.admissible_wrenches(hf.assemble(shipped_scene("cube")), "cube", engine="toy").engine == "toy"
 
 
 def test_derivatives_come_from_whatever_engine_is_the_certain_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(request.ENGINES, request.CERTAIN_ENGINE, ToyEngine)
+    monkeypatch.setattr(request, "ENGINES", {**request.ENGINES, request.CERTAIN_ENGINE: ToyEngine})
     found = hf.sets.sensitivity(hf.assemble(shipped_scene("cube")), "cube", [-0.05, 0, 0.02], [1.0, 0, 0])
     assert found.force == 2.0
     assert found.d_mass == {"cube": 3.0}

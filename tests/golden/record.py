@@ -233,8 +233,8 @@ def engines_topic() -> Plain:
         for sides in (4, 8)
     }
     for engine in ENGINES:
-        result[f"cube: {engine}, every point"] = map_of(cube, 0.04, engine=engine, gap=0.0)
-        result[f"v_groove: {engine}, every point"] = map_of(groove, 0.04, engine=engine, gap=0.0)
+        result[f"cube: {engine}, every point"] = map_of(cube, 0.04, engine=engine, accuracy=0.0)
+        result[f"v_groove: {engine}, every point"] = map_of(groove, 0.04, engine=engine, accuracy=0.0)
     return result
 
 

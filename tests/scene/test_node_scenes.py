@@ -114,8 +114,8 @@ def test_materials_name_the_pairs_of_the_friction_table() -> None:
         ({"density": -1.0}, "density: is -1"),
         ({"mass": {"low": float("nan")}}, "mass: is nan"),
         ({"fixed": []}, r"nothing in it is fixed; give fixed=\[name\] \(table, low, high\), or floor=True"),
-        ({"material": {"lo": "oak"}}, "material: no node is named 'lo'"),
-        ({"up": "x"}, "up: is 'x'; needs one of y, z"),
+        ({"materials": {"lo": "oak"}}, "materials: no node is named 'lo'"),
+        ({"up_axis": "x"}, "up_axis: is 'x'; needs one of y, z"),
     ],
 )
 def test_options_are_checked(options: dict[str, Any], match: str) -> None:

@@ -194,7 +194,7 @@ def test_a_surface_with_one_side_is_flagged() -> None:
     faces = np.vstack([np.column_stack([k, k + 1, k + turns]), np.column_stack([k + 1, k + 1 + turns, k + turns])])
     last = turns - 1
     faces = np.vstack([faces, [[last, turns, last + turns], [turns, 0, last + turns]]])
-    mesh = hf.Mesh(np.vstack(rims), faces, where="body 'strip'")
+    mesh = hf.Mesh(np.vstack(rims), faces, label="body 'strip'")
     with pytest.warns(hf.errors.HoldfastWarning, match=r"'strip'.*inside cannot be told"):
         assert not mesh.report.oriented
     assert mesh.report.open_edges == 2 * turns

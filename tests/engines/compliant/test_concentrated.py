@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -189,9 +188,9 @@ def test_only_contacts_that_gather_get_more_nodes() -> None:
     assert grid.with_more(np.array([1]), 28) is some
 
 
-def test_gathered_forces_are_looked_at_on_large_pallets_too() -> None:
+def test_concentrated_forces_are_looked_at_on_large_pallets_too() -> None:
     """25 boxes, braked along 135 degrees: 3.97 m/s² on seven nodes a side, 3.40 to 3.41 on 10, 14, 20 and 28."""
-    loads = pallets(Path(__file__).parents[3])
+    loads = pallets()
     if not loads:
         pytest.skip("the pallets of shared/cases are not beside this checkout")
     assembly = hf.assemble(pallet(loads[29]))
