@@ -16,7 +16,7 @@ from holdfast.base import files
 from holdfast.base.errors import HoldfastError
 from holdfast.drawing import colours, png
 from holdfast.drawing.layout import layout_of
-from holdfast.drawing.marks import badge_places, on_page, room_of_axes, visible
+from holdfast.drawing.marks import badge_places, nearest_badges, on_page, room_of_axes, visible
 from holdfast.drawing.picture import Picture
 from holdfast.drawing.png import write_png
 from holdfast.drawing.shade import SHADE_LOSS, render
@@ -205,3 +205,9 @@ def test_numbers_of_pushes_keep_clear_of_the_axes(table: Picture, count: int) ->
         assert (apart <= [shot.box.left + shot.box.width, shot.box.top + shot.box.height]).all()
     elsewhere = np.array([[shot.box.left + shot.box.width / 2, shot.box.top + shot.box.height / 2]])
     np.testing.assert_allclose(badge_places(shot, elsewhere, 1.0), elsewhere, atol=0.02)
+
+
+def test_a_number_stands_at_the_end_of_its_own_arrow() -> None:
+    ends = np.array([[100.0, 100.0], [110.0, 100.0], [300.0, 50.0]])
+    passed = np.array([[121.0, 103.0], [94.0, 98.0], [310.0, 50.0]])  # the first two passed each other
+    assert nearest_badges(ends, passed).tolist() == [1, 0, 2]

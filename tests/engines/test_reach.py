@@ -182,6 +182,8 @@ def test_a_box_that_stands_tilted_on_its_edge_would_fall_flat(angle: float) -> N
     half = 0.05 * (np.sin(np.radians(angle)) + np.cos(np.radians(angle)))
     found = stability(hf.Body("it", hf.Box(SIDE), mass=1.0, pose=posed([0, 0, half], turn)))
     assert found.status is not hf.Status.UNSTABLE
+    assert "it touches 'floor' tilted beyond tolerance" in found.reason
+    assert ("angle_degrees=5" in found.reason) is (angle > 1)  # the name that hf.assemble takes
     steep = turned("y", np.radians(20))
     half = 0.05 * (np.sin(np.radians(20)) + np.cos(np.radians(20)))
     found = stability(hf.Body("it", hf.Box(SIDE), mass=1.0, pose=posed([0, 0, half], steep)))

@@ -141,7 +141,7 @@ def warn_of_overlaps(overlaps: Sequence[Overlap], *, stacklevel: int) -> None:
     ]
     pairs = ", ".join(named) if len(overlaps) <= WORST else f"{len(overlaps):,} pairs, the deepest {named[0]}"
     errors = sum(o.severity == "error" for o in overlaps)
-    deep = f"; {errors:,} deeper than twice that" if errors else ""
+    deep = f"; {errors:,} deeper than twice that" if errors and len(overlaps) > 1 else ""
     problem = f"{pairs}; the gap tolerance is {worst[0].tolerance * 1e3:.3g} mm{deep}"
     remedy = MISPLACED if worst[0].misplaced else "correct the poses, or raise gap; contacts there may be missing"
     text = message("bodies overlap", problem, remedy)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from holdfast.base.colour import rgb_of
 from holdfast.drawing.layout import Box, Shot
@@ -99,7 +100,8 @@ def draw_pushes(axes: Axes, shot: Shot, picture: Picture, state: dict[int, bool]
     length = np.linalg.norm(along, axis=1, keepdims=True)
     direction = np.divide(along, length, out=np.tile([0.0, -1.0], (len(along), 1)), where=length > 0.5)
     ends = heads + direction * np.maximum(length, pen.least)
-    _badges(axes, chosen, badge_places(shot, ends + direction * 13.0 * unit, unit), ends, unit)
+    places = badge_places(shot, ends + direction * 13.0 * unit, unit)
+    _badges(axes, chosen, places[nearest_badges(ends, places)], ends, unit)
 
 
 def draw_contacts(axes: Axes, shot: Shot, picture: Picture, unit: float) -> None:
@@ -160,6 +162,14 @@ def badge_places(shot: Shot, places: NDArray[np.float64], unit: float) -> NDArra
         places[inside] = middle + (radius + 1.0) * _out_of_the_corner(places[inside] - middle) + own[inside]
         places = np.clip(places, low, high)
     return np.asarray(np.clip(places, low, high), dtype=float)
+
+
+def nearest_badges(ends: NDArray[np.float64], places: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Return which of the ``places`` (N, 2) [px] each arrow takes, so that no number stands at another arrow's end.
+
+    Badges that were moved apart may have passed each other. ``ends`` (N, 2) [px] are the ends of the arrows.
+    """
+    return np.asarray(linear_sum_assignment(np.linalg.norm(ends[:, None] - places[None], axis=2))[1], dtype=np.intp)
 
 
 def _out_of_the_corner(ways: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -183,6 +183,8 @@ class Reach:
         apart, own = max(nearest.separation or 0.0, 0.0), tolerances.between(a, b)
         known, remedy = f"gap tolerance {own.gap * 1e3:.2g} mm", f"gap={gap:g}"
         if wide:
-            known, remedy = f"{known}, angle {own.angle:.2g} degrees", f"{remedy}, angle={WIDE:g}"
-        where = f"{upper.name} is {apart * 1e3:.2g} mm {place} {quoted(lower.name)} ({known})"
-        return f"{where} and would rest there: settle, or {remedy}"
+            known, remedy = f"{known}, angle {own.angle:.2g} degrees", f"{remedy}, angle_degrees={WIDE:g}"
+        far = f"is {apart * 1e3:.2g} mm {place} {quoted(lower.name)}"
+        if apart <= own.gap:
+            far = f"touches {quoted(lower.name)} tilted beyond tolerance"
+        return f"{upper.name} {far} ({known}) and would rest there: settle, or {remedy}"

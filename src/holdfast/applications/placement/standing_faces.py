@@ -67,7 +67,7 @@ def rolls_on(faces: Sequence[Face], pose: Float, normals: Float) -> bool:
         return False
     local = -normals @ pose[:3, :3]
     touching = faces[int(np.argmax([float(face.normal @ local[0]) for face in faces]))]
-    return touching.rolls and bool((local @ local[0] > np.cos(ONE_FACE)).all())
+    return bool(touching.rolls) and bool((local @ local[0] > np.cos(ONE_FACE)).all())
 
 
 def _flat_ends(body: Body) -> tuple[Face, ...]:
