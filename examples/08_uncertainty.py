@@ -2,7 +2,7 @@
 8. Poses and friction are known only roughly
 ============================================
 
-What may one count on, and how often does it stand at all.
+What may one count on, and how often does it stand at all?
 """
 
 import holdfast as hf

@@ -2,7 +2,7 @@
 11. Where to put the next thing
 ===============================
 
-Points that withstand much are built on, the pose is let down, judged and rated.
+The planner chooses points that withstand much, lets the object down on them, judges the pose and rates it.
 """
 
 import sys

@@ -2,7 +2,7 @@
 12. Carried
 ===========
 
-Whether a pallet holds on the road, what gives way first, and what straps change.
+Does a pallet hold on the road, what gives way first, and what do straps change?
 """
 
 import numpy as np

@@ -2,7 +2,7 @@
 13. A planner's constraint
 ==========================
 
-A hand that pushes as hard as it may, kept inside what a body can take by scipy.
+An optimiser (scipy) finds how hard a hand may push, within what a body can take.
 """
 
 import time

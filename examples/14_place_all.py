@@ -2,7 +2,7 @@
 14. Put things away
 ===================
 
-A cup where people would put it, then a whole tray, so that everything stands at each step.
+First a cup where people would put it, then a whole tray, so that everything stands after each step.
 """
 
 import sys

@@ -36,7 +36,9 @@ LINKS = (
     (re.compile(r"\]\((?:\.\./)?SECURITY\.md\)"), "](/security.md)"),
     (re.compile(r"\]\((?:\.\./)?CHANGELOG\.md\)"), "](/changelog.md)"),
 )
-NAMED_PAGE = re.compile(r"(?<![`/\w])docs/(\w+)\.md")  # in docstrings
+# In docstrings
+NAMED_PAGE = re.compile(r"(?<![`/\w])docs/(\w+)\.md")
+BARS = re.compile(r"(``.*?``)|(?<!\\)\|(?=\S)([^|`]+?)(?<=\S)\|")  # code, or an absolute value
 
 
 def make_benchmarks(app: Sphinx) -> None:
@@ -73,12 +75,13 @@ def lead_from_root(app: Sphinx, path: Path, parent: str, source: list[str]) -> N
     source[0] = re.sub(r"\]\(docs/", "](", source[0])
 
 
-def lead_from_docstrings(
+def mark_up_docstrings(
     app: Sphinx, what: str, name: str, subject: object, options: object, lines: list[str]
 ) -> None:  # arguments as Sphinx gives them
-    """Let docstrings that name a page by its file lead to it."""
+    """Let docstrings that name a page by its file lead to it, and show |x| as it stands instead of substituting it."""
     for k, line in enumerate(lines):
-        lines[k] = NAMED_PAGE.sub(r":doc:`docs/\1.md </\1>`", line)
+        plain = BARS.sub(lambda found: found[1] or rf"\|{found[2]}\|", line)
+        lines[k] = NAMED_PAGE.sub(r":doc:`docs/\1.md </\1>`", plain)
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
@@ -87,5 +90,5 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.connect("builder-inited", make_file_list)
     app.connect("source-read", lead_on_site)
     app.connect("include-read", lead_from_root)
-    app.connect("autodoc-process-docstring", lead_from_docstrings)
+    app.connect("autodoc-process-docstring", mark_up_docstrings)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}
