@@ -1,8 +1,9 @@
-"""MuJoCo's rules: which geoms may touch, and with which friction.
+"""MuJoCo's rules on which geoms may touch, and with which friction.
 
-An explicit ``<pair>`` decides alone. Otherwise two geoms may touch if the contype of one and the conaffinity of the
-other have a bit in common and no ``<exclude>`` names their bodies; the friction is that of the geom of higher priority,
-or the larger one if both priorities are equal, and likewise the dimension of the contact. One of dimension 1 has none.
+An explicit ``<pair>`` overrides everything. Otherwise two geoms may touch if the contype of one and the conaffinity of
+the other have a bit in common and no ``<exclude>`` names their bodies; the friction is that of the geom of higher
+priority, or the larger one if both priorities are equal, and likewise the dimension of the contact. One of dimension 1
+has none.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ FRICTIONLESS = 1  # condim
 
 
 class Rules:
-    """The geoms of a model in classes that are treated alike.
+    """The geoms of a model, in classes with the same rules.
 
     ``of`` (ngeom,) is the class of each geom. ``mu`` (C, C) is the friction between two classes, ``may`` (C, C) whether
     they may touch, and ``named`` (C, C) whether a ``<pair>`` says so. ``materials`` are the names of the classes; two
