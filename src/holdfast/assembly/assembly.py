@@ -50,10 +50,10 @@ class Assembly(Value):
     """The bodies of a scene and the interfaces between them.
 
     The J movable bodies are numbered 0..J-1 in scene order; all fixed bodies together are the node FIXED. ``overlaps``
-    lists the pairs of bodies that overlap by more than the tolerance. ``occluded`` lists the pairs that
-    would touch if no third body lay between them. ``detected`` is true if the interfaces were detected by holdfast, and
-    false if they were given. ``absent`` holds names of bodies and materials that are not in this scene, but were in
-    the larger assembly from which this one was made. It takes no part in comparisons.
+    lists the pairs of bodies that overlap by more than the tolerance. ``occluded`` lists the pairs that would touch if
+    no third body lay between them. ``detected`` is true if the interfaces were detected by holdfast, and false if they
+    were given. ``absent`` holds names of bodies and materials that are not in this scene, but were in the larger
+    assembly from which this one was made. It takes no part in comparisons.
     """
 
     scene: Scene
@@ -308,8 +308,7 @@ class Assembly(Value):
 
         ``poses`` maps names of bodies to poses (4, 4), body frame to world. The result equals ``assemble`` of the moved
         scene with the tolerances of this assembly, but contacts are detected only where a body moved, and engines that
-        were prepared for unchanged groups of bodies are reused. Raises HoldfastError if the interfaces
-        were given.
+        were prepared for unchanged groups of bodies are reused. Raises HoldfastError if the interfaces were given.
         """
         return self._sought(self.scene.moved(poses), "moved")
 

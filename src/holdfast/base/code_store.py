@@ -1,10 +1,9 @@
 """A disk cache of machine code that is never used after its source has changed.
 
 Numba's own disk cache only looks at the file of the compiled function. If a function that it calls, or a constant that
-it reads, changes in another file, Numba keeps running the old machine code. Here, all machine code is in a folder
-whose name is a hash of everything that it may depend on: the sources of all modules with compiled functions or with
-constants that these use, and the versions of Python, Numba, llvmlite and NumPy. The processor is part of the key of
-every entry.
+it reads, changes in another file, Numba keeps running the old machine code. Here, all machine code is in a folder whose
+name is a hash of everything that it may depend on: the sources of all modules with compiled functions or with constants
+that these use, and the versions of Python, Numba, llvmlite and NumPy. The processor is part of the key of every entry.
 
 Loading machine code means running it. It is therefore loaded only from folders and files that belong to the user or to
 root and that nobody else can write to. If others can write there, nothing is cached and every process compiles for

@@ -178,7 +178,7 @@ def _bent(members: Sequence[Patch]) -> Patch:
         spread=_degrees(float((normals * normals[chosen]).sum(1).min())),
     )
     mean = sizes @ ways / sizes.sum()
-    if np.linalg.norm(mean) < CANCELLED:  # for normals all around a peg, the direction of the peg
+    if np.linalg.norm(mean) < CANCELLED:  # normals all around a peg cancel, so use the direction of the peg
         mean = np.linalg.eigh((ways * sizes[:, None]).T @ ways)[1][:, 0]
     normal = unit(mean)
     return Patch(_outline(known.points, normal), normal, separation=_separation(members), spots=known)

@@ -261,9 +261,10 @@ def _between(values: Float, start: float, stop: float) -> Float:
 
 
 def _on_face(ends: Float, triangles: Float, normal: Float) -> Float:
-    """Return where the part on a face of a point or a line (1 or 2, 3) begins and ends, as shares (0 to 2,).
+    """Return where a point or a line with ``ends`` (1 or 2, 3) enters and leaves a face, as shares of the line.
 
-    The face is given as triangles (n, 3, 3). Holes of the face within the line are ignored.
+    The shares are (2,), equal for a point, or (0,) if the line does not meet the face. The face is given as triangles
+    (n, 3, 3); its holes are ignored.
     """
     frame = np.array(tangents(normal))
     origin = triangles[0, 0]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 SAME_ANGLE = 1e-6  # [rad] faces around an edge that are closer than this lie on each other
 NEEDLE = 1e-9  # height over length of a triangle; for a thinner one the direction across its edge is undefined
-LEAST_SHARE = 1e-9  # of areas and volumes: smaller differences are rounding
+LEAST_SHARE = 1e-9  # relative differences of areas and volumes below this are rounding
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -13,7 +13,7 @@ from holdfast.base.arrays import Float, Int, unit
 from holdfast.base.compiled import compiled, lean
 from holdfast.geometry.polygon import without_collinear
 
-SAME = 1e-7  # for points in a unit square: closer points are one corner, a corner that spans less area is none
+SAME = 1e-7  # in a unit square: closer points are the same corner; a corner that spans less area is dropped
 
 
 def convex_hull(points: Float, tolerance: float) -> Float:

@@ -15,7 +15,7 @@ from holdfast.base.arrays import Bool, Float
 from holdfast.base.compiled import compiled, lean
 from holdfast.geometry.tiling import tiled
 
-SCATTERED = 32  # a union of more parts is widened part by part; a fan of 720 needles has 570 parts
+SCATTERED = 32  # if a union has more parts, pieces are widened before they are joined
 
 
 def turned(ring: Float, first: int) -> Float:
@@ -64,7 +64,8 @@ def _add_moments(ring: Float, total: Float) -> None:
 def distance_moment(rings: Sequence[Float], centre: Float) -> float:
     """Return the integral of the distance to ``centre`` (2,) over a polygon.
 
-    Uniform friction resists twisting about the centre with this lever arm. Each edge spans a triangle with the centre.
+    It is the lever arm, times the area, of uniform friction against twisting about the centre. Each edge spans a
+    triangle with the centre.
     With h the distance of the edge from the centre and s the coordinate along it, the triangle contributes the
     difference of [h s sqrt(h² + s²) + h³ asinh(s/h)] / 6 between the ends of the edge, signed by its orientation.
     """

@@ -32,8 +32,8 @@ Solid: TypeAlias = Box | Cylinder | Sphere | Capsule | Ellipsoid | Mesh
 class Part(Value):
     """One shape of a compound, with its own ``pose`` (4, 4), part frame to body frame, and its own ``material``.
 
-    ``shape`` is any shape with a volume, or a trimesh.Trimesh. Without a ``material`` the part has that of the
-    body. Raises GeometryError for another shape or a pose that is not rigid.
+    ``shape`` is any shape with a volume, or a trimesh.Trimesh. Without a ``material`` the part has that of the body.
+    Raises GeometryError for another shape or a pose that is not rigid.
     """
 
     shape: Solid

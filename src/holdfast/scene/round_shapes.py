@@ -83,8 +83,8 @@ class Capsule(Value):
 class Ellipsoid(Value):
     """An ellipsoid along the axes of its frame and centred on it; ``radii`` (3,) [m] are its half axes.
 
-    Contacts with flat faces, sharp edges and other round bodies are exact; others are those of an inscribed surface,
-    an icosahedron that is subdivided ``subdivisions`` times. The mass properties are exact. Raises GeometryError if a
+    Contacts with flat faces, sharp edges and other round bodies are exact; others are those of an inscribed surface, an
+    icosahedron that is subdivided ``subdivisions`` times. The mass properties are exact. Raises GeometryError if a
     radius is not positive, or if ``subdivisions`` is not between 0 and 6.
     """
 

@@ -47,9 +47,8 @@ class Scene(Value):
     bodies that never touch: contacts and overlaps between them are not searched. Each of the two is a name, or a name
     and the number of one part of a compound, from 0: ``[("hand", "cup"), (("hand", 2), "table")]``. Each pair is in
     alphabetical order, and so are the pairs. ``notes`` say what a reader of files assumed or left out, and what looks
-    like a mistake; they take no part in comparisons.
-    Raises SceneError if one of these conditions is violated, or if the friction table or ``excluded`` uses an unknown
-    name.
+    like a mistake; they take no part in comparisons. Raises SceneError if one of these conditions is violated, or if
+    the friction table or ``excluded`` uses an unknown name.
     """
 
     bodies: tuple[Body, ...]

@@ -31,7 +31,7 @@ STILL = 3.3e-5  # bodies are at rest if no point moves more in a step under the 
 TOUCH = 1.7e-4  # distance or depth up to which surfaces may support a body at rest
 CALM = 3.3e-3  # after a step in which no point moves more, it is tested whether the bodies are at rest
 POLISH = 4  # largest number of further steps at rest, in which a balancing body comes nearer to its equilibrium
-SHRINKING = 0.6  # these steps end if a motion larger than TOUCH shrinks by less than this factor
+SHRINKING = 0.6  # these steps end if a motion is larger than TOUCH and than this share of the one before
 RESTING = 0.017  # distance up to which surfaces are considered in the test for rest
 OVERLAP = TOUCH  # larger overlaps are removed before gravity acts
 

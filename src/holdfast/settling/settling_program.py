@@ -84,9 +84,8 @@ def step_program(
     """Set up min ½ v'Mv - f'v  s.t.  g + n·v >= μ |t·v| at every contact (Anitescu 2006).
 
     v (6J,) are the motions as in ``relative_motion``, ``metric`` (J, 6) is the diagonal of M, ``pull`` (6J,) is f.
-    Lengths are in any one unit. With ``giving``, every contact may yield, so that there is always a
-    solution: n further variables s >= 0 are added to the left-hand sides, each with the cost ``giving`` times the
-    largest entry of M.
+    Lengths are in any one unit. With ``giving``, every contact may yield, so that there is always a solution: n further
+    variables s >= 0 are added to the left-hand sides, each with the cost ``giving`` times the largest entry of M.
     """
     J, n, mu = len(centres), len(contacts), contacts.mu
     rough = mu > 0

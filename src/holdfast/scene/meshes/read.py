@@ -12,7 +12,7 @@ from holdfast.base.errors import GeometryError, message
 from holdfast.base.files import check_ordinary, read_ordinary
 from holdfast.scene.meshes import dae, glb, obj, off, ply, stl
 
-MAX_BYTES = 1_000_000_000  # the largest mesh file that is read
+MAX_BYTES = 1_000_000_000  # size of the largest mesh file that is read
 
 Reader = Callable[[bytes], tuple[Float, Int]]
 

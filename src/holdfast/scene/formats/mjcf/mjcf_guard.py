@@ -19,7 +19,7 @@ ROOT = "mujoco"
 ELEMENTS = "elements"
 MOST_ELEMENTS = 100_000
 MOST_NESTED = 20  # largest depth of models attached to models
-MOST = {  # of a model with all that it attaches: a cell takes 3 kB until its surface is answered, a pixel up to 9 bytes
+MOST = {  # limits of a model with all its attachments; a height field cell needs up to 3 kB, a pixel up to 9 bytes
     ELEMENTS: (MOST_ELEMENTS, "elements with all copies of its <replicate> and <attach>"),
     "hfield": (300_000, "cells of heightfields"),
     "texture": (100_000_000, "pixels of textures"),
@@ -181,7 +181,7 @@ def _whole(number: str) -> int:
     try:
         return max(1, int(float(number)))
     except (ValueError, OverflowError):
-        return 1  # MuJoCo says what is wrong with it
+        return 1  # MuJoCo will report the error
 
 
 def _filled(element: Xml.Element, places: list[Path]) -> int:

@@ -12,7 +12,7 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.rigid import cross
 
 FREE, BALL, SLIDE = 0, 1, 2  # mjJNT_FREE, mjJNT_BALL, mjJNT_SLIDE
-DOFS = {FREE: 6, BALL: 3}  # of other joints 1
+DOFS = {FREE: 6, BALL: 3}  # other joints have 1
 JOINT, IN_PARENT, TENDON = 0, 1, 3  # mjTRN_JOINT, mjTRN_JOINTINPARENT, mjTRN_TENDON
 WRAP_JOINT = 1  # mjWRAP_JOINT
 AT_REST = 1e-6  # share of a motion up to which a joint counts as held

@@ -55,7 +55,7 @@ class Plane(NamedTuple):
 
 
 class Content(NamedTuple):
-    """A collision, its shape in the link, and its mass properties at unit density if they are not the shape's."""
+    """A collision, its shape in the link, and its mass properties at unit density if they differ from the shape's."""
 
     element: Element
     piece: Piece

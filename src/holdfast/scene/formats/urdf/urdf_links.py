@@ -38,7 +38,7 @@ RULES = {"bullet": "product", "drake": "harmonic mean", "gazebo": "least"}
 
 @dataclass
 class LinkReader:
-    """Reads the links of a file, with the friction tags of ``simulator``, and ``friction`` where there are none.
+    """Reads the links of a file. Friction is read from the tags of ``simulator``, and is ``friction`` without them.
 
     What is assumed or left out is added to ``notes``.
     """
