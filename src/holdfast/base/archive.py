@@ -153,9 +153,8 @@ class _Writer:
             return self.parts(item)
         if isinstance(item, Mapping):
             kind = "$table" if isinstance(item, Table) else "$map"
-            pairs = enumerate(
-                item.items()
-            )  # each key is converted before its part, in the order in which they are read
+            # each key is converted before its part, in the order in which they are read
+            pairs = enumerate(item.items())
             return {kind: [[self.plain(key), self.at(str(k), part)] for k, (key, part) in pairs]}
         return self.shared(item)
 

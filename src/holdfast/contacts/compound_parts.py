@@ -78,6 +78,5 @@ def _crossings(ends: Float, surface: Surface) -> Float:
     slope = normals @ (ends[-1] - ends[0])
     with np.errstate(divide="ignore", invalid="ignore"):
         shares = ((corners[near, 0] - ends[0]) * normals).sum(1) / slope
-    return np.asarray(
-        shares[(shares > 0) & (shares < 1)]
-    )  # this drops infinities and NaN, where the line is parallel to a plane
+    # this drops infinities and NaN, where the line is parallel to a plane
+    return np.asarray(shares[(shares > 0) & (shares < 1)])

@@ -254,9 +254,8 @@ def neighbours(scene: Scene, gap: float, same: Collection[str] = ()) -> Iterator
     order = order[asked[order]]
     if not len(order):
         return
-    wide = length[order] > LARGE * median(
-        length.tolist()
-    )  # a floor is near to everything, so large bodies are searched separately
+    # a floor is near to everything, so large bodies are searched separately
+    wide = length[order] > LARGE * median(length.tolist())
     found = []
     for part in (order[~wide], order[wide]):
         if not len(part):

@@ -31,9 +31,8 @@ from holdfast.contacts.tolerances import Angles
 from holdfast.geometry.topology import FLAT, SMOOTH
 
 NEAR_PARALLEL = 0.02  # sine of the angle below which the cross product of two edges is not reliable
-WIDEST = 1.001 * float(
-    np.tan(SMOOTH / 2)
-)  # largest distance beyond an edge at which a point touches a face, over its height
+# largest distance beyond an edge at which a point touches a face, over its height
+WIDEST = 1.001 * float(np.tan(SMOOTH / 2))
 ROUNDING = 1e-9  # relative to the size of the smaller body
 ROW = 13  # numbers of a contact: two ends (3 each), normal (3), two heights, inset, blended
 ROOM = 512  # largest number of contacts that one call of compiled code can write

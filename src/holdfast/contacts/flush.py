@@ -103,9 +103,8 @@ def _edges_leave(mesh: SearchMesh, edges: Int, level: Bool, away: Float) -> bool
         return False
     lies = level[ends].all(1) & sharp
     beside = mesh.sides[edges[lies]]
-    flat = np.all(
-        level[mesh.faces[beside]], axis=2
-    )  # (n, 2): whether each of the two faces beside an edge is in the plane
+    # (n, 2): whether each of the two faces beside an edge is in the plane
+    flat = np.all(level[mesh.faces[beside]], axis=2)
     return bool(np.all(np.any(flat, axis=1)))
 
 

@@ -167,9 +167,8 @@ class _Sheet:
         ahead = np.roll(self.corners, -1, axis=0)
         along = (ahead - self.corners) * self.size
         angle = np.arctan2(along[:, 1], along[:, 0])
-        turn = np.abs(
-            (angle - np.roll(angle, 1) + np.pi) % (2 * np.pi) - np.pi
-        )  # the angle at the corner where each edge begins
+        # the angle at the corner where each edge begins
+        turn = np.abs((angle - np.roll(angle, 1) + np.pi) % (2 * np.pi) - np.pi)
         straight = np.maximum(turn, np.roll(turn, -1)) > CURVED
         pieces = np.ceil(np.linalg.norm((ahead - self.corners) * steps, axis=1) - 0.01).astype(int)
         between = [
@@ -251,9 +250,8 @@ def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     if patch.spots is not None:
         return hull_sample(patch, count)
     sheet = _Sheet.of(patch)
-    across = max(
-        2, round(min(float(np.sqrt(count * sheet.size[0] / sheet.size[1])), count))
-    )  # a very thin patch has only two rows
+    # a very thin patch has only two rows
+    across = max(2, round(min(float(np.sqrt(count * sheet.size[0] / sheet.size[1])), count)))
     along = max(2, round(count / across))
     # no cell is cut by the line halfway between two nodes, so equivalent nodes get equal areas
     between = CELLS if count < MANY else FEW_CELLS

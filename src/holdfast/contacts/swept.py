@@ -153,7 +153,6 @@ class Curved(Protocol):
 
 def gap_bends(one: Curved, two: Curved, normal: Float) -> Float:
     """Return the least and the greatest curvature (2,) [1/m] of the gap between two surfaces along a normal (3,)."""
-    least = TINY * (
-        one.thickness + two.thickness
-    )  # an edge has no radius, and its infinite curvature would hide the other
+    # an edge has no radius, and its infinite curvature would hide the other
+    least = TINY * (one.thickness + two.thickness)
     return np.asarray(np.linalg.eigvalsh(one.curvature(normal, least) + two.curvature(normal, least))[1:])

@@ -68,9 +68,8 @@ def parts_by_winding(points: Float, faces: Int) -> tuple[Int, Int] | None:
     if np.linalg.det(corners).sum() < 0:
         faces = faces[:, ::-1]
     edges = Edges.of(faces, len(points))
-    forward = (
-        faces.ravel() == edges.ends[edges.of_face.ravel(), 0]
-    )  # (3F,) whether each side runs along its edge, and not against it
+    # (3F,) whether each side runs along its edge, and not against it
+    forward = faces.ravel() == edges.ends[edges.of_face.ravel(), 0]
     if (2 * np.bincount(edges.of_face.ravel(), weights=forward) != edges.shared).any():
         return None
     simple = edges.first[edges.shared == 2]
@@ -114,9 +113,8 @@ def _wedges(ends: Float, thirds: Float, leaves: Bool) -> Int | None:
     angle[angle > 2 * np.pi - SAME_ANGLE] -= 2 * np.pi
     order = np.argsort(angle, kind="stable")
     group = np.cumsum(np.diff(angle[order], prepend=angle[order[0]]) > SAME_ANGLE)
-    order = order[
-        np.lexsort((~leaves[order], group))
-    ]  # of coincident faces, those at which one leaves solid come first
+    # of coincident faces, those at which one leaves solid come first
+    order = order[np.lexsort((~leaves[order], group))]
     order = np.roll(order, -int(np.argmin(leaves[order])))
     if leaves[order[::2]].any() or not leaves[order[1::2]].all():
         return None

@@ -105,10 +105,8 @@ def cleaned(vertices: Float, faces: Int, where: str) -> tuple[trimesh.Trimesh, M
     points, merged = np.array(solid.vertices), np.array(solid.faces, dtype=np.int64)
     welded = len(np.unique(faces)) - len(np.unique(solid.faces))
     corners = np.sort(solid.faces, axis=1)
-    proper, unique = (
-        (corners[:, 1:] != corners[:, :-1]).all(1),
-        solid.unique_faces(),
-    )  # needles stay, as they connect a mesh
+    # needles stay, as they connect a mesh
+    proper, unique = (corners[:, 1:] != corners[:, :-1]).all(1), solid.unique_faces()
     unique &= ~_folds(corners, proper, unique, np.asarray(solid.area_faces))
     solid.update_faces(proper & unique)
     solid.remove_unreferenced_vertices()

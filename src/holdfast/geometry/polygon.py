@@ -65,9 +65,9 @@ def distance_moment(rings: Sequence[Float], centre: Float) -> float:
     """Return the integral of the distance to ``centre`` (2,) over a polygon.
 
     It is the lever arm, times the area, of uniform friction against twisting about the centre. Each edge spans a
-    triangle with the centre.
-    With h the distance of the edge from the centre and s the coordinate along it, the triangle contributes the
-    difference of [h s sqrt(h² + s²) + h³ asinh(s/h)] / 6 between the ends of the edge, signed by its orientation.
+    triangle with the centre. With h the distance of the edge from the centre and s the coordinate along it, the
+    triangle contributes the difference of [h s sqrt(h² + s²) + h³ asinh(s/h)] / 6 between the ends of the edge, signed
+    by its orientation.
     """
     total = 0.0
     for ring in rings:

@@ -113,11 +113,8 @@ def hit_distance(moving: Swept, still: Swept, tolerance: float = 0.0) -> float:
 
     if not wide(len(ahead)):
         return np.inf
-    low, high, probe = (
-        0,
-        len(ahead),
-        1,
-    )  # invariant: the first ``low`` pieces are too narrow to stop it, the first ``high`` are not
+    # invariant: the first ``low`` pieces are too narrow to stop it, the first ``high`` are not
+    low, high, probe = 0, len(ahead), 1
     while high - low > 1:
         low, high = (low, probe) if wide(probe) else (probe, high)
         probe = min(2 * probe, (low + high) // 2)  # the first pieces are usually wide enough

@@ -62,9 +62,8 @@ def inserted(points: Float, triangles: Int, k: int) -> Int:
         kept = 0
         for t in range(count):
             kept += not bad[t]
-        fresh = np.empty(
-            (3 * count - 2 * kept, 3), dtype=np.int64
-        )  # each removed triangle is replaced by at most three
+        # each removed triangle is replaced by at most three
+        fresh = np.empty((3 * count - 2 * kept, 3), dtype=np.int64)
         made, before, after, valid = 0, 0.0, 0.0, True
         for t in range(count):
             if not bad[t]:

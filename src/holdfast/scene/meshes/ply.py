@@ -24,9 +24,8 @@ def read(content: bytes) -> tuple[Float, Int]:
         raise ValueError("has no header of a PLY file")
     rows = [line.split() for line in content[: end.start()].decode("latin-1").splitlines()[1:]]
     forms = [words for words in rows if words[:1] == ["format"]]
-    kept = [
-        words for words in rows if words[:1] in (["element"], ["property"])
-    ]  # comments may name an image, so they are dropped
+    # comments may name an image, so they are dropped
+    kept = [words for words in rows if words[:1] in (["element"], ["property"])]
     if len(forms) != 1:
         raise ValueError(f"has {len(forms)} rows that say its format")
     counts = _counts(kept)

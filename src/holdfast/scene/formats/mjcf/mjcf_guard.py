@@ -29,12 +29,8 @@ PNG = b"\x89PNG\r\n\x1a\n"
 MOST_BYTES = 200_000_000  # size of the largest file that a model may refer to
 LARGEST = {"width": 16_384, "height": 98_304, "nrow": 4_096, "ncol": 4_096, "size": 100_000, "nkey": 100_000}
 UNUSED = ("njmax", "nconmax", "nstack", "memory")  # memory for the solver, which the reader does not need
-SIZED = (
-    "texture",
-    "hfield",
-    "numeric",
-    "size",
-)  # elements whose attributes in MOST determine the memory that is filled
+# elements whose attributes in MOST determine the memory that is filled
+SIZED = ("texture", "hfield", "numeric", "size")
 DECLARED = re.compile(r"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
 BEFORE = re.compile(r"\s*(?:<\?.*?\?>|<!--.*?-->)", re.DOTALL)  # what may precede the first element
 FIRST = re.compile(r"\s*<(?:!DOCTYPE\s+)?([A-Za-z_][\w.:-]*)", re.IGNORECASE)

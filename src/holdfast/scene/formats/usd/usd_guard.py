@@ -18,9 +18,8 @@ ENTRY = b"PK\x03\x04"
 MOST_ENTRIES = 10_000  # largest number of files in a package
 MOST_NESTED = 4  # largest depth of packages in packages
 DENSEST = 1024  # largest number of values for each byte: four, times 255 by compression of repetitions
-LOCAL = Struct(
-    "<4sHHHHHIIIHH"
-)  # header of a file in a package: mark, version, flags, method, times, sums, sizes, lengths
+# header of a file in a package: mark, version, flags, method, times, sums, sizes, lengths
+LOCAL = Struct("<4sHHHHHIIIHH")
 SECTION = Struct("<16sqq")  # row in the table of contents of a crate: name, start and length of a section
 NUMBER = Struct("<Q")
 PLACE = (1 << 48) - 1  # mask for the position in the description of a value
